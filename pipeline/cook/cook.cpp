@@ -164,6 +164,11 @@ private:
         if (auto added = addContents(contents, needs); !added) return added;
         auto plan = planScene(planned, needs, planOptions_);
         if (!plan) return tl::make_unexpected(plan.error());
+        if (const std::string left = options_.only ? leftWithOtherCharts(*plan, outcome_.output) : ""; !left.empty())
+            return failure(
+                ErrorCode::InvalidRequest, "--only",
+                fmt::format("found '{}' of an earlier cook with packed charts, expected the whole light map to be cooked: --only {}", left,
+                            plan->lightMaps.front()));
         if (options_.keepCandidates && plan->undecided.empty())
             return failure(ErrorCode::InvalidRequest, "--keep-candidates",
                            "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, --max-error) or "
@@ -180,11 +185,6 @@ private:
         outcome_.actionsReused += materials.actionsReused + result.actionsReused;
         addErrors(result);
         if (isStopped(result)) return {};
-        if (const std::string left = options_.only ? leftWithOtherCharts(*plan, outcome_.output) : ""; !left.empty())
-            return failure(
-                ErrorCode::InvalidRequest, "--only",
-                fmt::format("found '{}' of an earlier cook with packed charts, expected the whole light map to be cooked: --only {}", left,
-                            plan->lightMaps.front()));
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
         if (auto kept = cookAlternatives(); !kept) return kept;

@@ -131,8 +131,8 @@ std::string leftWithOtherCharts(const Plan& plan, const std::filesystem::path& f
     const auto old = loadManifest(folder);
     if (!old) return {};
     for (const CookedAsset& asset : old->assets)
-        if (isLeft(plan, asset) && std::ranges::find(plan.lightMaps, lightMapOf(asset)) != plan.lightMaps.end() && asset.verify &&
-            asset.verify->contains(kUnpackedKey))
+        if (plan.unwanted.contains(asset.name) && std::ranges::find(plan.lightMaps, lightMapOf(asset)) != plan.lightMaps.end() &&
+            asset.verify && asset.verify->contains(kUnpackedKey))
             return asset.name;
     return {};
 }

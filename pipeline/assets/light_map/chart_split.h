@@ -1,10 +1,10 @@
 // Charts of a light map split between two maps, so that the charts which need a fine layout do not make all others take it.
 //
 // Charts differ: along a shadow's edge a learned layout is far off where it is invisibly so elsewhere, and one layout for the map is the
-// one that its worst charts need. The trial of the map measures every layout on every chart. For each layout, charts are left out in the
-// order of what they use of the limits, a texel, beyond their own part, until the rest keep the limits. The charts that were left out get
-// the smallest layout that keeps the limits on them. The pair of layouts that takes the fewest bits is the split. Each of the two maps is
-// then tried and cooked as any other.
+// one that its worst charts need. The trial of the map measures every layout on every chart. A layout is tried for the map as follows: the
+// chart that uses most of the limits a texel, beyond what its size allows, is left out, then the next one, until the rest keep the limits.
+// The charts that were left out get the smallest layout that keeps the limits on them. The pair of layouts that takes the fewest bits is
+// the split. Each of the two maps is then tried and cooked as any other.
 #pragma once
 
 #include <array>

@@ -695,7 +695,7 @@ TEST(LightMapVerifier, TexelsOfNineBitsErrByTheirSteps) {
     }
 }
 
-/// Where the materials ask for no directions, the second texture holds what the first one misses.
+/// The second texture removes at least half of the error of the first one. The materials ask for no directions.
 TEST(LightMapVerifier, TheSecondTextureOfFlat2HoldsWhatTheFirstMisses) {
     for (const Kind kind : {Kind::Gradient, Kind::Night}) {
         verify::LightMapShading shading;
