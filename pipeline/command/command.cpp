@@ -59,7 +59,7 @@ constexpr std::array kCommands = {
     CommandInfo{"encode", "Compress an image into a KTX2 or DDS texture", defineEncode},
     CommandInfo{"decode", "Decode a texture into a float EXR", defineDecode},
     CommandInfo{"reconstruct", "Write a cooked light map as the shader sees it, in the form of a bake", defineReconstruct},
-    CommandInfo{"compare", "Print the differences of two images, textures or cooked scenes", defineCompare},
+    CommandInfo{"compare", "Print the differences of two images, textures, light maps or cooked scenes", defineCompare},
     CommandInfo{"info", "Print the contents of a file or a cooked scene", defineInfo},
     CommandInfo{"demo", "Cook, verify and report the scene that ships with the program", defineDemo},
     CommandInfo{"help", "Print the help of the program or of one command", defineHelp},

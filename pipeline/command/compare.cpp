@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "pipeline/command/command.h"
+#include "pipeline/command/compare_light_maps.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
@@ -99,9 +100,21 @@ Result<Json> compareScenes(const std::filesystem::path& a, const std::filesystem
     return Json{{"a_bytes_gpu", first->budget.usedBytes}, {"b_bytes_gpu", second->budget.usedBytes}, {"assets", assets}};
 }
 
+/// Returns the figure that a name of --metric asks for; of light maps, which have it twice, the larger one. Empty: there is none.
+std::optional<double> figureOf(const Json& differences, const std::string& metric) {
+    if (differences.contains(metric)) return differences.at(metric).get<double>();
+    if (!differences.contains("diffuse")) return std::nullopt;
+    const auto figure = [&](const char* kind) -> std::optional<double> {
+        const Json& figures = differences.at(kind);
+        if (metric == "visible_p99") return figures.at("visible").at("p99").get<double>();
+        return figures.contains(metric) ? std::optional(figures.at(metric).get<double>()) : std::nullopt;
+    };
+    return std::max(figure("diffuse"), figure("specular"));
+}
+
 }  // namespace
 
-Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b) {
+Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state) {
     std::error_code code;
     const bool isFirst = std::filesystem::is_directory(a, code), isSecond = std::filesystem::is_directory(b, code);
     if (isFirst != isSecond) {
@@ -110,7 +123,8 @@ Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem:
                        fmt::format("found {}, expected a cooked folder as {} is",
                                    std::filesystem::exists(other, code) ? "a file" : "no such folder", folder.string()));
     }
-    return isFirst ? compareScenes(a, b) : compareImages(a, b);
+    if (isFirst) return compareScenes(a, b);
+    return isCertainLightMap(a) || isCertainLightMap(b) ? compareLightMaps(a, b, state) : compareImages(a, b);
 }
 
 CommandFunction defineCompare(CLI::App& app) {
@@ -120,23 +134,28 @@ CommandFunction defineCompare(CLI::App& app) {
         JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
-    addFileOption(app, "a", options->a, "The reference: an image, a texture or an output folder of cook")->required();
+    addFileOption(app, "a", options->a, "The reference: an image, a texture, a light map (a bake) or an output folder of cook")->required();
     addFileOption(app, "b", options->b, "The one to compare with it")->required();
-    app.add_option("--metric", options->metric, "Print only this figure (images and textures)")
-        ->check(CLI::IsMember({"rmse", "rel_rmse", "log2_psnr_db", "max_abs"}));
+    app.add_option("--metric", options->metric,
+                   "Print only this figure. Images and textures have rmse, rel_rmse, log2_psnr_db and max_abs; light maps have rel_rms and "
+                   "visible_p99, the larger one of diffuse and specular")
+        ->check(CLI::IsMember({"rmse", "rel_rmse", "log2_psnr_db", "max_abs", "rel_rms", "visible_p99"}));
     options->json.add(app, "the differences");
     return [options](Session& session) {
         options->json.prepare(session);
-        const auto differences = compareFiles(options->a, options->b);
+        const auto differences = compareFiles(options->a, options->b, session.state);
         if (!differences || options->json.isStandardOutput()) return options->json.finish(session, differences);
         if (options->metric.empty())
             printJson(session.terminal, *differences);
-        else if (differences->contains(options->metric))
-            session.terminal.say(fmt::format("{}", differences->at(options->metric).get<double>()));
+        else if (const auto figure = figureOf(*differences, options->metric))
+            session.terminal.say(fmt::format("{}", *figure));
         else
-            return options->json.finish(
-                session, *differences,
-                {{ErrorCode::InvalidRequest, "--metric", "found two cooked scenes, expected two images or textures"}});
+            return options->json.finish(session, *differences,
+                                        {{ErrorCode::InvalidRequest, "--metric",
+                                          fmt::format("found {}, which {} do not have", options->metric,
+                                                      differences->contains("assets")    ? "cooked scenes"
+                                                      : differences->contains("diffuse") ? "light maps"
+                                                                                         : "images and textures")}});
         return options->json.finish(session, differences);
     };
 }

@@ -1,4 +1,4 @@
-// lightcook compare: differences of two images, textures or cooked scenes.
+// lightcook compare: differences of two images, textures, light maps or cooked scenes.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace lightcook::pipeline {
 
-/// Returns {"rmse","rel_rmse","log2_psnr_db","max_abs"} of two images or textures of one size; or bytes and errors of each asset of two
-/// cooked scenes.
-formats::Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b);
+/// Returns {"rmse","rel_rmse","log2_psnr_db","max_abs"} of two images or textures of one size; the errors of shaded light of two light maps
+/// (compare_light_maps.h); or bytes and errors of each asset of two cooked scenes.
+formats::Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state);
 
 }  // namespace lightcook::pipeline

@@ -6,6 +6,8 @@
 #include <limits>
 
 #include "formats/environment.h"
+#include "formats/light_map.h"
+#include "lighting/sh.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
@@ -22,8 +24,12 @@ protected:
         EXPECT_TRUE(formats::writeExr(folder_ / name, texels.view(), 3).has_value());
         return folder_ / name;
     }
+    static formats::Result<Json> compare(const std::filesystem::path& a, const std::filesystem::path& b) {
+        const RunState state;
+        return compareFiles(a, b, state);
+    }
     static std::string refusalOf(const std::filesystem::path& a, const std::filesystem::path& b, formats::ErrorCode code) {
-        const auto compared = compareFiles(a, b);
+        const auto compared = compare(a, b);
         if (compared) return "not refused";
         EXPECT_EQ(compared.error().code, code);
         return compared.error().line();
@@ -33,7 +39,7 @@ protected:
 };
 
 TEST_F(CompareFiles, MeasuresTheLargestDifference) {
-    const auto compared = compareFiles(image("a.exr", 0.5f), image("b.exr", 0.75f));
+    const auto compared = compare(image("a.exr", 0.5f), image("b.exr", 0.75f));
     ASSERT_TRUE(compared.has_value());
     EXPECT_DOUBLE_EQ(compared->at("max_abs").get<double>(), 0.25);
     EXPECT_DOUBLE_EQ(compared->at("rmse").get<double>(), std::sqrt(0.25 * 0.25 / 18));
@@ -54,6 +60,58 @@ TEST_F(CompareFiles, NamesTheFileBesideAFolder) {
                 HasSubstr("nowhere: found no such folder"));
     EXPECT_THAT(refusalOf(file, folder_.path(), formats::ErrorCode::FileUnreadable),
                 HasSubstr("a.exr: found a file, expected a cooked folder"));
+}
+
+/// Light maps of even light from above.
+class CompareLightMaps : public CompareFiles {
+protected:
+    /// Writes 70 rows, more than one chunk, whose normal is (0, 0, 1). Light of coefficient 0 is 1 in red, green and blue; `scale` times
+    /// that in the last row.
+    std::filesystem::path lightMap(const char* name, float scale, int width = 5) const {
+        constexpr int kHeight = 70;
+        formats::Image<lighting::ShRgb> sh(width, kHeight);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < width; ++x) sh.at(x, y)[0] = glm::vec3(y == kHeight - 1 ? scale : 1);
+        auto writer = formats::LightMapWriter::create(folder_ / name, width, kHeight);
+        EXPECT_TRUE(writer && writer->append(sh.view()) && writer->commit());
+        return folder_ / name;
+    }
+};
+
+TEST_F(CompareLightMaps, MeasuresTheErrorsOfShadedLight) {
+    const auto compared = compare(lightMap("a.exr", 1), lightMap("b.exr", 1.5f));
+    ASSERT_TRUE(compared.has_value()) << compared.error().line();
+    EXPECT_EQ(compared->at("texels"), 350);
+    const Json& diffuse = compared->at("diffuse");
+    // One of 70 rows is brighter by half.
+    EXPECT_NEAR(diffuse.at("rel_rms").get<double>(), 0.5 / std::sqrt(70.0), 1e-5);
+    EXPECT_NEAR(diffuse.at("max").get<double>(), 0.5 / 1.02, 1e-4);
+    EXPECT_EQ(diffuse.at("visible").at("p50").get<double>(), 0);
+    EXPECT_GT(diffuse.at("visible").at("p99").get<double>(), 10) << "one texel in 70";
+    EXPECT_GT(compared->at("specular").at("rel_rms").get<double>(), 0.01);
+
+    const auto same = compare(folder_ / "a.exr", lightMap("same.exr", 1));
+    ASSERT_TRUE(same.has_value());
+    for (const char* kind : {"diffuse", "specular"}) {
+        EXPECT_EQ(same->at(kind).at("rel_rms").get<double>(), 0);
+        EXPECT_EQ(same->at(kind).at("visible").at("max").get<double>(), 0);
+    }
+}
+
+TEST_F(CompareLightMaps, RefusesOtherSizesAndPictures) {
+    const auto map = lightMap("a.exr", 1);
+    EXPECT_THAT(refusalOf(map, lightMap("wide.exr", 1, 6), formats::ErrorCode::WrongShape),
+                HasSubstr("wide.exr: found 6 x 70 texels, expected 5 x 70 as in"));
+    const auto picture = image("picture.exr", 0.5f);
+    EXPECT_THAT(refusalOf(map, picture, formats::ErrorCode::WrongShape), HasSubstr("picture.exr: found no light map"));
+    EXPECT_THAT(refusalOf(picture, map, formats::ErrorCode::WrongShape), HasSubstr("picture.exr: found no light map"));
+}
+
+TEST_F(CompareLightMaps, RefusesABakeThatNeedsItsMesh) {
+    const auto map = lightMap("a.exr", 1);
+    for (const char* name : {"room_RNM0.exr", "room_RNM1.exr", "room_RNM2.exr"}) image(name, 0.5f);
+    EXPECT_THAT(refusalOf(map, folder_ / "room_RNM0.exr", formats::ErrorCode::FormatUnsupported),
+                HasSubstr("found bake format bakery-rnm, whose light depends on a mesh"));
 }
 
 }  // namespace
