@@ -27,7 +27,9 @@ struct Variant {
 
 class GreyTest : public testing::TestWithParam<Variant> {
 protected:
-    GreyTest() : scene_(SmallScene::Parts::All, grey) {
+    /// Probe and gradient are the same beside every layout.
+    static bool hasAllAssets() { return GetParam().layout == std::string_view("ratio"); }
+    GreyTest() : scene_(hasAllAssets() ? SmallScene::Parts::All : SmallScene::Parts::LightMap, grey) {
         scene_.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", GetParam().target, GetParam().layout), "",
                               fmt::format("lobe = \"{}\"\n", GetParam().lobe));
         const RunState state;
@@ -119,9 +121,10 @@ void GreyTest::noDirectionDominatesGreyLight() const {
 
 TEST_P(GreyTest, ComesOutOfEveryAssetAsItWentIn) {
     lightMapShadesToGreyForEveryNormal();
+    noDirectionDominatesGreyLight();
+    if (!hasAllAssets()) return;
     cubemapTimesItsOwnAreaSpecularIsGreyAtEveryMip();
     reflectionMapIsGreyForEveryExponent();
-    noDirectionDominatesGreyLight();
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryWay, GreyTest,

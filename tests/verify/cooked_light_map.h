@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +24,22 @@ inline constexpr auto kEveryLayout = [] {
     for (std::size_t i = 0; i < layouts.size(); ++i) layouts[i] = formats::kLightMapLayouts[i].id;
     return layouts;
 }();
+
+/// The first layout of each family, and the first with residual layers: each has a decoder of its own. ./dev soak takes the others.
+inline std::vector<formats::LightMapLayout> layoutsOfEveryFamily() {
+    std::vector<formats::LightMapLayout> first;
+    std::set<std::pair<formats::LightMapFamily, bool>> seen;
+    for (const formats::LightMapLayoutInfo& layout : formats::kLightMapLayouts)
+        if (seen.emplace(layout.family, layout.residualCount() > 0).second) first.push_back(layout.id);
+    return first;
+}
+inline std::vector<formats::LightMapLayout> otherLayouts() {
+    const std::vector<formats::LightMapLayout> first = layoutsOfEveryFamily();
+    std::vector<formats::LightMapLayout> others;
+    for (const formats::LightMapLayout layout : kEveryLayout)
+        if (std::ranges::find(first, layout) == first.end()) others.push_back(layout);
+    return others;
+}
 
 /// A cooked map, decoded from its bytes, with its reference.
 struct Cooked {

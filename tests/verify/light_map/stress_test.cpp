@@ -138,17 +138,6 @@ std::string nameOf(const testing::TestParamInfo<LightMapLayout>& tested) {
     return name;
 }
 
-/// Layouts that differ from another one by their number of residual layers alone. Each takes as long as all others together.
-bool isBetweenOthers(LightMapLayout layout) {
-    return layout == LightMapLayout::Basis8 || layout == LightMapLayout::Basis12;
-}
-std::vector<LightMapLayout> layouts(bool betweenOthers) {
-    std::vector<LightMapLayout> chosen;
-    std::ranges::copy_if(test::kEveryLayout, std::back_inserter(chosen),
-                         [&](LightMapLayout layout) { return isBetweenOthers(layout) == betweenOthers; });
-    return chosen;
-}
-
 class Stress : public testing::TestWithParam<LightMapLayout> {};
 class StressSoak : public testing::TestWithParam<LightMapLayout> {};
 
@@ -159,8 +148,8 @@ TEST_P(StressSoak, ResultsAreFiniteAndWithinTheBound) {
     expectSoundResults(GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(Layouts, Stress, testing::ValuesIn(layouts(false)), nameOf);
-INSTANTIATE_TEST_SUITE_P(Layouts, StressSoak, testing::ValuesIn(layouts(true)), nameOf);
+INSTANTIATE_TEST_SUITE_P(Layouts, Stress, testing::ValuesIn(test::layoutsOfEveryFamily()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Layouts, StressSoak, testing::ValuesIn(test::otherLayouts()), nameOf);
 
 }  // namespace
 }  // namespace lightcook

@@ -98,11 +98,13 @@ TEST_P(VisibleBoundOfLayout, IsNeverExceeded) {
     EXPECT_EQ(above, 0);
     EXPECT_GE(shadings, 1'000'000);
 }
-INSTANTIATE_TEST_SUITE_P(EveryLayout, VisibleBoundOfLayout, testing::ValuesIn(test::kEveryLayout), [](const auto& tested) {
+std::string nameOfLayout(const testing::TestParamInfo<LightMapLayout>& tested) {
     std::string name(formats::info(tested.param).name);
     std::ranges::replace(name, '-', '_');
     return name;
-});
+}
+INSTANTIATE_TEST_SUITE_P(EveryFamily, VisibleBoundOfLayout, testing::ValuesIn(test::layoutsOfEveryFamily()), nameOfLayout);
+INSTANTIATE_TEST_SUITE_P(Soak, VisibleBoundOfLayout, testing::ValuesIn(test::otherLayouts()), nameOfLayout);
 
 }  // namespace
 }  // namespace lightcook
