@@ -14,17 +14,34 @@ foreach(kind test json_test)
 endforeach()
 target_precompile_headers(json_test_headers PRIVATE <nlohmann/json.hpp> <fmt/format.h>)
 
+# discover_suites(<program> <cost>): ctest runs each suite of a GoogleTest program, which says itself which ones it has.
+function(discover_suites program cost)
+  if(NOT cost)
+    set(cost 1)
+  endif()
+  set(suites ${CMAKE_CURRENT_BINARY_DIR}/${program}_suites.cmake)
+  add_custom_command(TARGET ${program} POST_BUILD BYPRODUCTS ${suites}
+    COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${program}> -D OUTPUT=${suites} -D COST=${cost}
+            -P ${PROJECT_SOURCE_DIR}/cmake/discover_suites.cmake
+    VERBATIM)
+  file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/${program}_include.cmake
+    "if(EXISTS [=[${suites}]=])\n  include([=[${suites}]=])\nelse()\n  add_test(${program}_is_not_built false)\nendif()\n")
+  set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${CMAKE_CURRENT_BINARY_DIR}/${program}_include.cmake)
+endfunction()
+
 # lightcook_test(<module> SOURCES a_test.cpp... [OPENIMAGEIO b_test.cpp...] [NOT_SANITIZED c_test.cpp...] [LIBRARIES more...]
-#                [DEFINITIONS name=value...] [JSON] [UNITY])
-# One GoogleTest program a module, build/<preset>/tests/<module>/<module>_tests; ctest knows each of its tests by name.
+#                [DEFINITIONS name=value...] [COST number] [JSON] [UNITY])
+# One GoogleTest program a module, build/<preset>/tests/<module>/<module>_tests; ctest knows each of its suites by name and runs it as one
+# process. So a suite sets up once what its tests share; with a process for each test, all tests take an eighth more CPU time.
 #   OPENIMAGEIO    sources that call OpenImageIO. They make a program of their own, <module>_openimageio_tests: loading that library and
-#                  the 250 others that it needs takes 0.3 s, and ctest starts one process a test
+#                  the 250 others that it needs takes 0.3 s, and ctest starts one process a suite
 #   NOT_SANITIZED  sources left out of the sanitizers' builds: they run for minutes there, over code that others run on worse input
 #   UNITY          with LIGHTCOOK_UNITY the sources of <module>_tests are compiled several at a time, so names in their unnamed namespaces differ
+#   COST           ctest begins with the suites of the largest, so that no long one is left for the end
 #   JSON           the sources include nlohmann/json.hpp and fmt/format.h
 # Suites with Soak in their name carry the label "soak": ./dev test leaves them out, ./dev soak runs them with LIGHTCOOK_SOAK=1.
 function(lightcook_test module)
-  cmake_parse_arguments(ARG "JSON;UNITY" "" "SOURCES;OPENIMAGEIO;NOT_SANITIZED;LIBRARIES;DEFINITIONS" ${ARGN})
+  cmake_parse_arguments(ARG "JSON;UNITY" "COST" "SOURCES;OPENIMAGEIO;NOT_SANITIZED;LIBRARIES;DEFINITIONS" ${ARGN})
   if(NOT LIGHTCOOK_SANITIZE)
     list(APPEND ARG_SOURCES ${ARG_NOT_SANITIZED})
   endif()
@@ -56,7 +73,6 @@ function(lightcook_test module)
     target_compile_options(${program} PRIVATE ${${kind}_options})
     target_precompile_headers(${program} REUSE_FROM ${kind}_headers)
     link_images_beside(${program})
-    gtest_discover_tests(${program} TEST_FILTER "-*Soak*" DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
-    gtest_discover_tests(${program} TEST_FILTER "*Soak*" TEST_LIST ${program}_soak DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 7200 LABELS soak)
+    discover_suites(${program} "${ARG_COST}")
   endforeach()
 endfunction()
