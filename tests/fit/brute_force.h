@@ -17,6 +17,7 @@
 namespace lightcook::truth {
 
 inline constexpr double kPi = std::numbers::pi;
+inline constexpr long double kLongPi = std::numbers::pi_v<long double>;
 
 /// A source texel, or a piece of one: direction, solid angle and radiance.
 struct Sample {

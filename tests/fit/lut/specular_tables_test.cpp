@@ -9,11 +9,13 @@
 #include <limits>
 #include <stdexcept>
 
+#include "tests/fit/brute_force.h"
+
 namespace lightcook {
 namespace {
 
 using fit::SpecularTableOptions;
-constexpr long double kPi = 3.14159265358979323846264338327950288L;
+using truth::kLongPi;
 
 /// C and D for i = 0, 2, 3, 6, 7, 8, directly from eq. 6 with the corrections, over half vectors: dw_l = 4 VoH dw_h.
 struct Kernel {
@@ -22,7 +24,7 @@ struct Kernel {
 Kernel reference(long double NoV, long double m, bool ggx, int count) {
     Kernel sum;
     const long double viewX = std::sqrt(1 - NoV * NoV);
-    const long double reach = ggx ? kPi / 2 : std::min(kPi / 2, std::atan(7 * m));
+    const long double reach = ggx ? kLongPi / 2 : std::min(kLongPi / 2, std::atan(7 * m));
     for (int i = 0; i < count; ++i) {
         // Points are dense at the lobe's centre, and the map is flat at both ends, so that midpoints converge with the fourth power of
         // their count.
@@ -31,23 +33,24 @@ Kernel reference(long double NoV, long double m, bool ggx, int count) {
         const long double dTheta = reach * 140 * t * t * t * u * u * u / count;
         const long double NoH = std::cos(theta), sinH = std::sin(theta), tan2 = sinH * sinH / (NoH * NoH);
         const long double ggxTerm = NoH * NoH * (m * m - 1) + 1;
-        const long double D = ggx ? m * m / (kPi * ggxTerm * ggxTerm) : std::exp(-tan2 / (m * m)) / (kPi * m * m * NoH * NoH * NoH * NoH);
+        const long double D =
+            ggx ? m * m / (kLongPi * ggxTerm * ggxTerm) : std::exp(-tan2 / (m * m)) / (kLongPi * m * m * NoH * NoH * NoH * NoH);
         for (int j = 0; j < count; ++j) {
-            const long double phi = kPi * (j + 0.5L) / count;
+            const long double phi = kLongPi * (j + 0.5L) / count;
             const long double hx = sinH * std::cos(phi), hy = sinH * std::sin(phi);
             const long double VoH = hx * viewX + NoH * NoV;
             const long double lx = 2 * VoH * hx - viewX, ly = 2 * VoH * hy, lz = 2 * VoH * NoH - NoV;
             if (VoH <= 0 || lz <= 0) continue;
             const long double G = std::min({1.0L, 2 * NoH * NoV / VoH, 2 * NoH * lz / VoH});
             // R_m NoL dw_l = D G / (4 NoL NoV) NoL 4 VoH dw_h; both halves of phi.
-            const long double weight = D * G * VoH / NoV * sinH * dTheta * 2 * kPi / count;
+            const long double weight = D * G * VoH / NoV * sinH * dTheta * 2 * kLongPi / count;
             const long double fresnel = std::pow(1 - VoH, 5);
-            const long double y[6] = {0.5L * std::sqrt(1 / kPi),
-                                      std::sqrt(3 / (4 * kPi)) * lz,
-                                      std::sqrt(3 / (4 * kPi)) * lx,
-                                      0.25L * std::sqrt(5 / kPi) * (3 * lz * lz - 1),
-                                      0.5L * std::sqrt(15 / kPi) * lx * lz,
-                                      0.25L * std::sqrt(15 / kPi) * (lx * lx - ly * ly)};
+            const long double y[6] = {0.5L * std::sqrt(1 / kLongPi),
+                                      std::sqrt(3 / (4 * kLongPi)) * lz,
+                                      std::sqrt(3 / (4 * kLongPi)) * lx,
+                                      0.25L * std::sqrt(5 / kLongPi) * (3 * lz * lz - 1),
+                                      0.5L * std::sqrt(15 / kLongPi) * lx * lz,
+                                      0.25L * std::sqrt(15 / kLongPi) * (lx * lx - ly * ly)};
             for (std::size_t k = 0; k < 6; ++k) {
                 sum.c[k] += weight * y[k];
                 sum.d[k] += weight * fresnel * y[k];
@@ -145,7 +148,7 @@ TEST(SpecularTables, WhiteSurfaceReflectsNoMoreThanItReceives) {
         options.lobe = ggx ? lighting::SpecularLobe::Ggx : lighting::SpecularLobe::Beckmann;
         const fit::SpecularTables tables = fit::makeSpecularTables(options);
         for (const glm::vec4& value : tables.c0236.values.texels()) {
-            const double albedo = value.x * std::sqrt(4 * static_cast<double>(kPi));  // f0 = 1 under constant light
+            const double albedo = value.x * std::sqrt(4 * static_cast<double>(kLongPi));  // f0 = 1 under constant light
             EXPECT_GT(albedo, 0);
             EXPECT_LT(albedo, 1 + 1e-4);
         }

@@ -16,7 +16,7 @@
 namespace lightcook {
 namespace {
 
-constexpr long double kPi = 3.14159265358979323846264338327950288L;
+using truth::kLongPi;
 
 /// Tanh-sinh quadrature: converges exponentially, also with singularities at the ends. 45 points give 1e-11 on the integrands here.
 template <class Function>
@@ -28,8 +28,8 @@ long double integrate(long double begin, long double end, const Function& functi
         const long double step = 0.14L;
         std::vector<Node> result;
         for (int k = -22; k <= 22; ++k) {
-            const long double inner = kPi / 2 * std::sinh(step * k), cosh = std::cosh(inner);
-            result.push_back({0.5L + 0.5L * std::tanh(inner), step * kPi / 4 * std::cosh(step * k) / (cosh * cosh)});
+            const long double inner = kLongPi / 2 * std::sinh(step * k), cosh = std::cosh(inner);
+            result.push_back({0.5L + 0.5L * std::tanh(inner), step * kLongPi / 4 * std::cosh(step * k) / (cosh * cosh)});
         }
         return result;
     }();
@@ -43,16 +43,16 @@ long double azimuthMean(long double z, long double zo, long double exponent) {
     const long double a = z * zo, b = std::sqrt(std::max(0.0L, 1 - z * z)) * std::sqrt(std::max(0.0L, 1 - zo * zo));
     if (a + b <= 0) return 0;
     const long double smallest = (a + b) * std::pow(1e-18L, 1 / exponent);
-    const long double reach = b == 0 || (smallest - a) / b <= -1 ? kPi : std::acos(std::min(1.0L, (smallest - a) / b));
-    return integrate(0, reach, [&](long double phi) { return std::pow(std::max(0.0L, a + b * std::cos(phi)), exponent); }) / kPi;
+    const long double reach = b == 0 || (smallest - a) / b <= -1 ? kLongPi : std::acos(std::min(1.0L, (smallest - a) / b));
+    return integrate(0, reach, [&](long double phi) { return std::pow(std::max(0.0L, a + b * std::cos(phi)), exponent); }) / kLongPi;
 }
 
 /// Returns one texel of the map by its definition, zone by zone, in long double. Zones far outside the lobe are skipped.
 std::array<long double, 3> reference(const std::vector<glm::vec3>& gradient, long double zo, long double exponent) {
     const int zoneCount = static_cast<int>(gradient.size());
-    const long double reachAngle = std::min(kPi / 2, std::acos(std::pow(1e-17L, 1 / exponent)));
+    const long double reachAngle = std::min(kLongPi / 2, std::acos(std::pow(1e-17L, 1 / exponent)));
     const long double theta = std::acos(zo);
-    const long double highest = std::cos(std::max(0.0L, theta - reachAngle)), lowest = std::cos(std::min(kPi, theta + reachAngle));
+    const long double highest = std::cos(std::max(0.0L, theta - reachAngle)), lowest = std::cos(std::min(kLongPi, theta + reachAngle));
     // The integrand has a kink at the horizon of the lobe and a peak at its centre.
     const long double bend = std::sqrt(1 - zo * zo);
     std::vector<long double> cuts = {highest, lowest, bend, -bend, zo};
