@@ -10,7 +10,7 @@ import subprocess
 import sys
 import unittest
 
-from viewer_test import LIGHTCOOK, ROOT, Folder, decoded_textures, np, run, skip
+from viewer_test import CACHE, LIGHTCOOK, ROOT, Folder, decoded_textures, np, run, skip
 import lighting
 from raster import Camera, rasterize
 
@@ -59,7 +59,7 @@ name = "*"
 normal_map = true
 specular = false
 ''')
-        run(LIGHTCOOK, 'cook', scene, '-o', cls.site / name, '--cache', cls.folder / 'cache')
+        run(LIGHTCOOK, 'cook', scene, '-o', cls.site / name, '--cache', CACHE)
         return name
 
     def reference(self, name, mesh):

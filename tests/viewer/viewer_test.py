@@ -36,6 +36,7 @@ import lighting  # noqa: E402
 from lighting import SpecularTables  # noqa: E402
 
 LIGHTCOOK = sys.argv[1] if len(sys.argv) > 1 else 'lightcook'
+CACHE = pathlib.Path(LIGHTCOOK).resolve().parent / 'test_cache'  # that of the other tests
 LAYOUTS = re.findall(r'^  "([a-z0-9-]+)": (?:\{|basis)', (VIEWER / 'loaders' / 'core' / 'light_map.js').read_text(), re.M)
 BAKE = ROOT / 'examples' / 'cornell' / 'cornell_lightmap.exr'
 
@@ -222,7 +223,7 @@ name = "*"
 normal_map = {str(not layout.startswith('flat')).lower()}
 specular = false
 ''')
-        run(LIGHTCOOK, 'cook', scene, '-o', cooked, '--cache', self.folder / 'cache')
+        run(LIGHTCOOK, 'cook', scene, '-o', cooked, '--cache', CACHE)
         run(LIGHTCOOK, 'reconstruct', cooked, 'map', self.folder / 'fine.exr', '--supersample', 2)
         if not site.exists():
             export(LIGHTCOOK, cooked, site, dist)
@@ -273,7 +274,7 @@ class Layouts(LayoutsSoak):
 
 
 class SceneSuite(PageSuite):
-    """The example, cooked once: `options` of cook, shown in a browser of 900 x 700."""
+    """The example, cooked once: `options` of cook, shown in a browser of 840 x 480."""
     options = ()
     max_error = 1
     scene = ROOT / 'examples' / 'cornell' / 'scene.toml'
@@ -281,9 +282,9 @@ class SceneSuite(PageSuite):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.browser = cls.browse(width=900, height=700)
+        cls.browser = cls.browse(width=840, height=480)
         cls.cooked, cls.site = cls.folder / 'cooked', cls.folder / 'site'
-        run(LIGHTCOOK, 'cook', cls.scene, '-o', cls.cooked, '--max-error', cls.max_error, '--max-converter-error', 1, '--effort', 1, '--cache', cls.folder / 'cache',
+        run(LIGHTCOOK, 'cook', cls.scene, '-o', cls.cooked, '--max-error', cls.max_error, '--max-converter-error', 1, '--effort', 1, '--cache', CACHE,
             *cls.options)
         export(LIGHTCOOK, cls.cooked, cls.site, cls.bundle())
         cls.url = cls.serve(cls.site)
@@ -292,7 +293,7 @@ class SceneSuite(PageSuite):
         cls.nits, cls.black = cls.data['display']['nits'], cls.data['display']['black']
         channels = lighting.read_exr(BAKE)
         cls.bake, cls.covered = lighting.sh_of(channels), channels['coverage.Y'] > 0
-        cls.browser.resize(900, 700)
+        cls.browser.resize(840, 480)
         cls.browser.open(cls.url)
 
     def setUp(self):
@@ -322,7 +323,7 @@ class SceneSuite(PageSuite):
     def visible(self):
         """Pixels inside charts whose texels are all covered: rows and columns, uv, normals, views."""
         height, width = self.pixels().shape[:2]
-        at = [(x, y) for y in range(4, height - 4, 9) for x in range(4, width - 4, 9)]
+        at = [(x, y) for y in range(4, height - 4, 7) for x in range(4, width - 4, 7)]
         look = lambda dx, dy: self.browser.evaluate(f'lightcook.look({[[x + 0.5 + dx, y + 0.5 + dy] for x, y in at]})')
         middle, beside = look(0, 0), [look(dx, dy) for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))]
         rows = []
@@ -611,7 +612,7 @@ class Controls(SceneSuite):
             overflowing = self.browser.evaluate("""[...document.querySelectorAll('#panel .card')].filter((card) => card.scrollWidth > card.clientWidth + 1)
                 .map((card) => card.textContent.slice(0, 40))""")
             self.assertEqual(overflowing, [], width)
-        self.browser.resize(900, 700)
+        self.browser.resize(840, 480)
 
     def test_missing_formats_are_decoded(self):
         places, n, v = shading_points(256, 256, 300, 9)
@@ -621,9 +622,9 @@ class Controls(SceneSuite):
         mirror = 'mode=cooked&glossy=environment&m=0.07&f0=1&diffuse=0'
         self.reset(mirror)
         reflected = self.pixels()
-        poor = Browser(width=900, height=700)
+        poor = Browser(width=840, height=480)
         try:
-            poor.resize(900, 700)
+            poor.resize(840, 480)
             poor.without_extensions(['EXT_texture_compression_bptc', 'EXT_texture_compression_rgtc', 'WEBGL_compressed_texture_s3tc', 'EXT_texture_norm16'])
             poor.open(self.url + '#mode=cooked&glossy=area&dominant=1&f0=0.5')
             own, browser = self.browser, poor
@@ -689,13 +690,13 @@ class Packed(SceneSuite):
         self.press_mode('cooked')
         cooked = self.pixels()
         unpacked, site = self.folder / 'unpacked', self.folder / 'unpacked_site'
-        run(LIGHTCOOK, 'cook', self.scene, '-o', unpacked, '--layout', 'hdr', '--max-converter-error', 1, '--cache', self.folder / 'cache')
+        run(LIGHTCOOK, 'cook', self.scene, '-o', unpacked, '--layout', 'hdr', '--max-converter-error', 1, '--cache', CACHE)
         export(LIGHTCOOK, unpacked, site, self.folder / 'dist')
         self.browser.open(self.serve(site))
         self.press_mode('reference')
         expected = self.pixels()
         height, width = expected.shape[:2]
-        at = [(x, y) for y in range(4, height - 4, 9) for x in range(4, width - 4, 9)]
+        at = [(x, y) for y in range(4, height - 4, 7) for x in range(4, width - 4, 7)]
         look = lambda dx, dy: self.browser.evaluate(f'lightcook.look({[[x + 0.5 + dx, y + 0.5 + dy] for x, y in at]})')
         hits = [look(*offset) for offset in ((0, 0), (2, 0), (-2, 0), (0, 2), (0, -2))]
         inside = [i for i, around in enumerate(zip(*hits)) if None not in around and len({hit['chart'] for hit in around}) == 1]
