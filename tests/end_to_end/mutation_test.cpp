@@ -642,14 +642,17 @@ TEST(Mutation, OfAMeshIsCaught) {
     expectCaught(Cooked(kShippedScene, "ratio", "mesh"), meshFaults());
 }
 
-TEST(MutationSoak, OfEveryTexelOfALearnedLightMapIsCaught) {
-    expectCaught(Cooked(kShippedScene, "basis-8"), wholeBasisFaults());
+/// Returns the first fault of a list, the third, and so on.
+std::vector<Fault> everySecond(const std::vector<Fault>& faults) {
+    std::vector<Fault> chosen;
+    for (std::size_t i = 0; i < faults.size(); i += 2) chosen.push_back(faults[i]);
+    return chosen;
 }
 
 TEST(Mutation, OfTheSceneThatShipsIsCaught) {
     const Cooked cooked(kShippedScene, "basis-8");
     for (const auto* faults : {&basisFaults(), &dominantFaults(), &probeFaults(), &skyAndTableFaults(), &contractFaults()})
-        expectCaught(cooked, *faults);
+        expectCaught(cooked, everySecond(*faults));
     // Constants inside a texture that another manifest had: the one fault that keeps its stale metadata.
     CookedCopy copy = cooked.copyOf("sky");
     multiply(copy.constants()["color"], 1.0001);
@@ -657,6 +660,13 @@ TEST(Mutation, OfTheSceneThatShipsIsCaught) {
     const Outcome outcome = copy.verify();
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_THAT(outcome.errors.front().line(), testing::HasSubstr("metadata constants/color"));
+}
+
+TEST(MutationSoak, OfTheSceneThatShipsIsCaught) {
+    const Cooked cooked(kShippedScene, "basis-8");
+    for (const auto* faults :
+         {&basisFaults(), &wholeBasisFaults(), &dominantFaults(), &probeFaults(), &skyAndTableFaults(), &contractFaults()})
+        expectCaught(cooked, *faults);
 }
 
 }  // namespace
