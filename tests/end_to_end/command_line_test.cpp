@@ -203,11 +203,17 @@ TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
 
 TEST_F(CommandLine, AFileThatIsNoLightMapIsToldWhatItHolds) {
     expectRefused("encode map.exr x.ktx2 --format rgba16f", 3, {"map.exr: found 27 channels, expected 1 to 4", "`lightcook lightmap`"});
-    expectRefused("compare map.exr map.exr", 3, {"map.exr: found 27 channels"});
     std::filesystem::create_directory(scene_ / "folder");
     expectRefused("cook folder", 2, {"folder: found a folder, expected a scene file"});
     expectRefused("report folder", 3, {"report.json: found no report, expected the output folder of `lightcook cook`"});
     expectRefused("lightmap probe.exr x", 3, {"probe.exr", "it holds R, G, B", "The six faces of a probe?", "bake = \"flat\""});
+}
+
+TEST_F(CommandLine, CompareTakesTwoLightMaps) {
+    EXPECT_EQ(run("compare map.exr map.exr --metric visible_p99").out, "0\n");
+    EXPECT_THAT(run("compare map.exr map.exr").out, HasSubstr("specular"));
+    expectRefused("compare map.exr map.exr --metric rmse", 2, {"--metric: found rmse, which light maps do not have"});
+    expectRefused("compare map.exr probe.exr", 3, {"probe.exr: found no light map"});
 }
 
 TEST_F(CommandLine, CookWritesItsChecksForContinuousIntegration) {
