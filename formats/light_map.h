@@ -45,6 +45,8 @@ struct LightMapDescription {
     double fireflyLimit = 1000;
     /// Repairs invalid texels and counts them (LightMapRepairs); false refuses the file.
     bool repair = false;
+    /// Takes finite coefficients that no light has, as compression leaves them. Not for bakes: wrong conventions are found by them.
+    bool isCompressed = false;
     /// Size of a map whose covered texels all hold the same light: it is cooked and verified as one block of that light. Empty: the map is
     /// taken texel by texel. LightMapReader takes no notice of it.
     std::optional<glm::ivec2> constantOf;

@@ -134,6 +134,7 @@ Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& s
                 if (!std::isfinite(sh[i][channel]))
                     return refuse(ErrorCode::ValueNotFinite, coefficientName(i, channel), x, strip.firstRow + y, notFinite(sh[i][channel]));
     }
+    if (isCompressed_) return {};
     for (int channel = 0; channel < 3; ++channel) {
         if (!(sh[0][channel] < 0)) continue;
         if (!repairs_)

@@ -38,9 +38,10 @@ class Canonicalizer {
 public:
     /// file  for errors
     Canonicalizer(std::string file, const LightMapDescription& description, const LinearConversion& colors)
-        : file_(std::move(file)), repairs_(description.repair), conversion_(description, colors) {}
+        : file_(std::move(file)), repairs_(description.repair), isCompressed_(description.isCompressed), conversion_(description, colors) {}
 
-    /// Returns the strip in canonical form. Fails at the first covered texel that is no light, unless the description asks for repair.
+    /// Returns the strip in canonical form. Fails at the first covered texel that is no light, unless the description asks for
+    /// repair or, of finite values, says that the map was compressed.
     Result<LightMapStrip> operator()(RawStrip raw, int firstRow) const;
 
 private:
@@ -52,7 +53,7 @@ private:
     tl::unexpected<Error> refuse(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const;
 
     std::string file_;
-    bool repairs_ = false;
+    bool repairs_ = false, isCompressed_ = false;
     CanonicalConversion conversion_;
 };
 

@@ -23,7 +23,10 @@ Result<LightMapSource*> open(LightMapSources& sources, const std::filesystem::pa
                        fmt::format("found bake format {}, whose light depends on a mesh, expected a light map in world space. Cook it, and "
                                    "compare what `lightcook reconstruct` writes",
                                    known->format->name));
-    return sources.open(file, {});
+    formats::LightMapDescription description;
+    description.isCompressed = true;
+    description.fireflyLimit = 0;
+    return sources.open(file, description);
 }
 
 Json toJson(const verify::ErrorFigures& figures) {

@@ -98,6 +98,28 @@ TEST_F(CompareLightMaps, MeasuresTheErrorsOfShadedLight) {
     }
 }
 
+TEST_F(CompareLightMaps, TakesCoefficientsThatNoLightHas) {
+    formats::Image<lighting::ShRgb> sh(5, 70);
+    for (lighting::ShRgb& texel : sh.texels()) texel[0] = glm::vec3(1);
+    sh.at(2, 3)[0].x = -0.25f;
+    sh.at(3, 3)[5].y = 40;
+    sh.at(4, 3)[0] = glm::vec3(1e6f);
+    auto writer = formats::LightMapWriter::create(folder_ / "cooked.exr", 5, 70);
+    ASSERT_TRUE(writer && writer->append(sh.view()) && writer->commit());
+    const auto compared = compare(lightMap("a.exr", 1), folder_ / "cooked.exr");
+    ASSERT_TRUE(compared.has_value()) << compared.error().line();
+    EXPECT_GT(compared->at("diffuse").at("max").get<double>(), 1e5);
+}
+
+TEST_F(CompareLightMaps, RefusesValuesThatAreNotFinite) {
+    formats::Image<lighting::ShRgb> sh(5, 70);
+    sh.at(4, 66)[8].z = std::numeric_limits<float>::infinity();
+    auto writer = formats::LightMapWriter::create(folder_ / "bad.exr", 5, 70);
+    ASSERT_TRUE(writer && writer->append(sh.view()) && writer->commit());
+    EXPECT_THAT(refusalOf(lightMap("a.exr", 1), folder_ / "bad.exr", formats::ErrorCode::ValueNotFinite),
+                HasSubstr("bad.exr, channel sh08.B, texel (4, 66): found "));
+}
+
 TEST_F(CompareLightMaps, RefusesOtherSizesAndPictures) {
     const auto map = lightMap("a.exr", 1);
     EXPECT_THAT(refusalOf(map, lightMap("wide.exr", 1, 6), formats::ErrorCode::WrongShape),
