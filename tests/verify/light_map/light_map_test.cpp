@@ -353,7 +353,7 @@ TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
         for (const LightMapLayout layout :
              {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio, LightMapLayout::Zh3,
               LightMapLayout::Sh4, LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery, LightMapLayout::Halo3,
-              LightMapLayout::Halo3Linear, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5}) {
+              LightMapLayout::Halo3Linear, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5, LightMapLayout::UnrealHq}) {
             const Cooked cooked = cook(kind, layout);
             const verify::StageError total = cooked.total();
             const Filtered filtered = filterAt(cooked, places, random);
@@ -573,6 +573,43 @@ TEST(LightMapVerifier, Halo3IsDecodedByTheFormulaOfItsTalk) {
                     ASSERT_NEAR(static_cast<double>(decoded.at(x, y)[i][c]), length * uvw, 1e-5 * static_cast<double>(range[i]));
                 }
             }
+}
+
+/// The decode of Unreal in the words of its shader, written again, and its constants: ranges of the map.
+TEST(LightMapVerifier, UnrealHqIsDecodedByTheFormulaOfItsShader) {
+    const Cooked cooked = cook(Kind::Gradient, LightMapLayout::UnrealHq);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+    const auto& textures = cooked.texels.textures;
+    const auto constant = [&](const char* name) {
+        const std::vector<float>& v = cooked.map.constants.at(name);
+        EXPECT_EQ(v.size(), 4u) << name;
+        return glm::dvec4(v[0], v[1], v[2], v[3]);
+    };
+    const glm::dvec4 scale0 = constant("scale0"), add0 = constant("add0"), scale1 = constant("scale1"), add1 = constant("add1");
+    EXPECT_EQ(cooked.map.constants.size(), 4u);
+    EXPECT_EQ(scale1.w, 0);
+    EXPECT_NEAR(add1.w, 0.282095, 1e-6);
+    for (int y = 0; y < kMapHeight; ++y)
+        for (int x = 0; x < kMapWidth; ++x) {
+            const glm::dvec4 first(textures[0][0].at(x, y)), second(textures[1][0].at(x, y));
+            const double l = std::exp2((first.w + second.w / 255 - 0.5 / 255) * scale0.w + add0.w) - 0.01858136;
+            const glm::dvec3 uvw = glm::dvec3(first) * glm::dvec3(first) * glm::dvec3(scale0) + glm::dvec3(add0);
+            const glm::dvec4 sh = second * scale1 + add1;
+            for (int k = 0; k < 6; ++k) {
+                const glm::dvec3 n = lighting::fibonacciSphere(k, 6);
+                const double along = sh.x * n.y + sh.y * n.z + sh.z * n.x + sh.w;
+                for (int c = 0; c < 3; ++c)
+                    ASSERT_NEAR(exitRadiance(channelOf(decoded.at(x, y), c), n), l * along * uvw[c], 1e-5 * std::abs(l) * uvw[c] + 1e-7);
+            }
+        }
+}
+
+/// The second alpha holds what rounding took from the first one: without it the luminance is coarser by far.
+TEST(LightMapVerifier, TheSecondAlphaOfUnrealHqRefinesTheFirst) {
+    Cooked cooked = cook(Kind::Gradient, LightMapLayout::UnrealHq);
+    const double with = cooked.idealTotal().diffuse.relRms;
+    for (glm::vec4& texel : cooked.texels.textures[1][0].texels()) texel.w = 0.5f;
+    EXPECT_GT(cooked.idealTotal().diffuse.relRms, with);
 }
 
 TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
