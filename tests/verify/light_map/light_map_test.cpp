@@ -604,6 +604,49 @@ TEST(LightMapVerifier, UnrealHqIsDecodedByTheFormulaOfItsShader) {
         }
 }
 
+TEST(LightMapVerifier, ConstantsOfUnrealHqAreFourFiniteNumbersEach) {
+    const Cooked good = cook(Kind::Gradient, LightMapLayout::UnrealHq);
+    const auto refused = [&](const char* name, std::vector<float> values) {
+        verify::CookedLightMap map = good.map;
+        if (values.empty())
+            map.constants.erase(name);
+        else
+            map.constants[name] = std::move(values);
+        const auto created = verify::LightMapVerifier::create(map, {}, {}, good.key);
+        return !created && created.error().line().find(std::string("constant ") + name) != std::string::npos;
+    };
+    for (const char* name : {"scale0", "add0", "scale1", "add1"}) {
+        EXPECT_FALSE(refused(name, good.map.constants.at(name)));
+        EXPECT_TRUE(refused(name, {}));
+        EXPECT_TRUE(refused(name, {1, 2, 3}));
+        EXPECT_TRUE(refused(name, {1, 2, 3, std::numeric_limits<float>::infinity()}));
+    }
+}
+
+/// The bound of a quad must not depend on how much of its curvature is left when it is no longer split: a quad of smooth light in which the
+/// luminance rises by a hundred is bounded near what its places show.
+TEST(LightMapVerifier, TheCurvatureOfUnrealHqIsSplitUntilItHardlyCounts) {
+    formats::LightMapStrip band = synthetic::makeBand(Kind::Grey, kMapWidth, 0, kMapHeight);
+    for (int y = 0; y < kMapHeight; ++y)
+        for (int x = 0; x < kMapWidth; ++x) band.sh.at(x, y) = synthetic::constantLight(glm::vec3(x < kMapWidth / 2 ? 1.0f : 100.0f));
+    Cooked cooked = cook(std::move(band), LightMapLayout::UnrealHq, Target::Float);
+    std::fill(cooked.reference.covered.texels().begin(), cooked.reference.covered.texels().end(), std::uint8_t{1});
+    cooked.map.formats.clear();
+    const verify::LightMapVerifier verifier = cooked.verifier();
+    const int x = kMapWidth / 2 - 1, y = kMapHeight / 2;
+    const double bound = verifier.boundQuad(cooked.texels, cooked.reference, x, y).diffuse;
+    const auto fine = verifier.reconstruct(cooked.texels, 0, kMapHeight, 16);
+    double worst = 0;
+    for (int i = 0; i < 16; ++i) {
+        const double u = (i + 0.5) / 16, reference = (1 - u) + 100 * u;
+        const double found = exitRadiance(channelOf(fine.at(16 * x + 8 + i, 16 * y + 8), 1), glm::dvec3(0, 0, 1));
+        worst = std::max(worst, std::abs(found - reference) / (reference + lighting::kLocalErrorFloor * cooked.key));
+    }
+    EXPECT_GT(worst, 0.3) << "between the texels the light is nearer to their geometric mean";
+    EXPECT_GE(bound, worst);
+    EXPECT_LE(bound, 1.2 * worst);
+}
+
 /// The second alpha holds what rounding took from the first one: without it the luminance is coarser by far.
 TEST(LightMapVerifier, TheSecondAlphaOfUnrealHqRefinesTheFirst) {
     Cooked cooked = cook(Kind::Gradient, LightMapLayout::UnrealHq);
