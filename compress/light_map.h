@@ -11,6 +11,7 @@
 //   hdr     lambda_0 = RANGE sh_0, lambda_i = RANGE sh_i + BIAS_i lambda_0
 //   luvw-linear: bands 0 and 1 as luvw, and an intensity I from which band 2 = I Y_2m(axis of band 1)
 //   halo3, halo3-linear: as luvw and luvw-linear, with constants that an engine's shader has
+//   unreal  exit radiance = (2^LogL - 0.01858136) (rgb0^2 SCALE0 + ADD0) (SH . n + ADD1.a), LogL and SH linear in alphas and rgb1
 //
 // Use, for any cut of the map into strips of rows:
 //   1. LightMapMeasure over every strip; merge the parts.
@@ -25,6 +26,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -42,6 +44,17 @@
 #include "lighting/display.h"
 
 namespace lightcook::compress {
+
+/// Extremes of the best linear functions of the normal whose three colours share a slope: exit radiance = constant (1 + n . slope). Light
+/// is the largest constant of a texel, chroma are the constants over it.
+struct SharedExitRange {
+    float lowestLight = std::numeric_limits<float>::infinity(), highestLight = 0;
+    glm::vec3 lowestChroma{std::numeric_limits<float>::infinity()}, highestChroma{-std::numeric_limits<float>::infinity()};
+    glm::vec3 lowestSlope{std::numeric_limits<float>::infinity()}, highestSlope{-std::numeric_limits<float>::infinity()};
+
+    bool isEmpty() const { return lowestLight > highestLight; }
+    void merge(const SharedExitRange& other);
+};
 
 /// Statistics of the whole map, from which the plan's constants follow. Only covered texels count.
 class LightMapMeasure {
@@ -71,6 +84,8 @@ public:
     const glm::vec3& luminanceWeights() const { return luminanceWeights_; }
     /// Largest channel of the exit radiance at the texel's own normal.
     float maximumExit() const { return maximumExit_; }
+    /// Returns the extremes over the texels whose light is in the octave of leastLight or above; 0: over all.
+    SharedExitRange sharedExitRange(float leastLight) const;
     /// Count of texels and channels where |band 1| > sqrt 3 lambda_0 or |band 2| > sqrt 5 lambda_0, with 0.1 % for rounding: no
     /// non-negative light has such coefficients. Reported, not repaired.
     std::int64_t beyondPositiveBounds() const { return beyondPositiveBounds_; }
@@ -79,12 +94,16 @@ private:
     void addTexel(const lighting::ShRgb& sh, const glm::vec3& normal);
     void addRatios(const lighting::ShRgb& sh, int channel);
     void addZonal(const lighting::ShRgb& sh);
+    void addSharedExit(const lighting::ShRgb& sh, const glm::vec3& normal);
 
     glm::vec3 luminanceWeights_;
     std::int64_t coveredTexels_ = 0, beyondPositiveBounds_ = 0;
     std::int64_t logLuminanceSum_ = 0;  ///< in units of 2^-24: integers add up to the same sum in any order
     float maximumExit_ = 0, maximumIntensity_ = 0, minimumZonal_ = 0, maximumZonal_ = 0;
     std::array<float, lighting::kShCount> maximumAbsolute_{}, minimumRatio_{}, maximumRatio_{};
+    static constexpr int kLowestOctave = -40, kOctaves = 64;
+    static std::size_t octaveOf(float light);
+    std::array<SharedExitRange, kOctaves> sharedExit_{};  ///< [octave of the light]
 };
 
 /// Rings of texels around charts that are padded.

@@ -38,11 +38,12 @@ enum class LightMapLayout {
     Halo3,
     Halo3Linear,
     HdrRgb9e5,
-    Flat2
+    Flat2,
+    UnrealHq
 };
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
-enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4, Godot, Bakery, Hdr };
+enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4, Godot, Bakery, Hdr, Unreal };
 
 /// Selects the format of a target that holds the texels of a texture.
 enum class TexelRole {
@@ -74,8 +75,8 @@ struct LightMapLayoutInfo {
     std::span<const std::string_view> stages;       ///< of compression, in order; the last is the whole layout
     int codeCount;                                  ///< numbers that the first stage of a learned layout stores; 0: not learned
     bool isZonal;                                   ///< band 2 follows the axis of the filtered band 1: no polynomial of the texels
-    int decodeDegree;                               ///< of the decode as a polynomial of the filtered texels; if isZonal, of bands 0 and 1
-    int decodeOps;                                  ///< scalar multiply-adds of the shader's decode of one sample
+    int decodeDegree;  ///< of the decode as a polynomial of the filtered texels; if isZonal, of bands 0 and 1; 0: it is no polynomial
+    int decodeOps;     ///< scalar multiply-adds of the shader's decode of one sample
     /// The layout whose trial measures this one's error; empty if "auto" does not choose this one
     std::optional<LightMapLayout> trialLayout;
     std::string_view trialStage;  ///< the stage of that trial; "total" is the last one
@@ -119,8 +120,9 @@ inline constexpr std::array kLightMapFamilies = {
     LightMapFamilyInfo{LightMapFamily::Zh3, "zh3"},       LightMapFamilyInfo{LightMapFamily::Basis, "basis"},
     LightMapFamilyInfo{LightMapFamily::Sh4, "sh4"},       LightMapFamilyInfo{LightMapFamily::Godot, "godot"},
     LightMapFamilyInfo{LightMapFamily::Bakery, "bakery"}, LightMapFamilyInfo{LightMapFamily::Hdr, "hdr"},
+    LightMapFamilyInfo{LightMapFamily::Unreal, "unreal"},
 };
-static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Hdr));
+static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Unreal));
 
 namespace layout_tables {
 
@@ -141,6 +143,7 @@ inline constexpr std::array kBakery = {Texture{"l0", 1, TexelRole::Hdr}, Texture
 inline constexpr std::array kHdr = {Texture{"sh", 9, TexelRole::Hdr}};
 inline constexpr std::array kHdr2 = {Texture{"sh", 9, TexelRole::Hdr}, Texture{"second", 9, TexelRole::Hdr}};
 inline constexpr std::array kHdrFine = {Texture{"sh", 9, TexelRole::HdrFine}};
+inline constexpr std::array kUnrealHq = {Texture{"lightmap0", 1, TexelRole::LdrAlpha}, Texture{"lightmap1", 1, TexelRole::LdrAlpha}};
 inline constexpr std::array kBasis3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::LdrRgb}};
 inline constexpr std::array kBasis4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::Ldr}};
 template <int kResiduals>
@@ -436,8 +439,23 @@ inline constexpr std::array kLightMapLayouts = {
                        .trialLayout = std::nullopt,
                        .trialStage = "",
                        .lacks = "directions: normal maps see one radiance a texel, specular light a grey sky"},
+    LightMapLayoutInfo{
+        .id = LightMapLayout::UnrealHq,
+        .name = "unreal-hq",
+        .family = LightMapFamily::Unreal,
+        .caption = "the high-quality light maps of Unreal: colour times log luminance, and one direction that the colours share",
+        .textures = layout_tables::kUnrealHq,
+        .stages = layout_tables::kEngineStages,
+        .codeCount = 0,
+        .isZonal = false,
+        .decodeDegree = 0,
+        .decodeOps = 28,
+        .trialLayout = std::nullopt,
+        .trialStage = "",
+        .lacks = "band 2",
+        .isForEngine = true},
 };
-static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Flat2));
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::UnrealHq));
 
 /// Returns every layout, in the order of the enumeration.
 constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {

@@ -15,6 +15,7 @@ using glm::clamp;
 using glm::cross;
 using glm::dot;
 using glm::exp;
+using glm::exp2;
 using glm::floor;
 using glm::inversesqrt;
 using glm::log2;
@@ -52,6 +53,7 @@ inline vec4 lcTableTexel(const LcTables& tables, int column, int row) {
 #include "shaders/light_map_godot.glsl"
 #include "shaders/light_map_bakery.glsl"
 #include "shaders/light_map_hdr.glsl"
+#include "shaders/light_map_unreal.glsl"
 #include "shaders/specular.glsl"
 #include "shaders/environment.glsl"
 #include "shaders/rsrm.glsl"

@@ -56,7 +56,8 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
     assert(strip.firstRow <= std::max(0, firstRow - kLightMapContextRows));
     assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapContextRows));
     rows::Source source = rows::makeSource(plan, strip, firstRow, rowCount);
-    rows::fitToFilter(plan, strip, firstRow, source);
+    // The fit is for filters of light and of ratios. Family unreal filters logarithms: the mean of the neighbours suits it better.
+    if (formats::info(plan.layout).family != LightMapFamily::Unreal) rows::fitToFilter(plan, strip, firstRow, source);
     rows::dropFarPadding(source, plan.blockHeight());
     switch (formats::info(plan.layout).family) {
         case LightMapFamily::Raw:
@@ -74,6 +75,8 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
             return rows::encodeEngine(plan, strip, source, options);
         case LightMapFamily::Hdr:
             return rows::encodeHdrCoefficients(plan, source, options);
+        case LightMapFamily::Unreal:
+            return rows::encodeUnreal(plan, strip, source, options);
         case LightMapFamily::Basis:
             return rows::encodeBasis(plan, strip, source, options);
     }

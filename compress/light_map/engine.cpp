@@ -21,9 +21,7 @@ using formats::Image;
 using formats::LightMapFamily;
 using formats::LightMapLayout;
 
-constexpr int kMonoRounds = 4;  ///< more change the tenth of a percent of the error
 constexpr int kAxes = 3;
-using Functions = std::array<LinearExit, 3>;  ///< [channel]
 
 class EngineRows {
 public:
@@ -72,34 +70,17 @@ private:
             for (int x = 0; x < source_.width; ++x)
                 if (source_.coverage.at(x, y) > 0) visit(x, y);
     }
-    LinearFit fitAt(int x, int y) const {
-        const glm::ivec2 owner = source_.owner.at(x, y);
-        return LinearFit(strip_.normal.at(owner.x, owner.y - strip_.firstRow));
-    }
-    Functions bestAt(const LinearFit& fit, int x, int y) const {
-        const auto light = source_.lightAt(x, y, 1);
-        return {fit.best(light, 0), fit.best(light, 1), fit.best(light, 2)};
-    }
-    /// Returns the slope L1 / L0 that the colours share, of the least error for given L0.
-    glm::dvec3 sharedSlope(const LinearFit& fit, const Functions& best, const glm::dvec3& l0) const {
-        glm::dvec3 sum(0);
-        for (int c = 0; c < 3; ++c) sum += l0[c] * fit.linearFor(best[static_cast<std::size_t>(c)], l0[c]);
-        const double square = glm::dot(l0, l0);
-        return square > 0 ? glm::clamp(sum / square, glm::dvec3(-extent_), glm::dvec3(extent_)) : glm::dvec3(0);
-    }
-    glm::vec3 firstFor(const LinearFit& fit, const Functions& best) const {
+    LinearExits bestAt(const LinearFit& fit, int x, int y) const { return fit.best(source_.lightAt(x, y, 1)); }
+    SlopeRange range() const { return {glm::dvec3(-extent_), glm::dvec3(extent_)}; }
+    glm::vec3 firstFor(const LinearFit& fit, const LinearExits& best) const {
         glm::dvec3 l0;
         for (int c = 0; c < 3; ++c) l0[c] = fit.within(best[static_cast<std::size_t>(c)], extent_).constant;
-        for (int round = 0; round < kMonoRounds && isMono_; ++round) {
-            const glm::dvec3 slope = sharedSlope(fit, best, l0);
-            for (int c = 0; c < 3; ++c) l0[c] = fit.constantFor(best[static_cast<std::size_t>(c)], slope);
-        }
-        return glm::vec3(l0);
+        return glm::vec3(isMono_ ? fit.shared(best, l0, range()).constant : l0);
     }
     void encodeL0() {
         Image<glm::vec3> values(source_.width, source_.height, glm::vec3(0));
         forEachPadded([&](int x, int y) {
-            const LinearFit fit = fitAt(x, y);
+            const LinearFit fit = fitAt(strip_, source_, x, y);
             values.at(x, y) = firstFor(fit, bestAt(fit, x, y));
         });
         Layer l0 = encodeHdr(plan_.textures[0].format, source_, values, 1, static_cast<float>(plan_.key), options_, true, out_.report);
@@ -108,11 +89,11 @@ private:
     }
     /// Returns L1 / L0 along x, y and z by channel, for the decoded L0.
     std::array<glm::vec3, kAxes> slopesFor(int x, int y, const glm::vec3& l0) const {
-        const LinearFit fit = fitAt(x, y);
-        const Functions best = bestAt(fit, x, y);
+        const LinearFit fit = fitAt(strip_, source_, x, y);
+        const LinearExits best = bestAt(fit, x, y);
         std::array<glm::vec3, kAxes> slopes{};
         if (isMono_) {
-            const glm::dvec3 shared = sharedSlope(fit, best, glm::dvec3(l0));
+            const glm::dvec3 shared = fit.sharedSlope(best, glm::dvec3(l0), range());
             for (int axis = 0; axis < kAxes; ++axis) slopes[static_cast<std::size_t>(axis)] = glm::vec3(static_cast<float>(shared[axis]));
             return slopes;
         }

@@ -20,12 +20,16 @@ void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure);
 void planRatio(LightMapPlan& plan, const LightMapMeasure& measure);
 /// Adds the constants of family hdr.
 void planHdrCoefficients(LightMapPlan& plan, const LightMapMeasure& measure);
+/// Adds the constants of family unreal.
+void planUnreal(LightMapPlan& plan, const LightMapMeasure& measure);
 
 EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 EncodedLightMapRows encodeHdrCoefficients(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 /// strip  the rows that `source` was made of: the normals are read
 EncodedLightMapRows encodeEngine(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
+                                 const EncodeOptions& options);
+EncodedLightMapRows encodeUnreal(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                                  const EncodeOptions& options);
 EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                                 const EncodeOptions& options);

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 
@@ -106,9 +107,30 @@ double LinearFit::constantFor(const LinearExit& best, const glm::dvec3& slope) c
     return std::max(product(unit, best) / product(unit, unit), 0.0);
 }
 
+glm::dvec3 LinearFit::sharedSlope(const LinearExits& best, const glm::dvec3& constant, const SlopeRange& range) const {
+    glm::dvec3 sum(0);
+    for (int c = 0; c < 3; ++c) sum += constant[c] * linearFor(best[static_cast<std::size_t>(c)], constant[c]);
+    const double square = glm::dot(constant, constant);
+    return square > 0 ? glm::clamp(sum / square, range.low, range.high) : glm::dvec3(0);
+}
+
+SharedExit LinearFit::shared(const LinearExits& best, const glm::dvec3& start, const SlopeRange& range, int rounds) const {
+    SharedExit out{start, glm::dvec3(0)};
+    for (int round = 0; round < rounds; ++round) {
+        out.slope = sharedSlope(best, out.constant, range);
+        for (int c = 0; c < 3; ++c) out.constant[c] = constantFor(best[static_cast<std::size_t>(c)], out.slope);
+    }
+    return out;
+}
+
 double LinearFit::product(const LinearExit& a, const LinearExit& b) const {
     return a.constant * b.constant + kCross * (a.constant * glm::dot(normal_, b.linear) + glm::dot(normal_, a.linear) * b.constant) +
            kAlong * glm::dot(a.linear, b.linear);
+}
+
+LinearFit fitAt(const formats::LightMapStrip& strip, const Source& source, int x, int y) {
+    const glm::ivec2 owner = source.owner.at(x, y);
+    return LinearFit(strip.normal.at(owner.x, owner.y - strip.firstRow));
 }
 
 }  // namespace lightcook::compress::rows

@@ -10,8 +10,11 @@
 // orthogonal to linear functions.
 #pragma once
 
+#include <array>
 #include <glm/vec3.hpp>
 #include <span>
+
+#include "compress/light_map/rows.h"
 
 namespace lightcook::compress::rows {
 
@@ -19,6 +22,22 @@ namespace lightcook::compress::rows {
 struct LinearExit {
     double constant = 0;
     glm::dvec3 linear{0};
+};
+
+/// The functions of three colours, by channel.
+using LinearExits = std::array<LinearExit, 3>;
+
+/// E(n) = constant (1 + n . slope): the functions of three colours that share a slope.
+struct SharedExit {
+    glm::dvec3 constant{0};
+    glm::dvec3 slope{0};
+};
+/// Limit of the slopes that family unreal stores, along an axis. Light from one direction has 2 by its bands 0 and 1, and more by the fit;
+/// a larger range makes the steps of the direction coarser (docs/lab/experiments.md).
+inline constexpr double kLargestSharedSlope = 3;
+/// What an axis of a shared slope may be.
+struct SlopeRange {
+    glm::dvec3 low, high;
 };
 
 /// The best linear functions for a surface around one normal.
@@ -35,10 +54,22 @@ public:
     glm::dvec3 linearFor(const LinearExit& best, double constant) const;
     /// Returns the constant >= 0 nearest to `best` among functions (1 + n . slope) constant.
     double constantFor(const LinearExit& best, const glm::dvec3& slope) const;
+    /// Returns the best functions of all channels.
+    LinearExits best(std::span<const glm::vec3> light) const { return {best(light, 0), best(light, 1), best(light, 2)}; }
+    /// Returns the slope that the colours share, within `range` along each axis, nearest to `best` for given constants.
+    glm::dvec3 sharedSlope(const LinearExits& best, const glm::dvec3& constant, const SlopeRange& range) const;
+    /// Returns the functions nearest to `best` that share a slope. Slope and constants are solved in turns.
+    /// start  the constants to begin with
+    SharedExit shared(const LinearExits& best, const glm::dvec3& start, const SlopeRange& range, int rounds = kSharedRounds) const;
+    static constexpr int kSharedRounds = 4;  ///< more change the tenth of a percent of the error
 
 private:
     double product(const LinearExit& a, const LinearExit& b) const;
     glm::dvec3 normal_;
 };
+
+/// Returns the fit of a texel of a source: that of the normal of its owner.
+/// strip  the rows that `source` was made of
+LinearFit fitAt(const formats::LightMapStrip& strip, const Source& source, int x, int y);
 
 }  // namespace lightcook::compress::rows

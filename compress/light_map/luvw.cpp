@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <cstring>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -184,17 +183,9 @@ private:
         return 2.0f * glm::vec3(first) - 1.0f + (2 * span_) * (glm::vec3(second) - glm::vec3(neutral_));
     }
 
-    /// Replaces the alpha half of BC3 blocks, which is a BC4 block, by one encoded from the alpha of `texels`.
+    /// Replaces the alpha half of BC3 blocks by one encoded from the alpha of `texels`.
     Layer withAlpha(Layer color, const Image<glm::vec4>& texels, const Image<float>& significance) const {
-        Image<glm::vec4> alpha(source_.width, source_.height);
-        for (int y = 0; y < source_.height; ++y)
-            for (int x = 0; x < source_.width; ++x) alpha.at(x, y) = glm::vec4(texels.at(x, y).w, 0, 0, 1);
-        const Layer layer = encodeLayer(PixelFormat::Bc4, alpha, significance, options_, true, report_);
-        constexpr std::size_t half = 8;
-        for (std::size_t block = 0; block * half < layer.bytes.size(); ++block)
-            std::memcpy(color.bytes.data() + 2 * half * block, layer.bytes.data() + half * block, half);
-        for (int y = 0; y < source_.height; ++y)
-            for (int x = 0; x < source_.width; ++x) color.decoded.at(x, y).w = layer.decoded.at(x, y).x;
+        putAlpha(color, encodeAlpha(texels, significance, options_, report_));
         return color;
     }
 

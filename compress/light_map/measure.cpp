@@ -1,9 +1,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "compress/light_map.h"
+#include "compress/light_map/linear_fit.h"
 #include "compress/light_map/zonal.h"
 #include "lighting/radiometry.h"
 
@@ -23,6 +25,15 @@ float largestAbsolute(const glm::vec3& v) {
 
 }  // namespace
 
+void SharedExitRange::merge(const SharedExitRange& other) {
+    lowestLight = std::min(lowestLight, other.lowestLight);
+    highestLight = std::max(highestLight, other.highestLight);
+    lowestChroma = glm::min(lowestChroma, other.lowestChroma);
+    highestChroma = glm::max(highestChroma, other.highestChroma);
+    lowestSlope = glm::min(lowestSlope, other.lowestSlope);
+    highestSlope = glm::max(highestSlope, other.highestSlope);
+}
+
 LightMapMeasure::LightMapMeasure(const glm::vec3& luminanceWeights) : luminanceWeights_(luminanceWeights) {}
 
 void LightMapMeasure::add(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
@@ -41,6 +52,7 @@ void LightMapMeasure::addTexel(const lighting::ShRgb& sh, const glm::vec3& norma
     for (std::size_t i = 0; i < sh.size(); ++i) maximumAbsolute_[i] = std::max(maximumAbsolute_[i], largestAbsolute(sh[i]));
     for (int channel = 0; channel < 3; ++channel) addRatios(sh, channel);
     addZonal(sh);
+    addSharedExit(sh, normal);
 }
 
 void LightMapMeasure::addRatios(const lighting::ShRgb& sh, int channel) {
@@ -72,6 +84,34 @@ void LightMapMeasure::addZonal(const lighting::ShRgb& sh) {
     }
 }
 
+std::size_t LightMapMeasure::octaveOf(float light) {
+    return light > 0 ? static_cast<std::size_t>(std::clamp(std::ilogb(light) - kLowestOctave, 0, kOctaves - 1)) : 0;
+}
+
+void LightMapMeasure::addSharedExit(const lighting::ShRgb& sh, const glm::vec3& normal) {
+    const rows::LinearFit fit(normal);
+    const rows::LinearExits best = fit.best(sh);
+    glm::dvec3 start;
+    for (int c = 0; c < 3; ++c) start[c] = fit.within(best[static_cast<std::size_t>(c)], rows::kLargestSharedSlope).constant;
+    // One round is near enough for a range: the encoder solves on within it.
+    const rows::SharedExit exit =
+        fit.shared(best, start, {glm::dvec3(-rows::kLargestSharedSlope), glm::dvec3(rows::kLargestSharedSlope)}, 1);
+    const auto light = static_cast<float>(std::max({exit.constant.x, exit.constant.y, exit.constant.z}));
+    SharedExitRange range;
+    range.lowestLight = range.highestLight = light;
+    if (light > 0) {
+        range.lowestChroma = range.highestChroma = glm::vec3(exit.constant) / light;
+        range.lowestSlope = range.highestSlope = glm::vec3(exit.slope);
+    }
+    sharedExit_[octaveOf(light)].merge(range);
+}
+
+SharedExitRange LightMapMeasure::sharedExitRange(float leastLight) const {
+    SharedExitRange range;
+    for (std::size_t octave = octaveOf(leastLight); octave < sharedExit_.size(); ++octave) range.merge(sharedExit_[octave]);
+    return range;
+}
+
 void LightMapMeasure::merge(const LightMapMeasure& other) {
     coveredTexels_ += other.coveredTexels_;
     beyondPositiveBounds_ += other.beyondPositiveBounds_;
@@ -85,6 +125,7 @@ void LightMapMeasure::merge(const LightMapMeasure& other) {
         minimumRatio_[i] = std::min(minimumRatio_[i], other.minimumRatio_[i]);
         maximumRatio_[i] = std::max(maximumRatio_[i], other.maximumRatio_[i]);
     }
+    for (std::size_t octave = 0; octave < sharedExit_.size(); ++octave) sharedExit_[octave].merge(other.sharedExit_[octave]);
 }
 
 double LightMapMeasure::key() const {

@@ -136,6 +136,9 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target
         case LightMapFamily::Hdr:
             rows::planHdrCoefficients(plan, measure);
             break;
+        case LightMapFamily::Unreal:
+            rows::planUnreal(plan, measure);
+            break;
         case LightMapFamily::Basis:
             assert(false && "a learned layout needs planLearnedLightMap");
             break;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 
 #include "formats/padding.h"
 #include "lighting/radiometry.h"
@@ -191,6 +192,21 @@ Layer encodeHdr(PixelFormat format, const Source& source, const Image<glm::vec3>
     hdr.hdrMetric = HdrMetric::Log;
     hdr.hdrScale = std::max(0.1f * key / range, 1e-6f);
     return encodeLayer(format, texels, source.coverage, hdr, wantsDecoded, report);
+}
+
+Layer encodeAlpha(const Image<glm::vec4>& texels, const Image<float>& significance, const EncodeOptions& options, EncodeReport& report) {
+    Image<glm::vec4> alpha(texels.width(), texels.height());
+    for (int y = 0; y < texels.height(); ++y)
+        for (int x = 0; x < texels.width(); ++x) alpha.at(x, y) = glm::vec4(texels.at(x, y).w, 0, 0, 1);
+    return encodeLayer(PixelFormat::Bc4, alpha, significance, options, true, report);
+}
+
+void putAlpha(Layer& color, const Layer& alpha) {
+    constexpr std::size_t half = 8;
+    for (std::size_t block = 0; block * half < alpha.bytes.size(); ++block)
+        std::memcpy(color.bytes.data() + 2 * half * block, alpha.bytes.data() + half * block, half);
+    for (int y = 0; y < color.decoded.height(); ++y)
+        for (int x = 0; x < color.decoded.width(); ++x) color.decoded.at(x, y).w = alpha.decoded.at(x, y).x;
 }
 
 Image<float> linearSignificance(const Source& source) {

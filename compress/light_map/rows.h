@@ -49,6 +49,13 @@ Layer encodeLayer(formats::PixelFormat format, formats::Image<glm::vec4>& texels
 Layer encodeHdr(formats::PixelFormat format, const Source& source, const formats::Image<glm::vec3>& values, float range, float key,
                 const EncodeOptions& options, bool wantsDecoded, EncodeReport& report);
 
+/// Encodes the alphas of texels as BC4, the alpha half of BC3.
+Layer encodeAlpha(const formats::Image<glm::vec4>& texels, const formats::Image<float>& significance, const EncodeOptions& options,
+                  EncodeReport& report);
+/// Replaces the alpha halves of BC3 blocks.
+/// alpha  BC4, decoded
+void putAlpha(Layer& color, const Layer& alpha);
+
 /// Layouts of two HDR textures decode mix(first, second, share). The second texture stores errors of the first one divided by the share,
 /// and no negative values: a larger share holds larger errors, a smaller one makes less of the texture's own.
 inline constexpr float kSecondShare = 1.0f / 8;

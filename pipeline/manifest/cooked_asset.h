@@ -198,7 +198,8 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("units", asset.units, "units of the light: radiometric");
     fields.optional("phase", asset.phase, "sign convention of the SH basis: none");
     fields.optional("frame", asset.frame, "frame of directions");
-    fields.optional("decode_degree", asset.decodeDegree, "degree of the decode as a polynomial of the filtered texels");
+    fields.optional("decode_degree", asset.decodeDegree,
+                    "degree of the decode as a polynomial of the filtered texels; 0: it is no polynomial");
     fields.optional("mips_end", asset.mipsEnd, "of a light map with `mips = true`: why its textures have no further mip level");
     fields.optional("dither", asset.dither, "true if the codes of a reflection map are dithered");
     fields.optional("light_map", asset.lightMap, "light map that a mesh is lit by, or that a dominant light belongs to");

@@ -284,7 +284,8 @@ TEST_F(Command, LayoutsOfEnginesAreFilesThatTheyLoad) {
     ASSERT_EQ(run("lightmap map.exr room.dds --layout godot --max-error 1").code, 0);
     EXPECT_THAT(run("info room.dds").out, testing::AllOf(HasSubstr("bc6h-uf16"), HasSubstr("layers: 4")));
     EXPECT_EQ(run("decode room.dds slice.exr --layer 3").code, 0);
-    const std::map<std::string, std::vector<std::string>> layouts = {{"mono-sh", {"l0", "l1"}}, {"bakery", {"l0", "l1x", "l1y", "l1z"}}};
+    const std::map<std::string, std::vector<std::string>> layouts = {
+        {"mono-sh", {"l0", "l1"}}, {"bakery", {"l0", "l1x", "l1y", "l1z"}}, {"unreal-hq", {"lightmap0", "lightmap1"}}};
     for (const auto& [layout, files] : layouts) {
         ASSERT_EQ(run(fmt::format("lightmap map.exr {0} --layout {0} --container dds --max-error 1", layout)).code, 0);
         for (const std::string& file : files) EXPECT_TRUE(std::filesystem::exists(scene_ / layout / ("map_" + file + ".dds"))) << layout;

@@ -3,9 +3,14 @@
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <numbers>
+#include <vector>
 
 #include "formats/environment.h"
 #include "formats/gltf_light_map.h"
@@ -13,11 +18,13 @@
 #include "formats/gpu_texture.h"
 #include "formats/light_map_layout.h"
 #include "lighting/radiometry.h"
+#include "lighting/sphere.h"
 #include "pipeline/assets/gltf/gltf.h"
 #include "pipeline/command/schemas.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "tests/end_to_end/command_fixture.h"
+#include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -265,6 +272,85 @@ TEST_F(Engines, ManifestAndReportKeepTheirSchemasForEachKindOfLayout) {
 TEST_F(EnginesSoak, ManifestAndReportKeepTheirSchemasForEveryLayout) {
     if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) expectLayoutKeepsSchemas(layout);
+}
+
+/// The light of a texel by the formula of Unreal's shader, in its own words: Lightmap0 and Lightmap1 are filtered before.
+glm::dvec3 shownByUnreal(const glm::dvec4& lightmap0, const glm::dvec4& lightmap1, const Json& constants, const glm::dvec3& normal) {
+    const auto four = [&](const char* name) {
+        const Json& v = constants.at(name);
+        return glm::dvec4(v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>(), v.at(3).get<double>());
+    };
+    double logL = lightmap0.w;
+    logL += lightmap1.w * (1.0 / 255) - 0.5 / 255;
+    logL = logL * four("scale0").w + four("add0").w;
+    const glm::dvec3 uvw = glm::dvec3(lightmap0) * glm::dvec3(lightmap0) * glm::dvec3(four("scale0")) + glm::dvec3(four("add0"));
+    const glm::dvec4 sh = lightmap1 * four("scale1") + four("add1");
+    const double directionality = std::max(0.0, glm::dot(sh, glm::dvec4(normal.y, normal.z, normal.x, 1)));
+    return (std::exp2(logL) - 0.01858136) * directionality * uvw;
+}
+
+/// An engine that knows nothing of lightcook reads two DDS textures and four constants. It shows what `reconstruct` decodes between texels
+/// and, at texels, the bake with the error that the report states.
+TEST_F(Engines, UnrealShowsTheLightMapByItsOwnFormula) {
+    ASSERT_EQ(run("lightmap map.exr room --layout unreal-hq --container dds --max-error 1").code, 0);
+    ASSERT_EQ(run("reconstruct room map fine.exr --supersample 2").code, 0);
+    const Json map = readManifest(scene_ / "room").value().at("assets").at(0);
+    EXPECT_EQ(map.at("decode_degree"), 0);
+    std::vector<formats::Image<glm::vec4>> images;
+    for (const Json& texture : map.at("textures")) {
+        EXPECT_EQ(texture.at("format"), "bc3");
+        const auto opened = formats::TextureReader::open(scene_ / "room" / texture.at("file").get<std::string>());
+        ASSERT_TRUE(opened) << opened.error().line();
+        auto decoded = verify::decodeImage(*opened, {});
+        ASSERT_TRUE(decoded) << decoded.error().line();
+        images.push_back(std::move(*decoded));
+    }
+    ASSERT_EQ(images.size(), 2u);
+    const int width = images[0].width(), height = images[0].height();
+    const auto bake = formats::LightMapReader::open(scene_ / "map.exr", {}), fine = formats::LightMapReader::open(scene_ / "fine.exr", {});
+    ASSERT_TRUE(bake && fine);
+    const auto reference = bake->read(0, height), seen = fine->read(0, 2 * height);
+    ASSERT_TRUE(reference && seen);
+    ASSERT_EQ(seen->sh.width(), 2 * width);
+    const auto shown = [](const lighting::ShRgb& sh, const glm::dvec3& n) {
+        return glm::dvec3(lighting::lambertExitRadiance(sh, glm::vec3(n), glm::vec3(1)).value);
+    };
+    // Between texels: place (x + 1/2) / 2 - 1/2 of a texture, filtered here.
+    for (int y = 1; y + 1 < 2 * height; ++y)
+        for (int x = 1; x + 1 < 2 * width; ++x) {
+            const int left = (x - 1) / 2, top = (y - 1) / 2;
+            const double u = x % 2 == 1 ? 0.25 : 0.75, v = y % 2 == 1 ? 0.25 : 0.75;
+            std::array<glm::dvec4, 2> filtered;
+            for (std::size_t i = 0; i < 2; ++i) {
+                const auto at = [&](int dx, int dy) { return glm::dvec4(images[i].at(left + dx, top + dy)); };
+                filtered[i] = glm::mix(glm::mix(at(0, 0), at(1, 0), u), glm::mix(at(0, 1), at(1, 1), u), v);
+            }
+            for (int k = 0; k < 5; ++k) {
+                const glm::dvec3 n = lighting::fibonacciSphere(k, 5);
+                const glm::dvec3 engine = shownByUnreal(filtered[0], filtered[1], map.at("constants"), n),
+                                 ours = glm::max(shown(seen->sh.at(x, y), n), 0.0);
+                for (int c = 0; c < 3; ++c) ASSERT_NEAR(engine[c], ours[c], 2e-3 * glm::length(ours) + 1e-4) << x << ' ' << y << ' ' << k;
+            }
+        }
+    double errors = 0, squares = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            if (reference->covered.at(x, y) == 0) continue;
+            const glm::dmat3 world = lighting::worldFromTangentFrame(glm::dvec3(reference->normal.at(x, y)));
+            for (int k = 0; k < 32; ++k) {
+                const glm::dvec3 n = world * lighting::fibonacciHemisphere(k, 32), exact = shown(reference->sh.at(x, y), n),
+                                 error = shownByUnreal(images[0].at(x, y), images[1].at(x, y), map.at("constants"), n) - exact;
+                errors += glm::dot(error, error);
+                squares += glm::dot(exact, exact);
+            }
+        }
+    const auto report = loadReport(scene_ / "room" / kReportName);
+    ASSERT_TRUE(report);
+    const auto& stages = report->assets.front().verdict.stages;
+    const double relRms = std::sqrt(errors / squares), stated = stages.at(stages.size() - 2).diffuse.relRms;
+    // The engine clamps the directionality at 0, which is nearer to the bake, if anything.
+    EXPECT_LE(relRms, stated * 1.01);
+    EXPECT_GE(relRms, stated * 0.8);
 }
 
 TEST_F(Engines, ManifestAndReportKeepTheirSchemasForEveryConverter) {

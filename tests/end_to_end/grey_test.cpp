@@ -135,7 +135,8 @@ INSTANTIATE_TEST_SUITE_P(EveryWay, GreyTest,
                                          Variant{"float", "ratio"}, Variant{"float", "raw"}, Variant{"bc", "basis-3"},
                                          Variant{"bc", "basis-4"}, Variant{"bc", "basis-12"}, Variant{"astc", "basis-8"},
                                          Variant{"float", "basis-8"}, Variant{"float", "halo3"}, Variant{"float", "halo3-linear"},
-                                         Variant{"bc", "hdr-rgb9e5"}, Variant{"bc", "flat-2"}, Variant{"bc", "ratio", "ggx"}),
+                                         Variant{"bc", "hdr-rgb9e5"}, Variant{"bc", "flat-2"}, Variant{"bc", "unreal-hq"},
+                                         Variant{"astc", "unreal-hq"}, Variant{"bc", "ratio", "ggx"}),
                          [](const auto& variant) {
                              std::string layout = variant.param.layout;
                              std::ranges::replace(layout, '-', '_');

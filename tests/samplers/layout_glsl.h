@@ -79,6 +79,9 @@ public:
                 return texels({}) + eachTexture() + callWithoutConstants();
             case formats::LightMapFamily::Hdr:
                 return decodeHdr();
+            case formats::LightMapFamily::Unreal:
+                return constants({{"scale0", Kind::Vector}, {"add0", Kind::Vector}, {"scale1", Kind::Vector}, {"add1", Kind::Vector}}) +
+                       texels({}) + eachTexture() + call();
             case formats::LightMapFamily::Basis:
                 break;
         }

@@ -136,6 +136,9 @@ std::string useOf(const std::string& layout) {
     if (layout == "ratio" || layout == "sh4")
         body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < " + (layout == "sh4" ? "3" : "8") +
                 "; ++i) { t.ratio[i] = " + one + "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\n";
+    if (layout == "unreal-hq")
+        body += "t.lightmap0 = " + one + ";\nt.lightmap1 = " + one + ";\nk.scale0 = k.add0 = k.scale1 = k.add1 = " + one +
+                ";\nvec3 shown = lcUnrealHqExitRadiance(t, k, vec3(0.6, 0.0, 0.8));\nt.lightmap0.x = shown.x;\n";
     if (!hasConstants)
         body += "vec3 shown = lc" + type + "ExitRadiance(t, vec3(0.6, 0.0, 0.8));\nt." + (layout == "godot" ? "sh[0]" : "l0") +
                 ".x = shown.x;\n";

@@ -142,6 +142,37 @@ TEST(ShaderLightMaps, EnginesLayoutsShowWhatTheEngineShows) {
     }
 }
 
+/// The engine's formula written out in double; light is not negative where the engine clamps the directionality at 0.
+TEST(ShaderLightMaps, UnrealShowsWhatTheEngineShows) {
+    Random random;
+    const auto four = [&](float low, float high) {
+        return glm::vec4(random.number(low, high), random.number(low, high), random.number(low, high), random.number(low, high));
+    };
+    int clamped = 0;
+    for (int i = 0; i < 400; ++i) {
+        const vec3 n = random.direction();
+        const shaders::LcUnrealHqTexels texels{four(0, 1), four(0, 1)};
+        shaders::LcUnrealHqConstants k{four(0.5f, 2), four(0, 1), four(0.5f, 1), four(-0.5f, 0)};
+        k.scale0.w = random.number(1, 12);
+        k.add0.w = random.number(-5, -1);
+        k.scale1.w = 0;
+        k.add1.w = 0.282095f;
+        const glm::dvec4 first(texels.lightmap0), second(texels.lightmap1);
+        const double logL = (first.w + second.w / 255 - 0.5 / 255) * static_cast<double>(k.scale0.w) + static_cast<double>(k.add0.w);
+        const double luminance = std::exp2(logL) - 0.01858136;
+        const glm::dvec4 sh = second * glm::dvec4(k.scale1) + glm::dvec4(k.add1);
+        const double along = sh.x * static_cast<double>(n.y) + sh.y * static_cast<double>(n.z) + sh.z * static_cast<double>(n.x) + sh.w;
+        const glm::dvec3 uvw = glm::dvec3(first) * glm::dvec3(first) * glm::dvec3(k.scale0) + glm::dvec3(k.add0);
+        const float rounding = 1e-5f * (1 + std::abs(static_cast<float>(luminance)));
+        expectNear(shaders::lcUnrealHqExitRadiance(texels, k, n), vec3(luminance * std::max(along, 0.0) * uvw), 3 * rounding);
+        const LcSh decoded = shaders::lcLightMapUnrealHq(texels, k);
+        expectNear(lighting::lambertExitRadiance(toRgb(decoded), n, vec3(1)).value, vec3(luminance * along * uvw), 9 * rounding);
+        for (int j = 4; j < 9; ++j) EXPECT_EQ(decoded.c[j], vec3(0));
+        clamped += along < 0 ? 1 : 0;
+    }
+    EXPECT_GT(clamped, 20);
+}
+
 TEST(ShaderSpecular, CookTorranceIsLightings) {
     Random random;
     for (int i = 0; i < 500; ++i) {

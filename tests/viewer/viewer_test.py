@@ -180,8 +180,8 @@ class LayoutsSoak(PageSuite):
     """Every layout, learned and not, on a light map without a mesh: places between texels and texel centres, against reconstruct."""
 
     cases = [*((layout, 'bc') for layout in LAYOUTS), ('ratio', 'float'), ('luvw', 'float')]
-    decoded_here = ('luvw', 'luvw-linear', 'basis-3', 'halo3', 'halo3-linear')
-    products = {'luvw': 8, 'halo3': 32}  # beginnings of layouts whose textures are BC3, and codes that a device may be off
+    decoded_here = ('luvw', 'luvw-linear', 'basis-3', 'halo3', 'halo3-linear', 'unreal-hq')
+    products = {'luvw': 8, 'halo3': 32, 'unreal': 8}  # beginnings of layouts whose textures are BC3, and codes that a device may be off
 
     def test_every_layout_is_decoded_as_reconstruct_does(self):
         channels = lighting.read_exr(BAKE)
@@ -197,7 +197,7 @@ class LayoutsSoak(PageSuite):
         self.browser = self.browse(width=500, height=900)
         for layout, target in self.cases:
             with self.subTest(layout=layout, target=target):
-                # A device may round the palettes of S3TC to 8 bits, which luvw multiplies, and halo3, whose residual has eight times the range.
+                # A device may round the palettes of S3TC to 8 bits, which luvw and unreal-hq multiply, and halo3, whose residual has eight times the range.
                 codes = next((codes for name, codes in self.products.items() if layout.startswith(name) and target == 'bc'), 1)
                 self.check_layout(layout, target, dist, bake, inside, codes)
         self.browser.without_extensions(['WEBGL_compressed_texture_s3tc'])
@@ -264,7 +264,7 @@ specular = false
 class Layouts(LayoutsSoak):
     """The same for one layout of each kind of decode. The soak has the others."""
 
-    cases = [('flat', 'bc'), ('flat-2', 'bc'), ('luvw', 'bc'), ('basis-4', 'bc'), ('godot', 'bc'), ('hdr-rgb9e5', 'bc'), ('ratio', 'float')]
+    cases = [('flat', 'bc'), ('flat-2', 'bc'), ('luvw', 'bc'), ('basis-4', 'bc'), ('godot', 'bc'), ('unreal-hq', 'bc'), ('hdr-rgb9e5', 'bc'), ('ratio', 'float')]
     decoded_here = ('luvw',)
 
     def test_every_layout_of_the_table_is_known(self):

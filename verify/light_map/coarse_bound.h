@@ -24,6 +24,7 @@
 #include <limits>
 #include <vector>
 
+#include "verify/light_map/curvature.h"
 #include "verify/light_map/deviation.h"
 #include "verify/light_map/vectors.h"
 
@@ -31,10 +32,6 @@ namespace lightcook::verify::layouts {
 
 using lightmap::BandLengths;
 using lightmap::kBandLanes;
-
-/// Texels (0, 0), (1, 0), (0, 1), (1, 1) of a quad.
-template <std::size_t kLayers>
-using Corners = std::array<const Texels<kLayers>*, 4>;
 
 /// Coarse bound of a quad, light in the units of its texels.
 struct CoarseBound {
@@ -46,20 +43,6 @@ namespace detail {
 
 constexpr float kCurvature2 = 1.0f / 4, kCurvature3 = 1.0f / 6;  ///< K of degree 2 and 3
 
-/// Returns the largest difference along an axis, 0 or 1, of values at the corners.
-template <class Value>
-auto step(const std::array<Value, 4>& at, int axis) {
-    return axis == 0 ? glm::max(glm::abs(at[1] - at[0]), glm::abs(at[3] - at[2]))
-                     : glm::max(glm::abs(at[2] - at[0]), glm::abs(at[3] - at[1]));
-}
-template <class Value>
-Value largestOf(const std::array<Value, 4>& at) {
-    return glm::max(glm::max(glm::abs(at[0]), glm::abs(at[1])), glm::max(glm::abs(at[2]), glm::abs(at[3])));
-}
-template <std::size_t kLayers>
-std::array<glm::vec4, 4> layerAt(const Corners<kLayers>& t, std::size_t layer) {
-    return {(*t[0])[layer], (*t[1])[layer], (*t[2])[layer], (*t[3])[layer]};
-}
 /// Returns the band lengths of upper bounds of coefficients.
 inline BandLengths lengthsOf(const shaders::LcSh& upperBounds) {
     return lightmap::bandLengths(upperBounds);
@@ -86,7 +69,7 @@ inline bool isUnsigned(const FormatTolerance& format) {
 
 /// Linear decodes: the corners are the control vectors, so the curvature is 0.
 template <class Layout>
-requires(Layout::kDegree == 1) class CoarseBounds<Layout> {
+requires(Layout::kDegree == 1 && !Curved<Layout>) class CoarseBounds<Layout> {
 public:
     CoarseBounds(const Layout&, const std::vector<FormatTolerance>& tolerance) : formats_(tolerance) {}
     bool isKnown() const { return true; }
@@ -176,6 +159,35 @@ public:
     }
 
 private:
+    std::vector<FormatTolerance> formats_;
+};
+
+/// Curved layouts. Parts of a quad are refined one by one (curved.h), and the curvature of a part adds to how far its corners are from the
+/// blend: halving divides the curvature by four, so that all of them are within 1 + 1/4 of the curvature of the quad, here 4/3.
+template <Curved Layout>
+class CoarseBounds<Layout> {
+public:
+    CoarseBounds(const Layout&, const std::vector<FormatTolerance>& tolerance) : formats_(tolerance) {}
+    bool isKnown() const { return true; }
+    template <class ToleranceAt>
+    CoarseBound bound(const Layout& layout, const Corners<Layout::kLayers>& t, ToleranceAt&& toleranceAt) const {
+        CoarseBound out{detail::lengthsOf(curvatureOf(layout, t)), {}};
+        for (float& length : out.curvature) length *= kParts;
+        if (formats_.empty()) return out;
+        Boxes<Layout::kLayers> boxes;
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+            const auto at = detail::layerAt(t, layer);
+            const glm::vec4 low = glm::min(glm::min(at[0], at[1]), glm::min(at[2], at[3])),
+                            high = glm::max(glm::max(at[0], at[1]), glm::max(at[2], at[3]));
+            boxes[layer] = {0.5f * (low + high), 0.5f * (high - low),
+                            toleranceAt(layer) + formats_[layer].relative * glm::max(glm::abs(low), glm::abs(high))};
+        }
+        out.tolerance = detail::lengthsOf(deviationOf(layout, boxes));
+        return out;
+    }
+
+private:
+    static constexpr float kParts = 4.0f / 3;
     std::vector<FormatTolerance> formats_;
 };
 

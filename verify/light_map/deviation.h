@@ -6,7 +6,12 @@
 // of four codes, whose derivatives often cancel between coefficients: they keep signed vectors (Deviation::groups) instead of lengths.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
+#include <numbers>
 
 #include "verify/light_map/layouts.h"
 #include "verify/sampler_tolerance.h"
@@ -122,6 +127,63 @@ shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t)
     }
     if constexpr (Zonal<Layout>) out.c[4] *= detail::kLuvwLinearZonal;
     return out;
+}
+
+/// The largest factors of Unreal's decode over boxes of its two texels.
+struct UnrealFactors {
+    float exponential, luminance;  ///< 2^E, |2^E - kBlack|
+    glm::vec3 root, color;         ///< |root|, |root^2 scale + add|
+    glm::vec4 sh;
+
+    UnrealFactors(const UnrealHq& layout, const Texels<2>& low, const Texels<2>& high) {
+        const auto& k = layout.k;
+        const auto exponentialOf = [&](const Texels<2>& t) { return std::exp2(fractionOf(t) * k.scale0.w + k.add0.w); };
+        const float first = exponentialOf(low), second = exponentialOf(high);
+        exponential = kOutward * std::max(first, second);
+        luminance = std::max(std::abs(first - UnrealHq::kBlack), std::abs(second - UnrealHq::kBlack)) + (kOutward - 1) * exponential;
+        const glm::vec3 lowRoot = detail::rgb(low[0]), highRoot = detail::rgb(high[0]), scale = detail::rgb(k.scale0),
+                        add = detail::rgb(k.add0);
+        root = glm::max(glm::abs(lowRoot), glm::abs(highRoot));
+        const glm::vec3 least = glm::max(glm::max(lowRoot, -highRoot), 0.0f);
+        color = glm::max(glm::abs(root * root * scale + add), glm::abs(least * least * scale + add)) +
+                (kOutward - 1) * (root * root * glm::abs(scale) + glm::abs(add));
+        sh = glm::max(glm::abs(low[1] * k.scale1 + k.add1), glm::abs(high[1] * k.scale1 + k.add1));
+    }
+    /// What E = fraction scale0.a + add0.a is of.
+    static float fractionOf(const Texels<2>& t) { return t[0].w + (t[1].w - 0.5f) / 255; }
+    /// Relative error of a float evaluation of 2^E. Vulkan allows exp2(x) an error of 3 + 2 |x| units in the last place; x is rounded too.
+    static float exponentialRounding(const UnrealHq& layout) {
+        return 1.2e-7f * (3 + 3 * (std::abs(layout.k.scale0.w) + std::abs(layout.k.add0.w)));
+    }
+    /// Sets the four coefficients from the components of SH, of the same change of each.
+    static shaders::LcSh coefficients(const std::array<glm::vec3, 4>& ofComponent) {
+        shaders::LcSh out{};
+        for (std::size_t i = 0; i < 4; ++i) out.c[(i + 1) % 4] = (i == 3 ? UnrealHq::kFirst : UnrealHq::kLinear) * ofComponent[i];
+        return out;
+    }
+
+private:
+    static constexpr float kOutward = 1 + 1e-6f;
+};
+
+inline shaders::LcSh deviationOf(const UnrealHq& layout, const Boxes<2>& t) {
+    const auto& k = layout.k;
+    Texels<2> low, high;
+    for (std::size_t i = 0; i < 2; ++i) {
+        const glm::vec4 reach = t[i].half + t[i].tolerance;
+        low[i] = t[i].centre - reach;
+        high[i] = t[i].centre + reach;
+    }
+    const UnrealFactors largest(layout, low, high);
+    const float exponent = std::numbers::ln2_v<float> * std::abs(k.scale0.w) * (t[0].tolerance.w + t[1].tolerance.w / 255);
+    const float luminance = largest.exponential * (exponent + UnrealFactors::exponentialRounding(layout));
+    const glm::vec3 color = 2.0f * glm::abs(detail::rgb(k.scale0)) * largest.root * detail::rgb(t[0].tolerance);
+    const glm::vec4 sh = glm::abs(k.scale1) * t[1].tolerance;
+    std::array<glm::vec3, 4> off;
+    for (int i = 0; i < 4; ++i)
+        off[static_cast<std::size_t>(i)] =
+            (luminance * largest.color + largest.luminance * color) * largest.sh[i] + largest.luminance * sh[i] * largest.color;
+    return UnrealFactors::coefficients(off);
 }
 
 /// Places of the polynomial's factors in lcBasisMonomials: of each code, and of each product of two codes.

@@ -80,6 +80,16 @@ std::optional<formats::Error> readConstants(const CookedLightMap& map, Hdr& layo
     return std::nullopt;
 }
 
+std::optional<formats::Error> readConstants(const CookedLightMap& map, UnrealHq& layout) {
+    for (const auto& [name, out] : {std::pair("scale0", &layout.k.scale0), std::pair("add0", &layout.k.add0),
+                                    std::pair("scale1", &layout.k.scale1), std::pair("add1", &layout.k.add1)}) {
+        std::array<float, 4> values{};
+        if (auto error = readConstant(map, name, values)) return error;
+        *out = glm::vec4(values[0], values[1], values[2], values[3]);
+    }
+    return std::nullopt;
+}
+
 /// Reads `count` tables from the constant `name`, whose values are in the order of the shader's struct.
 template <class Table>
 std::optional<formats::Error> readTables(const CookedLightMap& map, const std::string& name, std::size_t count, std::vector<Table>& out) {

@@ -11,6 +11,7 @@
 // CoarseBounds in coarse_bound.h. A layout of an existing family is one alias: the ratio family, say, needs `using X = RatioDecode<...>`.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -49,8 +50,9 @@ template <LightMapLayout kId>
 struct LayoutRow {
     static constexpr LightMapLayout kLayout = kId;
     static constexpr auto kLayers = static_cast<std::size_t>(formats::info(kId).tapCount());
-    /// Degree of the decode as a polynomial of the filtered texels; for zonal layouts the degree of bands().
-    static constexpr int kDegree = formats::info(kId).decodeDegree;
+    /// Degree of the decode as a polynomial of the filtered texels; for zonal layouts the degree of bands(), for curved ones 1: that of the
+    /// bilinear blend which they are near to.
+    static constexpr int kDegree = std::max(formats::info(kId).decodeDegree, 1);
     static constexpr std::size_t kStages = formats::info(kId).stages.size();
     static constexpr std::size_t kEarlyStages = kStages - 1;
 };
@@ -267,6 +269,30 @@ struct Halo3Linear : LayoutRow<LightMapLayout::Halo3Linear> {
     }
 };
 
+/// Layouts whose decode is no polynomial of the texels at all. In a part of a quad it is within curvatureOf() (deviation.h) of the bilinear
+/// blend of its values at the corners of the part.
+template <class Layout>
+concept Curved = formats::info(Layout::kLayout)
+.decodeDegree == 0;
+
+/// Unreal: c_i = factor_i L(E) U(root) SH_i with E and SH linear in the texels, L = 2^E - kBlack and U = root^2 scale + add.
+struct UnrealHq : LayoutRow<LightMapLayout::UnrealHq> {
+    shaders::LcUnrealHqConstants k{};
+    /// The shader's numbers; factors are rounded up. Component i of SH is that of coefficient (i + 1) % 4.
+    static constexpr float kBlack = 0.01858136f, kFirst = 3.544908f, kLinear = 3.069981f;
+
+    shaders::LcSh decode(const Texels<kLayers>& t) const {
+        return shaders::lcLightMapUnrealHq(shaderTexels<shaders::LcUnrealHqTexels>(t), k);
+    }
+    /// Returns coefficient 0 of the first texture alone, and the reference's higher coefficients.
+    shaders::LcSh decodeEarly(std::size_t, Texels<kLayers> t, const shaders::LcSh& reference) const {
+        t[1].w = 0.5f;
+        shaders::LcSh sh = reference;
+        sh.c[0] = decode(t).c[0];
+        return sh;
+    }
+};
+
 struct Zh3 : RatioRow<LightMapLayout::Zh3, shaders::LcZh3Texels, shaders::LcZh3Constants> {
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapZh3(shaderTexels<shaders::LcZh3Texels>(t), k); }
     shaders::LcSh bands(const Texels<kLayers>& t) const { return shaders::lcZh3Bands(shaderTexels<shaders::LcZh3Texels>(t), k); }
@@ -334,7 +360,7 @@ struct Basis : LayoutRow<kId> {
 /// One alternative for each layout, in the order of the enumeration.
 using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
                             Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4, Godot,
-                            MonoSh, Bakery, Hdr, Hdr2, Halo3, Halo3Linear, HdrRgb9e5, Flat2>;
+                            MonoSh, Bakery, Hdr, Hdr2, Halo3, Halo3Linear, HdrRgb9e5, Flat2, UnrealHq>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

@@ -9,6 +9,7 @@
 
 #include "verify/light_map/controls.h"
 #include "verify/light_map/covered_quad.h"
+#include "verify/light_map/curvature.h"
 #include "verify/light_map/tolerance.h"
 #include "verify/light_map/visible_search.h"
 
@@ -53,7 +54,7 @@ public:
     }
 
 private:
-    static constexpr bool kIsZonal = layouts::Zonal<Layout>;
+    static constexpr bool kIsZonal = layouts::Zonal<Layout>, kIsCurved = layouts::Curved<Layout>;
 
     decltype(auto) decodeLayout() const { return rows_.decodeOf(quad_.x, quad_.y, decode_); }
     /// Returns the decode, or what of it is a polynomial: bands(), with the axis vector in c[5].
@@ -99,21 +100,48 @@ private:
         for (std::size_t line = 0; line < kNodes; ++line) convert(line * kNodes, 1);
         for (std::size_t line = 0; line < kNodes; ++line) convert(line, kNodes);
     }
+    /// Returns the filtered texels at the corners of a rectangle.
+    std::array<LayerTexels, 4> cornersOf(const PlaceRectangle& place) const {
+        std::array<LayerTexels, 4> out;
+        for (std::size_t i = 0; i < 4; ++i) out[i] = quad_.texelsAt(place.low + place.size * glm::vec2(i % 2, i / 2));
+        return out;
+    }
+    /// Adds the curvature over a rectangle with these corners.
+    void addCurvature([[maybe_unused]] const std::array<LayerTexels, 4>& corners, [[maybe_unused]] double factor,
+                      [[maybe_unused]] CellLight& out) const {
+        if constexpr (kIsCurved)
+            addLengths(out.errorSlack, layouts::curvatureOf(rows_.layout(), {&corners[0], &corners[1], &corners[2], &corners[3]}),
+                       factor * static_cast<double>(rows_.perKey()));
+    }
+    /// Returns a function that returns the decode, or what of it is a polynomial, for fractions of a rectangle. In place of a curved decode
+    /// that is the blend of its corners, and its curvature is added to `out`.
+    auto decodeOver(const PlaceRectangle& place, [[maybe_unused]] CellLight& out) const {
+        if constexpr (kIsCurved) {
+            const std::array<LayerTexels, 4> corners = cornersOf(place);
+            addCurvature(corners, 1, out);
+            std::array<LcSh, 4> ends;
+            for (std::size_t i = 0; i < 4; ++i) ends[i] = polynomialOf(corners[i]);
+            return [ends](const glm::vec2& at) { return blend(blend(ends[0], ends[1], at.x), blend(ends[2], ends[3], at.x), at.y); };
+        } else {
+            return [this, place](const glm::vec2& at) { return polynomialOf(quad_.texelsAt(place.low + place.size * at)); };
+        }
+    }
     template <int kDegree>
     CellLight over(const PlaceRectangle& place) const {
         constexpr std::size_t kNodes = kDegree + 1, kControls = kNodes * kNodes;
         std::array<LcSh, kControls> values, references;
         std::array<float, kControls> weights;
+        CellLight out;
+        const auto decodeAt = decodeOver(place, out);
         for (std::size_t v = 0; v < kNodes; ++v)
             for (std::size_t u = 0; u < kNodes; ++u) {
-                const glm::vec2 node = place.low + place.size * (glm::vec2(u, v) / static_cast<float>(kDegree));
+                const glm::vec2 at = glm::vec2(u, v) / static_cast<float>(kDegree);
                 const std::size_t k = v * kNodes + u;
-                std::tie(references[k], weights[k]) = quad_.referenceAt(node);
-                values[k] = scaled(polynomialOf(quad_.texelsAt(node)), weights[k]);
+                std::tie(references[k], weights[k]) = quad_.referenceAt(place.low + place.size * at);
+                values[k] = scaled(decodeAt(at), weights[k]);
             }
         toControls<kDegree>(values);
         for (std::size_t k = 0; k < kControls; ++k) values[k] = scaled(values[k], 1 / weights[k]);
-        CellLight out;
         takeZonal(values, addTolerance(place, out), out);
         for (std::size_t k = 0; k < kControls; ++k) values[k] = difference(values[k], references[k]);
         // The conversion magnifies rounding by 5.7 for each axis at degree 3, by 15.3 at degree 4; a weight is at least 1/4.
@@ -160,13 +188,10 @@ private:
         PlaceRectangle reach;
         reach.low = glm::max(place.low - kFractionTolerance, 0.0f);
         reach.size = glm::min(place.low + place.size + kFractionTolerance, 1.0f) - reach.low;
-        std::array<LayerTexels, 4> ends;
-        typename Rows::QuadTexels pointers{};
-        for (std::size_t i = 0; i < 4; ++i) {
-            ends[i] = quad_.texelsAt(reach.low + reach.size * glm::vec2(i % 2, i / 2));
-            pointers[i] = &ends[i];
-        }
+        const std::array<LayerTexels, 4> ends = cornersOf(reach);
+        const typename Rows::QuadTexels pointers = {&ends[0], &ends[1], &ends[2], &ends[3]};
         const auto off = tolerance_.partDeviation(quad_.corners.texels, pointers, quad_.x, quad_.y, decodeLayout());
+        addCurvature(ends, 2, out);  // of both places between which a fraction moves
         addLengths(out.errorSlack, off.absolute, static_cast<double>(rows_.perKey()));
         for (const std::array<LcSh, 4>& group : off.groups)
             for (const LcSh& vector : group) {

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "verify/light_map/controls.h"
+#include "verify/light_map/curved.h"
 #include "verify/light_map/grouped_errors.h"
 #include "verify/light_map/quad_coarse_bound.h"
 #include "verify/light_map/tolerance.h"
@@ -39,7 +40,7 @@ public:
     using Corners = typename MapRows<Layout>::Corners;
 
     QuadBounds(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
-        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator), zonal_(zonalOf(rows, tolerance, evaluator)) {}
+        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator), parts_(partsOf(rows, tolerance, evaluator)) {}
     const LargestBounds& largest() const { return largest_; }
 
     /// Raises the maximum to the exact bound of quad (x, y).
@@ -81,16 +82,19 @@ public:
 private:
     using Quad = QuadControls<Layout>;
 
-    static auto zonalOf(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator) {
+    /// Returns the bounds of layouts whose quads are bounded in parts.
+    static auto partsOf(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator) {
         if constexpr (layouts::Zonal<Layout>)
             return ZonalBounds<Layout>(rows, tolerance, evaluator);
+        else if constexpr (layouts::Curved<Layout>)
+            return CurvedBounds<Layout>(rows, tolerance, evaluator);
         else
             return std::monostate{};
     }
 
     void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, bool mayDefer) {
-        if constexpr (layouts::Zonal<Layout>) {
-            zonal_.bound(texels, references, x, y, largest_);
+        if constexpr (layouts::Zonal<Layout> || layouts::Curved<Layout>) {
+            parts_.bound(texels, references, x, y, largest_);
         } else {
             for (int corner = 0; corner < 4; ++corner)
                 if (rows_.isNewDecode(x, y, corner) && !boundDecode(texels, references, x, y, corner, mayDefer)) return;
@@ -209,8 +213,8 @@ private:
     const MapRows<Layout>& rows_;
     const SamplerTolerance<Layout>& tolerance_;
     const BoundEvaluator& evaluator_;
-    decltype(zonalOf(std::declval<const MapRows<Layout>&>(), std::declval<const SamplerTolerance<Layout>&>(),
-                     std::declval<const BoundEvaluator&>())) zonal_;
+    decltype(partsOf(std::declval<const MapRows<Layout>&>(), std::declval<const SamplerTolerance<Layout>&>(),
+                     std::declval<const BoundEvaluator&>())) parts_;
     LargestBounds largest_;
     std::vector<CoarselyBoundedQuad> coarselyBounded_;
     std::vector<DeferredQuad> deferred_;

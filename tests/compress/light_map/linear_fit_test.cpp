@@ -161,5 +161,58 @@ TEST_F(LinearFitTest, TheRestIsSolvedForAGivenPart) {
     }
 }
 
+/// Light of one direction in three strengths: the functions that share a slope lose nothing.
+TEST_F(LinearFitTest, ColoursOfOneDirectionShareTheirSlope) {
+    for (int round = 0; round < 50; ++round) {
+        Light light = randomLight();
+        for (glm::vec3& coefficient : light) coefficient = coefficient.x * glm::vec3(1.0f, 0.5f, 0.125f);
+        const LinearFit fit(randomNormal());
+        const auto best = fit.best(light);
+        if (!(best[0].constant > 0)) continue;
+        const glm::dvec3 constants(best[0].constant, best[1].constant, best[2].constant);
+        const auto shared = fit.shared(best, constants, {glm::dvec3(-1e3), glm::dvec3(1e3)});
+        for (std::size_t c = 0; c < 3; ++c) {
+            const auto channel = static_cast<glm::dvec3::length_type>(c);
+            EXPECT_NEAR(shared.constant[channel], best[c].constant, 1e-6 * best[0].constant);
+            EXPECT_LT(glm::length(shared.constant[channel] * shared.slope - best[c].linear), 1e-5 * glm::length(best[0].linear));
+        }
+    }
+}
+
+TEST_F(LinearFitTest, NoSharedSlopeWithinItsRangeIsClearlyBetter) {
+    const compress::rows::SlopeRange range{glm::dvec3(-2, -1.5, -2), glm::dvec3(2, 2, 1)};
+    for (int round = 0; round < 30; ++round) {
+        const Light light = randomLight();
+        const glm::vec3 normal = randomNormal();
+        const auto normals = normalsAround(normal);
+        const LinearFit fit(normal);
+        const auto best = fit.best(light);
+        glm::dvec3 start;
+        for (int c = 0; c < 3; ++c) start[c] = fit.within(best[static_cast<std::size_t>(c)], 2).constant;
+        const auto shared = fit.shared(best, start, range);
+        const auto cost = [&](const glm::dvec3& constants, const glm::dvec3& slope) {
+            double sum = 0;
+            for (int c = 0; c < 3; ++c) {
+                Light channel = light;
+                for (glm::vec3& coefficient : channel) coefficient = glm::vec3(coefficient[c]);
+                sum += costOf({constants[c], constants[c] * slope}, channel, normals);
+            }
+            return sum;
+        };
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_GE(shared.slope[axis], range.low[axis]);
+            EXPECT_LE(shared.slope[axis], range.high[axis]);
+        }
+        const double found = cost(shared.constant, shared.slope);
+        for (int trial = 0; trial < 20; ++trial) {
+            glm::dvec3 slope = shared.slope, constants;
+            for (int axis = 0; axis < 3; ++axis)
+                slope[axis] = std::clamp(slope[axis] + uniform(-0.05, 0.05), range.low[axis], range.high[axis]);
+            for (int c = 0; c < 3; ++c) constants[c] = shared.constant[c] * uniform(0.98, 1.02);
+            EXPECT_LE(found, 1.03 * cost(constants, slope));
+        }
+    }
+}
+
 }  // namespace
 }  // namespace lightcook

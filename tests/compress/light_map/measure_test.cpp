@@ -37,6 +37,32 @@ TEST(LightMapMeasure, DoesNotDependOnTheCutNorOnTexelsOutsideCharts) {
     EXPECT_EQ(merged.minimumZonal(), whole.minimumZonal());
     EXPECT_EQ(merged.maximumZonal(), whole.maximumZonal());
     EXPECT_GT(whole.maximumZonal(), 0);
+    for (const float least : {0.0f, 0.5f * static_cast<float>(whole.key())}) {
+        const compress::SharedExitRange found = merged.sharedExitRange(least), expected = whole.sharedExitRange(least);
+        EXPECT_EQ(found.lowestLight, expected.lowestLight);
+        EXPECT_EQ(found.highestLight, expected.highestLight);
+        EXPECT_EQ(found.lowestChroma, expected.lowestChroma);
+        EXPECT_EQ(found.highestChroma, expected.highestChroma);
+        EXPECT_EQ(found.lowestSlope, expected.lowestSlope);
+        EXPECT_EQ(found.highestSlope, expected.highestSlope);
+    }
+}
+
+/// Ranges of colours and slopes are those of the texels that are bright enough, and light is that of all.
+TEST(LightMapMeasure, DarkTexelsDoNotWidenTheRangesOfBrighterOnes) {
+    formats::LightMapStrip band = synthetic::makeBand(Kind::Grey, kWidth, 0, kHeight);
+    band.sh.at(20, 20) = synthetic::constantLight(glm::vec3(0.001f, 0, 0));
+    band.covered.at(20, 20) = 1;
+    compress::LightMapMeasure measure;
+    measure.add(band);
+    const compress::SharedExitRange all = measure.sharedExitRange(0), bright = measure.sharedExitRange(0.25f);
+    EXPECT_NEAR(all.lowestLight, 0.001f, 1e-6f);
+    EXPECT_NEAR(all.highestLight, 0.5f, 1e-6f);
+    EXPECT_NEAR(all.lowestChroma.y, 0, 1e-6f);
+    EXPECT_NEAR(bright.lowestChroma.y, 1, 1e-6f);
+    EXPECT_NEAR(bright.highestChroma.y, 1, 1e-6f);
+    EXPECT_NEAR(glm::length(bright.highestSlope), 0, 1e-6f);
+    EXPECT_TRUE(measure.sharedExitRange(2).isEmpty());
 }
 
 TEST(LightMapMeasure, KeyIsTheLogAverageOfExitLuminance) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string_view>
 
 #include "tests/compress/light_map/synthetic_plan.h"
 
@@ -27,6 +28,7 @@ TEST(LightMapPlan, SizesFollowFromTheLayout) {
     for (const Target target : {Target::Bc, Target::Astc})
         EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::HdrRgb9e5, target).bitsPerTexel(), 288);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Flat, Target::Bc).bitsPerTexel(), 8);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::UnrealHq, Target::Bc).bitsPerTexel(), 16);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Raw, Target::Float).bitsPerTexel(), 576);
     const compress::LightMapPlan ratio = planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Bc);
     EXPECT_EQ(ratio.gpuBytes(), 9u * 12 * 10 * 16);
@@ -48,6 +50,32 @@ TEST(LightMapPlan, HalfRangesUseTheUpperOctavesInAnyUnit) {
         EXPECT_EQ(std::exp2(std::round(std::log2(range))), range);
     }
     EXPECT_EQ(planOf(Kind::Black, LightMapLayout::Ratio, Target::Bc).constants.at("range")[0], 1);
+}
+
+/// The engine's black point is a number, but the unit of the luminance follows the map: only the colours know the unit of its light.
+TEST(LightMapPlan, ConstantsOfUnrealHqFollowTheUnitOfTheMap) {
+    const formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, synthetic::kWidth, 0, synthetic::kHeight);
+    const auto constants = synthetic::planOf(LightMapLayout::UnrealHq, Target::Bc, band, synthetic::fast()).constants;
+    for (const float factor : {0x1p-12f, 0x1p10f}) {
+        formats::LightMapStrip other = synthetic::makeBand(Kind::Gradient, synthetic::kWidth, 0, synthetic::kHeight);
+        for (lighting::ShRgb& sh : other.sh.texels())
+            for (glm::vec3& coefficient : sh) coefficient *= factor;
+        const auto scaled = synthetic::planOf(LightMapLayout::UnrealHq, Target::Bc, other, synthetic::fast()).constants;
+        for (const char* name : {"scale0", "add0", "scale1", "add1"})
+            for (std::size_t i = 0; i < 4; ++i) {
+                const bool isColor = std::string_view(name).ends_with('0') && i < 3;
+                EXPECT_EQ(scaled.at(name)[i], (isColor ? factor : 1) * constants.at(name)[i]) << name << ' ' << i;
+            }
+    }
+    // Black shows nothing, whatever the textures hold; light from everywhere needs no texture.
+    const auto black = planOf(Kind::Black, LightMapLayout::UnrealHq, Target::Bc).constants,
+               grey = planOf(Kind::Grey, LightMapLayout::UnrealHq, Target::Bc).constants;
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(black.at("scale0")[i], 0);
+        EXPECT_EQ(black.at("add0")[i], 0);
+    }
+    EXPECT_EQ(grey.at("scale0")[3], 0);
+    EXPECT_NEAR((std::exp2(grey.at("add0")[3]) - 0.01858136f) * grey.at("add0")[1] * grey.at("add1")[3], 0.5f, 1e-5f);
 }
 
 }  // namespace

@@ -139,7 +139,7 @@ TEST(Contents, WhereNobodySeesDirectionsAutoTakesAsManyFlatTexturesAsALimitAsksF
 TEST(Contents, ALayoutByNameAndKeepUnusedAreObeyed) {
     const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
     EXPECT_EQ(assetOf(cook(fog, "light_map_layout = \"luvw\"").report, "map").at("layout"), "luvw");
-    for (const char* layout : {"godot", "mono-sh", "bakery"})
+    for (const char* layout : {"godot", "mono-sh", "bakery", "unreal-hq"})
         EXPECT_EQ(assetOf(cook(fog, fmt::format("light_map_layout = \"{}\"", layout)).report, "map").at("layout"), layout);
     const SmallScene dark(SmallScene::Parts::LightMap, black);
     const Json report = cook(dark, "keep_unused = true").report;

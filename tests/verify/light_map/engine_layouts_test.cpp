@@ -1,14 +1,19 @@
 // Layouts of engines, from a bake to textures and back: the readers of the engines' own bakes see what the verifier decodes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "formats/environment.h"
 #include "formats/light_map.h"
 #include "tests/compress/synthetic_light_map.h"
+#include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/formats/unreal_fixture.h"
 #include "tests/verify/cooked_light_map.h"
 
 namespace lightcook {
@@ -117,6 +122,48 @@ INSTANTIATE_TEST_SUITE_P(All, EngineLayouts,
                              std::erase(name, '-');
                              return name;
                          });
+
+/// Unreal's exporter writes both textures into one picture, and of the constants those of the upper half: what its reader sees is our
+/// decode without directions, for which the engine has 0.6 in place of the first basis function.
+TEST(UnrealHqLayout, IsReadBackFromThePictureOfTheExporter) {
+    constexpr double kFlatDirectionality = 0.6, kFirst = 0.28209479;
+    for (const Target target : {Target::Float, Target::Bc}) {
+        test::Cooked cooked = test::cook(bakeFor(LightMapLayout::MonoSh), LightMapLayout::UnrealHq, target, 3);
+        for (auto& texture : cooked.texels.textures)
+            for (glm::vec4& texel : texture[0].texels()) texel = glm::round(255.0f * texel) / 255.0f;
+        const formats::TemporaryFolder folder;
+        formats::writePng(folder / "light map.png", kEngineWidth, 2 * kEngineHeight, 4, [&](int channel, int x, int y) {
+            const auto& half = cooked.texels.textures[y < kEngineHeight ? 0 : 1][0];
+            return static_cast<int>(std::lround(255 * half.at(x, y % kEngineHeight)[channel]));
+        });
+        const auto four = [&](const char* name) {
+            const std::vector<float>& v = cooked.map.constants.at(name);
+            return glm::dvec4(v[0], v[1], v[2], v[3]);
+        };
+        const formats::UnrealImage image(kEngineWidth, kEngineHeight);
+        const nlohmann::json lightMap =
+            formats::unrealLightMap(image, {0, 0, kEngineWidth, kEngineHeight}, {four("scale0"), four("add0")}, 0);
+        const nlohmann::json gltf =
+            formats::unrealGltf(nlohmann::json::array({{{"name", "HQ"}, {"uri", "light%20map.png"}}}), nlohmann::json::array({lightMap}));
+        formats::writeContent(folder / "room.gltf", gltf.dump());
+        const auto reader = formats::LightMapReader::open(folder / "room.gltf", {});
+        ASSERT_TRUE(reader.has_value()) << reader.error().line();
+        EXPECT_EQ(reader->bake(), "unreal-hq");
+        const auto strip = reader->read(0, kEngineHeight);
+        ASSERT_TRUE(strip.has_value()) << strip.error().line();
+        const Image<lighting::ShRgb> decoded = cooked.verifier().reconstruct(cooked.texels, 0, kEngineHeight);
+        double brightest = 0;
+        for (int y = 0; y < kEngineHeight; ++y)
+            for (int x = 0; x < kEngineWidth; ++x)
+                for (int c = 0; c < 3; ++c) {
+                    const auto read = static_cast<double>(strip->sh.at(x, y)[0][c]), ours = static_cast<double>(decoded.at(x, y)[0][c]);
+                    brightest = std::max(brightest, read);
+                    // The reader clamps light at 0.
+                    EXPECT_NEAR(kFirst / kFlatDirectionality * read, std::max(ours, 0.0), 1e-5 * ours + 1e-6) << x << ' ' << y;
+                }
+        EXPECT_GT(brightest, 0.1);
+    }
+}
 
 /// A surface has normals of its own hemisphere alone: there L0 and L1 follow much of the band that they lack.
 TEST(EngineLayoutFit, ShowsMoreOfBand2ThanBands0And1Alone) {

@@ -353,7 +353,7 @@ TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
         for (const LightMapLayout layout :
              {LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio, LightMapLayout::Zh3,
               LightMapLayout::Sh4, LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery, LightMapLayout::Halo3,
-              LightMapLayout::Halo3Linear, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5}) {
+              LightMapLayout::Halo3Linear, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5, LightMapLayout::UnrealHq}) {
             const Cooked cooked = cook(kind, layout);
             const verify::StageError total = cooked.total();
             const Filtered filtered = filterAt(cooked, places, random);
@@ -573,6 +573,86 @@ TEST(LightMapVerifier, Halo3IsDecodedByTheFormulaOfItsTalk) {
                     ASSERT_NEAR(static_cast<double>(decoded.at(x, y)[i][c]), length * uvw, 1e-5 * static_cast<double>(range[i]));
                 }
             }
+}
+
+/// The decode of Unreal in the words of its shader, written again, and its constants: ranges of the map.
+TEST(LightMapVerifier, UnrealHqIsDecodedByTheFormulaOfItsShader) {
+    const Cooked cooked = cook(Kind::Gradient, LightMapLayout::UnrealHq);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+    const auto& textures = cooked.texels.textures;
+    const auto constant = [&](const char* name) {
+        const std::vector<float>& v = cooked.map.constants.at(name);
+        EXPECT_EQ(v.size(), 4u) << name;
+        return glm::dvec4(v[0], v[1], v[2], v[3]);
+    };
+    const glm::dvec4 scale0 = constant("scale0"), add0 = constant("add0"), scale1 = constant("scale1"), add1 = constant("add1");
+    EXPECT_EQ(cooked.map.constants.size(), 4u);
+    EXPECT_EQ(scale1.w, 0);
+    EXPECT_NEAR(add1.w, 0.282095, 1e-6);
+    for (int y = 0; y < kMapHeight; ++y)
+        for (int x = 0; x < kMapWidth; ++x) {
+            const glm::dvec4 first(textures[0][0].at(x, y)), second(textures[1][0].at(x, y));
+            const double l = std::exp2((first.w + second.w / 255 - 0.5 / 255) * scale0.w + add0.w) - 0.01858136;
+            const glm::dvec3 uvw = glm::dvec3(first) * glm::dvec3(first) * glm::dvec3(scale0) + glm::dvec3(add0);
+            const glm::dvec4 sh = second * scale1 + add1;
+            for (int k = 0; k < 6; ++k) {
+                const glm::dvec3 n = lighting::fibonacciSphere(k, 6);
+                const double along = sh.x * n.y + sh.y * n.z + sh.z * n.x + sh.w;
+                for (int c = 0; c < 3; ++c)
+                    ASSERT_NEAR(exitRadiance(channelOf(decoded.at(x, y), c), n), l * along * uvw[c], 1e-5 * std::abs(l) * uvw[c] + 1e-7);
+            }
+        }
+}
+
+TEST(LightMapVerifier, ConstantsOfUnrealHqAreFourFiniteNumbersEach) {
+    const Cooked good = cook(Kind::Gradient, LightMapLayout::UnrealHq);
+    const auto refused = [&](const char* name, std::vector<float> values) {
+        verify::CookedLightMap map = good.map;
+        if (values.empty())
+            map.constants.erase(name);
+        else
+            map.constants[name] = std::move(values);
+        const auto created = verify::LightMapVerifier::create(map, {}, {}, good.key);
+        return !created && created.error().line().find(std::string("constant ") + name) != std::string::npos;
+    };
+    for (const char* name : {"scale0", "add0", "scale1", "add1"}) {
+        EXPECT_FALSE(refused(name, good.map.constants.at(name)));
+        EXPECT_TRUE(refused(name, {}));
+        EXPECT_TRUE(refused(name, {1, 2, 3}));
+        EXPECT_TRUE(refused(name, {1, 2, 3, std::numeric_limits<float>::infinity()}));
+    }
+}
+
+/// The bound of a quad must not depend on how much of its curvature is left when it is no longer split: a quad of smooth light in which the
+/// luminance rises by a hundred is bounded near what its places show.
+TEST(LightMapVerifier, TheCurvatureOfUnrealHqIsSplitUntilItHardlyCounts) {
+    formats::LightMapStrip band = synthetic::makeBand(Kind::Grey, kMapWidth, 0, kMapHeight);
+    for (int y = 0; y < kMapHeight; ++y)
+        for (int x = 0; x < kMapWidth; ++x) band.sh.at(x, y) = synthetic::constantLight(glm::vec3(x < kMapWidth / 2 ? 1.0f : 100.0f));
+    Cooked cooked = cook(std::move(band), LightMapLayout::UnrealHq, Target::Float);
+    std::fill(cooked.reference.covered.texels().begin(), cooked.reference.covered.texels().end(), std::uint8_t{1});
+    cooked.map.formats.clear();
+    const verify::LightMapVerifier verifier = cooked.verifier();
+    const int x = kMapWidth / 2 - 1, y = kMapHeight / 2;
+    const double bound = verifier.boundQuad(cooked.texels, cooked.reference, x, y).diffuse;
+    const auto fine = verifier.reconstruct(cooked.texels, 0, kMapHeight, 16);
+    double worst = 0;
+    for (int i = 0; i < 16; ++i) {
+        const double u = (i + 0.5) / 16, reference = (1 - u) + 100 * u;
+        const double found = exitRadiance(channelOf(fine.at(16 * x + 8 + i, 16 * y + 8), 1), glm::dvec3(0, 0, 1));
+        worst = std::max(worst, std::abs(found - reference) / (reference + lighting::kLocalErrorFloor * cooked.key));
+    }
+    EXPECT_GT(worst, 0.3) << "between the texels the light is nearer to their geometric mean";
+    EXPECT_GE(bound, worst);
+    EXPECT_LE(bound, 1.2 * worst);
+}
+
+/// The second alpha holds what rounding took from the first one: without it the luminance is coarser by far.
+TEST(LightMapVerifier, TheSecondAlphaOfUnrealHqRefinesTheFirst) {
+    Cooked cooked = cook(Kind::Gradient, LightMapLayout::UnrealHq);
+    const double with = cooked.idealTotal().diffuse.relRms;
+    for (glm::vec4& texel : cooked.texels.textures[1][0].texels()) texel.w = 0.5f;
+    EXPECT_GT(cooked.idealTotal().diffuse.relRms, with);
 }
 
 TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {

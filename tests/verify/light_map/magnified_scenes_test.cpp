@@ -438,7 +438,7 @@ INSTANTIATE_TEST_SUITE_P(
                                      LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3, LightMapLayout::Basis4,
                                      LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16, LightMapLayout::Godot,
                                      LightMapLayout::MonoSh, LightMapLayout::Bakery, LightMapLayout::Halo3, LightMapLayout::Halo3Linear,
-                                     LightMapLayout::Hdr, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5)),
+                                     LightMapLayout::Hdr, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5, LightMapLayout::UnrealHq)),
     test::nameOfSceneAndLayout);
 
 class TightBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};
@@ -458,7 +458,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, TightBoundsSoak,
                                                           LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3,
                                                           LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis16,
                                                           LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery,
-                                                          LightMapLayout::Halo3, LightMapLayout::Halo3Linear)),
+                                                          LightMapLayout::Halo3, LightMapLayout::Halo3Linear, LightMapLayout::UnrealHq)),
                          test::nameOfSceneAndLayout);
 
 }  // namespace

@@ -41,6 +41,7 @@ export const LAYOUTS = {
   "halo3-linear": { name: "Halo3Linear", lists: ["range"], vectors: ["luminance"],
     arrays: { first: ["luvw_first", 5], second: ["luvw_second", 5] } },
   "hdr-rgb9e5": { name: "HdrRgb9e5", numbers: ["range"], lists: ["bias"], arrays: { sh: ["sh", 9] } },
+  "unreal-hq": { name: "UnrealHq", vectors: ["scale0", "add0", "scale1", "add1"], single: ["lightmap0", "lightmap1"] },
   "hdr-2": { name: "Hdr2", numbers: ["range", "share"], lists: ["bias"], arrays: { sh: ["sh", 9], second: ["second", 9] } },
 };
 

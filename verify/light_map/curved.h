@@ -1,0 +1,117 @@
+// Bounds of quads for curved layouts, whose decode is no polynomial of the texels. Private to verify/.
+//
+// Over a part of a quad the decode is the bilinear blend of its values at the corners of the part, and at most its curvature beside it
+// (curvature.h), which is slack. With filter fractions off by f, the decode is that of a place at most f away: the part is widened by f, so
+// that both places are in it, and the blend differs between them by at most f times its slopes. If the curvature is much of the error and
+// the part may exceed the maximum, the part is split into quarters, in which the curvature is a quarter, up to three times.
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "verify/light_map/controls.h"
+#include "verify/light_map/curvature.h"
+#include "verify/light_map/tolerance.h"
+
+namespace lightcook::verify::lightmap {
+
+template <layouts::Curved Layout>
+class CurvedBounds {
+public:
+    using Quad = QuadControls<Layout>;
+    using LayerTexels = typename MapRows<Layout>::LayerTexels;
+    using QuadTexels = typename Quad::QuadTexels;
+    using QuadReferences = typename Quad::QuadReferences;
+
+    CurvedBounds(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
+        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator) {}
+
+    /// Raises the maximum to the bound of quad (x, y).
+    void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, LargestBounds& largest) const {
+        boundPart({texels, references, x, y}, {}, 0, largest);
+    }
+
+private:
+    static constexpr int kDepth = 3;
+    static constexpr double kShare = 0.05;  ///< a part is split if the curvature causes more than this share of its error
+
+    struct Place {
+        const QuadTexels& texels;
+        const QuadReferences& references;
+        int x, y;
+    };
+
+    /// Returns the part with the places that a filter may take for those in it, as far as the quad reaches.
+    Part widened(const Part& part) const {
+        if (tolerance_.isNone()) return part;
+        const float size = std::min(part.size + 2 * kFractionTolerance, 1.0f);
+        return {std::clamp(part.u - kFractionTolerance, 0.0f, 1 - size), std::clamp(part.v - kFractionTolerance, 0.0f, 1 - size), size};
+    }
+    static std::array<LayerTexels, 4> cornersOf(const QuadTexels& t, const Part& part) {
+        std::array<LayerTexels, 4> out;
+        for (std::size_t i = 0; i < 4; ++i) {
+            const float u = part.u + part.size * static_cast<float>(i % 2), v = part.v + part.size * static_cast<float>(i / 2);
+            out[i] = blend(blend(*t[0], *t[1], u), blend(*t[2], *t[3], u), v);
+        }
+        return out;
+    }
+
+    void boundPart(const Place& place, const Part& part, int depth, LargestBounds& largest) const {
+        const Part reach = widened(part);
+        const std::array<LayerTexels, 4> corners = cornersOf(place.texels, reach);
+        const QuadTexels ends = {&corners[0], &corners[1], &corners[2], &corners[3]};
+        const Quad quad(place.texels, place.references, reach, [&](const LayerTexels& t, const LcSh& reference) {
+            return difference(rows_.decoded(t, place.x, place.y), reference);
+        });
+        ChannelSlack curvature{};
+        addLengths(curvature, layouts::curvatureOf(rows_.layout(), ends), static_cast<double>(rows_.perKey()));
+        ChannelSlack slack = curvature;
+        const Squares squares = largestSquares(quad.values);
+        addRounding(slack, squares, referenceSquares(place.references));
+        if (!tolerance_.isNone()) addTolerance(place, reach, quad, ends, slack);
+        if (evaluator_.cannotExceed(largest, squares, slack)) return;
+        const auto pairs = quad.pairs();
+        if (depth < kDepth && isWorthSplitting(pairs, slack, curvature, largest)) {
+            const float half = 0.5f * part.size;
+            for (const float v : {0.0f, half})
+                for (const float u : {0.0f, half}) boundPart(place, {part.u + u, part.v + v, half}, depth + 1, largest);
+            return;
+        }
+        for (std::size_t c = 0; c < kChannels; ++c)
+            evaluator_.raise(largest, pairs[c], slack[c],
+                             {place.x + static_cast<double>(reach.u), place.y + static_cast<double>(reach.v),
+                              static_cast<double>(reach.size), static_cast<std::size_t>(Quad::kNodes), static_cast<int>(c)});
+    }
+    /// Adds the sampler tolerance over a widened part.
+    void addTolerance(const Place& place, const Part& reach, const Quad& quad, const QuadTexels& ends, ChannelSlack& slack) const {
+        const auto off = tolerance_.partDeviation(place.texels, ends, place.x, place.y, rows_.layout());
+        addLengths(slack, off.absolute, static_cast<double>(rows_.perKey()));
+        const auto addSteps = [&](const auto& at, double factor) {
+            for (const auto& [a, b, c, d] : {std::array<std::size_t, 4>{1, 0, 3, 2}, std::array<std::size_t, 4>{2, 0, 3, 1}}) {
+                const std::array<LcSh, 2> edges = {difference(at(a), at(b)), difference(at(c), at(d))};
+                addLargestLengths(slack, edges, factor);
+            }
+        };
+        constexpr double kSteepest = kOutwardLength * kFractionTolerance;
+        addSteps([&](std::size_t i) -> const LcSh& { return quad.values[i]; }, kSteepest / static_cast<double>(reach.size));
+        addSteps([&](std::size_t i) -> const LcSh& { return *place.references[i]; }, kSteepest);
+    }
+    /// Returns true if the curvature is a large share of the error and the part may exceed the maximum.
+    bool isWorthSplitting(const typename Quad::Pairs& pairs, const ChannelSlack& slack, const ChannelSlack& curvature,
+                          const LargestBounds& largest) const {
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            double error = 0;
+            for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(bandNorms(pair.error), kExitNorm));
+            if (bandSum(curvature[c], kExitNorm) <= kShare * error) continue;
+            if (!staysWithin(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], largest.diffuse.bound)) return true;
+            if (!staysWithin(pairs[c], evaluator_.setup().responses, kFloor, slack[c], largest.specular.bound)) return true;
+        }
+        return false;
+    }
+
+    const MapRows<Layout>& rows_;
+    const SamplerTolerance<Layout>& tolerance_;
+    const BoundEvaluator& evaluator_;
+};
+
+}  // namespace lightcook::verify::lightmap
