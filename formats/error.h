@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <tl/expected.hpp>
 #include <utility>
 
@@ -22,13 +23,33 @@ enum class ErrorCode {
     Internal,           ///< fault of lightcook or of the machine (disk full): 1
 };
 
+/// Replaces control characters by escapes (\n, \t, \r, \x1b): names of files may hold them. UTF-8 stays.
+inline std::string withoutControls(std::string_view text) {
+    constexpr std::string_view kDigits = "0123456789abcdef";
+    std::string line;
+    line.reserve(text.size());
+    for (const char character : text) {
+        const auto code = static_cast<unsigned char>(character);
+        if (code >= ' ' && code != 0x7f) {
+            line += character;
+        } else if (character == '\n' || character == '\t' || character == '\r') {
+            line += character == '\n' ? "\\n" : character == '\t' ? "\\t" : "\\r";
+        } else {
+            line += "\\x";
+            line += kDigits[code / 16];
+            line += kDigits[code % 16];
+        }
+    }
+    return line;
+}
+
 /// Users read one line, "subject: detail". The detail says what was found and what was expected, or what to do.
 struct Error {
     ErrorCode code = ErrorCode::Internal;
     std::string subject;  ///< file and place: "lobby.exr, channel sh03.G, texel (12, 7)"
     std::string detail;   ///< "found NaN, expected a finite value"
 
-    std::string line() const { return subject + ": " + detail; }
+    std::string line() const { return withoutControls(subject + ": " + detail); }
 };
 
 template <class T>

@@ -142,6 +142,13 @@ struct GltfScene::State {
     /// Reads every material of the file, then glTF's default one if a primitive has none.
     void readMaterials() {
         for (const Json& material : document.json().value("materials", Json::array())) materials.push_back(materialNeeds(material));
+        for (const Primitive& primitive : primitives) {
+            const Json& json = document.json()["meshes"][primitive.mesh]["primitives"][primitive.index];
+            const auto material = json.find("material");
+            if (material == json.end() || (material->is_number_unsigned() && material->get<std::uint64_t>() < materials.size())) continue;
+            document.fail(ErrorCode::ValueOutOfRange, fmt::format("{}, material", primitive.place()),
+                          fmt::format("found {}, expected the index of one of {} materials", material->dump(), materials.size()));
+        }
         const bool needsDefault = std::any_of(primitives.begin(), primitives.end(), [this](const Primitive& primitive) {
             return !document.json()["meshes"][primitive.mesh]["primitives"][primitive.index].contains("material");
         });

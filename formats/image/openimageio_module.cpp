@@ -137,12 +137,14 @@ Result<PlainImage> plainImageOf(Result<OpenedImage> image, const std::filesystem
     plain.channelCount = image->channelCount;
     plain.texels = Image<glm::vec4>(image->width, image->height, glm::vec4(0, 0, 0, 1));
     const int alpha = image->input->spec().alpha_channel;
+    const bool isGrey = plain.channelCount - (alpha >= 0 ? 1 : 0) == 1 && image->input->spec().channelnames.front() != "R";
     const int readCount = std::min(image->channelCount, 4);
     std::vector<float> values(plain.texels.texels().size() * static_cast<std::size_t>(readCount));
     if (const auto read = readChannels(*image, file, 0, readCount, values.data()); !read) return tl::make_unexpected(read.error());
     const float* next = values.data();
     for (glm::vec4& texel : plain.texels.texels()) {
         for (int channel = 0; channel < readCount; ++channel) texel[channel == alpha ? 3 : channel] = *next++;
+        if (isGrey) texel.y = texel.z = texel.x;
     }
     return plain;
 }

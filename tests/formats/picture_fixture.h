@@ -33,7 +33,7 @@ inline std::string pngChunk(const std::string& name, const std::string& content)
 }
 
 /// Writes a PNG of 8 bits a channel, not compressed: a deflate block of stored bytes a row.
-/// channelCount  3 or 4
+/// channelCount  1 (grey), 3 or 4
 inline void writePng(const std::filesystem::path& file, int width, int height, int channelCount, const ByteValue& value) {
     std::string stream = "\x78\x01";
     std::uint32_t low = 1, high = 0;  // of Adler-32
@@ -53,7 +53,7 @@ inline void writePng(const std::filesystem::path& file, int width, int height, i
     }
     stream += bigEndian(high << 16 | low);
     std::string header = bigEndian(static_cast<std::uint32_t>(width)) + bigEndian(static_cast<std::uint32_t>(height));
-    for (const int byte : {8, channelCount == 4 ? 6 : 2, 0, 0, 0}) header += static_cast<char>(byte);
+    for (const int byte : {8, channelCount == 4 ? 6 : channelCount == 3 ? 2 : 0, 0, 0, 0}) header += static_cast<char>(byte);
     writeContent(file, "\x89PNG\r\n\x1a\n" + pngChunk("IHDR", header) + pngChunk("IDAT", stream) + pngChunk("IEND", ""));
 }
 

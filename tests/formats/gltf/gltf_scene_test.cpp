@@ -685,6 +685,9 @@ TEST(GltfScene, BadReferencesAndValuesAreRefusedWithTheirPlace) {
                 AllOf(HasSubstr("mesh 0, primitive 0, index 2"), HasSubstr("found vertex 24, expected less than 24")));
     maker.primitives()[0]["indices"] = maker.accessor(std::vector<std::uint16_t>{0, 1, 2, 3}, 5123, "SCALAR", 1);
     EXPECT_THAT(refusal(maker).line(), HasSubstr("found 4 indices, expected a multiple of 3"));
+    maker = cube();
+    maker.primitives()[0]["material"] = 99;
+    EXPECT_THAT(refusal(maker).line(), HasSubstr("mesh 0, primitive 0, material: found 99, expected the index of one of "));
 
     for (const auto& [semantic, components] : {std::pair{"POSITION", 3}, std::pair{"TEXCOORD_1", 2}}) {
         maker = cube();

@@ -14,6 +14,7 @@
 
 #include "lighting/cube.h"
 #include "tests/formats/exr_fixture.h"
+#include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::formats {
@@ -380,6 +381,17 @@ TEST(ReadImage, EightBitsBecomeUnitsAndAlphaMultipliesNothing) {
     // 0.2 and 0.4 are 51 / 255 and 102 / 255.
     EXPECT_NEAR(read->texels.at(0, 0).g, 0.5f, 0.01f) << "OpenImageIO writes associated alpha as unassociated: 0.2 / 0.4";
     EXPECT_NEAR(read->texels.at(0, 0).a, 0.4f, 1e-6f);
+}
+
+TEST(ReadImage, GreyIsInRedGreenAndBlue) {
+    const TemporaryFolder folder;
+    writePng(folder / "grey.png", 2, 1, 1, [](int, int x, int) { return 51 + 102 * x; });
+    const auto read = readImage(folder / "grey.png");
+    ASSERT_TRUE(read) << read.error().line();
+    EXPECT_EQ(read->channelCount, 1);
+    for (int x = 0; x < 2; ++x)
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(read->texels.at(x, 0)[c], 0.2f + 0.4f * static_cast<float>(x), 1e-6f);
+    EXPECT_EQ(read->texels.at(0, 0).a, 1);
 }
 
 TEST(EncodePng, DecodesToTheSameTexelsAndTheSameBytesTwice) {
