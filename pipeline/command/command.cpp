@@ -7,10 +7,14 @@
 #include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdlib>
+#include <utility>
 #include <vector>
 
 #include "pipeline/command/mistake.h"
 #include "pipeline/command/option_groups.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/version.h"
@@ -65,14 +69,35 @@ constexpr std::array kCommands = {
     CommandInfo{"help", "Print the help of the program or of one command", defineHelp},
 };
 
+/// Returns true for an option whose values are numbers, by the placeholder of its value.
+bool takesNumbers(const CLI::Option& option) {
+    constexpr std::array<std::string_view, 5> kTexts = {"TEXT", "NAME", "COMMAND", kFilePlaceholder, kFolderPlaceholder};
+    const std::string type = option.get_type_name();
+    return std::ranges::find(kTexts, std::string_view(type).substr(0, type.find(':'))) == kTexts.end();
+}
+
+/// Returns true for "nan", "-inf", "1e999": CLI11 takes them as numbers, and NaN passes its ranges.
+bool isNotFinite(const std::string& value) {
+    char* end = nullptr;
+    const double number = std::strtod(value.c_str(), &end);
+    return !value.empty() && *end == '\0' && !std::isfinite(number);
+}
+
 /// Refuses empty values, which are those of a script's variables that are not set: CLI11 would take an empty number as 0.
-void refuseEmptyValues(CLI::App& app) {
+/// Refuses numbers that are not finite.
+void refuseUnusableValues(CLI::App& app) {
     for (CLI::Option* option : app.get_options()) {
         if (option->get_items_expected_max() == 0) continue;  // a flag
         const std::string type = option->get_type_name();
         const bool isPath = type.starts_with(kFilePlaceholder) || type.starts_with(kFolderPlaceholder);
         const std::string mistake = isPath ? "found '', expected a path" : "empty";
         option->check(CLI::Validator([mistake](const std::string& value) { return value.empty() ? mistake : std::string(); }, ""));
+        if (!takesNumbers(*option)) continue;
+        option->check(CLI::Validator(
+            [](const std::string& value) {
+                return isNotFinite(value) ? fmt::format("found '{}', expected a finite number", value) : std::string();
+            },
+            ""));
     }
 }
 
@@ -105,9 +130,9 @@ void defineProgram(CLI::App& app, GlobalOptions& global, CommandFunction& select
         CLI::App* sub = app.add_subcommand(std::string(command.name), std::string(command.summary));
         const CommandFunction function = command.define(*sub);
         sub->callback([&selected, function] { selected = function; });
-        refuseEmptyValues(*sub);
+        refuseUnusableValues(*sub);
     }
-    refuseEmptyValues(app);
+    refuseUnusableValues(app);
 }
 
 ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOptions& global) {
@@ -126,6 +151,16 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
         Terminal(global.terminal()).error(firstMistake(arguments, mistake.what()));
         return {{}, exitCode(formats::ErrorCode::InvalidRequest)};
     }
+    if (app.get_subcommands().empty()) return parsed;
+    auto paths = CommandPaths::of(*app.get_subcommands().front());
+    if (const auto checked = paths.check(); !checked) {
+        Terminal(global.terminal()).error(checked.error());
+        return {{}, exitCode(formats::ErrorCode::InvalidRequest)};
+    }
+    parsed.function = [function = std::move(parsed.function), paths = std::move(paths)](Session& session) {
+        session.paths = paths;
+        return function(session);
+    };
     return parsed;
 }
 

@@ -11,6 +11,7 @@
 #include <memory>
 #include <utility>
 
+#include "formats/gpu_texture.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/compare_light_maps.h"
 #include "pipeline/command/option_groups.h"
@@ -63,8 +64,20 @@ Result<void> checkFinite(const formats::PlainImage& image, int channels, const s
     return {};
 }
 
-Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem::path& b) {
-    const auto first = readAnyImage(a), second = readAnyImage(b);
+/// Images of a file: the mips and layers of a texture, or one.
+struct ImageCount {
+    int mips = 1, layers = 1;
+};
+Result<ImageCount> imagesIn(const std::filesystem::path& file) {
+    if (!isTextureFile(file)) return ImageCount{};
+    return formats::TextureReader::open(file).map([](const formats::TextureReader& reader) {
+        return ImageCount{reader.shape().mipCount, reader.shape().layerCount};
+    });
+}
+
+/// Adds the errors of an image of both files. Returns the number of channels that both have.
+Result<int> addImage(const std::filesystem::path& a, const std::filesystem::path& b, int mip, int layer, ImageError& error) {
+    const auto first = readAnyImage(a, mip, layer), second = readAnyImage(b, mip, layer);
     if (!first) return tl::make_unexpected(first.error());
     if (!second) return tl::make_unexpected(second.error());
     if (first->texels.width() != second->texels.width() || first->texels.height() != second->texels.height())
@@ -74,11 +87,37 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
     const int channels = std::min({first->channelCount, second->channelCount, 4});
     for (const auto& [image, file] : {std::pair(&*first, a), std::pair(&*second, b)})
         if (const auto checked = checkFinite(*image, channels, file); !checked) return tl::make_unexpected(checked.error());
-    ImageError error;
     for (std::size_t i = 0; i < first->texels.texels().size(); ++i)
         for (int c = 0; c < channels; ++c)
             error.add(static_cast<double>(first->texels.texels()[i][c]), static_cast<double>(second->texels.texels()[i][c]));
-    return error.toJson();
+    return channels;
+}
+
+Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem::path& b) {
+    const auto first = imagesIn(a), second = imagesIn(b);
+    if (!first) return tl::make_unexpected(first.error());
+    if (!second) return tl::make_unexpected(second.error());
+    if (first->layers != second->layers)
+        return failure(ErrorCode::WrongShape, b.string(),
+                       fmt::format("found {} layer(s), expected {} as in {}. `lightcook decode --layer N` takes one out", second->layers,
+                                   first->layers, a.string()));
+    const bool areTextures = isTextureFile(a) && isTextureFile(b);
+    if (areTextures && first->mips != second->mips)
+        return failure(ErrorCode::WrongShape, b.string(),
+                       fmt::format("found {} mip(s), expected {} as in {}", second->mips, first->mips, a.string()));
+    const int mips = areTextures ? first->mips : 1;  // a picture is the first mip of a texture
+    ImageError error;
+    int channels = 0;
+    for (int mip = 0; mip < mips; ++mip)
+        for (int layer = 0; layer < first->layers; ++layer) {
+            const auto added = addImage(a, b, mip, layer, error);
+            if (!added) return tl::make_unexpected(added.error());
+            channels = *added;
+        }
+    Json json = error.toJson();
+    json["channels"] = channels;
+    json["images"] = mips * first->layers;
+    return json;
 }
 
 Json compared(const ReportRow& row) {

@@ -8,7 +8,8 @@
 
 namespace lightcook::pipeline {
 
-/// Returns {"rmse","rel_rmse","log2_psnr_db","max_abs"} of two images or textures of one size; the errors of shaded light of two light maps
+/// Returns {"rmse","rel_rmse","log2_psnr_db","max_abs","channels","images"} of two images or textures of one size, over the channels that
+/// both have and over all mips, layers and faces of two textures; the errors of shaded light of two light maps
 /// (compare_light_maps.h); or bytes and errors of each asset of two cooked scenes.
 formats::Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state);
 

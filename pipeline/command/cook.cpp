@@ -41,9 +41,10 @@ CommandFunction defineCook(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     CookOptions& cook = options->cook;
     addFileOption(app, "scene", cook.scene, "The scene file (scene.toml)")->required();
-    addFolderOption(app, "-o,--output", cook.output, "Output folder; default: <scene name>.cooked");
+    declareWritten(addFolderOption(app, "-o,--output", cook.output, "Output folder; default: <scene name>.cooked"), Written::Folder);
     options->output.addScene(app);
-    app.add_option("--depfile", cook.depfile, "Write the inputs as a Makefile rule")->type_name(kFilePlaceholder);
+    declareWritten(app.add_option("--depfile", cook.depfile, "Write the inputs as a Makefile rule")->type_name(kFilePlaceholder),
+                   Written::File);
     CLI::Option* only = app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are");
     only->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
@@ -101,6 +102,12 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
         if (const auto* row = formats::findByName(allChartModes(), options->chartMode); row != nullptr) charts.mode = row->id;
         if (options->keepsUv) charts.mode = ChartMode::Keep;
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
+        // A scene that cannot be read is the cook's to report.
+        if (const auto scene = readScene(options->cook.scene)) {
+            const std::filesystem::path output =
+                options->cook.output.empty() ? std::filesystem::path(scene->name + ".cooked") : options->cook.output;
+            if (auto checked = session.paths.checkAgainstScene(*scene, output); !checked) return session.finish(checked);
+        }
         // A file that is no history is refused before the cook.
         if (!options->history.empty())
             if (const auto history = readHistory(options->history); !history) return session.finish(history);

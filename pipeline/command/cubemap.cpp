@@ -117,7 +117,9 @@ Outcome convertCubemap(const CubemapOptions& options, const RunState& state) {
 CommandFunction defineCubemap(CLI::App& app) {
     const auto options = std::make_shared<CommandLine>();
     addFileOption(app, "input", options->input, "The environment")->required();
-    addFileOption(app, "output", options->output, "A folder, or a .ktx2, .dds or (--filter sh) .json file")->required();
+    declareWritten(addFileOption(app, "output", options->output, "A folder, or a .ktx2, .dds or (--filter sh) .json file"),
+                   Written::FileOrFolder)
+        ->required();
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);
     options->json.add(app, "the report, or with another --filter what was written,");

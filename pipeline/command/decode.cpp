@@ -18,6 +18,8 @@ formats::Result<Json> decodeTexture(const DecodeCommand& command) {
     const auto image = readAnyImage(command.input, command.mip, command.layer);
     if (!image) return tl::make_unexpected(image.error());
     const int channels = image->channelCount == 4 ? 4 : 3;
+    const auto folders = FoldersOfFile::make(command.output);
+    if (!folders) return tl::make_unexpected(folders.error());
     if (auto written = formats::writeExr(command.output, image->texels.view(), channels); !written)
         return tl::make_unexpected(written.error());
     return Json{{"width", image->texels.width()},
@@ -33,7 +35,7 @@ CommandFunction defineDecode(CLI::App& app) {
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "A .ktx2 or .dds file")->required();
-    addFileOption(app, "output", options->output, "The EXR to write")->required();
+    declareWritten(addFileOption(app, "output", options->output, "The EXR to write"), Written::File)->required();
     app.add_option("--mip", options->mip, "Level of the texture")->check(CLI::NonNegativeNumber)->type_name("N")->capture_default_str();
     app.add_option("--layer", options->layer, "Layer of an array")->check(CLI::NonNegativeNumber)->type_name("N")->capture_default_str();
     options->json.add(app, "what was written");

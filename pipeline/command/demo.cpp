@@ -35,7 +35,7 @@ CommandFunction defineDemo(CLI::App& app) {
     };
     const auto options = std::make_shared<Options>();
     options->cook.output = "demo.cooked";
-    addFolderOption(app, "-o,--output", options->cook.output, "Output folder; default: demo.cooked");
+    declareWritten(addFolderOption(app, "-o,--output", options->cook.output, "Output folder; default: demo.cooked"), Written::Folder);
     options->output.addScene(app);
     options->json.add(app, "the report of the verification");
     return [options](Session& session) {

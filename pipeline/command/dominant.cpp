@@ -49,7 +49,7 @@ CommandFunction defineDominant(CLI::App& app) {
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "The bake")->required();
-    addFolderOption(app, "output", options->output, "Output folder")->required();
+    declareWritten(addFolderOption(app, "output", options->output, "Output folder"), Written::Folder)->required();
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);
     options->conventions.add(app);

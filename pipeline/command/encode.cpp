@@ -145,6 +145,10 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     const auto format = formatFromName(command.format);
     if (!format) return tl::make_unexpected(format.error());
     if (auto checked = requireTextureFile(command.output); !checked) return tl::make_unexpected(checked.error());
+    if (formats::lowerExtension(command.output) == ".dds" && formats::info(*format).dxgiFormat == 0)
+        return failure(
+            ErrorCode::InvalidRequest, "--format",
+            fmt::format("found {} for {}, expected a format that DDS has, or a .ktx2 file", command.format, command.output.string()));
     const auto options = optionsOf(command, formats::info(*format));
     if (!options) return tl::make_unexpected(options.error());
     auto image = readPicture(command.input);
@@ -177,6 +181,8 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
         images.push_back(encodeImage(*format, texels.view().rows(top, shape.height), weights, *options, report));
     }
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const auto folders = FoldersOfFile::make(command.output);
+    if (!folders) return tl::make_unexpected(folders.error());
     if (auto written = writeTexture(command.output, shape, settings, {}, images); !written) return tl::make_unexpected(written.error());
     return Json{{"width", shape.width},
                 {"height", shape.height},
@@ -204,7 +210,7 @@ CommandFunction defineEncode(CLI::App& app) {
         {"log", compress::HdrMetric::Log}, {"linear", compress::HdrMetric::Linear}, {"relative", compress::HdrMetric::Relative}};
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "EXR, HDR, or any image that OpenImageIO reads")->required();
-    addFileOption(app, "output", options->output, "The .ktx2 or .dds file to write")->required();
+    declareWritten(addFileOption(app, "output", options->output, "The .ktx2 or .dds file to write"), Written::File)->required();
     app.add_option("--format", options->format, "Pixel format of the texture")->required()->check(CLI::IsMember(pixelFormatNames()));
     addEffortOption(app, options->effortGiven);
     addRdoOption(app, options->rdoGiven);

@@ -241,6 +241,7 @@ int runInfo(const std::vector<std::string>& names, const JsonOutput& json, Sessi
     json.prepare(session);
     const auto files = expandPatterns(names);
     if (!files) return json.finish(session, {}, {files.error()});
+    if (auto checked = session.paths.checkAgainst(*files, "a file of the pattern"); !checked) return session.finish(checked);
     Json all = Json::array();
     std::vector<formats::Error> errors;
     for (const std::filesystem::path& file : *files) {

@@ -70,6 +70,20 @@ void print(Terminal& terminal, const DraftInputs& inputs, const fs::path& scene)
     terminal.say(fmt::format("wrote {}; next: lightcook cook {}", scene.string(), scene.string()));
 }
 
+/// Returns the files that the scene file will name.
+std::vector<fs::path> filesNamedBy(const DraftInputs& inputs) {
+    std::vector<fs::path> files = inputs.gradients;
+    for (const DraftLightMap& map : inputs.lightMaps) {
+        files.push_back(map.file);
+        if (map.mesh) files.push_back(*map.mesh);
+    }
+    for (const DraftProbe& probe : inputs.probes) {
+        files.push_back(probe.file);
+        if (probe.sh) files.push_back(*probe.sh);
+    }
+    return files;
+}
+
 formats::Result<Json> writeScene(const InitOptions& options, Session& session) {
     const fs::path scene = sceneFileOf(options);
     std::error_code code;
@@ -78,6 +92,9 @@ formats::Result<Json> writeScene(const InitOptions& options, Session& session) {
                                 "found a file, expected none; --force replaces it, -o FILE writes another");
     auto inputs = findInputs(options.inputs);
     if (!inputs) return tl::make_unexpected(inputs.error());
+    if (auto checked = session.paths.checkAgainst(filesNamedBy(*inputs), "an input"); !checked) return tl::make_unexpected(checked.error());
+    if (options.output.empty())
+        if (auto checked = session.paths.checkAgainst({scene}, "the scene file"); !checked) return tl::make_unexpected(checked.error());
     const fs::path folder = fs::absolute(scene).parent_path();
     const auto text = draftScene(*inputs, folder);
     if (!text) return tl::make_unexpected(text.error());
@@ -92,7 +109,9 @@ formats::Result<Json> writeScene(const InitOptions& options, Session& session) {
 CommandFunction defineInit(CLI::App& app) {
     const auto options = std::make_shared<InitOptions>();
     addFilesOption(app, "inputs", options->inputs, "Light maps, meshes, environments and gradients, or folders that hold them")->required();
-    addFileOption(app, "-o,--output", options->output, "The scene file; default: scene.toml in the folder that is named, else here");
+    declareWritten(
+        addFileOption(app, "-o,--output", options->output, "The scene file; default: scene.toml in the folder that is named, else here"),
+        Written::File);
     app.add_flag("--force", options->force, "Replace the scene file if it exists");
     options->json.add(app, "what each file was taken for");
     app.footer(R"(init looks at the files as info does, and writes a scene file with a comment at each key. A light map

@@ -54,6 +54,7 @@ void printLine(const std::string& line) {
 
 Interrupts::Interrupts(std::atomic<bool>& asked, LogFormat log) : asked_(asked), log_(log) {
     ::sem_init(&wakeUps, 0, 0);
+    ::signal(SIGXFSZ, SIG_IGN);  // a write beyond the limit on file sizes fails, and its file is named and removed
     received = 0;
     askedFlag = &asked_;
     watcher_ = std::thread([this] { watch(); });

@@ -40,7 +40,9 @@ CommandFunction defineLightmap(CLI::App& app) {
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "The bake")->required();
-    addFileOption(app, "output", options->output, "A folder; or a .ktx2 or .dds file if the layout is one texture")->required();
+    declareWritten(addFileOption(app, "output", options->output, "A folder; or a .ktx2 or .dds file if the layout is one texture"),
+                   Written::FileOrFolder)
+        ->required();
     options->outputOptions.addLightMap(app);
     app.add_flag("--no-normal-maps", options->noNormalMaps, "No surface has a normal map");
     app.add_flag("--no-specular", options->noSpecular, "No surface is specular; with --no-normal-maps directions are left out");

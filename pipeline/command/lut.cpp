@@ -34,6 +34,11 @@ formats::Result<void> check(const LutOptions& options) {
     if (!options.m.empty())
         if (auto checked = checkOption("--m", objectionToRange(options.m, 0, 1)); !checked) return checked;
     if (auto checked = checkExponents(options); !checked) return checked;
+    // Without a range it is that of all materials.
+    const std::vector<double>& range = options.exponents.empty() ? options.m : options.exponents;
+    if (options.tables.roughnessCount == 1 && (range.size() != 2 || range[0] < range[1]))
+        return checkOption("--rows",
+                           ValueError{"1", fmt::format("2 to {}: one row holds one roughness only, such as --m 0.5,0.5", kMostTableNodes)});
     return checkOption("--normalization", objectionToNormalization(options.tables.normalization, options.lobe));
 }
 
@@ -60,7 +65,7 @@ CommandFunction defineLut(CLI::App& app) {
     };
     const auto options = std::make_shared<Options>();
     TableSettings& tables = options->tables;
-    addFolderOption(app, "output", options->output, "Output folder")->required();
+    declareWritten(addFolderOption(app, "output", options->output, "Output folder"), Written::Folder)->required();
     options->outputOptions.addFiles(app);
     options->json.add(app, "the report");
     app.add_option("--m", options->m, "Range of roughness, within 0.0001 to 1")->delimiter(',')->expected(2)->type_name("LOW,HIGH");

@@ -18,7 +18,7 @@
 namespace lightcook::pipeline {
 namespace {
 
-enum class ParseResult { Fine, Unknown, BadValue, TooFew, Excluded, Other };
+enum class ParseResult { Fine, Unknown, BadValue, TooFew, TooMany, Excluded, Other };
 
 struct Attempt {
     ParseResult result = ParseResult::Fine;
@@ -44,7 +44,8 @@ Attempt attempt(std::span<const std::string> arguments) {
     } catch (const CLI::ExtrasError& mistake) {
         return {ParseResult::Unknown, mistake.what()};
     } catch (const CLI::ArgumentMismatch& mistake) {
-        return {ParseResult::TooFew, mistake.what()};
+        const std::string message = mistake.what();
+        return {message.find(": At Most ") == std::string::npos ? ParseResult::TooFew : ParseResult::TooMany, message};
     } catch (const CLI::ValidationError& mistake) {
         return {ParseResult::BadValue, mistake.what()};
     } catch (const CLI::ConversionError& mistake) {
@@ -83,20 +84,28 @@ class Syntax {
 public:
     explicit Syntax(std::span<const std::string> arguments) : program_(describeProgram()) {
         for (std::size_t i = 0; i < arguments.size() && command_ == nullptr; ++i) {
-            const OptionDoc* global = find(program_.options, arguments[i]);
-            if (global != nullptr && global->value != OptionDoc::Value::None && arguments[i].find('=') == std::string::npos) ++i;
-            if (isOption(arguments[i])) continue;
+            if (isOption(arguments[i])) {
+                const Word word = split(program_.options, arguments[i]);
+                if (word.option != nullptr && word.option->value != OptionDoc::Value::None && !word.value) ++i;
+                continue;
+            }
             for (const CommandDoc& command : program_.commands)
                 if (command.name == arguments[i]) command_ = &command;
         }
+        if (command_ != nullptr) all_ = command_->options;
+        all_.insert(all_.end(), program_.options.begin(), program_.options.end());
     }
 
     const CommandDoc* command() const { return command_; }
 
-    const OptionDoc* option(const std::string& argument) const {
-        const OptionDoc* found = command_ != nullptr ? find(command_->options, argument) : nullptr;
-        return found != nullptr ? found : find(program_.options, argument);
-    }
+    /// An argument that begins with an option: "--effort=11", "-j8", "-qj".
+    struct Word {
+        const OptionDoc* option = nullptr;  ///< null: unknown
+        std::string name;                   ///< as typed: "--effort"; of several flags in one word the last option
+        std::optional<std::string> value;   ///< that is part of the argument
+    };
+    Word word(const std::string& argument) const { return split(all_, argument); }
+    const OptionDoc* option(const std::string& argument) const { return word(argument).option; }
 
     const OptionDoc* positional(const std::string& name) const {
         if (command_ == nullptr) return nullptr;
@@ -123,15 +132,36 @@ public:
     }
 
 private:
-    static const OptionDoc* find(const std::vector<OptionDoc>& options, const std::string& argument) {
-        const std::string name = argument.substr(0, argument.find('='));
+    static const OptionDoc* find(const std::vector<OptionDoc>& options, const std::string& name) {
         for (const OptionDoc& each : options)
             if (!each.isPositional && std::ranges::find(each.names, name) != each.names.end()) return &each;
         return nullptr;
     }
 
+    static Word split(const std::vector<OptionDoc>& options, const std::string& argument) {
+        if (argument.starts_with("--")) {
+            const std::size_t sign = argument.find('=');
+            Word word{nullptr, argument.substr(0, sign), std::nullopt};
+            word.option = find(options, word.name);
+            if (sign != std::string::npos) word.value = argument.substr(sign + 1);
+            return word;
+        }
+        // One letter each; what follows the first one that takes a value is that value.
+        Word word;
+        for (std::size_t i = 1; i < argument.size(); ++i) {
+            word = {nullptr, std::string("-") + argument[i], std::nullopt};
+            word.option = find(options, word.name);
+            if (word.option == nullptr) return {nullptr, argument.substr(0, argument.find('=')), std::nullopt};
+            if (word.option->value == OptionDoc::Value::None) continue;
+            if (i + 1 < argument.size()) word.value = argument.substr(i + 1);
+            break;
+        }
+        return word;
+    }
+
     ProgramDoc program_;
     const CommandDoc* command_ = nullptr;
+    std::vector<OptionDoc> all_;  ///< of the command and of the program
 };
 
 formats::Error unknownArgument(const Syntax& syntax, const std::string& argument) {
@@ -151,7 +181,8 @@ formats::Error unknownArgument(const Syntax& syntax, const std::string& argument
 /// Returns the option that the last argument is a value of: "--effort" of "--effort 11" and of "--effort=11".
 std::string optionOfLast(const Syntax& syntax, std::span<const std::string> arguments) {
     for (std::size_t i = arguments.size(); i-- > 0;)
-        if (isOption(arguments[i]) && syntax.option(arguments[i]) != nullptr) return arguments[i].substr(0, arguments[i].find('='));
+        if (isOption(arguments[i]))
+            if (const Syntax::Word word = syntax.word(arguments[i]); word.option != nullptr) return word.name;
     return "command line";
 }
 
@@ -165,7 +196,7 @@ formats::Error badValue(const Syntax& syntax, std::span<const std::string> argum
     if (const std::size_t found = message.find("found '"); found != std::string::npos) return refused(name, message.substr(found));
     const OptionDoc* option = syntax.option(name);
     std::string value = arguments.back();
-    if (isOption(value) && value.find('=') != std::string::npos) value = value.substr(value.find('=') + 1);
+    if (isOption(value)) value = syntax.word(value).value.value_or(value);
     if (option == nullptr) return refused(name, fmt::format("found '{}' ({}), expected what --help shows", value, message));
     return refused(name, fmt::format("found '{}', expected {}", value, expectedValue(*option, value)));
 }
@@ -175,8 +206,20 @@ formats::Error tooFewValues(const Syntax& syntax, std::span<const std::string> a
     const std::string name = optionOfLast(syntax, arguments);
     const OptionDoc* option = syntax.option(name);
     const std::string expected = option != nullptr ? expectedValue(*option, "") : "a value";
-    const bool hasSome = !isOption(arguments.back());
+    const bool hasSome = !isOption(arguments.back()) || syntax.word(arguments.back()).value.value_or("") != "";
     return refused(name, fmt::format("found {}, expected {}", hasSome ? "too few values" : "no value", expected));
+}
+
+/// Returns the error of an option that was given twice, or with more values than it takes.
+formats::Error tooManyValues(const Syntax& syntax, std::span<const std::string> arguments, const std::string& message) {
+    const std::string name = optionOfLast(syntax, arguments);
+    const OptionDoc* option = syntax.option(name);
+    const auto isIt = [&](const std::string& argument) { return isOption(argument) && syntax.option(argument) == option; };
+    if (option == nullptr) return refused(name, fmt::format("found too many values ({}), expected what --help shows", message));
+    if (const auto count = std::ranges::count_if(arguments, isIt); count > 1)
+        return refused(name, fmt::format("found this option {} times, expected it once", count));
+    const std::string values = message.substr(message.rfind(' ') + 1);  // "--m: At Most 2 required but received 3"
+    return refused(name, fmt::format("found {} values, expected {}", values, expectedValue(*option, "")));
 }
 
 /// Returns the options before and after a word of CLI11's message: "--fail-over" and "--baseline" of "--fail-over requires --baseline".
@@ -224,6 +267,7 @@ formats::Error firstMistake(std::span<const std::string> arguments, const std::s
         isWaiting = tried.result == ParseResult::TooFew;
         if (tried.result == ParseResult::Unknown) return unknownArgument(syntax, part.back());
         if (tried.result == ParseResult::BadValue) return badValue(syntax, part, tried.message);
+        if (tried.result == ParseResult::TooMany) return tooManyValues(syntax, part, tried.message);
         if (tried.result == ParseResult::Excluded) return excluded(tried.message);
         if (tried.result == ParseResult::Other)
             return refused("command line", fmt::format("found a mistake ({}), expected what --help shows", tried.message));

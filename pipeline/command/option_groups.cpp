@@ -4,8 +4,10 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
+#include <array>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "formats/light_map_conventions.h"
 #include "formats/target.h"
@@ -50,6 +52,32 @@ CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::files
 CLI::Option* addFoldersOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& folders,
                               const std::string& description) {
     return app.add_option(names, folders, description)->type_name(kFolderPlaceholder);
+}
+
+namespace {
+
+/// A declaration is a validator of this name that accepts everything: CLI11 keeps nothing else of ours with an option.
+constexpr std::array<std::pair<Written, const char*>, 3> kDeclarations = {{
+    {Written::File, "writes a file"},
+    {Written::FileOrFolder, "writes a file or a folder"},
+    {Written::Folder, "writes a folder"},
+}};
+
+}  // namespace
+
+CLI::Option* declareWritten(CLI::Option* option, Written written) {
+    for (const auto& [each, name] : kDeclarations)
+        if (each == written) option->check(CLI::Validator([](const std::string&) { return std::string(); }, "", name));
+    return option;
+}
+
+Written writtenBy(CLI::Option& option) {
+    for (const auto& [each, name] : kDeclarations) try {
+            option.get_validator(name);
+            return each;
+        } catch (const CLI::OptionNotFound&) {  // the next one
+        }
+    return Written::No;
 }
 
 CLI::Option* addLobeOption(CLI::App& app, lighting::SpecularLobe& lobe, std::span<const formats::SpecularLobeInfo> lobes) {

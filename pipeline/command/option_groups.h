@@ -35,6 +35,13 @@ CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::files
 CLI::Option* addFoldersOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& folders,
                               const std::string& description);
 
+/// Ways in which a command writes a path of its command line. FileOrFolder: its extension says which.
+enum class Written { No, File, FileOrFolder, Folder };
+/// Declares that the command writes the path of an option, not only reads it: see CommandPaths. Returns the option.
+CLI::Option* declareWritten(CLI::Option* option, Written written);
+/// Returns how the command writes the path of an option; No unless declared.
+Written writtenBy(CLI::Option& option);
+
 /// Adds an option that takes a fraction: 0.02 or 2%. Refuses others by name, unless 0 < value <= highest; 0 is allowed where
 /// `mayBeZero`.
 struct FractionRange {

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <CLI/App.hpp>
+#include <algorithm>
+#include <system_error>
 
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/graph/files.h"
+#include "pipeline/manifest/manifest.h"
 #include "pipeline/report/ci_report.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
@@ -21,10 +25,158 @@ Json jsonOf(const Error& error) {
     return {{"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}};
 }
 
+/// Returns the absolute path without links, dots and a slash at its end.
+std::filesystem::path plainPath(const std::filesystem::path& path) {
+    std::error_code code;
+    const std::filesystem::path plain = std::filesystem::weakly_canonical(std::filesystem::absolute(path, code), code);
+    return plain.has_filename() ? plain : plain.parent_path();
+}
+
+bool isSamePlace(const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code code;
+    if (std::filesystem::equivalent(a, b, code) && !code) return true;
+    const std::filesystem::path first = plainPath(a);
+    return !first.empty() && first == plainPath(b);
+}
+
+/// Returns true for standard output, devices and pipes: nothing is lost where they are written twice.
+bool isStream(const std::filesystem::path& path) {
+    std::error_code code;
+    return path == kStandardOutput || std::filesystem::is_other(path, code);
+}
+
+bool isDirectory(const std::filesystem::path& path) {
+    std::error_code code;
+    return std::filesystem::is_directory(path, code);
+}
+
+/// Returns the file that a path has in place of one of its folders; empty: none.
+std::filesystem::path fileInPlaceOfFolder(const std::filesystem::path& path) {
+    std::error_code code;
+    for (std::filesystem::path each = path.parent_path(); !each.empty(); each = each.parent_path()) {
+        if (std::filesystem::exists(each, code)) return isDirectory(each) ? std::filesystem::path() : each;
+        if (each == each.parent_path()) break;
+    }
+    return {};
+}
+
+tl::unexpected<Error> samePlace(const std::string& output, const std::filesystem::path& path, const std::string& other) {
+    return formats::failure(
+        formats::ErrorCode::InvalidRequest, output,
+        fmt::format("found the same {} as {} ({}), expected another one", isDirectory(path) ? "folder" : "file", other, path.string()));
+}
+
+/// Returns the files that a scene names.
+std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
+    std::vector<std::filesystem::path> files = {scene.file};
+    const auto add = [&](const std::filesystem::path& file) {
+        if (!file.empty()) files.push_back(file);
+    };
+    for (const LightMapEntry& map : scene.lightMaps) {
+        add(map.file);
+        add(map.description.mesh);
+        for (const auto& [part, file] : map.description.partFiles) add(file);
+        if (map.mesh) add(*map.mesh);
+        if (map.groundTruth) add(*map.groundTruth);
+    }
+    for (const ProbeEntry& probe : scene.probes) {
+        add(probe.file);
+        if (probe.sh) add(*probe.sh);
+    }
+    for (const GradientEntry& gradient : scene.gradients) add(gradient.file);
+    return files;
+}
+
 }  // namespace
 
+CommandPaths CommandPaths::of(CLI::App& command) {
+    CommandPaths paths;
+    for (CLI::Option* option : command.get_options()) {
+        const std::string type = option->get_type_name();
+        if (!type.starts_with(kFilePlaceholder) && !type.starts_with(kFolderPlaceholder)) continue;
+        const Written written = writtenBy(*option);
+        for (const std::string& path : option->results())
+            (written == Written::No ? paths.inputs_ : paths.outputs_).push_back({option->get_name(), path, written});
+    }
+    std::erase_if(paths.outputs_, [](const Path& output) { return isStream(output.path); });
+    return paths;
+}
+
+Result<void> CommandPaths::check() const {
+    for (std::size_t i = 0; i < outputs_.size(); ++i) {
+        const Path& output = outputs_[i];
+        if (auto checked = check(output); !checked) return checked;
+        for (std::size_t before = 0; before < i; ++before)
+            if (isSamePlace(output.path, outputs_[before].path)) return samePlace(output.name, output.path, outputs_[before].name);
+    }
+    return {};
+}
+
+Result<void> CommandPaths::check(const Path& output) const {
+    if (const std::filesystem::path file = fileInPlaceOfFolder(output.path); !file.empty())
+        return formats::failure(formats::ErrorCode::InvalidRequest, output.path.string(),
+                                fmt::format("found the file {} in place of a folder, expected a folder or nothing", file.string()));
+    if (output.written == Written::File && isDirectory(output.path))
+        return formats::failure(formats::ErrorCode::InvalidRequest, output.path.string(),
+                                "found a folder, expected the name of a file to write");
+    for (const Path& input : inputs_) {
+        if (isSamePlace(output.path, input.path)) return samePlace(output.name, output.path, input.name);
+        if (isDirectory(input.path))
+            if (auto checked = checkCooked(output, input.path); !checked) return checked;
+    }
+    for (const Path& other : outputs_)
+        if (&other != &output && (other.written == Written::Folder || isDirectory(other.path)))
+            if (auto checked = checkCooked(output, other.path); !checked) return checked;
+    return {};
+}
+
+Result<void> CommandPaths::checkCooked(const Path& output, const std::filesystem::path& folder) {
+    const std::filesystem::path outer = plainPath(folder), inner = plainPath(output.path);
+    if (std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first != outer.end()) return {};
+    std::vector<std::filesystem::path> files = {kManifestName};
+    if (const auto manifest = loadManifest(folder))
+        for (const FileRecord& record : filesOf(*manifest)) files.push_back(record.name);
+    for (const std::filesystem::path& file : files)
+        if (isSamePlace(output.path, folder / file)) return samePlace(output.name, output.path, "one of the cooked folder");
+    return {};
+}
+
+Result<void> CommandPaths::checkAgainst(const std::vector<std::filesystem::path>& inputs, const std::string& what) {
+    for (const Path& output : outputs_)
+        for (const std::filesystem::path& input : inputs)
+            if (isSamePlace(output.path, input)) return refuse(samePlace(output.name, output.path, what));
+    return {};
+}
+
+Result<void> CommandPaths::checkAgainstScene(const Scene& scene, const std::filesystem::path& cooked) {
+    if (auto checked = checkAgainst(filesNamedBy(scene), "an input of the scene"); !checked) return checked;
+    if (cooked.empty()) return {};
+    for (const Path& output : outputs_) {
+        if (output.written != Written::Folder && isSamePlace(output.path, cooked))
+            return refuse(samePlace(output.name, output.path, "the output folder"));
+        if (auto checked = checkCooked(output, cooked); !checked) return refuse(tl::make_unexpected(checked.error()));
+    }
+    return {};
+}
+
+Result<FoldersOfFile> FoldersOfFile::make(const std::filesystem::path& file) {
+    std::vector<std::filesystem::path> missing;
+    std::error_code code;
+    for (std::filesystem::path each = file.parent_path(); !each.empty() && !std::filesystem::exists(each, code); each = each.parent_path())
+        missing.push_back(each);
+    FoldersOfFile made(std::move(missing));  // removes the first ones if a later one fails
+    if (auto done = makeFolder(file.parent_path()); !done) return tl::make_unexpected(done.error());
+    return made;
+}
+
+FoldersOfFile::~FoldersOfFile() {
+    std::error_code ignored;
+    for (const std::filesystem::path& folder : made_)
+        if (isDirectory(folder)) std::filesystem::remove(folder, ignored);  // not if it holds anything
+}
+
 void JsonOutput::add(CLI::App& app, const std::string& what) {
-    addFileOption(app, "--json", file_, fmt::format("Write {} as JSON; - is standard output", what));
+    declareWritten(addFileOption(app, "--json", file_, fmt::format("Write {} as JSON; - is standard output", what)), Written::File);
 }
 
 bool JsonOutput::isStandardOutput() const {
@@ -36,7 +188,7 @@ void JsonOutput::prepare(Session& session) const {
 }
 
 Result<void> JsonOutput::write(Session& session, Json facts, const std::vector<Error>& errors) const {
-    if (!isGiven()) return {};
+    if (!isGiven() || (session.paths.isRefused() && !isStandardOutput())) return {};
     if (!errors.empty()) {
         if (facts.is_null()) facts = {{"passed", false}};
         Json list = Json::array();
@@ -59,8 +211,8 @@ int JsonOutput::finish(Session& session, const Result<Json>& facts) const {
 
 void CiOutputs::add(CLI::App& app) {
     json_.add(app, "the report");
-    addFileOption(app, "--junit", junit_, "Write every check as JUnit XML; - is standard output");
-    addFileOption(app, "--sarif", sarif_, "Write the failures as SARIF 2.1.0; - is standard output");
+    declareWritten(addFileOption(app, "--junit", junit_, "Write every check as JUnit XML; - is standard output"), Written::File);
+    declareWritten(addFileOption(app, "--sarif", sarif_, "Write the failures as SARIF 2.1.0; - is standard output"), Written::File);
 }
 
 Result<void> CiOutputs::prepare(Session& session) const {

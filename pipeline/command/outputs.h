@@ -4,9 +4,11 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "formats/error.h"
+#include "pipeline/command/option_groups.h"
 #include "pipeline/cook/cook.h"
 
 namespace CLI {  // NOLINT(readability-identifier-naming): name of the library
@@ -16,6 +18,57 @@ class App;
 namespace lightcook::pipeline {
 
 class Session;
+
+/// The paths of a command line. A command may not write over what it reads, nor two outputs into one place.
+///
+/// Options that a command writes are declared so (declareWritten); all others with a path are read. Paths are the same if their
+/// canonical forms are, or if they are links to one file. Standard output and devices are not compared.
+class CommandPaths {
+public:
+    /// Returns the paths that were given to a parsed command.
+    static CommandPaths of(CLI::App& command);
+
+    /// Fails if an output is an input, another output, a file of a cooked folder of the command line other than its report, or below a
+    /// file; or if a folder has the name of an output file.
+    formats::Result<void> check() const;
+    /// Fails if an output is one of these inputs, which the command line does not name.
+    /// what   "an input of the scene"
+    formats::Result<void> checkAgainst(const std::vector<std::filesystem::path>& inputs, const std::string& what);
+    /// The same for the files that a scene names, and for the files of the folder that it is cooked to (empty: none).
+    formats::Result<void> checkAgainstScene(const Scene& scene, const std::filesystem::path& cooked);
+    /// Returns true after checkAgainst() or checkAgainstScene() failed: then nothing may be written, not even the JSON of the error.
+    bool isRefused() const { return isRefused_; }
+
+private:
+    struct Path {
+        std::string name;  ///< "--json", "output"
+        std::filesystem::path path;
+        Written written = Written::No;
+    };
+    formats::Result<void> check(const Path& output) const;
+    tl::unexpected<formats::Error> refuse(tl::unexpected<formats::Error> error) {
+        isRefused_ = true;
+        return error;
+    }
+    static formats::Result<void> checkCooked(const Path& output, const std::filesystem::path& folder);
+
+    std::vector<Path> inputs_, outputs_;
+    bool isRefused_ = false;
+};
+
+/// The missing folders above an output file, made for it. Those that are still empty at the end are removed: a command that fails leaves
+/// none.
+class FoldersOfFile {
+public:
+    static formats::Result<FoldersOfFile> make(const std::filesystem::path& file);
+    ~FoldersOfFile();
+    FoldersOfFile(FoldersOfFile&& other) noexcept = default;
+    FoldersOfFile& operator=(FoldersOfFile&&) = delete;
+
+private:
+    explicit FoldersOfFile(std::vector<std::filesystem::path> made) : made_(std::move(made)) {}
+    std::vector<std::filesystem::path> made_;  ///< the innermost first
+};
 
 /// The file of --json, which every command has. "-" is standard output; then lines for people go to standard error.
 class JsonOutput {

@@ -1,4 +1,6 @@
 // lightcook plan: a scene as a Ninja file.
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
@@ -24,12 +26,18 @@ std::filesystem::path absolutePath(const std::filesystem::path& path) {
 }
 
 formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
+    if (formats::withoutControls(options.launcher) != options.launcher)
+        return formats::failure(formats::ErrorCode::InvalidRequest, "--launcher",
+                                fmt::format("found '{}', expected a command in one line, without control characters", options.launcher));
     auto scene = readScene(options.scene);
     if (!scene) return tl::make_unexpected(scene.error());
+    if (const std::string why = whyNothing(*scene); !why.empty())
+        return formats::failure(formats::ErrorCode::InvalidRequest, options.scene.string(), why);
     const auto program = formats::programFile();
     if (!program) return tl::make_unexpected(program.error());
     scene->file = absolutePath(options.scene);
     const std::filesystem::path output = options.output.empty() ? std::filesystem::path(scene->name + ".cooked") : options.output;
+    if (auto checked = session.paths.checkAgainstScene(*scene, output); !checked) return tl::make_unexpected(checked.error());
     const NinjaOptions ninja{*program, absolutePath(output), options.cache.empty() ? options.cache : absolutePath(options.cache),
                              options.launcher};
     if (auto written = session.write(options.ninja, ninjaFileOf(*scene, ninja)); !written) return tl::make_unexpected(written.error());
@@ -42,8 +50,9 @@ formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
 CommandFunction definePlan(CLI::App& app) {
     const auto options = std::make_shared<PlanCommand>();
     addFileOption(app, "scene", options->scene, "The scene file (scene.toml)")->required();
-    addFileOption(app, "--ninja", options->ninja, "The Ninja file to write; -: standard output")->required();
-    addFolderOption(app, "-o,--output", options->output, "Output folder of the cook; default: <scene name>.cooked");
+    declareWritten(addFileOption(app, "--ninja", options->ninja, "The Ninja file to write; -: standard output"), Written::File)->required();
+    declareWritten(addFolderOption(app, "-o,--output", options->output, "Output folder of the cook; default: <scene name>.cooked"),
+                   Written::Folder);
     app.add_option("--launcher", options->launcher, "Put this before every command: a program that runs it elsewhere, with its options")
         ->type_name("COMMAND");
     addFolderOption(app, "--cache", options->cache,

@@ -22,7 +22,8 @@ CommandFunction defineReconstruct(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     addFolderOption(app, "folder", options->folder, "Output folder of cook")->required();
     app.add_option("name", options->name, "Name of the light map")->required()->type_name("NAME");
-    addFileOption(app, "output", options->output, "The EXR to write: 27 float channels sh00.R .. sh08.B")->required();
+    declareWritten(addFileOption(app, "output", options->output, "The EXR to write: 27 float channels sh00.R .. sh08.B"), Written::File)
+        ->required();
     app.add_option("--supersample", options->supersample,
                    "Write N x N places of each texel, as a GPU filters the textures there, in an image of N times the size")
         ->type_name("N")
@@ -33,6 +34,8 @@ CommandFunction defineReconstruct(CLI::App& app) {
     return [options](Session& session) {
         options->json.prepare(session);
         if (auto checked = requireExrFile(options->output); !checked) return options->json.finish(session, {}, {checked.error()});
+        const auto folders = FoldersOfFile::make(options->output);
+        if (!folders) return options->json.finish(session, {}, {folders.error()});
         const auto written = reconstructLightMap(options->folder, options->name, options->output, options->supersample, session.state);
         if (!written) return options->json.finish(session, {}, {written.error()});
         return options->json.finish(session,

@@ -41,7 +41,8 @@ CommandFunction defineRepack(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->map, "The bake")->required();
     addFilesOption(app, "meshes", options->meshes, "glTF files whose TEXCOORD_1 are UVs in the bake: all that use it")->required();
-    addFolderOption(app, "-o,--output", options->folder, "Folder that gets the bake and the meshes")->required();
+    declareWritten(addFolderOption(app, "-o,--output", options->folder, "Folder that gets the bake and the meshes"), Written::Folder)
+        ->required();
     app.add_option("--max-visible", options->maxVisible,
                    "Largest visible error that fewer texels may add to 99 % of a chart's samples; 0: charts are moved only, without loss")
         ->type_name("JND")

@@ -10,9 +10,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
-#include "pipeline/cook/integrity.h"
 #include "pipeline/cook/verdicts.h"
-#include "pipeline/manifest/manifest.h"
 #include "pipeline/report/collection.h"
 #include "pipeline/report/report.h"
 
@@ -40,42 +38,12 @@ void appendGrowth(const Comparison& comparison, std::vector<Error>& errors) {
                                       comparison.bytesNow, comparison.growthPercent, comparison.bytesBefore, *comparison.allowedPercent)});
 }
 
-/// Returns the errors of a cooked folder as its cook or verification found them, and files that were changed since.
-std::vector<Error> verdictOf(const std::filesystem::path& folder, const Report& report) {
-    std::vector<Error> errors;
-    if (const auto manifest = loadManifest(folder)) errors = checkDigests(folder, *manifest);
-    appendVerdicts(report, errors);
-    if (errors.empty() && !report.passed)
-        errors.push_back({ErrorCode::Verification, (folder / kReportName).string(), "found passed: false, expected a folder that passed"});
-    return errors;
-}
-
-Result<CookedFolder> readFolder(const std::filesystem::path& folder) {
-    std::error_code code;
-    if (std::filesystem::is_regular_file(folder, code))
-        return failure(ErrorCode::FileUnreadable, folder.string(), "found a file, expected the output folder of `lightcook cook`");
-    if (!std::filesystem::exists(folder / kReportName, code))
-        return failure(ErrorCode::FileUnreadable, (folder / kReportName).string(),
-                       "found no report, expected the output folder of `lightcook cook`");
-    auto json = readReport(folder / kReportName);
-    if (!json) return tl::make_unexpected(json.error());
-    auto report = loadReport(folder / kReportName);
-    if (!report) return tl::make_unexpected(report.error());
-    // Members of this command's own making are no part of a folder.
-    for (const char* made : {"baseline", "platforms"}) json->erase(made);
-    report->baseline.reset();
-    report->platforms.reset();
-    const auto manifest = loadManifest(folder);
-    std::vector<Error> errors = verdictOf(folder, *report);
-    return CookedFolder{folder, std::move(*json), std::move(*report), manifest ? manifest->target : "", std::move(errors)};
-}
-
 /// Reads every folder, and refuses two of one scene and target.
 Result<std::vector<CookedFolder>> readFolders(const std::vector<std::filesystem::path>& folders) {
     std::vector<CookedFolder> read;
     std::map<std::pair<std::string, std::string>, std::filesystem::path> seen;
     for (const std::filesystem::path& folder : folders) {
-        auto cooked = readFolder(folder);
+        auto cooked = readCookedFolder(folder);
         if (!cooked) return tl::make_unexpected(cooked.error());
         const auto [place, isNew] = seen.try_emplace({cooked->report.scene, cooked->target}, folder);
         if (!isNew)
@@ -215,7 +183,8 @@ CommandFunction defineReport(CLI::App& app) {
     const auto options = std::make_shared<ReportOptions>();
     addFoldersOption(app, "folder", options->folders, "Output folders of cook; several are reported together")->required();
     options->json.add(app, "the report, and with --baseline the comparison,");
-    addFileOption(app, "--html", options->html, "Write the report as one self-contained HTML page; - is standard output");
+    declareWritten(addFileOption(app, "--html", options->html, "Write the report as one self-contained HTML page; - is standard output"),
+                   Written::File);
     CLI::Option* baseline =
         addFileOption(app, "--baseline", options->baseline,
                       "An older report (report.json, its folder, or what --json wrote of several scenes): compare asset "
@@ -225,7 +194,8 @@ CommandFunction defineReport(CLI::App& app) {
         ->needs(baseline);
     addFileOption(app, "--budgets", options->budgets, "Memory budgets of platforms (TOML); more ends with code 5");
     addFileOption(app, "--history", options->history, "Append a line for each scene (JSON lines); the page draws the trend");
-    app.footer(R"(The exit code is that of the folder: 4 if its verification failed or a file was changed since the cook,
+    app.footer(R"(The exit code is that of the folder: 3 if its manifest or report cannot be read, that of the first error
+if `cook --keep-going` left assets out, 4 if its verification failed or a file was changed since the cook,
 5 if it needs more GPU memory than the scene's budget or a platform's, or grew by more than
 --fail-over. Without --fail-over a comparison is information and fails nothing.
 

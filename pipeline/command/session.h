@@ -10,6 +10,7 @@
 
 #include "formats/error.h"
 #include "pipeline/command/interrupts.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/progress.h"
 #include "pipeline/command/terminal.h"
 #include "pipeline/graph/action.h"
@@ -54,6 +55,7 @@ public:
     RunState state;
     int threads;
     LogFormat log;
+    CommandPaths paths;  ///< of the command line
 
 private:
     void onEvent(const Action& action, ActionEvent event, double seconds);

@@ -87,7 +87,8 @@ void Terminal::error(const formats::Error& error) {
 }
 
 void Terminal::warning(const std::string& subject, const std::string& detail) {
-    if (options_.format == LogFormat::Text) return printMessage("warning", Style::Warning, fmt::format("{}: {}", subject, detail));
+    if (options_.format == LogFormat::Text)
+        return printMessage("warning", Style::Warning, formats::withoutControls(subject + ": " + detail));
     const std::lock_guard lock(mutex_);
     fmt::print(stderr, "{}\n", lineOf({{"level", "warning"}, {"subject", subject}, {"detail", detail}}));
 }

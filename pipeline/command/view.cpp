@@ -53,7 +53,9 @@ CommandFunction defineView(CLI::App& app) {
     addFolderOption(app, "folder", options->site.folder, "Output folder of cook")->required();
     CLI::Option* port = app.add_option("--port", options->port, "Port on 127.0.0.1; 0: any; default: 8710, or any other if that is in use");
     port->type_name("N")->check(CLI::Range(0, 65535));
-    addFolderOption(app, "--export", options->exported, "Write the page as static files into this folder, and serve nothing")
+    declareWritten(
+        addFolderOption(app, "--export", options->exported, "Write the page as static files into this folder, and serve nothing"),
+        Written::Folder)
         ->excludes(port);
     addFolderOption(app, "--sources", options->site.sources, "The scene's folder, if it has moved since the cook");
     options->json.add(app, "the address of the page, or the folder of --export");

@@ -66,9 +66,24 @@ void applyOverrides(const CookOptions& options, Scene& scene) {
     }
 }
 
-/// Refuses settings that cannot be combined.
-Result<void> checkSettings(const Scene& scene, const std::filesystem::path& folder) {
+/// Returns the place of a table or key in the scene file, "scene.toml:7"; without a scene file `otherwise`.
+std::string placeIn(const Scene& scene, std::string_view section, std::string_view name, std::string_view key,
+                    const std::string& otherwise) {
+    if (scene.file.empty()) return otherwise;
+    const auto line = scene.lines.find(section, name, key);
+    return line ? fmt::format("{}:{}", scene.file.string(), *line) : scene.file.string();
+}
+
+/// Refuses scenes without anything to cook, and settings that cannot be combined.
+Result<void> checkSettings(const Scene& scene, const CookOptions& options, const std::filesystem::path& folder) {
     const OutputSettings& output = scene.output;
+    if (const std::string why = whyNothing(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, scene.file.string(), why);
+    if (const std::string why = whyNotContainer(output); !why.empty())
+        return failure(ErrorCode::InvalidRequest,
+                       options.container ? "--container dds"
+                       : options.target  ? "--target astc"
+                                         : placeIn(scene, "output", "", "container", "container"),
+                       why);
     if (output.zstd && output.container == formats::Container::Dds)
         return failure(ErrorCode::InvalidRequest, "--container dds",
                        "found zstd asked for as well, expected --container ktx2: DDS has no supercompression");
@@ -79,7 +94,10 @@ Result<void> checkSettings(const Scene& scene, const std::filesystem::path& fold
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const std::string why = whyNotCharts(scene, entry); !why.empty())
-            return failure(ErrorCode::InvalidRequest, fmt::format("light map '{}'", entry.name), why);
+            return failure(ErrorCode::InvalidRequest,
+                           (options.charts.mode ? "--charts" : placeIn(scene, "light_map", entry.name, "charts", "charts")) +
+                               fmt::format(", light map '{}'", entry.name),
+                           why);
     if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
@@ -123,7 +141,7 @@ private:
         }
         if (options_.maxConverterVisible) forgetConverterLimits();
         outcome_.output = options_.output.empty() ? std::filesystem::path(scene_.name + ".cooked") : options_.output;
-        if (auto checked = checkSettings(scene_, outcome_.output); !checked) return checked;
+        if (auto checked = checkSettings(scene_, options_, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
         // The staging folder is on the file system of the output, so that finished files are renamed: inside the output, or where the
@@ -142,7 +160,7 @@ private:
     Result<void> cookAndPublish() {
         const std::vector<Action> needsGraph = planNeeds(scene_);
         const ExecutionResult materials = execute(needsGraph);
-        outcome_.errors = materials.errors;
+        addErrors(materials);
         if (isStopped(materials)) return {};
         Needs needs = needsOf(materials);
         MapPreparation preparation(planOptions_, options_.keepGoing, packedFolder(), [this](const auto& graph, const auto& folder) {
@@ -191,7 +209,8 @@ private:
         if (options_.depfile)
             if (auto written = writeDepfile(*plan, needsGraph, contentGraph, planned, needs); !written) return written;
         cache_.prune();
-        appendVerdicts(*report, outcome_.errors);
+        appendVerdicts(*report, options_.budgetBytes ? "--budget" : placeIn(scene_, "output", "", "budget", "[output]") + ", budget",
+                       outcome_.errors);
         return {};
     }
 
@@ -313,6 +332,7 @@ private:
         writer.addNotes(preparationNotes_);
         writer.addNotes(notes_);
         writer.addNotes(plan.notes);
+        writer.addFailed(failed_);
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
@@ -371,8 +391,11 @@ private:
 
     /// Adds the errors of some actions. Two actions that read one file fail with one line.
     void addErrors(const ExecutionResult& result) {
-        for (const Error& error : result.errors)
-            if (std::ranges::find(outcome_.errors, error.line(), &Error::line) == outcome_.errors.end()) outcome_.errors.push_back(error);
+        for (const Error& error : result.errors) {
+            if (std::ranges::find(outcome_.errors, error.line(), &Error::line) != outcome_.errors.end()) continue;
+            outcome_.errors.push_back(error);
+            failed_.push_back(error);
+        }
     }
 
     const CookOptions& options_;
@@ -390,6 +413,7 @@ private:
     std::map<std::string, Json> preparationNotes_;                            ///< by light map
     std::vector<Action> packGraph_;
     std::filesystem::path staging_;
+    std::vector<Error> failed_;  ///< of actions, which with --keep-going do not stop the cook
     Outcome outcome_;
 };
 

@@ -11,6 +11,8 @@ namespace lightcook::pipeline {
 namespace {
 
 formats::Result<void> lint(const Scene& scene, const LintOptions& options, const RunState& state, Outcome& outcome) {
+    if (const std::string why = whyNothing(scene); !why.empty())
+        return formats::failure(formats::ErrorCode::InvalidRequest, scene.file.string(), why);
     auto staging = TemporaryFolder::create();
     if (!staging) return tl::make_unexpected(staging.error());
     const Cache cache(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes);

@@ -16,6 +16,7 @@
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/self_digest.h"
 #include "pipeline/repack/unpacked_bake.h"
+#include "pipeline/report/exit_codes.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -169,9 +170,38 @@ Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& res
                                     const WorkRates& rates) {
     if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
     if (auto written = writeManifest(); !written) return tl::make_unexpected(written.error());
+    frame.incomplete = incompleteOf(plan);
     if (!isAnythingRun && isReportCurrent(frame)) return *oldReport_;
     addRunsOfKeptRows(frame.runs);
     return writeReport(makeReport(frame, rows_, skipsOf(plan, result, assets_, rates)));
+}
+
+/// Returns what this cook could not make and, of a cook of some assets, what the one before could not and this one did not try.
+std::optional<IncompleteCook> SummaryWriter::incompleteOf(const Plan& plan) const {
+    IncompleteCook incomplete;
+    const auto isMade = [&](const std::string& name) { return std::ranges::find(assets_, name, &CookedAsset::name) != assets_.end(); };
+    const auto add = [&](const std::string& name) {
+        if (!isMade(name) && std::ranges::find(incomplete.assets, name) == incomplete.assets.end()) incomplete.assets.push_back(name);
+    };
+    const auto addError = [&](const FailedAction& failed) {
+        if (std::ranges::find(incomplete.errors, failed) == incomplete.errors.end()) incomplete.errors.push_back(failed);
+    };
+    for (const formats::Error& error : failed_) addError({exitCode(error.code), error.subject, error.detail});
+    if (!failed_.empty()) {
+        std::ranges::for_each(plan.assets, add);
+        std::ranges::for_each(plan.undecided, add);
+    }
+    if (isPartial_ && oldReport_->incomplete) {
+        bool isAnyLeft = oldReport_->incomplete->assets.empty();  // then nobody knows whose errors they are
+        for (const std::string& name : oldReport_->incomplete->assets) {
+            if (isPlanned(plan, name)) continue;
+            add(name);
+            isAnyLeft = true;
+        }
+        if (isAnyLeft) std::ranges::for_each(oldReport_->incomplete->errors, addError);
+    }
+    if (incomplete.errors.empty()) return std::nullopt;
+    return incomplete;
 }
 
 /// Collects entries and rows, those of other assets first.
@@ -253,8 +283,8 @@ Result<void> SummaryWriter::writeManifest() {
 bool SummaryWriter::isReportCurrent(const ReportFrame& frame) const {
     if (!oldReport_ || !oldManifest_ || withSelfDigest(toJson(*oldManifest_)) != manifestText_) return false;
     return jsonOf(oldReport_->assets) == jsonOf(rows_) && jsonOf(oldReport_->findings) == jsonOf(frame.findings) &&
-           jsonOf(oldReport_->budget.frontier) == jsonOf(frame.frontier) && oldReport_->budget.limitBytes == scene_.output.budgetBytes &&
-           checkReportFiles(folder_, manifestText_, *oldReport_).empty();
+           jsonOf(oldReport_->budget.frontier) == jsonOf(frame.frontier) && oldReport_->incomplete == frame.incomplete &&
+           oldReport_->budget.limitBytes == scene_.output.budgetBytes && checkReportFiles(folder_, manifestText_, *oldReport_).empty();
 }
 
 /// Writes the page and the report with the digests of all files that go with it. Returns the report with its own digest.

@@ -33,6 +33,8 @@ public:
     void addNotes(const std::map<std::string, Json>& notes) {
         for (const auto& [asset, added] : notes) notes_[asset].update(added);
     }
+    /// Adds the errors of actions that failed in a cook that went on with the others.
+    void addFailed(const std::vector<formats::Error>& errors) { failed_.insert(failed_.end(), errors.begin(), errors.end()); }
     /// Writes all files, and returns the report. The report of an earlier cook stays if nothing was run and it says the same.
     /// frame   of a new report
     /// rates   of this machine, for what was skipped
@@ -42,6 +44,7 @@ public:
 private:
     formats::Result<void> collect(const Plan& plan, const ExecutionResult& result);
     formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
+    std::optional<IncompleteCook> incompleteOf(const Plan& plan) const;
     void addRunsOfKeptRows(std::vector<RunRecord>& runs) const;
     formats::Result<void> writeManifest();
     bool isReportCurrent(const ReportFrame& frame) const;
@@ -57,6 +60,7 @@ private:
     std::vector<ReportRow> rows_;  ///< of the report
     std::vector<GltfFile> gltf_;
     std::map<std::string, Json> notes_;  ///< by asset, beside those of its cook
+    std::vector<formats::Error> failed_;
     std::string manifestText_;
 };
 

@@ -2,20 +2,74 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "pipeline/cook/integrity.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/report/exit_codes.h"
 #include "pipeline/report/failures.h"
 
 namespace lightcook::pipeline {
 
 using formats::Error;
 using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
 
-void appendVerdicts(const Report& report, std::vector<Error>& errors) {
+namespace {
+
+/// Returns the errors of a cooked folder as its cook or verification found them, and files that were changed since.
+std::vector<Error> verdictOf(const std::filesystem::path& folder, const Manifest& manifest, const Report& report) {
+    std::vector<Error> errors = checkDigests(folder, manifest);
+    appendVerdicts(report, budgetPlace(folder), errors);
+    if (errors.empty() && !report.passed)
+        errors.push_back({ErrorCode::Verification, (folder / kReportName).string(), "found passed: false, expected a folder that passed"});
+    return errors;
+}
+
+}  // namespace
+
+void appendVerdicts(const Report& report, const std::string& budgetPlace, std::vector<Error>& errors) {
+    if (report.incomplete)
+        for (const FailedAction& failed : report.incomplete->errors) {
+            Error error{errorCodeFor(failed.exitCode), failed.subject, failed.detail};
+            if (std::ranges::find(errors, error.line(), &Error::line) == errors.end()) errors.push_back(std::move(error));
+        }
     for (const ReportRow& row : report.assets)
-        for (formats::Error& error : errorsOf(row.failures)) errors.push_back(std::move(error));
+        for (Error& error : errorsOf(row.failures)) errors.push_back(std::move(error));
     if (!report.budget.isKept())
         errors.push_back(
-            {ErrorCode::OverBudget, "budget",
+            {ErrorCode::OverBudget, budgetPlace,
              fmt::format("found {} bytes of GPU memory, expected at most {}", report.budget.usedBytes, *report.budget.limitBytes)});
+}
+
+std::string budgetPlace(const std::filesystem::path& folder) {
+    return (folder / kReportName).string() + ", budget";
+}
+
+Result<CookedFolder> readCookedFolder(const std::filesystem::path& folder) {
+    std::error_code code;
+    if (std::filesystem::is_regular_file(folder, code))
+        return failure(ErrorCode::FileUnreadable, folder.string(), "found a file, expected the output folder of `lightcook cook`");
+    if (!std::filesystem::exists(folder / kReportName, code))
+        return failure(ErrorCode::FileUnreadable, (folder / kReportName).string(),
+                       "found no report, expected the output folder of `lightcook cook`");
+    auto json = readReport(folder / kReportName);
+    if (!json) return tl::make_unexpected(json.error());
+    auto report = loadReport(folder / kReportName);
+    if (!report) return tl::make_unexpected(report.error());
+    const auto manifest = loadManifest(folder);
+    if (!manifest) return tl::make_unexpected(manifest.error());
+    // Members that `lightcook report` adds are no part of a folder.
+    for (const char* made : {"baseline", "platforms"}) json->erase(made);
+    report->baseline.reset();
+    report->platforms.reset();
+    std::vector<Error> errors = verdictOf(folder, *manifest, *report);
+    if (!errors.empty()) {  // also a folder that was changed after its cook passed
+        (*json)["passed"] = false;
+        report->passed = false;
+    }
+    return CookedFolder{folder, std::move(*json), std::move(*report), manifest->target, std::move(errors)};
 }
 
 }  // namespace lightcook::pipeline

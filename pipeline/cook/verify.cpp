@@ -79,11 +79,14 @@ private:
         }
         if (auto linted = lint(*manifest, scratch->path()); !linted) return linted;
         std::optional<std::uint64_t> budget;
+        std::optional<IncompleteCook> incomplete;  // what is not in the folder cannot be verified
         if (previous) budget = previous->budget.limitBytes;
-        const Report report =
-            makeReport({manifest->scene, secondsSince(start_), peakResidentBytes(), budget, {}, outcome_.findings}, std::move(rows), {});
+        if (previous) incomplete = previous->incomplete;
+        const Report report = makeReport(
+            {manifest->scene, secondsSince(start_), peakResidentBytes(), budget, {}, outcome_.findings, {}, std::move(incomplete)},
+            std::move(rows), {});
         for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
-        appendVerdicts(report, outcome_.errors);
+        appendVerdicts(report, budgetPlace(options_.folder), outcome_.errors);
         outcome_.report = toJson(report);
         return {};
     }

@@ -52,6 +52,8 @@ public:
         refuseUnknown(root, "the file", namesOf(allBudgetKeys()));
         const toml::node* schema = root.get("schema");
         if (schema == nullptr) fail(root, "found no key 'schema', expected schema = 1");
+        if (schema->is_boolean())
+            fail(*schema, fmt::format("found {} (a boolean) for schema, expected schema = 1", schema->value_or(false)));
         if (schema->value<std::int64_t>() != 1) fail(*schema, "found another schema, expected schema = 1");
         PlatformBudgets budgets;
         budgets.file = file_;

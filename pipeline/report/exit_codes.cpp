@@ -46,4 +46,12 @@ int exitCode(formats::ErrorCode code) {
     return 1;
 }
 
+formats::ErrorCode errorCodeFor(int exitCode) {
+    using formats::ErrorCode;
+    for (const ErrorCode code :
+         {ErrorCode::InvalidRequest, ErrorCode::FileUnreadable, ErrorCode::Verification, ErrorCode::OverBudget, ErrorCode::Interrupted})
+        if (pipeline::exitCode(code) == exitCode) return code;
+    return ErrorCode::Internal;
+}
+
 }  // namespace lightcook::pipeline

@@ -19,4 +19,7 @@ std::span<const ExitCodeInfo> allExitCodes();
 /// Returns the exit code of an error.
 int exitCode(formats::ErrorCode code);
 
+/// Returns an error code that has an exit code.
+formats::ErrorCode errorCodeFor(int exitCode);
+
 }  // namespace lightcook::pipeline

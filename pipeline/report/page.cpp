@@ -54,6 +54,10 @@ std::string verdictSentence(const Json& report) {
     const auto passedCount = static_cast<std::size_t>(std::count_if(assets.begin(), assets.end(), passed));
     std::string sentence = passedCount == assets.size() ? "Every asset keeps its limit"
                                                         : fmt::format("{} of {} assets failed", assets.size() - passedCount, assets.size());
+    const Json& missing = list(member(report, "incomplete"), "assets");
+    std::string names;
+    for (const Json& name : missing) names += (names.empty() ? "" : ", ") + words(name);
+    if (!names.empty()) sentence = "Not cooked: " + names + ". " + sentence;
     const Json* nearest = nullptr;
     double most = 0;
     for (const Json& asset : assets)

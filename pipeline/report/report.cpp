@@ -108,7 +108,8 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
     }
     report.findings = frame.findings;
     const bool isPlausible = std::ranges::none_of(frame.findings, [](const Finding& finding) { return finding.isFailure(); });
-    report.passed = report.passed && report.budget.isKept() && isPlausible;
+    report.incomplete = frame.incomplete;
+    report.passed = report.passed && report.budget.isKept() && isPlausible && !report.incomplete;
     report.whole = wholeError(rows);
     report.assets = std::move(rows);
     report.skipped = std::move(skipped);

@@ -57,6 +57,31 @@ void describe(Fields& fields, Self& file) {
     fields.required("digest", file.digest, "XXH3-128 of the file");
 }
 
+/// An action that failed in a cook that went on with the others.
+struct FailedAction {
+    int exitCode = 1;
+    std::string subject, detail;  ///< formats::Error
+    bool operator==(const FailedAction&) const = default;
+};
+template <class Fields, Is<FailedAction> Self>
+void describe(Fields& fields, Self& failed) {
+    fields.required("exit_code", failed.exitCode, between(1, 6), "exit code of this error");
+    fields.required("subject", failed.subject, "file and place");
+    fields.required("detail", failed.detail, "what was found, and what was expected");
+}
+
+/// What a cook with --keep-going could not make.
+struct IncompleteCook {
+    std::vector<std::string> assets;
+    std::vector<FailedAction> errors;
+    bool operator==(const IncompleteCook&) const = default;
+};
+template <class Fields, Is<IncompleteCook> Self>
+void describe(Fields& fields, Self& incomplete) {
+    fields.required("assets", incomplete.assets, "assets of the scene that are not in the folder");
+    fields.required("errors", incomplete.errors, "errors of that cook, the first one first");
+}
+
 /// report.json.
 struct Report {
     std::string scene;
@@ -67,6 +92,7 @@ struct Report {
     std::vector<RunRecord> runs;  ///< that made the results, the first one first
     std::vector<ReportRow> assets;
     std::vector<Skip> skipped;
+    std::optional<IncompleteCook> incomplete;
     MemoryBudget budget;
     std::vector<Finding> findings;
     std::optional<WholeError> whole;
@@ -79,13 +105,14 @@ template <class Fields, Is<Report> Self>
 void describe(Fields& fields, Self& report) {
     fields.required("scene", report.scene, "name of the scene");
     fields.optional("tool", report.tool, "program that wrote the report");
-    fields.required("passed", report.passed, "true if every asset passed and the budget holds");
+    fields.required("passed", report.passed, "true if every asset was cooked and passed, and the budget holds");
     fields.required("seconds", report.seconds, between(0, HUGE_VAL),
                     "wall time of the runs that made the results; of a verification its own");
     fields.required("peak_rss_bytes", report.peakRssBytes, between(0, kLargestBytes), "most memory that was resident in one of them");
     fields.presentIf(!report.runs.empty(), "runs", report.runs, "runs that made the results: what came from the cache keeps its own");
     fields.required("assets", report.assets, "a row for each asset");
     fields.required("skipped", report.skipped, "assets that were not cooked, and actions whose results were reused");
+    fields.optional("incomplete", report.incomplete, "what `cook --keep-going` could not cook; absent if the folder is complete");
     fields.required("budget", report.budget, "GPU memory");
     fields.presentIf(true, "findings", report.findings, "what lint found in the inputs");
     fields.optional("whole", report.whole, "error of the whole shading of the scene");
@@ -109,8 +136,9 @@ struct ReportFrame {
     std::vector<RunRecord> runs = {};  ///< that made the results; empty: the time and memory above
     std::vector<Finding> findings = {};
     std::vector<FrontierPoint> frontier = {};  ///< of the budget
+    std::optional<IncompleteCook> incomplete = {};
 };
-/// Returns a report. `passed` is true if every asset passed and the memory is within the budget.
+/// Returns a report. `passed` is true if every asset was cooked and passed, and the memory is within the budget.
 Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::vector<Skip> skipped);
 
 /// Reads a report, and refuses one of another shape.

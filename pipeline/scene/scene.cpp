@@ -99,7 +99,7 @@ public:
         std::optional<T> value;
         if constexpr (std::is_same_v<T, bool>)
             value = node->value_exact<bool>();  // numbers are none
-        else
+        else if (!node->is_boolean())           // toml++ converts true to 1
             value = node->value<T>();
         if (!value) fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
         return value;
@@ -158,7 +158,7 @@ public:
         if (array == nullptr) return std::nullopt;
         std::vector<double> values;
         for (const toml::node& element : *array) {
-            const std::optional<double> value = element.value<double>();
+            const std::optional<double> value = element.is_number() ? element.value<double>() : std::nullopt;
             if (!value || !std::isfinite(*value))
                 fail(element, fmt::format("found {} in {}.{}, expected {}", typeName(element), name_, key, expected));
             values.push_back(*value);
@@ -239,7 +239,7 @@ private:
             case toml::node_type::floating_point:
                 return fmt::format("the number {}", node.value_or(0.0));
             case toml::node_type::boolean:
-                return node.value_or(false) ? "true" : "false";
+                return node.value_or(false) ? "true (a boolean)" : "false (a boolean)";
             case toml::node_type::array:
                 return "an array";
             case toml::node_type::table:
@@ -366,6 +366,7 @@ OutputSettings readOutput(TableReader reader) {
     if (output.zstd && output.container == formats::Container::Dds)
         reader.fail(reader.node("zstd"),
                     "found zstd = true with container = \"dds\", expected container = \"ktx2\": DDS has no supercompression");
+    if (const std::string why = whyNotContainer(output); !why.empty()) reader.fail(reader.node("container"), why);
     if (const auto effort = reader.optional<std::int64_t>("effort", "an integer from 0 to 9")) {
         if (*effort < 0 || *effort > 9)
             reader.fail(reader.node("effort"), fmt::format("found {} for output.effort, expected an integer from 0 to 9", *effort));
@@ -395,6 +396,9 @@ formats::ColorSpaces readColors(TableReader reader) {
     formats::ColorSpaces colors;
     colors.source = reader.optional<std::string>("source", "the name of a colour space").value_or(colors.source);
     colors.working = reader.optional<std::string>("working", "the name of a colour space").value_or(colors.working);
+    for (const auto& [key, space] : {std::pair("source", &colors.source), std::pair("working", &colors.working)})
+        if (space->empty())
+            reader.fail(reader.node(key), fmt::format("found an empty text for color.{}, expected the name of a colour space", key));
     colors.config = reader.optionalPath("config").value_or(std::filesystem::path());
     return colors;
 }
@@ -526,8 +530,13 @@ ProbeEntry readProbe(TableReader reader) {
         entry.place.box = std::array{three(*found, 0), three(*found, 3)};
     entry.place.radius = reader.optional<double>("radius", "a positive number");
     if (const std::string expected = formats::objectionToProbePlace(entry.place); !expected.empty()) {
-        const char* const key = entry.place.radius && !(*entry.place.radius > 0) ? "radius" : "box";
-        reader.fail(reader.node(key), fmt::format("found another probe.{}, expected {}", key, expected));
+        const bool isRadius = entry.place.radius && !(*entry.place.radius > 0 && std::isfinite(*entry.place.radius));
+        const auto corner = [&](std::size_t i) {
+            return fmt::format("{}, {}, {}", (*entry.place.box)[i].x, (*entry.place.box)[i].y, (*entry.place.box)[i].z);
+        };
+        const std::string found = isRadius ? fmt::format("{}", *entry.place.radius) : fmt::format("[{}, {}]", corner(0), corner(1));
+        const char* const key = isRadius ? "radius" : "box";
+        reader.fail(reader.node(key), fmt::format("found {} for probe.{}, expected {}", found, key, expected));
     }
     return entry;
 }
@@ -725,6 +734,18 @@ std::string whyNotRsrm(const GradientEntry& entry, Target target) {
 
 std::string whyNotGltf(const OutputSettings& output) {
     return output.gltf && output.container != formats::Container::Ktx2 ? "found glTF with container dds, expected container ktx2" : "";
+}
+
+std::string whyNotContainer(const OutputSettings& output) {
+    return output.target == Target::Astc && output.container == formats::Container::Dds
+               ? "found container dds with target astc, expected container ktx2: DDS has no ASTC formats"
+               : "";
+}
+
+std::string whyNothing(const Scene& scene) {
+    // Materials alone bring the specular tables.
+    const bool isEmpty = scene.lightMaps.empty() && scene.probes.empty() && scene.gradients.empty() && scene.materials.empty();
+    return isEmpty ? "found nothing to cook, expected at least one table [[light_map]], [[probe]], [[gradient]] or [[material]]" : "";
 }
 
 std::string whyNotSeams(const Scene& scene) {

@@ -74,6 +74,9 @@ struct OutputSettings {
     ChartSettings charts = {};
 };
 
+/// Returns what is wrong with the container of a target's textures, or an empty text.
+std::string whyNotContainer(const OutputSettings& output);
+
 /// Returns what is wrong with glTF beside the other settings, or an empty text.
 std::string whyNotGltf(const OutputSettings& output);
 
@@ -224,6 +227,9 @@ lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& ent
 /// Returns the limit on the largest step that cooking adds to an edge: that of the light map or else, if it has a mesh, that of the output.
 /// Empty: no limit.
 std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry);
+
+/// Returns what is wrong with a scene without anything to cook, or an empty text.
+std::string whyNothing(const Scene& scene);
 
 /// Returns what is wrong with a limit on seams for all light maps, or an empty text.
 std::string whyNotSeams(const Scene& scene);

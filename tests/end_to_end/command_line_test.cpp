@@ -134,6 +134,82 @@ TEST_F(CommandLine, ConvertersKeepABudgetAndRefuseWhatWouldNotAct) {
     expectRefused("rsrm sky.exr x --layout raw", 2, {"unknown option '--layout'"});
 }
 
+TEST_F(CommandLine, OutputsDoNotReplaceInputsOrEachOther) {
+    const std::string scene = contentOf(scene_ / "scene.toml"), map = contentOf(scene_ / "map.exr");
+    const std::vector<std::pair<std::string, std::string>> refused = {
+        {"cook scene.toml -o out --depfile scene.toml", "--depfile: found the same file as scene (scene.toml), expected another one"},
+        {"cook scene.toml -o out --json ./map.exr", "--json: found the same file as an input of the scene (./map.exr)"},
+        {"cook scene.toml -o out --json both.x --junit both.x", "--junit: found the same file as --json (both.x)"},
+        {"cook scene.toml -o out --json out/cooked.json", "--json: found the same file as one of the cooked folder"},
+        {"cook scene.toml -o out --json out", "found the same file as"},
+        {"cook scene.toml --json small.cooked", "--json: found the same file as the output folder (small.cooked)"},
+        {"cook scene.toml -o map.exr/out", "map.exr/out: found the file map.exr in place of a folder"},
+        {"lint scene.toml --json probe.exr", "--json: found the same file as an input of the scene (probe.exr)"},
+        {"plan scene.toml --ninja scene.toml", "--ninja: found the same file as scene (scene.toml)"},
+        {"plan scene.toml --ninja map.exr", "--ninja: found the same file as an input of the scene (map.exr)"},
+        {"plan scene.toml --ninja x.ninja --json map.exr", "--json: found the same file as an input of the scene (map.exr)"},
+        {"init . --json map.exr -o new.toml", "--json: found the same file as an input (map.exr)"},
+        {"init map.exr -o map.exr --force", "--output: found the same file as inputs (map.exr)"},
+        {"info map.exr --json map.exr", "--json: found the same file as files (map.exr)"},
+        {"info '*.exr' --json map.exr", "--json: found the same file as a file of the pattern (map.exr)"},
+        {"compare map.exr probe.exr --json probe.exr", "--json: found the same file as b (probe.exr)"},
+        {"encode probe.exr x.ktx2 --format bc7 --json x.ktx2", "--json: found the same file as output (x.ktx2)"},
+        {"lightmap map.exr out --json map.exr", "--json: found the same file as input (map.exr)"},
+        {"lightmap map.exr out --json .", ".: found a folder, expected the name of a file to write"},
+    };
+    for (const auto& [command, words] : refused) expectRefused(command, 2, {words});
+    EXPECT_EQ(contentOf(scene_ / "scene.toml"), scene);
+    EXPECT_EQ(contentOf(scene_ / "map.exr"), map);
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "x.ktx2"));
+
+    ASSERT_EQ(run("cook scene.toml -o cooked --json /dev/null --junit /dev/null").code, 0) << "nothing is lost there";
+    const std::string manifest = contentOf(scene_ / "cooked" / "cooked.json"), sky = contentOf(scene_ / "cooked" / "sky.ktx2");
+    std::filesystem::create_symlink("cooked/sky.ktx2", scene_ / "link.html");
+    expectRefused("verify cooked --json cooked/cooked.json", 2, {"--json: found the same file as one of the cooked folder"});
+    expectRefused("report cooked --html cooked/sky.ktx2", 2, {"--html: found the same file as one of the cooked folder"});
+    expectRefused("report cooked --html link.html", 2, {"--html: found the same file as one of the cooked folder"});
+    EXPECT_EQ(contentOf(scene_ / "cooked" / "cooked.json"), manifest);
+    EXPECT_EQ(contentOf(scene_ / "cooked" / "sky.ktx2"), sky);
+    EXPECT_EQ(run("report cooked --json cooked/report.json --html cooked/report.html").code, 0);
+}
+
+TEST_F(CommandLine, OutputsGetTheirFolderAndARefusalLeavesNone) {
+    namespace fs = std::filesystem;
+    ASSERT_EQ(run("cook scene.toml -o cooked").code, 0);
+    for (const char* command :
+         {"encode probe.exr a/b/x.ktx2 --format bc6h-uf16", "decode a/b/x.ktx2 c/d/x.exr", "reconstruct cooked map e/f/x.exr"}) {
+        const Ended ended = run(command);
+        EXPECT_EQ(ended.code, 0) << command << ": " << ended.err;
+    }
+    EXPECT_TRUE(fs::exists(scene_ / "a/b/x.ktx2") && fs::exists(scene_ / "c/d/x.exr") && fs::exists(scene_ / "e/f/x.exr"));
+    EXPECT_EQ(run("encode nowhere.exr g/x.ktx2 --format bc7").code, 3);
+    EXPECT_EQ(run("decode nowhere.ktx2 g/x.exr").code, 3);
+    EXPECT_NE(run("reconstruct cooked nothing g/h/x.exr").code, 0);
+    expectRefused("encode probe.exr g/x.dds --format astc-4x4-hdr", 2, {"--format: found astc-4x4-hdr for g/x.dds"});
+    EXPECT_FALSE(fs::exists(scene_ / "g"));
+    expectRefused("encode probe.exr map.exr/x.ktx2 --format bc7", 2, {"map.exr/x.ktx2: found the file map.exr in place of a folder"});
+}
+
+TEST_F(CommandLine, AFileThatMayNotGrowIsAnErrorAndLeavesNothing) {
+    const std::string limited = "--version >/dev/null; ulimit -f 8; exec '" LIGHTCOOK_PROGRAM "' ";
+    for (const char* command : {"encode probe.exr large.ktx2 --format rgba16f", "encode probe.exr large.ktx2 --format rgba16f --zstd"}) {
+        SCOPED_TRACE(command);
+        const Ended ended = run(limited + command);
+        EXPECT_EQ(ended.code, 1) << ended.err;
+        EXPECT_THAT(ended.err, StartsWith("lightcook: error: "));
+        EXPECT_FALSE(std::filesystem::exists(scene_ / "large.ktx2"));
+        for (const auto& entry : std::filesystem::directory_iterator(scene_ / ""))
+            EXPECT_THAT(entry.path().filename().string(), Not(StartsWith(".")));
+    }
+}
+
+TEST_F(CommandLine, ControlCharactersDoNotReachTheTerminal) {
+    expectRefused("info \"$(printf 'no\\nwhere\\033[31m.exr')\"", 3, {"no\\nwhere\\x1b[31m.exr: "});
+    expectRefused("plan scene.toml --ninja scene.ninja --launcher \"$(printf 'a\\nb')\"", 2, {"--launcher: found 'a\\nb', expected "});
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "scene.ninja"));
+    expectRefused("lut tables --rows 1", 2, {"--rows: found 1, expected 2 to 1024"});
+}
+
 TEST_F(CommandLine, ReportFailsWhereTheFolderFailed) {
     EXPECT_EQ(run("cook scene.toml -o out --max-error 1e-7").code, 4);
     const Ended failed = run("report out");

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "formats/environment.h"
+#include "formats/gpu_texture.h"
 #include "formats/light_map.h"
 #include "lighting/sh.h"
 #include "tests/formats/temporary_folder.h"
@@ -52,6 +54,35 @@ TEST_F(CompareFiles, RefusesValuesThatAreNotFinite) {
         EXPECT_THAT(refusalOf(fine, bad, formats::ErrorCode::ValueNotFinite), HasSubstr("bad.exr, channel B, texel (2, 1): found "));
         EXPECT_THAT(refusalOf(bad, fine, formats::ErrorCode::ValueNotFinite), HasSubstr("bad.exr, channel B, texel (2, 1): found "));
     }
+}
+
+TEST_F(CompareFiles, TakesEveryLayerAndMipOfTextures) {
+    using formats::PixelFormat;
+    const auto texture = [&](const char* name, int layers, int mips, formats::SubImage bright) {
+        const formats::TextureShape shape{PixelFormat::Rgba8Unorm, 4, 4, mips, layers, layers > 1, 1};
+        auto writer = formats::TextureWriter::create(folder_ / name, shape, {});
+        EXPECT_TRUE(writer.has_value());
+        for (int mip = 0; mip < mips; ++mip)
+            for (int layer = 0; layer < layers; ++layer) {
+                const bool isBright = mip == bright.mip && layer == bright.layer;
+                const std::vector<std::byte> bytes(shape.imageBytes(mip), std::byte{static_cast<unsigned char>(isBright ? 255 : 51)});
+                EXPECT_TRUE(writer->writeBlockRows({mip, layer, 0}, 0, bytes).has_value());
+            }
+        EXPECT_TRUE(writer->commit().has_value());
+        return folder_ / name;
+    };
+    const auto plain = texture("plain.ktx2", 3, 1, {-1, -1, 0}), mipped = texture("mipped.ktx2", 1, 2, {-1, -1, 0});
+    const auto layer = compare(plain, texture("layer.ktx2", 3, 1, {0, 2, 0})), mip = compare(mipped, texture("mip.ktx2", 1, 2, {1, 0, 0}));
+    ASSERT_TRUE(layer.has_value()) << layer.error().line();
+    ASSERT_TRUE(mip.has_value()) << mip.error().line();
+    EXPECT_NEAR(layer->at("max_abs").get<double>(), 0.8, 1e-6);
+    EXPECT_EQ(layer->at("images"), 3);
+    EXPECT_NEAR(mip->at("max_abs").get<double>(), 0.8, 1e-6);
+    EXPECT_EQ(mip->at("images"), 2);
+    EXPECT_THAT(refusalOf(plain, mipped, formats::ErrorCode::WrongShape), HasSubstr("mipped.ktx2: found 1 layer(s), expected 3 as in"));
+    EXPECT_THAT(refusalOf(mipped, texture("one.ktx2", 1, 1, {}), formats::ErrorCode::WrongShape), HasSubstr("found 1 mip(s), expected 2"));
+    const auto picture = compare(image("a.exr", 0.5f), image("b.exr", 0.75f));
+    EXPECT_EQ(picture->at("channels"), 3);
 }
 
 TEST_F(CompareFiles, NamesTheFileBesideAFolder) {

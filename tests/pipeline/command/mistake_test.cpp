@@ -3,7 +3,10 @@
 
 #include <gmock/gmock.h>
 
+#include <fmt/format.h>
+
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <sstream>
 #include <vector>
 
@@ -85,6 +88,60 @@ TEST(Mistake, AnEmptyValueIsRefused) {
                             StartsWith(option->get_name() + ": found '', expected "));
             }
     }
+}
+
+TEST(Mistake, AGlobalOptionWithoutItsValueIsNamed) {
+    EXPECT_EQ(mistakeOf("-j"), "-j: found no value, expected 1 to 1024");
+    EXPECT_EQ(mistakeOf("--threads"), "--threads: found no value, expected 1 to 1024");
+    EXPECT_THAT(mistakeOf("--log"), StartsWith("--log: found no value, expected one of: text, json"));
+    EXPECT_THAT(mistakeOf("--color"), StartsWith("--color: found no value, expected one of: auto"));
+    EXPECT_THAT(mistakeOf("--instructions"), StartsWith("--instructions: found no value, expected one of: widest"));
+    EXPECT_THAT(mistakeOf("--version --log"), StartsWith("--log: found no value"));
+    for (const char* line : {"-q -j", "--log json -j", "-h -j", "-qj", "cook scene.toml -j", "-qj cook"})
+        EXPECT_THAT(mistakeOf(line), AllOf(StartsWith("-j: found "), HasSubstr(", expected 1 to 1024"))) << line;
+    EXPECT_EQ(mistakeOf("-qj0 cook"), "-j: found '0', expected 1 to 1024");
+}
+
+TEST(Mistake, NumbersAreFinite) {
+    // The texts that an option may take in place of numbers; a new placeholder belongs to one of both lists.
+    const std::vector<std::string> texts = {"TEXT", "NAME", "COMMAND", "FILE", "FOLDER"};
+    const std::vector<std::string> numbers = {"FLOAT",   "INT",  "UINT",    "NUMBER",   "JND",     "X",     "N",
+                                              "R,G,B,A", "SIZE", "PERCENT", "FRACTION", "S,S,...", "X,Y,Z", "LOW,HIGH"};
+    int count = 0;
+    for (const CommandInfo& command : allCommands()) {
+        CLI::App app;
+        command.define(app);
+        for (const CLI::Option* option : app.get_options()) {
+            if (option->get_items_expected_max() == 0 || !option->get_name().starts_with("-")) continue;
+            const std::string type = option->get_type_name(), placeholder = type.substr(0, type.find(':'));
+            if (std::ranges::find(texts, placeholder) != texts.end()) continue;
+            EXPECT_THAT(numbers, testing::Contains(placeholder)) << command.name << " " << option->get_name();
+            // As many as the option takes.
+            std::string values = "nan";
+            for (int i = 1; i < option->get_items_expected_min(); ++i) values += ",nan";
+            EXPECT_THAT(mistakeOf(fmt::format("{} {} {}", command.name, option->get_name(), values)),
+                        StartsWith(option->get_name() + ": found 'nan"));
+            ++count;
+        }
+    }
+    EXPECT_GT(count, 40);
+    EXPECT_EQ(mistakeOf("cubemap p.exr sh.json --filter sh --wrap nan"), "--wrap: found 'nan', expected a finite number");
+    EXPECT_EQ(mistakeOf("repack a b -o c --firefly-limit inf"), "--firefly-limit: found 'inf', expected a finite number");
+    EXPECT_EQ(mistakeOf("repack a b -o c --firefly-limit=-nan"), "--firefly-limit: found '-nan', expected a finite number");
+    EXPECT_EQ(mistakeOf("repack a b -o c --firefly-limit 1e999"), "--firefly-limit: found '1e999', expected a finite number");
+}
+
+TEST(Mistake, SaysThatAnOptionWasGivenTwice) {
+    EXPECT_EQ(mistakeOf("-j 1 -j 2 cook scene.toml"), "-j: found this option 2 times, expected it once");
+    EXPECT_EQ(mistakeOf("cook scene.toml -o a --output b"), "--output: found this option 2 times, expected it once");
+    EXPECT_EQ(mistakeOf("cook scene.toml --only a --only b"), "--only: found this option 2 times, expected it once");
+    EXPECT_EQ(mistakeOf("lut out --m 0.3,0.4,0.5"), "--m: found 3 values, expected LOW,HIGH");
+    EXPECT_EQ(mistakeOf("lut out --m 0.3"), "--m: found too few values, expected LOW,HIGH");
+}
+
+TEST(Mistake, IsOneLineWhateverItNames) {
+    const formats::Error error = firstMistake(std::vector<std::string>{"co\nok\t\x1b[31m\x7f\xc3\xa9"}, "");
+    EXPECT_THAT(error.line(), HasSubstr("'co\\nok\\t\\x1b[31m\\x7f\xc3\xa9'"));
 }
 
 TEST(Mistake, SaysWhichOptionsGoTogether) {

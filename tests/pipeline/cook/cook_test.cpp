@@ -5,9 +5,11 @@
 
 #include <set>
 
+#include "pipeline/cook/verdicts.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -219,6 +221,111 @@ TEST(CookScene, KeepGoingDoesTheRest) {
     EXPECT_EQ(readManifest(scene / "out")->at("assets").size(), 4u);
 }
 
+TEST(CookScene, WhatKeepGoingLeftOutFailsItsReportAndVerification) {
+    const SmallScene scene(Parts::All);
+    std::filesystem::rename(scene / "probe.exr", scene / "probe");
+    CookOptions options = scene.options();
+    options.keepGoing = true;
+    const Outcome outcome = cook(options);
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.report.at("passed"), false);
+    const Json& incomplete = outcome.report.at("incomplete");
+    EXPECT_EQ(incomplete.at("assets"), Json::array({"probe"}));
+    ASSERT_EQ(incomplete.at("errors").size(), 1u);
+    EXPECT_EQ(incomplete.at("errors")[0].at("exit_code"), 3);
+    EXPECT_THAT(formats::contentOf(scene / "out" / kReportHtmlName), HasSubstr("Not cooked: probe."));
+    const auto folder = readCookedFolder(scene / "out");
+    ASSERT_TRUE(folder) << folder.error().line();
+    ASSERT_EQ(folder->errors.size(), 1u);
+    EXPECT_EQ(exitCode(folder->errors[0].code), 3);
+    EXPECT_EQ(folder->errors[0].line(), outcome.errors[0].line());
+    const Outcome verified = verifyCooked({scene / "out", {}, {}}, RunState());
+    ASSERT_EQ(verified.errors.size(), 1u);
+    EXPECT_EQ(verified.errors[0].line(), outcome.errors[0].line());
+    EXPECT_EQ(verified.report.at("passed"), false);
+    // A cook of another asset does not make the folder complete; one of the missing asset does.
+    std::filesystem::rename(scene / "probe", scene / "probe.exr");
+    options.only = "sky";
+    EXPECT_EQ(cook(options).report.at("passed"), false);
+    options.only = "probe";
+    const Outcome complete = cook(options);
+    EXPECT_TRUE(complete.errors.empty());
+    EXPECT_EQ(complete.report.at("passed"), true);
+    EXPECT_FALSE(complete.report.contains("incomplete"));
+}
+
+TEST(CookScene, WithoutAnythingToCookIsRefused) {
+    const SmallScene scene(Parts::LightMap);
+    formats::writeContent(scene.sceneFile(), "schema = 1\nname = \"small\"\n[tables]\nviews = 8\n");
+    const Outcome outcome = cook(scene.options());
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(outcome.errors[0].line(),
+                HasSubstr("scene.toml: found nothing to cook, expected at least one table [[light_map]], [[probe]]"));
+    EXPECT_FALSE(std::filesystem::exists(scene / "out"));
+    const Outcome linted = lintScene({scene.sceneFile(), scene / "cache", false, false}, RunState());
+    ASSERT_EQ(linted.errors.size(), 1u);
+    EXPECT_EQ(linted.errors[0].code, ErrorCode::InvalidRequest);
+    // Nothing is specular: the tables are skipped, and the scene has passed.
+    formats::writeContent(scene.sceneFile(), "schema = 1\nname = \"small\"\n[[material]]\nname = \"*\"\nspecular = false\n");
+    const Outcome skipped = cook(scene.options());
+    EXPECT_TRUE(skipped.errors.empty());
+    EXPECT_TRUE(skipped.report.at("assets").empty());
+}
+
+TEST(CookScene, RefusesDdsForAstcBeforeItWorks) {
+    const SmallScene scene(Parts::LightMap);
+    CookOptions options = scene.options();
+    options.target = Target::Astc;
+    options.container = formats::Container::Dds;
+    const Outcome outcome = cook(options);
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
+    EXPECT_EQ(outcome.errors[0].line(),
+              "--container dds: found container dds with target astc, expected container ktx2: DDS has no ASTC formats");
+    EXPECT_EQ(outcome.actionsRun, 0);
+}
+
+TEST(ReadCookedFolder, RefusesAFolderWithoutAManifestThatCanBeRead) {
+    const SmallScene scene(Parts::LightMap);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    const std::filesystem::path out = scene / "out", manifest = out / kManifestName;
+    const std::string whole = formats::contentOf(manifest);
+    ASSERT_TRUE(readCookedFolder(out));
+    EXPECT_TRUE(readCookedFolder(out)->errors.empty());
+    Json other = parseJson(whole), wrong = other;
+    other["schema"] = 2;
+    wrong["target"] = 3;
+    for (const std::string& text : {std::string(), whole.substr(0, whole.size() / 2), std::string("{}"), other.dump(), wrong.dump()}) {
+        SCOPED_TRACE(text.substr(0, 40));
+        formats::writeContent(manifest, text);
+        const auto folder = readCookedFolder(out);
+        ASSERT_FALSE(folder);
+        EXPECT_EQ(exitCode(folder.error().code), 3);
+        EXPECT_EQ(folder.error().line(), verifyCooked({out, {}, {}}, RunState()).errors.at(0).line()) << "as verify has it";
+    }
+    std::filesystem::remove(manifest);
+    EXPECT_FALSE(readCookedFolder(out)) << "no file";
+    std::filesystem::create_directory(manifest);
+    EXPECT_FALSE(readCookedFolder(out)) << "a folder in its place";
+}
+
+TEST(ReadCookedFolder, AFileThatIsGoneOrShorterFailsByName) {
+    for (const char* name : {"map_l0.ktx2", "lightcook.glsl"})
+        for (const bool isGone : {true, false}) {
+            const SmallScene scene(Parts::LightMap);
+            ASSERT_TRUE(cook(scene.optionsWithSharedCache()).errors.empty());
+            if (isGone) std::filesystem::remove(scene / "out" / name);
+            if (!isGone) std::filesystem::resize_file(scene / "out" / name, 10);
+            const auto folder = readCookedFolder(scene / "out");
+            ASSERT_TRUE(folder);
+            ASSERT_EQ(folder->errors.size(), 1u);
+            EXPECT_EQ(folder->errors[0].code, ErrorCode::Verification) << "as verify has it";
+            EXPECT_THAT(folder->errors[0].line(), HasSubstr(name));
+            EXPECT_EQ(folder->json.at("passed"), false);
+        }
+}
+
 TEST(CookScene, ABoundThatIsNotHeldFailsButIsReported) {
     const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.options();
@@ -238,6 +345,9 @@ TEST(CookScene, AnExceededBudgetFailsButIsReported) {
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverBudget);
     EXPECT_EQ(outcome.report.at("budget").at("limit_bytes"), 100);
+    EXPECT_THAT(outcome.errors.front().line(), testing::StartsWith("--budget: found "));
+    scene.writeSceneFile("budget = \"100\"");
+    EXPECT_THAT(cook(scene.options()).errors.front().line(), HasSubstr("scene.toml:5, budget: found "));
 }
 
 TEST(CookScene, AnInterruptIsToldAndLeavesNothing) {

@@ -190,6 +190,7 @@ TEST_F(Budgets, MistakesNamePlaceAndNearestName) {
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntotal = \"3 MB\"\n[[platform]]\nname = \"a\"\ntotal = \"1\"\n"),
                 HasSubstr("found a second platform 'a'"));
     EXPECT_THAT(lineOf("schema = 2\n"), HasSubstr("expected schema = 1"));
+    EXPECT_THAT(lineOf("schema = true\n"), HasSubstr("found true (a boolean) for schema, expected schema = 1"));
     EXPECT_THAT(lineOf("schema = 1\n"), HasSubstr("expected tables [[platform]]"));
     EXPECT_THAT(lineOf("schema = [\n"), HasSubstr("syntax error"));
 }

@@ -219,6 +219,32 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[output\n", "3:", "syntax error");
 }
 
+TEST(ReadScene, BooleansAreNoNumbers) {
+    expectRefused("schema = true\nname = \"s\"\n", "1:10", "found true (a boolean) for the scene.schema, expected schema = 1");
+    expectRefused(kHead + "[output]\neffort = true\n", "4:10", "found true (a boolean) for output.effort, expected an integer from 0 to 9");
+    expectRefused(kHead + "[output]\nmax_error = true\n", "4:13", "found true (a boolean) for output.max_error");
+    expectRefused(kHead + "[output]\nmax_visible = false\n", "4:15", "found false (a boolean) for output.max_visible");
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"p.exr\"\nsize = true\n", "6:8", "found true (a boolean) for probe.size");
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"p.exr\"\nposition = [1, true, 2]\n", "6:16",
+                  "found true (a boolean) in probe.position");
+}
+
+TEST(ReadScene, ThePlaceOfAProbeIsRefusedByItsValue) {
+    const std::string probe = kHead + "[[probe]]\nname = \"p\"\nfile = \"p.exr\"\n";
+    expectRefused(probe + "radius = -1\n", "6:10", "found -1 for probe.radius, expected a positive radius");
+    expectRefused(probe + "radius = inf\n", "6:10", "found inf for probe.radius, expected a positive radius");
+    expectRefused(probe + "box = [0, 0, 0, 1, -2, 1]\n", "6:7",
+                  "found [0, 0, 0, 1, -2, 1] for probe.box, expected a box [lowest corner, highest corner]");
+}
+
+TEST(ReadScene, SettingsThatNoFileCanHaveAreRefused) {
+    expectRefused(kHead + "[output]\ntarget = \"astc\"\ncontainer = \"dds\"\n", "5:13",
+                  "found container dds with target astc, expected container ktx2: DDS has no ASTC formats");
+    EXPECT_TRUE(sceneFromText(kHead + "[output]\ntarget = \"float\"\ncontainer = \"dds\"\n"));
+    expectRefused(kHead + "[color]\nsource = \"\"\n", "4:10", "found an empty text for color.source, expected the name of a colour space");
+    expectRefused(kHead + "[color]\nworking = \"\"\n", "4:11", "found an empty text for color.working");
+}
+
 TEST(ReadScene, FractionsMayBePercentages) {
     const auto scene = sceneFromText(kHead + "[output]\nmax_error = \"2%\"\nmax_converter_error = \"0.5 %\"\nrdo = \"1.5%\"\n");
     ASSERT_TRUE(scene.has_value()) << scene.error().line();
