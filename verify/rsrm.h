@@ -58,7 +58,7 @@ struct AxialGradient {
 AxialGradient axialGradient(const formats::Environment& environment, const glm::dvec3& axis, int zoneCount);
 
 /// Returns L_o(z) = (s + 1) / 2pi * integral L_i max(0, r.l)^s dw for a gradient that is constant over zones of equal solid angle, north to
-/// south. Integrates over rings around r, exactly along each ring; the error is below 2e-4 of the gradient's largest value.
+/// south. The error is below 4e-7 of the sum of the steps between zones, for any number of zones.
 glm::dvec3 convolvePhong(const std::vector<glm::vec3>& gradient, double exponent, double z);
 
 /// Comparison of one row: at texel centres, and at `between` places from each centre to the next and from the outer centres to the poles.

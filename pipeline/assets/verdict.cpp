@@ -36,7 +36,7 @@ std::optional<double> visibleBound(const verify::StageError& stage) {
 
 bool isFinite(const verify::ErrorFigures& figures) {
     return std::isfinite(figures.relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) &&
-           std::isfinite(figures.maxBound) && (!figures.visible || std::isfinite(figures.visible->max));
+           (!figures.hasBound() || std::isfinite(figures.maxBound)) && (!figures.visible || std::isfinite(figures.visible->max));
 }
 
 VisiblePlaceFields FieldMirror<verify::VisiblePlace>::of(const verify::VisiblePlace& place) {

@@ -41,10 +41,13 @@ std::optional<Action> probeUseAction(const Scene& scene) {
     ProbeUseParameters parameters;
     std::map<std::string, std::filesystem::path> inputs;
     for (const ProbeEntry& probe : scene.probes) {
-        if (!probe.sh) continue;
-        const std::string role = fmt::format("sh{}", parameters.probes.size());
-        inputs[role] = *probe.sh;
-        parameters.probes.push_back({probe.name, role, probe.file.filename().string()});
+        if (!probe.place.position && !probe.sh) continue;
+        PlacedProbe placed{probe.name, {}, probe.file.filename().string(), probe.place.position};
+        if (!placed.position) {
+            placed.role = fmt::format("sh{}", parameters.probes.size());
+            inputs[placed.role] = *probe.sh;
+        }
+        parameters.probes.push_back(std::move(placed));
     }
     std::set<std::filesystem::path> meshes;
     for (const LightMapEntry& entry : scene.lightMaps) {
@@ -82,6 +85,7 @@ verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs) {
     shading.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading.m);
     shading.f0 = samplesOf(needs.f0, shading.f0);
     if (!needs.needsDirections()) shading.normalCount = 1;
+    if (!needs.normalMap) shading.normalMapTilt = 0;
     return shading;
 }
 

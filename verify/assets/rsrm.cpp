@@ -1,10 +1,12 @@
 #include "verify/rsrm.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <utility>
 
 #include "lighting/radiometry.h"
 #include "lighting/sh.h"
@@ -15,10 +17,14 @@
 namespace lightcook::verify {
 namespace {
 
-/// Rings around the reflection vector in a convolution.
-constexpr int kRingCount = 256;
-/// Error of a convolution by rings, relative to the gradient's largest value.
-constexpr double kQuadratureError = 2e-4;
+/// Gauss-Legendre nodes of an integral over the distance from the reflection vector, and steps of the table of a lobe's density.
+constexpr int kNodeCount = 20, kTableSteps = 4096;
+/// Share of a lobe that lies farther out than its quadrature reaches.
+constexpr double kFarShare = 1e-9;
+/// Largest error of the share of a lobe above an edge: measured as 2.4e-7 against 400 nodes and exact powers (docs/theory/lighting.md).
+constexpr double kShareError = 4e-7;
+/// Largest effect of a shader's float texture coordinates, relative to the gradient's largest value: 2^-14 texel.
+constexpr double kRoundingError = 5e-5;
 /// Smaller codes count as 0: floats of a shader may flush such light to 0.
 constexpr double kLeastCode = 1e-30;
 /// The smallest step of halves and of shared exponents is two to this power.
@@ -27,11 +33,6 @@ constexpr int kLeastStepExponent = -24;
 /// Returns the height z of the upper edge of a zone.
 double edgeHeight(std::size_t edge, std::size_t zoneCount) {
     return 1 - 2 * static_cast<double>(edge) / static_cast<double>(zoneCount);
-}
-
-std::size_t zoneOf(double z, std::size_t zoneCount) {
-    const double position = 0.5 * (1 - z) * static_cast<double>(zoneCount);
-    return static_cast<std::size_t>(std::clamp(position, 0.0, static_cast<double>(zoneCount - 1)));
 }
 
 /// Returns acos of a value clamped to [-1, 1], as a root times a polynomial (Abramowitz and Stegun 4.4.46), within 5e-8. It has no branch
@@ -44,47 +45,88 @@ inline double arcOf(double cosine) {
     return cosine < 0 ? std::numbers::pi - arc : arc;
 }
 
-/// Quadrature of a Phong lobe by circles around the reflection vector, of equal width in the angle a, up to 1e-9 of the lobe. The weight of
-/// a ring is exact, because cos(a)^(s + 1) is the lobe's cumulative weight. The weights sum to 1.
-struct Rings {
-    explicit Rings(double exponent) {
-        const double farthest = std::acos(std::pow(1e-9, 1 / (exponent + 1)));
-        const auto beyond = [&](int ring) { return std::pow(std::cos(farthest * ring / kRingCount), exponent + 1); };
-        double outer = beyond(0);
-        const double total = outer - beyond(kRingCount);
-        for (int ring = 0; ring < kRingCount; ++ring) {
-            const double inner = outer, angle = farthest * (ring + 0.5) / kRingCount;
-            outer = beyond(ring + 1);
-            circles.push_back({std::cos(angle), std::sin(angle), (inner - outer) / total});
+/// Nodes and weights of an integral over [0, 1] whose integrand has a square root at either end: Gauss-Legendre after x = t^2 (3 - 2 t).
+struct Nodes {
+    Nodes() {
+        for (int i = 0; i < kNodeCount; ++i) {
+            double root = std::cos(std::numbers::pi * (i + 0.75) / (kNodeCount + 0.5)), slope = 1;
+            for (int newton = 0; newton < 8; ++newton) {
+                double before = 1, value = root;
+                for (int degree = 2; degree <= kNodeCount; ++degree)
+                    before = std::exchange(value, ((2 * degree - 1) * root * value - (degree - 1) * before) / degree);
+                slope = kNodeCount * (root * value - before) / (root * root - 1);
+                root -= value / slope;
+            }
+            const double t = 0.5 * (1 - root), weight = 1 / ((1 - root * root) * slope * slope);
+            at[static_cast<std::size_t>(i)] = t * t * (3 - 2 * t);
+            weights[static_cast<std::size_t>(i)] = weight * 6 * t * (1 - t);
         }
     }
-    struct Circle {
-        double cosine, sine, weight;
-    };
-    std::vector<Circle> circles;
+    std::array<double, kNodeCount> at{}, weights{};
 };
 
-/// Convolves around a reflection vector off the poles. First computes, for each edge between zones, the part of the lobe above it: the sum
-/// of each ring's arc above the edge, exact for constant zones. A zone's weight is the difference of the parts above its two edges.
-glm::dvec3 convolveByRings(const std::vector<glm::vec3>& gradient, const Rings& rings, double z) {
-    const std::size_t zoneCount = gradient.size();
-    const double sine = std::sqrt(1 - z * z), edgeStep = 2 / static_cast<double>(zoneCount);
-    std::vector<double> arcs(zoneCount + 1, 0.0), whole(zoneCount + 1, 0.0);
-    for (const Rings::Circle& circle : rings.circles) {
-        const double middle = circle.cosine * z, reach = circle.sine * sine;
-        const std::size_t first = zoneOf(middle + reach, zoneCount), last = zoneOf(middle - reach, zoneCount);
-        // Edges first + 1 .. last cut the circle. It is entirely above the edges from last + 1 on.
-        const double perStep = edgeStep / reach, start = (1 - middle) / reach;
-        double* const arc = arcs.data();
-        for (std::size_t edge = first + 1; edge <= last; ++edge)
-            arc[edge] += circle.weight * arcOf(start - perStep * static_cast<double>(static_cast<int>(edge)));
-        whole[last + 1] += circle.weight;
+/// A Phong lobe over y = sqrt(1 - cos a), a the angle from the reflection vector: cos(a)^(s + 1) is its share beyond a. The density is a
+/// table, because a power for each node would take most of the time.
+class Lobe {
+public:
+    explicit Lobe(double exponent)
+        : exponent_(exponent), farthest_(std::sqrt(1 - std::pow(kFarShare, 1 / (exponent + 1)))), perStep_(kTableSteps / farthest_) {
+        for (int i = 0; i <= kTableSteps + 1; ++i) {
+            const double y = i / perStep_;
+            density_.push_back(2 * y * (exponent + 1) * std::pow(std::max(0.0, 1 - y * y), exponent));
+        }
     }
+    double exponent() const { return exponent_; }
+    double farthest() const { return farthest_; }
+    double within(double y) const { return 1 - std::pow(std::max(0.0, 1 - y * y), exponent_ + 1); }
+    double density(double y) const {
+        const double position = y * perStep_;
+        const int step = static_cast<int>(position);
+        const double* const at = density_.data() + step;
+        return at[0] + (position - step) * (at[1] - at[0]);
+    }
+
+private:
+    double exponent_, farthest_, perStep_;
+    std::vector<double> density_;
+};
+
+/// Height z of a reflection vector or an edge between zones, with sine and cosine of half its polar angle.
+struct Height {
+    explicit Height(double height) : z(height), halfSine(std::sqrt(0.5 * (1 - height))), halfCosine(std::sqrt(0.5 * (1 + height))) {}
+    double z, halfSine, halfCosine;
+};
+
+/// Returns the share of a lobe around `axis` above an edge. Circles around the axis nearer than the edge are on one side of it, and those
+/// farther than the edge's circle reaches around a pole on the side of the other pole. Those between are above it along an arc acos(q).
+double shareAbove(const Lobe& lobe, const Height& axis, const Height& edge) {
+    static const Nodes nodes;
+    const double along = axis.halfSine * edge.halfCosine, across = axis.halfCosine * edge.halfSine;
+    const double nearest = std::numbers::sqrt2 * std::abs(along - across), whole = std::numbers::sqrt2 * (along + across);
+    const bool isAxisAbove = edge.z < axis.z;
+    if (nearest >= lobe.farthest()) return isAxisAbove ? 1 : 0;
+    const double width = std::min(whole, lobe.farthest()) - nearest, below = edge.z - axis.z;
+    const double perSine = 0.5 / (axis.halfSine * axis.halfCosine);
+    double sum = 0;
+    for (std::size_t i = 0; i < nodes.at.size(); ++i) {
+        const double y = nearest + width * nodes.at[i], square = y * y;
+        const double q = (below + square * axis.z) * perSine / (y * std::sqrt(2 - square));
+        sum += nodes.weights[i] * lobe.density(y) * arcOf(q);
+    }
+    double share = width * sum / std::numbers::pi;
+    if (isAxisAbove) share += lobe.within(nearest);
+    if (whole < lobe.farthest() && axis.z + edge.z < 0) share += 1 - lobe.within(whole);
+    return share;
+}
+
+/// Convolves around a reflection vector off the poles. The weight of a zone is the difference of the lobe's shares above its two edges, so
+/// that the result is exact but for the error of these shares.
+glm::dvec3 convolveByShares(const std::vector<glm::vec3>& gradient, const Lobe& lobe, double z) {
+    const Height axis(z);
     glm::dvec3 sum(0);
-    double above = 0, wholeAbove = 0;
-    for (std::size_t zone = 0; zone < zoneCount; ++zone) {
-        wholeAbove += whole[zone + 1];
-        const double next = arcs[zone + 1] / std::numbers::pi + wholeAbove;
+    double above = 0;
+    for (std::size_t zone = 0; zone < gradient.size(); ++zone) {
+        const double next = zone + 1 == gradient.size() ? 1 : shareAbove(lobe, axis, Height(edgeHeight(zone + 1, gradient.size())));
         sum += (next - above) * glm::dvec3(gradient[zone]);
         above = next;
     }
@@ -102,8 +144,8 @@ glm::dvec3 convolveAtPole(const std::vector<glm::vec3>& gradient, double exponen
     return sum;
 }
 
-glm::dvec3 convolve(const std::vector<glm::vec3>& gradient, const Rings& rings, double exponent, double z) {
-    return 1 - std::abs(z) < 1e-12 ? convolveAtPole(gradient, exponent, z > 0) : convolveByRings(gradient, rings, z);
+glm::dvec3 convolve(const std::vector<glm::vec3>& gradient, const Lobe& lobe, double z) {
+    return 1 - std::abs(z) < 1e-12 ? convolveAtPole(gradient, lobe.exponent(), z > 0) : convolveByShares(gradient, lobe, z);
 }
 
 glm::dvec3 fetch(const CookedRsrm& map, int row, double z) {
@@ -142,13 +184,17 @@ struct Ends {
 };
 Ends endsOf(const RsrmSource& source) {
     Ends ends{glm::dvec3(source.gradient[0]), glm::dvec3(source.gradient[0]), {}};
+    // A convolution is the sum over edges of the light's step there times the lobe's share above.
+    glm::dvec3 steps(0), before(source.gradient[0]);
     for (const glm::vec3& zone : source.gradient) {
+        steps += glm::abs(glm::dvec3(zone) - before);
+        before = glm::dvec3(zone);
         ends.low = glm::min(ends.low, glm::dvec3(zone));
         ends.high = glm::max(ends.high, glm::dvec3(zone));
     }
     ends.low = glm::max(ends.low - source.uncertainty, glm::dvec3(0));
     ends.high += source.uncertainty;
-    ends.slack = kQuadratureError * ends.high + source.uncertainty;
+    ends.slack = kShareError * steps + kRoundingError * ends.high + source.uncertainty;
     return ends;
 }
 
@@ -269,16 +315,16 @@ void forEachPlace(int width, int between, const Place& place) {
 }  // namespace
 
 glm::dvec3 convolvePhong(const std::vector<glm::vec3>& gradient, double exponent, double z) {
-    return convolve(gradient, Rings(exponent), exponent, z);
+    return convolve(gradient, Lobe(exponent), z);
 }
 
 RsrmRow compareRsrmRow(const CookedRsrm& map, const RsrmSource& source, int row, int between) {
     const double exponent = map.exponents[static_cast<std::size_t>(row)];
-    const Rings rings(exponent);
+    const Lobe lobe(exponent);
     RsrmRow result;
     int column = 0;
     forEachPlace(map.texels.width(), between, [&](double z, bool isCentre) {
-        result.points.push_back({z, isCentre, convolve(source.gradient, rings, exponent, z), fetch(map, row, z), glm::dvec3(0)});
+        result.points.push_back({z, isCentre, convolve(source.gradient, lobe, z), fetch(map, row, z), glm::dvec3(0)});
         if (isCentre) result.points.back().tolerance = toleranceAt(map, row, column++);
     });
     return result;
@@ -363,12 +409,12 @@ RsrmBlend compareRsrmBlend(const CookedRsrm& first, const std::vector<glm::vec3>
     std::vector<RsrmRow> rows;
     for (std::size_t index = 0; index < first.exponents.size(); ++index) {
         const int row = static_cast<int>(index);
-        const Rings rings(first.exponents[index]);
+        const Lobe lobe(first.exponents[index]);
         RsrmRow& compared = rows.emplace_back();
         forEachPlace(first.texels.width(), between, [&](double z, bool isCentre) {
             const glm::vec3 cooked =
                 shaders::lcRsrmBlend(glm::vec3(fetch(first, row, z)), glm::vec3(fetch(second, row, z)), static_cast<float>(weight));
-            const glm::dvec3 reference = convolve(blended, rings, first.exponents[index], z);
+            const glm::dvec3 reference = convolve(blended, lobe, z);
             compared.points.push_back({z, isCentre, reference, glm::dvec3(cooked), glm::dvec3(0)});
             for (int channel = 0; isCentre && channel < 3; ++channel) {
                 const double code =

@@ -67,7 +67,8 @@ Result<ActionOutcome> findUnusedProbes(const ActionContext& context) {
     std::vector<std::string> names;
     std::vector<glm::dvec3> positions;
     for (const PlacedProbe& probe : parameters->probes) {
-        const auto position = formats::loadProbePosition(context.action.inputs.at(probe.role), probe.file);
+        Result<std::optional<glm::dvec3>> position = probe.position;
+        if (!probe.position) position = formats::loadProbePosition(context.action.inputs.at(probe.role), probe.file);
         if (!position) return tl::make_unexpected(position.error());
         if (!*position) continue;
         names.push_back(probe.name);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,14 +39,16 @@ private:
 /// A probe of the scene whose position is known.
 struct PlacedProbe {
     std::string name;
-    std::string role;  ///< of the input with its position
-    std::string file;  ///< name by which that input knows the probe
+    std::string role;                    ///< of the input with its position; unused if `position` is known
+    std::string file;                    ///< name by which that input knows the probe
+    std::optional<glm::dvec3> position;  ///< as the scene file states it
 };
 template <class Fields, Is<PlacedProbe> Self>
 void describe(Fields& fields, Self& probe) {
     fields.required("name", probe.name, "name of the probe");
     fields.required("role", probe.role, "input with its position");
     fields.required("file", probe.file, "name of the probe in that input");
+    fields.optional("position", probe.position, "world place by the scene file, which goes before that of the input");
 }
 
 /// Parameters of the action "probe-use". Its inputs are the meshes ("mesh0", ...) with the files beside them, and the files of positions.
@@ -55,7 +58,7 @@ struct ProbeUseParameters {
 };
 template <class Fields, Is<ProbeUseParameters> Self>
 void describe(Fields& fields, Self& parameters) {
-    fields.required("probes", parameters.probes, "probes that have an SH file");
+    fields.required("probes", parameters.probes, "probes with a position in the scene file or with an SH file");
     fields.required("meshes", parameters.meshes, "inputs that are meshes");
 }
 
@@ -67,7 +70,8 @@ void describe(Fields& fields, Self& result) {
     fields.required("unused", result.unused, "probes that are not among the four nearest of any place of the meshes");
 }
 
-/// Finds the unused probes. Probes whose file states no position count as used, and so do all if there is no mesh.
+/// Finds the unused probes. Probes of which neither scene file nor SH file states a position count as used, and so do all if there is no
+/// mesh.
 formats::Result<ActionOutcome> findUnusedProbes(const ActionContext& context);
 
 }  // namespace lightcook::pipeline

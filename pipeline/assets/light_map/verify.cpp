@@ -229,16 +229,23 @@ void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam)
 }
 
 /// Adds the verdict against the bake from before its charts were packed. Where charts were moved only, the light of the repacked bake at
-/// every place of the surface is that of the bake, and so are the bounds. Else there is no bound of visible errors, and that of local
-/// errors holds against the repacked bake (docs/guide/memory-budgets.md).
+/// every place of the surface is that of the bake, and so are the bounds, also at the bake's texels. Else nothing bounds the errors against
+/// the bake (docs/guide/memory-budgets.md).
 void addUnpackedStage(std::vector<verify::StageError>& stages, verify::StageError total, bool isMovedOnly) {
     verify::StageError& repacked = stages.back();
+    const auto takeBound = [&](verify::ErrorFigures& figures, const verify::ErrorFigures& known) {
+        figures.maxBound = isMovedOnly ? known.maxBound : verify::kNoBound;
+    };
     const auto takeBounds = [&](verify::ErrorFigures& figures, const verify::ErrorFigures& known) {
-        figures.maxBound = known.maxBound;
+        takeBound(figures, known);
         if (isMovedOnly && figures.visible && known.visible) figures.visible->bound = known.visible->bound;
     };
     takeBounds(total.diffuse, repacked.diffuse);
     takeBounds(total.specular, repacked.specular);
+    if (total.atTexels) {
+        takeBound(total.atTexels->diffuse, repacked.diffuse);
+        takeBound(total.atTexels->specular, repacked.specular);
+    }
     total.name = std::exchange(repacked.name, kRepackedStage);
     stages.push_back(std::move(total));
 }

@@ -52,6 +52,21 @@ TEST(Verdict, IsReadAsItWasWritten) {
     EXPECT_EQ(json["stages"][0]["error"]["diffuse"]["sampled_at"]["channel"], "green");
 }
 
+TEST(Verdict, ABoundThatIsNotKnownIsAbsent) {
+    verify::StageError stage = stageWith(0.25, 0.125);
+    stage.diffuse.maxBound = verify::kNoBound;
+    const Verdict verdict = makeVerdict({stage}, 0.5);
+    EXPECT_TRUE(verdict.passed) << "it is no figure that is not finite";
+    const Json json = toJson(verdict);
+    EXPECT_FALSE(json["stages"][0]["error"]["diffuse"].contains("max_bound"));
+    EXPECT_EQ(json["stages"][0]["error"]["specular"]["max_bound"], 0);
+    const auto read = fromJson<Verdict>(Json::parse(json.dump()), "record");
+    ASSERT_TRUE(read.has_value()) << read.error().line();
+    EXPECT_FALSE(read->stages[0].diffuse.hasBound());
+    EXPECT_TRUE(read->stages[0].specular.hasBound());
+    EXPECT_EQ(toJson(*read), json);
+}
+
 TEST(CheckStage, AResidualThatAddsToTheErrorIsAViolation) {
     verify::StageError code = stageWith(0.1, 0.1), residual = stageWith(0.2, 0.1);
     code.name = "code";

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "formats/light_map.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/plan.h"
@@ -145,6 +147,65 @@ TEST(Contents, ALayoutByNameAndKeepUnusedAreObeyed) {
     const Json report = cook(dark, "keep_unused = true").report;
     EXPECT_EQ(assetOf(report, "map").at("width"), SmallScene::kWidth);
     EXPECT_FALSE(assetOf(report, "map_dominant").is_null());
+}
+
+/// Returns the 99th percentile and the bound of the visible error of diffuse light.
+std::pair<double, double> visibleOf(const Json& map) {
+    const Json& visible = map.at("stages").back().at("error").at("diffuse").at("visible");
+    EXPECT_LE(visible.at("max").get<double>(), visible.at("bound").get<double>());
+    return {visible.at("p99").get<double>(), visible.at("bound").get<double>()};
+}
+
+TEST(Contents, WithoutNormalMapsVisibleErrorsAreOfTheTexelsOwnNormal) {
+    const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky);
+    const auto materials = [](bool hasNormalMap) {
+        return fmt::format("[[material]]\nname = \"*\"\nnormal_map = {}\nspecular = true\n", hasNormalMap);
+    };
+    const std::string output = "light_map_layout = \"hdr\"";  // it is encoded alike for both
+    const Json plain = assetOf(cook(scene, output, materials(false)).report, "map");
+    const Json bumpy = assetOf(cook(scene, output, materials(true)).report, "map");
+    EXPECT_LT(visibleOf(plain).first, visibleOf(bumpy).first);
+    EXPECT_LE(visibleOf(plain).second, visibleOf(bumpy).second);
+    EXPECT_EQ(plain.at("stages").back().at("at_texels").at("diffuse").at("rel_rms"),
+              bumpy.at("stages").back().at("at_texels").at("diffuse").at("rel_rms"))
+        << "rel_rms is of the hemisphere";
+}
+
+TEST(Contents, TheCapOfVisibleErrorsIsThatOfNormalMaps) {
+    Needs needs;
+    EXPECT_EQ(shadingOf({}, needs).normalMapTilt, 60);
+    needs.normalMap = false;
+    EXPECT_EQ(shadingOf({}, needs).normalMapTilt, 0);
+    EXPECT_EQ(shadingOf({}, needs).normalCount, 32);
+    needs.specular = false;
+    EXPECT_EQ(shadingOf({}, needs).normalCount, 1);
+}
+
+TEST(Contents, PositionsOfProbesMayStandInTheSceneFile) {
+    const SmallScene folder(SmallScene::Parts::All);
+    auto scene = readScene(folder.sceneFile());
+    ASSERT_TRUE(scene.has_value());
+    const ProbeEntry probe = scene->probes.at(0);
+    scene->probes.clear();
+    for (int i = 0; i < 6; ++i) {
+        scene->probes.push_back(probe);
+        scene->probes.back().name = fmt::format("probe{}", i);
+        scene->probes.back().place.position = dvec3(i, 1, 2);
+    }
+    scene->probes[1].sh = folder / "probes.json";
+    scene->probes[2].place = {};
+    scene->probes[2].sh = folder / "probes.json";
+    scene->lightMaps[0].mesh = folder / "room.glb";
+    const auto actions = planContents(*scene, {}, {});
+    const auto use = std::ranges::find(actions, "probe-use", &Action::id);
+    ASSERT_NE(use, actions.end());
+    const Json& placed = use->parameters.at("probes");
+    ASSERT_EQ(placed.size(), 6u);
+    EXPECT_EQ(placed[5].at("position"), Json({5, 1, 2}));
+    EXPECT_EQ(placed[1].at("position"), Json({1, 1, 2})) << "it goes before that of the file";
+    EXPECT_FALSE(placed[2].contains("position"));
+    EXPECT_EQ(use->inputs.at(placed[2].at("role")), folder / "probes.json");
+    EXPECT_EQ(use->inputs.size(), 2u) << "the file of one probe, and the mesh";
 }
 
 /// Only the contents of assets that are cooked are read: by their name, by that of the entry which they derive from, and by their kind.

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <random>
 
+#include "fit/rsrm.h"
 #include "lighting/radiometry.h"
 #include "lighting/sh.h"
 
@@ -74,6 +76,75 @@ TEST(ConvolvePhong, AgreesWithASumOverTheSphere) {
             const glm::dvec3 expected = bySphere(gradient, exponent, z), found = convolvePhong(gradient, exponent, z);
             for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(found[channel], expected[channel], 2e-4 * 30) << exponent << " " << z;
         }
+}
+
+/// Returns random zones of every brightness from 0.2 to 1: no two neighbours are alike.
+std::vector<glm::vec3> randomZones(std::size_t count, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> unit(0.2f, 1);
+    std::vector<glm::vec3> gradient;
+    for (std::size_t i = 0; i < count; ++i) gradient.emplace_back(unit(random), unit(random), unit(random));
+    return gradient;
+}
+
+/// Returns a sum over the sphere in long double: 2^15 latitudes or a few more, and 512 longitudes.
+/// exponent  a power of two
+glm::dvec3 byFineSphere(const std::vector<glm::vec3>& gradient, int exponent, double z) {
+    constexpr int kLongitudes = 512;
+    const auto lobeAt = [exponent](long double cosine) {
+        long double lobe = std::max(cosine, 0.0L);
+        for (int power = 1; power < exponent; power *= 2) lobe *= lobe;
+        return lobe;
+    };
+    const std::size_t cuts = (32768 + gradient.size() - 1) / gradient.size(), rows = cuts * gradient.size();
+    const long double sine = std::sqrt(1.0L - static_cast<long double>(z) * z), step = 2.0L / static_cast<long double>(rows);
+    std::vector<long double> turns;
+    for (int j = 0; j < kLongitudes; ++j) turns.push_back(std::cos(std::numbers::pi_v<long double> * (j + 0.5L) / kLongitudes));
+    std::array<long double, 3> sums = {0, 0, 0};
+    for (std::size_t i = 0; i < rows; ++i) {
+        const long double height = 1 - (static_cast<long double>(i) + 0.5L) * step, radius = sine * std::sqrt(1 - height * height);
+        if (lobeAt(z * height + radius) < 1e-11L) continue;
+        long double lobe = 0;
+        for (const long double turn : turns) lobe += lobeAt(z * height + radius * turn);
+        for (int channel = 0; channel < 3; ++channel)
+            sums[static_cast<std::size_t>(channel)] += lobe * static_cast<long double>(gradient[i / cuts][channel]);
+    }
+    const long double scale = (exponent + 1) * step / kLongitudes;
+    return {static_cast<double>(scale * sums[0]), static_cast<double>(scale * sums[1]), static_cast<double>(scale * sums[2])};
+}
+
+TEST(ConvolvePhong, IsExactForGradientsOfManyDifferentZones) {
+    for (const std::size_t zones : {16u, 256u, 1000u, 4096u}) {
+        const auto gradient = randomZones(zones, 11);
+        for (const auto& [exponent, z] : {std::pair(1, -0.3456), std::pair(1, 0.9987), std::pair(4, 0.61), std::pair(256, -0.85)}) {
+            const glm::dvec3 expected = byFineSphere(gradient, exponent, z), found = convolvePhong(gradient, exponent, z);
+            for (int channel = 0; channel < 3; ++channel)
+                EXPECT_NEAR(found[channel], expected[channel], 1e-5) << zones << " zones, exponent " << exponent << ", z " << z;
+        }
+    }
+}
+
+TEST(VerifyRsrm, RoundedCodesOfManyDifferentZonesAreWithinHalfACode) {
+    for (const std::size_t zones : {256u, 512u, 700u, 1000u, 4096u}) {
+        const auto gradient = randomZones(zones, 11);
+        fit::RsrmOptions options;
+        options.exponents = {1, 4, 256};
+        const auto values = fit::convolveGradient(gradient, options);
+        CookedRsrm map;
+        map.exponents = options.exponents;
+        map.color = glm::vec3(1);
+        map.texels = formats::Image<glm::vec4>(values.width(), values.height());
+        for (int y = 0; y < values.height(); ++y)
+            for (int x = 0; x < values.width(); ++x) map.texels.at(x, y) = glm::vec4(glm::round(values.at(x, y) * 255.0) / 255.0, 1);
+        std::vector<RsrmRow> rows;
+        for (int row = 0; row < values.height(); ++row) rows.push_back(compareRsrmRow(map, {gradient}, row, 0));
+        EXPECT_LE(rsrmCodeError(map, {gradient}, rows).codes, 0) << zones << " zones";
+        map.texels.at(100, 1).y += 1.0f / 255;
+        rows[1] = compareRsrmRow(map, {gradient}, 1, 0);
+        const RsrmCodeError wrong = rsrmCodeError(map, {gradient}, rows);
+        EXPECT_GT(wrong.codes, 0) << zones << " zones";
+        EXPECT_EQ(glm::ivec2(wrong.column, wrong.row), glm::ivec2(100, 1)) << zones << " zones";
+    }
 }
 
 TEST(ConvolvePhong, LambertOfALinearGradientIsKnown) {

@@ -103,6 +103,25 @@ std::string nameOfLayout(const testing::TestParamInfo<LightMapLayout>& tested) {
     std::ranges::replace(name, '-', '_');
     return name;
 }
+/// Without normal maps, visible errors of diffuse light are of the texels' own normals, beside specular light too.
+TEST(VisibleBound, WithoutATiltIsOfTheOwnNormalAlone) {
+    const Cooked cooked = test::cook(harsh(), LightMapLayout::Ratio, formats::Target::Bc, 1);
+    const verify::Viewing viewing = test::viewingOf(cooked);
+    const auto figuresOf = [&](double tilt) {
+        verify::LightMapShading shading;
+        shading.normalMapTilt = tilt;
+        const auto verifier = verify::LightMapVerifier::create(cooked.map, shading, {}, cooked.key, viewing);
+        return verifier->verifyRows(cooked.texels, cooked.reference, 0, kBoundHeight).figures().back();
+    };
+    const verify::StageError own = figuresOf(0), cap = figuresOf(60);
+    ASSERT_TRUE(own.diffuse.visible && own.diffuse.visible->bound && cap.diffuse.visible && cap.diffuse.visible->bound);
+    EXPECT_LE(own.diffuse.visible->max, *own.diffuse.visible->bound);
+    EXPECT_LT(own.diffuse.visible->max, cap.diffuse.visible->max);
+    EXPECT_LT(*own.diffuse.visible->bound, *cap.diffuse.visible->bound);
+    EXPECT_EQ(own.diffuse.relRms, cap.diffuse.relRms) << "of 32 normals of the hemisphere";
+    EXPECT_EQ(own.specular.visible->p99, cap.specular.visible->p99);
+}
+
 INSTANTIATE_TEST_SUITE_P(EveryFamily, VisibleBoundOfLayout, testing::ValuesIn(test::layoutsOfEveryFamily()), nameOfLayout);
 INSTANTIATE_TEST_SUITE_P(Soak, VisibleBoundOfLayout, testing::ValuesIn(test::otherLayouts()), nameOfLayout);
 

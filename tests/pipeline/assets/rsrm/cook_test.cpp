@@ -7,6 +7,7 @@
 #include <fstream>
 #include <functional>
 #include <limits>
+#include <random>
 
 #include "formats/environment.h"
 #include "formats/gpu_texture.h"
@@ -248,6 +249,18 @@ TEST_F(Rsrm, EnvironmentsAreAveragedAroundTheirAxis) {
     RsrmOptions wanted = options("sky.exr");
     wanted.axis = {0, 0, 0};
     EXPECT_THAT(refusal(wanted), HasSubstr("axis"));
+}
+
+TEST_F(Rsrm, GradientsOfManyDifferentTexelsKeepTheirCodes) {
+    for (const int width : {16, 256, 1000, 4096}) {
+        std::mt19937 random(11);
+        std::uniform_real_distribution<float> unit(0.2f, 1);
+        write("random.exr", width, 1, [&](int, int) { return glm::vec3(unit(random), unit(random), unit(random)); });
+        RsrmOptions wanted = options("random.exr");
+        wanted.exponents = {1, 4, 256};
+        wanted.format = "rgba8";
+        EXPECT_LT(asset(wanted).at("measures").at("code_error"), 0.502) << width;
+    }
 }
 
 TEST_F(Rsrm, TheEdgesOfNumbersAreCookedOrRefusedByName) {
