@@ -91,9 +91,13 @@ std::size_t LightMapMeasure::octaveOf(float light) {
 void LightMapMeasure::addSharedExit(const lighting::ShRgb& sh, const glm::vec3& normal) {
     const rows::LinearFit fit(normal);
     const rows::LinearExits best = fit.best(sh);
+    // One round from constants that hold the slopes is near enough for a range: the encoder solves on within it.
     glm::dvec3 start;
-    for (int c = 0; c < 3; ++c) start[c] = fit.within(best[static_cast<std::size_t>(c)], rows::kLargestSharedSlope).constant;
-    // One round is near enough for a range: the encoder solves on within it.
+    for (std::size_t c = 0; c < best.size(); ++c) {
+        const glm::dvec3 linear = glm::abs(best[c].linear);
+        const double least = std::max({linear.x, linear.y, linear.z}) / rows::kLargestSharedSlope;
+        start[static_cast<glm::dvec3::length_type>(c)] = std::max(best[c].constant, least);
+    }
     const rows::SharedExit exit =
         fit.shared(best, start, {glm::dvec3(-rows::kLargestSharedSlope), glm::dvec3(rows::kLargestSharedSlope)}, 1);
     const auto light = static_cast<float>(std::max({exit.constant.x, exit.constant.y, exit.constant.z}));
