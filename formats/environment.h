@@ -68,8 +68,9 @@ Result<std::optional<glm::dvec3>> loadProbePosition(const std::filesystem::path&
 
 /// Writes a float EXR with the first channelCount (1 .. 4) of R, G, B, A. The file appears when it is complete.
 Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount);
-/// An image as RGBA float (grey in R, G and B; channels that are missing 0, alpha 1), without colour conversion or multiplication by alpha.
-/// 8 and 16 bits become [0, 1]. channelCount  of the file; channels after the fourth are dropped
+/// An image as RGBA float, without colour conversion or multiplication by alpha. 8 and 16 bits become [0, 1], grey is in R, G and B, and of
+/// channels that are missing alpha is 1 and the others 0.
+/// channelCount  of the file; channels after the fourth are dropped
 struct PlainImage {
     Image<glm::vec4> texels;
     int channelCount = 0;

@@ -84,7 +84,7 @@ std::string nameOfCase(const testing::TestParamInfo<SceneCase>& info) {
     return name;
 }
 
-// Scoring a map in Python takes up to half a minute, so most pairs are left to ./dev soak. A learned layout and one of fixed decode are here.
+// Scoring a map in Python takes up to half a minute, so most pairs are left to ./dev soak. A learned layout and one of fixed decode stay.
 INSTANTIATE_TEST_SUITE_P(Some, SharedScenes,
                          testing::Values(SceneCase{"cornell", "basis-4", 0.016, 0.016, "energy"},
                                          SceneCase{"cornell", "luvw-linear", 0.2, 0.2}),
