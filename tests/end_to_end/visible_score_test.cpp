@@ -87,8 +87,8 @@ std::string nameOfScored(const testing::TestParamInfo<ScoreCase>& info) {
     std::ranges::replace(name, '-', '_');
     return name;
 }
-INSTANTIATE_TEST_SUITE_P(Example, VisibleScore,
-                         testing::Values(ScoreCase{"examples/cornell/cornell_lightmap.exr", "basis-4"}), nameOfScored);
+INSTANTIATE_TEST_SUITE_P(Example, VisibleScore, testing::Values(ScoreCase{"examples/cornell/cornell_lightmap.exr", "basis-4"}),
+                         nameOfScored);
 INSTANTIATE_TEST_SUITE_P(
     Soak, VisibleScore,
     testing::Values(ScoreCase{"examples/cornell/cornell_lightmap.exr", "ratio"},
