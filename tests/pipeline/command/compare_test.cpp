@@ -117,7 +117,7 @@ TEST_F(CompareLightMaps, MeasuresTheErrorsOfShadedLight) {
     // One of 70 rows is brighter by half.
     EXPECT_NEAR(diffuse.at("rel_rms").get<double>(), 0.5 / std::sqrt(70.0), 1e-5);
     EXPECT_NEAR(diffuse.at("max").get<double>(), 0.5 / 1.02, 1e-4);
-    EXPECT_EQ(diffuse.at("visible").at("p50").get<double>(), 0);
+    EXPECT_LT(diffuse.at("visible").at("p50").get<double>(), 1e-3);
     EXPECT_GT(diffuse.at("visible").at("p99").get<double>(), 10) << "one texel in 70";
     EXPECT_GT(compared->at("specular").at("rel_rms").get<double>(), 0.01);
 
@@ -151,13 +151,11 @@ TEST_F(CompareLightMaps, RefusesValuesThatAreNotFinite) {
                 HasSubstr("bad.exr, channel sh08.B, texel (4, 66): found "));
 }
 
-TEST_F(CompareLightMaps, RefusesOtherSizesAndPictures) {
+TEST_F(CompareLightMaps, RefusesOtherSizes) {
     const auto map = lightMap("a.exr", 1);
     EXPECT_THAT(refusalOf(map, lightMap("wide.exr", 1, 6), formats::ErrorCode::WrongShape),
                 HasSubstr("wide.exr: found 6 x 70 texels, expected 5 x 70 as in"));
-    const auto picture = image("picture.exr", 0.5f);
-    EXPECT_THAT(refusalOf(map, picture, formats::ErrorCode::WrongShape), HasSubstr("picture.exr: found no light map"));
-    EXPECT_THAT(refusalOf(picture, map, formats::ErrorCode::WrongShape), HasSubstr("picture.exr: found no light map"));
+    EXPECT_THAT(refusalOf(map, image("flat.exr", 0.5f), formats::ErrorCode::WrongShape), HasSubstr("flat.exr: found 3 x 2 texels"));
 }
 
 TEST_F(CompareLightMaps, RefusesABakeThatNeedsItsMesh) {

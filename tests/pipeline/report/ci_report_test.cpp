@@ -150,7 +150,7 @@ TEST_F(CiReport, EscapesNames) {
     Outcome outcome;
     outcome.errors.push_back({formats::ErrorCode::FileUnreadable, "a<b>&\"c\"\x01\xff.exr", "found nothing, expected light"});
     const CiRun run = ciRun({"cook", scene_ / "out", scene_.sceneFile(), {}, outcome.report, outcome.errors});
-    EXPECT_THAT(junitReport(run), HasSubstr("a&lt;b&gt;&amp;&quot;c&quot; \xEF\xBF\xBD.exr"));
+    EXPECT_THAT(junitReport(run), HasSubstr("a&lt;b&gt;&amp;&quot;c&quot;\\x01\xEF\xBF\xBD.exr"));
     expectJunit(junitReport(run));
     expectSarif(sarifReport(run));
 }
