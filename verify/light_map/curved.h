@@ -50,7 +50,8 @@ private:
     static std::array<LayerTexels, 4> cornersOf(const QuadTexels& t, const Part& part) {
         std::array<LayerTexels, 4> out;
         for (std::size_t i = 0; i < 4; ++i) {
-            const float u = part.u + part.size * static_cast<float>(i % 2), v = part.v + part.size * static_cast<float>(i / 2);
+            const std::size_t column = i % 2, row = i / 2;
+            const float u = part.u + part.size * static_cast<float>(column), v = part.v + part.size * static_cast<float>(row);
             out[i] = blend(blend(*t[0], *t[1], u), blend(*t[2], *t[3], u), v);
         }
         return out;
