@@ -206,7 +206,7 @@ formats::Error tooFewValues(const Syntax& syntax, std::span<const std::string> a
     const std::string name = optionOfLast(syntax, arguments);
     const OptionDoc* option = syntax.option(name);
     const std::string expected = option != nullptr ? expectedValue(*option, "") : "a value";
-    const bool hasSome = !isOption(arguments.back()) || syntax.word(arguments.back()).value.value_or("") != "";
+    const bool hasSome = !isOption(arguments.back()) || !syntax.word(arguments.back()).value.value_or("").empty();
     return refused(name, fmt::format("found {}, expected {}", hasSome ? "too few values" : "no value", expected));
 }
 
