@@ -35,7 +35,7 @@ struct SharedExit {
 /// Limit of the slopes that family unreal stores, along an axis. Light from one direction has 2 by its bands 0 and 1, and more by the fit;
 /// a larger range makes the steps of the direction coarser (docs/lab/experiments.md).
 inline constexpr double kLargestSharedSlope = 3;
-/// What an axis of a shared slope may be.
+/// Least and largest shared slope, along each axis.
 struct SlopeRange {
     glm::dvec3 low, high;
 };

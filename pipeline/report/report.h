@@ -70,7 +70,7 @@ void describe(Fields& fields, Self& failed) {
     fields.required("detail", failed.detail, "what was found, and what was expected");
 }
 
-/// What a cook with --keep-going could not make.
+/// Assets that a cook with --keep-going left out, and the errors that stopped them.
 struct IncompleteCook {
     std::vector<std::string> assets;
     std::vector<FailedAction> errors;

@@ -149,7 +149,7 @@ struct UnrealFactors {
                 (kOutward - 1) * (root * root * glm::abs(scale) + glm::abs(add));
         sh = glm::max(glm::abs(low[1] * k.scale1 + k.add1), glm::abs(high[1] * k.scale1 + k.add1));
     }
-    /// What E = fraction scale0.a + add0.a is of.
+    /// Returns the fraction in E = fraction scale0.a + add0.a.
     static float fractionOf(const Texels<2>& t) { return t[0].w + (t[1].w - 0.5f) / 255; }
     /// Relative error of a float evaluation of 2^E. Vulkan allows exp2(x) an error of 3 + 2 |x| units in the last place; x is rounded too.
     static float exponentialRounding(const UnrealHq& layout) {

@@ -116,7 +116,7 @@ TEST(Mistake, NumbersAreFinite) {
             const std::string type = option->get_type_name(), placeholder = type.substr(0, type.find(':'));
             if (std::ranges::find(texts, placeholder) != texts.end()) continue;
             EXPECT_THAT(numbers, testing::Contains(placeholder)) << command.name << " " << option->get_name();
-            // As many as the option takes.
+            // The option gets as many values as it takes.
             std::string values = "nan";
             for (int i = 1; i < option->get_items_expected_min(); ++i) values += ",nan";
             EXPECT_THAT(mistakeOf(fmt::format("{} {} {}", command.name, option->get_name(), values)),
