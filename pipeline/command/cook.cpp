@@ -103,11 +103,9 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
         if (options->keepsUv) charts.mode = ChartMode::Keep;
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
         // A scene that cannot be read is the cook's to report.
-        if (const auto scene = readScene(options->cook.scene)) {
-            const std::filesystem::path output =
-                options->cook.output.empty() ? std::filesystem::path(scene->name + ".cooked") : options->cook.output;
-            if (auto checked = session.paths.checkAgainstScene(*scene, output); !checked) return session.finish(checked);
-        }
+        if (const auto scene = readScene(options->cook.scene))
+            if (auto checked = session.paths.checkAgainstScene(*scene, cookedFolder(*scene, options->cook.output)); !checked)
+                return session.finish(checked);
         // A file that is no history is refused before the cook.
         if (!options->history.empty())
             if (const auto history = readHistory(options->history); !history) return session.finish(history);

@@ -36,7 +36,7 @@ formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
     const auto program = formats::programFile();
     if (!program) return tl::make_unexpected(program.error());
     scene->file = absolutePath(options.scene);
-    const std::filesystem::path output = options.output.empty() ? std::filesystem::path(scene->name + ".cooked") : options.output;
+    const std::filesystem::path output = cookedFolder(*scene, options.output);
     if (auto checked = session.paths.checkAgainstScene(*scene, output); !checked) return tl::make_unexpected(checked.error());
     const NinjaOptions ninja{*program, absolutePath(output), options.cache.empty() ? options.cache : absolutePath(options.cache),
                              options.launcher};

@@ -140,7 +140,7 @@ private:
             if (options_.mips) entry.mips.reset();
         }
         if (options_.maxConverterVisible) forgetConverterLimits();
-        outcome_.output = options_.output.empty() ? std::filesystem::path(scene_.name + ".cooked") : options_.output;
+        outcome_.output = cookedFolder(scene_, options_.output);
         if (auto checked = checkSettings(scene_, options_, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));

@@ -742,6 +742,10 @@ std::string whyNotContainer(const OutputSettings& output) {
                : "";
 }
 
+std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given) {
+    return given.empty() ? std::filesystem::path(scene.name + ".cooked") : given;
+}
+
 std::string whyNothing(const Scene& scene) {
     // Materials alone bring the specular tables.
     const bool isEmpty = scene.lightMaps.empty() && scene.probes.empty() && scene.gradients.empty() && scene.materials.empty();

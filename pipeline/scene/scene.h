@@ -228,6 +228,9 @@ lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& ent
 /// Empty: no limit.
 std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry);
 
+/// Returns the folder that a scene is cooked to: the one that was given, or without one (empty) that of its name.
+std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given);
+
 /// Returns what is wrong with a scene without anything to cook, or an empty text.
 std::string whyNothing(const Scene& scene);
 
