@@ -56,11 +56,17 @@ struct SharedExitRange {
     void merge(const SharedExitRange& other);
 };
 
+/// Returns true if the plan of a layout takes LightMapMeasure::sharedExitRange().
+constexpr bool needsSharedExit(formats::LightMapLayout layout) {
+    return formats::info(layout).family == formats::LightMapFamily::Unreal;
+}
+
 /// Statistics of the whole map, from which the plan's constants follow. Only covered texels count.
 class LightMapMeasure {
 public:
     /// luminanceWeights  of the working colour space
-    explicit LightMapMeasure(const glm::vec3& luminanceWeights = lighting::kRec709Luminance);
+    /// hasSharedExit     measures sharedExitRange(), which takes a third of the time and few layouts need
+    explicit LightMapMeasure(const glm::vec3& luminanceWeights = lighting::kRec709Luminance, bool hasSharedExit = true);
     /// Adds the rows [firstRow, firstRow + rowCount) of the map. The strip must hold them.
     void add(const formats::LightMapStrip& strip, int firstRow, int rowCount);
     void add(const formats::LightMapStrip& strip) { add(strip, strip.firstRow, strip.sh.height()); }
@@ -84,7 +90,7 @@ public:
     const glm::vec3& luminanceWeights() const { return luminanceWeights_; }
     /// Largest channel of the exit radiance at the texel's own normal.
     float maximumExit() const { return maximumExit_; }
-    /// Returns the extremes over the texels whose light is in the octave of leastLight or above; 0: over all.
+    /// Returns the extremes over the texels whose light is in the octave of leastLight or above; 0: over all. They must have been measured.
     SharedExitRange sharedExitRange(float leastLight) const;
     /// Count of texels and channels where |band 1| > sqrt 3 lambda_0 or |band 2| > sqrt 5 lambda_0, with 0.1 % for rounding: no
     /// non-negative light has such coefficients. Reported, not repaired.
@@ -97,6 +103,7 @@ private:
     void addSharedExit(const lighting::ShRgb& sh, const glm::vec3& normal);
 
     glm::vec3 luminanceWeights_;
+    bool hasSharedExit_;
     std::int64_t coveredTexels_ = 0, beyondPositiveBounds_ = 0;
     std::int64_t logLuminanceSum_ = 0;  ///< in units of 2^-24: integers add up to the same sum in any order
     float maximumExit_ = 0, maximumIntensity_ = 0, minimumZonal_ = 0, maximumZonal_ = 0;

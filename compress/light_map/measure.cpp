@@ -34,7 +34,8 @@ void SharedExitRange::merge(const SharedExitRange& other) {
     highestSlope = glm::max(highestSlope, other.highestSlope);
 }
 
-LightMapMeasure::LightMapMeasure(const glm::vec3& luminanceWeights) : luminanceWeights_(luminanceWeights) {}
+LightMapMeasure::LightMapMeasure(const glm::vec3& luminanceWeights, bool hasSharedExit)
+    : luminanceWeights_(luminanceWeights), hasSharedExit_(hasSharedExit) {}
 
 void LightMapMeasure::add(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
     assert(firstRow >= strip.firstRow && firstRow + rowCount <= strip.firstRow + strip.sh.height());
@@ -52,7 +53,7 @@ void LightMapMeasure::addTexel(const lighting::ShRgb& sh, const glm::vec3& norma
     for (std::size_t i = 0; i < sh.size(); ++i) maximumAbsolute_[i] = std::max(maximumAbsolute_[i], largestAbsolute(sh[i]));
     for (int channel = 0; channel < 3; ++channel) addRatios(sh, channel);
     addZonal(sh);
-    addSharedExit(sh, normal);
+    if (hasSharedExit_) addSharedExit(sh, normal);
 }
 
 void LightMapMeasure::addRatios(const lighting::ShRgb& sh, int channel) {
@@ -111,6 +112,7 @@ void LightMapMeasure::addSharedExit(const lighting::ShRgb& sh, const glm::vec3& 
 }
 
 SharedExitRange LightMapMeasure::sharedExitRange(float leastLight) const {
+    assert(hasSharedExit_);
     SharedExitRange range;
     for (std::size_t octave = octaveOf(leastLight); octave < sharedExit_.size(); ++octave) range.merge(sharedExit_[octave]);
     return range;

@@ -152,7 +152,8 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto source = openLightMap(context, parameters->description);
     if (!source) return tl::make_unexpected(source.error());
-    const auto measured = measureLightMap(**source, context);
+    const auto layout = formats::lightMapLayoutFromName(parameters->layout);
+    const auto measured = measureLightMap(**source, layout && compress::needsSharedExit(*layout), context);
     if (!measured) return tl::make_unexpected(measured.error());
     std::optional<compress::LightMapObjective> objective;
     if (parameters->visible) objective = objectiveFor(*parameters->visible, measured->key.displayKey(), (*source)->bt2020FromWorking());

@@ -9,8 +9,8 @@ using formats::Result;
 
 namespace {
 
-MeasuredLightMap emptyMeasure(const LightMapSource& source) {
-    return {compress::LightMapMeasure(source.luminanceWeights()), verify::LightMapKey(source.luminanceWeights()), {}, 0};
+MeasuredLightMap emptyMeasure(const LightMapSource& source, bool hasSharedExit) {
+    return {compress::LightMapMeasure(source.luminanceWeights(), hasSharedExit), verify::LightMapKey(source.luminanceWeights()), {}, 0};
 }
 
 }  // namespace
@@ -31,12 +31,12 @@ Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext&
     return key;
 }
 
-Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionContext& context) {
+Result<MeasuredLightMap> measureLightMap(LightMapSource& source, bool hasSharedExit, const ActionContext& context) {
     auto parts = mapInOrder<MeasuredLightMap>(source.chunkCount(), context, "measure " + context.action.asset,
                                               [&](int index) -> Result<MeasuredLightMap> {
                                                   const auto chunk = source.chunk(index);
                                                   if (!chunk) return tl::make_unexpected(chunk.error());
-                                                  MeasuredLightMap part = emptyMeasure(source);
+                                                  MeasuredLightMap part = emptyMeasure(source, hasSharedExit);
                                                   part.repairs = (*chunk)->repairs;
                                                   part.negativeAfterGamut = (*chunk)->negativeAfterGamut;
                                                   part.measure.add(**chunk);
@@ -44,7 +44,7 @@ Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionCon
                                                   return part;
                                               });
     if (!parts) return tl::make_unexpected(parts.error());
-    MeasuredLightMap whole = emptyMeasure(source);
+    MeasuredLightMap whole = emptyMeasure(source, hasSharedExit);
     for (const MeasuredLightMap& part : *parts) {
         whole.measure.merge(part.measure);
         whole.key.merge(part.key);

@@ -18,6 +18,7 @@ struct MeasuredLightMap {
     std::int64_t negativeAfterGamut = 0;
 };
 /// Measures the ranges that an encoder needs, and counts repaired texels.
-formats::Result<MeasuredLightMap> measureLightMap(LightMapSource& source, const ActionContext& context);
+/// hasSharedExit  true if a layout needs it (compress::needsSharedExit)
+formats::Result<MeasuredLightMap> measureLightMap(LightMapSource& source, bool hasSharedExit, const ActionContext& context);
 
 }  // namespace lightcook::pipeline

@@ -268,7 +268,11 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
                                     const ActionContext& context) {
     const auto source = openLightMap(context, parameters.description);
     if (!source) return tl::make_unexpected(source.error());
-    const auto measured = measureLightMap(**source, context);
+    const std::vector<LayoutGroup> groups =
+        layoutGroups(parameters, joint, static_cast<std::int64_t>((*source)->width()) * (*source)->height());
+    const bool hasSharedExit =
+        std::ranges::any_of(groups, [](const LayoutGroup& group) { return compress::needsSharedExit(group.planned); });
+    const auto measured = measureLightMap(**source, hasSharedExit, context);
     if (!measured) return tl::make_unexpected(measured.error());
     const verify::Viewing viewing{parameters.display.of(measured->key.displayKey()), (*source)->bt2020FromWorking()};
     std::optional<compress::LightMapObjective> objective;
@@ -281,8 +285,6 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
     auto whole = startJointTrial(**source, strips, parameters, joint, viewing, context);
     if (!whole) return tl::make_unexpected(whole.error());
     JointTrialResult result;
-    const std::vector<LayoutGroup> groups =
-        layoutGroups(parameters, joint, static_cast<std::int64_t>((*source)->width()) * (*source)->height());
     for (const LayoutGroup& group : groups) {
         const auto plan = planner.plan(std::string(formats::info(group.planned).name));
         if (!plan) return tl::make_unexpected(plan.error());
