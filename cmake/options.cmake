@@ -12,6 +12,9 @@ set(compile_options
 set(link_options)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   list(APPEND compile_options -march=x86-64-v3 -mtune=generic)
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|arm64")
+  # Highway's NEON target needs the instructions of AES. -Wno-psabi: notes that GCC 10 changed how pairs are passed.
+  list(APPEND compile_options -march=armv8-a+crypto -Wno-psabi)
 endif()
 if(CMAKE_BUILD_TYPE STREQUAL "Release" AND CMAKE_CXX_FLAGS_RELEASE MATCHES "-O3")
   # False positives of GCC 12 at -O3: the first inside std::string (GCC bug 105651), the second inside tl::expected.
@@ -38,6 +41,9 @@ target_include_directories(project_options INTERFACE
 # For kernels written with Highway, linked after project_options. Highway states the alignment of its loads and stores itself, and the
 # sanitizer's check at every access doubles the code.
 add_library(vector_options INTERFACE)
+# x86-64-v3 has all of AVX2 but not the instructions of AES, without which Highway would take code outside its dispatch for SSSE3: half the
+# lanes, and products that are rounded before they are added. No kernel uses them.
+target_compile_definitions(vector_options INTERFACE HWY_DISABLE_PCLMUL_AES)
 # Nor are the sanitizers given a copy of every kernel for each instruction set: they check the one for the baseline.
 if(LIGHTCOOK_SANITIZE)
   target_compile_options(vector_options INTERFACE -fno-sanitize=alignment)

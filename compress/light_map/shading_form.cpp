@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <numbers>
 
@@ -43,8 +44,8 @@ lighting::ShDouble exitRow(const glm::dvec3& normal, double weight) {
 
 /// Returns the response of area specular light to each of nine coefficients, for a view in the frame whose z is the normal.
 lighting::ShDouble specularRow(const glm::dvec3& view, double m, double f0, lighting::NormalDistribution lobe) {
-    const double cosine = view.x / std::hypot(view.x, view.y), sine = view.y / std::hypot(view.x, view.y);
-    const lighting::ShRotation turn(glm::dmat3(glm::dvec3(cosine, sine, 0), glm::dvec3(-sine, cosine, 0), glm::dvec3(0, 0, 1)));
+    const glm::dvec2 along = glm::dvec2(view) / glm::length(glm::dvec2(view));
+    const lighting::ShRotation turn(glm::dmat3(glm::dvec3(along, 0), glm::dvec3(-along.y, along.x, 0), glm::dvec3(0, 0, 1)));
     const lighting::AreaSpecularKernel kernel =
         lighting::integrateAreaSpecular(view.z, m, lobe, lighting::CookTorranceNormalization::Energy, 48);
     lighting::ShDouble row;

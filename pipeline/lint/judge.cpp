@@ -327,15 +327,18 @@ Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, cons
 
 Findings judgeSettings(const Scene& scene) {
     Findings findings;
+    const std::filesystem::path file = scene.file.empty() ? "the command line" : scene.file;
     const auto check = [&](const char* key, double limit) {
         if (limit <= 1) return;
-        findings.push_back(makeFinding(LintCheck::LimitAboveOne, "", scene.file, {"output", "", key},
+        findings.push_back(makeFinding(LintCheck::LimitAboveOne, "", file, {"output", "", key},
                                        fmt::format("found {} = {}, which is {:.0f} %, expected a fraction below 1: for {} %, {}", key,
                                                    limit, 100 * limit, limit, limit / 100),
                                        {{"limit", limit}}));
     };
     check("max_error", scene.output.maxError);
-    check("max_converter_error", scene.output.maxConverterError.value_or(0));
+    // Without a value of its own it follows max_error.
+    if (const double limit = scene.output.maxConverterError.value_or(0); limit != scene.output.maxError)
+        check("max_converter_error", limit);
     check("max_whole_error", scene.output.maxWholeError.value_or(0));
     return findings;
 }

@@ -72,7 +72,7 @@ public:
     }
     /// Adds `constant + sine sin(psi) + cosine cos(psi)` times L over all columns where it is positive.
     void addPositive(double constant, double sine, double cosine, double solidAngle, Place& place) const {
-        const double swing = std::hypot(sine, cosine);
+        const double swing = glm::length(glm::dvec2(sine, cosine));
         if (constant <= -swing) return;
         if (constant >= swing) return add(0, width_, constant, sine, cosine, solidAngle, place);
         // Column x has psi = 2 pi (x + 0.5) / width - pi. A full turn is added to avoid negative columns before the seam.

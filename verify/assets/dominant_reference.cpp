@@ -129,7 +129,7 @@ bool moveUphill(const Light& light, double width, Peak& peak) {
     const bool hasSummit = xx < 0 && determinant > 0;
     double x = gx, y = gy;
     if (hasSummit) x = -(yy * gx - xy * gy) / determinant, y = -(xx * gy - xy * gx) / determinant;
-    const double length = std::hypot(x, y), scale = length > kFarthest || (!hasSummit && length > 0) ? kFarthest / length : 1;
+    const double length = glm::length(glm::dvec2(x, y)), scale = length > kFarthest || (!hasSummit && length > 0) ? kFarthest / length : 1;
     for (double share = 1; share > 0.1; share *= 0.4) {
         const glm::dvec3 next = at(share * scale * x, share * scale * y);
         const double gain = light.gain(next);

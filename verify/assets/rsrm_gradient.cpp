@@ -99,7 +99,7 @@ Sums alongParallels(const formats::Image<glm::vec3>& texels, const glm::dvec3& a
     if (std::abs(axis.y) > 0.999)
         for (int zone = zoneCount - 1; zone > 0; --zone)
             edges.push_back(sums.upperEdge(zone));  // symmetric, so valid for both directions of the axis
-    const double peak = std::atan2(axis.x, -axis.z), level = std::hypot(axis.x, axis.z);
+    const double peak = std::atan2(axis.x, -axis.z), level = glm::length(glm::dvec2(axis.x, axis.z));
     for (int y = 0; y < height; ++y)
         for (const Slice& slice : slicesOf(std::cos(pi * (y + 1) / height), std::cos(pi * y / height), linesPerRow, edges)) {
             const Line line{slice.at * axis.y, std::sqrt(std::max(0.0, 1 - slice.at * slice.at)) * level, peak};
@@ -123,7 +123,7 @@ Sums alongFaceRows(const formats::Image<glm::vec3>& texels, const glm::dvec3& ax
             const glm::dvec3 side = glm::normalize(along - glm::dot(along, middle) * middle);
             const double far = std::sqrt(1 + slice.at * slice.at);  // distance of the middle from the cube's centre; u = far tan t
             const double toMiddle = glm::dot(axis, middle), toSide = glm::dot(axis, side);
-            const Line line{0, std::hypot(toMiddle, toSide), std::atan2(toSide, toMiddle)};
+            const Line line{0, glm::length(glm::dvec2(toMiddle, toSide)), std::atan2(toSide, toMiddle)};
             // The integral of du / (far^2 + u^2)^(3/2).
             const auto measure = [&](double t) { return slice.width * std::sin(t) / (far * far); };
             double from = std::atan(-1 / far);

@@ -11,7 +11,7 @@ namespace lightcook::compress {
 namespace {
 
 // Coefficients 1 to 8 of three channels are 24 numbers: three registers of eight lanes, or six of four. No dynamic dispatch: lanes hold
-// parts of one sum here, so their count must be the same on every machine.
+// parts of one sum here, which is added in the same order on every machine.
 namespace hn = hwy::HWY_NAMESPACE;
 constexpr hn::CappedTag<float, 8> kTag;
 using Lanes = hn::Vec<decltype(kTag)>;
@@ -43,10 +43,23 @@ Numbers zero() {
     for (Lanes& part : out.part) part = hn::Zero(kTag);
     return out;
 }
+/// Returns lanes 0 to 3 plus lanes 4 to 7 of eight, which are one register or two.
+template <std::size_t kRegisters>
+HWY_INLINE auto sumOfHalves(const Lanes (&eight)[kRegisters]) {
+    if constexpr (kRegisters == 1) {
+        constexpr hn::Half<decltype(kTag)> kHalf;
+        return hn::Add(hn::LowerHalf(kHalf, eight[0]), hn::UpperHalf(kHalf, eight[0]));
+    } else {
+        return hn::Add(eight[0], eight[1]);
+    }
+}
 float product(const Numbers& a, const Numbers& b) {
-    Lanes sum = hn::Mul(a.part[0], b.part[0]);
-    for (std::size_t p = 1; p < kParts; ++p) sum = hn::MulAdd(a.part[p], b.part[p], sum);
-    return hn::GetLane(hn::SumOfLanes(kTag, sum));
+    constexpr std::size_t kRegisters = 8 / kWidth;
+    Lanes sum[kRegisters];
+    for (std::size_t p = 0; p < kRegisters; ++p) sum[p] = hn::Mul(a.part[p], b.part[p]);
+    for (std::size_t p = kRegisters; p < kParts; ++p) sum[p % kRegisters] = hn::MulAdd(a.part[p], b.part[p], sum[p % kRegisters]);
+    const auto four = sumOfHalves(sum), two = hn::Add(four, hn::Shuffle1032(four));
+    return hn::GetLane(hn::Add(two, hn::Shuffle0321(two)));
 }
 
 struct Jacobian {

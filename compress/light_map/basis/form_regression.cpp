@@ -1,5 +1,7 @@
 #include "compress/light_map/basis/form_regression.h"
 
+#include <hwy/highway.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
@@ -7,14 +9,48 @@
 
 namespace lightcook::compress {
 
+namespace {
+
+// No dynamic dispatch: the program is built for the lanes that are used here, and each sum adds its products one after another.
+namespace hn = hwy::HWY_NAMESPACE;
+using RowTag = hn::CappedTag<float, 8>;
+
+/// Rows and columns that are summed together: their sums stay in registers.
+constexpr Eigen::Index kTile = 8;
+Eigen::Index wholeTiles(Eigen::Index count) {
+    return (count + kTile - 1) / kTile * kTile;
+}
+
+/// Adds the first `count` columns of left times the transposed ones of right to sums, [row of left][row of right]. The rows of all are
+/// whole tiles.
+void addProducts(const Eigen::MatrixXf& left, const Eigen::MatrixXf& right, Eigen::Index count, Eigen::MatrixXf& sums) {
+    constexpr RowTag tag;
+    constexpr auto lanes = static_cast<Eigen::Index>(hn::MaxLanes(tag)), parts = kTile / lanes;
+    for (Eigen::Index column = 0; column < sums.cols(); column += kTile)
+        for (Eigen::Index row = 0; row < sums.rows(); row += kTile) {
+            hn::Vec<RowTag> sum[kTile][parts];
+            for (Eigen::Index c = 0; c < kTile; ++c)
+                for (Eigen::Index p = 0; p < parts; ++p) sum[c][p] = hn::LoadU(tag, &sums(row + p * lanes, column + c));
+            for (Eigen::Index k = 0; k < count; ++k)
+                for (Eigen::Index p = 0; p < parts; ++p) {
+                    const auto values = hn::LoadU(tag, &left(row + p * lanes, k));
+                    for (Eigen::Index c = 0; c < kTile; ++c) sum[c][p] = hn::MulAdd(hn::Set(tag, right(column + c, k)), values, sum[c][p]);
+                }
+            for (Eigen::Index c = 0; c < kTile; ++c)
+                for (Eigen::Index p = 0; p < parts; ++p) hn::StoreU(sum[c][p], tag, &sums(row + p * lanes, column + c));
+        }
+}
+
+}  // namespace
+
 FormRegression::FormRegression(int features, int firstCoefficient)
     : features_(features),
       first_(firstCoefficient),
       size_(9 - firstCoefficient),
-      matrix_(Eigen::MatrixXf::Zero(pairCount(dimension()), pairCount(features_))),
+      matrix_(Eigen::MatrixXf::Zero(wholeTiles(pairCount(dimension())), wholeTiles(pairCount(features_)))),
       right_(Eigen::MatrixXd::Zero(dimension(), features_)),
-      forms_(pairCount(dimension()), kBatch),
-      products_(pairCount(features_), kBatch) {}
+      forms_(Eigen::MatrixXf::Zero(matrix_.rows(), kBatch)),
+      products_(Eigen::MatrixXf::Zero(matrix_.cols(), kBatch)) {}
 
 void FormRegression::add(const BasisTarget& target, double weight, const Eigen::VectorXd& features, const Eigen::VectorXd& products) {
     float* out = forms_.col(waiting_).data();
@@ -23,7 +59,7 @@ void FormRegression::add(const BasisTarget& target, double weight, const Eigen::
         out = std::ranges::copy(target.cost.zero[c], out).out;
         out = std::copy_n(target.cost.zeroZero[c].begin(), c + 1, out);
     }
-    products_.col(waiting_) = (weight * products).cast<float>();
+    products_.col(waiting_).head(products.size()) = (weight * products).cast<float>();
     ByChannel wanted = target.ratio;
     if (first_ == 1)
         for (auto& channel : wanted) channel[0] -= 1;
@@ -37,7 +73,7 @@ void FormRegression::add(const BasisTarget& target, double weight, const Eigen::
 }
 
 void FormRegression::flush() {
-    matrix_.noalias() += forms_.leftCols(waiting_) * products_.leftCols(waiting_).transpose();
+    addProducts(forms_, products_, waiting_, matrix_);
     waiting_ = 0;
 }
 

@@ -15,9 +15,8 @@ namespace lightcook::compress {
 class FormRegression {
 public:
     /// features          number of features
-    /// firstCoefficient  0: ratios of all nine coefficients; 1: without coefficient 0, whose ratio is 1. Its error still counts where
-    /// others
-    ///                   can make up for it
+    /// firstCoefficient  0: ratios of all nine coefficients; 1: without coefficient 0, whose ratio is 1. Its error still counts, since
+    ///                   others can make up for it
     FormRegression(int features, int firstCoefficient);
 
     /// products  lower triangle of the features' products, row by row; may contain the expected effect of noise
@@ -45,7 +44,7 @@ private:
     Eigen::MatrixXd normalMatrix() const;
 
     Eigen::Index features_, first_, size_;  ///< size_: coefficients a channel
-    Eigen::MatrixXf matrix_;                ///< [pair of unknowns][pair of features]
+    Eigen::MatrixXf matrix_;                ///< [pair of unknowns][pair of features], both with zeros up to whole tiles
     Eigen::MatrixXd right_;                 ///< [unknown][feature]
     Eigen::MatrixXf forms_, products_;      ///< of the texels not yet added: [pair][texel]
     Eigen::Index waiting_ = 0;
