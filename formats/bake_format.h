@@ -48,6 +48,7 @@ struct BakeFormatInfo {
     std::string_view content;  ///< the channels or files in short, for error messages: "sh00.R .. sh08.B"
     std::string_view assumes;  ///< what no file says and the reader takes for granted, in one clause; empty: nothing
     BakeConventions implied;
+    bool hasDirections = true;   ///< false: light comes evenly from everywhere
     bool takesEncoding = false;  ///< the first file is a colour, which LightEncoding may encode in 8 bits
     BakeMatch (*match)(const std::filesystem::path& file, const ExrInfo& info);
     /// Returns the files beside `file` that belong to a bake of this name, whether they exist or not. Null: there are none.
@@ -69,6 +70,8 @@ struct BakeRecognition {
     std::string evidence;                         ///< of the match; that of a format that was named ends in "as named"
     bool isCertain = false;                       ///< false: nothing but the format's name, or its shape, tells it from another picture
     std::vector<std::string_view> otherReadings;  ///< formats that the file could be read as if they were named
+    /// Sets of files of which only this one is there, if the format was not named: "found 1 of the 4 files of ...".
+    std::vector<std::string> incompleteSets = {};
 };
 
 /// Value of the scene key `bake` that chooses the format by the channels, names and sizes of the files.
@@ -83,8 +86,9 @@ std::vector<std::string> encodedBakeNames();
 std::vector<std::string> gltfBakeNames();
 /// Returns the names of the formats whose light depends on the surfaces of a mesh.
 std::vector<std::string> meshBakeNames();
-/// Returns true if `file` may be of a format that needs a mesh, under a value of the scene key `bake`.
-bool mayNeedMesh(const std::filesystem::path& file, std::string_view bake);
+/// Returns the file that a bake of several files is opened by, under a value of the scene key `bake`: the first one of the set of which
+/// `file` is another one, if both exist; else `file`.
+std::filesystem::path leadingFile(const std::filesystem::path& file, std::string_view bake);
 /// Returns the bake format, sh4 or sh9, of a bake that has an image for each coefficient, or for each colour of a coefficient. Fails for
 /// other names and for coefficients that are missing.
 /// names    "sh00" for a coefficient, "sh00.R" for one colour of it

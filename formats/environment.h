@@ -75,6 +75,8 @@ struct PlainImage {
     Image<glm::vec4> texels;
     int channelCount = 0;
 };
+/// Returns true for PNG, JPEG, TGA and BMP: files of integers, whose colours are usually under the sRGB curve.
+bool isPictureFile(const std::filesystem::path& file);
 /// Reads any image that OpenImageIO supports.
 Result<PlainImage> readImage(const std::filesystem::path& file);
 /// Returns the bytes of an 8-bit RGB PNG.

@@ -17,13 +17,16 @@
 
 namespace lightcook::formats {
 
-/// Lighting needs of one material, from metallic-roughness, KHR_materials_specular and KHR_materials_ior.
+/// Lighting needs of one material: the union of its specular lobes, which are those of metallic-roughness (with KHR_materials_specular and
+/// KHR_materials_ior), KHR_materials_pbrSpecularGlossiness and KHR_materials_clearcoat.
 struct MaterialNeeds {
     std::string name;
     bool hasNormalMap = false;
-    bool isSpecular = true;             ///< false: KHR_materials_specular with specularFactor 0 and no metal, or KHR_materials_unlit
-    double mMin = 1, mMax = 1;          ///< Beckmann roughness m = roughnessFactor squared; a roughness texture makes it [0, factor^2]
-    double f0Min = 0.04, f0Max = 0.04;  ///< from ior, specularFactor, metallicFactor and baseColorFactor; a texture widens it
+    bool isSpecular = true;             ///< false: no lobe reflects anything, or KHR_materials_unlit
+    double mMin = 1, mMax = 1;          ///< Beckmann roughness m; a texture widens it
+    double f0Min = 0.04, f0Max = 0.04;  ///< reflectance at normal incidence; a texture widens it
+    /// Extensions that may change the reflection and are not read.
+    std::vector<std::string> unreadExtensions = {};
 };
 
 /// Draco's quantization [bits]; edgebreaker, lossy.

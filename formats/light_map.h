@@ -33,8 +33,8 @@ struct LightMapDescription {
     LightEncoding encoding = LightEncoding::None;  ///< of the file, which is an 8-bit picture then; for formats that take it
     std::string image = {};                        ///< name of the image of a glTF that has several light maps; empty: it has one
     CoverageSource coverage = CoverageSource::File;
-    /// Mesh that the map lies on. Read, and needed, by bake formats whose light depends on it (BakeFormatInfo::needsMesh), and for coverage
-    /// from the mesh.
+    /// Mesh that the map lies on. Needed by bake formats whose light depends on it (BakeFormatInfo::needsMesh) and for coverage from the
+    /// mesh. A bake without normals takes those of the mesh.
     std::filesystem::path mesh = {};
     ColorSpaces colors;
     /// Names of the images of a bake whose coefficients are images of their own (formats/bakes/coefficient_files.h). Empty: one file has
@@ -95,7 +95,7 @@ struct LightMapStrip {
     int firstRow = 0;
     Image<lighting::ShRgb> sh;    ///< zero where not covered
     Image<std::uint8_t> covered;  ///< 1 inside charts: coverage.Y > 0.5, and a normal where the file has normals; without coverage.Y all 1
-    Image<glm::vec3> normal;      ///< unit, world; (0, 0, 1) where not covered or the file has none
+    Image<glm::vec3> normal;      ///< unit, world; (0, 0, 1) where not covered, and where neither file nor mesh has one
     /// Charts whose filters read the texels: where mayHoldSurface() is false, nothing is seen of the map. From chart.Y, or of a mip level.
     /// Empty: surfaces may lie beside every covered texel.
     Image<std::uint32_t> chart;
@@ -118,9 +118,10 @@ public:
 
     int width() const;
     int height() const;
-    bool hasNormals() const;
-    bool hasCoverage() const;  ///< the file says which texels lie inside charts
-    int tileHeight() const;    ///< rows that are cheap to read together; 64 for scan-line files
+    bool hasNormals() const;     ///< of the file, or of the mesh
+    bool hasCoverage() const;    ///< the file says which texels lie inside charts
+    bool hasDirections() const;  ///< light may come from some directions more than from others: the format has bands above 0
+    int tileHeight() const;      ///< rows that are cheap to read together; 64 for scan-line files
     glm::vec3 luminanceWeights() const;
     const glm::dmat3& bt2020FromWorking() const;  ///< see LinearConversion
     std::string_view bake() const;                ///< name of the bake format, also where the description says "auto"

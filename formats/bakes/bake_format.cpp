@@ -31,7 +31,7 @@ using Kind = BakeMatch::Kind;
 constexpr std::string_view kUnityAxes = "the axes are those of the world that was baked, which is left-handed in Unity";
 
 constexpr std::string_view kTangents =
-    "tangents are those of the mesh, or without TANGENT follow TEXCOORD_0; the green of normal maps points down";
+    "tangents are those of the mesh, or without TANGENT follow TEXCOORD_0; the y of the three directions points down a picture";
 
 constexpr std::array kBakeFormats = {
     BakeFormatInfo{.name = "sh9",
@@ -58,6 +58,7 @@ constexpr std::array kBakeFormats = {
                    .content = "R, G, B",
                    .assumes = "R, G, B are E / pi, or E if the quantity is irradiance; light comes evenly from everywhere",
                    .implied = {},
+                   .hasDirections = false,
                    .takesEncoding = true,
                    .match = matchFlat,
                    .filesBeside = nullptr,
@@ -274,16 +275,18 @@ std::vector<std::string> meshBakeNames() {
     return names;
 }
 
-bool mayNeedMesh(const std::filesystem::path& file, std::string_view bake) {
-    const auto exists = [](const std::filesystem::path& each) {
-        std::error_code code;
-        return std::filesystem::exists(each, code);
-    };
-    return std::ranges::any_of(kBakeFormats, [&](const BakeFormatInfo& format) {
-        if (!format.needsMesh() || bake != kAutoBake) return format.needsMesh() && bake == format.name;
+std::filesystem::path leadingFile(const std::filesystem::path& file, std::string_view bake) {
+    ExrInfo picture;
+    picture.channels = {"B", "G", "R"};
+    std::error_code code;
+    if (!std::filesystem::exists(file, code)) return file;
+    for (const BakeFormatInfo& format : kBakeFormats) {
+        if (format.filesBeside == nullptr || (bake != kAutoBake && bake != format.name)) continue;
         const auto files = format.filesBeside(file);
-        return !files.empty() && std::ranges::all_of(files, exists);
-    });
+        if (std::ranges::find(files, file) == files.end() || !std::filesystem::exists(files.front(), code)) continue;
+        if (bake == format.name || format.match(file, picture).kind == Kind::Certain) return files.front();
+    }
+    return file;
 }
 
 std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& file, std::string_view bake) {
@@ -318,6 +321,9 @@ Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::files
     for (const Candidate& each : candidates)
         if (each.format != chosen->format && (each.match.kind == Kind::Possible || each.match.kind == Kind::Certain))
             recognition.otherReadings.push_back(each.format->name);
+    if (!isNamed)
+        for (const Candidate& each : candidates)
+            if (each.match.kind == Kind::Partial) recognition.incompleteSets.push_back(each.match.evidence);
     return recognition;
 }
 

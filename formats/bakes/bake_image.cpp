@@ -87,8 +87,10 @@ Result<BakeImage> BakeImage::openEncoded(const std::filesystem::path& file, Ligh
                                    fmt::format("found {}, expected 0 to 1 under encoding = \"{}\"", stored[c], name));
             colour = decodedLight(stored, encoding);
         }
-    image->alpha_ = {};
-    image->pictureInfo_.channels = {"B", "G", "R"};
+    if (encoding == LightEncoding::Rgbm) {  // alpha was a part of the light, not coverage
+        image->alpha_ = {};
+        image->pictureInfo_.channels = {"B", "G", "R"};
+    }
     image->isEncoded_ = true;
     return image;
 }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,12 @@ struct RawStrip {
     Image<float> chart;       ///< number of the chart whose filter reads the texel, 0: none does; empty if the file does not say
 };
 
+/// Where a file stores a number.
+struct StoredNumber {
+    std::string file, channel;
+    int x = 0, y = 0;
+};
+
 /// Reads the texels of one bake. One class a bake format.
 class BakeReader {
 public:
@@ -39,6 +46,11 @@ public:
     virtual bool hasCoverage() const = 0;
     /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads.
     virtual Result<RawStrip> read(int firstRow, int rowCount) const = 0;
+    /// Returns where a colour of a coefficient of texel (x, y) is stored. Empty: it is computed from several numbers.
+    virtual std::optional<StoredNumber> placeOf([[maybe_unused]] std::size_t coefficient, [[maybe_unused]] int colour,
+                                                [[maybe_unused]] int x, [[maybe_unused]] int y) const {
+        return std::nullopt;
+    }
 };
 
 /// Finds the row of the format that `bake` names or, for "auto", the format with the most numbers a texel among those that fit the file.

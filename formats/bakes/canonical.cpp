@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "lighting/radiometry.h"
@@ -65,6 +66,13 @@ tl::unexpected<Error> Canonicalizer::refuse(ErrorCode code, const std::string& c
     return failure(code, fmt::format("{}, channel {}, texel ({}, {})", file_, channel, x, y), std::move(detail));
 }
 
+tl::unexpected<Error> Canonicalizer::refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, std::string detail,
+                                                  const BakeReader& reader) const {
+    const auto place = reader.placeOf(coefficient, colour, x, y);
+    if (!place) return refuse(code, coefficientName(coefficient, colour), x, y, std::move(detail));
+    return failure(code, fmt::format("{}, channel {}, texel ({}, {})", place->file, place->channel, place->x, place->y), std::move(detail));
+}
+
 /// Lengths of normals that a baker's filter may leave, and more than rounding does.
 constexpr double kShortNormal = 0.8, kLongNormal = 1.25;
 
@@ -122,7 +130,7 @@ Result<std::uint32_t> Canonicalizer::chartAt(const RawStrip& raw, int x, int y, 
 }
 
 /// Refuses coefficients that no light has, or repairs and counts them.
-Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& strip) const {
+Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const {
     if (!isFinite(sh)) {
         if (repairs_) {
             ++strip.repairs.notFinite;
@@ -132,14 +140,14 @@ Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& s
         for (std::size_t i = 0; i < sh.size(); ++i)
             for (int channel = 0; channel < 3; ++channel)
                 if (!std::isfinite(sh[i][channel]))
-                    return refuse(ErrorCode::ValueNotFinite, coefficientName(i, channel), x, strip.firstRow + y, notFinite(sh[i][channel]));
+                    return refuseNumber(ErrorCode::ValueNotFinite, i, channel, x, strip.firstRow + y, notFinite(sh[i][channel]), reader);
     }
     if (isCompressed_) return {};
     for (int channel = 0; channel < 3; ++channel) {
         if (!(sh[0][channel] < 0)) continue;
         if (!repairs_)
-            return refuse(ErrorCode::ValueOutOfRange, coefficientName(0, channel), x, strip.firstRow + y,
-                          fmt::format("found {}, expected no negative energy in sh00", sh[0][channel]));
+            return refuseNumber(ErrorCode::ValueOutOfRange, 0, channel, x, strip.firstRow + y,
+                                fmt::format("found {}, expected no negative energy in sh00", sh[0][channel]), reader);
         ++strip.repairs.negativeDc;
         for (glm::vec3& coefficient : sh) coefficient[channel] = 0;
     }
@@ -181,7 +189,7 @@ Result<void> Canonicalizer::convert(ShRgb& sh, int x, int y, LightMapStrip& stri
     return {};
 }
 
-Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow) const {
+Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow, const BakeReader& reader) const {
     const int width = raw.sh.width(), height = raw.sh.height();
     LightMapStrip strip;
     strip.firstRow = firstRow;
@@ -204,7 +212,7 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow) cons
                 sh = ShRgb{};
                 continue;
             }
-            if (const auto good = checkTexel(sh, x, y, strip); !good) return tl::make_unexpected(good.error());
+            if (const auto good = checkTexel(sh, x, y, strip, reader); !good) return tl::make_unexpected(good.error());
             if (conversion_.isIdentity()) continue;
             if (const auto good = convert(sh, x, y, strip); !good) return tl::make_unexpected(good.error());
         }

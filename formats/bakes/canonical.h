@@ -40,17 +40,20 @@ public:
     Canonicalizer(std::string file, const LightMapDescription& description, const LinearConversion& colors)
         : file_(std::move(file)), repairs_(description.repair), isCompressed_(description.isCompressed), conversion_(description, colors) {}
 
-    /// Returns the strip in canonical form. Fails at the first covered texel that is no light, unless the description asks for
-    /// repair or, of finite values, says that the map was compressed.
-    Result<LightMapStrip> operator()(RawStrip raw, int firstRow) const;
+    /// Returns a strip that `reader` read, in canonical form. Fails at the first covered texel that is no light, unless the description
+    /// asks for repair or, of finite values, says that the map was compressed.
+    Result<LightMapStrip> operator()(RawStrip raw, int firstRow, const BakeReader& reader) const;
 
 private:
     Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const;
     Result<std::uint32_t> chartAt(const RawStrip& raw, int x, int y, const LightMapStrip& strip) const;
-    Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
+    Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
     Result<void> convert(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
     tl::unexpected<Error> refuse(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const;
+    /// Refuses a colour of a coefficient of texel (x, y) of the map, by the place where the file stores it.
+    tl::unexpected<Error> refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, std::string detail,
+                                       const BakeReader& reader) const;
 
     std::string file_;
     bool repairs_ = false, isCompressed_ = false;

@@ -6,7 +6,10 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -20,9 +23,13 @@ namespace {
 using lighting::ShRgb;
 
 constexpr int kSlices = 4;  ///< of a page
-/// Largest mean of |p - 0.5| over the slices of L1. |L1| is at most 4 L0, so p lies in a ball of radius 1/2, where the mean of a
-/// component is at most 1 / (2 sqrt(3)).
-constexpr double kLargestMean = 0.3;
+/// |L1| is at most 4 L0, so p lies in a ball of radius 1/2 about 0.5: the largest length beyond it that a denoiser leaves, the share of
+/// texels that may lie further out, and the largest mean of |p - 0.5| over its components, which is at most 1 / (2 sqrt(3)) in the ball.
+constexpr double kLongest = 0.55, kMostOutside = 0.02, kLargestMean = 0.3;
+/// Without light p is 0.5, and near it where L0 is so small that a half rounds it to 0. The share of such texels that may lie further off.
+constexpr double kUnlit = 0.2, kMostUnpacked = 0.02;
+/// Rows of a page that are looked at.
+constexpr int kLookedAt = 32;
 
 /// Factors of L0 and L1 in lambda_0 and lambda_1.
 struct Reading {
@@ -33,6 +40,11 @@ constexpr Reading kAsRadiance = {2 * kFirstOfExit, 0.75f * kLinearOfExit};
 
 std::filesystem::path importFile(const std::filesystem::path& file) {
     return file.string() + ".import";
+}
+
+/// Returns true if whole pages of square slices are stacked.
+bool isStackOfSquares(const ExrInfo& info) {
+    return info.height % (std::int64_t{kSlices} * info.width) == 0;
 }
 
 /// Returns the number after "slices/vertical=" in Godot's import settings of an array texture, if there are any.
@@ -50,10 +62,45 @@ std::optional<int> importedSlices(const std::filesystem::path& file) {
     return parsed.ec == std::errc() && slices > 0 ? std::optional(slices) : std::nullopt;
 }
 
-/// Slices of a file: as its import settings say, else four.
-int slicesOf(const std::filesystem::path& file) {
-    return importedSlices(file).value_or(kSlices);
+/// Slices of a file: as its import settings say, else as many squares as are stacked if those make whole pages, else four.
+int slicesOf(const std::filesystem::path& file, const ExrInfo& info) {
+    const int squares = info.height / info.width;
+    return importedSlices(file).value_or(isStackOfSquares(info) ? squares : kSlices);
 }
+
+/// Statistics that tell packed directions from flat pages.
+class Packing {
+public:
+    /// p  the packed components of L1, minus 0.5
+    void add(float light, const glm::dvec3& p) {
+        const double length = glm::length(p);
+        if (!std::isfinite(length) || !std::isfinite(light)) return;  // the conversion refuses it by texel
+        if (light > 0) {
+            ++lit_;
+            sum_ += (std::abs(p.x) + std::abs(p.y) + std::abs(p.z)) / 3;
+            outside_ += length > kLongest ? 1 : 0;
+        } else {
+            ++unlit_;
+            // An atlas may be cleared to 0 around its charts.
+            unpacked_ += length > kUnlit && p != glm::dvec3(-0.5) ? 1 : 0;
+        }
+    }
+    std::optional<std::string> fault() const {
+        const auto share = [](double part, std::int64_t whole) { return whole > 0 ? part / static_cast<double>(whole) : 0.0; };
+        if (const double mean = share(sum_, lit_); mean > kLargestMean)
+            return fmt::format("that differ from 0.5 by {:.2f} on average, expected at most {}", mean, kLargestMean);
+        if (const double outside = share(static_cast<double>(outside_), lit_); outside > kMostOutside)
+            return fmt::format("further than {} from 0.5 in {:.0f} % of the texels, expected a length of at most 0.5", kLongest,
+                               100 * outside);
+        if (const double unpacked = share(static_cast<double>(unpacked_), unlit_); unpacked > kMostUnpacked)
+            return fmt::format("that are not 0.5 in {:.0f} % of the texels without light in slice 1, expected 0.5", 100 * unpacked);
+        return std::nullopt;
+    }
+
+private:
+    std::int64_t lit_ = 0, outside_ = 0, unlit_ = 0, unpacked_ = 0;
+    double sum_ = 0;
+};
 
 class GodotReader final : public ImagesReader {
 public:
@@ -67,15 +114,14 @@ public:
         std::vector<ExrPlane> surfacePlanes;
         addSurface(raw, surfacePlanes);
         for (int row = 0; row < rowCount;) {
-            const int page = (firstRow + row) / sliceHeight_, rowOfPage = (firstRow + row) % sliceHeight_;
-            const int count = std::min(rowCount - row, sliceHeight_ - rowOfPage);
+            const int count = std::min(rowCount - row, sliceHeight_ - (firstRow + row) % sliceHeight_);
             for (int slice = 0; slice < kSlices; ++slice) {
                 std::vector<ExrPlane> planes;
                 if (slice == 0) planes = surfacePlanes;
                 for (ExrPlane& plane : planes) plane.texels += row * plane.rowStride;
                 // The coefficient of a slice has its index: 0, y, z, x.
                 addColours(raw, static_cast<std::size_t>(slice), planes, row);
-                const int sourceRow = (page * kSlices + slice) * sliceHeight_ + rowOfPage;
+                const int sourceRow = sourceRowOf(slice, firstRow + row);
                 if (const auto read = images().front().readRows(sourceRow, count, planes); !read) return tl::make_unexpected(read.error());
             }
             row += count;
@@ -84,30 +130,38 @@ public:
         return raw;
     }
 
-    /// Refuses a stack of flat pages: their values are no packed ones. Looks at the middle row of each slice of the first page.
+    std::optional<StoredNumber> placeOf(std::size_t coefficient, int colour, int x, int y) const override {
+        return StoredNumber{images().front().subject(), std::string(1, "RGB"[colour]), x, sourceRowOf(static_cast<int>(coefficient), y)};
+    }
+
+    /// Refuses a stack of flat pages: their values are no packed ones. Looks at rows of the first page.
     Result<void> checkPacking() const {
-        const auto rows = read(sliceHeight_ / 2, 1);
-        if (!rows) return tl::make_unexpected(rows.error());
-        double sum = 0;
-        std::int64_t count = 0;
-        for (const ShRgb& sh : rows->sh.texels())
-            for (int colour = 0; colour < 3; ++colour) {
-                const double scale = 8 * static_cast<double>(sh[0][colour] / reading_.first * reading_.linear);
-                const double total = std::abs(static_cast<double>(sh[1][colour])) + std::abs(static_cast<double>(sh[2][colour])) +
-                                     std::abs(static_cast<double>(sh[3][colour]));
-                if (!(scale > 0) || !std::isfinite(total / scale)) continue;  // black; or no light, which the conversion refuses by texel
-                sum += total / scale;
-                count += kSlices - 1;
+        Packing packing;
+        const int rows = std::min(kLookedAt, sliceHeight_);
+        for (int index = 0; index < rows; ++index) {
+            RawStrip row = emptyStrip(1);
+            for (int slice = 0; slice < kSlices; ++slice) {
+                std::vector<ExrPlane> planes;
+                addColours(row, static_cast<std::size_t>(slice), planes);
+                const int sourceRow = slice * sliceHeight_ + (2 * index + 1) * sliceHeight_ / (2 * rows);
+                if (const auto read = images().front().readRows(sourceRow, 1, planes); !read) return tl::make_unexpected(read.error());
             }
-        if (count == 0 || sum <= kLargestMean * static_cast<double>(count)) return {};
-        return failure(
-            ErrorCode::WrongShape, images().front().subject(),
-            fmt::format("found slices 2 to 4 that differ from 0.5 by {:.2f} on average, expected at most {}: packed directions of "
-                        "Godot are around 0.5. Flat pages? Give each its own file, with bake = \"flat\"",
-                        sum / static_cast<double>(count), kLargestMean));
+            for (const ShRgb& texel : row.sh.texels())
+                for (int colour = 0; colour < 3; ++colour)
+                    packing.add(texel[0][colour], glm::dvec3(texel[1][colour], texel[2][colour], texel[3][colour]) - 0.5);
+        }
+        const std::optional<std::string> fault = packing.fault();
+        if (!fault) return {};
+        return failure(ErrorCode::WrongShape, images().front().subject(),
+                       fmt::format("found slices 2 to 4 {}: packed directions of Godot are around 0.5. Flat pages? Give each its own file, "
+                                   "with bake = \"flat\"",
+                                   *fault));
     }
 
 private:
+    /// Returns the row of the file that holds a slice of a row of the map.
+    int sourceRowOf(int slice, int row) const { return (row / sliceHeight_ * kSlices + slice) * sliceHeight_ + row % sliceHeight_; }
+
     /// Replaces L0 and the packed directions of a texel by coefficients.
     void unpack(ShRgb& sh) const {
         for (std::size_t i = 1; i < kSlices; ++i) sh[i] = reading_.linear * 8 * sh[0] * (sh[i] - 0.5f);
@@ -119,7 +173,7 @@ private:
 };
 
 Result<std::unique_ptr<BakeReader>> openAs(Reading reading, BakeImage image) {
-    const int slices = slicesOf(image.file()), height = image.info().height;
+    const int slices = slicesOf(image.file(), image.info()), height = image.info().height;
     if (slices % kSlices != 0)
         return failure(ErrorCode::WrongShape, importFile(image.file()).string(),
                        fmt::format("found slices/vertical={}, expected a multiple of {}: L0 and three directions a page. A flat light map? "
@@ -142,9 +196,10 @@ BakeMatch matchGodot(const std::filesystem::path& file, const ExrInfo& info) {
     if (!isPicture(info)) return {};
     if (const auto slices = importedSlices(file); slices && *slices % kSlices == 0)
         return {BakeMatch::Kind::Certain, kNumbers, fmt::format("slices/vertical={} in {}", *slices, importFile(file).filename().string())};
-    const bool isStack = std::int64_t{kSlices} * info.width == info.height;
-    return {isStack ? BakeMatch::Kind::Possible : BakeMatch::Kind::OnlyNamed, kNumbers,
-            fmt::format("four slices of {} x {} texels", info.width, info.height / kSlices)};
+    const int slices = slicesOf(file, info);
+    return {
+        isStackOfSquares(info) ? BakeMatch::Kind::Possible : BakeMatch::Kind::OnlyNamed, kNumbers,
+        fmt::format("{} slices of {} x {} texels", slices == kSlices ? "four" : std::to_string(slices), info.width, info.height / slices)};
 }
 
 std::vector<std::filesystem::path> filesBesideGodot(const std::filesystem::path& file) {

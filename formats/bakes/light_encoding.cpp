@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "formats/image/srgb_curve.h"
+#include "formats/srgb_curve.h"
 
 namespace lightcook::formats {
 namespace {

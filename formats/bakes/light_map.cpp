@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cassert>
 #include <functional>
+#include <glm/vec2.hpp>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "formats/bakes/bake_reader.h"
@@ -24,7 +26,9 @@ struct OpenBake {
     std::function<Result<std::unique_ptr<BakeReader>>()> open;
 };
 
-Result<OpenBake> openImage(const std::filesystem::path& file, const LightMapDescription& description) {
+/// named  may be any file of a bake of several
+Result<OpenBake> openImage(const std::filesystem::path& named, const LightMapDescription& description) {
+    const std::filesystem::path file = leadingFile(named, description.bake);
     const bool isEncoded = description.encoding != LightEncoding::None;
     Result<BakeImage> opened = isEncoded ? BakeImage::openEncoded(file, description.encoding) : BakeImage::open(file);
     if (!opened) return tl::make_unexpected(opened.error());
@@ -62,35 +66,63 @@ Result<OpenBake> openBake(const std::filesystem::path& file, const LightMapDescr
     return isGltfFile(file) ? openGltf(file, description) : openImage(file, description);
 }
 
-/// A bake whose coverage is that of a mesh, and whose normals are if it has none.
-class CoveredByMesh : public BakeReader {
+/// A bake that takes from a mesh what its file does not have: normals, and coverage if the description says so.
+class OnMesh : public BakeReader {
 public:
-    CoveredByMesh(std::unique_ptr<BakeReader> bake, SurfaceFrames frames) : bake_(std::move(bake)), frames_(std::move(frames)) {}
+    OnMesh(std::unique_ptr<BakeReader> bake, SurfaceFrames frames, bool takesCoverage)
+        : bake_(std::move(bake)), frames_(std::move(frames)), takesCoverage_(takesCoverage) {}
     int width() const override { return bake_->width(); }
     int height() const override { return bake_->height(); }
     int tileHeight() const override { return bake_->tileHeight(); }
     bool hasNormals() const override { return true; }
-    bool hasCoverage() const override { return true; }
+    bool hasCoverage() const override { return takesCoverage_ || bake_->hasCoverage(); }
     Result<RawStrip> read(int firstRow, int rowCount) const override {
         Result<RawStrip> raw = bake_->read(firstRow, rowCount);
         if (!raw) return raw;
         // UVs are rounded: a triangle that only touches a texel does not cover it.
         constexpr double kMargin = 1.0 / 64;
-        const Image<SurfaceFrame> frames = frames_.rows(firstRow, rowCount, kMargin);
-        const bool hasNormals = raw->normal.width() > 0;
-        raw->coverage = Image<float>(width(), rowCount);
-        if (!hasNormals) raw->normal = Image<glm::vec3>(width(), rowCount);
+        const int first = std::max(firstRow - kReach, 0), end = std::min(firstRow + rowCount + kReach, height());
+        const Image<SurfaceFrame> frames = frames_.rows(first, end - first, kMargin);
+        const bool takesNormals = raw->normal.width() == 0;
+        if (takesCoverage_) raw->coverage = Image<float>(width(), rowCount);
+        if (takesNormals) raw->normal = Image<glm::vec3>(width(), rowCount);
         for (int y = 0; y < rowCount; ++y)
             for (int x = 0; x < width(); ++x) {
-                raw->coverage.at(x, y) = frames.at(x, y).isSurface() ? 1.0f : 0.0f;
-                if (!hasNormals) raw->normal.at(x, y) = frames.at(x, y).normal;
+                const SurfaceFrame& frame = frames.at(x, firstRow + y - first);
+                if (takesCoverage_) raw->coverage.at(x, y) = frame.isSurface() ? 1.0f : 0.0f;
+                if (!takesNormals) continue;
+                const bool isCovered = raw->coverage.width() == 0 || raw->coverage.at(x, y) > 0.5f;
+                raw->normal.at(x, y) = frame.isSurface() || !isCovered ? frame.normal : normalNear(frames, {x, firstRow + y - first});
             }
         return raw;
     }
 
+    std::optional<StoredNumber> placeOf(std::size_t coefficient, int colour, int x, int y) const override {
+        return bake_->placeOf(coefficient, colour, x, y);
+    }
+
 private:
+    /// Bakers let light grow over the rims of charts, by a few texels.
+    static constexpr int kReach = 4;
+
+    /// Returns the normal of the surface nearest to a texel that is covered and lies on none; far from all, (0, 0, 1).
+    static glm::vec3 normalNear(const Image<SurfaceFrame>& frames, const glm::ivec2& texel) {
+        glm::vec3 normal(0, 0, 1);
+        int nearest = (kReach + 1) * (kReach + 1);
+        for (int y = std::max(texel.y - kReach, 0); y <= std::min(texel.y + kReach, frames.height() - 1); ++y)
+            for (int x = std::max(texel.x - kReach, 0); x <= std::min(texel.x + kReach, frames.width() - 1); ++x) {
+                const glm::ivec2 offset = glm::ivec2(x, y) - texel;
+                const int distance = offset.x * offset.x + offset.y * offset.y;
+                if (distance >= nearest || !frames.at(x, y).isSurface()) continue;
+                nearest = distance;
+                normal = frames.at(x, y).normal;
+            }
+        return normal;
+    }
+
     std::unique_ptr<BakeReader> bake_;
     SurfaceFrames frames_;
+    bool takesCoverage_;
 };
 
 }  // namespace
@@ -138,6 +170,9 @@ bool LightMapReader::hasNormals() const {
 bool LightMapReader::hasCoverage() const {
     return state_->reader->hasCoverage();
 }
+bool LightMapReader::hasDirections() const {
+    return state_->recognition.format->hasDirections;
+}
 int LightMapReader::tileHeight() const {
     return state_->reader->tileHeight();
 }
@@ -174,13 +209,15 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
     if (complete->frame == ShFrame::Tangent && !(*reader)->hasNormals()) {
         return failure(ErrorCode::WrongShape, subject, "found no channels normal.X/Y/Z, expected them because the frame is \"tangent\"");
     }
-    if (complete->coverage == CoverageSource::Mesh) {
-        if (complete->mesh.empty())
-            return failure(ErrorCode::InvalidRequest, subject,
-                           "found coverage \"mesh\" without a mesh, expected mesh = \"FILE\" (--mesh) with light-map UVs");
+    const bool takesCoverage = complete->coverage == CoverageSource::Mesh;
+    if (takesCoverage && complete->mesh.empty())
+        return failure(ErrorCode::InvalidRequest, subject,
+                       "found coverage \"mesh\" without a mesh, expected mesh = \"FILE\" (--mesh) with light-map UVs");
+    if (takesCoverage || (!complete->mesh.empty() && !(*reader)->hasNormals())) {
         Result<SurfaceFrames> frames = SurfaceFrames::load(complete->mesh, (*reader)->width(), (*reader)->height());
-        if (!frames) return tl::make_unexpected(frames.error());
-        *reader = std::make_unique<CoveredByMesh>(std::move(*reader), std::move(*frames));
+        // A mesh without light-map UVs is named where it is cooked, with what its format offers in their place.
+        if (!frames && takesCoverage) return tl::make_unexpected(frames.error());
+        if (frames) *reader = std::make_unique<OnMesh>(std::move(*reader), std::move(*frames), takesCoverage);
     }
     const Result<LinearConversion> colors = linearConversion(complete->colors);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
@@ -201,7 +238,7 @@ Result<LightMapStrip> LightMapReader::read(int firstRow, int rowCount) const {
     }
     Result<RawStrip> raw = state_->reader->read(firstRow, rowCount);
     if (!raw) return tl::make_unexpected(raw.error());
-    return state_->canonical(std::move(*raw), firstRow);
+    return state_->canonical(std::move(*raw), firstRow, *state_->reader);
 }
 
 }  // namespace lightcook::formats

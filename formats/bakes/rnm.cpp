@@ -26,7 +26,7 @@ constexpr FirstLobe kBakeryLobe = {1.22852f, 0.30888f, 1.19369f, 0.82550f, 1.751
 constexpr FirstLobe kSourceLobe = {1.1816359f, 0, 1.50133f, 0, 1.0f, 1.92102f};
 
 /// Returns the lobes of b_0, b_1 and b_2: the first one turned by 120 degrees about z, either way. The y of the basis points down a
-/// picture, as the green of these engines' normal maps does; that of the frames points up.
+/// picture, as the green of Source's normal maps does (Bakery's shader negates theirs); that of the frames points up.
 constexpr Lobes lobesOf(const FirstLobe& first) {
     constexpr float kHalfRoot3 = 0.8660254f;
     Lobes lobes{};

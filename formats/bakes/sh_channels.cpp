@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <optional>
 #include <utility>
 
 #include "formats/bakes/images_reader.h"
@@ -25,6 +26,12 @@ public:
             if (const auto read = images()[image].readRows(firstRow, rowCount, planes[image]); !read)
                 return tl::make_unexpected(read.error());
         return raw;
+    }
+
+    std::optional<StoredNumber> placeOf(std::size_t coefficient, int colour, int x, int y) const override {
+        const std::size_t index = 3 * coefficient + static_cast<std::size_t>(colour);
+        if (index >= channels_.size()) return std::nullopt;
+        return StoredNumber{images()[channels_[index].image].subject(), channels_[index].channel, x, y};
     }
 
 private:

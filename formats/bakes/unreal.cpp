@@ -155,8 +155,8 @@ Result<ExrInfo> unrealContent(const std::filesystem::path& file) {
         const GltfDocument document = GltfDocument::withoutBuffers(file);
         if (EpicExtension(document).parts().empty())
             document.fail(ErrorCode::WrongShape, "",
-                          fmt::format("found a glTF without light maps, expected extension {}. Did Unreal build the lighting, and was "
-                                      "Export Lightmaps on?",
+                          fmt::format("found a glTF without light maps of Unreal, expected extension {}. Not from Unreal? Name the image "
+                                      "of the light map. From Unreal? Build the lighting, and export with Export Lightmaps on",
                                       kEpicExtension));
         ExrInfo info;
         info.channels = {kEpicExtension};

@@ -114,6 +114,16 @@ private:
         checkFactors(specular, "specularColorFactor", 3, HUGE_VAL, place);
         checkTexture(specular, "specularTexture", place);
         checkTexture(specular, "specularColorTexture", place);
+        const Json glossiness = extensions.value("KHR_materials_pbrSpecularGlossiness", Json::object());
+        checkFactor(glossiness, "glossinessFactor", 0, 1, place);
+        checkFactors(glossiness, "specularFactor", 3, 1, place);
+        checkTexture(glossiness, "specularGlossinessTexture", place);
+        const Json clearcoat = extensions.value("KHR_materials_clearcoat", Json::object());
+        checkFactor(clearcoat, "clearcoatFactor", 0, 1, place);
+        checkFactor(clearcoat, "clearcoatRoughnessFactor", 0, 1, place);
+        checkTexture(clearcoat, "clearcoatTexture", place);
+        checkTexture(clearcoat, "clearcoatRoughnessTexture", place);
+        checkTexture(clearcoat, "clearcoatNormalTexture", place);
         const Json ior = extensions.value("KHR_materials_ior", Json::object());
         // 0 stands for a reflectance of 1.
         if (ior.contains("ior") && ior["ior"] != 0) checkFactor(ior, "ior", 1, HUGE_VAL, place);

@@ -15,21 +15,21 @@
 #include "formats/image/exr_file.h"
 #include "formats/image/image_module.h"
 #include "formats/image/radiance_file.h"
-#include "formats/image/srgb_curve.h"
 #include "formats/json_structure.h"
 #include "formats/lower_extension.h"
 #include "formats/memory.h"
 #include "formats/png.h"
 #include "formats/probe_place.h"
 #include "formats/read_file.h"
+#include "formats/srgb_curve.h"
 
 namespace lightcook::formats {
 namespace {
 
 constexpr int kFaceCount = 6;
 
-/// Refuses a path without a regular file, and an EXR whose header claims more than can be read. The functions that read the image report
-/// other errors.
+/// Refuses a path without a regular file, and an EXR of a wrong shape: with claims of more than can be read, or two windows. The functions
+/// that read the image report other errors.
 Result<void> checkClaims(const std::filesystem::path& file, const Result<ExrReader>& reader) {
     if (const auto found = whyNoFile(file))
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
@@ -63,8 +63,13 @@ Result<Image<glm::vec3>> readRgb(const std::filesystem::path& file) {
     const Result<ExrReader> exr = ExrReader::open(file);
     if (const auto believable = checkClaims(file, exr); !believable) return tl::make_unexpected(believable.error());
     if (auto texels = readFlatExr(exr)) return std::move(*texels);
+    const auto factors = radianceFactors(file);
+    if (!factors) return tl::make_unexpected(factors.error());
     const auto module = imageModule();
-    return module ? (*module)->readRgb(file) : tl::make_unexpected(module.error());
+    auto texels = module ? (*module)->readRgb(file) : tl::make_unexpected(module.error());
+    if (texels)
+        for (glm::vec3& texel : texels->texels()) texel /= *factors;
+    return texels;
 }
 
 tl::unexpected<Error> badTexel(const std::filesystem::path& file, int x, int y, int channel, float value, const char* when) {
@@ -229,14 +234,14 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
     return loaded;
 }
 
-namespace {
-
 bool isPictureFile(const std::filesystem::path& file) {
     const std::string extension = lowerExtension(file);
     for (const char* each : {".png", ".jpg", ".jpeg", ".tga", ".bmp"})
         if (extension == each) return true;
     return false;
 }
+
+namespace {
 
 /// Decodes the sRGB curve (IEC 61966-2-1), texel by texel. Leaves values that are not finite or negative to makeCanonical().
 Result<void> linearize(Image<glm::vec3>& texels, const std::filesystem::path& file) {
@@ -406,8 +411,13 @@ Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::ve
 
 Result<PlainImage> readImage(const std::filesystem::path& file) {
     if (const auto believable = checkClaims(file, ExrReader::open(file)); !believable) return tl::make_unexpected(believable.error());
+    const auto factors = radianceFactors(file);
+    if (!factors) return tl::make_unexpected(factors.error());
     const auto module = imageModule();
-    return module ? (*module)->readImage(file) : tl::make_unexpected(module.error());
+    auto image = module ? (*module)->readImage(file) : tl::make_unexpected(module.error());
+    if (image)
+        for (glm::vec4& texel : image->texels.texels()) texel /= glm::vec4(*factors, 1);
+    return image;
 }
 
 Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels) {

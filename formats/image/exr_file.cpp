@@ -5,6 +5,7 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfTiledInputFile.h>
 #include <OpenEXR/ImfTiledOutputFile.h>
@@ -21,6 +22,7 @@
 
 #include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
+#include "formats/image/exr_windows.h"
 #include "formats/memory.h"
 #include "formats/pending_file.h"
 
@@ -106,11 +108,21 @@ Result<std::uintmax_t> readChannels(const Imf::ChannelList& channels, const std:
     return texelBytes;
 }
 
+ExrWindow windowOf(const Imath::Box2i& box) {
+    return {box.min.x, box.min.y, std::int64_t{box.max.x} - box.min.x + 1, std::int64_t{box.max.y} - box.min.y + 1};
+}
+
+std::optional<std::array<float, 8>> chromaticitiesOf(const Imf::Header& header) {
+    if (!Imf::hasChromaticities(header)) return std::nullopt;
+    const Imf::Chromaticities& found = Imf::chromaticities(header);
+    return std::array{found.red.x, found.red.y, found.green.x, found.green.y, found.blue.x, found.blue.y, found.white.x, found.white.y};
+}
+
 /// The header as ours, if it can be believed. fileBytes guards against offset tables larger than the file that should hold them, and the
 /// memory of one chunk is checked before OpenEXR allocates it.
 Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintmax_t fileBytes, const std::filesystem::path& file) {
-    const Imath::Box2i window = header.dataWindow();
-    const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1, height = std::int64_t{window.max.y} - window.min.y + 1;
+    const ExrWindow window = windowOf(header.dataWindow());
+    const std::int64_t width = window.width, height = window.height;
     if (width < 1 || height < 1 || width > kLargestExtent || height > kLargestExtent) {
         return failure(ErrorCode::WrongShape, file.string(),
                        fmt::format("found {} x {} texels, expected 1 to {} a side", width, height, kLargestExtent));
@@ -119,6 +131,7 @@ Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintma
     info.width = static_cast<int>(width);
     info.height = static_cast<int>(height);
     info.isTiled = isTiled;
+    info.chromaticities = chromaticitiesOf(header);
     const auto texelBytes = readChannels(header.channels(), file, info);
     if (!texelBytes) return tl::make_unexpected(texelBytes.error());
     const int chunkRows = rowsPerChunk(header.compression());
@@ -289,6 +302,9 @@ Result<ExrReader> ExrReader::open(const std::filesystem::path& file) {
     try {
         auto handle = openHandle(file, state->info.isTiled);
         if (!handle->isComplete()) return unreadable(file, "found pixel data missing, expected a whole file: truncated");
+        const Imf::Header& header = handle->header();
+        const auto whole = checkWindows(file, windowOf(header.dataWindow()), windowOf(header.displayWindow()));
+        if (!whole) return tl::make_unexpected(whole.error());
         state->giveBack(std::move(handle));
     } catch (const std::exception& exception) {
         return unreadable(file, exception);

@@ -1,9 +1,11 @@
 // OpenEXR files, read and written by channel name and by rows. Exceptions of OpenEXR become errors here.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,11 +18,13 @@ namespace lightcook::formats {
 inline constexpr int kLargestExtent = 65536;
 
 struct ExrInfo {
-    int width = 0, height = 0;  ///< of the data window [texels]; its corner is (0, 0) here wherever the file puts it
+    int width = 0, height = 0;  ///< of both windows [texels]; their corner is (0, 0) here wherever the file puts it
     bool isTiled = false;
     int tileHeight = 0;                        ///< [texels]; 0 for scan-line files
     std::vector<std::string> channels;         ///< sorted as the file has them
     std::vector<std::string> integerChannels;  ///< those of them that hold 32-bit integers (UINT), which are no light
+    /// CIE x, y of red, green, blue and white, as stored, so any floats. Empty: the file does not say, which means Rec.709 by the format.
+    std::optional<std::array<float, 8>> chromaticities = {};
 
     bool has(const std::string& channel) const;
 };
@@ -36,7 +40,8 @@ struct ExrPlane {
 class ExrReader {
 public:
     /// Opens a flat EXR file. Refuses deep, multi-part, subsampled, absurdly large and visibly truncated files. The error of a header that
-    /// claims more than this library reads, or more than the memory holds, is ErrorCode::WrongShape.
+    /// claims more than this library reads, or more than the memory holds, is ErrorCode::WrongShape, and so is that of a data window that
+    /// is not the display window.
     static Result<ExrReader> open(const std::filesystem::path& file);
     ExrReader(ExrReader&&) noexcept;
     ExrReader& operator=(ExrReader&&) noexcept;

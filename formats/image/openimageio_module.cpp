@@ -11,6 +11,7 @@
 #include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
 #include "formats/image/exr_file.h"
+#include "formats/image/exr_windows.h"
 #include "formats/image/image_module.h"
 #include "formats/memory.h"
 
@@ -72,6 +73,10 @@ Result<OpenedImage> openAs(const std::filesystem::path& file, std::unique_ptr<OI
     if (const int orientation = spec.get_int_attribute("Orientation", 1); orientation != 1) {
         return failure(ErrorCode::FormatUnsupported, file.string(),
                        fmt::format("found texels stored in orientation {}, expected row 0 on top and x to the right (1)", orientation));
+    }
+    if (image.input->format_name() == std::string("openexr")) {  // the windows of other formats may differ: a PNG may have an offset
+        const ExrWindow data{spec.x, spec.y, spec.width, spec.height}, display{spec.full_x, spec.full_y, spec.full_width, spec.full_height};
+        if (const auto whole = checkWindows(file, data, display); !whole) return tl::make_unexpected(whole.error());
     }
     return image;
 }

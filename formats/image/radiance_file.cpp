@@ -1,11 +1,17 @@
 #include "formats/image/radiance_file.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/file/file_bytes.h"
@@ -66,22 +72,60 @@ std::optional<std::array<int, 2>> extentOf(std::string_view line) {
     return std::array<int, 2>{*width, *height};
 }
 
-/// Reads the header and returns width and height.
-std::optional<std::array<int, 2>> readHeader(Bytes& bytes) {
+/// Returns `count` factors, 1 or 3, separated by blanks. Empty if the text is anything but positive finite numbers.
+std::optional<glm::dvec3> factorsIn(std::string_view text, int count) {
+    constexpr std::string_view kBlanks = " \t\r";
+    glm::dvec3 factors(0);
+    for (int i = 0; i < count; ++i) {
+        text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), factors[i]);
+        if (error != std::errc() || !(factors[i] > 0) || !std::isfinite(factors[i])) return std::nullopt;
+        text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    }
+    if (text.find_first_not_of(kBlanks) != std::string_view::npos) return std::nullopt;
+    return count == 1 ? glm::dvec3(factors.x) : factors;
+}
+
+struct RadianceHeader {
+    std::optional<std::array<int, 2>> extent;  ///< width and height; empty: not a whole header of a picture that this file reads
+    glm::vec3 factors{1};                      ///< see radianceFactors()
+};
+
+/// Reads the header. Fails for factors and formats that OpenImageIO would ignore, or refuse without naming them.
+Result<RadianceHeader> readHeader(Bytes& bytes, const std::filesystem::path& file) {
+    constexpr std::string_view kFormat = "FORMAT=", kRgbe = "32-bit_rle_rgbe";
+    constexpr std::array<std::pair<std::string_view, int>, 2> kFactorLines = {{{"EXPOSURE=", 1}, {"COLORCORR=", 3}}};
+    constexpr std::size_t kLongestShown = 80;
+    RadianceHeader header;
     const auto magic = bytes.line();
-    if (!magic || !magic->starts_with("#?")) return std::nullopt;
+    if (!magic || !magic->starts_with("#?")) return header;
     bool isRgbe = false;
-    for (auto line = bytes.line(); line; line = bytes.line()) {
-        if (line->empty()) {
-            const auto extent = bytes.line();
-            return isRgbe && extent ? extentOf(*extent) : std::nullopt;
-        }
-        if (line->starts_with("FORMAT=")) {
-            if (*line != "FORMAT=32-bit_rle_rgbe") return std::nullopt;
+    glm::dvec3 product(1);
+    auto line = bytes.line();
+    for (; line && !line->empty(); line = bytes.line()) {
+        const std::string_view shown = line->substr(0, kLongestShown);
+        if (line->starts_with(kFormat)) {
+            if (line->substr(kFormat.size()) != kRgbe)
+                return failure(ErrorCode::FormatUnsupported, file.string(), fmt::format("found {}, expected {}", shown, kRgbe));
             isRgbe = true;
         }
+        for (const auto& [key, count] : kFactorLines) {
+            if (!line->starts_with(key)) continue;
+            const auto factors = factorsIn(line->substr(key.size()), count);
+            if (!factors)
+                return failure(ErrorCode::ValueOutOfRange, file.string(),
+                               fmt::format("found {}, expected {} positive finite number{}", shown, count, count == 1 ? "" : "s"));
+            product *= *factors;
+        }
     }
-    return std::nullopt;
+    for (int i = 0; i < 3; ++i)
+        if (!(product[i] >= std::numeric_limits<float>::min() && product[i] <= std::numeric_limits<float>::max()))
+            return failure(ErrorCode::ValueOutOfRange, file.string(),
+                           fmt::format("found {} as the product of EXPOSURE and COLORCORR, expected 1.2e-38 to 3.4e38", product[i]));
+    header.factors = glm::vec3(product);
+    if (line && isRgbe)
+        if (const auto extent = bytes.line()) header.extent = extentOf(*extent);
+    return header;
 }
 
 /// Reads one component of a row: a count up to 128 and as many bytes, or 128 + count and the byte that repeats.
@@ -138,19 +182,25 @@ bool readRow(Bytes& bytes, std::vector<std::uint8_t>& planes, std::span<glm::vec
     return true;
 }
 
+/// Returns the bytes of a file; none if it cannot be read, or does not begin as Radiance pictures do.
+std::vector<std::uint8_t> radianceContent(const std::filesystem::path& file) {
+    const auto opened = FileBytes::openForReading(file);
+    if (!opened || opened->size() < 16) return {};
+    std::array<std::byte, 2> magic{};
+    if (!opened->readAt(0, magic) || magic != std::array{std::byte{'#'}, std::byte{'?'}}) return {};
+    std::vector<std::uint8_t> content(opened->size());
+    if (!opened->readAt(0, std::as_writable_bytes(std::span(content)))) return {};
+    return content;
+}
+
 }  // namespace
 
 std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path& file) {
-    const auto opened = FileBytes::openForReading(file);
-    if (!opened || opened->size() < 16) return std::nullopt;
-    std::array<std::byte, 2> magic{};
-    if (!opened->readAt(0, magic) || magic != std::array{std::byte{'#'}, std::byte{'?'}}) return std::nullopt;
-    std::vector<std::uint8_t> content(opened->size());
-    if (!opened->readAt(0, std::as_writable_bytes(std::span(content)))) return std::nullopt;
+    const std::vector<std::uint8_t> content = radianceContent(file);
     Bytes bytes(content);
-    const auto extent = readHeader(bytes);
-    if (!extent) return std::nullopt;
-    const auto [width, height] = *extent;
+    const auto header = readHeader(bytes, file);
+    if (!header || !header->extent) return std::nullopt;
+    const auto [width, height] = *header->extent;
     // Refuse a header that claims more than the file can hold: a run is two bytes for up to 127 texels of a component.
     const bool isEncoded = kNarrowestEncoded <= width && width <= kWidestEncoded;
     const std::size_t leastRowBytes =
@@ -161,7 +211,14 @@ std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path&
     std::vector<std::uint8_t> planes(4 * static_cast<std::size_t>(width));
     for (int y = 0; y < height; ++y)
         if (!readRow(bytes, planes, {texels.view().row(y), static_cast<std::size_t>(width)})) return std::nullopt;
+    for (glm::vec3& texel : texels.texels()) texel /= header->factors;
     return texels;
+}
+
+Result<glm::vec3> radianceFactors(const std::filesystem::path& file) {
+    const std::vector<std::uint8_t> content = radianceContent(file);
+    Bytes bytes(content);
+    return readHeader(bytes, file).map(&RadianceHeader::factors);
 }
 
 }  // namespace lightcook::formats

@@ -46,6 +46,12 @@ constexpr std::array kLintChecks = {
         "the file has no channel coverage.Y, and it has gaps: texels without light or normal",
         "Export coverage.Y, 1 inside charts and 0 outside, or write coverage = \"mesh\" beside the map's mesh. If the map has no gaps, "
         "allow this code."},
+    LintCheckInfo{LintCheck::MissingNormals, "missing-normals", Warning,
+                  "neither the file nor a mesh has normals, so an engine's layout is fitted to surfaces that face +z",
+                  "Write the map's mesh into `mesh`, or export normal.X/Y/Z, unit vectors in world space."},
+    LintCheckInfo{LintCheck::IncompleteSet, "incomplete-set", Warning,
+                  "the name is that of one file of a set, the others are missing, and the file was read alone",
+                  "Put the other files into its folder, or name what it is: `bake = \"flat\"`."},
     LintCheckInfo{LintCheck::ZeroNormals, "zero-normals", Error,
                   "the normal of every covered texel is zero or shorter than 1/2, so none counts as covered",
                   "Export unit normals in world space, or leave the channels normal.X/Y/Z out."},
@@ -80,6 +86,10 @@ constexpr std::array kLintChecks = {
                   "Compute the normals of the mesh again. Triangles without area have none."},
     LintCheckInfo{LintCheck::UnknownMaterial, "unknown-material", Warning, "a `[[material]]` names no material of a mesh",
                   "Write the name that the glTF has. The entry changes what is cooked, but describes nothing in the scene."},
+    LintCheckInfo{LintCheck::MaterialExtension, "material-extension", Warning,
+                  "a material has an extension that may change its reflection and that is not read",
+                  "Write `m` and `f0` of the material as the engine shows it, or `specular = false`, into a `[[material]]`. If what is "
+                  "assumed is right, allow this code."},
     LintCheckInfo{LintCheck::StaleBake, "stale-bake", Warning, "the mesh is newer than its light map",
                   "Bake the light map again, or allow this code where file times mean nothing."},
     LintCheckInfo{LintCheck::EightBitProbe, "eight-bit-probe", Warning,

@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
+#include "formats/bake_format.h"
 #include "formats/light_map_conventions.h"
+#include "formats/light_map_layout.h"
 #include "formats/nearest.h"
+#include "formats/vocabulary.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -69,12 +73,38 @@ Finding makeFinding(LintCheck check, const std::string& asset, const std::filesy
     return finding;
 }
 
+std::string rangeText(const std::array<double, 2>& range) {
+    return range[0] == range[1] ? fmt::format("{:.3g}", range[0]) : fmt::format("{:.3g} to {:.3g}", range[0], range[1]);
+}
+
+/// Returns what is assumed of a material whose extensions are not read, unless the scene file states it.
+std::vector<std::string> assumptionsOf(const UnreadMaterial& material, const std::vector<MaterialEntry>& entries) {
+    MaterialEntry stated;
+    for (const MaterialEntry& entry : entries) {
+        if (entry.name != "*" && entry.name != material.name) continue;
+        if (entry.specular) stated.specular = entry.specular;
+        if (entry.m) stated.m = entry.m;
+        if (entry.f0) stated.f0 = entry.f0;
+    }
+    std::vector<std::string> assumed;
+    if (stated.specular.value_or(material.isSpecular)) {
+        if (!stated.m) assumed.push_back("m = " + rangeText(material.m));
+        if (!stated.f0) assumed.push_back("f0 = " + rangeText(material.f0));
+    } else if (!stated.specular) {
+        assumed.emplace_back("no specular light");
+    }
+    return assumed;
+}
+
 /// Findings of one light map, from which `file` and the first part of `key` are the same.
 class LightMapJudge {
 public:
-    LightMapJudge(const LightMapEntry& entry, const LightMapFacts& facts) : entry_(entry), facts_(facts) {}
+    LightMapJudge(const Scene& scene, const LightMapEntry& entry, const LightMapFacts& facts)
+        : scene_(scene), entry_(entry), facts_(facts) {}
 
     Findings judge() {
+        for (const std::string& set : facts_.reading.incompleteSets)
+            add(LintCheck::IncompleteSet, "file", fmt::format("{}; read as {}", set, facts_.reading.bake), {});
         judgeCoverage();
         if (facts_.covered == 0) return std::move(findings_);
         if (!hasEncodedNormals() && !judgeDirections()) judgeBands();
@@ -100,7 +130,14 @@ private:
                             facts_.coverage.largest),
                 {{"smallest_coverage", facts_.coverage.smallest}, {"largest_coverage", facts_.coverage.largest}});
         const double withoutNormal = share(facts_.coverage.withoutNormal, facts_.coverage.inside);
-        if (facts_.hasNormals) judgeNormals(withoutNormal);
+        if (facts_.hasNormals)
+            judgeNormals(withoutNormal);
+        else if (facts_.directional > 0 && mayBeFittedToNormals())
+            add(LintCheck::MissingNormals, "mesh",
+                fmt::format("found no normals, and light with a direction in {} of {} texels, expected a mesh or channels normal.X/Y/Z for "
+                            "a layout that is fitted to the hemisphere of each",
+                            facts_.directional, facts_.covered),
+                {{"directional", static_cast<double>(facts_.directional)}});
         const double gaps = share(facts_.coverage.withoutNormal + facts_.black, facts_.coverage.inside);
         if (facts_.hasCoverage || facts_.covered == 0 || gaps <= kMostGapsWithoutCoverage) return;
         const std::string taken = facts_.hasNormals ? "; those with a normal count as covered" : "; all count as covered";
@@ -176,7 +213,23 @@ private:
         return true;
     }
 
+    /// Layouts of engines hold two bands, which are fitted to the light of the hemisphere.
+    bool mayBeFittedToNormals() const {
+        const auto isForEngine = [](const std::string& name) {
+            const auto layout = formats::lightMapLayoutFromName(name);
+            return layout && formats::info(*layout).isForEngine;
+        };
+        return isForEngine(layoutAsked(scene_.output)) || std::ranges::any_of(layoutsFor(scene_.output, entry_), isForEngine);
+    }
+
+    /// The bands of a format whose light an engine's formula gives are a fit to that formula.
+    bool holdsBandsOfLight() const {
+        const auto* const format = formats::findByName(formats::allBakeFormats(), facts_.reading.bake);
+        return format == nullptr || !format->implied.quantity;
+    }
+
     void judgeBands() {
+        if (!holdsBandsOfLight()) return;
         const BandFacts& bands = facts_.bands;
         const double found = share(bands.asDescribed, bands.texels);
         if (found <= kMostImpossible) return;
@@ -224,6 +277,7 @@ private:
                 {{"key", facts_.key}});
     }
 
+    const Scene& scene_;
     const LightMapEntry& entry_;
     const LightMapFacts& facts_;
     Findings findings_;
@@ -231,8 +285,8 @@ private:
 
 }  // namespace
 
-Findings judgeLightMap(const LightMapEntry& entry, const LightMapFacts& facts) {
-    return LightMapJudge(entry, facts).judge();
+Findings judgeLightMap(const Scene& scene, const LightMapEntry& entry, const LightMapFacts& facts) {
+    return LightMapJudge(scene, entry, facts).judge();
 }
 
 Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
@@ -327,7 +381,7 @@ Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, cons
 
 Findings judgeSettings(const Scene& scene) {
     Findings findings;
-    const std::filesystem::path file = scene.file.empty() ? "the command line" : scene.file;
+    const std::filesystem::path file = scene.file.empty() ? "command line" : scene.file;
     const auto check = [&](const char* key, double limit) {
         if (limit <= 1) return;
         findings.push_back(makeFinding(LintCheck::LimitAboveOne, "", file, {"output", "", key},
@@ -369,6 +423,20 @@ Findings judgeMaterials(const Scene& scene, const std::vector<MaterialRecord>& m
                         fmt::format("found [[material]] '{}', expected one of the {} materials of the meshes; nearest is '{}'", entry.name,
                                     names.size(), formats::nearestName(entry.name, names)),
                         {{"materials", static_cast<double>(names.size())}}));
+    }
+    return findings;
+}
+
+Findings judgeExtensions(const Scene& scene, const LightMapEntry& entry, const std::vector<UnreadMaterial>& materials) {
+    Findings findings;
+    for (const UnreadMaterial& material : materials) {
+        const std::vector<std::string> assumed = assumptionsOf(material, scene.materials);
+        if (assumed.empty()) continue;
+        findings.push_back(
+            makeFinding(LintCheck::MaterialExtension, entry.name, *entry.mesh, {"light_map", entry.name, "mesh"},
+                        fmt::format("found {} in material {} '{}', which lightcook does not read; assumed: {}",
+                                    fmt::join(material.extensions, ", "), material.index, material.name, fmt::join(assumed, ", ")),
+                        {{"material", static_cast<double>(material.index)}}));
     }
     return findings;
 }

@@ -15,7 +15,7 @@ namespace lightcook::pipeline {
 
 using Findings = std::vector<Finding>;
 
-Findings judgeLightMap(const LightMapEntry& entry, const LightMapFacts& facts);
+Findings judgeLightMap(const Scene& scene, const LightMapEntry& entry, const LightMapFacts& facts);
 Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts);
 Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts);
 Findings judgeGradient(const GradientEntry& entry, const GradientFacts& facts);
@@ -27,5 +27,7 @@ Findings judgeSettings(const Scene& scene);
 Findings judgeAge(const LightMapEntry& entry);
 /// Looks for names of [[material]] that no mesh has. materials: of all meshes; none: there is nothing to compare with.
 Findings judgeMaterials(const Scene& scene, const std::vector<MaterialRecord>& materials);
+/// Looks for materials of a mesh whose extensions are not read and whose reflection no [[material]] states.
+Findings judgeExtensions(const Scene& scene, const LightMapEntry& entry, const std::vector<UnreadMaterial>& materials);
 
 }  // namespace lightcook::pipeline

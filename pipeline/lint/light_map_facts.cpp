@@ -127,16 +127,16 @@ private:
         const Luminances values = luminances(sh, weights_);
         // Light of radiance 1 from a hemisphere has an sh00 of sqrt(pi).
         part.radianceSum += values[0] / std::sqrt(std::numbers::pi);
-        if (!hasNormals || !(values[0] > 0)) return;
-        addDirection(values, normal, facts);
-        if (hasBand2(values)) addBands(sh, values, normal, facts.bands);
+        if (!(values[0] > 0)) return;
+        const double noise = kShortestDirection * std::sqrt(3.0) * values[0];
+        if (glm::length(band1(values)) >= noise) {
+            ++facts.directional;
+            if (hasNormals) addDirection(band1(values), noise, normal, facts);
+        }
+        if (hasNormals && hasBand2(values)) addBands(sh, values, normal, facts.bands);
     }
 
-    void addDirection(const Luminances& values, const glm::dvec3& normal, LightMapFacts& facts) const {
-        const glm::dvec3 light = band1(values);
-        const double noise = kShortestDirection * std::sqrt(3.0) * values[0];
-        if (glm::length(light) < noise) return;
-        ++facts.directional;
+    void addDirection(const glm::dvec3& light, double noise, const glm::dvec3& normal, LightMapFacts& facts) const {
         for (int choice = 0; choice < kAxisChoices; ++choice) {
             double cosine = 0;
             for (int i = 0; i < 3; ++i) cosine += normal[i] * (isNegated(choice, i) ? -light[axisOf(choice, i)] : light[axisOf(choice, i)]);

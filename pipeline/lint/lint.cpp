@@ -75,7 +75,7 @@ private:
     void judgeLightMapAndMesh(const LightMapEntry& entry, const std::vector<ProbeFacts>& probes) {
         const auto facts = factsOf<LightMapFacts>(lightMapFactsId(entry));
         if (!facts) return;
-        Findings findings = judgeLightMap(entry, *facts);
+        Findings findings = judgeLightMap(scene_, entry, *facts);
         const auto isOf = [](LintCheck check) { return [check](const Finding& finding) { return finding.check == check; }; };
         const bool isOtherQuantity =
             std::ranges::any_of(findings, isOf(LintCheck::WrongQuantity)) || std::ranges::any_of(findings, isOf(LintCheck::GammaCurve));
@@ -84,9 +84,10 @@ private:
         // A wrong quantity or curve changes the brightness too.
         if (!isOtherQuantity) add(judgeUnits(entry, *facts, probes));
         if (!entry.mesh) return;
+        const auto mesh = factsOf<MeshFacts>("lint/mesh/" + entry.name);
         // Without coverage a mesh has nothing to be compared with, and texels without a normal count as uncovered.
-        if (const auto mesh = factsOf<MeshFacts>("lint/mesh/" + entry.name); mesh && mesh->hasUvs && facts->covered > 0 && !lacksNormals)
-            add(judgeMesh(entry, *mesh));
+        if (mesh && mesh->hasUvs && facts->covered > 0 && !lacksNormals) add(judgeMesh(entry, *mesh));
+        if (mesh) add(judgeExtensions(scene_, entry, mesh->unreadMaterials));
         add(judgeAge(entry));
     }
 

@@ -64,6 +64,16 @@ void addPlaced(const formats::GltfScene::Placed& placed, MeshFacts& facts) {
     }
 }
 
+std::vector<UnreadMaterial> unreadMaterialsOf(const formats::GltfScene& scene) {
+    std::vector<UnreadMaterial> unread;
+    for (std::size_t i = 0; i < scene.materials().size(); ++i) {
+        const formats::MaterialNeeds& each = scene.materials()[i];
+        if (each.unreadExtensions.empty()) continue;
+        unread.push_back({i, each.name, each.unreadExtensions, each.isSpecular, {each.mMin, each.mMax}, {each.f0Min, each.f0Max}});
+    }
+    return unread;
+}
+
 /// Fails for a scene that shows no triangles.
 Result<void> checkShown(bool hasTriangles, bool isDrawn, const std::string& file) {
     using formats::ErrorCode, formats::failure;
@@ -99,6 +109,7 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
         formats::checkEpicUvs(context.action.inputs.at("source"), context.action.inputs.at(kMeshRole), parameters->description.image);
     if (!uvs) return tl::make_unexpected(uvs.error());
     MeshFacts facts;
+    facts.unreadMaterials = unreadMaterialsOf(*scene);
     const std::vector<const formats::TriangleMesh*> meshes = scene->triangleMeshes();
     const auto placed = scene->placedMeshes();
     if (auto shown = checkShown(!meshes.empty(), !placed.empty(), context.action.inputs.at(kMeshRole).string()); !shown)

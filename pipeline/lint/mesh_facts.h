@@ -1,12 +1,33 @@
 // Facts of a mesh on its light map: which texels its light-map UVs read, and whether charts cover them. A cached action.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
 
 namespace lightcook::pipeline {
+
+/// A material with extensions that may change its reflection and are not read, and the needs that are assumed without them.
+struct UnreadMaterial {
+    std::size_t index = 0;  ///< in the file
+    std::string name;
+    std::vector<std::string> extensions;
+    bool isSpecular = true;
+    std::array<double, 2> m{}, f0{};
+};
+template <class Fields, Is<UnreadMaterial> Self>
+void describe(Fields& fields, Self& material) {
+    fields.required("index", material.index, "index of the material");
+    fields.required("name", material.name, "name of the material");
+    fields.required("extensions", material.extensions, "extensions that are not read");
+    fields.required("specular", material.isSpecular, "true if it is specular without them");
+    fields.required("m", material.m, "range of the Beckmann roughness without them");
+    fields.required("f0", material.f0, "range of the reflectance at normal incidence without them");
+}
 
 struct MeshFacts {
     bool hasUvs = false;                  ///< every triangle has TEXCOORD_1; nothing else is counted without it
@@ -19,6 +40,8 @@ struct MeshFacts {
     std::int64_t withoutNormal = 0;       ///< vertices whose normal is shorter than 1/2
     std::int64_t mostDrawn = 0;           ///< nodes that draw one mesh, at most
     double uvArea = 0, flatUvArea = 0;    ///< [UV units squared] of all triangles as drawn, and of those without area in the world
+    /// Materials with extensions that are not read; known also without UVs.
+    std::vector<UnreadMaterial> unreadMaterials = {};
 };
 template <class Fields, Is<MeshFacts> Self>
 void describe(Fields& fields, Self& facts) {
@@ -33,6 +56,7 @@ void describe(Fields& fields, Self& facts) {
     fields.required("most_drawn", facts.mostDrawn, "nodes that draw one mesh, at most");
     fields.required("uv_area", facts.uvArea, "light-map UV area of all triangles as nodes draw them");
     fields.required("flat_uv_area", facts.flatUvArea, "the same of those without area in the world");
+    fields.required("unread_materials", facts.unreadMaterials, "materials with extensions that are not read");
 }
 
 /// Parameters of the action. Its inputs are "source" (the light map) and "mesh".

@@ -8,12 +8,14 @@ BakeReading readingOf(const formats::BakeRecognition& recognition) {
     reading.evidence = recognition.evidence;
     if (!recognition.format->assumes.empty()) reading.assumed.emplace_back(recognition.format->assumes);
     reading.otherReadings.assign(recognition.otherReadings.begin(), recognition.otherReadings.end());
+    reading.incompleteSets = recognition.incompleteSets;
     return reading;
 }
 
 BakeReading readingOf(const formats::LightMapReader& map) {
     BakeReading reading = readingOf(map.recognition());
     if (!map.hasCoverage()) reading.assumed.emplace_back(kEveryTexelIsCovered);
+    if (!map.hasNormals() && map.hasDirections()) reading.assumed.emplace_back(kEverySurfaceFacesZ);
     return reading;
 }
 

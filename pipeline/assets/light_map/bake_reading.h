@@ -12,7 +12,7 @@ namespace lightcook::pipeline {
 struct BakeReading {
     std::string lightMap;  ///< name of the asset; of `info`, empty
     std::string bake, evidence;
-    std::vector<std::string> assumed, otherReadings;
+    std::vector<std::string> assumed, otherReadings, incompleteSets;
 };
 template <class Fields, Is<BakeReading> Self>
 void describe(Fields& fields, Self& reading) {
@@ -21,10 +21,13 @@ void describe(Fields& fields, Self& reading) {
     fields.required("evidence", reading.evidence, "what it was recognised by");
     fields.required("assumed", reading.assumed, "what the file does not say");
     fields.required("other_readings", reading.otherReadings, "bake formats that the file would fit as well");
+    fields.required("incomplete_sets", reading.incompleteSets, "sets of files of which the file would be one, and others are missing");
 }
 
 /// What is assumed of a file that does not say which texels lie inside charts.
 inline constexpr const char* kEveryTexelIsCovered = "every texel is covered";
+/// What is assumed of a map with directions if neither its file nor a mesh has normals.
+inline constexpr const char* kEverySurfaceFacesZ = "every surface faces +z";
 
 /// Returns how an open file was recognised, without the name of the asset.
 BakeReading readingOf(const formats::LightMapReader& map);

@@ -137,12 +137,20 @@ CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan&
     return asset;
 }
 
-Json notesOf(const MeasuredLightMap& measured, const compress::EncodeReport& report) {
-    return {{"covered_texels", measured.measure.coveredTexels()},  {"beyond_positive_bounds", measured.measure.beyondPositiveBounds()},
-            {"repaired_not_finite", measured.repairs.notFinite},   {"repaired_negative_dc", measured.repairs.negativeDc},
-            {"repaired_bands", measured.repairs.bandsBeyond},      {"repaired_fireflies", measured.repairs.fireflies},
-            {"negative_after_gamut", measured.negativeAfterGamut}, {"clamped_high", report.clampedHigh},
-            {"clamped_negative", report.clampedNegative}};
+/// Returns true if the texels are light as it is: engines whose formula has no range read HDR colours so.
+bool storesLightUnscaled(const compress::LightMapPlan& plan) {
+    return formats::info(plan.layout).textures.front().role == formats::TexelRole::Hdr && !plan.constants.contains("range");
+}
+
+Json notesOf(const MeasuredLightMap& measured, const compress::LightMapPlan& plan, const compress::EncodeReport& report) {
+    Json notes = {
+        {"covered_texels", measured.measure.coveredTexels()},  {"beyond_positive_bounds", measured.measure.beyondPositiveBounds()},
+        {"repaired_not_finite", measured.repairs.notFinite},   {"repaired_negative_dc", measured.repairs.negativeDc},
+        {"repaired_bands", measured.repairs.bandsBeyond},      {"repaired_fireflies", measured.repairs.fireflies},
+        {"negative_after_gamut", measured.negativeAfterGamut}, {"clamped_high", report.clampedHigh},
+        {"clamped_negative", report.clampedNegative}};
+    if (report.clampedHigh > 0 && storesLightUnscaled(plan)) notes["clamped_light"] = report.clampedHigh;
+    return notes;
 }
 
 }  // namespace
@@ -175,7 +183,7 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
         if (!survey) return tl::make_unexpected(survey.error());
         asset.mipsEnd = (*survey)->end;
     }
-    return textures->finish({std::move(asset), bakeBytes(context.action), notesOf(*measured, *report)});
+    return textures->finish({std::move(asset), bakeBytes(context.action), notesOf(*measured, *plan, *report)});
 }
 
 }  // namespace lightcook::pipeline

@@ -222,11 +222,10 @@ std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::p
                                                         const formats::LightMapDescription& description) {
     std::map<std::string, std::filesystem::path> inputs = sourceInputs(file, description.colors);
     for (const auto& [name, part] : description.partFiles) inputs[roleOfPart(name)] = part;
-    if (!description.parts.empty()) return inputs;
-    for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, description.bake))
-        inputs[roleOfPart(beside.filename().string())] = beside;
-    const bool isRead = description.coverage == formats::CoverageSource::Mesh || formats::mayNeedMesh(file, description.bake);
-    if (description.mesh.empty() || !isRead) return inputs;
+    if (description.parts.empty())
+        for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, description.bake))
+            inputs[roleOfPart(beside.filename().string())] = beside;
+    if (description.mesh.empty()) return inputs;
     inputs[kFramesRole] = description.mesh;
     int index = 0;
     for (const std::filesystem::path& beside : formats::gltfFilesBeside(description.mesh, formats::GltfFiles::Geometry))

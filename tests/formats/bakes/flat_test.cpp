@@ -85,6 +85,26 @@ TEST(Flat, TheFilesOwnNormalsStayBesideCoverageOfTheMesh) {
     EXPECT_EQ(strip.normal.at(1, 1), glm::vec3(0, 0, 1));
 }
 
+TEST(Flat, NormalsAreThoseOfTheMeshIfTheFileHasNone) {
+    ExrRecipe recipe = picture(16, 8);
+    recipe.channels["coverage.Y"] = [](int x, int) { return x < 14 ? 1.0f : 0.0f; };
+    const MapFile map(recipe);
+    const TemporaryFolder folder;
+    writeSquare(folder / "square.glb", {.lightMap = {0.5f, 1}});
+    LightMapDescription description;
+    description.mesh = folder / "square.glb";
+    const LightMapStrip strip = readAll(map.path, description);
+    const glm::vec3 up(0, 1, 0), unknown(0, 0, 1);
+    for (int x = 0; x < 16; ++x) {
+        EXPECT_EQ(strip.covered.at(x, 3), x < 14 ? 1 : 0) << "the file says so";
+        EXPECT_EQ(strip.normal.at(x, 3), x < 12 ? up : unknown) << x << ": the square ends at 8, and its light may grow by 4 texels";
+    }
+    const auto reader = LightMapReader::open(map.path, description);
+    ASSERT_TRUE(reader);
+    EXPECT_TRUE(reader->hasNormals());
+    EXPECT_FALSE(LightMapReader::open(map.path, {})->hasNormals());
+}
+
 TEST(Flat, CoverageOfAMeshNeedsOne) {
     const MapFile map(picture(8, 8));
     LightMapDescription description;

@@ -171,13 +171,35 @@ TEST(Godot, OtherShapesAndFlatPagesAreRefused) {
     EXPECT_THAT(error.line(), AllOf(HasSubstr("slices 2 to 4 that differ from 0.5 by 0.47 on average"), HasSubstr("bake = \"flat\"")));
 }
 
+/// Import settings of four flat slices are those of one directional page.
+TEST(Godot, FlatPagesOfMiddlingLightAreRefused) {
+    ExrRecipe pages = stacked(8, 8, seededLight);
+    for (auto& [name, value] : pages.channels)
+        value = [](int x, int y) { return x == 0 ? 0.25f : 0.85f + 0.01f * static_cast<float>((x + y) % 5); };
+    const MapFile bright(pages);
+    writeImport(bright.path, 4);
+    EXPECT_THAT(refusal(bright.path).line(), AllOf(HasSubstr("found slices 2 to 4"), HasSubstr("Flat pages?")));
+    // Pages whose light is near 0.5, and dark in the first page alone.
+    for (auto& [name, value] : pages.channels) value = [](int x, int y) { return y < 8 && x < 4 ? 0.0f : 0.3f; };
+    const MapFile even(pages);
+    writeImport(even.path, 4);
+    EXPECT_THAT(refusal(even.path).line(),
+                HasSubstr("found slices 2 to 4 that are not 0.5 in 100 % of the texels without light in slice 1"));
+}
+
+TEST(Godot, PagesOfSquaresThatNothingNamesAreAChoice) {
+    const MapFile map(stacked(8, 8, seededLight, 2));
+    EXPECT_THAT(refusal(map.path).line(), HasSubstr("could be flat (a picture of 8 x 64 texels) or godot (8 slices of 8 x 8 texels)"));
+    EXPECT_EQ(readAll(map.path, named("godot")).sh.height(), 16);
+}
+
 TEST(Godot, ValuesThatAreNoLightAndOtherQuantitiesAreRefused) {
     for (const int row : {4, 12}) {  // of L0, of y
         ExrRecipe recipe = stacked(8, 8, seededLight);
         poke(recipe, "B", 3, row, std::numeric_limits<float>::quiet_NaN());
         const Error error = refusal(MapFile(recipe).path, named("godot"));
         EXPECT_EQ(error.code, ErrorCode::ValueNotFinite) << error.line();
-        EXPECT_THAT(error.line(), HasSubstr("texel (3, 4)"));
+        EXPECT_THAT(error.line(), HasSubstr(fmt::format("channel B, texel (3, {})", row)));
     }
     LightMapDescription description = named("godot");
     description.quantity = ShQuantity::Irradiance;

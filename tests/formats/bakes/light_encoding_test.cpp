@@ -48,7 +48,9 @@ TEST(LightEncoding, ATexelIsTheLightThatUnityDecodes) {
         double largest = 0, brightest = 0;
         for (int y = 0; y < kPictureSide; ++y)
             for (int x = 0; x < kPictureSide; ++x) {
-                ASSERT_EQ(strip.covered.at(x, y), 1) << "the alpha of RGBM is no coverage";
+                const bool isCovered = encoding == LightEncoding::Rgbm || byteAt(3, x, y) > 127;
+                ASSERT_EQ(strip.covered.at(x, y), isCovered ? 1 : 0) << "the alpha of RGBM alone is no coverage";
+                if (!isCovered) continue;
                 for (int c = 0; c < 3; ++c) {
                     const double shown = static_cast<double>(strip.sh.at(x, y)[0][c]) / std::sqrt(4 * std::numbers::pi);
                     largest = std::max(largest, std::abs(shown - decoded(encoding, c, x, y)));
@@ -72,8 +74,8 @@ TEST(LightEncoding, TheColourOfSeveralFilesIsDecodedAndTheDirectionsAreNot) {
     const double light = decoded(LightEncoding::Rgbm, 1, 40, 50);
     EXPECT_NEAR(static_cast<double>(strip.sh.at(40, 50)[3].g) * std::sqrt(1 / (3 * std::numbers::pi)), 4 * light * (64 / 255.0 - 0.5),
                 1e-5 * light);
-    EXPECT_THAT(refusal(folder / "room_L1.png", encoded(LightEncoding::Dldr)).line(),
-                AllOf(HasSubstr("room_L1.png: found a direction map"), HasSubstr("name room_L0.png instead")));
+    const LightMapStrip byOther = readAll(folder / "room_L1.png", encoded(LightEncoding::Rgbm));
+    EXPECT_EQ(byOther.sh.at(40, 50), strip.sh.at(40, 50)) << "any of the files names the set";
 }
 
 TEST(LightEncoding, AFileThatIsNotEncodedSoIsRefused) {

@@ -162,7 +162,7 @@ TEST(ShBaker, MissingChannelsAndValuesThatAreNoLightAreNamed) {
     poke(recipe, "L11.B", 3, 4, std::numeric_limits<float>::quiet_NaN());
     const Error error = refusal(MapFile(recipe).path);
     EXPECT_EQ(error.code, ErrorCode::ValueNotFinite);
-    EXPECT_THAT(error.line(), AllOf(HasSubstr("texel (3, 4)"), HasSubstr("sh03.B")));
+    EXPECT_THAT(error.line(), AllOf(HasSubstr("texel (3, 4)"), HasSubstr("channel L11.B")));
 }
 
 }  // namespace

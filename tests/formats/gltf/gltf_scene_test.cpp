@@ -15,6 +15,7 @@
 #include <random>
 #include <set>
 
+#include "formats/gltf/material_needs.h"
 #include "tests/formats/gltf/glb.h"
 #include "tests/formats/temporary_folder.h"
 
@@ -867,6 +868,67 @@ TEST(MaterialNeeds, FollowsTheSpecification) {
     EXPECT_FALSE(dielectric({{"KHR_materials_specular", {{"specularFactor", 0}}}}).isSpecular);
     EXPECT_FALSE(dielectric({{"KHR_materials_unlit", json::object()}}).isSpecular);
     EXPECT_TRUE(dielectric({{"KHR_materials_specular", {{"specularFactor", 0.01}}}}).isSpecular);
+}
+
+void expectRanges(const MaterialNeeds& needs, std::array<double, 2> m, std::array<double, 2> f0) {
+    EXPECT_TRUE(needs.isSpecular);
+    EXPECT_NEAR(needs.mMin, m[0], 1e-12);
+    EXPECT_NEAR(needs.mMax, m[1], 1e-12);
+    EXPECT_NEAR(needs.f0Min, f0[0], 1e-12);
+    EXPECT_NEAR(needs.f0Max, f0[1], 1e-12);
+}
+
+TEST(MaterialNeeds, AClearcoatIsAnotherLobe) {
+    // Of a dielectric base with m = 0.9^2 and f0 = 0.04.
+    const auto coated = [](const json& clearcoat, double specularFactor = 1) {
+        return needsOf(
+            {{"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 0.9}}},
+             {"extensions", {{"KHR_materials_clearcoat", clearcoat}, {"KHR_materials_specular", {{"specularFactor", specularFactor}}}}}});
+    };
+    expectRanges(coated({{"clearcoatFactor", 1.0}}), {0, 0.81}, {0.04, 0.04});
+    expectRanges(coated({{"clearcoatFactor", 1.0}, {"clearcoatRoughnessFactor", 0.3}}), {0.09, 0.81}, {0.04, 0.04});
+    expectRanges(coated({{"clearcoatFactor", 0.5}, {"clearcoatRoughnessFactor", 1.0}}), {0.81, 1}, {0.02, 0.04});
+    expectRanges(coated(json::object()), {0.81, 0.81}, {0.04, 0.04});
+    expectRanges(coated({{"clearcoatFactor", 0.5}, {"clearcoatRoughnessFactor", 0.3}}, 0), {0.09, 0.09}, {0.02, 0.02});
+    EXPECT_FALSE(coated({{"clearcoatFactor", 0.0}}, 0).isSpecular);
+
+    const json texture = {{"index", 0}};
+    expectRanges(coated({{"clearcoatFactor", 0.5}, {"clearcoatTexture", texture}, {"clearcoatRoughnessFactor", 0.3}}, 0), {0.09, 0.09},
+                 {0, 0.02});
+    expectRanges(coated({{"clearcoatFactor", 1.0}, {"clearcoatRoughnessFactor", 0.6}, {"clearcoatRoughnessTexture", texture}}, 0),
+                 {0, 0.36}, {0.04, 0.04});
+    EXPECT_FALSE(coated({{"clearcoatFactor", 1.0}}).hasNormalMap);
+    EXPECT_TRUE(coated({{"clearcoatFactor", 1.0}, {"clearcoatNormalTexture", texture}}).hasNormalMap);
+}
+
+TEST(MaterialNeeds, SpecularGlossinessIsRead) {
+    const auto glossy = [](const json& glossiness, json material = json::object()) {
+        material["extensions"]["KHR_materials_pbrSpecularGlossiness"] = glossiness;
+        return needsOf(material);
+    };
+    expectRanges(glossy(json::object()), {0, 0}, {1, 1});
+    json glossiness = {{"specularFactor", {0.2, 0.1, 0.05}}, {"glossinessFactor", 0.7}};
+    expectRanges(glossy(glossiness), {0.09, 0.09}, {0.05, 0.2});
+    const json fallback = {{"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 0.5}}}};
+    expectRanges(glossy(glossiness, fallback), {0.09, 0.25}, {0.04, 0.2});
+    glossiness["specularGlossinessTexture"] = {{"index", 0}};
+    expectRanges(glossy(glossiness), {0.09, 1}, {0, 0.2});
+}
+
+TEST(MaterialNeeds, ExtensionsThatAreNotReadHaveNames) {
+    const auto unreadOf = [](const std::vector<std::string>& names) {
+        Json material;
+        for (const std::string& name : names) material["extensions"][name] = Json::object();
+        return unreadExtensions(material);
+    };
+    EXPECT_THAT(unreadOf({}), testing::IsEmpty());
+    EXPECT_THAT(unreadOf({"KHR_materials_clearcoat", "KHR_materials_ior", "KHR_materials_specular", "KHR_materials_pbrSpecularGlossiness",
+                          "KHR_materials_emissive_strength", "KHR_materials_variants", "KHR_materials_volume", "KHR_materials_dispersion",
+                          "KHR_texture_transform", "KHR_xmp_json_ld", "MOZ_lightmap"}),
+                testing::IsEmpty());
+    EXPECT_THAT(unreadOf({"KHR_materials_sheen", "KHR_materials_ior", "KHR_materials_iridescence", "ADOBE_materials_thin_transparency"}),
+                testing::ElementsAre("KHR_materials_sheen", "KHR_materials_iridescence", "ADOBE_materials_thin_transparency"));
+    EXPECT_THAT(unreadOf({"KHR_materials_sheen", "KHR_materials_unlit"}), testing::IsEmpty()) << "it reflects nothing";
 }
 
 TEST(MaterialNeeds, APrimitiveWithoutMaterialAsksForTheDefault) {

@@ -70,6 +70,18 @@ TEST(SceneRules, FactorsOfMaterialsLieInTheirRanges) {
                 HasSubstr("found ior = 0.2, expected at least 1"));
     EXPECT_THAT(refusalOfMaterial({{"extensions", {{"KHR_materials_specular", {{"specularFactor", -1}}}}}}),
                 HasSubstr("found specularFactor = -1, expected 0 to 1"));
+    const auto refusalOfExtension = [](const char* name, const nlohmann::json& extension) {
+        return refusalOfMaterial({{"extensions", {{name, extension}}}});
+    };
+    constexpr const char *kClearcoat = "KHR_materials_clearcoat", *kGlossiness = "KHR_materials_pbrSpecularGlossiness";
+    EXPECT_THAT(refusalOfExtension(kClearcoat, {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0}}), IsEmpty());
+    EXPECT_THAT(refusalOfExtension(kClearcoat, {{"clearcoatFactor", 2}}), HasSubstr("found clearcoatFactor = 2, expected 0 to 1"));
+    EXPECT_THAT(refusalOfExtension(kClearcoat, {{"clearcoatRoughnessFactor", -1}}), HasSubstr("found clearcoatRoughnessFactor = -1"));
+    EXPECT_THAT(refusalOfExtension(kClearcoat, {{"clearcoatNormalTexture", {{"index", 1}}}}),
+                HasSubstr("material 0, clearcoatNormalTexture: found index = 1, expected less than 1"));
+    EXPECT_THAT(refusalOfExtension(kGlossiness, {{"specularFactor", {1, 0.5, 0}}, {"glossinessFactor", 1}}), IsEmpty());
+    EXPECT_THAT(refusalOfExtension(kGlossiness, {{"specularFactor", {1, 2, 0}}}), HasSubstr("found specularFactor = 2, expected 0 to 1"));
+    EXPECT_THAT(refusalOfExtension(kGlossiness, {{"glossinessFactor", 2}}), HasSubstr("found glossinessFactor = 2, expected 0 to 1"));
     EXPECT_THAT(refusalOfMaterial({{"normalTexture", {{"index", 1}}}}),
                 HasSubstr("material 0, normalTexture: found index = 1, expected less than 1"));
 }

@@ -1,13 +1,19 @@
-// EXR headers that claim more than a file can hold, made byte by byte: OpenEXR itself would refuse to write them.
+// EXR headers, made byte by byte: claims of more than a file can hold, which OpenEXR itself would refuse to write, windows and
+// chromaticities.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <bit>
+#include <optional>
 #include <regex>
 #include <string>
 #include <vector>
 
 #include "formats/environment.h"
 #include "formats/image/exr_file.h"
+#include "formats/image/image_module.h"
+#include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::formats {
@@ -25,27 +31,55 @@ std::string attribute(const std::string& name, const std::string& type, const st
     return name + '\0' + type + '\0' + bytesOf(static_cast<std::uint32_t>(value.size())) + value;
 }
 
+/// A window of a file: its corner and its size.
+struct Box {
+    int x = 0, y = 0;
+    std::uint32_t width = 0, height = 0;
+
+    std::string bytes() const {
+        const auto left = static_cast<std::uint32_t>(x), top = static_cast<std::uint32_t>(y);
+        return bytesOf(left) + bytesOf(top) + bytesOf(left + width - 1) + bytesOf(top + height - 1);
+    }
+};
+
 struct Header {
     std::uint32_t width = 16, height = 8;
     std::vector<std::string> channels = {"B", "G", "R"};
     Compression compression = kNone;
     PixelType type = kFloat;
-    std::uint32_t tileExtent = 0;  ///< 0: scan lines
+    std::uint32_t tileExtent = 0;     ///< 0: scan lines
+    int x = 0, y = 0;                 ///< corner of the data window
+    std::optional<Box> display = {};  ///< empty: the data window
+    std::string more = {};            ///< further attributes
 };
 
 /// Returns a file of the header and `rest` bytes of value 1, which are no pixel data.
 std::string fileOf(const Header& header, std::size_t rest) {
     std::string channels;
     for (const std::string& name : header.channels) channels += name + '\0' + bytesOf(header.type) + bytesOf(0) + bytesOf(1) + bytesOf(1);
-    const std::string window = bytesOf(0) + bytesOf(0) + bytesOf(header.width - 1) + bytesOf(header.height - 1), one = bytesOf(0x3f800000);
+    const Box data{header.x, header.y, header.width, header.height};
+    const std::string one = bytesOf(0x3f800000);
     std::string file = bytesOf(20000630) + bytesOf(header.tileExtent != 0 ? 0x202 : 2);
     file += attribute("channels", "chlist", channels + '\0') + attribute("compression", "compression", {header.compression});
-    file += attribute("dataWindow", "box2i", window) + attribute("displayWindow", "box2i", window);
+    file += attribute("dataWindow", "box2i", data.bytes());
+    file += attribute("displayWindow", "box2i", header.display.value_or(data).bytes());
     file += attribute("lineOrder", "lineOrder", std::string(1, '\0')) + attribute("pixelAspectRatio", "float", one);
     file += attribute("screenWindowCenter", "v2f", bytesOf(0) + bytesOf(0)) + attribute("screenWindowWidth", "float", one);
     if (header.tileExtent != 0)
         file += attribute("tiles", "tiledesc", bytesOf(header.tileExtent) + bytesOf(header.tileExtent) + std::string(1, '\0'));
-    return file + '\0' + std::string(rest, '\1');
+    return file + header.more + '\0' + std::string(rest, '\1');
+}
+
+/// Returns a whole file: scan lines of zeros, four bytes a channel, not compressed.
+std::string wholeFileOf(const Header& header) {
+    std::string file = fileOf(header, 0);
+    const auto pixelBytes = static_cast<std::uint32_t>(header.width * header.channels.size() * 4);
+    const std::size_t firstChunk = file.size() + header.height * std::size_t{8}, chunkBytes = 8 + pixelBytes;
+    for (std::size_t row = 0; row < header.height; ++row)
+        file += bytesOf(static_cast<std::uint32_t>(firstChunk + row * chunkBytes)) + bytesOf(0);
+    for (std::uint32_t row = 0; row < header.height; ++row)
+        file += bytesOf(static_cast<std::uint32_t>(header.y) + row) + bytesOf(pixelBytes) + std::string(pixelBytes, '\0');
+    return file;
 }
 
 /// Returns the error's line without the memory that was free, which changes between two calls.
@@ -91,13 +125,7 @@ TEST_F(ExrClaims, ExtentsChannelsAndChunksHaveLimits) {
 }
 
 TEST_F(ExrClaims, ChannelsOfIntegersAreNoLight) {
-    const Header header{.type = kUint};
-    std::string file = fileOf(header, 0);
-    const std::size_t table = file.size(), rowBytes = 8 + 16 * 3 * 4;
-    for (std::size_t row = 0; row < header.height; ++row)
-        file += bytesOf(static_cast<std::uint32_t>(table + 8 * 8 + row * rowBytes)) + bytesOf(0);
-    for (std::uint32_t row = 0; row < header.height; ++row) file += bytesOf(row) + bytesOf(16 * 3 * 4) + std::string(16 * 3 * 4, '\0');
-    writeContent(folder_ / "a.exr", file);
+    writeContent(folder_ / "a.exr", wholeFileOf({.type = kUint}));
     const auto reader = ExrReader::open(folder_ / "a.exr");
     ASSERT_TRUE(reader) << reader.error().line();
     EXPECT_THAT(reader->info().integerChannels, testing::ElementsAre("B", "G", "R"));
@@ -112,6 +140,81 @@ TEST_F(ExrClaims, ChannelsOfIntegersAreNoLight) {
     const auto environment = loadEnvironment(folder_ / "a.exr", {});
     ASSERT_FALSE(environment);
     EXPECT_THAT(environment.error().line(), testing::HasSubstr("found 32-bit integers (UINT), expected half or float"));
+}
+
+TEST_F(ExrClaims, DataWindowsThatAreNotTheDisplayWindowAreRefused) {
+    struct Case {
+        Box data, display;
+        const char* found;
+        const char* remedy;
+    };
+    for (const Case& window : {Case{{8, 8, 32, 1},
+                                    {0, 0, 64, 64},
+                                    "32 x 1 texels at (8, 8), smaller than the display window of 64 x 64 texels at (0, 0)",
+                                    "Pad with black"},
+                               Case{{-4, -1, 72, 6},
+                                    {0, 0, 64, 4},
+                                    "72 x 6 texels at (-4, -1), larger than the display window of 64 x 4 texels at (0, 0)",
+                                    "Crop"},
+                               Case{{-4, 0, 64, 1},
+                                    {0, 0, 64, 1},
+                                    "64 x 1 texels at (-4, 0), partly outside the display window of 64 x 1 texels at (0, 0)",
+                                    "Crop and pad with black"}}) {
+        const Header header{
+            .width = window.data.width, .height = window.data.height, .x = window.data.x, .y = window.data.y, .display = window.display};
+        writeContent(folder_ / "a.exr", wholeFileOf(header));
+        const std::string line = (folder_ / "a.exr").string() + ": found a data window of " + window.found + ", expected equal windows. " +
+                                 window.remedy + ": oiiotool in.exr --croptofull -o out.exr";
+        const auto expectLine = [&line](const auto& read) {
+            ASSERT_FALSE(read) << line;
+            EXPECT_EQ(read.error().code, ErrorCode::WrongShape);
+            EXPECT_EQ(read.error().line(), line);
+        };
+        expectLine(ExrReader::open(folder_ / "a.exr"));
+        expectLine(readImage(folder_ / "a.exr"));
+        expectLine(loadGradient(folder_ / "a.exr", {}));
+        expectLine(loadEnvironment(folder_ / "a.exr", {}));
+        const auto module = imageModule();
+        ASSERT_TRUE(module) << module.error().line();
+        expectLine((*module)->readRgb(folder_ / "a.exr"));
+        expectLine((*module)->readImage(folder_ / "a.exr"));
+    }
+}
+
+TEST_F(ExrClaims, EqualWindowsMayBeginAnywhere) {
+    writeContent(folder_ / "a.exr", wholeFileOf({.x = -3, .y = 11}));
+    const auto reader = ExrReader::open(folder_ / "a.exr");
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_EQ(reader->info().width, 16);
+    EXPECT_EQ(reader->info().height, 8);
+    const auto environment = loadEnvironment(folder_ / "a.exr", {});
+    EXPECT_TRUE(environment) << environment.error().line();
+    const auto image = readImage(folder_ / "a.exr");
+    EXPECT_TRUE(image) << image.error().line();
+}
+
+TEST_F(ExrClaims, PicturesOfOtherFormatsMayHaveAnOffset) {
+    writePng(folder_ / "a.png", 2, 1, 3, [](int, int, int) { return 51; });
+    std::string content = contentOf(folder_ / "a.png");
+    content.insert(content.find("IDAT") - 4, pngChunk("oFFs", bigEndian(5) + bigEndian(7) + std::string(1, '\0')));
+    writeContent(folder_ / "a.png", content);
+    const auto image = readImage(folder_ / "a.png");
+    ASSERT_TRUE(image) << image.error().line();
+    EXPECT_NEAR(image->texels.at(1, 0).g, 0.2f, 1e-6f);
+}
+
+TEST_F(ExrClaims, ChromaticitiesAreThoseOfTheHeader) {
+    writeContent(folder_ / "a.exr", wholeFileOf({}));
+    const auto without = ExrReader::open(folder_ / "a.exr");
+    ASSERT_TRUE(without) << without.error().line();
+    EXPECT_FALSE(without->info().chromaticities);
+    constexpr std::array<float, 8> kAcesCg = {0.713f, 0.293f, 0.165f, 0.83f, 0.128f, 0.044f, 0.32168f, 0.33767f};
+    std::string value;
+    for (const float number : kAcesCg) value += bytesOf(std::bit_cast<std::uint32_t>(number));
+    writeContent(folder_ / "a.exr", wholeFileOf({.more = attribute("chromaticities", "chromaticities", value)}));
+    const auto with = ExrReader::open(folder_ / "a.exr");
+    ASSERT_TRUE(with) << with.error().line();
+    EXPECT_EQ(with->info().chromaticities, kAcesCg);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <random>
 #include <vector>
 
+#include "formats/environment.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::formats {
@@ -116,6 +118,94 @@ TEST(ReadRadiancePicture, OtherKindsAreLeftToOpenImageIO) {
           "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 99999999999 +X 2\n", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2 \n",
           "RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n"})
         EXPECT_FALSE(isRead(head)) << head;
+}
+
+/// Writes `width` x 1 texels that store (1, 0.5, 0.25), flat.
+/// lines  of the header, beside the format
+void writeFlat(const std::filesystem::path& file, const std::string& lines, int width) {
+    std::string content = fmt::format("#?RADIANCE\n{}FORMAT=32-bit_rle_rgbe\n\n-Y 1 +X {}\n", lines, width);
+    for (int x = 0; x < width; ++x) content += "\x80\x40\x20\x81";
+    writeContent(file, content);
+}
+
+TEST(RadianceFactors, EveryReaderDividesByThemOnce) {
+    const TemporaryFolder folder;
+    const auto file = folder / "p.hdr";
+    struct Case {
+        const char* lines;
+        glm::vec3 expected;
+    };
+    for (const Case& header :
+         {Case{"", {1, 0.5f, 0.25f}}, Case{"EXPOSURE=4\n", {0.25f, 0.125f, 0.0625f}},
+          Case{"EXPOSURE= 4.0 \nSOFTWARE=x\nEXPOSURE=5.000e-01\n", {0.5f, 0.25f, 0.125f}},
+          Case{"COLORCORR= 1 2 0.5\nCOLORCORR=2 1 1\n", {0.5f, 0.25f, 0.5f}},
+          Case{"COLORCORR=1\t2 0.5\nEXPOSURE=2\n", {0.5f, 0.125f, 0.25f}}, Case{"PRIMARIES=0 0 0 0 0 0 0 0\n", {1, 0.5f, 0.25f}},
+          Case{"\tEXPOSURE=4\n", {1, 0.5f, 0.25f}}}) {  // indented: of a picture that this one was made of
+        SCOPED_TRACE(header.lines);
+        writeFlat(file, header.lines, 2);
+        const auto own = readRadiancePicture(file);
+        ASSERT_TRUE(own);
+        EXPECT_EQ(own->at(1, 0), header.expected);
+        const auto image = readImage(file);  // by OpenImageIO
+        ASSERT_TRUE(image) << image.error().line();
+        EXPECT_EQ(image->texels.at(1, 0), glm::vec4(header.expected, 1));
+        const auto gradient = loadGradient(file, {});
+        ASSERT_TRUE(gradient) << gradient.error().line();
+        EXPECT_EQ((*gradient)[1], header.expected);
+        writeFlat(file, header.lines, 8);  // flat although rows of 8 can be encoded: left to OpenImageIO
+        EXPECT_FALSE(readRadiancePicture(file));
+        const auto wide = loadGradient(file, {});
+        ASSERT_TRUE(wide) << wide.error().line();
+        EXPECT_EQ((*wide)[7], header.expected);
+    }
+}
+
+void expectRefused(const std::filesystem::path& file, ErrorCode code, const std::string& detail) {
+    SCOPED_TRACE(detail);
+    EXPECT_FALSE(readRadiancePicture(file));
+    const auto factors = radianceFactors(file);
+    const auto image = readImage(file);
+    const auto gradient = loadGradient(file, {});
+    ASSERT_TRUE(!factors && !image && !gradient);
+    for (const Error& error : {factors.error(), image.error(), gradient.error()}) {
+        EXPECT_EQ(error.code, code);
+        EXPECT_EQ(error.line(), file.string() + ": " + detail);
+    }
+}
+
+TEST(RadianceFactors, OtherThanPositiveFiniteNumbersAreRefusedByName) {
+    const TemporaryFolder folder;
+    const auto file = folder / "p.hdr";
+    for (const char* line :
+         {"EXPOSURE=", "EXPOSURE=0", "EXPOSURE=-2", "EXPOSURE=nan", "EXPOSURE=inf", "EXPOSURE=1e999", "EXPOSURE=abc", "EXPOSURE=4 5"}) {
+        writeFlat(file, fmt::format("EXPOSURE=2\n{}\n", line), 2);
+        expectRefused(file, ErrorCode::ValueOutOfRange, fmt::format("found {}, expected 1 positive finite number", line));
+    }
+    for (const char* line : {"COLORCORR=1", "COLORCORR=1 2", "COLORCORR=1 0 1", "COLORCORR=1 1 1 1"}) {
+        writeFlat(file, fmt::format("{}\n", line), 2);
+        expectRefused(file, ErrorCode::ValueOutOfRange, fmt::format("found {}, expected 3 positive finite numbers", line));
+    }
+    writeFlat(file, "EXPOSURE=1e30\nEXPOSURE=1e30\n", 2);
+    EXPECT_THAT(readImage(file).error().line(), testing::HasSubstr("as the product of EXPOSURE and COLORCORR, expected 1.2e-38 to 3.4e38"));
+    writeFlat(file, "EXPOSURE=1e-300\n", 2);
+    EXPECT_THAT(readImage(file).error().line(), testing::HasSubstr("found 1e-300 as the product of EXPOSURE and COLORCORR"));
+}
+
+TEST(RadianceFactors, OtherFormatsAreRefusedByName) {
+    const TemporaryFolder folder;
+    const auto file = folder / "p.hdr";
+    writeContent(file, "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 2\n" + std::string(8, '\x80'));
+    expectRefused(file, ErrorCode::FormatUnsupported, "found FORMAT=32-bit_rle_xyze, expected 32-bit_rle_rgbe");
+}
+
+TEST(RadianceFactors, AreOneForOtherFiles) {
+    const TemporaryFolder folder;
+    writeContent(folder / "a.txt", "EXPOSURE=4\nFORMAT=32-bit_rle_xyze\n\n");
+    for (const auto& file : {folder / "a.txt", folder / "absent.hdr", folder.path()}) {
+        const auto factors = radianceFactors(file);
+        ASSERT_TRUE(factors) << factors.error().line();
+        EXPECT_EQ(*factors, glm::vec3(1));
+    }
 }
 
 TEST(ReadRadiancePicture, EqualsOpenImageIOBitForBitOnTheSharedPanoramas) {

@@ -209,7 +209,9 @@ TEST(BakeFiles, TheMeshOfABakeInTangentSpaceIsAnInput) {
     LintOptions lint;
     lint.scene = scene / "scene.toml";
     lint.cache = scene / "cache";
-    const Json reading = lintScene(lint, {}).report.at("light_maps").at(0);
+    const Outcome linted = lintScene(lint, {});
+    EXPECT_TRUE(linted.findings.empty()) << "bands of a fit to the three lobes are not judged: " << linted.findings.front().found;
+    const Json reading = linted.report.at("light_maps").at(0);
     EXPECT_EQ(reading.at("bake"), "bakery-rnm");
     EXPECT_EQ(reading.at("evidence"), "the 3 files room_RNM0.exr to room_RNM2.exr");
     EXPECT_THAT(reading.at("assumed")[0].get<std::string>(), HasSubstr("TEXCOORD_0"));
@@ -217,6 +219,33 @@ TEST(BakeFiles, TheMeshOfABakeInTangentSpaceIsAnInput) {
     ASSERT_TRUE(facts) << facts.error().line();
     EXPECT_EQ(facts->at("light_map"), "bakery-rnm");
     EXPECT_THAT(facts->at("needs").get<std::string>(), HasSubstr("without a mesh"));
+}
+
+TEST(BakeFiles, OneFileOfASetIsNamed) {
+    const BakeScene scene;
+    scene.writePicture("room_L1x.exr", kSide, kSide, 3, [](int, int) { return glm::vec4(0.5f); });
+    LintOptions lint;
+    lint.scene = scene / "scene.toml";
+    lint.cache = scene / "cache";
+    scene.writeScene("room_L1x.exr");
+    const Outcome alone = lintScene(lint, {});
+    ASSERT_EQ(alone.findings.size(), 1u);
+    EXPECT_EQ(alone.findings[0].check, LintCheck::IncompleteSet);
+    EXPECT_THAT(alone.findings[0].found, HasSubstr("found 1 of the 4 files of bake format bakery-sh, room_L0.exr and 2 more are missing"));
+    scene.writeScene("room_L1x.exr", "bake = \"flat\"");
+    EXPECT_TRUE(lintScene(lint, {}).findings.empty());
+}
+
+TEST(BakeFiles, CoverageOfAMeshIsForListedImagesToo) {
+    const BakeScene scene;
+    for (const char* name : {"c0.exr", "c1.exr", "c2.exr", "c3.exr"})
+        scene.writePicture(name, kSide, kSide, 3, [&](int, int) { return glm::vec4(name[1] == '0' ? 0.5f : 0.0f); });
+    formats::writeSquare(scene / "square.glb", {.lightMap = {0.5f, 1}});
+    formats::writeContent(scene / "scene.toml",
+                          "schema = 1\nname = \"x\"\n[[light_map]]\nname = \"map\"\nmesh = \"square.glb\"\ncoverage = \"mesh\"\n"
+                          "files = { sh00 = \"c0.exr\", sh01 = \"c1.exr\", sh02 = \"c2.exr\", sh03 = \"c3.exr\" }\n");
+    const Outcome outcome = scene.cook();
+    EXPECT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
 }
 
 TEST(BakeFiles, LintAndInfoSayHowAFileWasRecognised) {

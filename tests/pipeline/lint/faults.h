@@ -262,6 +262,12 @@ inline void unknownMaterial(const PlantedScene& scene) {
     scene.replaceInScene("name = \"*\"", "name = \"whit\"");
 }
 
+/// A material whose extension is not read, in a scene that does not say how rough it is.
+inline void materialExtension(const PlantedScene& scene) {
+    scene.editMesh([](Glb& glb) { glb.json["materials"][0]["extensions"]["KHR_materials_sheen"]["sheenColorFactor"] = {1, 1, 1}; });
+    scene.replaceInScene("\nm = [0.1, 0.5]", "\n# m = [0.1, 0.5]");
+}
+
 inline void staleBake(const PlantedScene& scene) {
     std::filesystem::last_write_time(scene / "cornell.glb",
                                      std::filesystem::last_write_time(scene / "cornell_lightmap.exr") + std::chrono::hours(26));

@@ -203,6 +203,21 @@ TEST(Lint, NamesMissingCoverageAndNormals) {
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("missing-coverage"));
 }
 
+TEST(Lint, NamesNormalsThatNeitherFileNorMeshHas) {
+    const PlantedScene scene;
+    const auto removeNormals = [](Channels& map) {
+        for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) map.values.erase(name);
+    };
+    scene.editLightMap(removeNormals);
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre()) << "those of the mesh are taken";
+    scene.replaceInScene("mesh = \"cornell.glb\"", "");
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre()) << "a layout of all bands needs none";
+    scene.replaceInScene("[output]", "[output]\nlight_map_layout = \"godot\"");
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("missing-normals"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("expected a mesh or channels normal.X/Y/Z"));
+}
+
 TEST(Lint, RefusesCoverageThatIsNotFinite) {
     const PlantedScene scene;
     faults::coverageOfNan(scene);
@@ -351,6 +366,28 @@ TEST(Lint, NamesAMaterialThatNoMeshHas) {
     ASSERT_THAT(codesOf(outcome), ElementsAre("unknown-material"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("nearest is '"));
     EXPECT_TRUE(outcome.findings[0].line.has_value());
+}
+
+TEST(Lint, NamesAnExtensionOfAMaterialThatIsNotRead) {
+    const PlantedScene scene;
+    faults::materialExtension(scene);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("material-extension"));
+    EXPECT_THAT(outcome.findings[0].found,
+                HasSubstr("found KHR_materials_sheen in material 0 'white', which lightcook does not read; assumed: m = 1"));
+    EXPECT_EQ(outcome.findings[0].place.key, "mesh");
+    scene.replaceInScene("\nf0 = [0.04, 0.6]", "\n# f0 = [0.04, 0.6]");
+    EXPECT_THAT(scene.lint().findings.at(0).found, HasSubstr("assumed: m = 1, f0 = 0.04"));
+}
+
+TEST(Lint, NamesNoExtensionOfAMaterialThatTheSceneFileDescribes) {
+    const PlantedScene scene;
+    faults::materialExtension(scene);
+    scene.replaceInScene("\n# m = [0.1, 0.5]", "\nm = [0.1, 0.5]");
+    EXPECT_THAT(codesOf(scene.lint()), IsEmpty()) << "it states m and f0 of every material";
+    scene.replaceInScene("\nm = [0.1, 0.5]", "\n# m = [0.1, 0.5]");
+    scene.replaceInScene("\nspecular = true", "\nspecular = false");
+    EXPECT_THAT(codesOf(scene.lint()), IsEmpty()) << "it states that none is specular";
 }
 
 TEST(Lint, NamesAMeshThatIsNewerThanItsBake) {
