@@ -3,7 +3,7 @@
 # Unpacks Debian's arm64 packages, and what they depend on, into FOLDER. Nothing is installed on this machine, and no script of a package runs.
 # A folder that was made for the same packages is left as it is.
 set -euo pipefail
-folder=$1
+folder=$(realpath -m "$1")
 shift
 stamp=$folder/packages
 [[ -f $stamp && $(<"$stamp") == "$*" ]] && exit 0

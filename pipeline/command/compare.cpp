@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <set>
 #include <utility>
 
 #include "formats/gpu_texture.h"
@@ -19,6 +20,8 @@
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
+#include "pipeline/cook/integrity.h"
+#include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
@@ -67,17 +70,27 @@ Result<void> checkFinite(const formats::PlainImage& image, int channels, const s
 /// Images of a file: the mips and layers of a texture, or one.
 struct ImageCount {
     int mips = 1, layers = 1;
+    bool isSrgb = false;  ///< a texture whose colours are under the sRGB curve
 };
 Result<ImageCount> imagesIn(const std::filesystem::path& file) {
     if (!isTextureFile(file)) return ImageCount{};
     return formats::TextureReader::open(file).map([](const formats::TextureReader& reader) {
-        return ImageCount{reader.shape().mipCount, reader.shape().layerCount};
+        const formats::TextureShape& shape = reader.shape();
+        return ImageCount{shape.mipCount, shape.layerCount, shape.format == formats::PixelFormat::Rgba8Srgb};
     });
 }
 
+/// Reads an image of a file.
+/// isSrgb  a picture of integers holds sRGB colours, as the texture that it is compared with
+Result<formats::PlainImage> readCompared(const std::filesystem::path& file, int mip, int layer, bool isSrgb) {
+    auto image = readAnyImage(file, mip, layer);
+    if (image && isSrgb && formats::isPictureFile(file)) decodeSrgb(*image);
+    return image;
+}
+
 /// Adds the errors of an image of both files. Returns the number of channels that both have.
-Result<int> addImage(const std::filesystem::path& a, const std::filesystem::path& b, int mip, int layer, ImageError& error) {
-    const auto first = readAnyImage(a, mip, layer), second = readAnyImage(b, mip, layer);
+Result<int> addImage(const std::filesystem::path& a, const std::filesystem::path& b, int mip, int layer, bool isSrgb, ImageError& error) {
+    const auto first = readCompared(a, mip, layer, isSrgb), second = readCompared(b, mip, layer, isSrgb);
     if (!first) return tl::make_unexpected(first.error());
     if (!second) return tl::make_unexpected(second.error());
     if (first->texels.width() != second->texels.width() || first->texels.height() != second->texels.height())
@@ -110,7 +123,7 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
     int channels = 0;
     for (int mip = 0; mip < mips; ++mip)
         for (int layer = 0; layer < first->layers; ++layer) {
-            const auto added = addImage(a, b, mip, layer, error);
+            const auto added = addImage(a, b, mip, layer, first->isSrgb || second->isSrgb, error);
             if (!added) return tl::make_unexpected(added.error());
             channels = *added;
         }
@@ -126,17 +139,77 @@ Json compared(const ReportRow& row) {
     return figures;
 }
 
+/// A cooked folder as it lies there now.
+struct ComparedFolder {
+    Report report;
+    Manifest manifest;
+    std::map<std::string, std::string> digests;  ///< of the manifest's files by name; empty for one that was changed since the cook
+    std::vector<std::string> changed;            ///< a line for each file that was changed since the cook
+
+    const CookedAsset* find(const std::string& name) const {
+        const auto found = std::ranges::find(manifest.assets, name, &CookedAsset::name);
+        return found == manifest.assets.end() ? nullptr : &*found;
+    }
+};
+
+Result<ComparedFolder> readFolder(const std::filesystem::path& folder) {
+    auto report = loadReport(folder / kReportName);
+    if (!report) return tl::make_unexpected(report.error());
+    auto manifest = loadManifest(folder);
+    if (!manifest) return tl::make_unexpected(manifest.error());
+    ComparedFolder read{std::move(*report), std::move(*manifest), {}, {}};
+    for (const FileRecord& file : filesOf(read.manifest)) read.digests[file.name] = file.digest;
+    for (const formats::Error& error : checkDigests(folder, read.manifest)) {
+        read.changed.push_back(error.line());
+        for (auto& [name, digest] : read.digests)
+            if (error.subject == (folder / name).string()) digest.clear();
+    }
+    return read;
+}
+
+/// Returns the files that do not have the same content in both folders, by name.
+std::set<std::string> differentFiles(const ComparedFolder& first, const ComparedFolder& second) {
+    std::set<std::string> different;
+    for (const auto& [folder, other] : {std::pair(&first, &second), std::pair(&second, &first)})
+        for (const auto& [name, digest] : folder->digests) {
+            const auto found = other->digests.find(name);
+            if (digest.empty() || found == other->digests.end() || found->second != digest) different.insert(name);
+        }
+    return different;
+}
+
+/// Returns true if an asset has the same constants and files in both folders.
+bool hasSameContent(const CookedAsset* first, const CookedAsset* second, const std::set<std::string>& different) {
+    if (first == nullptr || second == nullptr) return first == second;
+    if (first->constants != second->constants) return false;
+    for (const CookedAsset* asset : {first, second}) {
+        if (asset->file && different.contains(*asset->file)) return false;
+        for (const CookedTexture& texture : asset->textures)
+            if (different.contains(texture.file)) return false;
+    }
+    return true;
+}
+
 Result<Json> compareScenes(const std::filesystem::path& a, const std::filesystem::path& b) {
-    const auto first = loadReport(a / kReportName), second = loadReport(b / kReportName);
+    const auto first = readFolder(a), second = readFolder(b);
     if (!first) return tl::make_unexpected(first.error());
     if (!second) return tl::make_unexpected(second.error());
+    const std::set<std::string> different = differentFiles(*first, *second);
     std::map<std::string, std::pair<Json, Json>> rows;
-    for (const ReportRow& row : first->assets) rows[row.name].first = compared(row);
-    for (const ReportRow& row : second->assets) rows[row.name].second = compared(row);
+    for (const ReportRow& row : first->report.assets) rows[row.name].first = compared(row);
+    for (const ReportRow& row : second->report.assets) rows[row.name].second = compared(row);
     Json assets = Json::array();
-    for (const auto& [name, row] : rows)
-        assets.push_back({{"name", name}, {"a", row.first}, {"b", row.second}, {"same", row.first == row.second}});
-    return Json{{"a_bytes_gpu", first->budget.usedBytes}, {"b_bytes_gpu", second->budget.usedBytes}, {"assets", assets}};
+    for (const auto& [name, row] : rows) {
+        const bool isSame = row.first == row.second && hasSameContent(first->find(name), second->find(name), different);
+        assets.push_back({{"name", name}, {"a", row.first}, {"b", row.second}, {"same", isSame}});
+    }
+    std::vector<std::string> changed = first->changed;
+    if (a != b) changed.insert(changed.end(), second->changed.begin(), second->changed.end());
+    return Json{{"a_bytes_gpu", first->report.budget.usedBytes},
+                {"b_bytes_gpu", second->report.budget.usedBytes},
+                {"assets", assets},
+                {"different_files", different},
+                {"changed_since_cook", changed}};
 }
 
 /// Returns the figure that a name of --metric asks for; of light maps, which have it twice, the larger one. Empty: there is none.

@@ -10,7 +10,9 @@ namespace lightcook::pipeline {
 
 /// Returns {"rmse","rel_rmse","log2_psnr_db","max_abs","channels","images"} of two images or textures of one size, over the channels that
 /// both have and over all mips, layers and faces of two textures; the errors of shaded light of two light maps
-/// (compare_light_maps.h); or bytes and errors of each asset of two cooked scenes.
+/// (compare_light_maps.h); or bytes and errors of each asset of two cooked scenes. An asset is "same" if these figures, its constants and
+/// the contents of its files are. "different_files" names the files of another content, "changed_since_cook" those that do not match their
+/// own manifest.
 formats::Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state);
 
 }  // namespace lightcook::pipeline

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "pipeline/command/printing.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -35,13 +37,6 @@ std::vector<std::string> commandNames(const ProgramDoc& program) {
     std::vector<std::string> names;
     for (const CommandDoc& command : program.commands) names.push_back(command.name);
     return names;
-}
-
-/// Returns the text in single quotes of bash and zsh.
-std::string shellQuoted(const std::string& text) {
-    std::string result = "'";
-    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return result + "'";
 }
 
 // --- bash -----------------------------------------------------------------------------------------------------------------------------

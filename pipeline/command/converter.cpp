@@ -4,6 +4,11 @@
 
 #include <cctype>
 
+#include "formats/light_map_layout.h"
+#include "formats/lower_extension.h"
+#include "pipeline/assets/asset_kind.h"
+#include "pipeline/command/outputs.h"
+#include "pipeline/command/texture_file.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/scene/checks.h"
@@ -13,14 +18,31 @@ namespace {
 
 using formats::ErrorCode;
 
+constexpr const char* kOutputsWithConstants = "a .ktx2 file, or a folder with --container dds, whose cooked.json has them";
+
+formats::Container containerOf(const std::filesystem::path& output) {
+    return formats::lowerExtension(output) == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
+}
+
+/// Returns true if the only texture of an asset is known to have constants before it is cooked. Light maps of engines may have none, and
+/// the layout of others may be chosen by the cook.
+bool isKnownToHaveConstants(const std::string& kind, const CookOptions& cook) {
+    if (kind != info(AssetKind::LightMap).name) return true;
+    const auto layout = formats::lightMapLayoutFromName(cook.lightMapLayout.value_or(""));
+    return layout && formats::info(*layout).textures.size() == 1 && !formats::info(*layout).isForEngine;
+}
+
 /// Copies the asset's only texture from the folder that it was cooked into to `output`.
 Outcome keepTexture(Outcome outcome, const std::filesystem::path& output) {
     const auto manifest = readManifest(outcome.output);
     if (!manifest) return failedOutcome(manifest.error());
-    const Json& textures = manifest->at("assets").at(0).at("textures");
+    const Json& asset = manifest->at("assets").at(0);
+    const Json& textures = asset.at("textures");
     if (textures.size() != 1)
         return failedOutcome({ErrorCode::InvalidRequest, output.string(),
                               fmt::format("found {} textures to write, expected a folder for them", textures.size())});
+    if (containerOf(output) == formats::Container::Dds && !asset.value("constants", Json::object()).empty())
+        return failedOutcome(constantsAreLost(output, kOutputsWithConstants));
     const std::string file = textures[0].at("file").get<std::string>();
     if (auto copied = copyFile(outcome.output / file, output); !copied) return failedOutcome(copied.error());
     outcome.output = output;
@@ -48,22 +70,28 @@ std::string assetNameFor(const std::filesystem::path& input, const std::string& 
 }
 
 formats::Result<void> checkContainer(const CookOptions& cook, const std::filesystem::path& output) {
-    const auto named = output.extension() == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
-    if (!cook.container || *cook.container == named) return {};
+    if (!cook.container || *cook.container == containerOf(output)) return {};
     return formats::failure(ErrorCode::InvalidRequest, "--container",
                             fmt::format("found another container than that of {}, expected the same, or no --container", output.string()));
+}
+
+formats::Error constantsAreLost(const std::filesystem::path& output, const std::string& otherwise) {
+    return {ErrorCode::InvalidRequest, output.string(),
+            fmt::format("found a DDS file, which cannot hold the constants that its texels are decoded with, expected {}", otherwise)};
 }
 
 Outcome convertScene(Scene scene, const std::string& kind, const ConverterOptions& options, const RunState& state) {
     CookOptions cook = options.cook;
     cook.onlyKind = kind;
-    const std::string extension = options.output.extension().string();
-    if (extension != ".ktx2" && extension != ".dds") {
+    if (!isTextureFile(options.output)) {
+        if (auto checked = checkFolderName(options.output, "or a .ktx2 file"); !checked) return failedOutcome(checked.error());
         cook.output = options.output;
         return cookScene(std::move(scene), cook, state);
     }
     if (auto checked = checkContainer(options.cook, options.output); !checked) return failedOutcome(checked.error());
-    cook.container = extension == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    cook.container = containerOf(options.output);
+    if (cook.container == formats::Container::Dds && isKnownToHaveConstants(kind, options.cook))
+        return failedOutcome(constantsAreLost(options.output, kOutputsWithConstants));
     auto folder = TemporaryFolder::create();
     if (!folder) return failedOutcome(folder.error());
     cook.output = folder->path() / "cooked";

@@ -12,7 +12,7 @@ namespace lightcook::pipeline {
 /// Options of every converter.
 struct ConverterOptions {
     std::filesystem::path input;   ///< not of lut
-    std::filesystem::path output;  ///< a folder; or a .ktx2 or .dds file if the asset is one texture
+    std::filesystem::path output;  ///< a folder; or a .ktx2 file if the asset is one texture, or .dds if that has no constants
     CookOptions cook;              ///< overrides of [output], repair, cache
 };
 
@@ -24,6 +24,10 @@ std::string assetNameFor(const std::filesystem::path& input, const std::string& 
 
 /// Refuses a --container that is not that of the output file.
 formats::Result<void> checkContainer(const CookOptions& cook, const std::filesystem::path& output);
+
+/// Returns the error of a DDS file for a texture with constants of the decode: DDS has no place for them, and no manifest lies beside it.
+/// otherwise   outputs that keep the constants
+formats::Error constantsAreLost(const std::filesystem::path& output, const std::string& otherwise);
 
 /// Cooks the assets of one kind of a scene to options.output.
 Outcome convertScene(Scene scene, const std::string& kind, const ConverterOptions& options, const RunState& state);

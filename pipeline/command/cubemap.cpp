@@ -13,6 +13,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/command/texture_file.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 
@@ -97,6 +98,9 @@ formats::Result<Json> runSh(const CommandLine& options) {
 }  // namespace
 
 Outcome convertCubemap(const CubemapOptions& options, const RunState& state) {
+    if (!isTextureFile(options.output))
+        if (auto checked = checkFolderName(options.output, "or a .ktx2 file, or a .json file with --filter sh"); !checked)
+            return failedOutcome(checked.error());
     Scene scene = sceneFor(options);
     scene.name = assetNameFor(options.input, "cubemap");
     scene.lobe = options.lobe;
@@ -117,8 +121,7 @@ Outcome convertCubemap(const CubemapOptions& options, const RunState& state) {
 CommandFunction defineCubemap(CLI::App& app) {
     const auto options = std::make_shared<CommandLine>();
     addFileOption(app, "input", options->input, "The environment")->required();
-    declareWritten(addFileOption(app, "output", options->output, "A folder, or a .ktx2, .dds or (--filter sh) .json file"),
-                   Written::FileOrFolder)
+    declareWritten(addFileOption(app, "output", options->output, "A folder, or a .ktx2 or (--filter sh) .json file"), Written::FileOrFolder)
         ->required();
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);

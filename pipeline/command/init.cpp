@@ -9,6 +9,7 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
+#include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/draft/inputs.h"
 #include "pipeline/draft/scene_text.h"
@@ -67,7 +68,7 @@ void print(Terminal& terminal, const DraftInputs& inputs, const fs::path& scene)
         say(probe.file, probe.sh ? fmt::format("environment, with SH of {}", probe.sh->filename().string()) : "environment");
     for (const fs::path& gradient : inputs.gradients) say(gradient, "gradient of a sky");
     for (const LeftOut& each : inputs.leftOut) say(each.file, "left out: " + each.why);
-    terminal.say(fmt::format("wrote {}; next: lightcook cook {}", scene.string(), scene.string()));
+    terminal.say(fmt::format("wrote {}; next: lightcook cook {}", scene.string(), shellWord(scene.string())));
 }
 
 /// Returns the files that the scene file will name.

@@ -9,7 +9,9 @@
 #include "fit/environment_sh.h"
 #include "fit/irradiance.h"
 #include "formats/environment.h"
+#include "formats/lower_extension.h"
 #include "lighting/radiometry.h"
+#include "pipeline/command/converter.h"
 #include "pipeline/graph/files.h"
 #include "verify/cubemap.h"
 #include "verify/texture_unit.h"
@@ -50,10 +52,12 @@ Result<verify::IrradianceFigures> verified(const std::filesystem::path& file, fl
 }  // namespace
 
 Result<Json> cookIrradiance(const IrradianceCommand& command) {
-    const std::string extension = command.output.extension().string();
-    if (extension != ".ktx2" && extension != ".dds")
-        return failure(ErrorCode::InvalidRequest, command.output.string(),
-                       fmt::format("found the extension \"{}\", expected .ktx2 or .dds for an irradiance cubemap", extension));
+    const std::string extension = formats::lowerExtension(command.output);
+    if (extension == ".dds") return tl::make_unexpected(constantsAreLost(command.output, "a .ktx2 file"));
+    if (extension != ".ktx2")
+        return failure(
+            ErrorCode::InvalidRequest, command.output.string(),
+            fmt::format("found the extension \"{}\", expected .ktx2 for an irradiance cubemap", command.output.extension().string()));
     const auto loaded = formats::loadEnvironment(command.input, {{}, command.repair});
     if (!loaded) return tl::make_unexpected(loaded.error());
     const auto strip = fit::irradianceCubemap(loaded->environment, {command.size, command.wrap});
@@ -69,17 +73,15 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     if (command.budgetBytes && shape.gpuBytes() > *command.budgetBytes)
         return failure(ErrorCode::OverBudget, "--budget",
                        fmt::format("found {} bytes of GPU memory, expected at most {}", shape.gpuBytes(), *command.budgetBytes));
-    TextureSettings settings = command.textures;
-    settings.container = extension == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
     compress::EncodeReport report;
-    const auto images = encodeFaces(shape.format, strip->view(), range, settings.encodeOptions(), report);
+    const auto images = encodeFaces(shape.format, strip->view(), range, command.textures.encodeOptions(), report);
     const Json constants = {{"range", range}, {"wrap", command.wrap}, {"quantity", "exit radiance of a white surface"}};
     const auto metadata = textureMetadata({{"layout", "irradiance-cubemap"}, {"constants", constants}});
     // Written to a temporary folder: a file that fails its verification does not replace an earlier output.
     auto folder = TemporaryFolder::create();
     if (!folder) return tl::make_unexpected(folder.error());
     const std::filesystem::path file = folder->path() / ("irradiance" + extension);
-    if (auto written = writeTexture(file, shape, settings, metadata, images); !written) return tl::make_unexpected(written.error());
+    if (auto written = writeTexture(file, shape, command.textures, metadata, images); !written) return tl::make_unexpected(written.error());
     const double converted = cpuSeconds();
     const auto figures = verified(file, range, command.wrap, loaded->environment);
     if (!figures) return tl::make_unexpected(figures.error());

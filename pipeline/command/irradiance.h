@@ -15,7 +15,7 @@
 namespace lightcook::pipeline {
 
 struct IrradianceCommand {
-    std::filesystem::path input, output;  ///< output: .ktx2 or .dds
+    std::filesystem::path input, output;  ///< output: .ktx2
     double wrap = 0;                      ///< in [0, 1]: see fit::IrradianceOptions
     int size = 32;                        ///< [texels] of a face's edge
     formats::Target target = formats::Target::Bc;

@@ -40,7 +40,8 @@ CommandFunction defineLightmap(CLI::App& app) {
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "The bake")->required();
-    declareWritten(addFileOption(app, "output", options->output, "A folder; or a .ktx2 or .dds file if the layout is one texture"),
+    declareWritten(addFileOption(app, "output", options->output,
+                                 "A folder; or a .ktx2 file if the layout is one texture, a .dds file if that has no constants"),
                    Written::FileOrFolder)
         ->required();
     options->outputOptions.addLightMap(app);

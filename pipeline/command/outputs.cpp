@@ -4,8 +4,11 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <system_error>
 
+#include "formats/lower_extension.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
@@ -20,6 +23,12 @@ namespace {
 
 using formats::Error;
 using formats::Result;
+
+/// Extensions of files that the program reads or writes, and of what scripts name beside them. A folder may have any other, such as that
+/// of "v1.2", "room.cooked" and, where no single texture can be written, "room.ktx2".
+constexpr std::array<std::string_view, 26> kFileExtensions = {
+    ".bin",   ".bmp", ".csv",   ".exr", ".glb", ".glsl",  ".gltf", ".hdr", ".htm",  ".html", ".jpeg", ".jpg",  ".json",
+    ".jsonl", ".md",  ".ninja", ".pfm", ".png", ".sarif", ".tga",  ".tif", ".tiff", ".toml", ".txt",  ".webp", ".xml"};
 
 Json jsonOf(const Error& error) {
     return {{"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}};
@@ -119,6 +128,8 @@ Result<void> CommandPaths::check(const Path& output) const {
     if (output.written == Written::File && isDirectory(output.path))
         return formats::failure(formats::ErrorCode::InvalidRequest, output.path.string(),
                                 "found a folder, expected the name of a file to write");
+    if (output.written == Written::Folder)
+        if (auto checked = checkFolderName(output.path); !checked) return checked;
     for (const Path& input : inputs_) {
         if (isSamePlace(output.path, input.path)) return samePlace(output.name, output.path, input.name);
         if (isDirectory(input.path))
@@ -157,6 +168,15 @@ Result<void> CommandPaths::checkAgainstScene(const Scene& scene, const std::file
         if (auto checked = checkCooked(output, cooked); !checked) return refuse(tl::make_unexpected(checked.error()));
     }
     return {};
+}
+
+Result<void> checkFolderName(const std::filesystem::path& folder, const std::string& otherwise) {
+    const std::string extension = formats::lowerExtension(folder);
+    std::error_code code;
+    if (std::ranges::find(kFileExtensions, extension) == kFileExtensions.end() || std::filesystem::exists(folder, code)) return {};
+    return formats::failure(formats::ErrorCode::InvalidRequest, folder.string(),
+                            fmt::format("found the extension '{}' of a file, expected a folder, such as {}{}{}", extension,
+                                        (folder.parent_path() / folder.stem()).string(), otherwise.empty() ? "" : ", ", otherwise));
 }
 
 Result<FoldersOfFile> FoldersOfFile::make(const std::filesystem::path& file) {
@@ -241,9 +261,11 @@ std::vector<Error> CiOutputs::write(Session& session, const std::string& command
 
 void printCook(Session& session, const Outcome& outcome) {
     printFindings(session.terminal, outcome.findings);
-    if (!outcome.report.is_object() || session.terminal.verbosity() == Verbosity::Quiet) return;
+    if (!outcome.report.is_object()) return;
     const auto report = fromJson<Report>(outcome.report, kReportName);
     if (!report) return;
+    printClampedLight(session.terminal, *report);
+    if (session.terminal.verbosity() == Verbosity::Quiet) return;
     if (session.terminal.isInteractive()) printReport(session.terminal, *report);
     printSummary(session.terminal, *report, outcome);
 }

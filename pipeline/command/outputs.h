@@ -29,7 +29,7 @@ public:
     static CommandPaths of(CLI::App& command);
 
     /// Fails if an output is an input, another output, a file of a cooked folder of the command line other than its report, or below a
-    /// file; or if a folder has the name of an output file.
+    /// file; if a folder has the name of an output file; or if an output folder is named like a file.
     formats::Result<void> check() const;
     /// Fails if an output is one of these inputs, which the command line does not name.
     /// what   "an input of the scene"
@@ -55,6 +55,10 @@ private:
     std::vector<Path> inputs_, outputs_;
     bool isRefused_ = false;
 };
+
+/// Refuses an output folder that does not exist and ends like a file ("room.png"): another output was meant.
+/// otherwise   what the command also writes: "or a .ktx2 file"; empty: nothing
+formats::Result<void> checkFolderName(const std::filesystem::path& folder, const std::string& otherwise = "");
 
 /// The missing folders above an output file, made for it. Those that are still empty at the end are removed: a command that fails leaves
 /// none.
@@ -110,7 +114,7 @@ private:
     std::filesystem::path junit_, sarif_;
 };
 
-/// Prints the result of a cook: warnings of lint; on a terminal a table, then a line with the verdict, sizes and what came from the cache.
+/// Prints the result of a cook: warnings; on a terminal a table, then a line with the verdict, sizes and what came from the cache.
 /// Quiet: warnings only.
 void printCook(Session& session, const Outcome& outcome);
 

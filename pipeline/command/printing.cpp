@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 namespace lightcook::pipeline {
 namespace {
@@ -91,6 +92,17 @@ std::string sizeWords(std::uint64_t bytes) {
     const auto value = static_cast<double>(bytes);
     if (value < 0x1p10) return fmt::format("{} bytes", bytes);
     return value < 0x1p20 ? fmt::format("{:.2f} KiB", value / 0x1p10) : fmt::format("{:.2f} MiB", value / 0x1p20);
+}
+
+std::string shellQuoted(const std::string& text) {
+    std::string result = "'";
+    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return result + "'";
+}
+
+std::string shellWord(const std::string& text) {
+    constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+.,:/@";
+    return text.empty() || text.find_first_not_of(kPlain) != std::string::npos ? shellQuoted(text) : text;
 }
 
 void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome) {
@@ -221,6 +233,14 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
 void printFindings(Terminal& terminal, const std::vector<Finding>& findings) {
     for (const Finding& finding : findings)
         if (!finding.allowed && !finding.isFailure()) terminal.warning(subjectOf(finding), detailOf(finding));
+}
+
+void printClampedLight(Terminal& terminal, const Report& report) {
+    for (const ReportRow& row : report.assets)
+        if (row.notes && row.notes->contains("clamped_light"))
+            terminal.warning(row.name, fmt::format("found {} values of light above 65504, expected none: layout {} stores no more, and "
+                                                   "they became 65504. Check light_units and the scale of the bake",
+                                                   row.notes->at("clamped_light").get<std::int64_t>(), row.layout));
 }
 
 void printReport(Terminal& terminal, const Json& json) {

@@ -15,6 +15,8 @@ void printReport(Terminal& terminal, const Report& report);
 void printReport(Terminal& terminal, const Json& json);
 /// Prints a warning for each finding that is neither an error, which ends the command, nor allowed by the scene file.
 void printFindings(Terminal& terminal, const std::vector<Finding>& findings);
+/// Prints a warning for each asset that lost light above the largest value of its texels.
+void printClampedLight(Terminal& terminal, const Report& report);
 
 /// Prints one line: verdict, assets, sizes, what came from the cache, time and place. With --log json it is an object on standard error.
 void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome);
@@ -23,6 +25,11 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison);
 
 /// Returns "812 bytes", "1.50 KiB" or "2.25 MiB".
 std::string sizeWords(std::uint64_t bytes);
+
+/// Returns the text in single quotes of sh, bash and zsh.
+std::string shellQuoted(const std::string& text);
+/// Returns the text as one word of a command line: in quotes unless every shell takes it as it is.
+std::string shellWord(const std::string& text);
 
 /// Prints the report of several scenes: one row a scene, the largest first, then budgets, growth and totals.
 void printCollection(Terminal& terminal, const CollectionReport& report);

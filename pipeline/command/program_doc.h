@@ -21,7 +21,7 @@ struct OptionDoc {
 
 struct CommandDoc {
     std::string name, summary;
-    std::string notes;  ///< paragraphs, separated by empty lines
+    std::string notes;  ///< paragraphs, and code whose lines begin with two spaces, separated by empty lines
     std::vector<OptionDoc> options;
 
     /// Returns "cook scene [options]".

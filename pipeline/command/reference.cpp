@@ -38,15 +38,33 @@ std::string wrapped(const std::string& text, std::size_t columns) {
     return lines + line + "\n";
 }
 
-/// Returns the parts of a text between empty lines.
-std::vector<std::string> paragraphsOf(const std::string& text) {
-    std::vector<std::string> paragraphs;
+/// Returns the parts of a text between empty lines. Code between fences (```) is one part, with the empty lines in it.
+std::vector<std::string> textPartsOf(const std::string& text) {
+    std::vector<std::string> parts;
     for (std::size_t start = 0; start < text.size();) {
-        const std::size_t end = std::min(text.find("\n\n", start), text.size());
-        if (end > start) paragraphs.push_back(text.substr(start, end - start));
+        const std::size_t close = text.compare(start, 3, "```") == 0 ? text.find("\n```", start) : start;
+        const std::size_t end = std::min(text.find("\n\n", close), text.size());
+        if (end > start) parts.push_back(text.substr(start, end - start));
         start = end + 2;
     }
-    return paragraphs;
+    return parts;
+}
+
+/// Returns the lines of a part of notes that is code, without the two spaces that begin each of them; nothing for a paragraph.
+std::vector<std::string> codeLinesOf(const std::string& part) {
+    std::vector<std::string> code;
+    std::istringstream lines(part);
+    for (std::string line; std::getline(lines, line);) {
+        if (!line.starts_with("  ")) return {};
+        code.push_back(line.substr(2));
+    }
+    return code;
+}
+
+/// Returns a part of notes as Markdown: code in a block, with its lines; a paragraph wrapped.
+std::string markdownOf(const std::string& part) {
+    const std::vector<std::string> code = codeLinesOf(part);
+    return code.empty() ? wrapped(part, kMarkdownColumns) : fmt::format("```\n{}\n```\n", fmt::join(code, "\n"));
 }
 
 std::string joinedNames(const OptionDoc& option) {
@@ -109,27 +127,33 @@ std::string troffOption(const OptionDoc& option) {
     return fmt::format(".TP\n{}\n{}\n", names, troff(option.description + fallback + "."));
 }
 
+/// Returns notes in troff: paragraphs filled; code indented, with its lines.
 std::string troffParagraphs(const std::string& notes) {
     std::string text;
-    for (const std::string& paragraph : paragraphsOf(notes)) {
-        text += ".PP\n";
-        std::istringstream lines(wrapped(paragraph, 78));
+    for (const std::string& part : textPartsOf(notes)) {
+        const std::vector<std::string> code = codeLinesOf(part);
+        text += code.empty() ? ".PP\n" : ".PP\n.RS 4\n.nf\n";
+        std::istringstream lines(code.empty() ? wrapped(part, 78) : fmt::format("{}", fmt::join(code, "\n")));
         for (std::string line; std::getline(lines, line);) text += troff(line) + "\n";
+        if (!code.empty()) text += ".fi\n.RE\n";
     }
     return text;
 }
 
-/// Returns a page with its paragraphs wrapped, and the note that it is generated below its title. Tables stay as they are.
+/// Returns true for a part of a page whose lines stay as they are: a heading, a table, code between fences.
+bool keepsItsLines(const std::string& part) {
+    return part.starts_with("#") || part.starts_with("|") || part.starts_with("```");
+}
+
+/// Returns a page with its paragraphs wrapped, and the note that it is generated below its title.
 std::string generatedPage(const std::string& page) {
     std::string text;
-    for (std::size_t begin = 0; begin < page.size();) {
-        const std::size_t end = std::min(page.find("\n\n", begin), page.size());
-        const std::string part = page.substr(begin, end - begin);
-        text += part.starts_with("#") || part.starts_with("|") ? part : wrapped(part, kMarkdownColumns);
+    for (const std::string& part : textPartsOf(page)) {
+        const bool isTitle = text.empty();
+        text += keepsItsLines(part) ? part : wrapped(part, kMarkdownColumns);
         while (text.ends_with("\n")) text.pop_back();
         text += "\n\n";
-        if (begin == 0) text += kGenerated;
-        begin = end + 2;
+        if (isTitle) text += kGenerated;
     }
     if (text.ends_with("\n\n")) text.pop_back();
     return text;
@@ -177,7 +201,7 @@ std::string commandReference(const ProgramDoc& program) {
     for (const CommandDoc& command : program.commands) {
         text += fmt::format("\n## {}\n\n`lightcook {}`\n\n{}.\n\n{}", command.name, command.usage(), command.summary,
                             optionTable(command.options));
-        for (const std::string& paragraph : paragraphsOf(command.notes)) text += fmt::format("\n{}", wrapped(paragraph, kMarkdownColumns));
+        for (const std::string& part : textPartsOf(command.notes)) text += "\n" + markdownOf(part);
     }
     return text;
 }

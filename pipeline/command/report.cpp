@@ -55,12 +55,14 @@ Result<std::vector<CookedFolder>> readFolders(const std::vector<std::filesystem:
     return read;
 }
 
-/// Holds the scenes against the budgets of platforms.
-Result<std::vector<PlatformUse>> platformsOf(const std::filesystem::path& file, const std::vector<CookedFolder>& folders) {
+/// Holds the scenes against the budgets of platforms. Warns of limits for scenes that are not there.
+Result<std::vector<PlatformUse>> platformsOf(const std::filesystem::path& file, const std::vector<CookedFolder>& folders,
+                                             Terminal& terminal) {
     const auto budgets = readBudgets(file);
     if (!budgets) return tl::make_unexpected(budgets.error());
     std::vector<SceneMemory> memory;
     for (const CookedFolder& folder : folders) memory.push_back(memoryOf(folder));
+    if (const auto unknown = warningOfUnknownScenes(*budgets, memory)) terminal.warning(file.string() + ", scenes", *unknown);
     return usesOf(*budgets, memory);
 }
 
@@ -75,19 +77,28 @@ Result<std::vector<HistoryLine>> historyOf(const std::filesystem::path& file, co
     return appendHistory(file, lines);
 }
 
+/// Returns "3 scenes", or of a single one "the scene 'hall' for target 'bc'".
+std::string scenesIn(const std::vector<SceneSummary>& scenes) {
+    if (scenes.size() != 1) return fmt::format("{} scenes", scenes.size());
+    const std::string target = scenes.front().target.empty() ? "" : fmt::format(" for target '{}'", scenes.front().target);
+    return fmt::format("the scene '{}'{}", scenes.front().name, target);
+}
+
 Result<BaselineComparison> comparisonOf(const ReportOptions& options, const CookedFolder& folder) {
     const auto before = readBaselineScenes(options.baseline);
     if (!before) return tl::make_unexpected(before.error());
     std::error_code code;
     const bool isFolder = std::filesystem::is_directory(options.baseline, code);
     const std::filesystem::path file = isFolder ? options.baseline / kReportName : options.baseline;
-    // A baseline of one scene may have another name.
-    const auto isSame = [&](const SceneSummary& scene) { return scene.name == folder.report.scene && scene.target == folder.target; };
-    const auto scene = before->size() == 1 ? before->begin() : std::ranges::find_if(*before, isSame);
+    // A single report.json without its manifest does not say its target.
+    const auto isSame = [&](const SceneSummary& scene) {
+        return scene.name == folder.report.scene && (scene.target.empty() || scene.target == folder.target);
+    };
+    const auto scene = std::ranges::find_if(*before, isSame);
     if (scene == before->end())
-        return failure(ErrorCode::FileUnreadable, file.string(),
-                       fmt::format("found {} scenes, none named '{}' for target '{}', expected one of them", before->size(),
-                                   folder.report.scene, folder.target));
+        return failure(
+            ErrorCode::FileUnreadable, file.string(),
+            fmt::format("found {}, expected one named '{}' for target '{}'", scenesIn(*before), folder.report.scene, folder.target));
     BaselineComparison comparison = compareWithScene(folder.report, *scene, file.string(), options.failOver);
     addPictures(comparison.assets, scene->folder.empty() ? file.parent_path().string() : scene->folder, folder.folder.string());
     return comparison;
@@ -151,7 +162,7 @@ int runReport(const ReportOptions& options, Session& session) {
     if (!folders) return options.json.finish(session, {}, {folders.error()});
     std::optional<std::vector<PlatformUse>> platforms;
     if (!options.budgets.empty()) {
-        auto read = platformsOf(options.budgets, *folders);
+        auto read = platformsOf(options.budgets, *folders, session.terminal);
         if (!read) return options.json.finish(session, {}, {read.error()});
         platforms = std::move(*read);
     }

@@ -75,7 +75,7 @@ CommandFunction defineRsrm(CLI::App& app) {
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "A gradient (one row of texels), or with --axis an environment")->required();
-    declareWritten(addFileOption(app, "output", options->output, "A folder, or a .ktx2 or .dds file"), Written::FileOrFolder)->required();
+    declareWritten(addFileOption(app, "output", options->output, "A folder, or a .ktx2 file"), Written::FileOrFolder)->required();
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);
     options->json.add(app, "the report");

@@ -33,6 +33,7 @@ Session::Session(const GlobalOptions& options)
             drawProgress();
         };
     state.event = [this](const Action& action, ActionEvent event, double seconds) { onEvent(action, event, seconds); };
+    state.warning = [this](const std::string& subject, const std::string& detail) { warnOnce(subject, detail); };
 }
 
 int Session::finish(const std::vector<formats::Error>& errors) {
@@ -55,6 +56,14 @@ void Session::onEvent(const Action& action, ActionEvent event, double seconds) {
         if (event == ActionEvent::Failed) terminal.detail(fmt::format("lightcook: {}: failed", action.id));
     }
     if (event != ActionEvent::Planned) drawProgress();
+}
+
+void Session::warnOnce(const std::string& subject, const std::string& detail) {
+    {
+        const std::lock_guard lock(warnedMutex_);
+        if (!warned_.insert(subject).second) return;
+    }
+    terminal.warning(subject, detail);
 }
 
 /// Draws at most twenty times a second.

@@ -4,6 +4,8 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <mutex>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -59,8 +61,11 @@ public:
 
 private:
     void onEvent(const Action& action, ActionEvent event, double seconds);
+    void warnOnce(const std::string& subject, const std::string& detail);
     void drawProgress();
 
+    std::mutex warnedMutex_;
+    std::set<std::string> warned_;  ///< subjects
     Progress progress_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::atomic<long long> lastDrawnMs_{-1000};

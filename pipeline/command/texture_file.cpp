@@ -6,6 +6,7 @@
 
 #include "formats/lower_extension.h"
 #include "formats/memory.h"
+#include "formats/srgb_curve.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
@@ -40,6 +41,11 @@ Result<formats::PlainImage> readPicture(const std::filesystem::path& file) {
             ErrorCode::WrongShape, file.string(),
             fmt::format("found {} channels, expected 1 to 4. A light map? Compress it with `lightcook lightmap`", image->channelCount));
     return image;
+}
+
+void decodeSrgb(formats::PlainImage& image) {
+    for (glm::vec4& texel : image.texels.texels())
+        for (int c = 0; c < 3; ++c) texel[c] = static_cast<float>(formats::linearFromSrgb(static_cast<double>(texel[c])));
 }
 
 Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip, int layer) {

@@ -21,6 +21,9 @@ formats::Result<void> requireExrFile(const std::filesystem::path& file);
 /// Reads an image of 1 to 4 channels. Refuses files with more, such as light maps, of which an image would be the first four.
 formats::Result<formats::PlainImage> readPicture(const std::filesystem::path& file);
 
+/// Replaces the colours of an image, codes under the sRGB curve, by linear light. Alpha is linear already.
+void decodeSrgb(formats::PlainImage& image);
+
 /// Reads an image, or one mip and layer of a texture. The faces of a cubemap lie one under the other.
 formats::Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip = 0, int layer = 0);
 

@@ -3,6 +3,7 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
+#include <cstdio>
 #include <memory>
 #include <optional>
 
@@ -42,6 +43,7 @@ int serve(Session& session, const ViewOptions& options, const Site& site) {
     say(session, fmt::format("{} is shown at {}; Ctrl-C ends it", site.scene(), url));
     if (auto written = options.json.write(session, Json{{"scene", site.scene()}, {"url", url}, {"port", server->port()}}, {}); !written)
         return session.finish(written);
+    std::fflush(stdout);  // whoever reads the address from a file or a pipe waits for it
     server->run(session.state);
     return session.finish({formats::Error{formats::ErrorCode::Interrupted, "view", "interrupted"}});
 }

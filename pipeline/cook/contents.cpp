@@ -128,12 +128,22 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     reduction.hasDominant = !content.isBlack && reduction.hasDirections;
     reduction.isDominantConstant = content.isConstant && content.hasOneNormal;
     const formats::LayoutList& layouts = layoutsFor(scene.output, entry);
-    const bool isRawTaken = isAuto && formats::mayTake(layouts, formats::info(formats::LightMapLayout::Raw));
-    const bool isFlatTaken = isAuto && !needs.needsDirections() && formats::mayTake(layouts, formats::info(formats::LightMapLayout::Flat));
-    const bool mayBeLearned = isAuto && !isRawTaken && !isFlatTaken ? std::ranges::any_of(layouts, isLearned) : isLearned(asked);
+    const auto mayTake = [&](const formats::LightMapLayoutInfo& layout) {
+        return formats::mayTake(layouts, layout) && scene.output.decode.allow(layout);
+    };
+    // Of one light, the texels of a block: exact, or the smallest under a budget.
+    using Layout = formats::LightMapLayout;
+    std::vector<Layout> choices;
+    if (!needs.needsDirections()) choices.push_back(Layout::Flat);
+    choices.push_back(scene.output.budgetBytes ? Layout::Ratio : Layout::Raw);
+    const auto choice = std::ranges::find_if(choices, [&](Layout layout) { return isAuto && mayTake(formats::info(layout)); });
+    const bool mayBeLearned = isAuto ? choice == choices.end() && std::ranges::any_of(formats::allLightMapLayouts(),
+                                                                                      [&](const formats::LightMapLayoutInfo& layout) {
+                                                                                          return layout.isLearned() && mayTake(layout);
+                                                                                      })
+                                     : isLearned(asked);
     if (content.isConstant && !mayBeLearned) {
-        if (isRawTaken) reduction.layout = nameOf(formats::LightMapLayout::Raw);
-        if (isFlatTaken) reduction.layout = nameOf(formats::LightMapLayout::Flat);
+        if (choice != choices.end()) reduction.layout = nameOf(*choice);
         reduction.constantOf = {content.width, content.height};
         reduction.why = fmt::format("all {} covered texels hold the same light: one block of {} x {} texels is enough", content.covered,
                                     kConstantSide, kConstantSide);

@@ -30,6 +30,7 @@
 #include "pipeline/cook/contents.h"
 #include "pipeline/cook/trial_actions.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/rsrm_format.h"
@@ -162,7 +163,7 @@ private:
     void add(const std::string& asset, AssetKind kind, const Parameters& parameters, Inputs inputs,
              const VerifyParameters& verifyParameters, const Inputs& verifyInputs) {
         for (const std::string& name : fileNames(asset, kind))
-            if (!fileNames_.insert(name).second && takenName_.empty()) takenName_ = name;
+            if (!fileNames_.insert(inLowerCase(name)).second && takenName_.empty()) takenName_ = name;
         plan_.assets.push_back(asset);
         plan_.actions.push_back({"cook/" + asset, std::string(info(kind).name), asset, toJson(parameters), std::move(inputs), {}});
         Json verification = toJson(verifyParameters);
@@ -374,7 +375,7 @@ private:
 
     /// Adds the scene as glTF with a light map bound to it, and with the first probe that the scene uses.
     void addGltf(const LightMapEntry& entry, const formats::LightMapDescription& description) {
-        if (!fileNames_.insert(gltfNameOf(entry.name)).second && takenName_.empty()) takenName_ = gltfNameOf(entry.name);
+        if (!fileNames_.insert(inLowerCase(gltfNameOf(entry.name))).second && takenName_.empty()) takenName_ = gltfNameOf(entry.name);
         GltfParameters parameters{description, kShaderName, options_.repair};
         Inputs inputs = bakeInputs(entry.file, entry.description);
         inputs.merge(meshInputs(kMeshRole, *entry.mesh));
@@ -559,7 +560,7 @@ private:
     TextureSettings textures_;
     verify::LightMapShading shading_;
     Plan plan_;
-    std::set<std::string> fileNames_;
+    std::set<std::string> fileNames_;  ///< in lower case: Windows and macOS do not tell the case of letters apart
     std::vector<std::string> knownNames_;
     std::string takenName_;                  ///< the first that two assets would use
     std::optional<formats::Error> mistake_;  ///< the first thing asked for that cannot be

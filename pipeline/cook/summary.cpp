@@ -58,6 +58,26 @@ void removeStale(const std::filesystem::path& folder, const Manifest& oldManifes
     }
 }
 
+/// Removes the pictures of an earlier report that the new one does not name: of assets that are gone, and of places that were among the
+/// worst.
+void removeStalePictures(const std::filesystem::path& folder, const std::vector<ReportRow>& oldRows, const std::vector<ReportRow>& rows) {
+    std::set<std::string> current;
+    for (const ReportRow& row : rows) {
+        if (!row.preview) continue;
+        const std::vector<std::string> files = row.preview->all();
+        current.insert(files.begin(), files.end());
+    }
+    for (const ReportRow& row : oldRows) {
+        if (!row.preview) continue;
+        for (const std::string& file : row.preview->all()) {
+            std::error_code ignored;
+            // A report may have been edited: nothing outside the folder of pictures is removed.
+            if (std::filesystem::path(file).parent_path() == "preview" && !current.contains(file))
+                std::filesystem::remove(folder / file, ignored);
+        }
+    }
+}
+
 /// Returns the skipped assets, with the bytes of light maps now that their sizes are known, and the actions whose results were reused. Time
 /// is that of the work at the measured rate of its kind; none if this machine never did such work.
 std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const std::vector<CookedAsset>& assets, const WorkRates& rates) {
@@ -302,6 +322,7 @@ Result<Report> SummaryWriter::writeReport(Report report) {
     }
     const std::string text = withSelfDigest(toJson(report));
     if (auto written = writeFile(folder_ / kReportName, text); !written) return tl::make_unexpected(written.error());
+    if (oldReport_) removeStalePictures(folder_, oldReport_->assets, rows_);
     return fromJson<Report>(parseJson(text), kReportName);
 }
 

@@ -81,7 +81,7 @@ private:
     std::string nameFor(const fs::path& file) {
         const std::string name = assetNameOf(file);
         std::string unique = name;
-        for (int number = 2; !names_.insert(unique).second; ++number) unique = fmt::format("{}_{}", name, number);
+        for (int number = 2; !names_.insert(inLowerCase(unique)).second; ++number) unique = fmt::format("{}_{}", name, number);
         return tomlString(unique);
     }
 
@@ -143,7 +143,7 @@ private:
 
     const DraftInputs& inputs_;
     fs::path folder_;
-    std::set<std::string> names_;
+    std::set<std::string> names_;  ///< in lower case
     std::string text_;
 };
 

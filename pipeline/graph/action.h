@@ -50,6 +50,8 @@ struct RunState {
     std::function<void(const Action& action, const std::string& what, double fraction)> progress;
     /// seconds   of the action's run, or of its last one if it is Reused; else 0
     std::function<void(const Action& action, ActionEvent event, double seconds)> event;
+    /// A fault that the run goes on with. May be called again with the same subject: only the first call is for the user.
+    std::function<void(const std::string& subject, const std::string& detail)> warning;
 };
 
 /// Context of a running action.

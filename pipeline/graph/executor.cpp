@@ -1,5 +1,6 @@
 #include "pipeline/graph/executor.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -91,7 +92,13 @@ private:
             done.record.files.push_back({name, *digest, std::filesystem::file_size(staging_ / name)});
         }
         done.record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        (void)cache_.store(key, done.record, staging_);  // a cache that is full or read-only costs time later
+        // A cache that is full or read-only costs time later.
+        if (const auto stored = cache_.store(key, done.record, staging_);
+            !stored && stored.error().code != ErrorCode::Interrupted && state_.warning)
+            state_.warning(cache_.root().string(),
+                           fmt::format("found a cache that cannot be written ({}), so nothing is kept and the next run makes it again; "
+                                       "expected one that can be (--cache, $LIGHTCOOK_CACHE)",
+                                       stored.error().line()));
         return done;
     }
 

@@ -1,10 +1,13 @@
 #include "pipeline/report/budgets.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <toml++/toml.h>
 #include <algorithm>
 #include <array>
+#include <set>
+#include <utility>
 
 #include "formats/nearest.h"
 #include "formats/pixel_format.h"
@@ -33,7 +36,9 @@ constexpr std::array kPlatformKeys = {
     BudgetKeyInfo{"target", "`\"bc\"`, `\"astc\"`, `\"float\"`", "all", "only scenes that were cooked for this target count"},
     BudgetKeyInfo{"total", "size", "none", "largest GPU memory of all scenes together"},
     BudgetKeyInfo{"scene", "size", "none", "largest GPU memory of each scene"},
-    BudgetKeyInfo{"scenes", "table of sizes", "none", "by the name of a scene: its own limit, in place of `scene`"},
+    BudgetKeyInfo{
+        "scenes", "table of sizes", "none",
+        "by the name of a scene: its own limit, in place of `scene`; a name that no cooked folder of the report has is a warning"},
     BudgetKeyInfo{"kinds", "table of sizes", "none", "by asset kind: largest GPU memory of a scene's assets of that kind"},
     BudgetKeyInfo{"formats", "table of sizes", "none", "by pixel format: largest GPU memory of a scene's textures of that format"},
 };
@@ -224,6 +229,24 @@ std::vector<PlatformUse> usesOf(const PlatformBudgets& budgets, const std::vecto
         uses.push_back(std::move(use));
     }
     return uses;
+}
+
+std::optional<std::string> warningOfUnknownScenes(const PlatformBudgets& budgets, const std::vector<SceneMemory>& scenes) {
+    constexpr std::size_t kMostNames = 3;
+    std::vector<std::string> known;
+    for (const SceneMemory& scene : scenes) known.push_back(scene.name);
+    std::set<std::pair<std::size_t, std::string>> unknown;  // by the distance to the nearest known name
+    for (const PlatformBudget& platform : budgets.platforms)
+        for (const auto& [name, limit] : platform.scenes)
+            if (std::ranges::find(known, name) == known.end())
+                unknown.emplace(formats::editDistance(name, formats::nearestName(name, known)), name);
+    if (unknown.empty()) return std::nullopt;
+    std::vector<std::string> words;
+    for (const auto& [distance, name] : unknown)
+        if (words.size() < kMostNames) words.push_back(fmt::format("'{}' (nearest is '{}')", name, formats::nearestName(name, known)));
+    const std::string more = unknown.size() > kMostNames ? fmt::format(" and {} more", unknown.size() - kMostNames) : "";
+    return fmt::format("found limits for {}{}, expected names of cooked scenes: other limits are not checked", fmt::join(words, ", "),
+                       more);
 }
 
 std::vector<Error> errorsOf(const std::vector<PlatformUse>& uses, const std::string& file) {

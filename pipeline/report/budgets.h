@@ -86,6 +86,10 @@ void describe(Fields& fields, Self& platform) {
 /// Holds scenes against the budgets of every platform. A scene of another target does not count.
 std::vector<PlatformUse> usesOf(const PlatformBudgets& budgets, const std::vector<SceneMemory>& scenes);
 
+/// Returns a warning about the names of `scenes` that no cooked scene has, those that are nearest to one first: their limits hold nothing.
+/// A file of budgets may name more scenes than one report has, so that this is no error. Nothing: there are none.
+std::optional<std::string> warningOfUnknownScenes(const PlatformBudgets& budgets, const std::vector<SceneMemory>& scenes);
+
 /// Returns an error (OverBudget) for each limit that is not kept.
 std::vector<formats::Error> errorsOf(const std::vector<PlatformUse>& uses, const std::string& file);
 

@@ -53,6 +53,7 @@ constexpr std::array kNotes = {
     Caption{"repaired_texels", "Texels repaired because they were negative or not finite"},
     Caption{"negative_after_gamut", "Values negative in the working colour space"},
     Caption{"clamped_high", "Values clamped to the format's largest"},
+    Caption{"clamped_light", "Values of light above 65504, which became 65504"},
     Caption{"clamped_negative", "Negative values clamped to zero, all an unsigned format holds"},
     Caption{"division_clamped", "Values whose division passed the largest float,"},
     Caption{"division_lost", "Values lost under the texture's smallest step,"},

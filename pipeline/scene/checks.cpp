@@ -18,6 +18,13 @@ std::string inBrackets(const std::vector<double>& values) {
 
 }  // namespace
 
+std::string inLowerCase(std::string_view name) {
+    std::string lower(name);
+    for (char& letter : lower)
+        if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+    return lower;
+}
+
 std::optional<double> parseFraction(std::string_view text) {
     const bool isPercent = text.ends_with('%');
     if (isPercent) text.remove_suffix(1);

@@ -20,6 +20,9 @@ constexpr bool isNameLetter(char letter) {
            letter == '-' || letter == '.';
 }
 
+/// Returns a name with its letters A to Z in lower case. Names that are the same then are one file on Windows and macOS.
+std::string inLowerCase(std::string_view name);
+
 /// The two halves of the message "found ..., expected ...".
 struct ValueError {
     std::string found, expected;

@@ -62,17 +62,18 @@ SceneSectionInfo rootSection() {
         .name = "",
         .isArray = false,
         .intro = "",
-        .keys = {{"schema", "integer", "required", "`1`: the version of this format"},
-                 {"name", "string", "required", "name of the scene, in manifest and report"},
-                 {"allow", "list", "none",
-                  "warnings of [lint](../guide/lint.md) that are right as they are: `[\"code\"]`, or "
-                  "`[{ code = \"code\", reason = \"why\" }]` with `asset = \"name\"` for one light map or probe alone"},
-                 {"lobe", choices(formats::sceneLobes()), inCode(formats::sceneLobes().front().name),
-                  "[specular lobe](../theory/lighting.md#specular-tables) of cubemaps, tables, dominant lights, shader and verification: "
-                  "that of the engine's materials"},
-                 enumeratedKey("up_axis", allUpAxes(),
-                               "axis of world space that points up: that of painted gradients. It is for the manifest alone; nothing is "
-                               "turned")},
+        .keys =
+            {{"schema", "integer", "required", "`1`: the version of this format"},
+             {"name", "string", "required", "name of the scene, in manifest and report"},
+             {"allow", "list", "none",
+              "warnings of [lint](../guide/lint.md) that are right as they are: `[\"code\"]`, or "
+              "`[{ code = \"code\", reason = \"why\" }]` with `asset = \"name\"` for one light map, probe or gradient of the file alone"},
+             {"lobe", choices(formats::sceneLobes()), inCode(formats::sceneLobes().front().name),
+              "[specular lobe](../theory/lighting.md#specular-tables) of cubemaps, tables, dominant lights, shader and verification: "
+              "that of the engine's materials"},
+             enumeratedKey("up_axis", allUpAxes(),
+                           "axis of world space that points up: that of painted gradients. It is for the manifest alone; nothing is "
+                           "turned")},
         .outro = ""};
 }
 
@@ -183,7 +184,10 @@ SceneSectionInfo lightMapSection() {
         .isArray = true,
         .intro = "",
         .keys =
-            {{"name", "string", "required", "name of the asset and its files: up to 128 letters, digits, `_`, `-` and `.`"},
+            {{"name", "string", "required",
+              "name of the asset and its files: up to 128 letters, digits, `_`, `-` and `.`. Names of light maps, probes and gradients "
+              "differ "
+              "in more than the case of letters"},
              {"file", "path", "required, or `files`",
               "EXR, tiled or scan-line, half or float; or Radiance HDR; or an 8-bit picture with an `encoding`; or a glTF of Unreal. Of a "
               "bake of several files any one of them: the others are found beside it"},
@@ -319,7 +323,7 @@ SceneSectionInfo materialSection() {
     return {.name = "material",
             .isArray = true,
             .intro = "Adds to the glTF's materials, or overrides them.",
-            .keys = {{"name", "string", "required", "name of a material in the glTF; `\"*\"` is every material"},
+            .keys = {{"name", "string", "required", "name of a material in the glTF, once in the file; `\"*\"` is every material"},
                      {"normal_map", kBoolean, "from the glTF", "false and no specular: a flat map is enough"},
                      {"specular", kBoolean, "from the glTF", "false: no dominant light, no tables, no cubemaps"},
                      {"m", "two numbers in [0, 1]", "from the glTF",

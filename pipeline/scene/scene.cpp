@@ -578,19 +578,43 @@ MaterialEntry readMaterial(TableReader reader) {
     return entry;
 }
 
-/// Refuses two assets of one name: they would overwrite each other's files in the output folder.
+/// Returns the names of light maps, probes and gradients.
+std::vector<std::string> assetNames(const Scene& scene) {
+    std::vector<std::string> names;
+    for (const LightMapEntry& entry : scene.lightMaps) names.push_back(entry.name);
+    for (const ProbeEntry& entry : scene.probes) names.push_back(entry.name);
+    for (const GradientEntry& entry : scene.gradients) names.push_back(entry.name);
+    return names;
+}
+
+/// Refuses two assets of one name: they would overwrite each other's files in the output folder. So would names that differ in the case of
+/// letters alone, where the file system does not tell it apart: on Windows and macOS.
 void refuseRepeatedNames(const Scene& scene) {
-    std::set<std::string> names = {"cooked", "report", "lightcook", "specular"};
+    static const std::set<std::string> kReserved = {"cooked", "report", "lightcook", "specular"};
+    std::map<std::string, std::string> names;  // by their lower case
+    const auto refuse = [&](const std::string& detail) { throw SceneMistake{{ErrorCode::InvalidRequest, scene.file.string(), detail}}; };
     const auto claim = [&](const std::string& name) {
-        if (!names.insert(name).second)
-            throw SceneMistake{
-                {ErrorCode::InvalidRequest, scene.file.string(),
-                 fmt::format("found the name '{}' twice or reserved, expected a name of its own for every light map, probe and gradient",
-                             name)}};
+        const std::string lower = inLowerCase(name);
+        const auto [other, isNew] = names.emplace(lower, name);
+        if (!isNew && other->second != name)
+            refuse(
+                fmt::format("found the names '{}' and '{}', expected names that differ in more than the case of letters: "
+                            "Windows and macOS hold them for one",
+                            other->second, name));
+        if (!isNew || kReserved.contains(lower))
+            refuse(fmt::format("found the name '{}' twice or reserved, expected a name of its own for every light map, probe and gradient",
+                               name));
     };
-    for (const auto& entry : scene.lightMaps) claim(entry.name);
-    for (const auto& entry : scene.probes) claim(entry.name);
-    for (const auto& entry : scene.gradients) claim(entry.name);
+    for (const std::string& name : assetNames(scene)) claim(name);
+}
+
+/// Refuses a second table of one material: it would override the first one.
+void refuseRepeatedMaterial(const Scene& scene, const TableReader& reader) {
+    const std::string& name = scene.materials.back().name;
+    if (std::ranges::count(scene.materials, name, &MaterialEntry::name) < 2) return;
+    reader.fail(reader.node("name"),
+                fmt::format("found the material '{}' twice, expected one table [[material]] of that name: the first is in line {}", name,
+                            scene.lines.find("material", name).value_or(0)));
 }
 
 std::vector<std::string> axisNames(const std::vector<fit::AxisMapping>& mappings) {
@@ -622,7 +646,8 @@ TableSettings readTables(TableReader reader, lighting::SpecularLobe sceneLobe) {
 }
 
 /// Reads an element of `allow`: a code, or a table with a code, a reason and an asset.
-Allowance readAllowance(const TableReader& root, const toml::node& node) {
+/// assets  names of the scene's assets
+Allowance readAllowance(const TableReader& root, const toml::node& node, const std::vector<std::string>& assets) {
     static const std::vector<std::string> kKeys = {"code", "reason", "asset"};
     const toml::table* table = node.as_table();
     const std::string expected = "a code of `lightcook lint`, or { code = \"...\", reason = \"...\" }";
@@ -646,7 +671,14 @@ Allowance readAllowance(const TableReader& root, const toml::node& node) {
     if (check->severity == LintSeverity::Error)
         root.fail(node,
                   fmt::format("found the code '{}' in allow, expected a warning: this one is an error, which cannot be allowed", code));
-    return table != nullptr ? Allowance{check->id, text("asset"), text("reason")} : Allowance{check->id};
+    if (table == nullptr) return Allowance{check->id};
+    Allowance allowance{check->id, text("asset"), text("reason")};
+    if (!allowance.asset.empty() && std::ranges::find(assets, allowance.asset) == assets.end())
+        root.fail(*table->get("asset"),
+                  fmt::format("found the asset '{}' in allow, expected a light map, probe or gradient of this scene{}", allowance.asset,
+                              assets.empty() ? ", which has none"
+                                             : fmt::format("; nearest is '{}'", formats::nearestName(allowance.asset, assets))));
+    return allowance;
 }
 
 int lineOf(const toml::node& node) {
@@ -696,9 +728,12 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     }
     for (const toml::table* table : reader.tables("probe")) scene.probes.push_back(readProbe({*table, file, "probe"}));
     for (const toml::table* table : reader.tables("gradient")) scene.gradients.push_back(readGradient({*table, file, "gradient"}));
-    for (const toml::table* table : reader.tables("material")) scene.materials.push_back(readMaterial({*table, file, "material"}));
+    for (const toml::table* table : reader.tables("material")) {
+        scene.materials.push_back(readMaterial({*table, file, "material"}));
+        refuseRepeatedMaterial(scene, {*table, file, "material"});
+    }
     if (const toml::array* allowances = reader.array("allow", "a list of codes"))
-        for (const toml::node& node : *allowances) scene.allowances.push_back(readAllowance(reader, node));
+        for (const toml::node& node : *allowances) scene.allowances.push_back(readAllowance(reader, node, assetNames(scene)));
     scene.lines = linesOf(root);
     if (const std::string why = whyNotSeams(scene); !why.empty()) {
         const TableReader output(*reader.table("output"), file, "output");

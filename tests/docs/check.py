@@ -2,6 +2,8 @@
 """Checks the documents of the repository: tests/docs/check.py ROOT
 
 - Prose wraps at 100 columns. Tables, code blocks and images may be longer.
+- The fence of a code block has a line of its own, with the language at most, and every block is closed.
+- A block of TOML can be parsed.
 - Every row of a table has as many cells as its head.
 - Every relative link names a file of the repository, and a heading of it where the link has a fragment.
 - Every page that a source file names exists (docs/theory/lighting.md).
@@ -11,6 +13,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tomllib
 
 WIDTH = 100
 OUTSIDE_NOTES = re.compile(r"shared/design|product\.md|lighting-math|debian\.md|targets\.md|architecture\.md")
@@ -27,6 +30,37 @@ def prose_lines(text):
             in_code = not in_code
         elif not in_code:
             yield number, line
+
+
+def code_blocks(text):
+    """(line number of the opening fence, the fence, the lines, True if it is closed) of every code block."""
+    opening = None
+    for number, line in enumerate(text.splitlines(), 1):
+        is_fence = line.lstrip().startswith("```")
+        if opening is None and is_fence:
+            opening, lines = (number, line.strip()), []
+        elif opening is not None and is_fence:
+            yield *opening, lines, True
+            opening = None
+        elif opening is not None:
+            lines.append(line)
+    if opening is not None:
+        yield *opening, lines, False
+
+
+def check_code(name, text):
+    """One line for each mistake in the code blocks of a page."""
+    for number, fence, lines, is_closed in code_blocks(text):
+        place = f"{name}:{number}"
+        if not re.fullmatch(r"```\w*", fence):
+            yield f"{place}: found {fence}, expected a fence with the language at most"
+        if not is_closed:
+            yield f"{place}: found a code block without an end, expected a line ```"
+        if fence == "```toml":
+            try:
+                tomllib.loads("\n".join(lines))
+            except tomllib.TOMLDecodeError as mistake:
+                yield f"{place}: found TOML that cannot be parsed ({mistake})"
 
 
 def cell_count(row):
@@ -90,6 +124,7 @@ def check(root):
                 yield f"{place}: found {len(line)} columns, expected at most {WIDTH}"
             if match := OUTSIDE_NOTES.search(line):
                 yield f"{place}: found \"{match.group()}\", expected no reference to notes outside the repository"
+        yield from check_code(name, text)
         for place, target in links(name, text):
             if re.match(r"[a-z]+:", target):
                 continue

@@ -1,4 +1,5 @@
 // The command line as users type it: help, output formats, limits that hold, and what a terminal shows.
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -99,6 +100,46 @@ TEST_F(CommandLine, DecodeWritesNoExrUnderAnotherName) {
     expectRefused("decode probe.ktx2 probe.png", 2, {"probe.png: found the extension '.png', expected .exr"});
     EXPECT_FALSE(std::filesystem::exists(scene_ / "probe.png"));
     expectRefused("reconstruct nowhere map map.png", 2, {"map.png: found the extension '.png', expected .exr"});
+}
+
+TEST_F(CommandLine, ADdsFileIsRefusedWhereItWouldLoseConstants) {
+    for (const char* command : {"cubemap probe.exr x.dds", "cubemap probe.exr x.dds --layout prefiltered", "rsrm sky.exr x.dds",
+                                "rsrm sky.exr deep/x.DDS --format rgba16f", "lightmap map.exr x.dds --layout raw"})
+        expectRefused(command, 2, {"found a DDS file", "expected a .ktx2 file, or a folder with --container dds"});
+    expectRefused("cubemap probe.exr x.dds --filter irradiance", 2, {"x.dds: found a DDS file", "expected a .ktx2 file\n"});
+    // The layout of a flat bake is known only after it was read.
+    formats::Image<glm::vec4> flat(16, 16);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x) flat.at(x, y) = glm::vec4(1 + static_cast<float>(x), 1 + static_cast<float>(y), 2, 1);
+    ASSERT_TRUE(formats::writeExr(scene_ / "flat.exr", flat.view(), 3));
+    expectRefused("lightmap flat.exr x.dds --bake flat --max-error 1", 2, {"x.dds: found a DDS file"});
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "x.dds"));
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "deep"));
+    ASSERT_EQ(run("rsrm sky.exr refl --container dds").code, 0);
+    const auto manifest = nlohmann::json::parse(contentOf(scene_ / "refl" / "cooked.json"));
+    EXPECT_EQ(manifest.at("assets").at(0).at("constants").at("color").size(), 3u);
+    EXPECT_EQ(run("lightmap map.exr godot.dds --layout godot --max-error 1").code, 0) << "it has no constants";
+}
+
+TEST_F(CommandLine, AFolderIsNotNamedLikeAFile) {
+    for (const auto& [command, name] : std::vector<std::pair<std::string, std::string>>{{"cubemap probe.exr pr.json", "pr.json"},
+                                                                                        {"lightmap map.exr x.png", "x.png"},
+                                                                                        {"rsrm sky.exr a/x.EXR", "a/x.EXR"},
+                                                                                        {"dominant map.exr x.ktx2", "x.ktx2"},
+                                                                                        {"lut tables.json", "tables.json"},
+                                                                                        {"cook scene.toml -o small.html", "small.html"},
+                                                                                        {"plan scene.toml --ninja n -o x.glb", "x.glb"}}) {
+        expectRefused(command, 2, {name + ": found the extension '.", "expected a folder, such as "});
+        EXPECT_FALSE(std::filesystem::exists(scene_ / name)) << command;
+    }
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "a"));
+    expectRefused("cubemap probe.exr pr.json", 2, {"such as pr, or a .ktx2 file, or a .json file with --filter sh"});
+    for (const char* name : {"v1.2", "small.cooked"}) {
+        EXPECT_EQ(run(fmt::format("rsrm sky.exr {}", name)).code, 0);
+        EXPECT_TRUE(std::filesystem::is_directory(scene_ / name)) << name;
+    }
+    std::filesystem::create_directory(scene_ / "mine.json");
+    EXPECT_EQ(run("rsrm sky.exr mine.json").code, 0) << "a folder that is there";
 }
 
 TEST_F(CommandLine, ALimitThatIsGivenIsTheLimitOfTheAsset) {
@@ -246,6 +287,97 @@ TEST_F(CommandLine, ABaselineIsComparedAndFailsOnlyWhereAsked) {
     EXPECT_EQ(run("report out --baseline old --fail-over 10000").code, 0);
     EXPECT_EQ(run("report old --baseline out --fail-over 0").code, 0) << "it shrank";
     EXPECT_EQ(run("report out --fail-over 2").code, 2);
+}
+
+TEST_F(CommandLine, ABaselineIsOfTheSameSceneAndTarget) {
+    ASSERT_EQ(run("cook scene.toml -o out").code, 0);
+    ASSERT_EQ(run("cook scene.toml -o float --target float").code, 0);
+    const Ended target = run("report out --baseline float --fail-over 1000%");
+    EXPECT_EQ(target.code, 3) << target.out;
+    EXPECT_THAT(target.err, HasSubstr("found the scene 'small' for target 'float', expected one named 'small' for target 'bc'"));
+    std::filesystem::copy_file(scene_ / "out" / "report.json", scene_ / "old.json");
+    EXPECT_EQ(run("report float --baseline old.json").code, 0) << "without its manifest a report does not say its target";
+}
+
+TEST_F(CommandLine, ABudgetForASceneThatIsNotThereIsAWarning) {
+    ASSERT_EQ(run("cook scene.toml -o out").code, 0);
+    formats::writeContent(scene_ / "budgets.toml", "schema = 1\n[[platform]]\nname = \"a\"\nscenes = { smal = \"1 KiB\" }\n");
+    const Ended ended = run("-q report out --budgets budgets.toml");
+    EXPECT_EQ(ended.code, 0);
+    EXPECT_EQ(ended.err,
+              "lightcook: warning: budgets.toml, scenes: found limits for 'smal' (nearest is 'small'), expected names of cooked scenes: "
+              "other limits are not checked\n");
+}
+
+TEST_F(CommandLine, CompareLooksIntoTheFilesOfCookedFolders) {
+    ASSERT_EQ(run("cook scene.toml -o a").code, 0);
+    ASSERT_EQ(run("cook scene.toml -o b").code, 0);
+    const auto compare = [&] { return nlohmann::json::parse(run("compare a b --json -").out); };
+    const nlohmann::json same = compare();
+    for (const auto& asset : same.at("assets")) EXPECT_TRUE(asset.at("same").get<bool>()) << asset;
+    EXPECT_TRUE(same.at("different_files").empty() && same.at("changed_since_cook").empty()) << same;
+
+    std::fstream(scene_ / "b" / "sky.ktx2", std::ios::in | std::ios::out | std::ios::binary).seekp(300).put('x');
+    const nlohmann::json changed = compare();
+    for (const auto& asset : changed.at("assets")) EXPECT_EQ(asset.at("same").get<bool>(), asset.at("name") != "sky") << asset;
+    EXPECT_EQ(changed.at("different_files"), nlohmann::json::array({"sky.ktx2"}));
+    ASSERT_EQ(changed.at("changed_since_cook").size(), 1u) << changed;
+    EXPECT_THAT(changed.at("changed_since_cook")[0].get<std::string>(), StartsWith("b/sky.ktx2: found content "));
+    EXPECT_THAT(run("compare a b").out, HasSubstr("b/sky.ktx2: found content "));
+}
+
+TEST_F(CommandLine, ViewPrintsItsAddressAtOnce) {
+    if (viewerBundle().empty()) GTEST_SKIP() << "no viewer in this build";
+    ASSERT_EQ(run("cook scene.toml -o out").code, 0);
+    for (const char* options : {"--port 0", "--port 0 --json -"}) {
+        SCOPED_TRACE(options);
+        // Standard output is a file, which no terminal flushes. The server is ended after its address was there, or after 20 s.
+        const std::string script = fmt::format(
+            "cd '{0}' && rm -f v.txt seen.txt && {{ '{1}' view out {2} >v.txt 2>/dev/null & }} && pid=$! && "
+            "for i in $(seq 200); do [ -s v.txt ] && break; sleep 0.1; done; cp v.txt seen.txt; kill $pid; wait $pid; true",
+            (scene_ / "").string(), LIGHTCOOK_PROGRAM, options);
+        ASSERT_EQ(std::system(script.c_str()), 0);
+        EXPECT_THAT(contentOf(scene_ / "seen.txt"), HasSubstr("http://127.0.0.1:"));
+    }
+}
+
+TEST_F(CommandLine, ACacheThatCannotBeWrittenIsOneWarning) {
+    formats::writeContent(scene_ / "nocache", "a file in place of the folder");
+    const Ended ended = run("-q cook scene.toml -o out --cache nocache");
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    const std::size_t first = ended.err.find("lightcook: warning: nocache: found a cache that cannot be written (nocache/");
+    ASSERT_NE(first, std::string::npos) << ended.err;
+    EXPECT_EQ(ended.err.find("warning: nocache", first + 20), std::string::npos) << "once: " << ended.err;
+    EXPECT_THAT(ended.err, AllOf(HasSubstr("Not a directory"), HasSubstr("nothing is kept")));
+    EXPECT_EQ(run("verify out").code, 0);
+}
+
+TEST_F(CommandLine, VerifyOfAMovedFolderNamesTheOptionForItsSources) {
+    ASSERT_EQ(run("rsrm sky.exr out").code, 0);
+    std::filesystem::create_directory(scene_ / "moved");
+    std::filesystem::rename(scene_ / "out", scene_ / "moved/out");
+    const Ended lost = run("verify moved/out --json lost.json");
+    EXPECT_EQ(lost.code, 3);
+    EXPECT_THAT(lost.err,
+                HasSubstr("sky.exr: found No such file or directory, expected a readable file. Has the scene moved? --sources DIR"));
+    EXPECT_THAT(contentOf(scene_ / "lost.json"), HasSubstr("--sources DIR"));
+    EXPECT_EQ(run("verify moved/out --sources .").code, 0);
+    std::filesystem::remove(scene_ / "moved/out/sky.ktx2");
+    EXPECT_THAT(run("verify moved/out --sources .").err, Not(HasSubstr("--sources"))) << "not a source";
+}
+
+TEST_F(CommandLine, LightThatTheTexelsCannotHoldIsAWarning) {
+    formats::Image<lighting::ShRgb> rows(8, 8);
+    for (int y = 0; y < 8; ++y)
+        for (int x = 0; x < 8; ++x) rows.at(x, y)[0] = glm::vec3(1e6f * static_cast<float>(8 + x + y));
+    auto writer = formats::LightMapWriter::create(scene_ / "bright.exr", 8, 8);
+    ASSERT_TRUE(writer && writer->append(rows.view()) && writer->commit());
+    const Ended clamped = run("-q lightmap bright.exr bright --layout godot --max-error 1");
+    EXPECT_THAT(clamped.err,
+                testing::ContainsRegex("warning: bright: found [0-9]+ values of light above 65504, expected none: layout godot "));
+    EXPECT_THAT(clamped.err, HasSubstr("light_units"));
+    EXPECT_THAT(run("-q lightmap bright.exr ranged --layout raw --max-error 1").err, Not(HasSubstr("65504"))) << "it has a range";
+    EXPECT_THAT(run("-q lightmap map.exr dim --layout godot --max-error 1").err, Not(HasSubstr("65504")));
 }
 
 TEST_F(CommandLine, VerboseNamesEachActionAndQuietNothing) {

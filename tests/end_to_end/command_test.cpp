@@ -136,6 +136,8 @@ TEST_F(Command, InitWritesASceneThatIsCookedAsItIs) {
     EXPECT_EQ(again.code, 2);
     EXPECT_THAT(again.err, testing::HasSubstr("--force replaces it"));
     EXPECT_EQ(run("init mine --force --quiet").out, "");
+    EXPECT_THAT(run("init mine -o 'mine/it'\"'\"'s a room.toml'").out,
+                testing::HasSubstr("next: lightcook cook 'mine/it'\\''s a room.toml'\n"));
     EXPECT_EQ(run("lint mine/scene.toml --strict").code, 0);
     const Ended cooked = run("cook mine/scene.toml -o out --max-converter-error 1 --effort 1");
     EXPECT_EQ(cooked.code, 0) << cooked.err;
@@ -272,8 +274,8 @@ TEST_F(Command, EachConverterStandsAlone) {
     EXPECT_THAT(run("dominant map.exr dom2 --fit refined --report").out, testing::AllOf(HasSubstr("best light"), HasSubstr("texel ")));
     EXPECT_EQ(run("cubemap probe.exr probe.ktx2").code, 0);
     EXPECT_THAT(run("info probe.ktx2").out, HasSubstr("faces: 6"));
-    EXPECT_EQ(run("rsrm sky.exr sky.dds --exponents 1,8").code, 0);
-    EXPECT_THAT(run("info sky.dds").out, HasSubstr("height: 2"));
+    EXPECT_EQ(run("rsrm sky.exr sky.ktx2 --exponents 1,8").code, 0);
+    EXPECT_THAT(run("info sky.ktx2").out, HasSubstr("height: 2"));
     EXPECT_EQ(run("lut tables --m 0.3,0.6").code, 0);
     EXPECT_TRUE(std::filesystem::exists(scene_ / "tables" / "specular_c0236.ktx2"));
     EXPECT_EQ(run("lut tables.ktx2").code, 2) << "three textures do not fit one file";

@@ -9,6 +9,7 @@
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/manifest/self_digest.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
@@ -174,6 +175,37 @@ TEST(CookScene, OnlyWhatChangedIsDoneAgain) {
     EXPECT_EQ(cook(forced).actionsRun, first.actionsRun);
 }
 
+TEST(CookScene, PicturesOfAssetsThatAreGoneAreRemoved) {
+    const SmallScene scene(Parts::All);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    const std::filesystem::path pictures = scene / "out" / "preview";
+    ASSERT_TRUE(std::filesystem::exists(pictures / "sky_cooked.png"));
+    formats::writeContent(pictures / "notes.png", "the user's own");
+    std::string text = formats::contentOf(scene.sceneFile());
+    text.replace(text.find("\"sky\""), 5, "\"dusk\"");
+    formats::writeContent(scene.sceneFile(), text);
+    const Outcome outcome = cook(scene.options());
+    ASSERT_TRUE(outcome.errors.empty());
+    std::set<std::string> expected = {"preview/notes.png"}, found;
+    for (const Json& file : outcome.report.at("files"))
+        if (const std::string name = file.at("file"); name.starts_with("preview/")) expected.insert(name);
+    for (const auto& entry : std::filesystem::directory_iterator(pictures)) found.insert("preview/" + entry.path().filename().string());
+    EXPECT_TRUE(expected.contains("preview/dusk_cooked.png"));
+    EXPECT_EQ(found, expected);
+}
+
+/// A report may have been edited: what it names is removed only where pictures are.
+TEST(CookScene, NothingButPicturesIsRemovedForAnOldReport) {
+    const SmallScene scene(Parts::All);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    formats::writeContent(scene / "out" / "notes.png", "the user's own");
+    Json report = parseJson(formats::contentOf(scene / "out" / kReportName));
+    for (Json& asset : report.at("assets")) asset.at("preview").at("cooked") = "notes.png";
+    formats::writeContent(scene / "out" / kReportName, withSelfDigest(report));
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    EXPECT_TRUE(std::filesystem::exists(scene / "out" / "notes.png"));
+}
+
 TEST(CookScene, ALostOrDamagedOutputComesBack) {
     const SmallScene scene(Parts::All);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
@@ -271,6 +303,18 @@ TEST(CookScene, WithoutAnythingToCookIsRefused) {
     const Outcome skipped = cook(scene.options());
     EXPECT_TRUE(skipped.errors.empty());
     EXPECT_TRUE(skipped.report.at("assets").empty());
+}
+
+/// Windows and macOS would hold the files of both for one.
+TEST(CookScene, RefusesFilesThatDifferInCaseAlone) {
+    const SmallScene scene(Parts::All);
+    std::string text = formats::contentOf(scene.sceneFile());
+    text.replace(text.find("\"probe\""), 7, "\"Map_Dominant\"");
+    formats::writeContent(scene.sceneFile(), text);
+    const Outcome outcome = cook(scene.options());
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(outcome.errors[0].line(), HasSubstr("found two assets that would both write 'Map_Dominant"));
 }
 
 TEST(CookScene, RefusesDdsForAstcBeforeItWorks) {

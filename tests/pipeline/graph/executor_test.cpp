@@ -3,13 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+#include <mutex>
+
 #include "pipeline/graph/files.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
 namespace {
-
-using testing::ElementsAre;
 
 /// Writes a file with the parameters, and appends the contents of the dependencies' files.
 formats::Result<ActionOutcome> writeText(const ActionContext& context) {
@@ -32,7 +33,11 @@ protected:
         auto staging = TemporaryFolder::create(folder_ / "");
         const Cache cache(folder_ / "cache", 1 << 20);
         DigestMemo digests(folder_ / "memo");
-        const RunState state;
+        RunState state;
+        state.warning = [this](const std::string& subject, const std::string& detail) {
+            const std::lock_guard lock(mutex_);
+            warnings_[subject] = detail;
+        };
         ExecutionResult result = execute(graph, {folder_ / "out", false, keepGoing}, staging->path(), {functionOf, cache, digests, state});
         EXPECT_TRUE(publish(result, staging->path(), folder_ / "out").has_value());
         return result;
@@ -41,6 +46,8 @@ protected:
         return {name, "text", name, {{"text", text}}, {}, std::move(dependencies)};
     }
     formats::TemporaryFolder folder_;
+    std::mutex mutex_;
+    std::map<std::string, std::string> warnings_;  ///< by subject
 };
 
 TEST_F(Executor, DependenciesRunFirstAndTheirFilesAreRead) {
@@ -56,6 +63,21 @@ TEST_F(Executor, OnlyChangedActionsAndTheirDependantsRunAgain) {
     EXPECT_EQ(result.actionsRun, 2);
     EXPECT_EQ(result.actionsReused, 1);
     EXPECT_EQ(*readFile(folder_ / "out" / "c.txt"), "three uno ");
+}
+
+TEST_F(Executor, ACacheThatCannotBeWrittenIsAWarning) {
+    ASSERT_TRUE(writeFile(folder_ / "cache", "a file in place of the folder").has_value());
+    const ExecutionResult result = run({action("a", "one "), action("b", "two ")});
+    EXPECT_TRUE(result.errors.empty());
+    EXPECT_EQ(result.actionsRun, 2);
+    EXPECT_EQ(*readFile(folder_ / "out" / "b.txt"), "two ");
+    ASSERT_EQ(warnings_.size(), 1u) << "of one subject";
+    EXPECT_EQ(warnings_.begin()->first, (folder_ / "cache").string());
+    EXPECT_THAT(warnings_.begin()->second, testing::AllOf(testing::HasSubstr("Not a directory"), testing::HasSubstr("nothing is kept")));
+    std::filesystem::remove(folder_ / "cache");
+    warnings_.clear();
+    run({action("a", "one ")});
+    EXPECT_TRUE(warnings_.empty());
 }
 
 TEST_F(Executor, AFailureStopsItsDependantsAndWithKeepGoingNothingElse) {

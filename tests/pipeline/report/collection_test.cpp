@@ -10,6 +10,7 @@ namespace lightcook::pipeline {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
@@ -171,6 +172,22 @@ TEST_F(Budgets, HoldScenesOfTheirTarget) {
     EXPECT_EQ(errors[0].line(), "budgets.toml, platform handheld, all scenes: found 4500 bytes of GPU memory, expected at most 4096");
     EXPECT_EQ(errors[1].line(),
               "budgets.toml, platform handheld, scene roof, light-map: found 3000 bytes of GPU memory, expected at most 2000");
+}
+
+TEST_F(Budgets, NamesOfScenesThatAreNotThereAreAWarning) {
+    const auto warningOf = [&](const std::string& scenes) {
+        const auto budgets = readBudgets(write("budgets.toml", "schema = 1\n[[platform]]\nname = \"a\"\nscenes = { " + scenes + " }\n"));
+        EXPECT_TRUE(budgets);
+        std::vector<SceneMemory> memory;
+        for (const CookedFolder& folder : twoScenes()) memory.push_back(memoryOf(folder));
+        return warningOfUnknownScenes(*budgets, memory).value_or("");
+    };
+    EXPECT_EQ(warningOf("hall = \"1\", roof = \"1\""), "");
+    EXPECT_EQ(warningOf("hal = \"1\", roof = \"1\""),
+              "found limits for 'hal' (nearest is 'hall'), expected names of cooked scenes: other limits are not checked");
+    EXPECT_THAT(warningOf("attic = \"1\", barn = \"1\", cellar = \"1\", rooof = \"1\", zoo = \"1\""),
+                AllOf(HasSubstr("found limits for 'rooof' (nearest is 'roof'), "), HasSubstr(" and 2 more, expected")))
+        << "the nearest one first";
 }
 
 TEST_F(Budgets, MistakesNamePlaceAndNearestName) {

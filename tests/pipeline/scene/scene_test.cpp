@@ -286,6 +286,46 @@ TEST(ReadScene, TwoAssetsOfOneNameAreRefused) {
                   "found the name 'a' twice");
 }
 
+std::string probeNamed(const std::string& name) {
+    return "[[probe]]\nname = \"" + name + "\"\nfile = \"" + name + ".exr\"\n";
+}
+
+/// Their files would be one on Windows and macOS.
+TEST(ReadScene, NamesThatDifferInCaseAloneAreRefused) {
+    expectRefused(kHead + probeNamed("Room") + "[[gradient]]\nname = \"room\"\nfile = \"b.exr\"\n", "",
+                  "found the names 'Room' and 'room', expected names that differ in more than the case of letters");
+    expectRefused(kHead + probeNamed("p1") + probeNamed("P1"), "", "found the names 'p1' and 'P1'");
+    expectRefused(kHead + probeNamed("Specular"), "", "found the name 'Specular' twice or reserved");
+    EXPECT_TRUE(sceneFromText(kHead + probeNamed("Room") + probeNamed("Room2")));
+}
+
+TEST(ReadScene, TwoTablesOfOneMaterialAreRefused) {
+    const std::string any = "[[material]]\nname = \"*\"\nspecular = true\n", gold = "[[material]]\nname = \"gold\"\n";
+    EXPECT_TRUE(sceneFromText(kHead + any + gold));
+    EXPECT_TRUE(sceneFromText(kHead + gold + "[[material]]\nname = \"Gold\"\n")) << "names of a glTF may differ in case";
+    expectRefused(kHead + any + gold + any, "9:8",
+                  "found the material '*' twice, expected one table [[material]] of that name: the first is in line 3");
+    expectRefused(kHead + gold + gold, "6:8", "found the material 'gold' twice");
+}
+
+TEST(ReadScene, AnAllowanceNamesAnAssetOfTheScene) {
+    const auto allowing = [](const std::string& asset, const std::string& assets) {
+        return "allow = [{ code = \"missing-coverage\", asset = \"" + asset + "\" }]\n" + kHead + assets;
+    };
+    const std::string map = "[[light_map]]\nname = \"lobby1\"\nfile = \"a.exr\"\n";
+    const std::string assets = map + probeNamed("hall") + "[[gradient]]\nname = \"sky\"\nfile = \"g.exr\"\n";
+    for (const char* known : {"lobby1", "hall", "sky"}) {
+        const auto scene = sceneFromText(allowing(known, assets));
+        ASSERT_TRUE(scene) << scene.error().line();
+        EXPECT_EQ(scene->allowances.at(0).asset, known);
+    }
+    EXPECT_EQ(sceneFromText(allowing("", assets))->allowances.at(0).asset, "") << "all of them";
+    expectRefused(allowing("lobby", assets), "1:47",
+                  "found the asset 'lobby' in allow, expected a light map, probe or gradient of this scene; nearest is 'lobby1'");
+    expectRefused(allowing("lobby1_dominant", assets), "1:47", "nearest is 'lobby1'");
+    expectRefused(allowing("lobby", "[[material]]\nname = \"*\"\n"), "1:47", "of this scene, which has none");
+}
+
 TEST(ReadScene, AMissingFileIsABadSceneFile) {
     const auto scene = readScene("/nowhere/scene.toml");
     ASSERT_FALSE(scene.has_value());
