@@ -44,6 +44,9 @@ add_library(vector_options INTERFACE)
 # x86-64-v3 has all of AVX2 but not the instructions of AES, without which Highway would take code outside its dispatch for SSSE3: half the
 # lanes, and products that are rounded before they are added. No kernel uses them.
 target_compile_definitions(vector_options INTERFACE HWY_DISABLE_PCLMUL_AES)
+# Eigen would add the numbers of a vector in an order that depends on its width, and so would the bytes. Whoever shares Eigen's types with
+# these kernels has to agree: alignment changes too.
+target_compile_definitions(vector_options INTERFACE EIGEN_DONT_VECTORIZE)
 # Nor are the sanitizers given a copy of every kernel for each instruction set: they check the one for the baseline.
 if(LIGHTCOOK_SANITIZE)
   target_compile_options(vector_options INTERFACE -fno-sanitize=alignment)

@@ -104,6 +104,10 @@ struct LightMapStrip {
     std::int64_t negativeAfterGamut = 0;  ///< channels of sh00 that the colour conversion made negative
 };
 
+/// Returns true if LightMapReader reads the mesh of a description: its coverage is asked for, the bake format needs it, or the file has no
+/// normals and the mesh is there.
+bool readsMesh(const std::filesystem::path& file, const LightMapDescription& description);
+
 /// Opens a map and reads strips of it (tiled or scan-line, half or float) without holding the whole map in memory. Texels outside charts
 /// may hold any value.
 class LightMapReader {

@@ -127,6 +127,17 @@ private:
 
 }  // namespace
 
+bool readsMesh(const std::filesystem::path& file, const LightMapDescription& description) {
+    if (description.mesh.empty()) return false;
+    if (description.coverage == CoverageSource::Mesh) return true;
+    const std::filesystem::path leading = leadingFile(file, description.bake);
+    for (const BakeFormatInfo& format : allBakeFormats())
+        if (format.needsMesh() && (description.bake == format.name || leading != file)) return true;
+    std::error_code code;
+    const Result<ExrReader> exr = ExrReader::open(leading);
+    return !(exr && exr->info().has(kNormalChannels.front())) && std::filesystem::exists(description.mesh, code);
+}
+
 struct LightMapReader::State {
     BakeRecognition recognition;
     std::unique_ptr<BakeReader> reader;

@@ -125,7 +125,6 @@ TEST_F(CommandLine, AFolderIsNotNamedLikeAFile) {
     for (const auto& [command, name] : std::vector<std::pair<std::string, std::string>>{{"cubemap probe.exr pr.json", "pr.json"},
                                                                                         {"lightmap map.exr x.png", "x.png"},
                                                                                         {"rsrm sky.exr a/x.EXR", "a/x.EXR"},
-                                                                                        {"dominant map.exr x.ktx2", "x.ktx2"},
                                                                                         {"lut tables.json", "tables.json"},
                                                                                         {"cook scene.toml -o small.html", "small.html"},
                                                                                         {"plan scene.toml --ninja n -o x.glb", "x.glb"}}) {

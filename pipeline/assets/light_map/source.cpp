@@ -225,7 +225,7 @@ std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::p
     if (description.parts.empty())
         for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, description.bake))
             inputs[roleOfPart(beside.filename().string())] = beside;
-    if (description.mesh.empty()) return inputs;
+    if (!formats::readsMesh(file, description)) return inputs;
     inputs[kFramesRole] = description.mesh;
     int index = 0;
     for (const std::filesystem::path& beside : formats::gltfFilesBeside(description.mesh, formats::GltfFiles::Geometry))

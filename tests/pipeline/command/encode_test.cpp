@@ -121,6 +121,32 @@ TEST(EncodeTexture, SignedBlocksComeBackFromBothContainers) {
         }
 }
 
+/// The codes of a picture are under the sRGB curve already.
+TEST(EncodeTexture, APictureKeepsItsCodesInAnSrgbFormat) {
+    const formats::TemporaryFolder folder;
+    Image<glm::u8vec3> ramp(16, 16);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 16; ++x) ramp.at(x, y) = glm::u8vec3(static_cast<glm::uint8>(16 * y + x), 200, 3);
+    const auto png = formats::encodePng(std::as_const(ramp).view());
+    ASSERT_TRUE(png.has_value());
+    formats::writeContent(folder / "ramp.png", std::string(reinterpret_cast<const char*>(png->data()), png->size()));
+    EncodeCommand command;
+    command.input = folder / "ramp.png";
+    command.output = folder / "ramp.ktx2";
+    command.format = "rgba8-srgb";
+    const auto facts = encodeTexture(command, 1);
+    ASSERT_TRUE(facts.has_value()) << facts.error().line();
+    const auto texture = formats::TextureReader::open(command.output);
+    ASSERT_TRUE(texture.has_value());
+    std::vector<std::byte> codes(std::size_t{16} * 16 * 4);
+    ASSERT_TRUE(texture->readBlockRows({}, 0, codes).has_value());
+    for (std::size_t i = 0; i < 256; ++i) {
+        EXPECT_EQ(std::to_integer<std::size_t>(codes[4 * i]), i);
+        EXPECT_EQ(std::to_integer<int>(codes[4 * i + 1]), 200);
+    }
+    EXPECT_LT(differenceOf(command.input, command.output)->at("max_abs").get<double>(), 1e-6);
+}
+
 TEST(EncodeTexture, WhatIsTooLargeIsClampedAndCounted) {
     const formats::TemporaryFolder folder;
     Image<glm::vec4> image = gradientImage(8, 8);

@@ -20,7 +20,7 @@ using formats::Image;
 std::filesystem::path writeSky(const formats::TemporaryFolder& folder, float light) {
     Image<glm::vec4> sky(64, 32, glm::vec4(0.5f, 0.5f, 0.5f, 1));
     sky.at(10, 8) += glm::vec4(light, light / 2, 0, 0);
-    const std::filesystem::path file = folder / "sky.exr";
+    std::filesystem::path file = folder / "sky.exr";
     EXPECT_TRUE(formats::writeExr(file, sky.view(), 3));
     return file;
 }

@@ -138,6 +138,19 @@ TEST(Contents, WhereNobodySeesDirectionsAutoTakesAsManyFlatTexturesAsALimitAsksF
     EXPECT_EQ(block.at("bytes_gpu"), 16) << "one block";
 }
 
+TEST(Contents, AConstantTakesALayoutWithinItsLimits) {
+    const SmallScene scene(SmallScene::Parts::LightMap, sky);
+    EXPECT_EQ(assetOf(cook(scene, "max_error = 0.02").report, "map").at("layout"), "raw") << "exact, and one block";
+    const std::string bumped = "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = false\n";
+    const Json small = assetOf(cook(scene, "max_error = 0.02\nbudget = \"1 KiB\"", bumped).report, "map");
+    EXPECT_EQ(small.at("layout"), "ratio");
+    EXPECT_EQ(small.at("bytes_gpu"), 9 * 16);
+    const Json quick = assetOf(cook(scene, "max_error = 0.02\nmax_fetches = 4").report, "map");
+    const auto taken = formats::lightMapLayoutFromName(quick.at("layout").get<std::string>());
+    ASSERT_TRUE(taken);
+    EXPECT_LE(formats::info(*taken).tapCount(), 4) << quick.at("layout");
+}
+
 TEST(Contents, ALayoutByNameAndKeepUnusedAreObeyed) {
     const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
     EXPECT_EQ(assetOf(cook(fog, "light_map_layout = \"luvw\"").report, "map").at("layout"), "luvw");

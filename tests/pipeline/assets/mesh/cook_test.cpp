@@ -35,14 +35,14 @@ protected:
         std::vector<std::string> channels;
         for (int i = 0; i < 9; ++i)
             for (const char channel : {'R', 'G', 'B'}) channels.push_back(fmt::format("sh0{}.{}", i, channel));
-        channels.push_back("coverage.Y");
+        channels.insert(channels.end(), {"coverage.Y", "normal.X", "normal.Y", "normal.Z"});
         auto writer = formats::ExrWriter::create(folder_ / "map.exr", kWidth, kHeight, channels, formats::ExrLayout::ScanLines);
         ASSERT_TRUE(writer.has_value());
         std::vector<float> texels;
         for (int y = 0; y < kHeight; ++y)
             for (int x = 0; x < kWidth; ++x) {
                 for (std::size_t i = 0; i < 27; ++i) texels.push_back(coefficient(i / 3, i % 3, x, y));
-                texels.push_back(isLeft(x, y) || isRight(x, y) ? 1.0f : 0.0f);
+                texels.insert(texels.end(), {isLeft(x, y) || isRight(x, y) ? 1.0f : 0.0f, 0, 0, 1});
             }
         ASSERT_TRUE(writer->append(texels.data(), static_cast<std::ptrdiff_t>(channels.size()) * kWidth, kHeight) && writer->commit());
     }
