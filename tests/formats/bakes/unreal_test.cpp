@@ -223,7 +223,8 @@ TEST(UnrealHq, FaultsOfTheExtensionAreNamed) {
         ErrorCode code = ErrorCode::WrongShape;
     };
     const std::vector<Fault> faults = {
-        {[](UnrealBake& bake) { bake.gltf.erase("extensions"); }, "level.gltf: found a glTF without light maps of Unreal, expected extension EPIC"},
+        {[](UnrealBake& bake) { bake.gltf.erase("extensions"); },
+         "level.gltf: found a glTF without light maps of Unreal, expected extension EPIC"},
         {[](UnrealBake& bake) { bake.gltf["extensions"]["EPIC_lightmap_textures"] = Json::object(); }, "found no list of lightmaps"},
         {[](UnrealBake& bake) { bake.lightMap(1) = 3; }, "EPIC_lightmap_textures, lightmaps[1]: found no JSON object"},
         {[](UnrealBake& bake) { bake.lightMap(1).erase("texture"); }, "lightmaps[1]: found no texture, expected one. Did Unreal's export"},
