@@ -13,6 +13,7 @@
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/canonical.h"
 #include "formats/bakes/coefficient_files.h"
+#include "formats/bakes/surface_channels.h"
 #include "formats/bakes/surface_frames.h"
 #include "formats/bakes/unreal.h"
 #include "formats/epic_light_maps.h"

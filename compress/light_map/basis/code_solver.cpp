@@ -143,7 +143,7 @@ HWY_INLINE void multiply(const RatioCost& cost, const Numbers* in, Numbers* out)
 class Problem {
 public:
     Problem(const CodeTable& table, const BasisShape& shape, const BasisTarget& target)
-        : table_(table), shape_(shape), cost_(target.cost), linear_(zero()) {
+        : linear_(zero()), table_(table), shape_(shape), cost_(target.cost) {
         HigherByChannel wanted;
         for (std::size_t c = 0; c < 3; ++c) {
             std::copy(target.ratio[c].begin() + 1, target.ratio[c].end(), wanted[c].begin());
@@ -222,10 +222,10 @@ private:
         return product(error, pull) + product(error, linear_) + constant_;
     }
 
+    Numbers wanted_, linear_;  // first, since they are aligned like vectors
     const CodeTable& table_;
     const BasisShape& shape_;
     const RatioCost& cost_;
-    Numbers wanted_, linear_;
     float constant_ = 0;
 };
 
