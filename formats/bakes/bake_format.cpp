@@ -275,6 +275,18 @@ std::vector<std::string> meshBakeNames() {
     return names;
 }
 
+bool mayNeedMesh(const std::filesystem::path& file, std::string_view bake) {
+    const auto exists = [](const std::filesystem::path& each) {
+        std::error_code code;
+        return std::filesystem::exists(each, code);
+    };
+    return std::ranges::any_of(kBakeFormats, [&](const BakeFormatInfo& format) {
+        if (!format.needsMesh() || bake != kAutoBake) return format.needsMesh() && bake == format.name;
+        const auto files = format.filesBeside(file);
+        return !files.empty() && std::ranges::all_of(files, exists);
+    });
+}
+
 std::filesystem::path leadingFile(const std::filesystem::path& file, std::string_view bake) {
     ExrInfo picture;
     picture.channels = {"B", "G", "R"};

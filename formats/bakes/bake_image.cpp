@@ -20,7 +20,6 @@ namespace lightcook::formats {
 namespace {
 
 constexpr std::string_view kColours = "RGB";
-constexpr std::array<std::string_view, 5> kPictureExtensions = {".png", ".tga", ".jpg", ".jpeg", ".bmp"};
 
 struct Picture {
     Image<glm::vec3> colours;
@@ -50,7 +49,7 @@ Result<BakeImage> BakeImage::open(const std::filesystem::path& file) {
     const std::string extension = lowerExtension(file);
     if (extension == ".hdr" || extension == ".pic") return openPicture(file);
     Result<ExrReader> exr = ExrReader::open(file);
-    if (!exr && !whyNoFile(file) && std::ranges::find(kPictureExtensions, extension) != kPictureExtensions.end())
+    if (!exr && !whyNoFile(file) && isPictureFile(file))
         return failure(ErrorCode::FormatUnsupported, file.string(),
                        "found an 8-bit picture, expected OpenEXR or Radiance HDR. Encoded by Unity? Set encoding = \"rgbm\" or \"dldr\". "
                        "Display colours? \"srgb\"");

@@ -28,7 +28,7 @@ struct RawStrip {
     Image<float> chart;       ///< number of the chart whose filter reads the texel, 0: none does; empty if the file does not say
 };
 
-/// Where a file stores a number.
+/// A place in the files of a bake: it holds one number.
 struct StoredNumber {
     std::string file, channel;
     int x = 0, y = 0;
@@ -58,6 +58,8 @@ public:
 /// formats fit and nothing says which is meant.
 /// file  names it in errors, and may have a part in the recognition; it need not exist
 Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::filesystem::path& file, const ExrInfo& info);
+/// Returns true if `file` may be of a format that needs a mesh, under a value of the scene key `bake`.
+bool mayNeedMesh(const std::filesystem::path& file, std::string_view bake);
 /// Fails if `bake` is neither "auto" nor the name of a bake format.
 Result<void> checkBakeName(const std::string& bake, const std::string& subject);
 /// Fails if the file is encoded but the format takes no encoding.

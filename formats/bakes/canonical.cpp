@@ -68,9 +68,9 @@ tl::unexpected<Error> Canonicalizer::refuse(ErrorCode code, const std::string& c
 
 tl::unexpected<Error> Canonicalizer::refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, std::string detail,
                                                   const BakeReader& reader) const {
-    const auto place = reader.placeOf(coefficient, colour, x, y);
-    if (!place) return refuse(code, coefficientName(coefficient, colour), x, y, std::move(detail));
-    return failure(code, fmt::format("{}, channel {}, texel ({}, {})", place->file, place->channel, place->x, place->y), std::move(detail));
+    const StoredNumber place =
+        reader.placeOf(coefficient, colour, x, y).value_or(StoredNumber{file_, coefficientName(coefficient, colour), x, y});
+    return failure(code, fmt::format("{}, channel {}, texel ({}, {})", place.file, place.channel, place.x, place.y), std::move(detail));
 }
 
 /// Lengths of normals that a baker's filter may leave, and more than rounding does.

@@ -130,12 +130,9 @@ private:
 
 bool readsMesh(const std::filesystem::path& file, const LightMapDescription& description) {
     if (description.mesh.empty()) return false;
-    if (description.coverage == CoverageSource::Mesh) return true;
-    const std::filesystem::path leading = leadingFile(file, description.bake);
-    for (const BakeFormatInfo& format : allBakeFormats())
-        if (format.needsMesh() && (description.bake == format.name || leading != file)) return true;
+    if (description.coverage == CoverageSource::Mesh || mayNeedMesh(file, description.bake)) return true;
     std::error_code code;
-    const Result<ExrReader> exr = ExrReader::open(leading);
+    const Result<ExrReader> exr = ExrReader::open(leadingFile(file, description.bake));
     return !(exr && exr->info().has(kNormalChannels.front())) && std::filesystem::exists(description.mesh, code);
 }
 

@@ -67,7 +67,7 @@ Result<Image<glm::vec3>> readRgb(const std::filesystem::path& file) {
     if (!factors) return tl::make_unexpected(factors.error());
     const auto module = imageModule();
     auto texels = module ? (*module)->readRgb(file) : tl::make_unexpected(module.error());
-    if (texels)
+    if (texels && *factors != glm::vec3(1))
         for (glm::vec3& texel : texels->texels()) texel /= *factors;
     return texels;
 }
@@ -415,7 +415,7 @@ Result<PlainImage> readImage(const std::filesystem::path& file) {
     if (!factors) return tl::make_unexpected(factors.error());
     const auto module = imageModule();
     auto image = module ? (*module)->readImage(file) : tl::make_unexpected(module.error());
-    if (image)
+    if (image && *factors != glm::vec3(1))
         for (glm::vec4& texel : image->texels.texels()) texel /= glm::vec4(*factors, 1);
     return image;
 }

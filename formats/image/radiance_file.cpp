@@ -182,13 +182,16 @@ bool readRow(Bytes& bytes, std::vector<std::uint8_t>& planes, std::span<glm::vec
     return true;
 }
 
-/// Returns the bytes of a file; none if it cannot be read, or does not begin as Radiance pictures do.
-std::vector<std::uint8_t> radianceContent(const std::filesystem::path& file) {
+/// Headers are a few lines: what a file has beyond this is texels.
+constexpr std::size_t kLongestHeader = std::size_t{1} << 16;
+
+/// Returns the first bytes of a file, at most `most`; none if it cannot be read, or does not begin as Radiance pictures do.
+std::vector<std::uint8_t> radianceContent(const std::filesystem::path& file, std::size_t most = std::numeric_limits<std::size_t>::max()) {
     const auto opened = FileBytes::openForReading(file);
     if (!opened || opened->size() < 16) return {};
     std::array<std::byte, 2> magic{};
     if (!opened->readAt(0, magic) || magic != std::array{std::byte{'#'}, std::byte{'?'}}) return {};
-    std::vector<std::uint8_t> content(opened->size());
+    std::vector<std::uint8_t> content(std::min<std::size_t>(opened->size(), most));
     if (!opened->readAt(0, std::as_writable_bytes(std::span(content)))) return {};
     return content;
 }
@@ -216,7 +219,7 @@ std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path&
 }
 
 Result<glm::vec3> radianceFactors(const std::filesystem::path& file) {
-    const std::vector<std::uint8_t> content = radianceContent(file);
+    const std::vector<std::uint8_t> content = radianceContent(file, kLongestHeader);
     Bytes bytes(content);
     return readHeader(bytes, file).map(&RadianceHeader::factors);
 }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "pipeline/command/printing.h"
+#include "pipeline/graph/shell_word.h"
 
 namespace lightcook::pipeline {
 namespace {

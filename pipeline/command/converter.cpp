@@ -5,7 +5,6 @@
 #include <cctype>
 
 #include "formats/light_map_layout.h"
-#include "formats/lower_extension.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/texture_file.h"
@@ -19,10 +18,6 @@ namespace {
 using formats::ErrorCode;
 
 constexpr const char* kOutputsWithConstants = "a .ktx2 file, or a folder with --container dds, whose cooked.json has them";
-
-formats::Container containerOf(const std::filesystem::path& output) {
-    return formats::lowerExtension(output) == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
-}
 
 /// Returns true if the only texture of an asset is known to have constants before it is cooked. Light maps of engines may have none, and
 /// the layout of others may be chosen by the cook.

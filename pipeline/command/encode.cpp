@@ -12,7 +12,6 @@
 #include <memory>
 #include <utility>
 
-#include "formats/lower_extension.h"
 #include "formats/nearest.h"
 #include "formats/vocabulary.h"
 #include "pipeline/assets/textures.h"
@@ -145,7 +144,8 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     const auto format = formatFromName(command.format);
     if (!format) return tl::make_unexpected(format.error());
     if (auto checked = requireTextureFile(command.output); !checked) return tl::make_unexpected(checked.error());
-    if (formats::lowerExtension(command.output) == ".dds" && formats::info(*format).dxgiFormat == 0)
+    const formats::Container container = containerOf(command.output);
+    if (container == formats::Container::Dds && formats::info(*format).dxgiFormat == 0)
         return failure(
             ErrorCode::InvalidRequest, "--format",
             fmt::format("found {} for {}, expected a format that DDS has, or a .ktx2 file", command.format, command.output.string()));
@@ -164,7 +164,7 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
 
     const formats::TextureShape shape = shapeOf(*format, texels, command.cube ? 6 : 1);
     TextureSettings settings;
-    settings.container = formats::lowerExtension(command.output) == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    settings.container = container;
     settings.zstd = command.zstd;
     formats::Image<float> significance;
     if (!command.significance.empty()) {

@@ -9,11 +9,11 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
-#include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/draft/inputs.h"
 #include "pipeline/draft/scene_text.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/graph/shell_word.h"
 
 namespace lightcook::pipeline {
 namespace {

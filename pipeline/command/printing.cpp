@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 
 namespace lightcook::pipeline {
 namespace {
@@ -92,17 +91,6 @@ std::string sizeWords(std::uint64_t bytes) {
     const auto value = static_cast<double>(bytes);
     if (value < 0x1p10) return fmt::format("{} bytes", bytes);
     return value < 0x1p20 ? fmt::format("{:.2f} KiB", value / 0x1p10) : fmt::format("{:.2f} MiB", value / 0x1p20);
-}
-
-std::string shellQuoted(const std::string& text) {
-    std::string result = "'";
-    for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return result + "'";
-}
-
-std::string shellWord(const std::string& text) {
-    constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+.,:/@";
-    return text.empty() || text.find_first_not_of(kPlain) != std::string::npos ? shellQuoted(text) : text;
 }
 
 void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome) {

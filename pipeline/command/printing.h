@@ -26,11 +26,6 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison);
 /// Returns "812 bytes", "1.50 KiB" or "2.25 MiB".
 std::string sizeWords(std::uint64_t bytes);
 
-/// Returns the text in single quotes of sh, bash and zsh.
-std::string shellQuoted(const std::string& text);
-/// Returns the text as one word of a command line: in quotes unless every shell takes it as it is.
-std::string shellWord(const std::string& text);
-
 /// Prints the report of several scenes: one row a scene, the largest first, then budgets, growth and totals.
 void printCollection(Terminal& terminal, const CollectionReport& report);
 /// Prints a line for each platform.

@@ -22,6 +22,10 @@ bool isTextureFile(const std::filesystem::path& file) {
     return lowerExtension(file) == ".ktx2" || lowerExtension(file) == ".dds";
 }
 
+formats::Container containerOf(const std::filesystem::path& file) {
+    return lowerExtension(file) == ".dds" ? formats::Container::Dds : formats::Container::Ktx2;
+}
+
 Result<void> requireTextureFile(const std::filesystem::path& file) {
     if (isTextureFile(file)) return {};
     return failure(ErrorCode::InvalidRequest, file.string(),

@@ -12,6 +12,9 @@ namespace lightcook::pipeline {
 /// Returns true for .ktx2 and .dds.
 bool isTextureFile(const std::filesystem::path& file);
 
+/// Returns the container that the name of a texture file asks for.
+formats::Container containerOf(const std::filesystem::path& file);
+
 /// Returns an error unless the file's extension is .ktx2 or .dds.
 formats::Result<void> requireTextureFile(const std::filesystem::path& file);
 

@@ -2,34 +2,14 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
-#include <set>
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
-#include "pipeline/manifest/manifest.h"
 
 namespace lightcook::pipeline {
-namespace {
-
-/// Adds what to do to the error of a source that the manifest names and that is not there.
-void addSourcesAdvice(const VerifyOptions& options, std::vector<formats::Error>& errors) {
-    const auto manifest = loadManifest(options.folder);
-    if (!manifest) return;
-    const std::filesystem::path scene = options.sources.empty() ? options.folder / manifest->sceneDirectory : options.sources;
-    std::set<std::string> sources;
-    for (const CookedAsset& asset : manifest->assets)
-        if (asset.source.files)
-            for (const auto& [role, source] : *asset.source.files) sources.insert((scene / source.file).string());
-    std::error_code code;
-    for (formats::Error& error : errors)
-        if (sources.contains(error.subject) && !std::filesystem::exists(error.subject, code))
-            error.detail += ". Has the scene moved? --sources DIR names the folder of its scene file";
-}
-
-}  // namespace
 
 CommandFunction defineVerify(CLI::App& app) {
     struct Options {
@@ -51,8 +31,7 @@ for the scene and one for each asset, and a case for each check; SARIF points at
 the scene file. Each failure carries asset, stage, texel, normal, found and allowed value.)");
     return [options](Session& session) {
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
-        Outcome outcome = verifyCooked(options->verify, session.state);
-        addSourcesAdvice(options->verify, outcome.errors);
+        const Outcome outcome = verifyCooked(options->verify, session.state);
         const std::vector<formats::Error> errors = options->files.write(session, "verify", outcome, {}, options->verify.sources);
         printFindings(session.terminal, outcome.findings);
         // Last, because whoever reads the table may close the pipe before its end.

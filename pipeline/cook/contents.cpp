@@ -131,7 +131,7 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     const auto mayTake = [&](const formats::LightMapLayoutInfo& layout) {
         return formats::mayTake(layouts, layout) && scene.output.decode.allow(layout);
     };
-    // Of one light, the texels of a block: exact, or the smallest under a budget.
+    // A block holds the texels of one light exactly or, under a budget, in the fewest bytes.
     using Layout = formats::LightMapLayout;
     std::vector<Layout> choices;
     if (!needs.needsDirections()) choices.push_back(Layout::Flat);

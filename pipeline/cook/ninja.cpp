@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "pipeline/cook/plan.h"
+#include "pipeline/graph/shell_word.h"
 #include "pipeline/manifest/manifest.h"
 
 namespace lightcook::pipeline {
@@ -25,14 +26,9 @@ std::string dollarsEscaped(const std::string& text) {
     return escaped;
 }
 
-/// Returns text as one argument of a shell command, as the value of a Ninja variable.
-std::string shellWord(const std::string& text) {
-    std::string word = "'";
-    for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return dollarsEscaped(word + "'");
-}
-std::string shellWord(const std::filesystem::path& path) {
-    return shellWord(path.string());
+/// Returns a path as one argument of a shell command, as the value of a Ninja variable.
+std::string ninjaWord(const std::filesystem::path& path) {
+    return dollarsEscaped(shellQuoted(path.string()));
 }
 
 /// Returns the launcher as the beginning of a command: its variables are those of the shell.
@@ -52,8 +48,8 @@ std::vector<std::string> ninjaPartsOf(const Scene& scene) {
 }
 
 std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options) {
-    const std::string cook = fmt::format("{}{} --quiet cook {}{}", launcherWords(options.launcher), shellWord(options.program),
-                                         shellWord(scene.file), options.cache.empty() ? "" : " --cache " + shellWord(options.cache));
+    const std::string cook = fmt::format("{}{} --quiet cook {}{}", launcherWords(options.launcher), ninjaWord(options.program),
+                                         ninjaWord(scene.file), options.cache.empty() ? "" : " --cache " + ninjaWord(options.cache));
     std::string text = fmt::format("# Written by `lightcook plan`: cooks the scene {}.\n", scene.name);
     const auto addRule = [&](const char* rule, const char* more, const std::string& description) {
         text += fmt::format("\nrule {}\n  command = {}{} -o $folder --depfile $inputs\n  description = {}\n  restat = 1\n", rule, cook,
@@ -66,7 +62,7 @@ std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options) {
         std::string made = pathWord(folder / kManifestName);
         const std::string depfile = folder.string() + ".d";
         text += fmt::format("\nbuild {}: {} {}{}\n  folder = {}\n  inputs = {}\n  depfile = {}\n", made, rule, pathWord(scene.file), after,
-                            shellWord(folder), shellWord(depfile), dollarsEscaped(depfile));
+                            ninjaWord(folder), ninjaWord(depfile), dollarsEscaped(depfile));
         return made;
     };
     std::string parts;

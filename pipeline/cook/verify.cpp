@@ -46,6 +46,14 @@ CookFacts cookFactsOf(const std::optional<Report>& report, const std::string& as
     return facts;
 }
 
+/// Returns the error of a source with what to do if it is not there.
+Error withSourcesAdvice(Error error) {
+    std::error_code code;
+    if (!std::filesystem::exists(error.subject, code))
+        error.detail += ". Has the scene moved? --sources DIR names the folder of its scene file";
+    return error;
+}
+
 /// Verifies a cooked folder again, from the bytes on disk and the sources.
 class Verification {
 public:
@@ -94,7 +102,7 @@ private:
     Result<ReportRow> verifyAsset(const Manifest& manifest, const CookedAsset& asset, const std::filesystem::path& scratch,
                                   const std::optional<Report>& previous) {
         const auto sources = unchangedSources(asset, sceneFolder(manifest));
-        if (!sources) return tl::make_unexpected(sources.error());
+        if (!sources) return tl::make_unexpected(withSourcesAdvice(sources.error()));
         Json parameters = asset.verify.value_or(Json::object());
         if (options_.samples && parameters.contains("samples")) parameters["samples"] = *options_.samples;
         if (auto noted = noteSources(asset, *sources); !noted) return tl::make_unexpected(noted.error());

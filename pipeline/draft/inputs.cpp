@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <set>
 
 #include "formats/bake_format.h"
@@ -13,6 +12,7 @@
 #include "formats/light_map.h"
 #include "formats/lower_extension.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/scene/checks.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -22,10 +22,6 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-std::string lower(std::string text) {
-    std::ranges::transform(text, text.begin(), [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-    return text;
-}
 bool isOneOf(const std::string& text, std::initializer_list<const char*> choices) {
     return std::ranges::find(choices, text) != choices.end();
 }
@@ -160,19 +156,19 @@ private:
     }
     /// Returns true if a name says "light map", or is that of a mesh.
     bool isNamedAsLightMap(const fs::path& file) const {
-        const std::string stem = lower(file.stem().string());
+        const std::string stem = inLowerCase(file.stem().string());
         return stem.find("lightmap") != std::string::npos || stem.find("light_map") != std::string::npos ||
-               std::ranges::any_of(meshes_, [&](const fs::path& mesh) { return lower(mesh.stem().string()) == stem; });
+               std::ranges::any_of(meshes_, [&](const fs::path& mesh) { return inLowerCase(mesh.stem().string()) == stem; });
     }
 
     /// Gives each light map the mesh whose name its own begins with, the longest such; a single light map the single mesh.
     void pairMeshes() {
         std::set<fs::path> used;
         for (DraftLightMap& map : inputs_.lightMaps) {
-            const std::string stem = lower(map.file.stem().string());
+            const std::string stem = inLowerCase(map.file.stem().string());
             std::size_t longest = 0;
             for (const fs::path& mesh : meshes_) {
-                const std::string name = lower(mesh.stem().string());
+                const std::string name = inLowerCase(mesh.stem().string());
                 const bool begins =
                     stem.starts_with(name) && (stem.size() == name.size() || !std::isalnum(static_cast<unsigned char>(stem[name.size()])));
                 if (!begins || name.size() <= longest) continue;

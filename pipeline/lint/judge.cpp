@@ -77,7 +77,7 @@ std::string rangeText(const std::array<double, 2>& range) {
     return range[0] == range[1] ? fmt::format("{:.3g}", range[0]) : fmt::format("{:.3g} to {:.3g}", range[0], range[1]);
 }
 
-/// Returns what is assumed of a material whose extensions are not read, unless the scene file states it.
+/// Returns the assumptions for a material with extensions that are not read, without those that the scene file replaces.
 std::vector<std::string> assumptionsOf(const UnreadMaterial& material, const std::vector<MaterialEntry>& entries) {
     MaterialEntry stated;
     for (const MaterialEntry& entry : entries) {

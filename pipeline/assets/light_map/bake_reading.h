@@ -26,7 +26,7 @@ void describe(Fields& fields, Self& reading) {
 
 /// What is assumed of a file that does not say which texels lie inside charts.
 inline constexpr const char* kEveryTexelIsCovered = "every texel is covered";
-/// What is assumed of a map with directions if neither its file nor a mesh has normals.
+/// The assumption for a map with directions if neither its file nor a mesh has normals.
 inline constexpr const char* kEverySurfaceFacesZ = "every surface faces +z";
 
 /// Returns how an open file was recognised, without the name of the asset.

@@ -197,6 +197,8 @@ TEST(Rnm, NamesOfFilesTellBakeryAndTheMeshIsAskedFor) {
     const auto known = LightMapReader::recognize(folder / "room_RNM0.exr", {});
     ASSERT_TRUE(known);
     EXPECT_EQ(known->format->name, "bakery-rnm");
+    EXPECT_TRUE(mayNeedMesh(folder / "room_RNM0.exr", kAutoBake));
+    EXPECT_FALSE(mayNeedMesh(folder / "room_RNM0.exr", "flat"));
     EXPECT_EQ(leadingFile(folder / "room_RNM2.exr", kAutoBake), folder / "room_RNM0.exr");
     EXPECT_EQ(leadingFile(folder / "room_RNM2.exr", "flat"), folder / "room_RNM2.exr");
 

@@ -879,7 +879,7 @@ void expectRanges(const MaterialNeeds& needs, std::array<double, 2> m, std::arra
 }
 
 TEST(MaterialNeeds, AClearcoatIsAnotherLobe) {
-    // Of a dielectric base with m = 0.9^2 and f0 = 0.04.
+    // The base is a dielectric with m = 0.9^2 and f0 = 0.04.
     const auto coated = [](const json& clearcoat, double specularFactor = 1) {
         return needsOf(
             {{"pbrMetallicRoughness", {{"metallicFactor", 0.0}, {"roughnessFactor", 0.9}}},

@@ -194,7 +194,7 @@ TEST(CookScene, PicturesOfAssetsThatAreGoneAreRemoved) {
     EXPECT_EQ(found, expected);
 }
 
-/// A report may have been edited: what it names is removed only where pictures are.
+/// Someone may have edited the report. Nothing outside the folder of pictures is removed for it.
 TEST(CookScene, NothingButPicturesIsRemovedForAnOldReport) {
     const SmallScene scene(Parts::All);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
