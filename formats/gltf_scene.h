@@ -14,6 +14,7 @@
 
 #include "formats/chart_clusters.h"
 #include "formats/error.h"
+#include "formats/gltf/triangle_mesh.h"
 
 namespace lightcook::formats {
 
@@ -51,12 +52,13 @@ struct MeshError {
     double positionExtent = 0, lightMapUvExtent = 0;
 };
 
-/// A part of the triangles of a scene.
+/// The triangles of a part of a scene.
 struct TrianglePart {
-    std::vector<std::vector<std::uint8_t>> isKept;  ///< of each triangle of each of GltfScene::triangleMeshes()
-    bool hasLines = true;                           ///< lines and points, too
+    std::vector<CutMesh> meshes;  ///< in place of each of GltfScene::triangleMeshes()
+    bool hasLines = true;         ///< lines and points, too
 };
 
+struct BuiltGlb;
 struct GlbChanges;
 
 /// A glTF or GLB file, Draco-compressed or not. load() refuses missing buffers, indices out of range, positions or UVs that are not finite,
@@ -88,11 +90,11 @@ public:
     /// first free TEXCOORD_n. All other values are kept bit for bit, and so is the order of vertices and triangles: Draco streams are
     /// written plain. uvs  new UVs of the vertices of each of triangleMeshes()
     Result<MeshSize> writeLightMapUvs(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs) const;
-    /// Does the same with some of the triangles and with the vertices that they use; withTriangles() tells their
-    /// order. Primitives and meshes without triangles are left out, and nodes draw none in their place. Fails with
-    /// ErrorCode::FormatUnsupported for morph targets.
-    Result<MeshSize> writePart(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs,
-                               const TrianglePart& part) const;
+    /// Returns the scene with other triangles, in memory. The mesh of each triangle primitive is cut() of the one that it had; Draco
+    /// streams become plain. Primitives and meshes without triangles are left out, and nodes draw none in their place. All else is kept.
+    /// Images beside this scene are still found there when the part is written. Fails with ErrorCode::FormatUnsupported for morph targets,
+    /// and for skins with a mixed vertex.
+    Result<GltfScene> part(const TrianglePart& part) const;
     /// Returns the triangle primitives in the order of the file; they live as long as the scene.
     std::vector<const TriangleMesh*> triangleMeshes() const;
     /// A triangle primitive in the world. Meshes that several nodes draw come several times; those that no node draws are left out.
@@ -109,6 +111,8 @@ public:
 private:
     struct State;
     explicit GltfScene(std::unique_ptr<State> state);
+    /// file  for errors
+    Result<BuiltGlb> build(const GlbChanges& changes, const std::filesystem::path& file) const;
     Result<MeshSize> write(const std::filesystem::path& file, const GlbChanges& changes) const;
     std::unique_ptr<State> state_;
 };

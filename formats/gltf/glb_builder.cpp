@@ -145,7 +145,7 @@ public:
         const std::vector<std::optional<DracoMesh>> coded = encodeAll(options);
         findFreeAccessors(coded);
         const std::vector<TriangleMesh> plain = writePlain();
-        if (part_ == nullptr && !uvs_.empty()) replaceUvs(coded);
+        if (!uvs_.empty()) replaceUvs(coded);
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             if (coded[i]) {
                 replace(primitives_[i], *coded[i]);
@@ -155,8 +155,9 @@ public:
         }
         if (std::any_of(coded.begin(), coded.end(), [](const auto& mesh) { return mesh.has_value(); })) declareDraco();
         if (part_ != nullptr) removeEmpty(plain);
-        if (!uvs_.empty()) forgetDraco();
-        views_.embedImages(json_);
+        if (part_ != nullptr || !uvs_.empty()) forgetDraco();
+        emptyFreeAccessors();
+        if (part_ == nullptr) views_.embedImages(json_);
         const std::vector<std::byte> buffer = views_.pack(json_);
         if (buffer.empty()) {
             json_.erase("buffers");
@@ -295,13 +296,13 @@ private:
 
     Json& jsonOf(const Primitive& primitive) { return json_["meshes"][primitive.mesh]["primitives"][primitive.index]; }
 
-    /// Finds the accessors that only encoded primitives used. New accessors take their places, and none is removed: extensions that we do
-    /// not know may refer to accessors by index.
+    /// Finds the accessors that only primitives used which are written anew or left out. New accessors take their places, and none is
+    /// removed: extensions that we do not know may refer to accessors by index.
     void findFreeAccessors(const std::vector<std::optional<DracoMesh>>& coded) {
         std::set<std::uint64_t> used, kept;
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             const Json& primitive = jsonOf(primitives_[i]);
-            std::set<std::uint64_t>& users = coded[i] || isPlain(primitives_[i]) ? used : kept;
+            std::set<std::uint64_t>& users = coded[i] || isPlain(primitives_[i]) || isLeftOut(primitives_[i]) ? used : kept;
             for (const Json& accessor : primitive["attributes"]) users.insert(accessor.get<std::uint64_t>());
             if (primitive.contains("indices")) users.insert(primitive["indices"].get<std::uint64_t>());
             for (const Json& target : primitive.value("targets", Json::array())) {
@@ -320,6 +321,12 @@ private:
         }
         std::set_difference(used.begin(), used.end(), kept.begin(), kept.end(), std::back_inserter(freeAccessors_));
         std::reverse(freeAccessors_.begin(), freeAccessors_.end());  // lowest at the back, to be taken first
+    }
+
+    /// Removes the values of the free accessors whose places no new accessor took.
+    void emptyFreeAccessors() {
+        for (const std::uint64_t slot : freeAccessors_)
+            for (const char* key : {"bufferView", "byteOffset", "sparse", "min", "max"}) json_["accessors"][slot].erase(key);
     }
 
     std::size_t addAccessor(Json accessor) {
@@ -374,6 +381,9 @@ private:
         return part_ != nullptr || (!uvs_.empty() && primitive.dracoView && primitive.canCompress);
     }
 
+    /// Returns true for lines and points that are left out.
+    bool isLeftOut(const Primitive& primitive) const { return part_ != nullptr && !part_->hasLines && !primitive.isTriangles; }
+
     /// Writes these primitives. Returns the geometry that each primitive has then.
     std::vector<TriangleMesh> writePlain() {
         std::vector<TriangleMesh> written;
@@ -381,19 +391,27 @@ private:
         for (const Primitive& primitive : primitives_) {
             TriangleMesh& mesh = written.emplace_back();
             if (part_ != nullptr && primitive.isTriangles) {
-                if (!primitive.canCompress)
-                    document_.fail(ErrorCode::FormatUnsupported, primitive.place(),
-                                   "found morph targets, expected none in a mesh whose charts are split: charts = \"pack\" keeps them");
-                mesh = withTriangles(changed(primitive), part_->isKept[next++]);
+                mesh = cutOf(primitive, part_->meshes[next++]);
                 if (mesh.indices.empty()) continue;
             } else if (isPlain(primitive)) {
                 mesh = changed(primitive);
-            } else if (part_ == nullptr || part_->hasLines) {
+            } else if (!isLeftOut(primitive)) {
                 mesh = primitive.geometry;
             }
             if (isPlain(primitive)) replace(primitive, mesh);
         }
         return written;
+    }
+
+    TriangleMesh cutOf(const Primitive& primitive, const CutMesh& triangles) const {
+        if (!primitive.canCompress)
+            document_.fail(ErrorCode::FormatUnsupported, primitive.place(),
+                           "found morph targets, expected none in a mesh whose charts are split: charts = \"pack\" keeps them");
+        // The joints of a mixed vertex are those of all its vertices, more than JOINTS_0 has place for.
+        if (primitive.geometry.find("JOINTS_0") != nullptr && std::ranges::any_of(triangles.vertices, &CutVertex::isMixed))
+            document_.fail(ErrorCode::FormatUnsupported, primitive.place(),
+                           "found a skin, expected none in a mesh whose triangles are cut: charts = \"pack\" keeps them whole");
+        return cut(primitive.geometry, triangles);
     }
 
     /// Writes the geometry of a primitive plain.
@@ -483,7 +501,7 @@ private:
     const GltfDocument& document_;
     const std::vector<Primitive>& primitives_;
     const ClusterMap* clusters_;  ///< none: vertices get no cluster
-    const TrianglePart* part_;    ///< none: all triangles
+    const TrianglePart* part_;    ///< none: the triangles of the document
     std::string oldUvs_;          ///< attribute that keeps light-map UVs which are replaced
     /// New light-map UVs of triangle primitives; empty: they stay. Ordered as the primitives, which lie in one array.
     std::map<const Primitive*, const std::vector<glm::vec2>*> uvs_;

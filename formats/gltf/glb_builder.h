@@ -24,7 +24,7 @@ struct GlbChanges {
     const ClusterMap* clusters = nullptr;  ///< adds kBasisAttribute to the vertices of triangles
     /// Replaces TEXCOORD_1 of the triangle primitives, in the order of the file. Their Draco streams are written plain. Not beside draco.
     const std::vector<std::vector<glm::vec2>>* lightMapUvs = nullptr;
-    /// Leaves out the other triangles, and writes these plain. Not beside draco and clusters.
+    /// Replaces the triangles, and writes them plain. Images beside the scene are not embedded. Not beside other changes.
     const TrianglePart* part = nullptr;
 };
 

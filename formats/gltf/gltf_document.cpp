@@ -81,7 +81,16 @@ GltfDocument::GltfDocument(const std::filesystem::path& file) : file_(file) {
     const auto bytes = readWholeFile(file);
     if (!bytes) throw GltfFault(bytes.error());
     fileBytes_ = bytes->size();
-    parse(*bytes);
+    read(*bytes);
+}
+
+GltfDocument::GltfDocument(const GltfDocument& source, std::span<const std::byte> glb)
+    : file_(source.file_), fileBytes_(source.fileBytes_) {
+    read(glb);
+}
+
+void GltfDocument::read(std::span<const std::byte> bytes) {
+    parse(bytes);
     const Json asset = json_.is_object() && json_.contains("asset") ? json_["asset"] : Json();
     const std::string version = asset.is_object() ? asset.value("version", "") : "";
     if (!version.starts_with("2."))

@@ -31,6 +31,8 @@ class GltfDocument {
 public:
     /// Throws GltfFault.
     explicit GltfDocument(const std::filesystem::path& file);
+    /// Reads a GLB in memory that was made of `source`: paths, those in errors too, are relative to the same file. Throws GltfFault.
+    GltfDocument(const GltfDocument& source, std::span<const std::byte> glb);
     /// Reads the JSON alone; throws GltfFault.
     static GltfDocument withoutBuffers(const std::filesystem::path& file);
     /// See gltfFilesBeside; throws GltfFault.
@@ -39,7 +41,8 @@ public:
 
     const Json& json() const { return json_; }
     const std::filesystem::path& file() const { return file_; }
-    std::size_t fileBytes() const { return fileBytes_; }  ///< of the file and of the buffers beside it
+    /// Returns the size of the file and of the buffers beside it; for a document in memory, that of its source.
+    std::size_t fileBytes() const { return fileBytes_; }
 
     [[noreturn]] void fail(ErrorCode code, const std::string& place, const std::string& detail) const;
     /// Returns a top-level array such as "accessors"; an empty one if the document has none.
@@ -62,6 +65,7 @@ public:
 
 private:
     GltfDocument() = default;
+    void read(std::span<const std::byte> bytes);
     void parse(std::span<const std::byte> bytes);
     void readBuffers();
     /// what  for errors: "the buffer"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -103,7 +104,7 @@ struct GltfScene::State {
     std::int64_t vertexCount = 0, triangleCount = 0;
     bool hasLightMapUvs = false;
 
-    explicit State(const std::filesystem::path& file) : document(file), primitives(readPrimitives(document)) {
+    explicit State(GltfDocument read) : document(std::move(read)), primitives(readPrimitives(document)) {
         checkSceneRules(document);
         checkPlaces();
         readMaterials();
@@ -184,7 +185,7 @@ std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& 
 }
 
 Result<GltfScene> GltfScene::load(const std::filesystem::path& file) {
-    return resultOf(file, [&] { return GltfScene(std::make_unique<State>(file)); });
+    return resultOf(file, [&] { return GltfScene(std::make_unique<State>(GltfDocument(file))); });
 }
 
 std::vector<const TriangleMesh*> GltfScene::triangleMeshes() const {
@@ -218,17 +219,25 @@ Result<MeshSize> GltfScene::writeLightMapUvs(const std::filesystem::path& file, 
     return write(file, {.lightMapUvs = &uvs});
 }
 
-Result<MeshSize> GltfScene::writePart(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs,
-                                      const TrianglePart& part) const {
-    return write(file, {.lightMapUvs = &uvs, .part = &part});
+Result<GltfScene> GltfScene::part(const TrianglePart& part) const {
+    assert(part.meshes.size() == triangleMeshes().size());
+    const std::filesystem::path& file = state_->document.file();
+    const auto glb = build({.part = &part}, file);
+    if (!glb) return tl::make_unexpected(glb.error());
+    return resultOf(file, [&] { return GltfScene(std::make_unique<State>(GltfDocument(state_->document, glb->bytes))); });
+}
+
+Result<BuiltGlb> GltfScene::build(const GlbChanges& changes, const std::filesystem::path& file) const {
+    auto glb = resultOf(state_->document.file(), [&] { return buildGlb(state_->document, state_->primitives, changes); });
+    if (glb && glb->bytes.size() > std::numeric_limits<std::uint32_t>::max())
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {} bytes, expected less than 4 GiB in a GLB", glb->bytes.size()));
+    return glb;
 }
 
 Result<MeshSize> GltfScene::write(const std::filesystem::path& file, const GlbChanges& changes) const {
-    const auto glb = resultOf(state_->document.file(), [&] { return buildGlb(state_->document, state_->primitives, changes); });
+    const auto glb = build(changes, file);
     if (!glb) return tl::make_unexpected(glb.error());
-    if (glb->bytes.size() > std::numeric_limits<std::uint32_t>::max())
-        return failure(ErrorCode::WrongShape, file.string(),
-                       fmt::format("found {} bytes, expected less than 4 GiB in a GLB", glb->bytes.size()));
     if (const auto written = writeWholeFile(file, glb->bytes); !written) return tl::make_unexpected(written.error());
     return glb->size;
 }

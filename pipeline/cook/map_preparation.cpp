@@ -26,9 +26,8 @@ std::string splitWords(const LightMapEntry& entry, const TriedSplit& split, cons
     const auto size = [](const std::optional<std::uint64_t>& of) {
         return of ? fmt::format("{:.1f} KiB", static_cast<double>(*of) / 1024) : "no layout within the limits";
     };
-    const std::size_t count = split.charts.size() + split.fineCharts.size();
-    const std::string maps = fmt::format("{} of {} charts in a map of their own: two maps take {}, one takes {}", split.fineCharts.size(),
-                                         count, size(bytes), size(bytesOfOne));
+    const std::string maps = fmt::format("{:.1f} % of the texels in a map of their own: two maps take {}, one takes {}",
+                                         100 * split.fineShare, size(bytes), size(bytesOfOne));
     return areSmaller(bytes, bytesOfOne) ? fmt::format("{}, '{}'", maps, fineNameOf(entry.name)) : fmt::format("no, {}", maps);
 }
 

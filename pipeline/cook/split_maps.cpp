@@ -52,15 +52,15 @@ std::optional<Action> splitAction(const Scene& scene, const Needs& needs, const 
     auto trial = trialOf(scene, needs, entry, repair);
     if (!trial) return std::nullopt;
     const SplitParameters parameters{std::move(*trial), scene.output.maxError, visibleLimit(scene.output, entry.maxVisible),
-                                     packed.bake.places};
+                                     packed.bake.places, packed.boxes};
     return Action{"split/" + entry.name, "split-charts", entry.name, toJson(parameters), learnedInputsOf(entry), {}};
 }
 
 std::vector<LightMapEntry> partsOf(const LightMapEntry& lightMap, const TriedSplit& split, double displayKey) {
     std::vector<LightMapEntry> parts(2, lightMap);
     parts[1].name = fineNameOf(lightMap.name);
-    parts[0].part = ChartPart{lightMap.name, split.charts};
-    parts[1].part = ChartPart{lightMap.name, split.fineCharts};
+    parts[0].part = ChartPart{lightMap.name, split.tileSide, split.tiles};
+    parts[1].part = ChartPart{lightMap.name, split.tileSide, split.fineTiles};
     for (LightMapEntry& part : parts) {
         part.charts.mode = ChartMode::Pack;
         if (displayKey > 0) part.white = displayKey / lighting::kKeyOfDiffuseWhite;

@@ -11,6 +11,7 @@
 #include "atlas/charts.h"
 #include "formats/gltf_scene.h"
 #include "formats/image.h"
+#include "pipeline/repack/mesh_part.h"
 #include "pipeline/repack/repack.h"
 #include "pipeline/repack/unpacked_bake.h"
 
@@ -27,31 +28,31 @@ public:
     /// texel  place in the bake; integers are texel centres
     std::optional<glm::dvec2> packed(const glm::dvec2& texel) const;
     /// Returns true where a chart of the mesh lies, be it of this part or of another.
-    bool isRead(const glm::dvec2& texel) const { return chartAt(texel) != atlas::ChartSet::kNoChart; }
+    bool isRead(const glm::dvec2& texel) const;
 
     /// Fails with ErrorCode::Verification, naming mesh and vertex, unless the UVs of the repacked mesh lie where its charts do.
-    /// mesh  file of `after`, for errors
-    /// size  of the repacked map [texels]
+    /// before  as create() had it
+    /// mesh    file of `after`, for errors
+    /// size    of the repacked map [texels]
     formats::Result<void> check(const formats::GltfScene& before, const formats::GltfScene& after, const std::string& mesh,
                                 const glm::ivec2& size) const;
 
 private:
-    ChartPlaces(atlas::ChartSet charts, std::vector<std::optional<ChartPlace>> places, const glm::ivec2& before);
+    ChartPlaces(atlas::ChartSet charts, std::vector<ChartPlace> places, const glm::ivec2& before);
+    void leave(MeshPart part);
     glm::dvec2 moved(std::size_t chart, const glm::dvec2& texel) const;
-    std::uint32_t ownerOf(const glm::ivec2& quad) const;
+    /// Calls visit(quad) for the quads that a place lies in: one, or up to four on their sides. Quads of the map, from 0 on.
+    template <class Visit>
+    void forEachQuadAt(const glm::dvec2& texel, Visit visit) const;
     std::uint32_t chartAt(const glm::dvec2& texel) const;
 
     atlas::ChartSet charts_;
-    std::vector<std::optional<ChartPlace>> places_;  ///< [chart]; empty: of another part
+    std::vector<ChartPlace> places_;  ///< [chart]
     glm::ivec2 before_;
-    formats::Image<std::uint32_t> owners_;  ///< chart of each quad, from quad (-1, -1) on
+    formats::Image<std::uint32_t> owners_;         ///< chart of each quad, from quad (-1, -1) on; without quads of another part
+    formats::Image<std::uint8_t> isRead_;          ///< 1 for quads that a triangle of any part reaches
+    std::optional<formats::GltfScene> part_ = {};  ///< triangles of the part; empty: the whole mesh
 };
-
-/// Returns the triangles of each of some meshes whose charts are chosen, as GltfScene::writePart() takes them.
-/// meshes    as they were given to atlas::findCharts
-/// isChosen  of each chart
-std::vector<std::vector<std::uint8_t>> trianglesOfCharts(std::span<const formats::TriangleMesh* const> meshes,
-                                                         const atlas::ChartSet& charts, const std::vector<std::uint8_t>& isChosen);
 
 /// Return places as parameters of an action have them, four numbers a chart, and back.
 std::vector<int> numbersOf(std::span<const ChartPlace> places);

@@ -66,7 +66,7 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
     request.folder = context.folder / context.action.asset;
     request.maxVisible = parameters->maxVisible;
     if (parameters->part) {
-        request.charts = parameters->part->charts;
+        request.part = parameters->part;
         request.hasLines = parameters->part->of == context.action.asset;
     }
     auto made = repack(request, context.state, &context.action);
@@ -76,7 +76,9 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
             error.detail += "; --keep-uv cooks it without packing";
         return tl::make_unexpected(error);
     }
-    PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), {}, {}, Json::object()};
+    PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), {}, {}, {}, Json::object()};
+    for (const atlas::ChartBox& box : made->boxes)
+        result.boxes.insert(result.boxes.end(), {box.first.x, box.first.y, box.quads.x, box.quads.y});
     result.map = context.action.asset + "/" + made->map.filename().string();
     result.mesh = context.action.asset + "/" + made->meshes.front().filename().string();
     result.notes = {{"repaired_not_finite", made->repairs.notFinite},
@@ -97,6 +99,7 @@ Result<PackedLightMap> packedLightMap(const Action& action, const ActionRecord& 
     packed.files = {{kSourceRole, folder / result->map}, {kMeshRole, folder / result->mesh}};
     if (const auto config = action.inputs.find(kColorConfigRole); config != action.inputs.end()) packed.files.insert(*config);
     packed.bake = {parameters->description, result->packing, result->places, parameters->part};
+    packed.boxes = result->boxes;
     packed.packed = writtenDescription(withFiles(parameters->description, action.inputs));
     packed.notes = result->notes;
     return packed;

@@ -17,7 +17,7 @@
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/parallel_for.h"
-#include "pipeline/repack/chart_places.h"
+#include "pipeline/repack/mesh_part.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -104,6 +104,17 @@ Result<Meshes> loadMeshes(const std::vector<fs::path>& files) {
     return meshes;
 }
 
+/// Leaves a part of the only mesh.
+Result<void> takePart(Meshes& meshes, const RepackRequest& request, const glm::ivec2& size) {
+    const std::string name = request.meshes.front().string();
+    auto part = partOf(meshes.scenes.front(), name, *request.part, size, request.hasLines);
+    if (!part) return tl::make_unexpected(part.error());
+    meshes.scenes.front() = std::move(part->scene);
+    meshes.triangles = meshes.scenes.front().triangleMeshes();
+    meshes.names.assign(meshes.triangles.size(), name);
+    return {};
+}
+
 /// Refuses meshes that do not belong to the bake.
 Result<void> checkCoverage(const Meshes& meshes, const atlas::ChartSet& found, const std::vector<atlas::ReducedChart>& charts,
                            const MapTexels& map, const fs::path& file) {
@@ -162,14 +173,8 @@ struct PlacedChart {
     }
 };
 
-/// The charts that are written, of those that were found.
-struct WrittenCharts {
-    std::vector<PlacedChart> placed = {};
-    std::vector<std::optional<std::size_t>> indexOf = {};  ///< [chart]: its index in `placed`; empty: it is not written
-};
-
 /// Returns the new light-map UVs of the meshes.
-std::vector<std::vector<glm::vec2>> newUvs(const Meshes& meshes, const atlas::ChartSet& found, const WrittenCharts& charts,
+std::vector<std::vector<glm::vec2>> newUvs(const Meshes& meshes, const atlas::ChartSet& found, const std::vector<PlacedChart>& placed,
                                            const glm::dvec2& sizeBefore, const glm::dvec2& size) {
     std::vector<std::vector<glm::vec2>> uvs;
     for (std::size_t mesh = 0; mesh < meshes.triangles.size(); ++mesh) {
@@ -177,8 +182,8 @@ std::vector<std::vector<glm::vec2>> newUvs(const Meshes& meshes, const atlas::Ch
         std::vector<glm::vec2>& made = uvs.emplace_back();
         for (std::size_t vertex = 0; vertex < found.ofVertex[mesh].size(); ++vertex) {
             const std::uint32_t chart = found.ofVertex[mesh][vertex];
-            const auto index = chart == atlas::ChartSet::kNoChart ? std::nullopt : charts.indexOf[chart];
-            made.emplace_back(index ? charts.placed[*index].moved(glm::dvec2(uv.at(vertex)) * sizeBefore) / size : glm::dvec2(0));
+            made.emplace_back(chart != atlas::ChartSet::kNoChart ? placed[chart].moved(glm::dvec2(uv.at(vertex)) * sizeBefore) / size
+                                                                 : glm::dvec2(0));
         }
     }
     return uvs;
@@ -234,24 +239,6 @@ Result<std::vector<fs::path>> outputsOf(const RepackRequest& request) {
     return outputs;
 }
 
-/// Returns the charts to write, as indices of those that were found.
-Result<std::vector<std::size_t>> chartsToWrite(const RepackRequest& request, const atlas::ChartSet& found) {
-    std::vector<std::size_t> charts;
-    if (!request.charts) {
-        for (std::size_t i = 0; i < found.charts.size(); ++i) charts.push_back(i);
-        return charts;
-    }
-    for (const int chart : *request.charts) {
-        const auto index = static_cast<std::size_t>(chart);
-        if (chart < 0 || index >= found.charts.size() || (!charts.empty() && index <= charts.back()))
-            return failure(
-                ErrorCode::InvalidRequest, request.meshes.front().string(),
-                fmt::format("found chart {} among those to pack, expected ascending numbers below {}", chart, found.charts.size()));
-        charts.push_back(index);
-    }
-    return charts;
-}
-
 /// Moves entries [begin, end) out.
 template <class T>
 std::vector<T> slice(std::vector<T>& all, std::size_t begin, std::size_t end) {
@@ -297,9 +284,11 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     LightMapSources sources;
     const auto source = sources.open(request.map, request.description);
     if (!source) return tl::make_unexpected(source.error());
-    const auto meshes = loadMeshes(request.meshes);
+    auto meshes = loadMeshes(request.meshes);
     if (!meshes) return tl::make_unexpected(meshes.error());
     const glm::ivec2 sizeBefore((*source)->width(), (*source)->height());
+    if (request.part)
+        if (auto taken = takePart(*meshes, request, sizeBefore); !taken) return tl::make_unexpected(taken.error());
     const auto found = atlas::findCharts(meshes->triangles, meshes->names, sizeBefore.x, sizeBefore.y);
     if (!found) return tl::make_unexpected(found.error());
     const auto map = readMap(**source, request.map.string(), state);
@@ -319,12 +308,11 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
             return atlas::reduceChart(found->charts[static_cast<std::size_t>(index)], view, limit, state.interrupted);
         });
     if (!reduced) return tl::make_unexpected(reduced.error());
-    if (auto fits = checkCoverage(*meshes, *found, *reduced, *map, request.map); !fits) return tl::make_unexpected(fits.error());
+    if (!request.part)
+        if (auto fits = checkCoverage(*meshes, *found, *reduced, *map, request.map); !fits) return tl::make_unexpected(fits.error());
 
-    const auto written = chartsToWrite(request, *found);
-    if (!written) return tl::make_unexpected(written.error());
     std::vector<formats::ImageView<const std::uint8_t>> isRead;
-    for (const std::size_t chart : *written) isRead.push_back((*reduced)[chart].isRead.view());
+    for (const atlas::ReducedChart& chart : *reduced) isRead.push_back(chart.isRead.view());
     const auto packing = atlas::packCharts(isRead, state.interrupted);
     if (!packing) return tl::make_unexpected(interrupted(context).value());
 
@@ -332,19 +320,16 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
                     .meshes = {outputs->begin() + 1, outputs->end()},
                     .sizeBefore = sizeBefore,
                     .size = packing->size,
-                    .charts = written->size(),
+                    .charts = reduced->size(),
                     .repairs = map->repairs,
                     .negativeAfterGamut = map->negativeAfterGamut};
-    WrittenCharts charts;
-    charts.indexOf.resize(reduced->size());
+    std::vector<PlacedChart> placed;
     verify::VisibleAccumulator visible;
     double squaredError = 0, squaredLight = 0;
-    for (const std::size_t index : *written) {
-        const atlas::ReducedChart& chart = (*reduced)[index];
-        const glm::ivec2 place = packing->places[charts.placed.size()];
-        charts.indexOf[index] = charts.placed.size();
-        charts.placed.push_back({found->charts[index], chart, place});
-        result.places.push_back({chart.step, place});
+    for (std::size_t i = 0; i < reduced->size(); ++i) {
+        const atlas::ReducedChart& chart = (*reduced)[i];
+        placed.push_back({found->charts[i], chart, packing->places[i]});
+        result.places.push_back({chart.step, packing->places[i]});
         visible.add(chart.visible);
         squaredError += chart.squaredError;
         squaredLight += chart.squaredLight;
@@ -352,29 +337,22 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
         result.readBefore += chart.readBefore;
         result.reducedCharts += chart.step != glm::ivec2(1) ? 1 : 0;
     }
+    result.boxes = atlas::boxesOf(found->charts);
     result.visible = visible.figures();
     result.relRms = squaredLight > 0 ? std::sqrt(squaredError / squaredLight) : 0;
 
     result.uvBefore = freeUvOf(meshes->scenes.front());
     const auto temporary = TemporaryFolder::create(request.folder);
     if (!temporary) return tl::make_unexpected(temporary.error());
-    if (auto done = writeMap(*temporary / outputs->front().filename(), charts.placed, packing->size, state); !done)
+    if (auto done = writeMap(*temporary / outputs->front().filename(), placed, packing->size, state); !done)
         return tl::make_unexpected(done.error());
-    std::vector<std::vector<glm::vec2>> uvs = newUvs(*meshes, *found, charts, glm::dvec2(sizeBefore), glm::dvec2(packing->size));
-    std::vector<std::vector<std::uint8_t>> isKept;
-    if (request.charts) {
-        std::vector<std::uint8_t> isWritten;
-        for (const auto& index : charts.indexOf) isWritten.push_back(index ? 1 : 0);
-        isKept = trianglesOfCharts(meshes->triangles, *found, isWritten);
-    }
+    std::vector<std::vector<glm::vec2>> uvs = newUvs(*meshes, *found, placed, glm::dvec2(sizeBefore), glm::dvec2(packing->size));
     std::size_t first = 0;
     for (std::size_t i = 0; i < meshes->scenes.size(); ++i) {
         const GltfScene& scene = meshes->scenes[i];
         const std::size_t end = first + scene.triangleMeshes().size();
         const fs::path file = *temporary / (*outputs)[i + 1].filename();
-        const std::vector<std::vector<glm::vec2>> ofScene = slice(uvs, first, end);
-        const auto done = request.charts ? scene.writePart(file, ofScene, {slice(isKept, first, end), request.hasLines})
-                                         : scene.writeLightMapUvs(file, ofScene);
+        const auto done = scene.writeLightMapUvs(file, slice(uvs, first, end));
         if (!done) return tl::make_unexpected(done.error());
         first = end;
     }

@@ -8,8 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "atlas/tiles.h"
 #include "formats/light_map.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/scene/chart_settings.h"
 #include "verify/visible.h"
 
 namespace lightcook::pipeline {
@@ -20,9 +22,9 @@ struct RepackRequest {
     std::vector<std::filesystem::path> meshes;  ///< glTF files with light-map UVs (TEXCOORD_1) in the map
     std::filesystem::path folder;               ///< gets the bake as EXR and each mesh as GLB, by the names that they have
     double maxVisible = 1;                      ///< of 99 % of each chart's samples [Delta E ITP]; 0: charts are moved only
-    /// Charts to write, in the order of atlas::findCharts, ascending: the meshes are written without the triangles of others. Empty: all.
-    std::optional<std::vector<int>> charts = {};
-    bool hasLines = true;  ///< with `charts`: lines and points of the meshes are written, too
+    /// What to write of a single mesh; empty: everything. The mesh belongs to the bake as a whole, which is not checked for a part.
+    std::optional<ChartPart> part = {};
+    bool hasLines = true;  ///< with `part`: lines and points of the mesh are written, too
 };
 
 /// Place of a chart in the repacked map.
@@ -38,9 +40,10 @@ struct Repacked {
     glm::ivec2 sizeBefore{0}, size{0};      ///< [texels]
     std::int64_t readBefore = 0, read = 0;  ///< texels that filters read
     std::size_t charts = 0, reducedCharts = 0;
-    verify::VisibleFigures visible = {};  ///< of exit radiance, against the bake (atlas/reduction.h says where)
-    double relRms = 0;                    ///< of exit radiance, over the same samples
-    std::vector<ChartPlace> places = {};  ///< of the charts that were written, in the order of atlas::findCharts
+    verify::VisibleFigures visible = {};      ///< of exit radiance, against the bake (atlas/reduction.h says where)
+    double relRms = 0;                        ///< of exit radiance, over the same samples
+    std::vector<ChartPlace> places = {};      ///< of each chart, in the order of atlas::findCharts
+    std::vector<atlas::ChartBox> boxes = {};  ///< of each chart in the bake
     formats::LightMapRepairs repairs = {};
     std::int64_t negativeAfterGamut = 0;  ///< see formats::LightMapStrip
     std::string uvBefore = {};            ///< attribute of the first mesh with the UVs that it had
@@ -49,8 +52,8 @@ struct Repacked {
 };
 
 /// Reads the bake, and writes the repacked one and its meshes. Nothing is written if it fails. Holds the bake in memory.
-/// Fails with ErrorCode::InvalidRequest for charts that the meshes do not have; and with ErrorCode::WrongShape, naming mesh and triangle,
-/// for meshes without light-map UVs, UVs outside [0, 1], and meshes that do not belong to the bake: they read charts without a covered
+/// Fails with ErrorCode::Verification for tiles that the mesh does not have; and with ErrorCode::WrongShape, naming mesh and triangle, for
+/// meshes without light-map UVs, UVs outside [0, 1], and meshes that do not belong to the bake: they read charts without a covered
 /// texel, or leave more than kMostUnread of the covered texels unread.
 inline constexpr double kMostUnread = 0.1;
 /// action  that progress is reported for; null: one of its own

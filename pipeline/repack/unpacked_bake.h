@@ -44,21 +44,24 @@ void describe(Fields& fields, Self& packing) {
 template <class Fields, Is<ChartPart> Self>
 void describe(Fields& fields, Self& part) {
     fields.required("of", part.of, "light map of the scene file");
-    fields.required("charts", part.charts, "charts of the source mesh that this map has, from 0, in the order of their first triangles");
+    fields.presentIf(part.tileSide > 0, "tile_side", part.tileSide,
+                     "side of the tiles that charts of the source mesh are cut into [texels]; absent: charts are whole");
+    fields.required("tiles", part.tiles,
+                    "tiles that this map has, numbered from 0 chart by chart, in the order of their first triangles, and row by row");
 }
 
 struct UnpackedBake {
     formats::LightMapDescription description;
     ChartPacking packing;
     std::vector<int> places;        ///< of each chart of the map: step in x and y, first texel's x and y (ChartPlace)
-    std::optional<ChartPart> part;  ///< absent: all charts
+    std::optional<ChartPart> part;  ///< absent: the whole mesh
 };
 template <class Fields, Is<UnpackedBake> Self>
 void describe(Fields& fields, Self& bake) {
     fields.required("description", bake.description, "conventions of the bake");
     fields.required("packing", bake.packing, "how its charts were packed");
     fields.required("places", bake.places, "of each chart: texels of the bake for each texel in x and y, and x and y of its first texel");
-    fields.optional("part", bake.part, "the charts that this map has, where they were split between two maps; absent: all");
+    fields.optional("part", bake.part, "what this map has, where charts were split between two maps; absent: all charts");
 }
 
 /// The parameter of a verification, beside those of the asset's kind. Absent: no charts were packed.

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <glm/common.hpp>
 #include <limits>
+#include <map>
 #include <numeric>
 
+#include "formats/disjoint_sets.h"
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/light_map/chart_trial.h"
 #include "pipeline/assets/light_map/survey.h"
@@ -93,8 +95,9 @@ std::int64_t sumOf(std::span<const std::int64_t> texels, std::span<const std::si
 
 /// Returns true if the charts of a packed map lie where they were packed, in the order that they have in the bake. The first texel of a
 /// chart with fewer texels may come out one lower: it is found with a tolerance in texels, which are larger there.
-bool areAtPlaces(const std::vector<atlas::Chart>& charts, std::span<const int> places) {
-    if (places.size() != 4 * charts.size()) return false;
+bool areAtPlaces(const std::vector<atlas::Chart>& charts, const SplitParameters& parameters) {
+    const std::vector<int>& places = parameters.places;
+    if (places.size() != 4 * charts.size() || parameters.boxes.size() != places.size()) return false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
         const glm::ivec2 off = glm::abs(charts[i].first - glm::ivec2(places[4 * i + 2], places[4 * i + 3]));
         if (off.x > 1 || off.y > 1) return false;
@@ -102,9 +105,90 @@ bool areAtPlaces(const std::vector<atlas::Chart>& charts, std::span<const int> p
     return true;
 }
 
+/// Returns true if the triangles of a scene can be cut: the vertices of a skin cannot be made up.
+bool canBeCut(const formats::GltfScene& scene) {
+    return std::ranges::none_of(scene.triangleMeshes(), [](const auto* mesh) { return mesh->find("JOINTS_0") != nullptr; });
+}
+
+/// Returns the boxes that the charts of a packed map had in the bake.
+std::vector<atlas::ChartBox> boxesOf(const SplitParameters& parameters) {
+    std::vector<atlas::ChartBox> boxes;
+    for (std::size_t i = 0; i + 3 < parameters.boxes.size(); i += 4) {
+        const int* box = &parameters.boxes[i];
+        boxes.push_back({{box[0], box[1]}, {box[2], box[3]}});
+    }
+    return boxes;
+}
+
+/// Groups of tiles that are chosen together.
+using Grouping = std::vector<std::vector<std::size_t>>;
+
+/// Returns groupings of the groups of a trial: each alone, and those of whole charts together.
+Grouping eachAlone(const ChartTrial& trial) {
+    Grouping grouping;
+    for (std::size_t i = 0; i < trial.groups().size(); ++i) grouping.push_back({i});
+    return grouping;
+}
+Grouping byChart(const ChartTrial& trial, const atlas::Tiles& tiles, std::size_t chartCount) {
+    std::vector<std::uint32_t> firstOfTile(static_cast<std::size_t>(tiles.count()));  // the first tile of the same chart
+    for (std::size_t chart = 0; chart < chartCount; ++chart) {
+        const glm::ivec2 grid = tiles.gridOf(chart);
+        for (int i = 0; i < grid.x * grid.y; ++i) {
+            const int first = tiles.at(chart, {0, 0});
+            firstOfTile[static_cast<std::size_t>(first + i)] = static_cast<std::uint32_t>(first);
+        }
+    }
+    formats::DisjointSets sets(static_cast<std::uint32_t>(tiles.count()));
+    for (const TileGroup& group : trial.groups())
+        for (const int tile : group.tiles)
+            sets.join(firstOfTile[static_cast<std::size_t>(group.tiles.front())], firstOfTile[static_cast<std::size_t>(tile)]);
+    std::map<std::uint32_t, std::vector<std::size_t>> members;
+    for (std::size_t i = 0; i < trial.groups().size(); ++i)
+        members[sets.find(firstOfTile[static_cast<std::size_t>(trial.groups()[i].tiles.front())])].push_back(i);
+    Grouping grouping;
+    for (auto& [set, groups] : members) grouping.push_back(std::move(groups));
+    return grouping;
+}
+
+/// What splits are chosen from.
+struct SplitChoice {
+    const ChartTrial& trial;
+    const std::vector<CandidateByChart>& candidates;
+    const atlas::Tiles& tiles;
+    const SplitParameters& parameters;
+};
+
+/// Adds the splits of a grouping that are expected to take fewer bits than one map.
+void addSplits(const SplitChoice& choice, const Grouping& grouping, double padding, std::vector<TriedSplit>& splits) {
+    std::vector<std::int64_t> texels;
+    std::vector<CandidateByChart> candidates;
+    for (const CandidateByChart& each : choice.candidates) candidates.push_back({each.whole, {}});
+    for (const std::vector<std::size_t>& members : grouping) {
+        std::int64_t& sum = texels.emplace_back();
+        for (const std::size_t group : members) sum += choice.trial.groups()[group].texels;
+        for (std::size_t i = 0; i < candidates.size(); ++i) candidates[i].samples.push_back(sumOf(choice.candidates[i].samples, members));
+    }
+    for (const double share : kSplitShares) {
+        const SplitLimits limits{choice.parameters.maxError, choice.parameters.maxVisible, share};
+        const ChartSplit split = chooseSplit(candidates, texels, limits, padding);
+        if (split.fine.empty()) continue;
+        std::vector<std::uint8_t> isFine(static_cast<std::size_t>(choice.tiles.count()), 0);
+        for (const std::size_t set : split.fine)
+            for (const std::size_t group : grouping[set])
+                for (const int tile : choice.trial.groups()[group].tiles) isFine[static_cast<std::size_t>(tile)] = 1;
+        TriedSplit made{choice.tiles.side(), {}, {}, split.layout, split.fineLayout, split.bits, split.bitsOfOne, 0};
+        for (std::size_t tile = 0; tile < isFine.size(); ++tile)
+            (isFine[tile] != 0 ? made.fineTiles : made.tiles).push_back(static_cast<int>(tile));
+        const auto all = static_cast<double>(std::accumulate(texels.begin(), texels.end(), std::int64_t{0}));
+        made.fineShare = static_cast<double>(sumOf(texels, split.fine)) / all;
+        if (std::ranges::find(splits, made.fineTiles, &TriedSplit::fineTiles) == splits.end()) splits.push_back(std::move(made));
+    }
+}
+
 }  // namespace
 
-ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits) {
+ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits,
+                       double padding) {
     ChartSplit best;
     if (candidates.empty() || texels.empty()) return best;
     const SplitJudge judge(limits);
@@ -121,7 +205,7 @@ ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<c
         const CandidateByChart& other = cheapestFor(candidates, fine, judge);
         if (!judge.keeps(sumOf(other.samples, fine))) continue;
         const double share = static_cast<double>(sumOf(texels, fine)) / total;
-        const double bits = (1 - share) * bitsOf(each) + share * bitsOf(other);
+        const double bits = (1 - share) * bitsOf(each) + padding * share * bitsOf(other);
         if (bits >= best.bits || bits > (1 - kLeastSplitSaving) * best.bitsOfOne) continue;
         best.layout = each.whole.layout;
         best.fineLayout = other.whole.layout;
@@ -143,31 +227,26 @@ Result<ActionOutcome> splitCharts(const ActionContext& context) {
     const std::vector<std::string> names(meshes.size(), mesh);
     const auto found = atlas::findCharts(meshes, names, (*source)->width(), (*source)->height());
     if (!found) return tl::make_unexpected(found.error());
-    if (!areAtPlaces(found->charts, parameters->places))
+    if (!areAtPlaces(found->charts, *parameters))
         return formats::failure(formats::ErrorCode::Internal, mesh, "found charts that lie elsewhere than where they were packed");
     const auto key = surveyKey(**source, context);
     if (!key) return tl::make_unexpected(key.error());
+    const std::vector<atlas::ChartBox> boxes = boxesOf(*parameters);
+    const atlas::Tiles tiles(boxes, canBeCut(*scene) ? kTileSide : 0);
+    PackedTiles packed{tiles};
+    for (const atlas::ChartBox& box : boxes) packed.firsts.push_back(box.first);
+    for (std::size_t i = 0; i < parameters->places.size(); i += 4)
+        packed.steps.emplace_back(parameters->places[i], parameters->places[i + 1]);
     const double unlimited = std::numeric_limits<float>::max();
-    const ChartTrial charts(found->charts, (*source)->width(), (*source)->height(), parameters->maxVisible.value_or(unlimited));
+    const ChartTrial charts(found->charts, packed, (*source)->width(), (*source)->height(), parameters->maxVisible.value_or(unlimited));
     auto tried = tryLayoutsByChart(parameters->trial, charts, context);
     if (!tried) return tl::make_unexpected(tried.error());
 
-    std::vector<std::int64_t> texels;
-    for (const ChartGroup& group : charts.groups()) texels.push_back(group.texels);
     SplitResult result{{}, key->displayKey(), {}};
-    for (const double share : kSplitShares) {
-        const ChartSplit split = chooseSplit(*tried, texels, {parameters->maxError, parameters->maxVisible, share});
-        if (split.fine.empty()) continue;
-        TriedSplit made{{}, {}, split.layout, split.fineLayout, split.bits, split.bitsOfOne};
-        for (std::size_t i = 0; i < charts.groups().size(); ++i) {
-            std::vector<int>& to = std::ranges::find(split.fine, i) != split.fine.end() ? made.fineCharts : made.charts;
-            to.insert(to.end(), charts.groups()[i].charts.begin(), charts.groups()[i].charts.end());
-        }
-        std::ranges::sort(made.charts);
-        std::ranges::sort(made.fineCharts);
-        if (std::ranges::find(result.splits, made.fineCharts, &TriedSplit::fineCharts) == result.splits.end())
-            result.splits.push_back(std::move(made));
-    }
+    const SplitChoice choice{charts, *tried, tiles, *parameters};
+    addSplits(choice, byChart(charts, tiles, boxes.size()), 1, result.splits);
+    if (tiles.side() > 0) addSplits(choice, eachAlone(charts), kTilePadding, result.splits);
+    std::ranges::stable_sort(result.splits, {}, &TriedSplit::bits);
     for (CandidateByChart& each : *tried) result.one.candidates.push_back(std::move(each.whole));
     return outcomeWith(result);
 }

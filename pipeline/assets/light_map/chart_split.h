@@ -1,10 +1,11 @@
-// Charts of a light map split between two maps, so that the charts which need a fine layout do not make all others take it.
+// Charts of a light map split between two maps, so that the places which need a fine layout do not make all others take it.
 //
-// Charts differ: along a shadow's edge a learned layout is far off where it is invisibly so elsewhere, and one layout for the map is the
-// one that its worst charts need. The trial of the map measures every layout on every chart. A layout is tried for the map as follows: the
-// chart that uses most of the limits a texel, beyond what its size allows, is left out, then the next one, until the rest keep the limits.
-// The charts that were left out get the smallest layout that keeps the limits on them. The pair of layouts that takes the fewest bits is
-// the split. Each of the two maps is then tried and cooked as any other.
+// Places differ: along a shadow's edge a learned layout is far off where it is invisibly so elsewhere, and one layout for the map is the
+// one that its worst places need. The trial of the map measures every layout on every tile of its charts (atlas/tiles.h). A layout is tried
+// for the map as follows: the tile that uses most of the limits a texel, beyond what its size allows, is left out, then the next one, until
+// the rest keep the limits. The tiles that were left out get the smallest layout that keeps the limits on them. The pair of layouts that
+// takes the fewest bits is the split. The same is done with whole charts, which need no texels beside a cut. Each of the two maps is then
+// tried and cooked as any other.
 #pragma once
 
 #include <array>
@@ -28,7 +29,7 @@ struct SplitLimits {
 struct ChartSplit {
     std::string layout, fineLayout;  ///< that the choice expects: of the charts that stay, and of the others
     double bits = 0, bitsOfOne = 0;  ///< of a texel in the mean, and with one layout for all charts
-    std::vector<std::size_t> fine;   ///< groups of charts that a finer layout gets; empty: one map is as small
+    std::vector<std::size_t> fine;   ///< groups of tiles that a finer layout gets; empty: one map is as small
 };
 
 /// Least part of the bits that a split has to save: two maps have more borders of blocks and more tables than one.
@@ -37,17 +38,24 @@ inline constexpr double kLeastSplitSaving = 0.03;
 /// differ.
 inline constexpr std::array kSplitShares = {0.9, 0.7, 0.5, 0.3};
 
+/// Side of the tiles that charts are cut into [texels].
+inline constexpr int kTileSide = 32;
+/// Texels of the fine map for each texel of its tiles: filters read a texel beyond a cut, and charts begin at corners of blocks.
+inline constexpr double kTilePadding = 1.2;
+
 /// Chooses the split of least bits.
 /// candidates  layouts that may be chosen
 /// texels      of each group
-ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits);
+/// padding     texels of the fine map for each texel of its groups
+ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits,
+                       double padding);
 
 /// Parameters of action "split-charts". Its inputs are "source" and "mesh": a map and its mesh whose charts were packed.
 struct SplitParameters {
     TrialParameters trial;
     double maxError = 0;
     std::optional<double> maxVisible = {};
-    std::vector<int> places = {};  ///< of the charts, as PackResult has them
+    std::vector<int> places = {}, boxes = {};  ///< of the charts, as PackResult has them
 };
 template <class Fields, Is<SplitParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -55,26 +63,31 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("max_error", parameters.maxError, "limit on rel_rms");
     fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
     fields.required("places", parameters.places, "places of the charts");
+    fields.required("boxes", parameters.boxes, "boxes of the charts in the bake");
 }
 
-/// A split with the charts of both maps.
+/// A split with the tiles of both maps.
 struct TriedSplit {
-    std::vector<int> charts, fineCharts;  ///< in the order of the places
+    int tileSide = 0;                   ///< see ChartPart
+    std::vector<int> tiles, fineTiles;  ///< see ChartPart
     std::string layout, fineLayout;
     double bits = 0, bitsOfOne = 0;  ///< see ChartSplit
+    double fineShare = 0;            ///< part of the texels that the fine map has
 };
 template <class Fields, Is<TriedSplit> Self>
 void describe(Fields& fields, Self& split) {
-    fields.required("charts", split.charts, "charts that stay");
-    fields.required("fine_charts", split.fineCharts, "charts that get a map of their own");
-    fields.required("layout", split.layout, "layout expected for the charts that stay");
+    fields.required("tile_side", split.tileSide, "side of the tiles [texels]; 0: whole charts");
+    fields.required("tiles", split.tiles, "tiles that stay");
+    fields.required("fine_tiles", split.fineTiles, "tiles that get a map of their own");
+    fields.required("layout", split.layout, "layout expected for the tiles that stay");
     fields.required("fine_layout", split.fineLayout, "layout expected for the others");
     fields.required("bits", split.bits, "expected memory of a texel [bits]");
     fields.required("bits_of_one", split.bitsOfOne, "that of one map [bits]");
+    fields.required("fine_share", split.fineShare, "part of the texels that the fine map has");
 }
 
 struct SplitResult {
-    std::vector<TriedSplit> splits;  ///< those that are expected to take fewer bits than one map, in the order of kSplitShares
+    std::vector<TriedSplit> splits;  ///< those that are expected to take fewer bits than one map, the smallest first
     double displayKey = 0;           ///< of all charts (verify::LightMapKey): both maps are shown on the display of the whole
     TrialResult one;                 ///< the trial of one map with all charts
 };
@@ -85,7 +98,7 @@ void describe(Fields& fields, Self& result) {
     fields.required("one", result.one, "layouts of one map with all charts");
 }
 
-/// Tries every layout on every chart and chooses splits.
+/// Tries every layout on every tile and chooses splits.
 formats::Result<ActionOutcome> splitCharts(const ActionContext& context);
 
 }  // namespace lightcook::pipeline

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 namespace lightcook::pipeline {
 namespace {
@@ -10,15 +9,41 @@ namespace {
 using atlas::Chart;
 using atlas::ChartSet;
 
-/// Calls visit(x, y) for each texel of the map that a filter inside a quad of the chart reads. Texels come up to four times.
+/// Calls visit(x, y, quad) for each texel of the map that a filter inside a quad of the chart reads, with the quad's place in the chart.
+/// Texels come up to four times.
 template <class Visit>
 void forEachRead(const Chart& chart, const glm::ivec2& size, Visit visit) {
     for (int y = 0; y < chart.quads.y; ++y)
         for (int x = 0; x < chart.quads.x; ++x)
             for (int corner = 0; chart.reaches(x, y) && corner < 4; ++corner) {
                 const glm::ivec2 at = chart.first + glm::ivec2(x + corner % 2, y + corner / 2);
-                if (at.x >= 0 && at.y >= 0 && at.x < size.x && at.y < size.y) visit(at.x, at.y);
+                if (at.x >= 0 && at.y >= 0 && at.x < size.x && at.y < size.y) visit(at.x, at.y, glm::ivec2(x, y));
             }
+}
+
+/// What a tile reads of the map.
+struct TileTexels {
+    std::int64_t count = 0;
+    int firstRow = std::numeric_limits<int>::max(), rowsEnd = 0;
+};
+
+/// Sets the tile of each texel that triangles read, and returns what each tile reads.
+std::vector<TileTexels> readTiles(const std::vector<Chart>& charts, const PackedTiles& packed, formats::Image<std::uint32_t>& tileOf) {
+    const glm::ivec2 size(tileOf.width(), tileOf.height());
+    for (std::size_t i = 0; i < charts.size(); ++i)
+        forEachRead(charts[i], size, [&](int x, int y, const glm::ivec2& quad) {
+            tileOf.at(x, y) = static_cast<std::uint32_t>(packed.tiles.ofQuad(i, packed.firsts[i] + quad * packed.steps[i]));
+        });
+    std::vector<TileTexels> tiles(static_cast<std::size_t>(packed.tiles.count()));
+    for (int y = 0; y < size.y; ++y)
+        for (int x = 0; x < size.x; ++x) {
+            if (tileOf.at(x, y) == ChartSet::kNoChart) continue;
+            TileTexels& texels = tiles[tileOf.at(x, y)];
+            ++texels.count;
+            texels.firstRow = std::min(texels.firstRow, y);
+            texels.rowsEnd = y + 1;
+        }
+    return tiles;
 }
 
 ChartSamples::Light samplesOf(const verify::ErrorAccumulator& errors, const verify::VisibleAccumulator& visible, double maxVisible) {
@@ -52,51 +77,31 @@ void ChartSamples::add(const ChartSamples& other) {
     specular.add(other.specular);
 }
 
-ChartTrial::ChartTrial(const std::vector<Chart>& charts, int width, int height, double maxVisible)
+ChartTrial::ChartTrial(const std::vector<Chart>& charts, const PackedTiles& packed, int width, int height, double maxVisible)
     : groupOf_(width, height, ChartSet::kNoChart), maxVisible_(maxVisible) {
-    const glm::ivec2 size(width, height);
-    std::vector<std::int64_t> texels;
-    formats::Image<std::uint32_t> counted(width, height, ChartSet::kNoChart);
-    for (std::size_t i = 0; i < charts.size(); ++i) {
-        std::int64_t& count = texels.emplace_back();
-        forEachRead(charts[i], size, [&](int x, int y) {
-            if (std::exchange(counted.at(x, y), static_cast<std::uint32_t>(i)) != i) ++count;
-        });
+    const std::vector<TileTexels> tiles = readTiles(charts, packed, groupOf_);
+    const std::int64_t least = packed.tiles.side() > 0 ? kLeastTexels / 4 : kLeastTexels;
+    std::vector<int> large, small;
+    for (std::size_t i = 0; i < tiles.size(); ++i)
+        if (tiles[i].count > 0) (tiles[i].count >= least ? large : small).push_back(static_cast<int>(i));
+    std::ranges::stable_sort(small, {}, [&](int tile) { return tiles[static_cast<std::size_t>(tile)].firstRow; });
+    std::vector<std::uint32_t> groupOfTile(tiles.size(), ChartSet::kNoChart);
+    const auto addTo = [&](TileGroup& group, int tile) {
+        const TileTexels& texels = tiles[static_cast<std::size_t>(tile)];
+        group.firstRow = group.tiles.empty() ? texels.firstRow : std::min(group.firstRow, texels.firstRow);
+        group.rowsEnd = std::max(group.rowsEnd, texels.rowsEnd);
+        group.texels += texels.count;
+        group.tiles.push_back(tile);
+        groupOfTile[static_cast<std::size_t>(tile)] = static_cast<std::uint32_t>(groups_.size() - 1);
+    };
+    for (const int tile : large) addTo(groups_.emplace_back(), tile);
+    for (const int tile : small) {
+        if (tile == small.front() || groups_.back().texels >= least) groups_.emplace_back();
+        addTo(groups_.back(), tile);
     }
-    std::vector<int> small;
-    for (std::size_t i = 0; i < charts.size(); ++i) {
-        const int chart = static_cast<int>(i);
-        if (texels[i] >= kLeastTexels)
-            addGroup(charts, std::span(&chart, 1), texels);
-        else
-            small.push_back(chart);
-    }
-    std::ranges::stable_sort(small, {}, [&](int chart) { return charts[static_cast<std::size_t>(chart)].first.y; });
-    std::vector<int> members;
-    std::int64_t sum = 0;
-    for (const int chart : small) {
-        members.push_back(chart);
-        sum += texels[static_cast<std::size_t>(chart)];
-        if (sum < kLeastTexels && chart != small.back()) continue;
-        addGroup(charts, members, texels);
-        members.clear();
-        sum = 0;
-    }
-}
-
-void ChartTrial::addGroup(const std::vector<Chart>& charts, std::span<const int> members, std::span<const std::int64_t> texels) {
-    const auto index = static_cast<std::uint32_t>(groups_.size());
-    ChartGroup& group = groups_.emplace_back();
-    group.charts.assign(members.begin(), members.end());
-    std::ranges::sort(group.charts);
-    group.firstRow = std::numeric_limits<int>::max();
-    for (const int member : members) {
-        const Chart& chart = charts[static_cast<std::size_t>(member)];
-        group.texels += texels[static_cast<std::size_t>(member)];
-        group.firstRow = std::min(group.firstRow, std::max(chart.first.y, 0));
-        group.rowsEnd = std::max(group.rowsEnd, std::min(chart.first.y + chart.texels().y, groupOf_.height()));
-        forEachRead(chart, {groupOf_.width(), groupOf_.height()}, [&](int x, int y) { groupOf_.at(x, y) = index; });
-    }
+    for (TileGroup& group : groups_) std::ranges::sort(group.tiles);
+    for (std::uint32_t& texel : groupOf_.texels())
+        if (texel != ChartSet::kNoChart) texel = groupOfTile[texel];
 }
 
 std::vector<std::vector<ChartSamples>> ChartTrial::measure(const verify::LightMapVerifier& verifier,
@@ -105,7 +110,7 @@ std::vector<std::vector<ChartSamples>> ChartTrial::measure(const verify::LightMa
     std::vector<std::vector<ChartSamples>> samples(verifier.noErrors().stages.size(), std::vector<ChartSamples>(groups_.size()));
     formats::LightMapStrip ofGroup = copyOf(reference);
     for (std::size_t i = 0; i < groups_.size(); ++i) {
-        const ChartGroup& group = groups_[i];
+        const TileGroup& group = groups_[i];
         const int first = std::max(group.firstRow, firstRow), end = std::min(group.rowsEnd, firstRow + rowCount);
         if (first >= end) continue;
         for (int y = 0; y < ofGroup.covered.height(); ++y)

@@ -1,4 +1,4 @@
-// Errors of a trial by chart: how far off each part of a light map is under each layout, so that charts can be given layouts of their own.
+// Errors of a trial by tile: how far off each part of a light map is under each layout, so that parts can be given layouts of their own.
 #pragma once
 
 #include <cstdint>
@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "atlas/charts.h"
+#include "atlas/tiles.h"
 #include "formats/image.h"
 #include "formats/light_map.h"
 #include "verify/light_map.h"
 
 namespace lightcook::pipeline {
 
-/// Samples of shaded light on some charts, under one layout.
+/// Samples of shaded light on some tiles, under one layout.
 struct ChartSamples {
     struct Light {
         std::int64_t count = 0;  ///< samples
@@ -26,31 +27,36 @@ struct ChartSamples {
     void add(const ChartSamples& other);
 };
 
-/// Charts that get one layout: a large chart, or small ones that lie near each other.
-struct ChartGroup {
-    std::vector<int> charts;        ///< in the order of atlas::findCharts, ascending
+/// Where the tiles of the charts of a packed map are counted: on the bake from before it was packed.
+struct PackedTiles {
+    const atlas::Tiles& tiles;
+    std::vector<glm::ivec2> firsts = {};  ///< lowest quad of each chart of the bake
+    std::vector<glm::ivec2> steps = {};   ///< texels of the bake for each texel of the packed chart, on each axis
+};
+
+/// Tiles that get one layout: a large one, or small ones that lie near each other.
+struct TileGroup {
+    std::vector<int> tiles;         ///< ascending
     std::int64_t texels = 0;        ///< that filters read
     int firstRow = 0, rowsEnd = 0;  ///< rows of these texels
 };
 
 class ChartTrial {
 public:
-    /// Charts with fewer texels are put into groups of at least this many.
+    /// Whole charts with fewer texels are put into groups of at least this many; tiles, into groups of a quarter.
     static constexpr std::int64_t kLeastTexels = 1024;
 
     /// charts      of the light map's mesh
     /// maxVisible  limit that samples are counted above
-    ChartTrial(const std::vector<atlas::Chart>& charts, int width, int height, double maxVisible);
-    const std::vector<ChartGroup>& groups() const { return groups_; }
+    ChartTrial(const std::vector<atlas::Chart>& charts, const PackedTiles& tiles, int width, int height, double maxVisible);
+    const std::vector<TileGroup>& groups() const { return groups_; }
     /// Returns the samples of rows [firstRow, firstRow + rowCount), by stage of the layout and group. Texels and reference as
     /// verify::LightMapVerifier::verifyRows takes them. Pure; safe to call from several threads.
     std::vector<std::vector<ChartSamples>> measure(const verify::LightMapVerifier& verifier, const verify::DecodedLightMapRows& texels,
                                                    const formats::LightMapStrip& reference, int firstRow, int rowCount) const;
 
 private:
-    void addGroup(const std::vector<atlas::Chart>& charts, std::span<const int> members, std::span<const std::int64_t> texels);
-
-    std::vector<ChartGroup> groups_;
+    std::vector<TileGroup> groups_;
     formats::Image<std::uint32_t> groupOf_;  ///< of each texel; kNoChart of atlas::ChartSet: of none
     double maxVisible_;
 };

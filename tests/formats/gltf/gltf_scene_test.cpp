@@ -383,14 +383,54 @@ TEST(GltfScene, AnAccessorThatIsAnotherUvSetTooKeepsItsValues) {
     }
 }
 
+/// Returns some triangles of a mesh, with their vertices as they are and in their order.
+CutMesh trianglesOf(const TriangleMesh& mesh, const std::vector<std::size_t>& triangles) {
+    std::vector<std::uint32_t> corners;
+    for (const std::size_t triangle : triangles)
+        for (std::size_t i = 0; i < 3; ++i) corners.push_back(mesh.indices[3 * triangle + i]);
+    const std::set<std::uint32_t> used(corners.begin(), corners.end());
+    CutMesh cut;
+    for (const std::uint32_t vertex : used) cut.vertices.push_back({{vertex, 0, 0}});
+    for (const std::uint32_t vertex : corners)
+        cut.indices.push_back(static_cast<std::uint32_t>(std::distance(used.begin(), used.find(vertex))));
+    return cut;
+}
+
 /// Returns a part of the cube: one triangle of each primitive, or none.
 TrianglePart partOfCube(const GltfScene& scene, std::size_t triangle, std::optional<std::size_t> withoutPrimitive = {}) {
     TrianglePart part;
     for (const TriangleMesh* mesh : scene.triangleMeshes()) {
-        part.isKept.emplace_back(mesh->triangleCount(), 0);
-        if (part.isKept.size() - 1 != withoutPrimitive) part.isKept.back()[triangle] = 1;
+        const bool isEmpty = part.meshes.size() == withoutPrimitive;
+        part.meshes.push_back(isEmpty ? CutMesh() : trianglesOf(*mesh, {triangle}));
     }
     return part;
+}
+
+GltfScene partOf(const GltfScene& scene, const TrianglePart& part) {
+    auto made = scene.part(part);
+    if (!made) throw std::runtime_error(made.error().line());
+    return std::move(*made);
+}
+
+/// Returns the bytes of one vertex.
+std::vector<std::byte> vertexBytes(const MeshAttribute& attribute, std::size_t vertex) {
+    const auto first = attribute.values.begin() + static_cast<std::ptrdiff_t>(vertex * attribute.bytesPerVertex());
+    return {first, first + static_cast<std::ptrdiff_t>(attribute.bytesPerVertex())};
+}
+
+/// Expects a mesh to be one triangle of another, bit for bit.
+void expectTriangle(const TriangleMesh& found, const TriangleMesh& source, std::size_t triangle) {
+    ASSERT_EQ(found.indices.size(), 3u);
+    EXPECT_EQ(found.vertexCount(), 3u);
+    ASSERT_EQ(found.attributes.size(), source.attributes.size());
+    for (const MeshAttribute& attribute : source.attributes) {
+        const MeshAttribute* same = found.find(attribute.semantic);
+        ASSERT_NE(same, nullptr) << attribute.semantic;
+        EXPECT_EQ(same->isNormalized, attribute.isNormalized) << attribute.semantic;
+        for (std::size_t corner = 0; corner < 3; ++corner)
+            EXPECT_EQ(vertexBytes(*same, found.indices[corner]), vertexBytes(attribute, source.indices[3 * triangle + corner]))
+                << attribute.semantic;
+    }
 }
 
 TEST(GltfScene, APartHasItsTrianglesAndTheirVertices) {
@@ -398,50 +438,96 @@ TEST(GltfScene, APartHasItsTrianglesAndTheirVertices) {
     cube().writeGlb(folder / "cube.glb");
     ASSERT_TRUE(loaded(folder / "cube.glb").writeDraco(folder / "draco.glb", {}));
     for (const char* file : {"cube.glb", "draco.glb"}) {
-        const GltfScene scene = loaded(folder / file);
-        const auto uvs = numberedUvs(scene);
-        const TrianglePart part = partOfCube(scene, 1);
-        const auto size = scene.writePart(folder / "part.glb", uvs, part);
+        SCOPED_TRACE(file);
+        const GltfScene scene = loaded(folder / file), part = partOf(scene, partOfCube(scene, 1));
+        EXPECT_EQ(part.triangleCount(), 2);
+        EXPECT_EQ(part.vertexCount(), 6);
+        EXPECT_TRUE(part.hasLightMapUvs());
+        EXPECT_EQ(part.materials().size(), scene.materials().size());
+        EXPECT_EQ(part.placedMeshes().front().worldFromMesh, scene.placedMeshes().front().worldFromMesh);
+        const auto before = scene.triangleMeshes(), cut = part.triangleMeshes();
+        ASSERT_EQ(cut.size(), before.size());
+        for (std::size_t mesh = 0; mesh < before.size(); ++mesh) expectTriangle(*cut[mesh], *before[mesh], 1);
+
+        const auto uvs = numberedUvs(part);
+        const auto size = part.writeLightMapUvs(folder / "part.glb", uvs);
         ASSERT_TRUE(size) << size.error().line();
+        EXPECT_EQ(size->fileBytesIn, std::filesystem::file_size(folder / file));
         EXPECT_EQ(size->triangleCount, 2);
-        EXPECT_EQ(size->vertexCount, 6);
-        const GltfScene made = loaded(folder / "part.glb");
-        const auto before = scene.triangleMeshes(), after = made.triangleMeshes();
-        ASSERT_EQ(after.size(), before.size());
-        for (std::size_t mesh = 0; mesh < before.size(); ++mesh) {
-            const TriangleMesh wanted = withTriangles(*before[mesh], part.isKept[mesh]);
-            EXPECT_EQ(after[mesh]->indices, wanted.indices);
-            for (const MeshAttribute& attribute : wanted.attributes) {
+        const GltfScene written = loaded(folder / "part.glb");
+        const auto after = written.triangleMeshes();
+        ASSERT_EQ(after.size(), cut.size());
+        for (std::size_t mesh = 0; mesh < cut.size(); ++mesh) {
+            EXPECT_EQ(after[mesh]->indices, cut[mesh]->indices);
+            for (const MeshAttribute& attribute : cut[mesh]->attributes) {
                 const std::string name = attribute.semantic == "TEXCOORD_1" ? "TEXCOORD_2" : attribute.semantic;
                 ASSERT_NE(after[mesh]->find(name), nullptr) << name;
                 EXPECT_EQ(after[mesh]->find(name)->values, attribute.values) << name;
             }
-            for (std::size_t corner = 0; corner < 3; ++corner) {
-                const std::uint32_t source = before[mesh]->indices[3 + corner];
-                EXPECT_EQ(glm::vec2(after[mesh]->find("TEXCOORD_1")->at(after[mesh]->indices[corner])), uvs[mesh][source]);
-            }
+            for (std::size_t i = 0; i < uvs[mesh].size(); ++i)
+                EXPECT_EQ(glm::dvec2(after[mesh]->find("TEXCOORD_1")->at(i)), glm::dvec2(uvs[mesh][i]));
         }
-        EXPECT_THAT(jsonOf(folder / "part.glb").dump(), testing::Not(testing::HasSubstr("KHR_draco_mesh_compression")));
+        const json ours = jsonOf(folder / "part.glb"), theirs = jsonOf(folder / file);
+        EXPECT_THAT(ours.dump(), testing::Not(HasSubstr("KHR_draco_mesh_compression")));
+        for (const char* key : {"materials", "nodes", "scenes"}) EXPECT_EQ(ours[key], theirs[key]) << key;
     }
 }
 
 TEST(GltfScene, APartLeavesOutEmptyPrimitivesAndMeshes) {
     const TemporaryFolder folder;
     cube().writeGlb(folder / "cube.glb");
-    const GltfScene scene = loaded(folder / "cube.glb");
-    ASSERT_TRUE(scene.writePart(folder / "one.glb", numberedUvs(scene), partOfCube(scene, 0, 0)));
-    const GltfScene one = loaded(folder / "one.glb");
+    const GltfScene scene = loaded(folder / "cube.glb"), one = partOf(scene, partOfCube(scene, 0, 0));
     ASSERT_EQ(one.triangleMeshes().size(), 1u);
-    const TriangleMesh wanted = withTriangles(*scene.triangleMeshes()[1], partOfCube(scene, 0).isKept[1]);
-    EXPECT_EQ(one.triangleMeshes().front()->find("POSITION")->values, wanted.find("POSITION")->values);
+    expectTriangle(*one.triangleMeshes().front(), *scene.triangleMeshes()[1], 0);
+    ASSERT_TRUE(one.writePlain(folder / "one.glb", nullptr));
+    EXPECT_EQ(jsonOf(folder / "one.glb")["bufferViews"].size(), 7u) << "six attributes and the indices, and no values of the rest";
+    EXPECT_TRUE(GltfScene::load(folder / "one.glb"));
 
-    TrianglePart nothing = partOfCube(scene, 0);
-    for (auto& isKept : nothing.isKept) isKept.assign(isKept.size(), 0);
-    ASSERT_TRUE(scene.writePart(folder / "none.glb", numberedUvs(scene), nothing));
+    const GltfScene nothing = partOf(scene, {std::vector<CutMesh>(2)});
+    EXPECT_TRUE(nothing.triangleMeshes().empty());
+    ASSERT_TRUE(nothing.writeLightMapUvs(folder / "none.glb", {}));
     const json none = jsonOf(folder / "none.glb"), before = jsonOf(folder / "cube.glb");
     EXPECT_FALSE(none.contains("meshes"));
+    EXPECT_FALSE(none.contains("bufferViews"));
     EXPECT_EQ(none["nodes"].size(), before["nodes"].size()) << "other nodes, and animations, may name it";
     for (const json& node : none["nodes"]) EXPECT_FALSE(node.contains("mesh"));
+}
+
+TEST(GltfScene, APartHasLinesIfAsked) {
+    const TemporaryFolder folder;
+    GltfMaker maker = cube();
+    maker.primitives().push_back({{"attributes", {{"POSITION", 0}, {"TEXCOORD_1", 3}}}, {"mode", 1}, {"material", 0}});
+    maker.writeGlb(folder / "scene.glb");
+    const GltfScene scene = loaded(folder / "scene.glb");
+    const auto written = [&](TrianglePart part, bool hasLines) {
+        part.hasLines = hasLines;
+        EXPECT_TRUE(partOf(scene, part).writePlain(folder / "part.glb", nullptr));
+        return jsonOf(folder / "part.glb");
+    };
+    const json with = written(partOfCube(scene, 0), true), without = written(partOfCube(scene, 0), false);
+    ASSERT_EQ(with["meshes"][0]["primitives"].size(), 3u);
+    EXPECT_EQ(with["meshes"][0]["primitives"][2], maker.primitives()[2]);
+    EXPECT_EQ(with["bufferViews"].size(), 2u * 7 + 2);
+    EXPECT_EQ(without["meshes"][0]["primitives"].size(), 2u);
+    EXPECT_EQ(without["bufferViews"].size(), 2u * 7) << "no values of the lines";
+
+    const json alone = written({std::vector<CutMesh>(2)}, true);
+    EXPECT_EQ(alone["meshes"][0]["primitives"], json::array({maker.primitives()[2]}));
+    EXPECT_EQ(alone["nodes"][0]["mesh"], 0);
+}
+
+TEST(GltfScene, APartFindsTheImagesBesideItsSource) {
+    const TemporaryFolder folder, elsewhere;
+    GltfMaker maker = cube();
+    maker.document["images"] = json::array({{{"uri", "beside%20it.png"}}});
+    writeContent(folder / "beside it.png", "\x89PNG of sorts");
+    maker.writeGlb(folder / "scene.glb");
+    const GltfScene scene = loaded(folder / "scene.glb"), part = partOf(scene, partOfCube(scene, 0));
+    ASSERT_TRUE(part.writeLightMapUvs(elsewhere / "part.glb", numberedUvs(part)));
+    const json image = jsonOf(elsewhere / "part.glb")["images"][0];
+    EXPECT_EQ(image["mimeType"], "image/png");
+    EXPECT_TRUE(image.contains("bufferView") && !image.contains("uri"));
+    EXPECT_THAT(contentOf(elsewhere / "part.glb"), HasSubstr("\x89PNG of sorts"));
 }
 
 TEST(GltfScene, APartOfMorphTargetsIsRefused) {
@@ -451,11 +537,130 @@ TEST(GltfScene, APartOfMorphTargetsIsRefused) {
     for (json& primitive : maker.primitives()) primitive["targets"] = json::array({{{"POSITION", moved}}});
     maker.writeGlb(folder / "scene.glb");
     const GltfScene scene = loaded(folder / "scene.glb");
-    const auto refused = scene.writePart(folder / "part.glb", numberedUvs(scene), partOfCube(scene, 0));
+    const auto refused = scene.part(partOfCube(scene, 0));
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::FormatUnsupported);
-    EXPECT_THAT(refused.error().line(), testing::HasSubstr("mesh 0, primitive 0: found morph targets, expected none"));
-    EXPECT_FALSE(std::filesystem::exists(folder / "part.glb"));
+    EXPECT_THAT(refused.error().line(), HasSubstr("scene.glb, mesh 0, primitive 0: found morph targets, expected none"));
+}
+
+TEST(GltfScene, APartOfASkinIsRefusedIfItIsCut) {
+    const TemporaryFolder folder;
+    GltfMaker maker = cube();
+    std::vector<std::uint8_t> joints;
+    std::vector<float> weights;
+    for (int vertex = 0; vertex < 24; ++vertex) {
+        joints.insert(joints.end(), {static_cast<std::uint8_t>(vertex), 0, 0, 0});
+        weights.insert(weights.end(), {1, 0, 0, 0});
+    }
+    json& attributes = maker.primitives()[1]["attributes"];
+    attributes["JOINTS_0"] = maker.accessor(joints, 5121, "VEC4", 4);
+    attributes["WEIGHTS_0"] = maker.floats(weights, 4);
+    maker.writeGlb(folder / "scene.glb");
+    const GltfScene scene = loaded(folder / "scene.glb");
+    TrianglePart part = partOfCube(scene, 0);
+    const GltfScene whole = partOf(scene, part);
+    expectTriangle(*whole.triangleMeshes()[1], *scene.triangleMeshes()[1], 0);
+
+    part.meshes[0].vertices[1] = {{0, 1, 0}, {0.5, 0.5, 0}};  // a primitive without joints
+    EXPECT_TRUE(scene.part(part));
+    part.meshes[1].vertices[1] = {{2, 1, 0}, {0, 1, 0}};  // one vertex still
+    EXPECT_TRUE(scene.part(part));
+    part.meshes[1].vertices[1] = {{0, 1, 0}, {0.5, 0.5, 0}};
+    const auto refused = scene.part(part);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::FormatUnsupported);
+    EXPECT_THAT(refused.error().line(), HasSubstr("scene.glb, mesh 0, primitive 1: found a skin, expected none"));
+}
+
+/// A triangle with an attribute of each kind.
+GltfMaker triangleOfManyAttributes() {
+    GltfMaker maker;
+    json attributes;
+    attributes["POSITION"] = maker.floats({0, 0, 0, 1, 0, 0, 0, 2, 8}, 3);
+    attributes["NORMAL"] = maker.floats({2, 0, 0, 0, 1, 0, 0, 0, 1}, 3);
+    attributes["TANGENT"] = maker.floats({0, 1, 0, 1, 0, 0, 1, -1, 1, 0, 0, 1}, 4);
+    attributes["TEXCOORD_0"] = maker.floats({0, 0, 0.5f, 1, 1, 4}, 2);
+    attributes["_HEIGHT"] = maker.floats({1, 3, HUGE_VALF}, 1);
+    const auto add = [&](const char* name, const auto& values, int componentType, const char* type, std::size_t count, bool isNormalized) {
+        attributes[name] = maker.accessor(values, componentType, type, count);
+        if (isNormalized) maker.document["accessors"].back()["normalized"] = true;
+    };
+    add("TEXCOORD_1", std::vector<std::uint16_t>{0, 65535, 40000, 65535, 20000, 0}, 5123, "VEC2", 2, true);
+    add("COLOR_0", std::vector<std::uint8_t>{10, 20, 30, 255, 14, 20, 203, 255, 254, 0, 0, 3}, 5121, "VEC4", 4, true);
+    add("_SIGNED", std::vector<std::int8_t>{-128, -100, 7, 127, -128, 100, -9, 127, 0, 0, 0, 0}, 5120, "VEC4", 4, true);
+    add("_ID", std::vector<std::uint8_t>{7, 200, 90}, 5121, "SCALAR", 1, false);
+    maker.primitives().push_back({{"attributes", attributes}});
+    return maker;
+}
+
+TEST(GltfScene, AVertexBetweenOthersHasTheirMean) {
+    const TemporaryFolder folder;
+    triangleOfManyAttributes().writeGlb(folder / "scene.glb");
+    const GltfScene scene = loaded(folder / "scene.glb");
+    CutMesh cut;
+    cut.vertices = {{{0, 0, 0}},
+                    {{0, 1, 0}, {0.25, 0.75, 0}},
+                    {{2, 0, 1}, {0.25, 0.25, 0.5}},
+                    {{2, 0, 0}, {0.5, 0.5, 0}},
+                    {{0, 1, 2}, {0, 1, 0}},
+                    {{0, 1, 2}, {0.25, 0.75, 0}}};
+    cut.indices = {0, 1, 3, 1, 2, 3, 2, 4, 3, 5, 4, 2};
+    const GltfScene part = partOf(scene, {{cut}});
+    const TriangleMesh &source = *scene.triangleMeshes().front(), &made = *part.triangleMeshes().front();
+    EXPECT_EQ(made.indices, cut.indices);
+    ASSERT_EQ(made.vertexCount(), 6u);
+    ASSERT_EQ(made.attributes.size(), 9u);
+    for (const MeshAttribute& attribute : source.attributes) {
+        const MeshAttribute& found = *made.find(attribute.semantic);
+        EXPECT_EQ(vertexBytes(found, 0), vertexBytes(attribute, 0)) << attribute.semantic;
+        EXPECT_EQ(vertexBytes(found, 4), vertexBytes(attribute, 1)) << attribute.semantic;
+        EXPECT_EQ(vertexBytes(found, 5), vertexBytes(found, 1)) << attribute.semantic << ": a weight of 0 counts for nothing";
+    }
+    const auto at = [&](const char* semantic, std::size_t vertex) { return made.find(semantic)->at(vertex); };
+    EXPECT_EQ(at("POSITION", 1), glm::dvec3(0.75, 0, 0));
+    EXPECT_EQ(at("POSITION", 2), glm::dvec3(0.5, 0.5, 2));
+    EXPECT_EQ(at("POSITION", 3), glm::dvec3(0, 1, 4));
+    EXPECT_EQ(at("TEXCOORD_0", 1), glm::dvec3(0.375, 0.75, 0));
+    EXPECT_EQ(at("TEXCOORD_0", 2), glm::dvec3(0.5, 1.5, 0));
+    EXPECT_EQ(at("_HEIGHT", 1).x, 2.5);
+
+    // (0.5, 0.75, 0), (0.5, 0.5, 0.25) and (1, 0, 0.5), normalized.
+    EXPECT_LT(glm::distance(at("NORMAL", 1), glm::dvec3(2, 3, 0) / std::sqrt(13.0)), 1e-7);
+    EXPECT_LT(glm::distance(at("NORMAL", 2), glm::dvec3(2, 2, 1) / 3.0), 1e-7);
+    EXPECT_LT(glm::distance(at("NORMAL", 3), glm::dvec3(2, 0, 1) / std::sqrt(5.0)), 1e-7);
+    // (0, 0.25, 0.75), (0.25, 0.25, 0.5) and (0.5, 0.5, 0), normalized; the sign is that of the nearest vertex.
+    EXPECT_LT(glm::distance(at("TANGENT", 1), glm::dvec3(0, 1, 3) / std::sqrt(10.0)), 1e-7);
+    EXPECT_LT(glm::distance(at("TANGENT", 2), glm::dvec3(1, 1, 2) / std::sqrt(6.0)), 1e-7);
+    EXPECT_LT(glm::distance(at("TANGENT", 3), glm::dvec3(1, 1, 0) / std::sqrt(2.0)), 1e-7);
+    const std::array<double, 6> signs = {1, -1, -1, 1, -1, -1};
+    for (std::size_t vertex = 0; vertex < 6; ++vertex) EXPECT_EQ(made.find("TANGENT")->component(vertex, 3), signs[vertex]) << vertex;
+
+    const auto expectBytes = [&](const char* semantic, std::size_t vertex, const std::vector<int>& wanted) {
+        std::vector<std::byte> bytes;
+        for (const int value : wanted) bytes.push_back(static_cast<std::byte>(value));
+        EXPECT_EQ(vertexBytes(*made.find(semantic), vertex), bytes) << semantic << " " << vertex;
+    };
+    expectBytes("COLOR_0", 1, {13, 20, 160, 255});  // 13, 20, 159.75, 255
+    expectBytes("COLOR_0", 2, {73, 15, 109, 192});
+    expectBytes("COLOR_0", 3, {132, 10, 15, 129});
+    expectBytes("_SIGNED", 1, {-127, 50, -5, 127});  // -128 stands for -1, as -127 does
+    expectBytes("_SIGNED", 2, {-95, 25, -3, 95});    // -95.25, 25, -2.75, 95.25
+    expectBytes("_ID", 1, {200});
+    expectBytes("_ID", 2, {200});
+    expectBytes("_ID", 3, {90});  // the first of equal ones
+    EXPECT_EQ(at("TEXCOORD_1", 1), glm::dvec3(30000 / 65535.0, 1, 0));
+    EXPECT_EQ(at("TEXCOORD_1", 2), glm::dvec3(25000 / 65535.0, 49151 / 65535.0, 0));
+}
+
+TEST(GltfScene, VerticesOfACutAreThoseThatItsTrianglesUse) {
+    const TemporaryFolder folder;
+    triangleOfManyAttributes().writeGlb(folder / "scene.glb");
+    const GltfScene scene = loaded(folder / "scene.glb");
+    CutMesh used = trianglesOf(*scene.triangleMeshes().front(), {0});
+    used.vertices.insert(used.vertices.begin(), {{{0, 1, 0}, {0.5, 0.5, 0}}, {{1, 0, 0}}});
+    used.indices = {2, 3, 4};
+    expectTriangle(cut(*scene.triangleMeshes().front(), used), *scene.triangleMeshes().front(), 0);
+    expectTriangle(*partOf(scene, {{used}}).triangleMeshes().front(), *scene.triangleMeshes().front(), 0);
 }
 
 TEST(GltfScene, VerticesOfUnknownOrderKeepItAndBearTheirCluster) {

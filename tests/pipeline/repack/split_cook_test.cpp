@@ -42,6 +42,11 @@ lighting::ShRgb hardLight(int x, int y) {
     return sh;
 }
 
+/// Hard light below the first row of tiles of a chart, smooth light above it.
+lighting::ShRgb halfHardLight(int x, int y) {
+    return y < 34 ? smoothLight(x, y) : hardLight(x, y);
+}
+
 class SplitCook : public testing::Test {
 protected:
     SplitCook() {
@@ -116,7 +121,7 @@ TEST_F(SplitCook, ChartsWithHardLightGetAMapOfTheirOwn) {
         EXPECT_LT(each->at("width").get<int>(), kSide) << each->at("name");
         EXPECT_FALSE(each->at("notes").contains("unread_texels")) << "texels of the other chart are no fault";
     }
-    EXPECT_THAT(map->at("notes").at("split").get<std::string>(), HasSubstr("1 of 2 charts in a map of their own"));
+    EXPECT_THAT(map->at("notes").at("split").get<std::string>(), HasSubstr("50.0 % of the texels in a map of their own"));
     EXPECT_EQ(find(packed, "map_fine"), nullptr);
 
     // Each mesh has one of the walls; nodes and their names stay.
@@ -130,6 +135,70 @@ TEST_F(SplitCook, ChartsWithHardLightGetAMapOfTheirOwn) {
         EXPECT_NEAR(least, low, 0.01) << file;
     }
     EXPECT_FALSE(fs::exists(options_.output / "charts")) << "packed bakes are no output";
+}
+
+/// Returns the area of the triangles of a scene, with the x coordinates that they begin and end at.
+struct Surface {
+    double area = 0, low = HUGE_VAL, high = -HUGE_VAL;
+};
+Surface surfaceOf(const formats::GltfScene& scene) {
+    Surface surface;
+    for (const formats::GltfScene::Placed& placed : scene.placedMeshes()) {
+        const formats::MeshAttribute& position = *placed.mesh->find("POSITION");
+        const auto& indices = placed.mesh->indices;
+        for (std::size_t i = 0; i < indices.size(); i += 3) {
+            const glm::dvec3 a = position.at(indices[i]), b = position.at(indices[i + 1]), c = position.at(indices[i + 2]);
+            surface.area += glm::length(glm::cross(b - a, c - a)) / 2;
+            surface.low = std::min({surface.low, a.x, b.x, c.x});
+            surface.high = std::max({surface.high, a.x, b.x, c.x});
+        }
+    }
+    return surface;
+}
+
+/// Returns the largest difference of coefficient 0 between a bake and both maps of its cook together, over the covered texels, in parts of
+/// the bake's root mean square.
+double errorOfBoth(const fs::path& folder, const fs::path& output) {
+    EXPECT_TRUE(reconstructLightMap(output, "map", folder / "both.exr", 1, RunState()).has_value());
+    formats::LightMapDescription any;
+    any.repair = true;
+    auto bake = formats::LightMapReader::open(folder / "map.exr", {}), both = formats::LightMapReader::open(folder / "both.exr", any);
+    EXPECT_TRUE(bake && both);
+    const auto wanted = bake->read(0, kSide), found = both->read(0, kSide);
+    EXPECT_TRUE(wanted && found);
+    double largest = 0, light = 0;
+    for (std::size_t i = 0; i < wanted->sh.texels().size(); ++i) {
+        if (wanted->covered.texels()[i] == 0) continue;
+        const glm::dvec3 truth(wanted->sh.texels()[i][0]), off = glm::dvec3(found->sh.texels()[i][0]) - truth;
+        largest = std::max(largest, glm::length(off));
+        light += glm::dot(truth, truth) / static_cast<double>(std::ranges::count(wanted->covered.texels(), 1));
+    }
+    return largest / std::sqrt(light);
+}
+
+TEST_F(SplitCook, AChartIsCutWhereItsLightChanges) {
+    writeMap(smoothLight, halfHardLight);
+    const Json packed = cooked("charts = \"pack\"\nmax_visible = 3\ndraco = false");
+    const Json report = cooked(std::string(kSplit) + "\ndraco = false");
+    const Json *map = find(report, "map"), *fine = find(report, "map_fine");
+    ASSERT_TRUE(map != nullptr && fine != nullptr) << find(report, "map")->at("notes").dump();
+    EXPECT_LT(bytesOf(report), bytesOf(packed));
+    for (const Json* each : {map, fine}) {
+        EXPECT_LE(visibleOf(*each), 3) << each->at("name");
+        EXPECT_FALSE(each->at("notes").contains("unread_texels")) << "texels of the other tiles are no fault";
+    }
+    // 14 units of each wall; the fine map has the lower part of the right one.
+    const Surface coarse = surfaceOf(meshOf("map_walls_mesh.glb")), rest = surfaceOf(meshOf("map_fine_walls_mesh.glb"));
+    EXPECT_NEAR(coarse.area + rest.area, 28, 1e-5);
+    EXPECT_NEAR(rest.area, 14 * (0.95 - (34.5 / kSide)) / 0.9, 0.01) << "from the line through the centres of row 34 on";
+    EXPECT_EQ(coarse.low, 0);
+    EXPECT_EQ(rest.low, 3);
+    EXPECT_LT(errorOfBoth(folder_ / "", options_.output), 0.1);
+    const Outcome verified = verifyCooked({options_.output, {}, {}}, RunState());
+    for (const formats::Error& error : verified.errors) ADD_FAILURE() << error.line();
+    for (const char* name : {"map", "map_fine"})
+        EXPECT_EQ(find(report, name)->at("stages").back().at("error"), find(verified.report, name)->at("stages").back().at("error"))
+            << name;
 }
 
 TEST_F(SplitCook, BothMapsTogetherAreTheBake) {
@@ -170,7 +239,7 @@ TEST_F(SplitCook, VerificationCachesAndSourcesAreThoseOfTheUser) {
         const auto unpacked = unpackedBakeOf(asset);
         ASSERT_TRUE(unpacked && *unpacked && (*unpacked)->part) << asset.name;
         EXPECT_EQ((*unpacked)->part->of, "map");
-        EXPECT_EQ((*unpacked)->part->charts, std::vector<int>{asset.name == "map" ? 0 : 1});
+        EXPECT_EQ((*unpacked)->part->tiles, asset.name == "map" ? (std::vector{0, 1}) : (std::vector{2, 3}));
     }
     EXPECT_THAT(formats::contentOf(folder_ / "walls.d"), HasSubstr("map.exr"));
     EXPECT_THAT(formats::contentOf(folder_ / "walls.d"), Not(HasSubstr("packed")));

@@ -30,7 +30,7 @@ TEST(ChartSplit, TheWorstChartsAreLeftOutUntilTheRestKeepsTheLimit) {
     // 85 of 10000 may be above: 1 %, less the margin.
     const std::array candidates = {candidate("small", 16, {samples(300), samples(20), samples(150)}),
                                    candidate("large", 80, {samples(60), samples(0), samples(10)})};
-    const ChartSplit split = chooseSplit(candidates, kTexels, {1, 5.0, 0.85});
+    const ChartSplit split = chooseSplit(candidates, kTexels, {1, 5.0, 0.85}, 1);
     EXPECT_THAT(split.fine, ElementsAre(0));
     EXPECT_EQ(split.layout, "small");
     EXPECT_EQ(split.fineLayout, "large");
@@ -41,28 +41,37 @@ TEST(ChartSplit, TheWorstChartsAreLeftOutUntilTheRestKeepsTheLimit) {
 TEST(ChartSplit, OneMapIsTakenWhereItIsAsSmall) {
     const std::array every = {candidate("small", 16, {samples(50), samples(20), samples(80)}),
                               candidate("large", 80, {samples(0), samples(0), samples(0)})};
-    EXPECT_THAT(chooseSplit(every, kTexels, {1, 5.0, 0.85}).fine, IsEmpty());
-    EXPECT_EQ(chooseSplit(every, kTexels, {1, 5.0, 0.85}).layout, "small");
+    EXPECT_THAT(chooseSplit(every, kTexels, {1, 5.0, 0.85}, 1).fine, IsEmpty());
+    EXPECT_EQ(chooseSplit(every, kTexels, {1, 5.0, 0.85}, 1).layout, "small");
     const std::array none = {candidate("small", 16, {samples(500), samples(500), samples(500)}),
                              candidate("large", 80, {samples(0), samples(0), samples(0)})};
-    EXPECT_THAT(chooseSplit(none, kTexels, {1, 5.0, 0.85}).fine, IsEmpty()) << "no chart keeps the limit in the small layout";
+    EXPECT_THAT(chooseSplit(none, kTexels, {1, 5.0, 0.85}, 1).fine, IsEmpty()) << "no chart keeps the limit in the small layout";
     const std::array little = {candidate("small", 79, {samples(500), samples(0), samples(0)}),
                                candidate("large", 80, {samples(0), samples(0), samples(0)})};
-    EXPECT_THAT(chooseSplit(little, kTexels, {1, 5.0, 0.85}).fine, IsEmpty()) << "1 % is less than two maps cost";
-    EXPECT_THAT(chooseSplit({}, kTexels, {1, 5.0, 0.85}).fine, IsEmpty());
+    EXPECT_THAT(chooseSplit(little, kTexels, {1, 5.0, 0.85}, 1).fine, IsEmpty()) << "1 % is less than two maps cost";
+    EXPECT_THAT(chooseSplit({}, kTexels, {1, 5.0, 0.85}, 1).fine, IsEmpty());
+}
+
+TEST(ChartSplit, TexelsBesideCutsCount) {
+    const std::array candidates = {candidate("small", 16, {samples(300), samples(20), samples(150)}),
+                                   candidate("large", 80, {samples(60), samples(0), samples(10)})};
+    const ChartSplit split = chooseSplit(candidates, kTexels, {1, 5.0, 0.85}, 1.5);
+    EXPECT_THAT(split.fine, ElementsAre(0));
+    EXPECT_DOUBLE_EQ(split.bits, (16 * 3000 + 1.5 * 80 * 1000) / 4000.0);
+    EXPECT_THAT(chooseSplit(candidates, kTexels, {1, 5.0, 0.85}, 4).fine, IsEmpty()) << "so many that one map is smaller";
 }
 
 TEST(ChartSplit, EitherLightDecides) {
     const auto specularAlone = [](std::int64_t above) { return ChartSamples{{10000, 0, 0, 1}, {10000, above, 0, 1}}; };
     const std::array candidates = {candidate("small", 16, {samples(0), specularAlone(400), samples(0)}),
                                    candidate("large", 80, {samples(0), samples(0), samples(0)})};
-    EXPECT_THAT(chooseSplit(candidates, kTexels, {1, 5.0, 0.85}).fine, ElementsAre(1));
+    EXPECT_THAT(chooseSplit(candidates, kTexels, {1, 5.0, 0.85}, 1).fine, ElementsAre(1));
 }
 
 TEST(ChartSplit, RelativeErrorsDecideWithoutAVisibleLimit) {
     const std::array candidates = {candidate("small", 16, {samples(9999, 0.01), samples(9999, 0.01), samples(9999, 0.2)}),
                                    candidate("large", 80, {samples(9999, 0.01), samples(9999, 0.01), samples(9999, 0.01)})};
-    const ChartSplit split = chooseSplit(candidates, kTexels, {0.05, {}, 0.9});
+    const ChartSplit split = chooseSplit(candidates, kTexels, {0.05, {}, 0.9}, 1);
     EXPECT_THAT(split.fine, ElementsAre(2));
     EXPECT_DOUBLE_EQ(split.bits, 48);
 }
@@ -71,7 +80,7 @@ TEST(ChartSplit, TheLeftOutChartsMayNeedALargerLayoutThanTheWholeMap) {
     const std::array candidates = {candidate("small", 16, {samples(900), samples(0), samples(0)}),
                                    candidate("large", 80, {samples(200), samples(0), samples(0)}),
                                    candidate("exact", 100, {samples(0), samples(0), samples(0)})};
-    const ChartSplit split = chooseSplit(candidates, kTexels, {1, 5.0, 0.85});
+    const ChartSplit split = chooseSplit(candidates, kTexels, {1, 5.0, 0.85}, 1);
     EXPECT_THAT(split.fine, ElementsAre(0));
     EXPECT_EQ(split.fineLayout, "exact");
     EXPECT_DOUBLE_EQ(split.bitsOfOne, 80) << "200 of 30000 are within the limit";

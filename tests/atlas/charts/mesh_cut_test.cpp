@@ -1,0 +1,230 @@
+// Meshes cut along tiles, checked by areas, places and edges of the triangles that come out.
+#include "atlas/mesh_cut.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <glm/geometric.hpp>
+#include <map>
+#include <random>
+#include <string>
+
+namespace lightcook::atlas {
+namespace {
+
+using formats::CutMesh;
+using formats::MeshAttribute;
+using formats::TriangleMesh;
+
+constexpr int kMapSide = 256;
+constexpr int kTile = 16;
+
+MeshAttribute attributeOf(const std::string& semantic, int components, const std::vector<float>& values) {
+    MeshAttribute attribute;
+    attribute.semantic = semantic;
+    attribute.componentCount = components;
+    attribute.values.resize(values.size() * sizeof(float));
+    std::memcpy(attribute.values.data(), values.data(), attribute.values.size());
+    return attribute;
+}
+
+/// A face of a cube of n x n squares, with a chart of its own that is turned in the map.
+/// seed  of its place in the map
+TriangleMesh face(int index, int n, std::uint32_t seed) {
+    std::mt19937 random(seed);
+    const auto fraction = [&] { return static_cast<float>(random()) * 0x1p-32f; };
+    const float angle = fraction(), reach = 40 + 10 * fraction();
+    const glm::vec2 u(reach * std::cos(angle), reach * std::sin(angle)), v(-0.5f * u.y, 0.5f * u.x);
+    const glm::vec2 origin(40.3f + 80.0f * static_cast<float>(index % 3), 10.7f + 120.0f * static_cast<float>(index / 3));
+    std::vector<float> positions, uvs;
+    std::vector<std::uint32_t> indices;
+    for (int y = 0; y <= n; ++y)
+        for (int x = 0; x <= n; ++x) {
+            const float a = static_cast<float>(x) / static_cast<float>(n), b = static_cast<float>(y) / static_cast<float>(n);
+            const float side = index % 2 == 0 ? 0.0f : 1.0f;
+            const bool isTurned = index % 2 == 0;  // so that every face is seen from outside
+            const float first = isTurned ? b : a, second = isTurned ? a : b;
+            std::array<float, 3> at{};
+            at[static_cast<std::size_t>(index / 2)] = side;
+            at[static_cast<std::size_t>((index / 2 + 1) % 3)] = first;
+            at[static_cast<std::size_t>((index / 2 + 2) % 3)] = second;
+            positions.insert(positions.end(), at.begin(), at.end());
+            const glm::vec2 uv = (origin + a * u + b * v) / static_cast<float>(kMapSide);
+            uvs.insert(uvs.end(), {uv.x, uv.y});
+        }
+    for (int y = 0; y < n; ++y)
+        for (int x = 0; x < n; ++x) {
+            const auto at = static_cast<std::uint32_t>(y * (n + 1) + x), below = at + static_cast<std::uint32_t>(n + 1);
+            indices.insert(indices.end(), {at, at + 1, below, below, at + 1, below + 1});
+        }
+    TriangleMesh mesh;
+    mesh.attributes = {attributeOf("POSITION", 3, positions), attributeOf("TEXCOORD_1", 2, uvs)};
+    mesh.indices = indices;
+    return mesh;
+}
+
+/// A cube, of one mesh a face.
+struct Cube {
+    std::vector<TriangleMesh> meshes;
+    std::vector<const TriangleMesh*> pointers;
+    ChartSet charts;
+    Tiles tiles;
+
+    static Cube of(int n) {
+        std::vector<TriangleMesh> meshes;
+        for (int i = 0; i < 6; ++i) meshes.push_back(face(i, n, static_cast<std::uint32_t>(100 * n + i)));
+        std::vector<const TriangleMesh*> pointers;
+        for (const TriangleMesh& mesh : meshes) pointers.push_back(&mesh);
+        auto charts = findCharts(pointers, std::vector<std::string>(6, "cube"), kMapSide, kMapSide);
+        EXPECT_TRUE(charts && charts->charts.size() == 6u);
+        Tiles tiles(boxesOf(charts->charts), kTile);
+        return {std::move(meshes), std::move(pointers), std::move(*charts), std::move(tiles)};
+    }
+    std::vector<CutMesh> cut(const std::vector<std::uint8_t>& isChosen) const {
+        return cutMeshes(pointers, charts, tiles, glm::ivec2(kMapSide), isChosen);
+    }
+    std::vector<std::uint8_t> randomChoice(std::uint32_t seed) const {
+        std::mt19937 random(seed);
+        std::vector<std::uint8_t> isChosen;
+        for (int i = 0; i < tiles.count(); ++i) isChosen.push_back(random() % 3 == 0 ? 1 : 0);
+        return isChosen;
+    }
+};
+
+std::vector<std::uint8_t> othersThan(std::vector<std::uint8_t> isChosen) {
+    for (std::uint8_t& each : isChosen) each = 1 - each;
+    return isChosen;
+}
+
+glm::dvec3 valueAt(const MeshAttribute& attribute, const formats::CutVertex& vertex) {
+    glm::dvec3 sum(0);
+    for (std::size_t i = 0; i < 3; ++i) sum += vertex.weight[i] * attribute.at(vertex.from[i]);
+    return sum;
+}
+
+/// Calls visit(mesh, corners) for each triangle, with values of an attribute at its corners.
+template <class Visit>
+void forEachTriangle(const Cube& cube, const std::vector<CutMesh>& cut, const char* semantic, Visit visit) {
+    for (std::size_t mesh = 0; mesh < cut.size(); ++mesh)
+        for (std::size_t i = 0; i < cut[mesh].indices.size(); i += 3) {
+            std::array<glm::dvec3, 3> corners;
+            for (std::size_t corner = 0; corner < 3; ++corner)
+                corners[corner] = valueAt(*cube.meshes[mesh].find(semantic), cut[mesh].vertices[cut[mesh].indices[i + corner]]);
+            visit(mesh, corners);
+        }
+}
+
+double areaOf(const Cube& cube, const std::vector<CutMesh>& cut, const char* semantic) {
+    double area = 0;
+    forEachTriangle(cube, cut, semantic, [&](std::size_t, const std::array<glm::dvec3, 3>& at) {
+        area += glm::length(glm::cross(at[1] - at[0], at[2] - at[0])) / 2;
+    });
+    return area;
+}
+
+TEST(MeshCut, AllTilesAreTheMeshAsItWas) {
+    const Cube cube = Cube::of(5);
+    const auto cut = cube.cut(std::vector<std::uint8_t>(static_cast<std::size_t>(cube.tiles.count()), 1));
+    for (std::size_t mesh = 0; mesh < 6; ++mesh) {
+        EXPECT_EQ(cut[mesh].indices, cube.meshes[mesh].indices);
+        ASSERT_EQ(cut[mesh].vertices.size(), cube.meshes[mesh].vertexCount());
+        for (std::size_t i = 0; i < cut[mesh].vertices.size(); ++i) {
+            EXPECT_EQ(cut[mesh].vertices[i].from[0], i);
+            EXPECT_EQ(cut[mesh].vertices[i].weight, (std::array<double, 3>{1, 0, 0}));
+        }
+    }
+    for (const CutMesh& none : cube.cut(std::vector<std::uint8_t>(static_cast<std::size_t>(cube.tiles.count()), 0))) {
+        EXPECT_TRUE(none.indices.empty());
+        EXPECT_TRUE(none.vertices.empty());
+    }
+}
+
+TEST(MeshCut, BothPartsTogetherHaveTheWholeArea) {
+    for (const int n : {1, 2, 7}) {
+        const Cube cube = Cube::of(n);
+        const auto whole = cube.cut(std::vector<std::uint8_t>(static_cast<std::size_t>(cube.tiles.count()), 1));
+        for (std::uint32_t seed = 0; seed < 8; ++seed) {
+            const auto isChosen = cube.randomChoice(seed);
+            const auto part = cube.cut(isChosen), rest = cube.cut(othersThan(isChosen));
+            EXPECT_NEAR(areaOf(cube, part, "POSITION") + areaOf(cube, rest, "POSITION"), 6, 1e-6);
+            EXPECT_NEAR(areaOf(cube, part, "TEXCOORD_1") + areaOf(cube, rest, "TEXCOORD_1"), areaOf(cube, whole, "TEXCOORD_1"), 1e-8);
+            EXPECT_GT(areaOf(cube, part, "POSITION"), 0.5);
+        }
+    }
+}
+
+TEST(MeshCut, TrianglesLieInTilesOfTheirPart) {
+    constexpr double kOff = 1.0 / 512;  // [texels]
+    for (const int n : {1, 3}) {
+        const Cube cube = Cube::of(n);
+        const auto isChosen = cube.randomChoice(7);
+        forEachTriangle(cube, cube.cut(isChosen), "TEXCOORD_1", [&](std::size_t mesh, const std::array<glm::dvec3, 3>& corners) {
+            const std::size_t chart = cube.charts.ofVertex[mesh].front();
+            std::array<glm::dvec2, 3> at;
+            for (std::size_t i = 0; i < 3; ++i) at[i] = glm::dvec2(corners[i]) * double(kMapSide) - 0.5;
+            // Places all over the triangle, drawn in by as much as a corner may lie beyond a line.
+            for (int i = 0; i <= 8; ++i)
+                for (int j = 0; i + j <= 8; ++j) {
+                    const glm::dvec2 middle = (at[0] + at[1] + at[2]) / 3.0;
+                    glm::dvec2 place = (at[0] * double(i) + at[1] * double(j) + at[2] * double(8 - i - j)) / 8.0;
+                    const double far = glm::length(middle - place);
+                    if (far > 0) place += (middle - place) * std::min(1.0, 2 * kOff / far);
+                    const glm::ivec2 low(glm::floor(place - kOff)), high(glm::floor(place + kOff));
+                    bool isInside = false;
+                    for (const glm::ivec2 quad : {low, high, glm::ivec2(low.x, high.y), glm::ivec2(high.x, low.y)})
+                        isInside = isInside || isChosen[static_cast<std::size_t>(cube.tiles.ofQuad(chart, quad))] != 0;
+                    ASSERT_TRUE(isInside) << place.x << " " << place.y;
+                }
+        });
+    }
+}
+
+/// The edges of a closed mesh pass each triangle in both directions. A vertex that only one side of an edge had would break that.
+TEST(MeshCut, NoGapsOpen) {
+    using Place = std::array<float, 3>;
+    for (const int n : {1, 2, 5}) {
+        const Cube cube = Cube::of(n);
+        for (std::uint32_t seed = 0; seed < 8; ++seed) {
+            const auto isChosen = cube.randomChoice(seed);
+            std::map<std::pair<Place, Place>, int> edges;
+            std::size_t triangles = 0;
+            for (const auto& cut : {cube.cut(isChosen), cube.cut(othersThan(isChosen))})
+                forEachTriangle(cube, cut, "POSITION", [&](std::size_t, const std::array<glm::dvec3, 3>& corners) {
+                    std::array<Place, 3> places;
+                    for (std::size_t i = 0; i < 3; ++i)
+                        places[i] = {static_cast<float>(corners[i].x), static_cast<float>(corners[i].y), static_cast<float>(corners[i].z)};
+                    for (std::size_t i = 0; i < 3; ++i) ++edges[{places[i], places[(i + 1) % 3]}];
+                    ++triangles;
+                });
+            EXPECT_GT(triangles, static_cast<std::size_t>(12 * n * n)) << "something was cut";
+            for (const auto& [edge, count] : edges) {
+                const auto back = edges.find({edge.second, edge.first});
+                ASSERT_TRUE(back != edges.end() && back->second == count)
+                    << n << " " << seed << ": " << edge.first[0] << " " << edge.first[1] << " " << edge.first[2];
+            }
+        }
+    }
+}
+
+/// Triangles without area in the map stay whole.
+TEST(MeshCut, TrianglesWithoutAreaGoWithTheirFirstCorner) {
+    TriangleMesh mesh;
+    const float a = 10.0f / kMapSide, b = 90.0f / kMapSide;
+    mesh.attributes = {attributeOf("POSITION", 3, {0, 0, 0, 1, 0, 0, 0, 1, 0}), attributeOf("TEXCOORD_1", 2, {a, a, b, b, b, b})};
+    mesh.indices = {0, 1, 2};
+    const std::vector<const TriangleMesh*> meshes = {&mesh};
+    const std::vector<std::string> names = {"line"};
+    const auto charts = findCharts(meshes, names, kMapSide, kMapSide);
+    ASSERT_TRUE(charts);
+    const Tiles tiles(boxesOf(charts->charts), kTile);
+    ASSERT_GT(tiles.count(), 4);
+    std::vector<std::uint8_t> isFirst(static_cast<std::size_t>(tiles.count()), 0);
+    isFirst.front() = 1;
+    EXPECT_EQ(cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), isFirst)[0].indices.size(), 3u);
+    EXPECT_EQ(cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), othersThan(isFirst))[0].indices.size(), 0u);
+}
+
+}  // namespace
+}  // namespace lightcook::atlas
