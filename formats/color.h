@@ -2,8 +2,10 @@
 // so the result is a 3 x 3 matrix; conversions that are not linear are refused. See docs/theory/lighting.md, "Colour".
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <glm/mat3x3.hpp>
+#include <optional>
 #include <string>
 
 #include "formats/error.h"
@@ -29,11 +31,29 @@ struct LinearConversion {
     glm::mat3 workingFromSource{1.0f};
     glm::vec3 luminanceWeights{0.2126f, 0.7152f, 0.0722f};
     glm::dmat3 bt2020FromWorking = lighting::bt2020FromRec709();
+    std::optional<glm::dmat3> bt2020FromSource = {};  ///< empty for a config file without the role aces_interchange
     bool isIdentity = true;
 };
 
 /// Returns the conversion. Fails for unknown spaces (the error names the nearest known one) and for conversions that are not linear.
 /// Linearity is tested with scaled and added colours; the name of a space does not matter.
 Result<LinearConversion> linearConversion(const ColorSpaces& spaces);
+
+/// Returns linear BT.2020 from the linear space whose primaries and white have these chromaticities: CIE x, y of red, green, blue and
+/// white. Its white is adapted to D65, except that of CIE XYZ, as in lin_ciexyzd65. Empty if no space has them.
+std::optional<glm::dmat3> bt2020FromChromaticities(const std::array<float, 8>& chromaticities);
+
+/// The primaries that a file states, compared with those of its source space.
+struct StatedPrimaries {
+    std::array<float, 8> chromaticities{};  ///< CIE x, y of red, green, blue and white
+    std::string space;                      ///< the built-in space that has them; empty: none has
+    double difference = 0;                  ///< largest difference of an entry of the two matrices to linear BT.2020
+};
+/// Difference up to which two matrices to linear BT.2020 count as those of one space: more than the choice of a chromatic adaptation, less
+/// than the difference between acescg and lin_rec2020.
+inline constexpr double kSamePrimaries = 0.01;
+
+/// Returns the comparison. Empty if no space has the chromaticities, or if the matrix of the source space is not known.
+std::optional<StatedPrimaries> statedPrimaries(const std::array<float, 8>& chromaticities, const LinearConversion& conversion);
 
 }  // namespace lightcook::formats

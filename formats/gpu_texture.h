@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,6 +18,12 @@
 namespace lightcook::formats {
 
 enum class Container { Ktx2, Dds };
+
+/// Returns the container that a file is by its first bytes, whatever its name. Empty: neither.
+std::optional<Container> containerOfContent(const std::filesystem::path& file);
+/// Returns the error of a texture in place of an image, and the way from one to the other. Empty: the file is no texture.
+/// expected  "OpenEXR or Radiance HDR"
+std::optional<Error> textureForImage(const std::filesystem::path& file, const std::string& expected);
 
 /// A 2-D texture, an array of them or a cubemap, with mips. Mip m has max(1, width >> m) by max(1, height >> m) texels.
 struct TextureShape {

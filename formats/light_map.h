@@ -128,8 +128,10 @@ public:
     int tileHeight() const;      ///< rows that are cheap to read together; 64 for scan-line files
     glm::vec3 luminanceWeights() const;
     const glm::dmat3& bt2020FromWorking() const;  ///< see LinearConversion
-    std::string_view bake() const;                ///< name of the bake format, also where the description says "auto"
-    const BakeRecognition& recognition() const;   ///< how the bake format was found
+    /// Returns the primaries that an OpenEXR file states; of a bake of several files, its first. Empty: none that can be compared.
+    const std::optional<StatedPrimaries>& primaries() const;
+    std::string_view bake() const;               ///< name of the bake format, also where the description says "auto"
+    const BakeRecognition& recognition() const;  ///< how the bake format was found
 
     /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads. Does not look for fireflies: checkFireflies() does,
     /// because it needs the neighbours.

@@ -13,6 +13,7 @@
 #include "formats/bakes/surface_channels.h"
 #include "formats/environment.h"
 #include "formats/file/file_kind.h"
+#include "formats/gpu_texture.h"
 #include "formats/image/radiance_file.h"
 #include "formats/lower_extension.h"
 
@@ -50,10 +51,11 @@ Result<BakeImage> BakeImage::open(const std::filesystem::path& file) {
     if (extension == ".hdr" || extension == ".pic") return openPicture(file);
     Result<ExrReader> exr = ExrReader::open(file);
     if (!exr && !whyNoFile(file) && isPictureFile(file))
-        return failure(ErrorCode::FormatUnsupported, file.string(),
-                       "found an 8-bit picture, expected OpenEXR or Radiance HDR. Encoded by Unity? Set encoding = \"rgbm\" or \"dldr\". "
-                       "Display colours? \"srgb\"");
-    if (!exr) return tl::make_unexpected(exr.error());
+        return failure(
+            ErrorCode::FormatUnsupported, file.string(),
+            "found a picture of integers, expected OpenEXR or Radiance HDR. Encoded by Unity? Set encoding = \"rgbm\" or \"dldr\". "
+            "Display colours? \"srgb\"");
+    if (!exr) return tl::make_unexpected(textureForImage(file, "OpenEXR or Radiance HDR").value_or(exr.error()));
     BakeImage image(file);
     image.exr_ = std::move(*exr);
     return image;

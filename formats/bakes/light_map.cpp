@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <functional>
 #include <glm/vec2.hpp>
@@ -25,6 +26,7 @@ namespace {
 struct OpenBake {
     BakeRecognition recognition;
     std::function<Result<std::unique_ptr<BakeReader>>()> open;
+    std::optional<std::array<float, 8>> chromaticities = {};  ///< of the first file, where it states them
 };
 
 /// named  may be any file of a bake of several
@@ -37,9 +39,9 @@ Result<OpenBake> openImage(const std::filesystem::path& named, const LightMapDes
     Result<BakeRecognition> recognition = findBakeFormat(description.bake, file, image->info());
     if (!recognition) return tl::make_unexpected(recognition.error());
     const BakeFormatInfo* const format = recognition->format;
-    if (!format->needsMesh()) return OpenBake{std::move(*recognition), [format, image] { return format->open(std::move(*image)); }};
-    return OpenBake{std::move(*recognition),
-                    [format, image, mesh = description.mesh] { return format->openOnMesh(std::move(*image), mesh); }};
+    OpenBake bake{std::move(*recognition), [format, image] { return format->open(std::move(*image)); }, image->info().chromaticities};
+    if (format->needsMesh()) bake.open = [format, image, mesh = description.mesh] { return format->openOnMesh(std::move(*image), mesh); };
+    return bake;
 }
 
 Result<OpenBake> openGltf(const std::filesystem::path& file, const LightMapDescription& description) {
@@ -59,7 +61,10 @@ Result<OpenBake> openParts(const LightMapDescription& description, const std::st
     recognition.format = *format;
     recognition.evidence = fmt::format("the {} images that the scene lists for {}", description.parts.size(), (*format)->content);
     recognition.isCertain = true;
-    return OpenBake{std::move(recognition), [&description] { return openCoefficientFiles(description.partFiles); }};
+    OpenBake bake{std::move(recognition), [&description] { return openCoefficientFiles(description.partFiles); }};
+    if (!description.partFiles.empty())
+        if (const auto first = ExrReader::open(description.partFiles.begin()->second)) bake.chromaticities = first->info().chromaticities;
+    return bake;
 }
 
 Result<OpenBake> openBake(const std::filesystem::path& file, const LightMapDescription& description) {
@@ -141,6 +146,7 @@ struct LightMapReader::State {
     std::unique_ptr<BakeReader> reader;
     glm::vec3 luminanceWeights{0};
     glm::dmat3 bt2020FromWorking;
+    std::optional<StatedPrimaries> primaries;
     Canonicalizer canonical;
 };
 
@@ -191,6 +197,9 @@ glm::vec3 LightMapReader::luminanceWeights() const {
 const glm::dmat3& LightMapReader::bt2020FromWorking() const {
     return state_->bt2020FromWorking;
 }
+const std::optional<StatedPrimaries>& LightMapReader::primaries() const {
+    return state_->primaries;
+}
 std::string_view LightMapReader::bake() const {
     return state_->recognition.format->name;
 }
@@ -230,8 +239,11 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
     }
     const Result<LinearConversion> colors = linearConversion(complete->colors);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
-    return LightMapReader(std::unique_ptr<State>(new State{std::move(bake->recognition), std::move(*reader), colors->luminanceWeights,
-                                                           colors->bt2020FromWorking, Canonicalizer(subject, *complete, *colors)}));
+    std::optional<StatedPrimaries> primaries;
+    if (bake->chromaticities) primaries = statedPrimaries(*bake->chromaticities, *colors);
+    return LightMapReader(
+        std::unique_ptr<State>(new State{std::move(bake->recognition), std::move(*reader), colors->luminanceWeights,
+                                         colors->bt2020FromWorking, std::move(primaries), Canonicalizer(subject, *complete, *colors)}));
 }
 
 Result<BakeRecognition> LightMapReader::recognize(const std::filesystem::path& file, const LightMapDescription& description) {

@@ -14,11 +14,24 @@
 #include "formats/container/texture_file.h"
 #include "formats/container/zstd_stream.h"
 #include "formats/file/file_bytes.h"
+#include "formats/file/file_kind.h"
 #include "formats/memory.h"
 #include "formats/pending_file.h"
 
 namespace lightcook::formats {
 namespace {
+
+constexpr std::size_t kMagicBytes = 12;
+
+/// Returns the container whose first bytes these are.
+std::optional<Container> containerOf(const std::array<std::byte, kMagicBytes>& magic) {
+    constexpr std::array<unsigned char, kMagicBytes> kKtx2 = {0xab, 'K', 'T', 'X', ' ', '2', '0', 0xbb, '\r', '\n', 0x1a, '\n'};
+    constexpr std::array<unsigned char, 4> kDds = {'D', 'D', 'S', ' '};
+    const auto same = [](unsigned char a, std::byte b) { return a == std::to_integer<unsigned char>(b); };
+    if (std::equal(kKtx2.begin(), kKtx2.end(), magic.begin(), same)) return Container::Ktx2;
+    if (std::equal(kDds.begin(), kDds.end(), magic.begin(), same)) return Container::Dds;
+    return std::nullopt;
+}
 
 /// Rows [firstBlockRow, ...) that `bytes` bytes are, as an offset inside the image; a caller's mistake is told, never written or read.
 Result<std::uint64_t> rowsOffset(const TextureShape& shape, SubImage image, int firstBlockRow, std::size_t bytes,
@@ -207,6 +220,23 @@ Result<std::span<const std::byte>> TextureReader::State::level(int mip) {
     return std::span<const std::byte>(*kept);
 }
 
+std::optional<Container> containerOfContent(const std::filesystem::path& file) {
+    if (whyNoFile(file)) return std::nullopt;
+    const Result<FileBytes> bytes = FileBytes::openForReading(file);
+    std::array<std::byte, kMagicBytes> magic{};
+    if (!bytes || bytes->size() < magic.size() || !bytes->readAt(0, magic)) return std::nullopt;
+    return containerOf(magic);
+}
+
+std::optional<Error> textureForImage(const std::filesystem::path& file, const std::string& expected) {
+    const std::optional<Container> container = containerOfContent(file);
+    if (!container) return std::nullopt;
+    return Error{ErrorCode::FormatUnsupported, file.string(),
+                 fmt::format("found a GPU texture ({}), expected {}. Name the image that it was cooked from; `lightcook decode` writes a "
+                             "texture as OpenEXR",
+                             *container == Container::Ktx2 ? "KTX2" : "DDS", expected)};
+}
+
 TextureReader::TextureReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
 TextureReader::TextureReader(TextureReader&&) noexcept = default;
 TextureReader& TextureReader::operator=(TextureReader&&) noexcept = default;
@@ -215,17 +245,14 @@ TextureReader::~TextureReader() = default;
 Result<TextureReader> TextureReader::open(const std::filesystem::path& file) {
     Result<FileBytes> bytes = FileBytes::openForReading(file);
     if (!bytes) return tl::make_unexpected(bytes.error());
-    std::array<std::byte, 12> magic{};
+    std::array<std::byte, kMagicBytes> magic{};
     if (bytes->size() < magic.size())
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {} bytes, expected a KTX2 or DDS file", bytes->size()));
     if (Result<void> read = bytes->readAt(0, magic); !read) return tl::make_unexpected(read.error());
-    constexpr std::array<unsigned char, 12> kKtx2 = {0xab, 'K', 'T', 'X', ' ', '2', '0', 0xbb, '\r', '\n', 0x1a, '\n'};
-    constexpr std::array<unsigned char, 4> kDds = {'D', 'D', 'S', ' '};
-    const auto same = [](std::byte a, unsigned char b) { return std::to_integer<unsigned char>(a) == b; };
-    const bool isKtx2 = std::equal(magic.begin(), magic.end(), kKtx2.begin(), same);
-    if (!isKtx2 && !std::equal(magic.begin(), magic.begin() + 4, kDds.begin(), same))
+    const std::optional<Container> container = containerOf(magic);
+    if (!container)
         return failure(ErrorCode::FormatUnsupported, file.string(), "found neither container's first bytes, expected a KTX2 or DDS file");
-    Result<TextureFileLayout> layout = isKtx2 ? readKtx2(*bytes) : readDds(*bytes);
+    Result<TextureFileLayout> layout = *container == Container::Ktx2 ? readKtx2(*bytes) : readDds(*bytes);
     if (!layout) return tl::make_unexpected(layout.error());
     auto state = std::unique_ptr<State>(new State{std::move(*bytes), std::move(*layout), {}, {}});
     if (state->layout.zstd) state->inflated.resize(state->layout.levels.size());

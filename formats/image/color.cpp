@@ -56,6 +56,24 @@ glm::dmat3 adaptedFromWhite(const glm::dvec2& source, const glm::dvec2& destinat
     return glm::inverse(coneFromXyz) * scale * coneFromXyz;
 }
 
+/// Returns XYZ under D65 from a space.
+glm::dmat3 xyzD65From(const Chromaticities& space) {
+    return adaptedFromWhite(space.white, kWhiteD65) * xyzFromRgb(space);
+}
+
+/// Returns linear BT.2020 from XYZ under D65.
+glm::dmat3 bt2020FromXyz() {
+    return glm::inverse(xyzFromRgb(kRec2020));
+}
+
+/// Returns the largest absolute difference of an entry.
+double largestDifference(const glm::dmat3& a, const glm::dmat3& b) {
+    double largest = 0;
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row) largest = std::max(largest, std::abs(a[column][row] - b[column][row]));
+    return largest;
+}
+
 OCIO::MatrixTransformRcPtr matrixTransform(const glm::dmat3& matrix) {
     std::array<double, 16> rows{};
     for (int row = 0; row < 3; ++row) {
@@ -113,10 +131,8 @@ OCIO::ConstConfigRcPtr makeOurConfig() {
     OCIO::ConfigRcPtr config = OCIO::Config::Create();
     config->setVersion(2, 0);
     addSpace(*config, kXyz, {"cie_xyz_d65"}, "scene-linear", nullptr);
-    for (const OurSpace& space : ourLinearSpaces()) {
-        const glm::dmat3 xyzFromSpace = adaptedFromWhite(space.chromaticities.white, kWhiteD65) * xyzFromRgb(space.chromaticities);
-        addSpace(*config, space.name, space.aliases, "scene-linear", matrixTransform(xyzFromSpace));
-    }
+    for (const OurSpace& space : ourLinearSpaces())
+        addSpace(*config, space.name, space.aliases, "scene-linear", matrixTransform(xyzD65From(space.chromaticities)));
     const auto addEncoded = [&config](const char* name, std::initializer_list<const char*> aliases, const OCIO::TransformRcPtr& decode) {
         OCIO::GroupTransformRcPtr group = OCIO::GroupTransform::Create();
         group->appendTransform(decode);
@@ -231,13 +247,18 @@ tl::unexpected<Error> notLinear(const std::string& what, const std::string& why)
                    why + ": SH coefficients, cubemaps and gradients only keep their meaning under linear conversions");
 }
 
-/// Sets what is known of the working space: Y of each primary under its white, and BT.2020 from it. From the table above, else from the
-/// config's interchange role, else from its default luma coefficients.
-void describeWorking(LinearConversion& conversion, const OCIO::Config& config, const OCIO::ConstColorSpaceRcPtr& working, bool isOurs) {
+/// Sets what is known of the spaces: of the working space Y of each primary under its white, and BT.2020 from it; BT.2020 from the source
+/// space. From the table above, else from the config's interchange role, else from its default luma coefficients, which do not tell the
+/// last.
+void describeSpaces(LinearConversion& conversion, const OCIO::Config& config, const OCIO::ConstColorSpaceRcPtr& working, bool isOurs) {
     const auto rowY = [](const glm::dmat3& xyz) { return glm::vec3(xyz[0].y, xyz[1].y, xyz[2].y); };
     const std::string name = working->getName();
+    const auto setBt2020 = [&conversion](const glm::dmat3& bt2020FromWorking) {
+        conversion.bt2020FromWorking = bt2020FromWorking;
+        conversion.bt2020FromSource = bt2020FromWorking * glm::dmat3(conversion.workingFromSource);
+    };
     if (isOurs) {
-        conversion.bt2020FromWorking = matrixOf(conversionBetween(config, working, config.getColorSpace("lin_rec2020")));
+        setBt2020(matrixOf(conversionBetween(config, working, config.getColorSpace("lin_rec2020"))));
         conversion.luminanceWeights = {0, 1, 0};  // XYZ itself; other spaces outside the table are not linear and were refused
         for (const OurSpace& space : ourLinearSpaces())
             if (name == space.name) conversion.luminanceWeights = rowY(xyzFromRgb(space.chromaticities));
@@ -248,7 +269,7 @@ void describeWorking(LinearConversion& conversion, const OCIO::Config& config, c
         const glm::dmat3 xyzFromWorking =
             xyzFromRgb(kAp0) * glm::dmat3(matrixOf(conversionBetween(config, working, config.getColorSpace(kAcesInterchange))));
         conversion.luminanceWeights = rowY(xyzFromWorking);
-        conversion.bt2020FromWorking = glm::inverse(xyzFromRgb(kRec2020)) * adaptedFromWhite(kAp0.white, kWhiteD65) * xyzFromWorking;
+        setBt2020(bt2020FromXyz() * adaptedFromWhite(kAp0.white, kWhiteD65) * xyzFromWorking);
         return;
     }
     std::array<double, 3> weights{};
@@ -300,13 +321,35 @@ Result<LinearConversion> linearConversion(const ColorSpaces& spaces) {
         const Conversion conversion = conversionBetween(**config, *source, *working);
         if (const auto why = whyNotLinear(conversion)) return notLinear(subject, *why);
         LinearConversion result = packed(matrixOf(conversion));
-        describeWorking(result, **config, *working, spaces.config.empty());
+        describeSpaces(result, **config, *working, spaces.config.empty());
         return result;
     } catch (const std::exception& exception) {
         return failure(ErrorCode::ColorSpace, subject,
                        fmt::format("found \"{}\" in {}, expected a conversion that OpenColorIO can make", oneLine(exception.what()),
                                    configName(spaces)));
     }
+}
+
+std::optional<glm::dmat3> bt2020FromChromaticities(const std::array<float, 8>& chromaticities) {
+    const auto xy = [&](std::size_t index) { return glm::dvec2(chromaticities.at(2 * index), chromaticities.at(2 * index + 1)); };
+    const Chromaticities space{xy(0), xy(1), xy(2), xy(3)};
+    // CIE XYZ itself, whose equal amounts are the white E.
+    const bool isXyz = space.red == glm::dvec2(1, 0) && space.green == glm::dvec2(0, 1) && space.blue == glm::dvec2(0);
+    const glm::dmat3 matrix = isXyz ? bt2020FromXyz() : bt2020FromXyz() * xyzD65From(space);
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row)
+            if (!std::isfinite(matrix[column][row])) return std::nullopt;
+    return matrix;
+}
+
+std::optional<StatedPrimaries> statedPrimaries(const std::array<float, 8>& chromaticities, const LinearConversion& conversion) {
+    const auto stated = bt2020FromChromaticities(chromaticities);
+    if (!stated || !conversion.bt2020FromSource) return std::nullopt;
+    StatedPrimaries primaries{chromaticities, "", largestDifference(*stated, *conversion.bt2020FromSource)};
+    for (const OurSpace& space : ourLinearSpaces())
+        if (largestDifference(*stated, bt2020FromXyz() * xyzD65From(space.chromaticities)) <= kSamePrimaries) primaries.space = space.name;
+    if (largestDifference(*stated, bt2020FromXyz()) <= kSamePrimaries) primaries.space = kXyz;
+    return primaries;
 }
 
 }  // namespace lightcook::formats

@@ -12,6 +12,7 @@
 
 #include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
+#include "formats/gpu_texture.h"
 #include "formats/image/exr_file.h"
 #include "formats/image/image_module.h"
 #include "formats/image/radiance_file.h"
@@ -28,12 +29,13 @@ namespace {
 
 constexpr int kFaceCount = 6;
 
-/// Refuses a path without a regular file, and an EXR of a wrong shape: with claims of more than can be read, or two windows. The functions
-/// that read the image report other errors.
+/// Refuses a path without a regular file, a KTX2 texture, and an EXR of a wrong shape: with claims of more than can be read, or two
+/// windows. The functions that read the image report other errors. OpenImageIO reads textures in DDS.
 Result<void> checkClaims(const std::filesystem::path& file, const Result<ExrReader>& reader) {
     if (const auto found = whyNoFile(file))
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
     if (!reader && reader.error().code == ErrorCode::WrongShape) return tl::make_unexpected(reader.error());
+    if (!reader && containerOfContent(file) == Container::Ktx2) return tl::make_unexpected(*textureForImage(file, "an image"));
     return {};
 }
 

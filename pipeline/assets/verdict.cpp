@@ -34,6 +34,18 @@ std::optional<double> visibleBound(const verify::StageError& stage) {
     return largest;
 }
 
+bool hasVisibleBound(const verify::StageError& stage) {
+    const auto lacksBound = [](const verify::ErrorFigures& figures) { return figures.visible && !figures.visible->bound; };
+    return visibleBound(stage) && !lacksBound(stage.diffuse) && !lacksBound(stage.specular);
+}
+
+verify::Violation unknownBound(const std::string& stage, double maxVisibleBound) {
+    return {stage, "no proven bound of visible errors",
+            fmt::format("one of at most {:.4g}, as max_visible_bound asks: cook with charts_max_visible = 0, or limit samples by "
+                        "max_visible instead",
+                        maxVisibleBound)};
+}
+
 bool isFinite(const verify::ErrorFigures& figures) {
     return std::isfinite(figures.relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) &&
            (!figures.hasBound() || std::isfinite(figures.maxBound)) && (!figures.visible || std::isfinite(figures.visible->max));
@@ -119,6 +131,8 @@ Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std
     verdict.limit = maxError;
     verdict.maxVisible = maxVisible;
     verdict.maxVisibleBound = maxVisibleBound;
+    if (maxVisibleBound && !stages.empty() && !hasVisibleBound(stages.back()))
+        violations.push_back(unknownBound("stage " + stages.back().name, *maxVisibleBound));
     verdict.passed = !stages.empty() && violations.empty();
     for (const verify::StageError& stage : stages) verdict.passed = verdict.passed && isFinite(stage.diffuse) && isFinite(stage.specular);
     if (verdict.passed) verdict.passed = stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;

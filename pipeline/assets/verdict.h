@@ -25,7 +25,8 @@ struct Verdict {
 };
 
 /// Returns a verdict. It passes if the last stage's rel_rms of diffuse and specular is within the limit, and so is the 99th percentile of
-/// its visible errors, and so is their proven bound, all figures of all stages are finite, and there is no violation.
+/// its visible errors, and so is their proven bound, all figures of all stages are finite, and there is no violation. A limit on a bound
+/// that is not known is a violation.
 Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {},
                     const std::optional<double>& maxVisible = std::nullopt, const std::optional<double>& maxVisibleBound = std::nullopt);
 
@@ -33,6 +34,11 @@ Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std
 std::optional<double> visibleP99(const verify::StageError& stage);
 /// Returns the proven bound of a stage's visible errors, the larger of diffuse and specular light. Empty without any.
 std::optional<double> visibleBound(const verify::StageError& stage);
+
+/// Returns true if the bound of visible errors is known: of each kind of shading that has visible errors, and of one at least.
+bool hasVisibleBound(const verify::StageError& stage);
+/// Returns the violation of a limit on a bound that is not known.
+verify::Violation unknownBound(const std::string& stage, double maxVisibleBound);
 
 /// Returns true if all figures are finite.
 bool isFinite(const verify::ErrorFigures& figures);

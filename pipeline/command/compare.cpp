@@ -144,7 +144,7 @@ struct ComparedFolder {
     Report report;
     Manifest manifest;
     std::map<std::string, std::string> digests;  ///< of the manifest's files by name; empty for one that was changed since the cook
-    std::vector<std::string> changed;            ///< a line for each file that was changed since the cook
+    std::vector<formats::Error> changed;         ///< an error for each file that was changed since the cook
 
     const CookedAsset* find(const std::string& name) const {
         const auto found = std::ranges::find(manifest.assets, name, &CookedAsset::name);
@@ -159,11 +159,10 @@ Result<ComparedFolder> readFolder(const std::filesystem::path& folder) {
     if (!manifest) return tl::make_unexpected(manifest.error());
     ComparedFolder read{std::move(*report), std::move(*manifest), {}, {}};
     for (const FileRecord& file : filesOf(read.manifest)) read.digests[file.name] = file.digest;
-    for (const formats::Error& error : checkDigests(folder, read.manifest)) {
-        read.changed.push_back(error.line());
+    read.changed = checkDigests(folder, read.manifest);
+    for (const formats::Error& error : read.changed)
         for (auto& [name, digest] : read.digests)
             if (error.subject == (folder / name).string()) digest.clear();
-    }
     return read;
 }
 
@@ -190,7 +189,7 @@ bool hasSameContent(const CookedAsset* first, const CookedAsset* second, const s
     return true;
 }
 
-Result<Json> compareScenes(const std::filesystem::path& a, const std::filesystem::path& b) {
+Result<Comparison> compareScenes(const std::filesystem::path& a, const std::filesystem::path& b) {
     const auto first = readFolder(a), second = readFolder(b);
     if (!first) return tl::make_unexpected(first.error());
     if (!second) return tl::make_unexpected(second.error());
@@ -203,13 +202,16 @@ Result<Json> compareScenes(const std::filesystem::path& a, const std::filesystem
         const bool isSame = row.first == row.second && hasSameContent(first->find(name), second->find(name), different);
         assets.push_back({{"name", name}, {"a", row.first}, {"b", row.second}, {"same", isSame}});
     }
-    std::vector<std::string> changed = first->changed;
+    std::vector<formats::Error> changed = first->changed;
     if (a != b) changed.insert(changed.end(), second->changed.begin(), second->changed.end());
-    return Json{{"a_bytes_gpu", first->report.budget.usedBytes},
-                {"b_bytes_gpu", second->report.budget.usedBytes},
-                {"assets", assets},
-                {"different_files", different},
-                {"changed_since_cook", changed}};
+    Json lines = Json::array();
+    for (const formats::Error& error : changed) lines.push_back(error.line());
+    return Comparison{{{"a_bytes_gpu", first->report.budget.usedBytes},
+                       {"b_bytes_gpu", second->report.budget.usedBytes},
+                       {"assets", assets},
+                       {"different_files", different},
+                       {"changed_since_cook", lines}},
+                      std::move(changed)};
 }
 
 /// Returns the figure that a name of --metric asks for; of light maps, which have it twice, the larger one. Empty: there is none.
@@ -226,7 +228,7 @@ std::optional<double> figureOf(const Json& differences, const std::string& metri
 
 }  // namespace
 
-Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state) {
+Result<Comparison> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state) {
     std::error_code code;
     const bool isFirst = std::filesystem::is_directory(a, code), isSecond = std::filesystem::is_directory(b, code);
     if (isFirst != isSecond) {
@@ -236,7 +238,8 @@ Result<Json> compareFiles(const std::filesystem::path& a, const std::filesystem:
                                    std::filesystem::exists(other, code) ? "a file" : "no such folder", folder.string()));
     }
     if (isFirst) return compareScenes(a, b);
-    return isCertainLightMap(a) || isCertainLightMap(b) ? compareLightMaps(a, b, state) : compareImages(a, b);
+    const auto figures = isCertainLightMap(a) || isCertainLightMap(b) ? compareLightMaps(a, b, state) : compareImages(a, b);
+    return figures.map([](const Json& json) { return Comparison{json, {}}; });
 }
 
 CommandFunction defineCompare(CLI::App& app) {
@@ -253,22 +256,25 @@ CommandFunction defineCompare(CLI::App& app) {
                    "visible_p99, the larger one of diffuse and specular")
         ->check(CLI::IsMember({"rmse", "rel_rmse", "log2_psnr_db", "max_abs", "rel_rms", "visible_p99"}));
     options->json.add(app, "the differences");
+    app.footer("A file of a cooked scene that does not match its manifest is an error: exit code 4.");
     return [options](Session& session) {
         options->json.prepare(session);
-        const auto differences = compareFiles(options->a, options->b, session.state);
-        if (!differences || options->json.isStandardOutput()) return options->json.finish(session, differences);
+        const auto compared = compareFiles(options->a, options->b, session.state);
+        if (!compared) return options->json.finish(session, {}, {compared.error()});
+        const auto& [differences, changed] = *compared;
+        if (options->json.isStandardOutput()) return options->json.finish(session, differences, changed);
         if (options->metric.empty())
-            printJson(session.terminal, *differences);
-        else if (const auto figure = figureOf(*differences, options->metric))
+            printJson(session.terminal, differences);
+        else if (const auto figure = figureOf(differences, options->metric))
             session.terminal.say(fmt::format("{}", *figure));
         else
-            return options->json.finish(session, *differences,
+            return options->json.finish(session, differences,
                                         {{ErrorCode::InvalidRequest, "--metric",
                                           fmt::format("found {}, which {} do not have", options->metric,
-                                                      differences->contains("assets")    ? "cooked scenes"
-                                                      : differences->contains("diffuse") ? "light maps"
-                                                                                         : "images and textures")}});
-        return options->json.finish(session, differences);
+                                                      differences.contains("assets")    ? "cooked scenes"
+                                                      : differences.contains("diffuse") ? "light maps"
+                                                                                        : "images and textures")}});
+        return options->json.finish(session, differences, changed);
     };
 }
 

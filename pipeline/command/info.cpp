@@ -256,7 +256,7 @@ int runInfo(const std::vector<std::string>& names, const JsonOutput& json, Sessi
             entry.update(*facts);
         }
         if (!json.isStandardOutput()) {
-            if (files->size() > 1) session.terminal.say(session.terminal.styled(Style::Faint, file.string() + ":"));
+            if (files->size() > 1) session.terminal.say(StyledLine{{Style::Faint, file.string() + ":"}});
             printJson(session.terminal, *facts, files->size() > 1 ? "  " : "");
         }
         all.push_back(std::move(entry));

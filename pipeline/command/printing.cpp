@@ -59,8 +59,8 @@ std::string boundWord(const verify::StageError& error, const verify::ErrorFigure
     return visible ? fmt::format("{:.2f}", *visible) : worse.hasBound() ? percent(worse.maxBound) : "none known";
 }
 
-std::string verdictWord(const Terminal& terminal, bool passed) {
-    return passed ? terminal.styled(Style::Good, "passed") : terminal.styled(Style::Bad, "FAILED");
+StyledText verdictWord(bool passed) {
+    return passed ? StyledText{Style::Good, "passed"} : StyledText{Style::Bad, "FAILED"};
 }
 
 /// Returns "1.20 % -> 1.31 %"; a report that does not have the asset shows as a dash.
@@ -112,7 +112,7 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
                               {"actions", actions},
                               {"actions_from_cache", outcome.actionsReused},
                               {"output", outcome.output.string()}};
-        return terminal.detail(summary.dump(-1, ' ', false, Json::error_handler_t::replace));
+        return terminal.jsonDetail(summary.dump(-1, ' ', false, Json::error_handler_t::replace));
     }
     printFrontier(terminal, report.budget.frontier);
     for (const ReportRow& row : report.assets) {
@@ -126,9 +126,10 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
     const std::string assets = fmt::format("{}{} asset{}", failed > 0 ? fmt::format("{} of ", failed) : "", report.assets.size(),
                                            report.assets.size() == 1 ? "" : "s");
     const std::string budget = report.budget.limitBytes ? fmt::format(" of {}", sizeWords(*report.budget.limitBytes)) : "";
-    terminal.say(fmt::format("{}: {}, {}{} of GPU memory, {} on disk, {} of {} actions from the cache: {}", verdictWord(terminal, passed),
-                             assets, sizeWords(report.budget.usedBytes), budget, sizeWords(disk), outcome.actionsReused, actions,
-                             outcome.output.string()));
+    terminal.say(StyledLine{verdictWord(passed),
+                            {Style::Plain, fmt::format(": {}, {}{} of GPU memory, {} on disk, {} of {} actions from the cache: {}", assets,
+                                                       sizeWords(report.budget.usedBytes), budget, sizeWords(disk), outcome.actionsReused,
+                                                       actions, outcome.output.string())}});
 }
 
 void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
@@ -141,14 +142,15 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
         const auto bytes = [](const std::optional<AssetFigures>& figures) {
             return figures ? fmt::format("{}", figures->bytesGpu) : std::string("-");
         };
-        const bool isJudgedAnew = asset.before && asset.now && asset.before->passed != asset.now->passed;
-        const std::string verdict =
-            isJudgedAnew ? fmt::format(", {} -> {}", verdictWord(terminal, asset.before->passed), verdictWord(terminal, asset.now->passed))
-                         : "";
         const std::string growth = asset.growthPercent ? fmt::format(" ({:+.2f} %)", *asset.growthPercent) : "";
-        terminal.say(fmt::format("{:24} {:8} {} -> {} bytes{}, diffuse {}, specular {}{}", asset.name, asset.change, bytes(asset.before),
-                                 bytes(asset.now), growth, changeOf(asset.before, asset.now, &AssetFigures::diffuse),
-                                 changeOf(asset.before, asset.now, &AssetFigures::specular), verdict));
+        StyledLine line = {{Style::Plain, fmt::format("{:24} {:8} {} -> {} bytes{}, diffuse {}, specular {}", asset.name, asset.change,
+                                                      bytes(asset.before), bytes(asset.now), growth,
+                                                      changeOf(asset.before, asset.now, &AssetFigures::diffuse),
+                                                      changeOf(asset.before, asset.now, &AssetFigures::specular))}};
+        if (asset.before && asset.now && asset.before->passed != asset.now->passed)
+            line.insert(line.end(),
+                        {{Style::Plain, ", "}, verdictWord(asset.before->passed), {Style::Plain, " -> "}, verdictWord(asset.now->passed)});
+        terminal.say(line);
     }
     const std::string allowed = comparison.allowedPercent ? fmt::format(", at most {} % allowed", *comparison.allowedPercent) : "";
     terminal.say(fmt::format("{} -> {} bytes since {} ({:+.2f} %{}); {} of {} assets unchanged", comparison.bytesBefore,
@@ -156,19 +158,20 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
 }
 
 void printReport(Terminal& terminal, const Report& report) {
-    terminal.say(terminal.styled(
-        Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>8} {:>12} {:>8}  {}", "asset", "kind", "layout",
-                                  "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "visible", "bound", "seam", "verdict")));
+    terminal.say(StyledLine{
+        {Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>8} {:>12} {:>8}  {}", "asset", "kind", "layout",
+                                   "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "visible", "bound", "seam", "verdict")}});
     for (const ReportRow& row : report.assets) {
         const verify::StageError& error = row.verdict.stages.back();
         const bool diffuseIsWorse =
             std::isfinite(error.specular.p99) && std::isfinite(error.diffuse.p99) && error.diffuse.p99 >= error.specular.p99;
         const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
-        terminal.say(
-            fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  {}", row.name, info(row.kind).name, row.layout,
+        const std::string figures =
+            fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  ", row.name, info(row.kind).name, row.layout,
                         row.bytesGpu, row.bitsPerTexel, relRmsWord(row, &verify::StageError::diffuse, &verify::StageError::specular),
                         relRmsWord(row, &verify::StageError::specular, &verify::StageError::diffuse), percent(worse.p99),
-                        visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row), verdictWord(terminal, row.verdict.passed)));
+                        visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row));
+        terminal.say(StyledLine{{Style::Plain, figures}, verdictWord(row.verdict.passed)});
         if (row.mipsEnd) terminal.say(mipLine(row));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
@@ -182,15 +185,16 @@ void printReport(Terminal& terminal, const Report& report) {
 void printPlatforms(Terminal& terminal, const std::vector<PlatformUse>& platforms) {
     for (const PlatformUse& platform : platforms) {
         const auto failed = std::ranges::count_if(platform.checks, [](const BudgetCheck& check) { return !check.passed; });
-        terminal.say(fmt::format("platform {}: {} bytes in {} scene{}, {} of {} limits passed over  {}", platform.name, platform.usedBytes,
-                                 platform.scenes, platform.scenes == 1 ? "" : "s", failed, platform.checks.size(),
-                                 verdictWord(terminal, platform.passed)));
+        terminal.say(StyledLine{{Style::Plain, fmt::format("platform {}: {} bytes in {} scene{}, {} of {} limits passed over  ",
+                                                           platform.name, platform.usedBytes, platform.scenes,
+                                                           platform.scenes == 1 ? "" : "s", failed, platform.checks.size())},
+                                verdictWord(platform.passed)});
     }
 }
 
 void printCollection(Terminal& terminal, const CollectionReport& report) {
-    terminal.say(terminal.styled(Style::Faint, fmt::format("{:32} {:6} {:>12} {:>12} {:>10} {:>10} {:>8}  {}", "scene", "target",
-                                                           "GPU bytes", "disk bytes", "diffuse", "specular", "visible", "verdict")));
+    terminal.say(StyledLine{{Style::Faint, fmt::format("{:32} {:6} {:>12} {:>12} {:>10} {:>10} {:>8}  {}", "scene", "target", "GPU bytes",
+                                                       "disk bytes", "diffuse", "specular", "visible", "verdict")}});
     std::size_t failed = 0;
     for (const SceneSummary& scene : report.scenes) {
         AssetFigures worst;
@@ -200,9 +204,10 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
             if (asset.figures.visible) worst.visible = std::max(worst.visible.value_or(0.0), *asset.figures.visible);
         }
         failed += scene.passed ? 0 : 1;
-        terminal.say(fmt::format("{:32} {:6} {:12} {:12} {} {} {:>8}  {}", scene.name, scene.target, scene.budget.usedBytes,
-                                 scene.bytesDisk, percent(worst.diffuse), percent(worst.specular), visibleWord(worst.visible),
-                                 verdictWord(terminal, scene.passed)));
+        terminal.say(StyledLine{
+            {Style::Plain, fmt::format("{:32} {:6} {:12} {:12} {} {} {:>8}  ", scene.name, scene.target, scene.budget.usedBytes,
+                                       scene.bytesDisk, percent(worst.diffuse), percent(worst.specular), visibleWord(worst.visible))},
+            verdictWord(scene.passed)});
     }
     if (report.platforms) printPlatforms(terminal, *report.platforms);
     if (report.baseline) {

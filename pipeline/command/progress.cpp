@@ -100,7 +100,7 @@ std::string Progress::line(double seconds, int columns) const {
     const double fraction = fractionLocked();
     std::string stages;
     for (const auto& [id, running] : running_)
-        stages += fmt::format("{}{} {:.0f} %", stages.empty() ? "" : ", ", running.what, 100 * running.fraction);
+        stages += fmt::format("{}{} {:.0f} %", stages.empty() ? "" : ", ", formats::withoutControls(running.what), 100 * running.fraction);
     const std::string head = fmt::format("{} {:3.0f} %  {}/{} ", bar(fraction), 100 * fraction, done_.size(), weights_.size());
     const bool isKnown = seconds >= kLeastSeconds && fraction >= kLeastFraction && fraction < 1;
     const std::string tail = isKnown ? fmt::format("  {} left", clockWords(seconds * (1 - fraction) / fraction)) : "";

@@ -65,11 +65,6 @@ bool Terminal::hasColor(int descriptor) const {
     return ::isatty(descriptor) == 1;
 }
 
-std::string Terminal::styled(Style style, const std::string& text) const {
-    if (style == Style::Plain || !hasColor(outputIsData_ ? STDERR_FILENO : STDOUT_FILENO)) return text;
-    return fmt::format("\x1b[{}m{}\x1b[0m", codeOf(style), text);
-}
-
 void Terminal::printMessage(std::string_view level, Style style, const std::string& text) {
     const std::lock_guard lock(mutex_);
     clearProgress();
@@ -93,16 +88,26 @@ void Terminal::warning(const std::string& subject, const std::string& detail) {
     fmt::print(stderr, "{}\n", lineOf({{"level", "warning"}, {"subject", subject}, {"detail", detail}}));
 }
 
-void Terminal::say(const std::string& line) {
+void Terminal::say(const StyledLine& line) {
     const std::lock_guard lock(mutex_);
     clearProgress();
-    fmt::print(outputIsData_ ? stderr : stdout, "{}\n", line);
+    const bool isColored = hasColor(outputIsData_ ? STDERR_FILENO : STDOUT_FILENO);
+    std::string shown;
+    for (const auto& [style, text] : line) {
+        const std::string words = formats::withoutControls(text);
+        shown += isColored && style != Style::Plain ? fmt::format("\x1b[{}m{}\x1b[0m", codeOf(style), words) : words;
+    }
+    fmt::print(outputIsData_ ? stderr : stdout, "{}\n", shown);
 }
 
 void Terminal::detail(const std::string& line) {
+    jsonDetail(formats::withoutControls(line));
+}
+
+void Terminal::jsonDetail(const std::string& json) {
     const std::lock_guard lock(mutex_);
     clearProgress();
-    fmt::print(stderr, "{}\n", line);
+    fmt::print(stderr, "{}\n", json);
 }
 
 void Terminal::data(const std::string& text) {

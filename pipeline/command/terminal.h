@@ -1,9 +1,11 @@
 // Messages of a running command: one line of progress on a terminal and nothing on a pipe; errors as one line each, plain or JSON.
+// Names in a message may hold control characters. Lines show them as escapes (formats::withoutControls).
 #pragma once
 
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "formats/error.h"
 
@@ -19,6 +21,13 @@ enum class ColorChoice { Auto, Always, Never };
 
 /// Meaning of a piece of text, which colour supports on terminals.
 enum class Style { Plain, Good, Bad, Warning, Faint };
+
+/// A piece of a line, with its meaning.
+struct StyledText {
+    Style style = Style::Plain;
+    std::string text;
+};
+using StyledLine = std::vector<StyledText>;
 
 struct TerminalOptions {
     LogFormat format = LogFormat::Text;
@@ -38,17 +47,17 @@ public:
     void progress(const std::string& line);
     void error(const formats::Error& error);
     void warning(const std::string& subject, const std::string& detail);
-    /// Prints a line of the command's result.
-    void say(const std::string& line);
+    /// Prints a line of the command's result, on a terminal in the colours of its pieces.
+    void say(const StyledLine& line);
+    void say(const std::string& line) { say(StyledLine{{Style::Plain, line}}); }
     /// Prints a line about the run on standard error.
     void detail(const std::string& line);
+    /// Prints a JSON document about the run on standard error, exactly.
+    void jsonDetail(const std::string& json);
     /// Prints text for programs on standard output, exactly.
     void data(const std::string& text);
     /// Prints the lines of say() on standard error from now on: standard output is for data().
     void keepOutputForData() { outputIsData_ = true; }
-
-    /// Returns the text in the colour of its meaning where say() prints to a terminal; else the text itself.
-    std::string styled(Style style, const std::string& text) const;
 
     bool isInteractive() const { return isInteractive_; }
     Verbosity verbosity() const { return options_.verbosity; }

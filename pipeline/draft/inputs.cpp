@@ -146,7 +146,7 @@ private:
             addLightMap(found.file, *map);
         else
             leaveOut(found.file,
-                     map ? "an 8-bit picture; if it is a light map, give it \"lightmap\" in its name, or write it into the scene"
+                     map ? "a picture of integers; if it is a light map, give it \"lightmap\" in its name, or write it into the scene"
                          : map.error().detail);
         return {};
     }

@@ -18,6 +18,7 @@ enum class LintCheck {
     WrongQuantity,
     ImpossibleBands,
     GammaCurve,
+    WrongPrimaries,
     LightUnits,
     NoCoverage,
     CoverageRange,

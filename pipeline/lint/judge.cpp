@@ -106,9 +106,11 @@ public:
         for (const std::string& set : facts_.reading.incompleteSets)
             add(LintCheck::IncompleteSet, "file", fmt::format("{}; read as {}", set, facts_.reading.bake), {});
         judgeCoverage();
-        if (facts_.covered == 0) return std::move(findings_);
-        if (!hasEncodedNormals() && !judgeDirections()) judgeBands();
-        judgeLight();
+        if (facts_.covered > 0) {
+            if (!hasEncodedNormals() && !judgeDirections()) judgeBands();
+            judgeLight();
+        }
+        judgePrimaries();
         return std::move(findings_);
     }
 
@@ -116,6 +118,18 @@ private:
     void add(LintCheck check, const char* key, std::string found, std::map<std::string, double> figures) {
         findings_.push_back(
             makeFinding(check, entry_.name, entry_.file, {"light_map", entry_.name, key}, std::move(found), std::move(figures)));
+    }
+
+    void judgePrimaries() {
+        if (!facts_.primaries || facts_.primaries->difference <= formats::kSamePrimaries) return;
+        const auto& [xy, space, difference] = *facts_.primaries;
+        findings_.push_back(makeFinding(
+            LintCheck::WrongPrimaries, entry_.name, entry_.file, {"color", "", "source"},
+            fmt::format("found the primaries ({:.4g}, {:.4g}), ({:.4g}, {:.4g}), ({:.4g}, {:.4g}) and white ({:.4g}, {:.4g}){}, expected "
+                        "those of the source space {}",
+                        xy[0], xy[1], xy[2], xy[3], xy[4], xy[5], xy[6], xy[7], space.empty() ? "" : fmt::format(", as {} has", space),
+                        entry_.description.colors.source),
+            {{"difference", difference}}));
     }
 
     void judgeCoverage() {

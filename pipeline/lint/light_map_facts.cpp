@@ -194,6 +194,7 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     facts.hasCoverage = source.hasCoverage();
     facts.hasNormals = source.hasNormals();
     facts.reading = source.reading();
+    facts.primaries = source.primaries();
     facts.reading.lightMap = context.action.asset;
     const PartCounter counter(*parameters, source.luminanceWeights());
     ChartScanner scanner(source.width(), parameters->description.fireflyLimit);

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "formats/light_map.h"
 #include "pipeline/assets/light_map/source.h"
@@ -39,10 +40,18 @@ void describe(Fields& fields, Self& facts) {
     fields.required("decoded", facts.decoded, "the same, after a gamma curve of 2.2 is undone");
 }
 
+template <class Fields, Is<formats::StatedPrimaries> Self>
+void describe(Fields& fields, Self& primaries) {
+    fields.required("chromaticities", primaries.chromaticities, "CIE x, y of red, green, blue and white");
+    fields.required("space", primaries.space, "built-in colour space that has them; empty for none");
+    fields.required("difference", primaries.difference, "largest difference of an entry of its matrix to BT.2020 and that of the source");
+}
+
 struct LightMapFacts {
     int width = 0, height = 0;
     bool hasCoverage = false, hasNormals = false;
     BakeReading reading;
+    std::optional<formats::StatedPrimaries> primaries;
     formats::LightMapCoverage coverage;
     std::int64_t covered = 0;
     std::int64_t black = 0;                           ///< covered texels without any light
@@ -61,6 +70,7 @@ void describe(Fields& fields, Self& facts) {
     fields.required("has_coverage", facts.hasCoverage, "true if the file has coverage.Y");
     fields.required("has_normals", facts.hasNormals, "true if the file has normal.X/Y/Z");
     fields.required("reading", facts.reading, "how the file was recognised");
+    fields.optional("primaries", facts.primaries, "primaries that the file states");
     fields.required("inside", facts.coverage.inside, "texels with coverage.Y above 0.5");
     fields.required("without_normal", facts.coverage.withoutNormal, "of these, texels whose normal is shorter than 1/2");
     fields.required("odd_normals", facts.coverage.oddNormals, "of these, texels whose normal is far from unit length");

@@ -245,6 +245,12 @@ TEST_F(CommandLine, AFileThatMayNotGrowIsAnErrorAndLeavesNothing) {
 
 TEST_F(CommandLine, ControlCharactersDoNotReachTheTerminal) {
     expectRefused("info \"$(printf 'no\\nwhere\\033[31m.exr')\"", 3, {"no\\nwhere\\x1b[31m.exr: "});
+    const std::string name = "map\x1b[31m.exr";
+    std::filesystem::copy_file(scene_ / "map.exr", scene_ / name);
+    const Ended shown = run("info map.exr \"$(printf 'map\\033[31m.exr')\"");
+    EXPECT_EQ(shown.code, 0) << shown.err;
+    EXPECT_THAT(shown.out, HasSubstr("map\\x1b[31m.exr:"));
+    EXPECT_EQ(shown.out.find('\x1b'), std::string::npos);
     expectRefused("plan scene.toml --ninja scene.ninja --launcher \"$(printf 'a\\nb')\"", 2, {"--launcher: found 'a\\nb', expected "});
     EXPECT_FALSE(std::filesystem::exists(scene_ / "scene.ninja"));
     expectRefused("lut tables --rows 1", 2, {"--rows: found 1, expected 2 to 1024"});
@@ -322,7 +328,13 @@ TEST_F(CommandLine, CompareLooksIntoTheFilesOfCookedFolders) {
     EXPECT_EQ(changed.at("different_files"), nlohmann::json::array({"sky.ktx2"}));
     ASSERT_EQ(changed.at("changed_since_cook").size(), 1u) << changed;
     EXPECT_THAT(changed.at("changed_since_cook")[0].get<std::string>(), StartsWith("b/sky.ktx2: found content "));
-    EXPECT_THAT(run("compare a b").out, HasSubstr("b/sky.ktx2: found content "));
+    EXPECT_EQ(changed.at("exit_code"), 4);
+    for (const char* command : {"compare a b", "compare b a", "compare b b", "compare a b --json -"}) {
+        const Ended ended = run(command);
+        EXPECT_EQ(ended.code, 4) << command << ": a file is not the one that was cooked";
+        EXPECT_THAT(ended.out, HasSubstr("b/sky.ktx2: found content ")) << command;
+        EXPECT_THAT(ended.err, StartsWith("lightcook: error: b/sky.ktx2: found content ")) << command;
+    }
 }
 
 TEST_F(CommandLine, ViewPrintsItsAddressAtOnce) {

@@ -451,6 +451,7 @@ const std::vector<Mistake>& allMistakes() {
         {"the scene file says irradiance, the light map holds radiance", kLint, faults::statedIrradiance},
         {"the light map is in game units", kLint, faults::gameUnits},
         {"the light map is under a gamma curve", kLint, faults::gammaCurve},
+        {"the light map states other primaries", kLint, faults::otherPrimaries},
         {"the probe is under a gamma curve", kLint, faults::gammaCurveOnProbe},
         {"the probe was an 8-bit image", kLint, faults::eightBitProbe},
         {"the light of the probe was cut at 1", kLint, faults::clippedProbe},

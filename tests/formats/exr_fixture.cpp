@@ -4,6 +4,7 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfTiledOutputFile.h>
 #include <fmt/format.h>
 
@@ -25,6 +26,10 @@ void writeRecipe(const std::filesystem::path& file, const ExrRecipe& recipe) {
                               {recipe.corner.x + recipe.width - 1, recipe.corner.y + recipe.height - 1});
     Imf::Header header(window, window);
     header.compression() = recipe.isZip ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
+    if (recipe.chromaticities) {
+        const std::array<float, 8>& xy = *recipe.chromaticities;
+        Imf::addChromaticities(header, {{xy[0], xy[1]}, {xy[2], xy[3]}, {xy[4], xy[5]}, {xy[6], xy[7]}});
+    }
     const Imf::PixelType type = recipe.isHalf ? Imf::HALF : Imf::FLOAT;
     std::map<std::string, Plane> planes;
     Imf::FrameBuffer buffer;

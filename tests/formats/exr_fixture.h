@@ -1,10 +1,12 @@
 // EXR files made by a test with OpenEXR itself, channel by channel.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,7 @@ struct ExrRecipe {
     int tileExtent = 64;
     bool isZip = true;
     glm::ivec2 corner{0};  ///< of the data window
+    std::optional<std::array<float, 8>> chromaticities = {};
     std::map<std::string, ChannelValue> channels;
 };
 

@@ -74,6 +74,8 @@ void holdToLimits(const verify::StageError& level, const MippedLightMap& map, st
     };
     hold("diffuse", level.diffuse);
     hold("specular", level.specular);
+    if (map.parameters.maxVisibleBound && !hasVisibleBound(level))
+        violations.push_back(unknownBound(level.name, *map.parameters.maxVisibleBound));
 }
 
 }  // namespace

@@ -44,6 +44,7 @@ public:
     int chunkCount() const { return (height() + kChunkRows - 1) / kChunkRows; }
     glm::vec3 luminanceWeights() const { return reader_->luminanceWeights(); }
     const glm::dmat3& bt2020FromWorking() const { return reader_->bt2020FromWorking(); }
+    const std::optional<formats::StatedPrimaries>& primaries() const { return reader_->primaries(); }
     bool hasNormals() const { return reader_->hasNormals(); }
     bool hasCoverage() const { return reader_->hasCoverage(); }
     /// Returns how the file was recognised.

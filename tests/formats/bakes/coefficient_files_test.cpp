@@ -89,6 +89,20 @@ TEST(CoefficientFiles, TheFirstImageMayHaveCoverageAndNormals) {
     EXPECT_EQ(strip.normal.at(0, 0), glm::vec3(1, 0, 0));
 }
 
+TEST(CoefficientFiles, TheFirstImageMayStateItsPrimaries) {
+    const Images images;
+    EXPECT_FALSE(LightMapReader::open(images / "0.exr", images.describe(4, 4))->primaries());
+    ExrRecipe first = Images::recipeOf({});
+    for (const char colour : {'R', 'G', 'B'}) first.channels[std::string(1, colour)] = [](int, int) { return 1.0f; };
+    first.chromaticities = {0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f};
+    writeRecipe(images / "0.exr", first);
+    const auto reader = LightMapReader::open(images / "0.exr", images.describe(4, 4));
+    ASSERT_TRUE(reader) << reader.error().line();
+    ASSERT_TRUE(reader->primaries());
+    EXPECT_EQ(reader->primaries()->space, "lin_rec2020");
+    EXPECT_GT(reader->primaries()->difference, 0.3) << "the description says lin_rec709";
+}
+
 TEST(CoefficientFiles, ListsThatNameNoBakeAreRefused) {
     const auto detailOf = [](std::vector<std::string> names) {
         const auto format = bakeFormatOfFiles(names, "scene.toml:5:9");

@@ -84,8 +84,8 @@ TEST(LightEncoding, AFileThatIsNotEncodedSoIsRefused) {
     EXPECT_THAT(refusal(folder / "room.png", encoded(LightEncoding::Rgbm)).line(),
                 AllOf(HasSubstr("room.png: found no alpha, expected the multiplier of RGBM"), HasSubstr("encoding = \"dldr\"")));
     EXPECT_EQ(readAll(folder / "room.png", encoded(LightEncoding::Dldr)).sh.width(), kPictureSide);
-    EXPECT_THAT(refusal(folder / "room.png").line(),
-                AllOf(HasSubstr("found an 8-bit picture, expected OpenEXR or Radiance HDR"), HasSubstr("encoding = \"rgbm\" or \"dldr\"")));
+    EXPECT_THAT(refusal(folder / "room.png").line(), AllOf(HasSubstr("found a picture of integers, expected OpenEXR or Radiance HDR"),
+                                                           HasSubstr("encoding = \"rgbm\" or \"dldr\"")));
     const MapFile map(seededMap(8, 8));
     const Error error = refusal(map.path, encoded(LightEncoding::Dldr));
     EXPECT_EQ(error.code, ErrorCode::InvalidRequest);

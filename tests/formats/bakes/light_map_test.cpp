@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
+#include <tuple>
+
 #include "tests/formats/light_map_fixture.h"
+#include "tests/formats/texture_fixture.h"
 
 namespace lightcook::formats {
 namespace {
@@ -30,6 +34,22 @@ TEST(LightMapReader, FilesThatAreNoExrAreRefused) {
     EXPECT_THAT(refusal(folder / "text.exr").line(), HasSubstr("found the first bytes 74 68 69 73"));
     writeContent(folder / "short.exr", "v/1");
     EXPECT_THAT(refusal(folder / "short.exr").line(), HasSubstr("found 3 bytes"));
+}
+
+TEST(LightMapReader, TexturesAreRefusedByTheirContainer) {
+    const TemporaryFolder folder;
+    const TextureShape shape{PixelFormat::Rgba8Unorm, 4, 4};
+    for (const auto& [file, container, name] :
+         {std::tuple("map.ktx2", Container::Ktx2, "KTX2"), std::tuple("map.dds", Container::Dds, "DDS"),
+          std::tuple("named.exr", Container::Ktx2, "KTX2")}) {
+        TextureFileOptions options;
+        options.container = container;
+        ASSERT_TRUE(writePattern(folder / file, shape, options));
+        const Error error = refusal(folder / file);
+        EXPECT_EQ(error.code, ErrorCode::FormatUnsupported);
+        EXPECT_THAT(error.line(), AllOf(HasSubstr(file), HasSubstr(std::string("found a GPU texture (") + name + ")"),
+                                        HasSubstr("expected OpenEXR or Radiance HDR"), HasSubstr("`lightcook decode`")));
+    }
 }
 
 TEST(LightMapReader, EncodedColoursAreRefused) {

@@ -371,6 +371,10 @@ TEST(GpuTexture, OtherFilesAreRefusedByName) {
     EXPECT_EQ(TextureReader::open(folder.path()).error().code, ErrorCode::FileUnreadable);
     putFile(folder / "text", std::vector<std::byte>(500, std::byte{'x'}));
     EXPECT_EQ(TextureReader::open(folder / "text").error().code, ErrorCode::FormatUnsupported);
+    for (const char* name : {"missing", "", "text"}) {
+        EXPECT_FALSE(containerOfContent(folder / name)) << name;
+        EXPECT_FALSE(textureForImage(folder / name, "an image")) << name;
+    }
 }
 
 }  // namespace

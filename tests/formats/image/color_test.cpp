@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/formats/temporary_folder.h"
 
@@ -157,6 +159,50 @@ TEST(LinearConversion, UnknownSpacesSuggestTheNearest) {
     EXPECT_THAT(refusalOf({"", "acescg", {}}), HasSubstr("found no such space"));
 }
 
+using Xy = std::array<float, 8>;
+constexpr Xy kStatedRec709 = {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
+constexpr Xy kStatedAcesCg = {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f};
+constexpr Xy kStatedRec2020 = {0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f};
+constexpr Xy kStatedP3D65 = {0.680f, 0.320f, 0.265f, 0.690f, 0.150f, 0.060f, 0.3127f, 0.3290f};
+constexpr Xy kStatedAces = {0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.0770f, 0.32168f, 0.33767f};
+constexpr Xy kStatedXyz = {1, 0, 0, 1, 0, 0, 1 / 3.0f, 1 / 3.0f};
+
+TEST(StatedPrimaries, TheMatrixIsThatOfTheSpace) {
+    const auto rec709 = bt2020FromChromaticities(kStatedRec709);
+    ASSERT_TRUE(rec709);
+    const glm::dmat3 published = lighting::bt2020FromRec709();
+    for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row) EXPECT_NEAR((*rec709)[column][row], published[column][row], 1e-4) << row << ' ' << column;
+}
+
+TEST(StatedPrimaries, ASpaceAgreesWithItselfAlone) {
+    const std::vector<std::pair<std::string, Xy>> spaces = {{"lin_rec709", kStatedRec709},   {"acescg", kStatedAcesCg},
+                                                            {"lin_rec2020", kStatedRec2020}, {"lin_p3d65", kStatedP3D65},
+                                                            {"aces2065-1", kStatedAces},     {"lin_ciexyzd65", kStatedXyz}};
+    for (const auto& [source, ofSource] : spaces)
+        for (const auto& [name, xy] : spaces) {
+            const auto primaries = statedPrimaries(xy, converted(source, "lin_p3d65"));
+            ASSERT_TRUE(primaries) << source << ' ' << name;
+            EXPECT_EQ(primaries->space, name);
+            EXPECT_EQ(primaries->chromaticities, xy);
+            if (source == name)
+                EXPECT_LT(primaries->difference, 1e-4) << name;
+            else
+                EXPECT_GT(primaries->difference, 2 * kSamePrimaries) << source << ' ' << name;
+        }
+}
+
+TEST(StatedPrimaries, NoSpaceHasPrimariesOnALine) {
+    EXPECT_FALSE(bt2020FromChromaticities({}));
+    EXPECT_FALSE(bt2020FromChromaticities({0.1f, 0.1f, 0.2f, 0.2f, 0.3f, 0.3f, 0.3127f, 0.3290f}));
+    Xy withoutWhite = kStatedRec709, infinite = kStatedRec709;
+    withoutWhite[7] = 0;
+    infinite[0] = INFINITY;
+    EXPECT_FALSE(bt2020FromChromaticities(withoutWhite));
+    EXPECT_FALSE(bt2020FromChromaticities(infinite));
+    EXPECT_FALSE(statedPrimaries(infinite, converted("lin_rec709", "lin_rec709")));
+}
+
 const char* const kUserConfig = R"(ocio_profile_version: 2
 roles:
   default: plain
@@ -196,6 +242,30 @@ TEST(LinearConversion, AUsersConfigIsProbedAndNotBelieved) {
     EXPECT_THAT(refusalOf({"data", "plain", config}), HasSubstr("data without primaries"));
     EXPECT_THAT(refusalOf({"absent_table", "plain", config}), HasSubstr("nowhere.spi3d"));
     EXPECT_THAT(refusalOf({"doublet", "plain", config}), HasSubstr("nearest is 'doubled'"));
+    EXPECT_FALSE(doubled->bt2020FromSource) << "the config has no role aces_interchange";
+    EXPECT_FALSE(statedPrimaries(kStatedRec709, *doubled));
+}
+
+TEST(StatedPrimaries, AConfigWithTheInterchangeRoleIsComparedWith) {
+    const TemporaryFolder folder;
+    writeContent(folder / "config.ocio", R"(ocio_profile_version: 2
+roles:
+  aces_interchange: aces
+  default: aces
+  scene_linear: aces
+colorspaces:
+  - !<ColorSpace>
+    name: aces
+  - !<ColorSpace>
+    name: half
+    to_reference: !<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 1]}
+)");
+    const auto same = linearConversion({"aces", "half", folder / "config.ocio"});
+    ASSERT_TRUE(same) << same.error().line();
+    EXPECT_LT(statedPrimaries(kStatedAces, *same)->difference, 1e-4);
+    const auto darker = linearConversion({"half", "aces", folder / "config.ocio"});
+    ASSERT_TRUE(darker) << darker.error().line();
+    EXPECT_GT(statedPrimaries(kStatedAces, *darker)->difference, kSamePrimaries);
 }
 
 TEST(LinearConversion, ABrokenConfigFileIsOneLine) {

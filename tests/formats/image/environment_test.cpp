@@ -16,6 +16,7 @@
 #include "tests/formats/exr_fixture.h"
 #include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/formats/texture_fixture.h"
 
 namespace lightcook::formats {
 namespace {
@@ -416,6 +417,13 @@ TEST(EncodePng, DecodesToTheSameTexelsAndTheSameBytesTwice) {
         }
     }
     EXPECT_FALSE(encodePng({}));
+}
+
+TEST(LoadEnvironment, ATextureIsRefusedByItsContainer) {
+    const TemporaryFolder folder;
+    ASSERT_TRUE(writePattern(folder / "probe.ktx2", {PixelFormat::Rgba8Unorm, 8, 4}, {}));
+    EXPECT_THAT(refusal(folder / "probe.ktx2").line(), AllOf(HasSubstr("found a GPU texture (KTX2), expected an image"),
+                                                             HasSubstr("`lightcook decode` writes a texture as OpenEXR")));
 }
 
 TEST(LoadEnvironment, TheSharedPanoramasProbesAndGradientsAreReadWhole) {

@@ -67,6 +67,37 @@ TEST(Verdict, ABoundThatIsNotKnownIsAbsent) {
     EXPECT_EQ(toJson(*read), json);
 }
 
+/// Returns a stage with visible errors of diffuse and of specular light, without bounds.
+verify::StageError stageWithVisible() {
+    verify::StageError stage = stageWith(0, 0);
+    for (verify::ErrorFigures* figures : {&stage.diffuse, &stage.specular}) figures->visible.emplace().p99 = 0.5;
+    return stage;
+}
+
+TEST(Verdict, ALimitOnTheVisibleBoundHoldsTheLarger) {
+    verify::StageError stage = stageWithVisible();
+    stage.diffuse.visible->bound = 2;
+    stage.specular.visible->bound = 3;
+    EXPECT_TRUE(makeVerdict({stage}, 0.02, {}, {}, 3.0).passed);
+    EXPECT_FALSE(makeVerdict({stage}, 0.02, {}, {}, 2.5).passed);
+    stage.specular.visible.reset();
+    EXPECT_TRUE(makeVerdict({stage}, 0.02, {}, {}, 2.5).passed) << "a scene without specular light";
+}
+
+TEST(Verdict, ALimitOnAVisibleBoundThatIsNotKnownFails) {
+    verify::StageError both = stageWithVisible(), one = stageWithVisible();
+    one.diffuse.visible->bound = 2;
+    for (const verify::StageError& stage : {both, one, stageWith(0, 0)}) {
+        EXPECT_TRUE(makeVerdict({stage}, 0.02, {}, 1.0).passed) << "nothing is asked of the bound";
+        const Verdict verdict = makeVerdict({stage}, 0.02, {}, {}, 9.0);
+        EXPECT_FALSE(verdict.passed);
+        ASSERT_EQ(verdict.violations.size(), 1u);
+        EXPECT_EQ(verdict.violations[0].place, "stage total");
+        EXPECT_EQ(verdict.violations[0].found, "no proven bound of visible errors");
+        EXPECT_THAT(verdict.violations[0].expected, testing::HasSubstr("at most 9, as max_visible_bound asks"));
+    }
+}
+
 TEST(CheckStage, AResidualThatAddsToTheErrorIsAViolation) {
     verify::StageError code = stageWith(0.1, 0.1), residual = stageWith(0.2, 0.1);
     code.name = "code";

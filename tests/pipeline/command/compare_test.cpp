@@ -28,7 +28,7 @@ protected:
     }
     static formats::Result<Json> compare(const std::filesystem::path& a, const std::filesystem::path& b) {
         const RunState state;
-        return compareFiles(a, b, state);
+        return compareFiles(a, b, state).map([](const Comparison& compared) { return compared.figures; });
     }
     static std::string refusalOf(const std::filesystem::path& a, const std::filesystem::path& b, formats::ErrorCode code) {
         const auto compared = compare(a, b);

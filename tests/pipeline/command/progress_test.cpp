@@ -34,6 +34,13 @@ TEST(Progress, AddsUpActionsAndPasses) {
     EXPECT_THAT(progress.line(40, 100), Not(HasSubstr("left")));
 }
 
+TEST(Progress, ShowsControlCharactersOfNamesAsEscapes) {
+    Progress progress;
+    const Action action = actionOf("cook/lob\x1b[2Jby");
+    progress.onEvent(action, ActionEvent::Started);
+    EXPECT_THAT(progress.line(1, 100), HasSubstr("cook/lob\\x1b[2Jby 0 %"));
+}
+
 TEST(Progress, FitsTheTerminalAndKeepsTheTimeLeft) {
     Progress progress;
     for (int i = 0; i < 8; ++i) {

@@ -15,7 +15,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-constexpr const char* kTriangle = R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 66, "uri":
+constexpr const char* kTriangleScene = R"({"asset": {"version": "2.0"}, "buffers": [{"byteLength": 66, "uri":
 "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAIA/AAABAAIA"}],
 "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 24}, {"buffer": 0, "byteOffset": 60, "byteLength": 6}],
 "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
@@ -28,7 +28,7 @@ protected:
         ASSERT_TRUE(formats::writeExr(folder_ / name, Image<glm::vec4>(width, height, glm::vec4(0.5f)).view(), channels)) << name;
     }
     void mesh(const std::string& name, bool hasUvs = true) const {
-        std::string text = kTriangle;
+        std::string text = kTriangleScene;
         text.replace(text.find("UVS"), 3, hasUvs ? ", \"TEXCOORD_1\": 1" : "");
         formats::writeContent(folder_ / name, text);
     }

@@ -76,6 +76,10 @@ inline void gammaCurve(const PlantedScene& scene) {
     scene.editLightMap([](Channels& map) { map.forEachCoefficient([](int, float& value) { value = underCurve(value); }); });
 }
 
+inline void otherPrimaries(const PlantedScene& scene) {
+    scene.statePrimaries({0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f});
+}
+
 // Probe
 
 inline void editProbeValues(const PlantedScene& scene, float (*edit)(float)) {

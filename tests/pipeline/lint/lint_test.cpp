@@ -139,6 +139,27 @@ TEST(Lint, NamesACurveOnALightMap) {
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("gamma-curve"));
 }
 
+TEST(Lint, NamesPrimariesThatAreNotThoseOfTheSource) {
+    const PlantedScene scene;
+    faults::otherPrimaries(scene);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-primaries"));
+    EXPECT_THAT(outcome.errors, IsEmpty()) << "a warning";
+    const Finding& finding = outcome.findings[0];
+    EXPECT_THAT(finding.found, AllOf(HasSubstr("(0.713, 0.293)"), HasSubstr("as acescg has"), HasSubstr("the source space lin_rec709")));
+    EXPECT_GT(finding.figures.at("difference"), 0.1);
+    EXPECT_EQ(finding.place.section, "color");
+    EXPECT_TRUE(finding.line.has_value()) << "the example has the key";
+    scene.replaceInScene("source = \"lin_rec709\"", "source = \"acescg\"");
+    EXPECT_THAT(codesOf(scene.lint()), IsEmpty());
+}
+
+TEST(Lint, TakesTheStatedPrimariesOfTheSource) {
+    const PlantedScene scene;
+    scene.statePrimaries({0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f});
+    EXPECT_THAT(codesOf(scene.lint()), IsEmpty());
+}
+
 TEST(Lint, NamesACurveOnAProbe) {
     const PlantedScene scene;
     faults::gammaCurveOnProbe(scene);
