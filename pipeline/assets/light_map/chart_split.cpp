@@ -72,19 +72,28 @@ const CandidateByChart& cheapestFor(std::span<const CandidateByChart> candidates
     return best != nullptr ? *best : *std::ranges::max_element(candidates, {}, bitsOf);
 }
 
-/// Returns the groups that have to be left out so that the rest keep the limits, those first that take the candidate furthest from them.
-std::vector<std::size_t> groupsToLeaveOut(const CandidateByChart& candidate, std::span<const std::size_t> all,
-                                          std::span<const std::int64_t> texels, const SplitJudge& judge) {
-    const ChartSamples whole = sumOf(candidate.samples, all);
+/// Returns the groups in the order in which they are left out: those first that take the candidate furthest from the limits.
+std::vector<std::size_t> orderOfLeavingOut(const CandidateByChart& candidate, std::span<const std::int64_t> texels,
+                                           const SplitJudge& judge) {
+    std::vector<std::size_t> order(texels.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const ChartSamples whole = sumOf(candidate.samples, order);
     std::vector<double> excess;
-    for (const std::size_t group : all)
+    for (const std::size_t group : order)
         excess.push_back(judge.excess(candidate.samples[group], whole) / static_cast<double>(std::max<std::int64_t>(texels[group], 1)));
-    std::vector<std::size_t> order(all.begin(), all.end());
     std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t group) { return excess[group]; });
-    for (std::size_t count = 0; count < order.size(); ++count)
-        if (judge.keeps(sumOf(candidate.samples, std::span(order).subspan(count))))
-            return {order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count)};
     return order;
+}
+
+/// Returns, for each count, whether a candidate keeps the limits on that many groups from the first on.
+std::vector<std::uint8_t> keepsFirst(const CandidateByChart& candidate, std::span<const std::size_t> groups, const SplitJudge& judge) {
+    std::vector<std::uint8_t> keeps = {1};
+    ChartSamples sum;
+    for (const std::size_t group : groups) {
+        sum.add(candidate.samples[group]);
+        keeps.push_back(judge.keeps(sum) ? 1 : 0);
+    }
+    return keeps;
 }
 
 std::int64_t sumOf(std::span<const std::int64_t> texels, std::span<const std::size_t> groups) {
@@ -200,17 +209,25 @@ ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<c
     const auto total = static_cast<double>(std::max<std::int64_t>(sumOf(texels, all), 1));
     for (const CandidateByChart& each : candidates) {
         if (bitsOf(each) >= bitsOf(one)) continue;
-        std::vector<std::size_t> fine = groupsToLeaveOut(each, all, texels, judge);
-        if (fine.size() == all.size()) continue;
-        const CandidateByChart& other = cheapestFor(candidates, fine, judge);
-        if (!judge.keeps(sumOf(other.samples, fine))) continue;
-        const double share = static_cast<double>(sumOf(texels, fine)) / total;
-        const double bits = (1 - share) * bitsOf(each) + padding * share * bitsOf(other);
-        if (bits >= best.bits || bits > (1 - kLeastSplitSaving) * best.bitsOfOne) continue;
-        best.layout = each.whole.layout;
-        best.fineLayout = other.whole.layout;
-        best.bits = bits;
-        best.fine = std::move(fine);
+        const std::vector<std::size_t> order = orderOfLeavingOut(each, texels, judge);
+        const std::vector<std::uint8_t> restKeeps = keepsFirst(each, std::vector(order.rbegin(), order.rend()), judge);
+        for (const CandidateByChart& other : candidates) {
+            if (bitsOf(other) <= bitsOf(each)) continue;
+            const std::vector<std::uint8_t> fineKeeps = keepsFirst(other, order, judge);
+            std::int64_t fineTexels = 0;
+            for (std::size_t count = 1; count < order.size(); ++count) {
+                fineTexels += texels[order[count - 1]];
+                if (restKeeps[order.size() - count] == 0 || fineKeeps[count] == 0) continue;
+                const double share = static_cast<double>(fineTexels) / total;
+                const double bits = (1 - share) * bitsOf(each) + padding * share * bitsOf(other);
+                if (bits >= best.bits || bits > (1 - kLeastSplitSaving) * best.bitsOfOne) continue;
+                best = {each.whole.layout,
+                        other.whole.layout,
+                        bits,
+                        best.bitsOfOne,
+                        {order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count)}};
+            }
+        }
     }
     return best;
 }

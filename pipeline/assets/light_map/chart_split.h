@@ -2,10 +2,10 @@
 //
 // Places differ: along a shadow's edge a learned layout is far off where it is invisibly so elsewhere, and one layout for the map is the
 // one that its worst places need. The trial of the map measures every layout on every tile of its charts (atlas/tiles.h). A layout is tried
-// for the map as follows: the tile that uses most of the limits a texel, beyond what its size allows, is left out, then the next one, until
-// the rest keep the limits. The tiles that were left out get the smallest layout that keeps the limits on them. The pair of layouts that
-// takes the fewest bits is the split. The same is done with whole charts, which need no texels beside a cut. Each of the two maps is then
-// tried and cooked as any other.
+// for the map as follows: the tile that uses most of the limits a texel, beyond what its size allows, is left out, then the next one. Any
+// number of tiles may be left out with which one layout keeps the limits on the rest, and another one on the tiles that were left out. The
+// number and the pair of layouts that take the fewest bits are the split. The same is done with whole charts, which need no texels beside a
+// cut. Each of the two maps is then tried and cooked as any other.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ struct ChartSplit {
 inline constexpr double kLeastSplitSaving = 0.03;
 /// Shares of the limits that are tried, one after the other: learned layouts are fitted anew to the charts of each map, and blocks at rims
 /// differ.
-inline constexpr std::array kSplitShares = {0.9, 0.7, 0.5, 0.3};
+inline constexpr std::array kSplitShares = {1.0, 0.9, 0.75, 0.5};
 
 /// Side of the tiles that charts are cut into [texels].
 inline constexpr int kTileSide = 32;

@@ -61,6 +61,19 @@ TEST(ChartSplit, TexelsBesideCutsCount) {
     EXPECT_THAT(chooseSplit(candidates, kTexels, {1, 5.0, 0.85}, 4).fine, IsEmpty()) << "so many that one map is smaller";
 }
 
+/// The fine layout misses the limit on the worst tiles alone: with one that needs it less, it keeps the limit on both.
+TEST(ChartSplit, MoreThanTheWorstMayBeLeftOut) {
+    const std::array candidates = {candidate("small", 16, {samples(300), samples(90), samples(0)}),
+                                   candidate("large", 40, {samples(120), samples(0), samples(0)}),
+                                   candidate("exact", 400, {samples(0), samples(0), samples(0)})};
+    const std::array<std::int64_t, 3> texels = {1000, 1000, 8000};
+    const ChartSplit split = chooseSplit(candidates, texels, {1, 5.0, 0.65}, 1);
+    EXPECT_EQ(split.layout, "small");
+    EXPECT_EQ(split.fineLayout, "large");
+    EXPECT_THAT(split.fine, ElementsAre(0, 1)) << "120 of 10000 are above 0.65 %, of 20000 they are not";
+    EXPECT_DOUBLE_EQ(split.bits, 0.8 * 16 + 0.2 * 40);
+}
+
 TEST(ChartSplit, EitherLightDecides) {
     const auto specularAlone = [](std::int64_t above) { return ChartSamples{{10000, 0, 0, 1}, {10000, above, 0, 1}}; };
     const std::array candidates = {candidate("small", 16, {samples(0), specularAlone(400), samples(0)}),
