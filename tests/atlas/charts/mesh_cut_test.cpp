@@ -37,7 +37,8 @@ TriangleMesh face(int index, int n, std::uint32_t seed) {
     const auto fraction = [&] { return static_cast<float>(random()) * 0x1p-32f; };
     const float angle = fraction(), reach = 40 + 10 * fraction();
     const glm::vec2 u(reach * std::cos(angle), reach * std::sin(angle)), v(-0.5f * u.y, 0.5f * u.x);
-    const glm::vec2 origin(40.3f + 80.0f * static_cast<float>(index % 3), 10.7f + 120.0f * static_cast<float>(index / 3));
+    const int column = index % 3, row = index / 3;
+    const glm::vec2 origin(40.3f + 80.0f * static_cast<float>(column), 10.7f + 120.0f * static_cast<float>(row));
     std::vector<float> positions, uvs;
     std::vector<std::uint32_t> indices;
     for (int y = 0; y <= n; ++y)
