@@ -83,6 +83,16 @@ int sideOf(double at, int line) {
     return distance < 0 ? -1 : 1;
 }
 
+/// Returns the corners of a triangle as a piece.
+std::vector<Point> pointsOf(const Triangle& triangle) {
+    std::vector<Point> points(3);
+    for (int corner = 0; corner < 3; ++corner) {
+        const auto i = static_cast<std::size_t>(corner);
+        points[i] = {corner, -1, 0, triangle.at[i], {corner, 0, 0}};
+    }
+    return points;
+}
+
 /// Cuts one triangle into pieces.
 class TriangleCutter {
 public:
@@ -91,11 +101,7 @@ public:
         : triangle_(triangle), chart_(chart), tiles_(tiles), isChosen_(isChosen) {}
 
     std::vector<Piece> cut() {
-        std::vector<Point> whole(3);
-        for (int corner = 0; corner < 3; ++corner) {
-            const auto i = static_cast<std::size_t>(corner);
-            whole[i] = {corner, -1, 0, triangle_.at[i], {corner, 0, 0}};
-        }
+        std::vector<Point> whole = pointsOf(triangle_);
         if (std::abs(triangle_.doubleArea()) < 2 * kLeastArea) {
             const glm::ivec2 quad(glm::floor(triangle_.at[0]));
             pieces_.push_back({std::move(whole), isChosen_[static_cast<std::size_t>(tiles_.ofQuad(chart_, quad))] != 0});
@@ -345,22 +351,26 @@ public:
         : mesh_(mesh), position_(*mesh.find("POSITION")), uv_(*mesh.find("TEXCOORD_1")), size_(size) {
         for (std::size_t i = 0; i < mesh.triangleCount(); ++i) {
             const Triangle triangle = triangleAt(i);
-            std::vector<Piece>& pieces =
-                pieces_.emplace_back(TriangleCutter(triangle, chartOf[triangle.vertices[0]], tiles, isChosen).cut());
+            std::vector<Piece> pieces = TriangleCutter(triangle, chartOf[triangle.vertices[0]], tiles, isChosen).cut();
+            isChosen_.push_back(pieces.front().isChosen ? 1 : 0);
             if (pieces.size() == 1) continue;
             for (const Piece& piece : pieces)
                 for (const Point& point : piece.points)
                     if (point.edge >= 0) edgePoints[triangle.edges[static_cast<std::size_t>(point.edge)].key].insert(point.along);
+            pieces_.emplace(i, std::move(pieces));
         }
     }
 
     /// Returns the chosen triangles.
     CutMesh chosen(const EdgePoints& edgePoints) const {
         MeshCollector collector(mesh_.vertexCount());
-        for (std::size_t i = 0; i < pieces_.size(); ++i) {
+        for (std::size_t i = 0; i < isChosen_.size(); ++i) {
             const Triangle triangle = triangleAt(i);
-            PieceTriangles triangles(triangle, edgePoints, pieces_[i], collector);
-            for (const Piece& piece : pieces_[i])
+            const auto cut = pieces_.find(i);
+            const std::vector<Piece> pieces =
+                cut != pieces_.end() ? cut->second : std::vector<Piece>{{pointsOf(triangle), isChosen_[i] != 0}};
+            PieceTriangles triangles(triangle, edgePoints, pieces, collector);
+            for (const Piece& piece : pieces)
                 if (piece.isChosen) triangles.add(piece);
         }
         return collector.finish();
@@ -382,7 +392,8 @@ private:
     const MeshAttribute& position_;
     const MeshAttribute& uv_;
     glm::ivec2 size_;
-    std::vector<std::vector<Piece>> pieces_;  ///< [triangle]
+    std::map<std::size_t, std::vector<Piece>> pieces_;  ///< of triangles that are cut
+    std::vector<std::uint8_t> isChosen_;                ///< of each triangle; of a cut one, its first piece
 };
 
 }  // namespace

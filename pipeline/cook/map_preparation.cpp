@@ -20,7 +20,7 @@ bool areSmaller(const std::optional<std::uint64_t>& bytes, const std::optional<s
     return bytes && (!bytesOfOne || *bytes < *bytesOfOne);
 }
 
-/// Writes the report's note on a split: how many charts have a map of their own, and the bytes of two maps and of one.
+/// Writes the report's note on a split: the share of the texels that has a map of its own, and the bytes of two maps and of one.
 std::string splitWords(const LightMapEntry& entry, const TriedSplit& split, const std::optional<std::uint64_t>& bytes,
                        const std::optional<std::uint64_t>& bytesOfOne) {
     const auto size = [](const std::optional<std::uint64_t>& of) {

@@ -14,7 +14,7 @@
 
 namespace lightcook::pipeline {
 
-/// Returns the name of the map of the charts that need a finer layout.
+/// Returns the name of the map of the tiles that need a finer layout.
 std::string fineNameOf(const std::string& lightMap);
 
 /// Returns the light maps to split, as far as the options want one of their maps, with the settings of the scene and no other assets.

@@ -23,7 +23,7 @@ using RoleFiles = std::map<std::string, std::filesystem::path>;
 struct PackParameters {
     formats::LightMapDescription description;
     double maxVisible = 0;
-    std::optional<ChartPart> part = {};  ///< absent: all charts
+    std::optional<ChartPart> part = {};  ///< absent: the whole mesh
 };
 template <class Fields, Is<PackParameters> Self>
 void describe(Fields& fields, Self& parameters) {

@@ -46,8 +46,9 @@ void describe(Fields& fields, Self& part) {
     fields.required("of", part.of, "light map of the scene file");
     fields.presentIf(part.tileSide > 0, "tile_side", part.tileSide,
                      "side of the tiles that charts of the source mesh are cut into [texels]; absent: charts are whole");
-    fields.required("tiles", part.tiles,
-                    "tiles that this map has, numbered from 0 chart by chart, in the order of their first triangles, and row by row");
+    fields.required(
+        "tiles", part.tiles,
+        "tiles that this map has, numbered from 0. Charts come in the order of their first triangles, tiles of a chart row by row");
 }
 
 struct UnpackedBake {

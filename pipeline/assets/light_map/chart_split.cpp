@@ -1,6 +1,7 @@
 #include "pipeline/assets/light_map/chart_split.h"
 
 #include <algorithm>
+#include <deque>
 #include <glm/common.hpp>
 #include <limits>
 #include <map>
@@ -11,6 +12,7 @@
 #include "pipeline/assets/light_map/chart_trial.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/repack/chart_places.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -105,16 +107,16 @@ std::int64_t sumOf(std::span<const std::int64_t> texels, std::span<const std::si
 /// Returns true if the charts of a packed map lie where they were packed, in the order that they have in the bake. The first texel of a
 /// chart with fewer texels may come out one lower: it is found with a tolerance in texels, which are larger there.
 bool areAtPlaces(const std::vector<atlas::Chart>& charts, const SplitParameters& parameters) {
-    const std::vector<int>& places = parameters.places;
-    if (places.size() != 4 * charts.size() || parameters.boxes.size() != places.size()) return false;
+    const std::vector<ChartPlace> places = placesOf(parameters.places);
+    if (places.size() != charts.size() || parameters.boxes.size() != parameters.places.size()) return false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
-        const glm::ivec2 off = glm::abs(charts[i].first - glm::ivec2(places[4 * i + 2], places[4 * i + 3]));
+        const glm::ivec2 off = glm::abs(charts[i].first - places[i].texel);
         if (off.x > 1 || off.y > 1) return false;
     }
     return true;
 }
 
-/// Returns true if the triangles of a scene can be cut: the vertices of a skin cannot be made up.
+/// Returns true if the triangles of a scene can be cut: the joints of a skin cannot be interpolated.
 bool canBeCut(const formats::GltfScene& scene) {
     return std::ranges::none_of(scene.triangleMeshes(), [](const auto* mesh) { return mesh->find("JOINTS_0") != nullptr; });
 }
@@ -132,12 +134,13 @@ std::vector<atlas::ChartBox> boxesOf(const SplitParameters& parameters) {
 /// Groups of tiles that are chosen together.
 using Grouping = std::vector<std::vector<std::size_t>>;
 
-/// Returns groupings of the groups of a trial: each alone, and those of whole charts together.
+/// Returns each group of a trial alone.
 Grouping eachAlone(const ChartTrial& trial) {
     Grouping grouping;
     for (std::size_t i = 0; i < trial.groups().size(); ++i) grouping.push_back({i});
     return grouping;
 }
+/// Returns the groups of each chart together, and of charts that share a group.
 Grouping byChart(const ChartTrial& trial, const atlas::Tiles& tiles, std::size_t chartCount) {
     std::vector<std::uint32_t> firstOfTile(static_cast<std::size_t>(tiles.count()));  // the first tile of the same chart
     for (std::size_t chart = 0; chart < chartCount; ++chart) {
@@ -164,8 +167,32 @@ struct SplitChoice {
     const ChartTrial& trial;
     const std::vector<CandidateByChart>& candidates;
     const atlas::Tiles& tiles;
+    std::size_t chartCount;
     const SplitParameters& parameters;
 };
+
+/// Gives tiles without texels the choice of the nearest tile of their chart that has some, so that no triangle is cut between them.
+void fillUnmeasured(const SplitChoice& choice, std::vector<std::uint8_t>& isFine) {
+    std::vector<std::uint8_t> isKnown(isFine.size(), 0);
+    for (const TileGroup& group : choice.trial.groups())
+        for (const int tile : group.tiles) isKnown[static_cast<std::size_t>(tile)] = 1;
+    for (std::size_t chart = 0; chart < choice.chartCount; ++chart) {
+        const glm::ivec2 grid = choice.tiles.gridOf(chart);
+        std::deque<glm::ivec2> known;
+        const auto tileAt = [&](const glm::ivec2& place) { return static_cast<std::size_t>(choice.tiles.at(chart, place)); };
+        for (int y = 0; y < grid.y; ++y)
+            for (int x = 0; x < grid.x; ++x)
+                if (isKnown[tileAt({x, y})] != 0) known.emplace_back(x, y);
+        for (; !known.empty(); known.pop_front())
+            for (const glm::ivec2 step : {glm::ivec2(-1, 0), glm::ivec2(1, 0), glm::ivec2(0, -1), glm::ivec2(0, 1)}) {
+                const glm::ivec2 next = known.front() + step;
+                if (next.x < 0 || next.y < 0 || next.x >= grid.x || next.y >= grid.y || isKnown[tileAt(next)] != 0) continue;
+                isKnown[tileAt(next)] = 1;
+                isFine[tileAt(next)] = isFine[tileAt(known.front())];
+                known.push_back(next);
+            }
+    }
+}
 
 /// Adds the splits of a grouping that are expected to take fewer bits than one map.
 void addSplits(const SplitChoice& choice, const Grouping& grouping, double padding, std::vector<TriedSplit>& splits) {
@@ -185,6 +212,7 @@ void addSplits(const SplitChoice& choice, const Grouping& grouping, double paddi
         for (const std::size_t set : split.fine)
             for (const std::size_t group : grouping[set])
                 for (const int tile : choice.trial.groups()[group].tiles) isFine[static_cast<std::size_t>(tile)] = 1;
+        fillUnmeasured(choice, isFine);
         TriedSplit made{choice.tiles.side(), {}, {}, split.layout, split.fineLayout, split.bits, split.bitsOfOne, 0};
         for (std::size_t tile = 0; tile < isFine.size(); ++tile)
             (isFine[tile] != 0 ? made.fineTiles : made.tiles).push_back(static_cast<int>(tile));
@@ -203,7 +231,9 @@ ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<c
     const SplitJudge judge(limits);
     std::vector<std::size_t> all(texels.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
-    const CandidateByChart& one = cheapestFor(candidates, all, judge);
+    SplitLimits whole = limits;
+    whole.share = 1;
+    const CandidateByChart& one = cheapestFor(candidates, all, SplitJudge(whole));
     best.layout = best.fineLayout = one.whole.layout;
     best.bits = best.bitsOfOne = bitsOf(one);
     const auto total = static_cast<double>(std::max<std::int64_t>(sumOf(texels, all), 1));
@@ -220,12 +250,13 @@ ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<c
                 if (restKeeps[order.size() - count] == 0 || fineKeeps[count] == 0) continue;
                 const double share = static_cast<double>(fineTexels) / total;
                 const double bits = (1 - share) * bitsOf(each) + padding * share * bitsOf(other);
-                if (bits >= best.bits || bits > (1 - kLeastSplitSaving) * best.bitsOfOne) continue;
-                best = {each.whole.layout,
-                        other.whole.layout,
-                        bits,
-                        best.bitsOfOne,
-                        {order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count)}};
+                if (bits < best.bits && bits <= (1 - kLeastSplitSaving) * best.bitsOfOne)
+                    best = {each.whole.layout,
+                            other.whole.layout,
+                            bits,
+                            best.bitsOfOne,
+                            {order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count)}};
+                break;  // more of the other layout only takes more bits
             }
         }
     }
@@ -251,16 +282,18 @@ Result<ActionOutcome> splitCharts(const ActionContext& context) {
     const std::vector<atlas::ChartBox> boxes = boxesOf(*parameters);
     const atlas::Tiles tiles(boxes, canBeCut(*scene) ? kTileSide : 0);
     PackedTiles packed{tiles};
-    for (const atlas::ChartBox& box : boxes) packed.firsts.push_back(box.first);
-    for (std::size_t i = 0; i < parameters->places.size(); i += 4)
-        packed.steps.emplace_back(parameters->places[i], parameters->places[i + 1]);
+    const std::vector<ChartPlace> places = placesOf(parameters->places);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        packed.steps.push_back(places[i].step);
+        packed.firsts.push_back(boxes[i].first + (found->charts[i].first - places[i].texel) * places[i].step);
+    }
     const double unlimited = std::numeric_limits<float>::max();
     const ChartTrial charts(found->charts, packed, (*source)->width(), (*source)->height(), parameters->maxVisible.value_or(unlimited));
     auto tried = tryLayoutsByChart(parameters->trial, charts, context);
     if (!tried) return tl::make_unexpected(tried.error());
 
     SplitResult result{{}, key->displayKey(), {}};
-    const SplitChoice choice{charts, *tried, tiles, *parameters};
+    const SplitChoice choice{charts, *tried, tiles, boxes.size(), *parameters};
     addSplits(choice, byChart(charts, tiles, boxes.size()), 1, result.splits);
     if (tiles.side() > 0) addSplits(choice, eachAlone(charts), kTilePadding, result.splits);
     std::ranges::stable_sort(result.splits, {}, &TriedSplit::bits);

@@ -2,10 +2,10 @@
 //
 // Places differ: along a shadow's edge a learned layout is far off where it is invisibly so elsewhere, and one layout for the map is the
 // one that its worst places need. The trial of the map measures every layout on every tile of its charts (atlas/tiles.h). A layout is tried
-// for the map as follows: the tile that uses most of the limits a texel, beyond what its size allows, is left out, then the next one. Any
-// number of tiles may be left out with which one layout keeps the limits on the rest, and another one on the tiles that were left out. The
-// number and the pair of layouts that take the fewest bits are the split. The same is done with whole charts, which need no texels beside a
-// cut. Each of the two maps is then tried and cooked as any other.
+// for the map as follows: the tile that uses most of the limits a texel, beyond what its size allows, is left out, then the next one, until
+// the rest keep the limits and another layout keeps them on the tiles that were left out. The pair of layouts that takes the fewest bits is
+// the split. The same is done with whole charts, which need no texels beside a cut. Each of the two maps is then tried and cooked as any
+// other.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ struct SplitLimits {
 };
 
 struct ChartSplit {
-    std::string layout, fineLayout;  ///< that the choice expects: of the charts that stay, and of the others
+    std::string layout, fineLayout;  ///< that the choice expects: of the groups that stay, and of the others
     double bits = 0, bitsOfOne = 0;  ///< of a texel in the mean, and with one layout for all charts
     std::vector<std::size_t> fine;   ///< groups of tiles that a finer layout gets; empty: one map is as small
 };

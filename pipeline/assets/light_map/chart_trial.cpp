@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace lightcook::pipeline {
 namespace {
@@ -80,26 +81,50 @@ void ChartSamples::add(const ChartSamples& other) {
 ChartTrial::ChartTrial(const std::vector<Chart>& charts, const PackedTiles& packed, int width, int height, double maxVisible)
     : groupOf_(width, height, ChartSet::kNoChart), maxVisible_(maxVisible) {
     const std::vector<TileTexels> tiles = readTiles(charts, packed, groupOf_);
-    const std::int64_t least = packed.tiles.side() > 0 ? kLeastTexels / 4 : kLeastTexels;
-    std::vector<int> large, small;
-    for (std::size_t i = 0; i < tiles.size(); ++i)
-        if (tiles[i].count > 0) (tiles[i].count >= least ? large : small).push_back(static_cast<int>(i));
-    std::ranges::stable_sort(small, {}, [&](int tile) { return tiles[static_cast<std::size_t>(tile)].firstRow; });
     std::vector<std::uint32_t> groupOfTile(tiles.size(), ChartSet::kNoChart);
     const auto addTo = [&](TileGroup& group, int tile) {
         const TileTexels& texels = tiles[static_cast<std::size_t>(tile)];
+        if (texels.count == 0) return;
         group.firstRow = group.tiles.empty() ? texels.firstRow : std::min(group.firstRow, texels.firstRow);
         group.rowsEnd = std::max(group.rowsEnd, texels.rowsEnd);
         group.texels += texels.count;
         group.tiles.push_back(tile);
-        groupOfTile[static_cast<std::size_t>(tile)] = static_cast<std::uint32_t>(groups_.size() - 1);
     };
-    for (const int tile : large) addTo(groups_.emplace_back(), tile);
-    for (const int tile : small) {
-        if (tile == small.front() || groups_.back().texels >= least) groups_.emplace_back();
-        addTo(groups_.back(), tile);
+    const auto finish = [&](TileGroup& group) {
+        if (group.tiles.empty()) return;
+        std::ranges::sort(group.tiles);
+        for (const int tile : group.tiles) groupOfTile[static_cast<std::size_t>(tile)] = static_cast<std::uint32_t>(groups_.size());
+        groups_.push_back(std::exchange(group, {}));
+    };
+    std::vector<TileGroup> small;  // whole charts
+    for (std::size_t i = 0; i < charts.size(); ++i) {
+        const glm::ivec2 grid = packed.tiles.gridOf(i);
+        const int first = packed.tiles.at(i, {0, 0}), end = first + grid.x * grid.y;
+        TileGroup whole;
+        for (int tile = first; tile < end; ++tile) addTo(whole, tile);
+        if (whole.texels < kLeastTexels) {
+            small.push_back(std::move(whole));
+            continue;
+        }
+        TileGroup littleTiles;
+        for (int tile = first; tile < end; ++tile) {
+            TileGroup alone;
+            addTo(alone, tile);
+            if (alone.texels >= kLeastTexelsOfTiles)
+                finish(alone);
+            else
+                addTo(littleTiles, tile);
+            if (littleTiles.texels >= kLeastTexelsOfTiles) finish(littleTiles);
+        }
+        finish(littleTiles);
     }
-    for (TileGroup& group : groups_) std::ranges::sort(group.tiles);
+    std::ranges::stable_sort(small, {}, &TileGroup::firstRow);
+    TileGroup together;
+    for (const TileGroup& chart : small) {
+        for (const int tile : chart.tiles) addTo(together, tile);
+        if (together.texels >= kLeastTexels) finish(together);
+    }
+    finish(together);
     for (std::uint32_t& texel : groupOf_.texels())
         if (texel != ChartSet::kNoChart) texel = groupOfTile[texel];
 }

@@ -27,10 +27,10 @@ struct ChartSamples {
     void add(const ChartSamples& other);
 };
 
-/// Where the tiles of the charts of a packed map are counted: on the bake from before it was packed.
+/// Maps quads of a packed map to tiles of the bake that it was packed from.
 struct PackedTiles {
     const atlas::Tiles& tiles;
-    std::vector<glm::ivec2> firsts = {};  ///< lowest quad of each chart of the bake
+    std::vector<glm::ivec2> firsts = {};  ///< quad of the bake at which the first packed quad of each chart begins
     std::vector<glm::ivec2> steps = {};   ///< texels of the bake for each texel of the packed chart, on each axis
 };
 
@@ -43,8 +43,10 @@ struct TileGroup {
 
 class ChartTrial {
 public:
-    /// Whole charts with fewer texels are put into groups of at least this many; tiles, into groups of a quarter.
+    /// Charts with fewer texels are put into groups of at least this many.
     static constexpr std::int64_t kLeastTexels = 1024;
+    /// Tiles of a larger chart with fewer texels are put into groups of at least this many, or of what the chart has.
+    static constexpr std::int64_t kLeastTexelsOfTiles = 256;
 
     /// charts      of the light map's mesh
     /// maxVisible  limit that samples are counted above
