@@ -14,10 +14,10 @@ namespace lightcook::atlas {
 
 /// Returns the triangles of some tiles, in place of those of each mesh.
 ///
-/// A triangle is cut only where its tiles are chosen differently, along the lines of its chart's grid; one without area in the light map
-/// goes where its first corner is. No gap opens between what is chosen and what is not: a point on an edge is a vertex of all triangles
-/// with that edge, in any mesh that has the same positions there, and a point on a line is a vertex of all pieces of a triangle. What is
-/// left of a mesh keeps its order.
+/// A triangle is cut only where its tiles are chosen differently, along the lines of its chart's grid. A triangle without area in the light
+/// map goes where its first corner is. Cuts open no gaps: a new point on an edge becomes a vertex of every triangle with that edge, in any
+/// mesh that has the same positions there, and a new point on a line becomes a vertex of all pieces of its triangle. Triangles and vertices
+/// that stay keep their order.
 /// meshes    as findCharts() had them
 /// size      of the light map [texels]
 /// isChosen  of each tile

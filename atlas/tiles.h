@@ -30,6 +30,7 @@ public:
 
     int side() const { return side_; }
     int count() const { return count_; }
+    std::size_t chartCount() const { return grids_.size(); }
     /// Returns the number of tiles of a chart along each axis.
     glm::ivec2 gridOf(std::size_t chart) const { return grids_[chart].tiles; }
     /// Returns the tile at a place of a chart's grid.

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
-#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -365,10 +364,11 @@ public:
     CutMesh chosen(const EdgePoints& edgePoints) const {
         MeshCollector collector(mesh_.vertexCount());
         for (std::size_t i = 0; i < isChosen_.size(); ++i) {
-            const Triangle triangle = triangleAt(i);
             const auto cut = pieces_.find(i);
-            const std::vector<Piece> pieces =
-                cut != pieces_.end() ? cut->second : std::vector<Piece>{{pointsOf(triangle), isChosen_[i] != 0}};
+            if (cut == pieces_.end() && isChosen_[i] == 0) continue;
+            const Triangle triangle = triangleAt(i);
+            const std::vector<Piece> whole = {{pointsOf(triangle), true}};
+            const std::vector<Piece>& pieces = cut != pieces_.end() ? cut->second : whole;
             PieceTriangles triangles(triangle, edgePoints, pieces, collector);
             for (const Piece& piece : pieces)
                 if (piece.isChosen) triangles.add(piece);

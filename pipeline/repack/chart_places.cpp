@@ -19,11 +19,6 @@ using formats::Result;
 /// Largest distance of a vertex from its place [texels]: UVs are floats.
 constexpr double kUvRounding = 1.0 / 256;
 
-Result<ChartSet> chartsOf(const formats::GltfScene& scene, const std::string& mesh, const glm::ivec2& size) {
-    const auto meshes = scene.triangleMeshes();
-    return atlas::findCharts(meshes, std::vector<std::string>(meshes.size(), mesh), size.x, size.y);
-}
-
 /// Calls visit(quad) for the quads that a chart reaches.
 template <class Visit>
 void forEachReached(const atlas::Chart& chart, Visit visit) {
@@ -154,6 +149,19 @@ std::vector<ChartPlace> placesOf(std::span<const int> numbers) {
     for (std::size_t i = 0; i + 3 < numbers.size(); i += 4)
         places.push_back({{std::max(1, numbers[i]), std::max(1, numbers[i + 1])}, {numbers[i + 2], numbers[i + 3]}});
     return places;
+}
+
+std::vector<int> numbersOf(std::span<const atlas::ChartBox> boxes) {
+    std::vector<int> numbers;
+    for (const atlas::ChartBox& box : boxes) numbers.insert(numbers.end(), {box.first.x, box.first.y, box.quads.x, box.quads.y});
+    return numbers;
+}
+
+std::vector<atlas::ChartBox> boxesOf(std::span<const int> numbers) {
+    std::vector<atlas::ChartBox> boxes;
+    for (std::size_t i = 0; i + 3 < numbers.size(); i += 4)
+        boxes.push_back({{numbers[i], numbers[i + 1]}, {numbers[i + 2], numbers[i + 3]}});
+    return boxes;
 }
 
 }  // namespace lightcook::pipeline

@@ -57,5 +57,8 @@ private:
 /// Return places as parameters of an action have them, four numbers a chart, and back.
 std::vector<int> numbersOf(std::span<const ChartPlace> places);
 std::vector<ChartPlace> placesOf(std::span<const int> numbers);
+/// Return boxes of charts likewise: x and y of the lowest quad, width and height.
+std::vector<int> numbersOf(std::span<const atlas::ChartBox> boxes);
+std::vector<atlas::ChartBox> boxesOf(std::span<const int> numbers);
 
 }  // namespace lightcook::pipeline

@@ -13,6 +13,11 @@
 
 namespace lightcook::pipeline {
 
+/// Returns the charts of a light map from all meshes of a scene; see atlas::findCharts().
+/// file  of the scene, for errors
+/// size  of the light map [texels]
+formats::Result<atlas::ChartSet> chartsOf(const formats::GltfScene& scene, const std::string& file, const glm::ivec2& size);
+
 struct MeshPart {
     formats::GltfScene scene;            ///< the triangles of the part
     atlas::ChartSet charts;              ///< of the whole mesh

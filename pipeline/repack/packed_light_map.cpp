@@ -76,9 +76,7 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
             error.detail += "; --keep-uv cooks it without packing";
         return tl::make_unexpected(error);
     }
-    PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), {}, {}, {}, Json::object()};
-    for (const atlas::ChartBox& box : made->boxes)
-        result.boxes.insert(result.boxes.end(), {box.first.x, box.first.y, box.quads.x, box.quads.y});
+    PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), numbersOf(made->boxes), {}, {}, Json::object()};
     result.map = context.action.asset + "/" + made->map.filename().string();
     result.mesh = context.action.asset + "/" + made->meshes.front().filename().string();
     result.notes = {{"repaired_not_finite", made->repairs.notFinite},

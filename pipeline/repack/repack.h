@@ -22,7 +22,7 @@ struct RepackRequest {
     std::vector<std::filesystem::path> meshes;  ///< glTF files with light-map UVs (TEXCOORD_1) in the map
     std::filesystem::path folder;               ///< gets the bake as EXR and each mesh as GLB, by the names that they have
     double maxVisible = 1;                      ///< of 99 % of each chart's samples [Delta E ITP]; 0: charts are moved only
-    /// What to write of a single mesh; empty: everything. The mesh belongs to the bake as a whole, which is not checked for a part.
+    /// The tiles to write, of a single mesh; empty: all. Only a whole mesh is checked to belong to the bake.
     std::optional<ChartPart> part = {};
     bool hasLines = true;  ///< with `part`: lines and points of the mesh are written, too
 };

@@ -98,6 +98,17 @@ std::vector<std::uint8_t> keepsFirst(const CandidateByChart& candidate, std::spa
     return keeps;
 }
 
+/// Returns the fewest groups to leave out so that one candidate keeps the limits on the rest, and another one on them. Empty: there are
+/// none. With more of them, the other candidate only takes more bits.
+/// restKeeps  of keepsFirst() for the first candidate, from the end of the order on
+/// fineKeeps  likewise for the other one, from the beginning on
+std::optional<std::size_t> fewestLeftOut(const std::vector<std::uint8_t>& restKeeps, const std::vector<std::uint8_t>& fineKeeps) {
+    const std::size_t groups = restKeeps.size() - 1;
+    for (std::size_t count = 1; count < groups; ++count)
+        if (restKeeps[groups - count] != 0 && fineKeeps[count] != 0) return count;
+    return std::nullopt;
+}
+
 std::int64_t sumOf(std::span<const std::int64_t> texels, std::span<const std::size_t> groups) {
     std::int64_t sum = 0;
     for (const std::size_t group : groups) sum += texels[group];
@@ -121,16 +132,6 @@ bool canBeCut(const formats::GltfScene& scene) {
     return std::ranges::none_of(scene.triangleMeshes(), [](const auto* mesh) { return mesh->find("JOINTS_0") != nullptr; });
 }
 
-/// Returns the boxes that the charts of a packed map had in the bake.
-std::vector<atlas::ChartBox> boxesOf(const SplitParameters& parameters) {
-    std::vector<atlas::ChartBox> boxes;
-    for (std::size_t i = 0; i + 3 < parameters.boxes.size(); i += 4) {
-        const int* box = &parameters.boxes[i];
-        boxes.push_back({{box[0], box[1]}, {box[2], box[3]}});
-    }
-    return boxes;
-}
-
 /// Groups of tiles that are chosen together.
 using Grouping = std::vector<std::vector<std::size_t>>;
 
@@ -141,14 +142,12 @@ Grouping eachAlone(const ChartTrial& trial) {
     return grouping;
 }
 /// Returns the groups of each chart together, and of charts that share a group.
-Grouping byChart(const ChartTrial& trial, const atlas::Tiles& tiles, std::size_t chartCount) {
+Grouping byChart(const ChartTrial& trial, const atlas::Tiles& tiles) {
     std::vector<std::uint32_t> firstOfTile(static_cast<std::size_t>(tiles.count()));  // the first tile of the same chart
-    for (std::size_t chart = 0; chart < chartCount; ++chart) {
+    for (std::size_t chart = 0; chart < tiles.chartCount(); ++chart) {
         const glm::ivec2 grid = tiles.gridOf(chart);
-        for (int i = 0; i < grid.x * grid.y; ++i) {
-            const int first = tiles.at(chart, {0, 0});
-            firstOfTile[static_cast<std::size_t>(first + i)] = static_cast<std::uint32_t>(first);
-        }
+        const int first = tiles.at(chart, {0, 0});
+        std::fill_n(firstOfTile.begin() + first, grid.x * grid.y, static_cast<std::uint32_t>(first));
     }
     formats::DisjointSets sets(static_cast<std::uint32_t>(tiles.count()));
     for (const TileGroup& group : trial.groups())
@@ -162,12 +161,11 @@ Grouping byChart(const ChartTrial& trial, const atlas::Tiles& tiles, std::size_t
     return grouping;
 }
 
-/// What splits are chosen from.
+/// A trial, with what the choice of splits needs beside it.
 struct SplitChoice {
     const ChartTrial& trial;
     const std::vector<CandidateByChart>& candidates;
     const atlas::Tiles& tiles;
-    std::size_t chartCount;
     const SplitParameters& parameters;
 };
 
@@ -176,7 +174,7 @@ void fillUnmeasured(const SplitChoice& choice, std::vector<std::uint8_t>& isFine
     std::vector<std::uint8_t> isKnown(isFine.size(), 0);
     for (const TileGroup& group : choice.trial.groups())
         for (const int tile : group.tiles) isKnown[static_cast<std::size_t>(tile)] = 1;
-    for (std::size_t chart = 0; chart < choice.chartCount; ++chart) {
+    for (std::size_t chart = 0; chart < choice.tiles.chartCount(); ++chart) {
         const glm::ivec2 grid = choice.tiles.gridOf(chart);
         std::deque<glm::ivec2> known;
         const auto tileAt = [&](const glm::ivec2& place) { return static_cast<std::size_t>(choice.tiles.at(chart, place)); };
@@ -243,21 +241,13 @@ ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<c
         const std::vector<std::uint8_t> restKeeps = keepsFirst(each, std::vector(order.rbegin(), order.rend()), judge);
         for (const CandidateByChart& other : candidates) {
             if (bitsOf(other) <= bitsOf(each)) continue;
-            const std::vector<std::uint8_t> fineKeeps = keepsFirst(other, order, judge);
-            std::int64_t fineTexels = 0;
-            for (std::size_t count = 1; count < order.size(); ++count) {
-                fineTexels += texels[order[count - 1]];
-                if (restKeeps[order.size() - count] == 0 || fineKeeps[count] == 0) continue;
-                const double share = static_cast<double>(fineTexels) / total;
-                const double bits = (1 - share) * bitsOf(each) + padding * share * bitsOf(other);
-                if (bits < best.bits && bits <= (1 - kLeastSplitSaving) * best.bitsOfOne)
-                    best = {each.whole.layout,
-                            other.whole.layout,
-                            bits,
-                            best.bitsOfOne,
-                            {order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count)}};
-                break;  // more of the other layout only takes more bits
-            }
+            const auto count = fewestLeftOut(restKeeps, keepsFirst(other, order, judge));
+            if (!count) continue;
+            const std::span<const std::size_t> fine = std::span(order).first(*count);
+            const double share = static_cast<double>(sumOf(texels, fine)) / total;
+            const double bits = (1 - share) * bitsOf(each) + padding * share * bitsOf(other);
+            if (bits >= best.bits || bits > (1 - kLeastSplitSaving) * best.bitsOfOne) continue;
+            best = {each.whole.layout, other.whole.layout, bits, best.bitsOfOne, {fine.begin(), fine.end()}};
         }
     }
     return best;
@@ -271,15 +261,13 @@ Result<ActionOutcome> splitCharts(const ActionContext& context) {
     const std::string mesh = context.action.inputs.at(kMeshRole).string();
     const auto scene = formats::GltfScene::load(mesh);
     if (!scene) return tl::make_unexpected(scene.error());
-    const auto meshes = scene->triangleMeshes();
-    const std::vector<std::string> names(meshes.size(), mesh);
-    const auto found = atlas::findCharts(meshes, names, (*source)->width(), (*source)->height());
+    const auto found = chartsOf(*scene, mesh, {(*source)->width(), (*source)->height()});
     if (!found) return tl::make_unexpected(found.error());
     if (!areAtPlaces(found->charts, *parameters))
         return formats::failure(formats::ErrorCode::Internal, mesh, "found charts that lie elsewhere than where they were packed");
     const auto key = surveyKey(**source, context);
     if (!key) return tl::make_unexpected(key.error());
-    const std::vector<atlas::ChartBox> boxes = boxesOf(*parameters);
+    const std::vector<atlas::ChartBox> boxes = boxesOf(parameters->boxes);
     const atlas::Tiles tiles(boxes, canBeCut(*scene) ? kTileSide : 0);
     PackedTiles packed{tiles};
     const std::vector<ChartPlace> places = placesOf(parameters->places);
@@ -293,8 +281,8 @@ Result<ActionOutcome> splitCharts(const ActionContext& context) {
     if (!tried) return tl::make_unexpected(tried.error());
 
     SplitResult result{{}, key->displayKey(), {}};
-    const SplitChoice choice{charts, *tried, tiles, boxes.size(), *parameters};
-    addSplits(choice, byChart(charts, tiles, boxes.size()), 1, result.splits);
+    const SplitChoice choice{charts, *tried, tiles, *parameters};
+    addSplits(choice, byChart(charts, tiles), 1, result.splits);
     if (tiles.side() > 0) addSplits(choice, eachAlone(charts), kTilePadding, result.splits);
     std::ranges::stable_sort(result.splits, {}, &TriedSplit::bits);
     for (CandidateByChart& each : *tried) result.one.candidates.push_back(std::move(each.whole));

@@ -22,7 +22,7 @@ void forEachRead(const Chart& chart, const glm::ivec2& size, Visit visit) {
             }
 }
 
-/// What a tile reads of the map.
+/// The texels of a tile.
 struct TileTexels {
     std::int64_t count = 0;
     int firstRow = std::numeric_limits<int>::max(), rowsEnd = 0;

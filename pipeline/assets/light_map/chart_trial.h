@@ -43,9 +43,9 @@ struct TileGroup {
 
 class ChartTrial {
 public:
-    /// Charts with fewer texels are put into groups of at least this many.
+    /// Charts with fewer texels form groups of at least this many.
     static constexpr std::int64_t kLeastTexels = 1024;
-    /// Tiles of a larger chart with fewer texels are put into groups of at least this many, or of what the chart has.
+    /// Small tiles of a larger chart form groups of at least this many texels. The last group of a chart may have fewer.
     static constexpr std::int64_t kLeastTexelsOfTiles = 256;
 
     /// charts      of the light map's mesh
