@@ -1,5 +1,5 @@
-// Layouts "basis-3", "basis-4", "basis-8", "basis-12", "basis-16": texture "l0", rgb = coefficient 0 over range; texture "code", three or four numbers c; texture
-// "residual" (basis-8 and up), one layer each four more numbers. Coefficients 1 to 8 over coefficient 0 are a quadratic polynomial of c, whose
+// Layouts "basis-3", "basis-4", "basis-8", "basis-12", "basis-16", "basis-20", "basis-24": texture "l0", rgb = coefficient 0 over range; texture
+// "code", three or four numbers c; texture "residual" (basis-8 and up), one layer each four more numbers. Coefficients 1 to 8 over coefficient 0 are a quadratic polynomial of c, whose
 // factors were learned from the map, cluster by cluster of charts; each layer of the residual adds what a linear basis still can, to coefficient 0 too:
 //   lambda_i = l0 (P_i(c) + sum_k (r_k - neutral) R_ki),   P_0 = 1
 // A shader short of fetches may stop after the code, or after any layer of the residual.

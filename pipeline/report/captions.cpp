@@ -26,6 +26,8 @@ constexpr std::array kStages = {
     Caption{"residual 1", "first refinement"},
     Caption{"residual 2", "second refinement"},
     Caption{"residual 3", "third refinement"},
+    Caption{"residual 4", "fourth refinement"},
+    Caption{"residual 5", "fifth refinement"},
     Caption{"magnified", "filtering between texels"},
     Caption{"divide", "division and encoding, at texels"},
     Caption{"filter", "filtering between stored entries"},

@@ -229,9 +229,9 @@ vec3 harshLight(const glm::dvec3& direction, const glm::dvec2& place) {
 }
 
 class CertifiedBoundsOf : public CertifiedBounds, public testing::WithParamInterface<const char*> {};
-const std::array kLayouts = {"raw",     "ratio",        "zh3",      "sh4",      "luvw",       "luvw-linear", "basis-3",
-                             "basis-4", "basis-8",      "basis-12", "basis-16", "godot",      "mono-sh",     "bakery",
-                             "halo3",   "halo3-linear", "hdr",      "hdr-2",    "hdr-rgb9e5", "unreal-hq"};
+const std::array kLayouts = {"raw",     "ratio",   "zh3",          "sh4",      "luvw",     "luvw-linear", "basis-3",
+                             "basis-4", "basis-8", "basis-12",     "basis-16", "basis-24", "godot",       "mono-sh",
+                             "bakery",  "halo3",   "halo3-linear", "hdr",      "hdr-2",    "hdr-rgb9e5",  "unreal-hq"};
 
 TEST_P(CertifiedBoundsOf, HoldForWhatMesaShadesBetweenTexels) {
     const std::string layout = GetParam();

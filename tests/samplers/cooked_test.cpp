@@ -131,14 +131,15 @@ TEST_P(LightMaps, ShadeAsOursBetweenTexels) {
 }
 
 constexpr std::array kLightMapCases = {
-    LightMapCase{"bc", "flat"},        LightMapCase{"bc", "raw"},          LightMapCase{"bc", "ratio"},
-    LightMapCase{"bc", "zh3"},         LightMapCase{"bc", "sh4"},          LightMapCase{"bc", "luvw"},
-    LightMapCase{"bc", "luvw-linear"}, LightMapCase{"bc", "basis-3"},      LightMapCase{"bc", "basis-4"},
-    LightMapCase{"bc", "basis-8"},     LightMapCase{"bc", "basis-12"},     LightMapCase{"bc", "basis-16"},
-    LightMapCase{"bc", "godot"},       LightMapCase{"bc", "mono-sh"},      LightMapCase{"bc", "bakery"},
-    LightMapCase{"bc", "halo3"},       LightMapCase{"bc", "halo3-linear"}, LightMapCase{"bc", "hdr-2"},
-    LightMapCase{"bc", "hdr-rgb9e5"},  LightMapCase{"bc", "flat-2"},       LightMapCase{"bc", "unreal-hq"},
-    LightMapCase{"float", "ratio"},    LightMapCase{"float", "luvw"},      LightMapCase{"float", "basis-8"}};
+    LightMapCase{"bc", "flat"},        LightMapCase{"bc", "raw"},        LightMapCase{"bc", "ratio"},
+    LightMapCase{"bc", "zh3"},         LightMapCase{"bc", "sh4"},        LightMapCase{"bc", "luvw"},
+    LightMapCase{"bc", "luvw-linear"}, LightMapCase{"bc", "basis-3"},    LightMapCase{"bc", "basis-4"},
+    LightMapCase{"bc", "basis-8"},     LightMapCase{"bc", "basis-12"},   LightMapCase{"bc", "basis-16"},
+    LightMapCase{"bc", "basis-24"},    LightMapCase{"bc", "godot"},      LightMapCase{"bc", "mono-sh"},
+    LightMapCase{"bc", "bakery"},      LightMapCase{"bc", "halo3"},      LightMapCase{"bc", "halo3-linear"},
+    LightMapCase{"bc", "hdr-2"},       LightMapCase{"bc", "hdr-rgb9e5"}, LightMapCase{"bc", "flat-2"},
+    LightMapCase{"bc", "unreal-hq"},   LightMapCase{"float", "ratio"},   LightMapCase{"float", "luvw"},
+    LightMapCase{"float", "basis-8"}};
 
 /// One test, because starting a browser is slow.
 class BrowserLightMaps : public InABrowser<LightMapShading> {

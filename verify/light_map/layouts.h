@@ -359,8 +359,9 @@ struct Basis : LayoutRow<kId> {
 
 /// One alternative for each layout, in the order of the enumeration.
 using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
-                            Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Sh4, Godot,
-                            MonoSh, Bakery, Hdr, Hdr2, Halo3, Halo3Linear, HdrRgb9e5, Flat2, UnrealHq>;
+                            Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>,
+                            Basis<LightMapLayout::Basis20>, Basis<LightMapLayout::Basis24>, Sh4, Godot, MonoSh, Bakery, Hdr, Hdr2, Halo3,
+                            Halo3Linear, HdrRgb9e5, Flat2, UnrealHq>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

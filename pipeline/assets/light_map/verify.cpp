@@ -34,8 +34,9 @@ using formats::failure;
 using formats::Result;
 
 /// Pairs of stages of which the second encodes the residual of the first.
-constexpr std::pair<const char*, const char*> kResidualStages[] = {
-    {"stage 1", "stage 2"}, {"code", "residual 1"}, {"residual 1", "residual 2"}, {"residual 2", "residual 3"}};
+constexpr std::pair<const char*, const char*> kResidualStages[] = {{"stage 1", "stage 2"},       {"code", "residual 1"},
+                                                                   {"residual 1", "residual 2"}, {"residual 2", "residual 3"},
+                                                                   {"residual 3", "residual 4"}, {"residual 4", "residual 5"}};
 
 /// Returns the texel, normal and channel of a block with the largest local error of exit radiance, over the texel's own normal and 32 of
 /// the hemisphere around it.

@@ -74,7 +74,8 @@ TEST(BakeFiles, AMapWithoutDirectionsIsTriedAsFlatAndInLayoutsThatRefineIt) {
     EXPECT_EQ(map.at("layout"), "flat");
     std::vector<std::string> layouts;
     for (const Json& candidate : map.at("trial_candidates")) layouts.push_back(candidate.at("layout"));
-    EXPECT_THAT(layouts, testing::UnorderedElementsAre("flat", "flat-2", "basis-8", "basis-12", "basis-16", "hdr-2", "hdr-rgb9e5", "raw"));
+    EXPECT_THAT(layouts, testing::UnorderedElementsAre("flat", "flat-2", "basis-8", "basis-12", "basis-16", "basis-20", "basis-24", "hdr-2",
+                                                       "hdr-rgb9e5", "raw"));
 }
 
 TEST(BakeFiles, AllFilesOfASplitBakeAreInputs) {

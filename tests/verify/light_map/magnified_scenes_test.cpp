@@ -431,15 +431,16 @@ TEST_P(MagnifiedScenesSoak, NoShadingExceedsTheBoundOfItsQuad) {
     expectWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 3, 25'000'000);
 }
 /// A thousand million in total.
-INSTANTIATE_TEST_SUITE_P(
-    Scenes, MagnifiedScenesSoak,
-    testing::Combine(testing::ValuesIn(test::kPublicScenes),
-                     testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
-                                     LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3, LightMapLayout::Basis4,
-                                     LightMapLayout::Basis8, LightMapLayout::Basis12, LightMapLayout::Basis16, LightMapLayout::Godot,
-                                     LightMapLayout::MonoSh, LightMapLayout::Bakery, LightMapLayout::Halo3, LightMapLayout::Halo3Linear,
-                                     LightMapLayout::Hdr, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5, LightMapLayout::UnrealHq)),
-    test::nameOfSceneAndLayout);
+INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenesSoak,
+                         testing::Combine(testing::ValuesIn(test::kPublicScenes),
+                                          testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear,
+                                                          LightMapLayout::Ratio, LightMapLayout::Zh3, LightMapLayout::Sh4,
+                                                          LightMapLayout::Basis3, LightMapLayout::Basis4, LightMapLayout::Basis8,
+                                                          LightMapLayout::Basis12, LightMapLayout::Basis16, LightMapLayout::Basis24,
+                                                          LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery,
+                                                          LightMapLayout::Halo3, LightMapLayout::Halo3Linear, LightMapLayout::Hdr,
+                                                          LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5, LightMapLayout::UnrealHq)),
+                         test::nameOfSceneAndLayout);
 
 class TightBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};
 TEST_P(TightBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {

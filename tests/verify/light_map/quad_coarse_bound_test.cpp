@@ -23,10 +23,11 @@ using verify::lightmap::ErrorBound;
 
 constexpr int kQuadsWidth = 29, kQuadsHeight = 21;
 constexpr LightMapLayout kLayouts[] = {
-    LightMapLayout::Raw,         LightMapLayout::Flat,   LightMapLayout::Ratio,     LightMapLayout::Luvw,    LightMapLayout::LuvwLinear,
-    LightMapLayout::Zh3,         LightMapLayout::Basis3, LightMapLayout::Basis4,    LightMapLayout::Basis12, LightMapLayout::Basis16,
-    LightMapLayout::Sh4,         LightMapLayout::Godot,  LightMapLayout::MonoSh,    LightMapLayout::Bakery,  LightMapLayout::Halo3,
-    LightMapLayout::Halo3Linear, LightMapLayout::Hdr2,   LightMapLayout::HdrRgb9e5, LightMapLayout::Flat2,   LightMapLayout::UnrealHq};
+    LightMapLayout::Raw,     LightMapLayout::Flat,        LightMapLayout::Ratio,  LightMapLayout::Luvw,      LightMapLayout::LuvwLinear,
+    LightMapLayout::Zh3,     LightMapLayout::Basis3,      LightMapLayout::Basis4, LightMapLayout::Basis12,   LightMapLayout::Basis16,
+    LightMapLayout::Basis24, LightMapLayout::Sh4,         LightMapLayout::Godot,  LightMapLayout::MonoSh,    LightMapLayout::Bakery,
+    LightMapLayout::Halo3,   LightMapLayout::Halo3Linear, LightMapLayout::Hdr2,   LightMapLayout::HdrRgb9e5, LightMapLayout::Flat2,
+    LightMapLayout::UnrealHq};
 
 /// Replaces the texels by random ones: anywhere in [0, 1], at its ends, or near 1/2; light of any magnitude.
 void scramble(test::Cooked& cooked, Random& random) {

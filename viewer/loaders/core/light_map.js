@@ -32,6 +32,8 @@ export const LAYOUTS = {
   "basis-8": basis(4, 1),
   "basis-12": basis(4, 2),
   "basis-16": basis(4, 3),
+  "basis-20": basis(4, 4),
+  "basis-24": basis(4, 5),
   "sh4": { name: "Sh4", numbers: ["range"], lists: ["scale", "bias"], single: ["l0"], arrays: { ratio: ["ratio", 3] } },
   "godot": { name: "Godot", arrays: { sh: ["sh", 4] } },
   "mono-sh": { name: "MonoSh", single: ["l0", "l1"] },
