@@ -10,8 +10,10 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -57,11 +59,23 @@ struct LightMapShading {
     bool needsDirections() const { return specular || normalCount > 1; }
 };
 
+/// Groups of the places of a map, whose errors a trial sums apart from each other.
+struct PlaceGroups {
+    static constexpr std::uint32_t kNone = UINT32_MAX;
+    /// Group of each texel of the map, or kNone. A place is of the group of its nearest texel. Outlives the verifier.
+    formats::ImageView<const std::uint32_t> ofTexel = {};
+    std::size_t count = 0;                                 ///< groups; 0: no sums by group
+    float maxVisible = std::numeric_limits<float>::max();  ///< limit that samples of visible errors are counted above
+
+    std::uint32_t at(int x, int y) const { return count > 0 ? ofTexel.at(x, y) : kNone; }
+};
+
 struct LightMapSampling {
     std::uint64_t seed = 1;
     int placesPerTexel = 1;   ///< random places on the surface of each covered texel, in the mean; 0: none
     bool bounds = true;       ///< false: no bounds
     bool isForTrial = false;  ///< true: every stage is measured at the places on the surface, none at texel centres, and no bounds
+    PlaceGroups groups = {};  ///< of a trial
 };
 
 /// The key of a map: log-average luminance of the reference's exit radiance at the texels' own normals (docs/theory/error.md).
@@ -108,6 +122,20 @@ struct ShadedErrors {
     ErrorFigures specularFigures() const;
 };
 
+/// Sums of errors of shaded light at some places: enough to judge any union of groups of places.
+struct ShadedSums {
+    struct Light {
+        std::int64_t count = 0;                     ///< samples of visible errors
+        std::int64_t above = 0;                     ///< of these, samples above PlaceGroups::maxVisible
+        double squaredError = 0, squaredLight = 0;  ///< over directions and channels
+
+        void merge(const Light& other);
+    };
+    Light diffuse, specular;
+
+    void merge(const ShadedSums& other);
+};
+
 /// Squares of diffuse light, summed over places, all normals of the sphere and channels.
 struct DiffuseSquares {
     double error = 0, reference = 0;
@@ -123,7 +151,8 @@ public:
     struct Stage {
         std::string name;
         ShadedErrors errors;
-        DiffuseSquares surface = {};  ///< at places on the surface; none in a trial
+        DiffuseSquares surface = {};          ///< at places on the surface; none in a trial
+        std::vector<ShadedSums> groups = {};  ///< by group of places; of a trial with PlaceGroups
     };
     explicit LightMapErrors(std::vector<Stage> empty = {}) : stages(std::move(empty)) {}
     void merge(const LightMapErrors& other);
@@ -211,8 +240,8 @@ private:
     std::unique_ptr<const State> state_;
 };
 
-/// Errors of a light map of any layout, codec or engine against its bake, computed from coefficients at texel centres. Shading and sums are
-/// those of LightMapVerifier.
+/// Errors of a light map of any layout, codec or engine against its bake, computed from coefficients at texel centres or other places.
+/// Shading and sums are those of LightMapVerifier.
 class LightMapScore {
 public:
     /// Fails for shading without normals, views, m or F0, or with values out of range.
@@ -228,6 +257,15 @@ public:
     /// they are the map's errors. Pure; safe to call from several threads.
     /// result  as wide as the reference: incident radiance, world frame, no Condon-Shortley sign
     ShadedErrors score(const formats::LightMapStrip& reference, formats::ImageView<const lighting::ShRgb> result, int firstRow) const;
+
+    /// Incident radiance at a place of the map, as the bake has it and as it was found: world frame, no Condon-Shortley sign.
+    struct Place {
+        glm::dvec2 texel;  ///< of the map; integers are texel centres
+        lighting::ShRgb reference, found;
+        glm::vec3 normal;  ///< unit, world frame
+    };
+    /// Returns errors at some places, wherever they lie.
+    ShadedErrors score(std::span<const Place> places) const;
 
 private:
     struct State;

@@ -96,6 +96,18 @@ ErrorFigures ShadedErrors::specularFigures() const {
     return figuresOf(specular, visibleSpecular);
 }
 
+void ShadedSums::Light::merge(const Light& other) {
+    count += other.count;
+    above += other.above;
+    squaredError += other.squaredError;
+    squaredLight += other.squaredLight;
+}
+
+void ShadedSums::merge(const ShadedSums& other) {
+    diffuse.merge(other.diffuse);
+    specular.merge(other.specular);
+}
+
 void DiffuseSquares::merge(const DiffuseSquares& other) {
     error += other.error;
     reference += other.reference;
@@ -114,6 +126,8 @@ void LightMapErrors::merge(const LightMapErrors& other) {
     for (std::size_t i = 0; i < stages.size(); ++i) {
         stages[i].errors.merge(other.stages[i].errors);
         stages[i].surface.merge(other.stages[i].surface);
+        assert(stages[i].groups.size() == other.stages[i].groups.size());
+        for (std::size_t group = 0; group < stages[i].groups.size(); ++group) stages[i].groups[group].merge(other.stages[i].groups[group]);
     }
     surface.merge(other.surface);
 }
@@ -144,6 +158,7 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
     if (auto error = checkShading(shading)) return tl::make_unexpected(*error);
     auto layout = layouts::layoutOf(map);
     if (!layout) return tl::make_unexpected(layout.error());
+    assert(sampling.groups.count == 0 || (sampling.groups.ofTexel.width == map.width && sampling.groups.ofTexel.height == map.height));
 
     auto state = std::make_unique<State>();
     state->map = map;
@@ -206,8 +221,8 @@ const std::vector<LightMapVerifier::TextureNeed>& LightMapVerifier::textures() c
 
 LightMapErrors LightMapVerifier::noErrors() const {
     std::vector<LightMapErrors::Stage> stages;
-    const auto add = [&](std::string_view name) { stages.push_back({std::string(name), {}}); };
-    for (const std::string_view name : layouts::infoOf(state_->layout).stages) add(name);
+    for (const std::string_view name : layouts::infoOf(state_->layout).stages)
+        stages.push_back({std::string(name), {}, {}, std::vector<ShadedSums>(state_->sampling.groups.count)});
     return LightMapErrors(std::move(stages));
 }
 

@@ -2,7 +2,8 @@
 //
 //   1. Every covered texel: each stage is decoded at its centre, shaded, compared with the reference and bounded.
 //   2. Every quad with a covered texel: random places on the surface are decoded, shaded and compared. A place that is nearest to a texel
-//      outside charts is on no surface, so each covered texel has as many places as another.
+//      outside charts is on no surface, so each covered texel has as many places as another. A trial adds each place to the sums of its
+//      group too, if there are groups.
 //   3. Every quad is bounded (quads.h, rim_bounds.h), beginning with those that had the worst samples: large bounds found early save
 //      refinements.
 //
@@ -40,7 +41,7 @@ public:
           quads_(rows_, tolerance_, evaluator_),
           errors_(std::move(errors)),
           largest_(kStages),
-          shader_(inputs.setup.matrices, 1 / static_cast<double>(inputs.perKey)) {}
+          shader_(inputs.setup.matrices, 1 / static_cast<double>(inputs.perKey), inputs.sampling.groups.maxVisible) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
         if (!sampling_.isForTrial) rows_.forEachTexel(firstRow, rowCount, [&](const Row& row, int x, int y) { shadeCentre(row, x, y); });
@@ -195,8 +196,12 @@ private:
         const auto texels = quad.texelsAt(at);
         shader_.setReference(reference, rows_.normalAt(x, y), quad.inMap(glm::dvec2(at)));
         if (sampling_.isForTrial) {
-            forEachStage(texels, reference, x, y,
-                         [&](std::size_t stage, const LcSh& error) { shader_.add(error, errors_.stages[stage].errors); });
+            const std::uint32_t group = sampling_.groups.at(x, y);
+            forEachStage(texels, reference, x, y, [&](std::size_t stage, const LcSh& error) {
+                LightMapErrors::Stage& tried = errors_.stages[stage];
+                const ShadedSums sums = shader_.add(error, tried.errors);
+                if (group != PlaceGroups::kNone) tried.groups[group].merge(sums);
+            });
             return;
         }
         ShadedErrors& errors = errors_.surface;

@@ -306,14 +306,15 @@ const ShadingMatrix& capOf(const ShadingMatrices& matrices) {
 ErrorShader::Shaded::Shaded(const ShadingMatrix& matrix) : reference(kChannels * matrix.stride()), error(reference.size()) {}
 ErrorShader::Shown::Shown(const ShadingMatrix& matrix) : reference(kChannels * matrix.stride()), found(reference.size()) {}
 
-ErrorShader::ErrorShader(const ShadingMatrices& matrices, double unit)
+ErrorShader::ErrorShader(const ShadingMatrices& matrices, double unit, float maxVisible)
     : matrices_(matrices),
       diffuse_(matrices.diffuse),
       specular_(matrices.specular),
       cap_(capOf(matrices)),
       shownCap_(capOf(matrices)),
       shownSpecular_(matrices.specular),
-      unit_(unit) {}
+      unit_(unit),
+      maxVisible_(maxVisible) {}
 
 namespace {
 /// Shades the channels of a light in the rows of a matrix.
@@ -346,36 +347,45 @@ void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& 
     visible.display.apply(specular_.reference.data(), matrices_.specular.stride(), shownSpecular_.reference.data());
 }
 
-void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors) {
+ShadedSums ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors) {
+    ShadedSums sums;
     const bool isExact = isZero(error);
-    if (isExact) addUnseen(errors);
+    if (isExact) addUnseen(errors, sums);
     if (isExact && isZero(*reference_)) {
         errors.diffuse.addDark(kChannels * matrices_.diffuse.count());
         errors.specular.addDark(kChannels * matrices_.specular.count());
-        return;
+        return sums;
     }
     const auto local = channelsOf(shaders::lcLocalSh(error, frame_[0], frame_[1], frame_[2]));
     shade(local, matrices_.diffuse, diffuse_.error);
     shade(local, matrices_.specular, specular_.error);
-    addEnergy(matrices_.diffuse, diffuse_, errors.diffuse);
-    addEnergy(matrices_.specular, specular_, errors.specular);
-    if (isExact || !matrices_.visible) return;
+    addEnergy(matrices_.diffuse, diffuse_, errors.diffuse, sums.diffuse);
+    addEnergy(matrices_.specular, specular_, errors.specular, sums.specular);
+    if (isExact || !matrices_.visible) return sums;
     shade(local, matrices_.visible->cap, cap_.error);
-    addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse);
-    addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular);
+    addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse, sums.diffuse);
+    addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular, sums.specular);
+    return sums;
 }
 
-void ErrorShader::addUnseen(ShadedErrors& errors) const {
+void ErrorShader::addUnseen(ShadedErrors& errors, ShadedSums& sums) const {
     if (!matrices_.visible) return;
-    errors.visibleDiffuse.addExact(matrices_.visible->cap.count());
-    errors.visibleSpecular.addExact(matrices_.specular.count());
+    const auto addExact = [](const ShadingMatrix& matrix, VisibleAccumulator& accumulator, ShadedSums::Light& sum) {
+        accumulator.addExact(matrix.count());
+        sum.count = static_cast<std::int64_t>(matrix.count());
+    };
+    addExact(matrices_.visible->cap, errors.visibleDiffuse, sums.diffuse);
+    addExact(matrices_.specular, errors.visibleSpecular, sums.specular);
 }
 
-void ErrorShader::addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator) const {
+void ErrorShader::addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator,
+                            ShadedSums::Light& sums) const {
     const double before = accumulator.maxSampled();
     const auto addRows = [&](std::size_t first, std::size_t stride, std::size_t count) {
-        accumulator.addPaddedErrors(std::span(shaded.reference).subspan(first, stride), std::span(shaded.error).subspan(first, stride),
-                                    count);
+        const SquareSums squares = accumulator.addPaddedErrors(std::span(shaded.reference).subspan(first, stride),
+                                                               std::span(shaded.error).subspan(first, stride), count);
+        sums.squaredError += squares.error;
+        sums.squaredLight += squares.reference;
     };
     if (matrix.count() == matrix.stride())  // channels are contiguous
         addRows(0, kChannels * matrix.stride(), kChannels * matrix.count());
@@ -384,7 +394,8 @@ void ErrorShader::addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, E
     if (accumulator.maxSampled() > before) accumulator.setSampledAt(worstOf(matrix, shaded));
 }
 
-void ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator) {
+void ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator,
+                             ShadedSums::Light& sums) {
     if (matrix.count() == 0) return;
     found_.resize(shaded.error.size());
     differences_.resize(matrix.stride());
@@ -392,10 +403,13 @@ void ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, 
     matrices_.visible->display.apply(found_.data(), matrix.stride(), shown.found.data());
     visibleDifferences(shown.reference.data(), shown.found.data(), matrix.stride(), differences_.data());
     const double before = accumulator.largest();
-    accumulator.add(std::span(differences_).first(matrix.count()));
+    const auto measured = std::span<const float>(differences_).first(matrix.count());
+    accumulator.add(measured);
+    sums.count = static_cast<std::int64_t>(measured.size());
+    sums.above = std::ranges::count_if(measured, [this](float difference) { return difference > maxVisible_; });
     if (!(accumulator.largest() > before)) return;
-    const auto largest = std::max_element(differences_.begin(), differences_.begin() + static_cast<std::ptrdiff_t>(matrix.count()));
-    VisiblePlace place = visibleAt(matrix, shaded, static_cast<std::size_t>(largest - differences_.begin()));
+    const auto largest = std::ranges::max_element(measured);
+    VisiblePlace place = visibleAt(matrix, shaded, static_cast<std::size_t>(largest - measured.begin()));
     place.difference = static_cast<double>(*largest);
     accumulator.setMaxAt(place);
 }

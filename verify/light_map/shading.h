@@ -7,6 +7,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -82,14 +83,15 @@ ShadingMatrices shadingMatrices(const LightMapShading& shading, double key, cons
 /// Shades the error of one texel after another in all rows of two matrices. Light in units of the key.
 class ErrorShader {
 public:
-    /// matrices  must outlive this object
-    /// unit      light of the map per unit of light here, the key
-    ErrorShader(const ShadingMatrices& matrices, double unit);
+    /// matrices    must outlive this object
+    /// unit        light of the map per unit of light here, the key
+    /// maxVisible  limit of ShadedSums
+    ErrorShader(const ShadingMatrices& matrices, double unit, float maxVisible = std::numeric_limits<float>::max());
     /// Sets the texel of the errors that follow, at `place` in the map [texels]. Keeps the frame if the normal is the same.
     void setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place);
-    /// Adds the shaded error, with the place of the largest.
+    /// Adds the shaded error, with the place of the largest, and returns its sums.
     /// error  result - reference, of coefficients
-    void add(const shaders::LcSh& error, ShadedErrors& errors);
+    ShadedSums add(const shaders::LcSh& error, ShadedErrors& errors);
 
 private:
     /// Light in the rows of a matrix, by channel.
@@ -103,10 +105,11 @@ private:
         explicit Shown(const ShadingMatrix& matrix);
     };
 
-    void addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator) const;
-    void addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator);
+    void addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator, ShadedSums::Light& sums) const;
+    void addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator,
+                    ShadedSums::Light& sums);
     /// Adds visible errors of 0 in all rows.
-    void addUnseen(ShadedErrors& errors) const;
+    void addUnseen(ShadedErrors& errors, ShadedSums& sums) const;
     /// Returns the place of the largest error.
     ErrorPlace worstOf(const ShadingMatrix& matrix, const Shaded& shaded) const;
     VisiblePlace visibleAt(const ShadingMatrix& matrix, const Shaded& shaded, std::size_t row) const;
@@ -120,6 +123,7 @@ private:
     glm::vec3 normal_{0};
     std::array<glm::vec3, 3> frame_{};
     double unit_;
+    float maxVisible_;
     glm::dvec2 place_{0};
 };
 

@@ -9,8 +9,8 @@
 
 #include "formats/disjoint_sets.h"
 #include "formats/gltf_scene.h"
-#include "pipeline/assets/light_map/chart_trial.h"
 #include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/light_map/tile_groups.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/repack/chart_places.h"
 
@@ -18,33 +18,34 @@ namespace lightcook::pipeline {
 namespace {
 
 using formats::Result;
+using verify::ShadedSums;
 
 /// Part of the samples that may be above a limit on the 99th percentile.
 constexpr double kShareAbove = 0.01;
 
-/// Judges samples against a share of each limit.
+/// Judges sums of errors against a share of each limit.
 class SplitJudge {
 public:
     explicit SplitJudge(const SplitLimits& limits) : limits_(limits) {}
 
-    bool keeps(const ChartSamples& samples) const { return keeps(samples.diffuse) && keeps(samples.specular); }
+    bool keeps(const ShadedSums& sums) const { return keeps(sums.diffuse) && keeps(sums.specular); }
 
-    /// Returns the largest part of a limit on the whole map that some charts use beyond their own share. Negative: they keep the limits.
-    double excess(const ChartSamples& samples, const ChartSamples& whole) const {
-        return std::max(excess(samples.diffuse, whole.diffuse), excess(samples.specular, whole.specular));
+    /// Returns the largest part of a limit on the whole map that some groups use beyond their own share. Negative: they keep the limits.
+    double excess(const ShadedSums& sums, const ShadedSums& whole) const {
+        return std::max(excess(sums.diffuse, whole.diffuse), excess(sums.specular, whole.specular));
     }
 
 private:
-    double allowedAbove(const ChartSamples::Light& light) const { return limits_.share * kShareAbove * static_cast<double>(light.count); }
-    double allowedError(const ChartSamples::Light& light) const {
+    double allowedAbove(const ShadedSums::Light& light) const { return limits_.share * kShareAbove * static_cast<double>(light.count); }
+    double allowedError(const ShadedSums::Light& light) const {
         const double limit = limits_.share * limits_.maxError;
         return limit * limit * light.squaredLight;
     }
-    bool keeps(const ChartSamples::Light& light) const {
+    bool keeps(const ShadedSums::Light& light) const {
         const bool isVisible = limits_.maxVisible && static_cast<double>(light.above) > allowedAbove(light);
         return !isVisible && light.squaredError <= allowedError(light);
     }
-    double excess(const ChartSamples::Light& light, const ChartSamples::Light& whole) const {
+    double excess(const ShadedSums::Light& light, const ShadedSums::Light& whole) const {
         double most = -std::numeric_limits<double>::infinity();
         if (limits_.maxVisible && whole.count > 0)
             most = (static_cast<double>(light.above) - allowedAbove(light)) / std::max(allowedAbove(whole), 1.0);
@@ -55,44 +56,44 @@ private:
     SplitLimits limits_;
 };
 
-double bitsOf(const CandidateByChart& candidate) {
+double bitsOf(const CandidateByGroup& candidate) {
     return candidate.whole.bitsPerTexel;
 }
 
-ChartSamples sumOf(const std::vector<ChartSamples>& samples, std::span<const std::size_t> groups) {
-    ChartSamples sum;
-    for (const std::size_t group : groups) sum.add(samples[group]);
+ShadedSums sumOf(const std::vector<ShadedSums>& sums, std::span<const std::size_t> groups) {
+    ShadedSums sum;
+    for (const std::size_t group : groups) sum.merge(sums[group]);
     return sum;
 }
 
 /// Returns the candidate of fewest bits that keeps the limits on some groups; if none does, that of most bits.
-const CandidateByChart& cheapestFor(std::span<const CandidateByChart> candidates, std::span<const std::size_t> groups,
+const CandidateByGroup& cheapestFor(std::span<const CandidateByGroup> candidates, std::span<const std::size_t> groups,
                                     const SplitJudge& judge) {
-    const CandidateByChart* best = nullptr;
-    for (const CandidateByChart& each : candidates)
-        if (judge.keeps(sumOf(each.samples, groups)) && (best == nullptr || bitsOf(each) < bitsOf(*best))) best = &each;
+    const CandidateByGroup* best = nullptr;
+    for (const CandidateByGroup& each : candidates)
+        if (judge.keeps(sumOf(each.sums, groups)) && (best == nullptr || bitsOf(each) < bitsOf(*best))) best = &each;
     return best != nullptr ? *best : *std::ranges::max_element(candidates, {}, bitsOf);
 }
 
 /// Returns the groups in the order in which they are left out: those first that take the candidate furthest from the limits.
-std::vector<std::size_t> orderOfLeavingOut(const CandidateByChart& candidate, std::span<const std::int64_t> texels,
+std::vector<std::size_t> orderOfLeavingOut(const CandidateByGroup& candidate, std::span<const std::int64_t> texels,
                                            const SplitJudge& judge) {
     std::vector<std::size_t> order(texels.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    const ChartSamples whole = sumOf(candidate.samples, order);
+    const ShadedSums whole = sumOf(candidate.sums, order);
     std::vector<double> excess;
     for (const std::size_t group : order)
-        excess.push_back(judge.excess(candidate.samples[group], whole) / static_cast<double>(std::max<std::int64_t>(texels[group], 1)));
+        excess.push_back(judge.excess(candidate.sums[group], whole) / static_cast<double>(std::max<std::int64_t>(texels[group], 1)));
     std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t group) { return excess[group]; });
     return order;
 }
 
 /// Returns, for each count, whether a candidate keeps the limits on that many groups from the first on.
-std::vector<std::uint8_t> keepsFirst(const CandidateByChart& candidate, std::span<const std::size_t> groups, const SplitJudge& judge) {
+std::vector<std::uint8_t> keepsFirst(const CandidateByGroup& candidate, std::span<const std::size_t> groups, const SplitJudge& judge) {
     std::vector<std::uint8_t> keeps = {1};
-    ChartSamples sum;
+    ShadedSums sum;
     for (const std::size_t group : groups) {
-        sum.add(candidate.samples[group]);
+        sum.merge(candidate.sums[group]);
         keeps.push_back(judge.keeps(sum) ? 1 : 0);
     }
     return keeps;
@@ -135,14 +136,14 @@ bool canBeCut(const formats::GltfScene& scene) {
 /// Groups of tiles that are chosen together.
 using Grouping = std::vector<std::vector<std::size_t>>;
 
-/// Returns each group of a trial alone.
-Grouping eachAlone(const ChartTrial& trial) {
+/// Returns each group alone.
+Grouping eachAlone(const std::vector<TileGroup>& groups) {
     Grouping grouping;
-    for (std::size_t i = 0; i < trial.groups().size(); ++i) grouping.push_back({i});
+    for (std::size_t i = 0; i < groups.size(); ++i) grouping.push_back({i});
     return grouping;
 }
 /// Returns the groups of each chart together, and of charts that share a group.
-Grouping byChart(const ChartTrial& trial, const atlas::Tiles& tiles) {
+Grouping byChart(const std::vector<TileGroup>& groups, const atlas::Tiles& tiles) {
     std::vector<std::uint32_t> firstOfTile(static_cast<std::size_t>(tiles.count()));  // the first tile of the same chart
     for (std::size_t chart = 0; chart < tiles.chartCount(); ++chart) {
         const glm::ivec2 grid = tiles.gridOf(chart);
@@ -150,21 +151,21 @@ Grouping byChart(const ChartTrial& trial, const atlas::Tiles& tiles) {
         std::fill_n(firstOfTile.begin() + first, grid.x * grid.y, static_cast<std::uint32_t>(first));
     }
     formats::DisjointSets sets(static_cast<std::uint32_t>(tiles.count()));
-    for (const TileGroup& group : trial.groups())
+    for (const TileGroup& group : groups)
         for (const int tile : group.tiles)
             sets.join(firstOfTile[static_cast<std::size_t>(group.tiles.front())], firstOfTile[static_cast<std::size_t>(tile)]);
     std::map<std::uint32_t, std::vector<std::size_t>> members;
-    for (std::size_t i = 0; i < trial.groups().size(); ++i)
-        members[sets.find(firstOfTile[static_cast<std::size_t>(trial.groups()[i].tiles.front())])].push_back(i);
+    for (std::size_t i = 0; i < groups.size(); ++i)
+        members[sets.find(firstOfTile[static_cast<std::size_t>(groups[i].tiles.front())])].push_back(i);
     Grouping grouping;
-    for (auto& [set, groups] : members) grouping.push_back(std::move(groups));
+    for (auto& [set, each] : members) grouping.push_back(std::move(each));
     return grouping;
 }
 
-/// A trial, with what the choice of splits needs beside it.
+/// The layouts on groups of tiles, with what the choice of splits needs beside them.
 struct SplitChoice {
-    const ChartTrial& trial;
-    const std::vector<CandidateByChart>& candidates;
+    const std::vector<TileGroup>& groups;
+    const std::vector<CandidateByGroup>& candidates;
     const atlas::Tiles& tiles;
     const SplitParameters& parameters;
 };
@@ -172,7 +173,7 @@ struct SplitChoice {
 /// Gives tiles without texels the choice of the nearest tile of their chart that has some, so that no triangle is cut between them.
 void fillUnmeasured(const SplitChoice& choice, std::vector<std::uint8_t>& isFine) {
     std::vector<std::uint8_t> isKnown(isFine.size(), 0);
-    for (const TileGroup& group : choice.trial.groups())
+    for (const TileGroup& group : choice.groups)
         for (const int tile : group.tiles) isKnown[static_cast<std::size_t>(tile)] = 1;
     for (std::size_t chart = 0; chart < choice.tiles.chartCount(); ++chart) {
         const glm::ivec2 grid = choice.tiles.gridOf(chart);
@@ -195,12 +196,12 @@ void fillUnmeasured(const SplitChoice& choice, std::vector<std::uint8_t>& isFine
 /// Adds the splits of a grouping that are expected to take fewer bits than one map.
 void addSplits(const SplitChoice& choice, const Grouping& grouping, double padding, std::vector<TriedSplit>& splits) {
     std::vector<std::int64_t> texels;
-    std::vector<CandidateByChart> candidates;
-    for (const CandidateByChart& each : choice.candidates) candidates.push_back({each.whole, {}});
+    std::vector<CandidateByGroup> candidates;
+    for (const CandidateByGroup& each : choice.candidates) candidates.push_back({each.whole, {}});
     for (const std::vector<std::size_t>& members : grouping) {
         std::int64_t& sum = texels.emplace_back();
-        for (const std::size_t group : members) sum += choice.trial.groups()[group].texels;
-        for (std::size_t i = 0; i < candidates.size(); ++i) candidates[i].samples.push_back(sumOf(choice.candidates[i].samples, members));
+        for (const std::size_t group : members) sum += choice.groups[group].texels;
+        for (std::size_t i = 0; i < candidates.size(); ++i) candidates[i].sums.push_back(sumOf(choice.candidates[i].sums, members));
     }
     for (const double share : kSplitShares) {
         const SplitLimits limits{choice.parameters.maxError, choice.parameters.maxVisible, share};
@@ -209,7 +210,7 @@ void addSplits(const SplitChoice& choice, const Grouping& grouping, double paddi
         std::vector<std::uint8_t> isFine(static_cast<std::size_t>(choice.tiles.count()), 0);
         for (const std::size_t set : split.fine)
             for (const std::size_t group : grouping[set])
-                for (const int tile : choice.trial.groups()[group].tiles) isFine[static_cast<std::size_t>(tile)] = 1;
+                for (const int tile : choice.groups[group].tiles) isFine[static_cast<std::size_t>(tile)] = 1;
         fillUnmeasured(choice, isFine);
         TriedSplit made{choice.tiles.side(), {}, {}, split.layout, split.fineLayout, split.bits, split.bitsOfOne, 0};
         for (std::size_t tile = 0; tile < isFine.size(); ++tile)
@@ -222,7 +223,7 @@ void addSplits(const SplitChoice& choice, const Grouping& grouping, double paddi
 
 }  // namespace
 
-ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits,
+ChartSplit chooseSplit(std::span<const CandidateByGroup> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits,
                        double padding) {
     ChartSplit best;
     if (candidates.empty() || texels.empty()) return best;
@@ -231,15 +232,15 @@ ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<c
     std::iota(all.begin(), all.end(), std::size_t{0});
     SplitLimits whole = limits;
     whole.share = 1;
-    const CandidateByChart& one = cheapestFor(candidates, all, SplitJudge(whole));
+    const CandidateByGroup& one = cheapestFor(candidates, all, SplitJudge(whole));
     best.layout = best.fineLayout = one.whole.layout;
     best.bits = best.bitsOfOne = bitsOf(one);
     const auto total = static_cast<double>(std::max<std::int64_t>(sumOf(texels, all), 1));
-    for (const CandidateByChart& each : candidates) {
+    for (const CandidateByGroup& each : candidates) {
         if (bitsOf(each) >= bitsOf(one)) continue;
         const std::vector<std::size_t> order = orderOfLeavingOut(each, texels, judge);
         const std::vector<std::uint8_t> restKeeps = keepsFirst(each, std::vector(order.rbegin(), order.rend()), judge);
-        for (const CandidateByChart& other : candidates) {
+        for (const CandidateByGroup& other : candidates) {
             if (bitsOf(other) <= bitsOf(each)) continue;
             const auto count = fewestLeftOut(restKeeps, keepsFirst(other, order, judge));
             if (!count) continue;
@@ -275,17 +276,16 @@ Result<ActionOutcome> splitCharts(const ActionContext& context) {
         packed.steps.push_back(places[i].step);
         packed.firsts.push_back(boxes[i].first + (found->charts[i].first - places[i].texel) * places[i].step);
     }
-    const double unlimited = std::numeric_limits<float>::max();
-    const ChartTrial charts(found->charts, packed, (*source)->width(), (*source)->height(), parameters->maxVisible.value_or(unlimited));
-    auto tried = tryLayoutsByChart(parameters->trial, charts, context);
+    const TileGroups grouped = groupTiles(found->charts, packed, (*source)->width(), (*source)->height());
+    auto tried = tryLayoutsByGroup(parameters->trial, grouped.places(parameters->maxVisible), context);
     if (!tried) return tl::make_unexpected(tried.error());
 
     SplitResult result{{}, key->displayKey(), {}};
-    const SplitChoice choice{charts, *tried, tiles, *parameters};
-    addSplits(choice, byChart(charts, tiles), 1, result.splits);
-    if (tiles.side() > 0) addSplits(choice, eachAlone(charts), kTilePadding, result.splits);
+    const SplitChoice choice{grouped.groups, *tried, tiles, *parameters};
+    addSplits(choice, byChart(grouped.groups, tiles), 1, result.splits);
+    if (tiles.side() > 0) addSplits(choice, eachAlone(grouped.groups), kTilePadding, result.splits);
     std::ranges::stable_sort(result.splits, {}, &TriedSplit::bits);
-    for (CandidateByChart& each : *tried) result.one.candidates.push_back(std::move(each.whole));
+    for (CandidateByGroup& each : *tried) result.one.candidates.push_back(std::move(each.whole));
     return outcomeWith(result);
 }
 

@@ -47,7 +47,7 @@ inline constexpr double kTilePadding = 1.2;
 /// candidates  layouts that may be chosen
 /// texels      of each group
 /// padding     texels of the fine map for each texel of its groups
-ChartSplit chooseSplit(std::span<const CandidateByChart> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits,
+ChartSplit chooseSplit(std::span<const CandidateByGroup> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits,
                        double padding);
 
 /// Parameters of action "split-charts". Its inputs are "source" and "mesh": a map and its mesh whose charts were packed.

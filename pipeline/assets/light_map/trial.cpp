@@ -155,34 +155,25 @@ private:
 /// Errors of every stage of a plan, and the light of its layouts.
 struct TriedPlan {
     std::vector<verify::StageError> stages;
-    std::vector<std::vector<float>> samples;         ///< [layout of the group]
-    std::vector<std::vector<ChartSamples>> byChart;  ///< [stage][group of charts]; none without a trial of charts
+    std::vector<std::vector<float>> samples;            ///< [layout of the group]
+    std::vector<std::vector<verify::ShadedSums>> sums;  ///< [stage][group of places]
 };
 struct TriedStrip {
     verify::LightMapErrors errors;
-    std::vector<std::vector<ChartSamples>> byChart;
     std::vector<std::vector<float>> samples;
 };
 
-/// Adds samples, stage by stage and group by group.
-void add(std::vector<std::vector<ChartSamples>>& sum, const std::vector<std::vector<ChartSamples>>& part) {
-    if (sum.empty()) {
-        sum = part;
-        return;
-    }
-    for (std::size_t stage = 0; stage < part.size(); ++stage)
-        for (std::size_t group = 0; group < part[stage].size(); ++group) sum[stage][group].add(part[stage][group]);
-}
-
 /// Returns the errors of every stage of a plan on the surface of some strips.
+/// places  groups that errors are summed by
 Result<TriedPlan> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& strips,
                           const TrialParameters& parameters, const verify::Viewing& viewing, const GroupShader& shader,
-                          const ChartTrial* charts, const ActionContext& context) {
+                          const verify::PlaceGroups& places, const ActionContext& context) {
     const std::string layout(formats::info(plan.layout).name);
     const compress::EncodeOptions options = parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
     sampling.isForTrial = true;
     sampling.bounds = false;
+    sampling.groups = places;
     const auto verifier = verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, parameters.shading, sampling,
                                                            plan.key, viewing);
     if (!verifier) return tl::make_unexpected(verifier.error());
@@ -200,20 +191,19 @@ Result<TriedPlan> tryPlan(LightMapSource& source, const compress::LightMapPlan& 
             if (!texels) return tl::make_unexpected(texels.error());
             const auto rows = compress::encodeLightMapRows(plan, *texels, firstRow, encodedRows, options);
             verify::DecodedLightMapRows decoded = decodedRows(plan, rows, firstRow, encodedRows);
-            TriedStrip result{verifier->verifyRows(decoded, *texels, firstRow, rowCount), {}, {}};
-            if (charts != nullptr) result.byChart = charts->measure(*verifier, decoded, *texels, firstRow, rowCount);
+            TriedStrip result{verifier->verifyRows(decoded, *texels, firstRow, rowCount), {}};
             result.samples = shader.shade(std::move(decoded), *texels, strip);
             return result;
         },
         [&](const TriedStrip& part) {
             errors.merge(part.errors);
-            add(tried.byChart, part.byChart);
             tried.samples.resize(part.samples.size());
             for (std::size_t i = 0; i < part.samples.size(); ++i)
                 tried.samples[i].insert(tried.samples[i].end(), part.samples[i].begin(), part.samples[i].end());
         });
     if (!verified) return tl::make_unexpected(verified.error());
     tried.stages = errors.figures();
+    for (verify::LightMapErrors::Stage& stage : errors.stages) tried.sums.push_back(std::move(stage.groups));
     return tried;
 }
 
@@ -224,7 +214,7 @@ std::size_t lastStageOf(const formats::LightMapLayoutInfo& layout, const std::ve
     return static_cast<std::size_t>(std::ranges::find(stages, last, &verify::StageError::name) - stages.begin());
 }
 
-/// Returns the candidate of a layout from the trial of the layout that it is a part of: basis-4, -8 and -12 have the bits of basis-16
+/// Returns the candidate of a layout from the trial of the layout that it is a part of: basis-4 to -20 have the bits of basis-24
 /// without the last stages of its residual.
 TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan,
                            const std::vector<verify::StageError>& stages) {
@@ -256,15 +246,15 @@ Result<std::optional<WholeTrial>> startJointTrial(LightMapSource& source, const 
     return std::optional(std::move(*trial));
 }
 
-/// Layouts on charts, as a trial of charts finds them.
-struct ChartCandidates {
-    const ChartTrial& trial;
-    std::vector<CandidateByChart> found = {};
+/// Groups of places, and the layouts as a trial finds them there.
+struct GroupCandidates {
+    verify::PlaceGroups places;
+    std::vector<CandidateByGroup> found = {};
 };
 
 /// Tries the layouts of a light map, with `joint` those of its dominant light too.
-/// charts  gets the samples by chart, of the whole map; null: nobody asks for them
-Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint, ChartCandidates* charts,
+/// byGroup  gets the sums by group, of the whole map; null: nobody asks for them
+Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint, GroupCandidates* byGroup,
                                     const ActionContext& context) {
     const auto source = openLightMap(context, parameters.description);
     if (!source) return tl::make_unexpected(source.error());
@@ -281,7 +271,7 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
     const auto mipCount = mipCountOf(**source, parameters.mips, context);
     if (!mipCount) return tl::make_unexpected(mipCount.error());
     LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure, objective, *mipCount, context);
-    const std::vector<int> strips = spreadStrips(**source, charts != nullptr ? std::numeric_limits<std::int64_t>::max() : kTrialTexels);
+    const std::vector<int> strips = spreadStrips(**source, byGroup != nullptr ? std::numeric_limits<std::int64_t>::max() : kTrialTexels);
     auto whole = startJointTrial(**source, strips, parameters, joint, viewing, context);
     if (!whole) return tl::make_unexpected(whole.error());
     JointTrialResult result;
@@ -290,15 +280,16 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
         if (!plan) return tl::make_unexpected(plan.error());
         const auto shader = GroupShader::create(group, *plan, parameters.shading, *whole ? &**whole : nullptr);
         if (!shader) return tl::make_unexpected(shader.error());
-        auto tried = tryPlan(**source, *plan, strips, parameters, viewing, *shader, charts != nullptr ? &charts->trial : nullptr, context);
+        auto tried = tryPlan(**source, *plan, strips, parameters, viewing, *shader,
+                             byGroup != nullptr ? byGroup->places : verify::PlaceGroups{}, context);
         if (!tried) return tl::make_unexpected(tried.error());
         for (std::size_t i = 0; i < group.layouts.size(); ++i) {
             const auto& [layout, isExcluded] = group.layouts[i];
             result.trial.candidates.push_back(candidateOf(*layout, *plan, tried->stages));
             result.trial.candidates.back().isExcluded = isExcluded;
-            if (charts != nullptr && !isExcluded)
-                charts->found.push_back({result.trial.candidates.back(),
-                                         tried->byChart[std::min(lastStageOf(*layout, tried->stages), tried->byChart.size() - 1)]});
+            if (byGroup != nullptr && !isExcluded)
+                byGroup->found.push_back(
+                    {result.trial.candidates.back(), tried->sums[std::min(lastStageOf(*layout, tried->stages), tried->sums.size() - 1)]});
             if (*whole && !isExcluded) (*whole)->add(std::string(layout->name), std::move(tried->samples[i]));
         }
     }
@@ -330,9 +321,9 @@ Result<ActionOutcome> tryJointly(const ActionContext& context) {
     return outcomeWith(*result);
 }
 
-Result<std::vector<CandidateByChart>> tryLayoutsByChart(const TrialParameters& parameters, const ChartTrial& charts,
+Result<std::vector<CandidateByGroup>> tryLayoutsByGroup(const TrialParameters& parameters, const verify::PlaceGroups& places,
                                                         const ActionContext& context) {
-    ChartCandidates candidates{charts};
+    GroupCandidates candidates{places};
     const auto result = tryLayouts(parameters, std::nullopt, &candidates, context);
     if (!result) return tl::make_unexpected(result.error());
     return std::move(candidates.found);

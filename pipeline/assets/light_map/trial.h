@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "formats/layout_cost.h"
-#include "pipeline/assets/light_map/chart_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/graph/action.h"
 
@@ -68,10 +67,10 @@ void describe(Fields& fields, Self& candidate) {
     fields.presentIf(candidate.isExcluded, "excluded", candidate.isExcluded, "true if the scene's list of layouts lacks it");
 }
 
-/// A layout with its errors on each group of charts.
-struct CandidateByChart {
+/// A layout with its errors on each group of places.
+struct CandidateByGroup {
     TrialCandidate whole;
-    std::vector<ChartSamples> samples;  ///< [group of charts]
+    std::vector<verify::ShadedSums> sums;  ///< [group]
 };
 
 struct TrialResult {
@@ -89,8 +88,8 @@ void describe(Fields& fields, Self& result) {
 /// stages.
 formats::Result<ActionOutcome> tryLightMap(const ActionContext& context);
 
-/// Tries every layout that the parameters let "auto" take, on the whole map however large it is, and measures it by groups of charts.
-formats::Result<std::vector<CandidateByChart>> tryLayoutsByChart(const TrialParameters& parameters, const ChartTrial& charts,
+/// Tries every layout that the parameters let "auto" take, on the whole map however large it is, and sums its errors by group of places.
+formats::Result<std::vector<CandidateByGroup>> tryLayoutsByGroup(const TrialParameters& parameters, const verify::PlaceGroups& places,
                                                                  const ActionContext& context);
 
 }  // namespace lightcook::pipeline

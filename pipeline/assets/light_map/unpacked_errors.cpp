@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 #include <random>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -23,7 +24,6 @@ namespace {
 
 using formats::ErrorCode;
 using formats::failure;
-using formats::Image;
 using formats::LightMapStrip;
 using formats::Result;
 using lighting::ShRgb;
@@ -92,7 +92,7 @@ public:
                     ++unread;
             }
         std::vector<glm::dvec2> places(texels.begin(), texels.end());
-        if (auto scored = shade(*rows, firstRow, rowCount, texels, places, centres); !scored) return scored;
+        if (auto scored = shade(*rows, texels, places, centres); !scored) return scored;
         for (int sample = 0; sample < placesPerTexel; ++sample) {
             std::mt19937_64 random(static_cast<std::uint64_t>(firstRow) * 4096 + static_cast<std::uint64_t>(sample));
             std::vector<glm::ivec2> near;
@@ -104,7 +104,7 @@ public:
                 near.push_back(texel);
                 places.push_back(place);
             }
-            if (auto scored = shade(*rows, firstRow, rowCount, near, places, surface); !scored) return scored;
+            if (auto scored = shade(*rows, near, places, surface); !scored) return scored;
         }
         return {};
     }
@@ -114,34 +114,23 @@ public:
 
 private:
     /// Adds the errors at one place for each of some texels, shaded at the texels' normals.
-    Result<void> shade(const LightMapStrip& rows, int firstRow, int rowCount, const std::vector<glm::ivec2>& texels,
-                       const std::vector<glm::dvec2>& places, verify::ShadedErrors& errors) {
+    Result<void> shade(const LightMapStrip& rows, const std::vector<glm::ivec2>& texels, const std::vector<glm::dvec2>& places,
+                       verify::ShadedErrors& errors) {
         const auto decoded = decodedAt(places, reading_, context_);
         if (!decoded) return tl::make_unexpected(decoded.error());
-        LightMapStrip reference;
-        reference.firstRow = firstRow;
-        reference.sh = Image<ShRgb>(bake_.width(), rowCount);
-        reference.covered = Image<std::uint8_t>(bake_.width(), rowCount, 0);
-        reference.normal = Image<glm::vec3>(bake_.width(), rowCount, glm::vec3(0, 0, 1));
-        Image<ShRgb> found(bake_.width(), rowCount);
-        for (std::size_t i = 0; i < texels.size(); ++i) {
-            const auto light = filtered(rows, bake_.height(), places[i]);
-            if (!light) continue;
-            const int x = texels[i].x, y = texels[i].y - firstRow;
-            reference.sh.at(x, y) = *light;
-            reference.covered.at(x, y) = 1;
-            reference.normal.at(x, y) = rows.normal.at(x, texels[i].y - rows.firstRow);
-            found.at(x, y) = (*decoded)[i];
-        }
-        // Rows are shaded in parts that are merged in order.
-        constexpr int kRows = 16;
+        std::vector<verify::LightMapScore::Place> shaded;
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (const auto light = filtered(rows, bake_.height(), places[i]))
+                shaded.push_back({places[i], *light, (*decoded)[i], rows.normal.at(texels[i].x, texels[i].y - rows.firstRow)});
+        // Parts are merged in order.
+        constexpr std::size_t kPart = 4096;
         const auto shadePart = [&](int part) -> Result<verify::ShadedErrors> {
-            const int first = part * kRows;
-            const auto view = found.view();
-            const formats::ImageView<const ShRgb> some{view.row(first), view.width, std::min(kRows, rowCount - first), view.width};
-            return score_.score(reference, some, firstRow + first);
+            const std::span<const verify::LightMapScore::Place> all(shaded);
+            const std::size_t first = static_cast<std::size_t>(part) * kPart;
+            return score_.score(all.subspan(first, std::min(kPart, all.size() - first)));
         };
-        return foldInOrder<verify::ShadedErrors>((rowCount + kRows - 1) / kRows, context_, "verify " + context_.action.asset, shadePart,
+        return foldInOrder<verify::ShadedErrors>(static_cast<int>((shaded.size() + kPart - 1) / kPart), context_,
+                                                 "verify " + context_.action.asset, shadePart,
                                                  [&](const verify::ShadedErrors& part) { errors.merge(part); });
     }
 

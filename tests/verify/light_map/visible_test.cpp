@@ -218,6 +218,114 @@ TEST(LightMapTrial, MeasuresEveryStageOnTheSurface) {
     }
 }
 
+/// A trial of the gradient by blocks of texels, whose borders cross charts.
+class GroupedTrial : public testing::Test {
+protected:
+    static constexpr std::size_t kGroups = 12;
+    /// A just noticeable difference, at the border of two bins of VisibleAccumulator: its counts are exact.
+    static constexpr float kBelowOne = 1 - 0x1p-24f;
+
+    GroupedTrial() : groupOf_(kVisibleWidth, kVisibleHeight) {
+        for (int y = 0; y < kVisibleHeight; ++y)
+            for (int x = 0; x < kVisibleWidth; ++x) groupOf_.at(x, y) = static_cast<std::uint32_t>(y / 6 * 4 + x / 7);
+    }
+    LightMapVerifier verifier(bool isGrouped = true) const {
+        LightMapSampling trial;
+        trial.isForTrial = true;
+        trial.bounds = false;
+        trial.placesPerTexel = 4;
+        if (isGrouped) trial.groups = {groupOf_.view(), kGroups, kBelowOne};
+        auto created = LightMapVerifier::create(cooked_.map, {}, trial, cooked_.key, Viewing{});
+        EXPECT_TRUE(created.has_value());
+        return std::move(*created);
+    }
+    LightMapErrors errors(bool isGrouped = true) const {
+        return verifier(isGrouped).verifyRows(cooked_.texels, cooked_.reference, 0, kVisibleHeight);
+    }
+    static void expectSame(const ErrorFigures& a, const ErrorFigures& b) {
+        EXPECT_EQ(a.relRms, b.relRms);
+        EXPECT_EQ(a.p99, b.p99);
+        EXPECT_EQ(a.visible->rms, b.visible->rms);
+        EXPECT_EQ(a.visible->p99, b.visible->p99);
+        EXPECT_EQ(a.visible->histogram, b.visible->histogram);
+    }
+    static void expectSums(const ShadedSums::Light& sums, const ErrorAccumulator& energy, const VisibleAccumulator& visible) {
+        EXPECT_EQ(sums.count, visible.sampleCount());
+        EXPECT_EQ(sums.above, visible.countAbove(static_cast<double>(kBelowOne)));
+        EXPECT_GT(sums.above, 0);
+        EXPECT_LT(sums.above, sums.count);
+        const double light = energy.referenceRms() * energy.referenceRms() * static_cast<double>(energy.sampleCount());
+        EXPECT_NEAR(sums.squaredLight, light, 1e-11 * light);
+        EXPECT_NEAR(std::sqrt(sums.squaredError / sums.squaredLight), energy.figures().relRms, 1e-11 * energy.figures().relRms);
+    }
+    /// near  relative difference of squares
+    static void expectEqual(const ShadedSums::Light& a, const ShadedSums::Light& b, double near) {
+        EXPECT_EQ(a.count, b.count);
+        EXPECT_EQ(a.above, b.above);
+        EXPECT_NEAR(a.squaredError, b.squaredError, near * a.squaredError);
+        EXPECT_NEAR(a.squaredLight, b.squaredLight, near * a.squaredLight);
+    }
+    static void expectEqual(const ShadedSums& a, const ShadedSums& b, double near) {
+        expectEqual(a.diffuse, b.diffuse, near);
+        expectEqual(a.specular, b.specular, near);
+    }
+
+    formats::Image<std::uint32_t> groupOf_;
+    test::Cooked cooked_ = test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight),
+                                      formats::LightMapLayout::Basis8, formats::Target::Bc, 1);
+};
+
+/// Places beside a border are judged as in the undivided map: the same places, filtered from the texels of both groups.
+TEST_F(GroupedTrial, GroupsSumToTheWholeMap) {
+    const LightMapErrors grouped = errors(), whole = errors(false);
+    ASSERT_EQ(grouped.stages.size(), whole.stages.size());
+    for (std::size_t stage = 0; stage < whole.stages.size(); ++stage) {
+        SCOPED_TRACE(whole.stages[stage].name);
+        const ShadedErrors& of = whole.stages[stage].errors;
+        expectSame(grouped.stages[stage].errors.diffuseFigures(), of.diffuseFigures());
+        expectSame(grouped.stages[stage].errors.specularFigures(), of.specularFigures());
+        EXPECT_TRUE(whole.stages[stage].groups.empty());
+        ASSERT_EQ(grouped.stages[stage].groups.size(), kGroups);
+        ShadedSums sums;
+        for (const ShadedSums& each : grouped.stages[stage].groups) {
+            EXPECT_GT(each.diffuse.count, 0);
+            sums.merge(each);
+        }
+        expectSums(sums.diffuse, of.diffuse, of.visibleDiffuse);
+        expectSums(sums.specular, of.specular, of.visibleSpecular);
+    }
+}
+
+TEST_F(GroupedTrial, DoesNotChangeAGroupWithWhatLiesBesideIt) {
+    const LightMapErrors before = errors();
+    constexpr std::size_t kLeftGroup = 1;
+    for (std::uint32_t& group : groupOf_.texels())
+        if (group == kLeftGroup) group = PlaceGroups::kNone;
+    const LightMapErrors after = errors();
+    for (std::size_t stage = 0; stage < before.stages.size(); ++stage) {
+        expectSame(after.stages[stage].errors.diffuseFigures(), before.stages[stage].errors.diffuseFigures());
+        for (std::size_t group = 0; group < kGroups; ++group)
+            expectEqual(after.stages[stage].groups[group], group == kLeftGroup ? ShadedSums() : before.stages[stage].groups[group], 0);
+    }
+}
+
+TEST_F(GroupedTrial, StripsInAnyCutGiveTheSameSums) {
+    const LightMapVerifier trial = verifier();
+    const LightMapErrors whole = errors();
+    for (const int rows : {1, 5}) {
+        LightMapErrors merged = trial.noErrors();
+        for (int row = 0; row < kVisibleHeight; row += rows) {
+            const int count = std::min(rows, kVisibleHeight - row);
+            const LightMapStrip strip =
+                synthetic::makeBandWithContext(synthetic::Kind::Gradient, kVisibleWidth, kVisibleHeight, row, count, 1);
+            merged.merge(trial.verifyRows(cooked_.texels, strip, row, count));
+        }
+        for (std::size_t stage = 0; stage < whole.stages.size(); ++stage)
+            for (std::size_t group = 0; group < kGroups; ++group)  // sums in another order
+                expectEqual(merged.stages[stage].groups[group], whole.stages[stage].groups[group], 1e-12);
+    }
+}
+
 /// Squares of diffuse light on the surface are, but for the directions, those of its figures.
 TEST(LightMapStages, HaveTheSquaresOfTheSurface) {
     test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight),

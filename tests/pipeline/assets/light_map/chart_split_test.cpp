@@ -9,18 +9,19 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
+using verify::ShadedSums;
 
 /// Returns 10000 samples of which some are above the limit, with a relative error.
-ChartSamples samples(std::int64_t above, double relRms = 0) {
-    const ChartSamples::Light light{10000, above, relRms * relRms, 1};
+ShadedSums samples(std::int64_t above, double relRms = 0) {
+    const ShadedSums::Light light{10000, above, relRms * relRms, 1};
     return {light, light};
 }
 
-CandidateByChart candidate(const std::string& layout, double bits, std::vector<ChartSamples> ofGroups) {
-    CandidateByChart made;
+CandidateByGroup candidate(const std::string& layout, double bits, std::vector<ShadedSums> ofGroups) {
+    CandidateByGroup made;
     made.whole.layout = layout;
     made.whole.bitsPerTexel = bits;
-    made.samples = std::move(ofGroups);
+    made.sums = std::move(ofGroups);
     return made;
 }
 
@@ -75,7 +76,7 @@ TEST(ChartSplit, MoreThanTheWorstMayBeLeftOut) {
 }
 
 TEST(ChartSplit, EitherLightDecides) {
-    const auto specularAlone = [](std::int64_t above) { return ChartSamples{{10000, 0, 0, 1}, {10000, above, 0, 1}}; };
+    const auto specularAlone = [](std::int64_t above) { return ShadedSums{{10000, 0, 0, 1}, {10000, above, 0, 1}}; };
     const std::array candidates = {candidate("small", 16, {samples(0), specularAlone(400), samples(0)}),
                                    candidate("large", 80, {samples(0), samples(0), samples(0)})};
     EXPECT_THAT(chooseSplit(candidates, kTexels, {1, 5.0, 0.85}, 1).fine, ElementsAre(1));
