@@ -18,9 +18,9 @@ struct Packing {
     double occupancy = 0;                 ///< share of the texels that charts read
 };
 
-/// Places charts so that no texel is read by two of them. Charts go highest first, then widest, to the lowest row, then column, where they
-/// fit (bottom left), also into holes of others. Of several widths the one with the least area is kept, the squarest
-/// of equal ones. Charts of kAlignedSide texels or more on both sides begin at a corner of a block.
+/// Places charts so that no texel is read by two of them. Charts go to the lowest row, then column, where they fit (bottom left), also into
+/// holes of others. Of many orders and widths the smallest page is kept. Charts of kAlignedSide texels or more on both sides begin at a
+/// corner of a block.
 /// isRead       of each chart: 1 for texels that filters read
 /// interrupted  ends the search when it becomes true; then nothing is returned
 std::optional<Packing> packCharts(std::span<const formats::ImageView<const std::uint8_t>> isRead, const std::atomic<bool>& interrupted);

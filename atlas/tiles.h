@@ -1,7 +1,8 @@
 // Tiles of charts: each large chart under a grid of squares, so that a part of it can go another way than the rest.
 //
-// The lines of a chart's grid go through texel centres, from the first of its quads on. So each quad lies in one tile, and light that is
-// bilinear in quads is cut where its texels are.
+// The lines of a chart's grid lie just beyond texel centres, from the first of its quads on. So each quad lies in one tile, but for a strip
+// of kLineOffset that is of the tile before it, and light that is bilinear in quads is cut where its texels are. On the centres themselves,
+// filters on both sides of a line would read a texel beyond it, since samplers round places; so those before it do, and those after do not.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +13,9 @@
 #include "atlas/charts.h"
 
 namespace lightcook::atlas {
+
+/// Distance of the lines of a grid from texel centres [texels].
+inline constexpr double kLineOffset = 2 * kPlaceRounding;
 
 /// The box around the quads of a chart.
 struct ChartBox {
@@ -41,7 +45,7 @@ public:
     /// Returns the tile of a quad. Quads beyond the chart's box are of the nearest tile.
     int ofQuad(std::size_t chart, const glm::ivec2& quad) const;
     /// Returns the coordinate of the line before a column (axis 0) or row (axis 1) of tiles, from 1 on [texels; integers are centres].
-    int line(std::size_t chart, int axis, int index) const { return grids_[chart].first[axis] + index * side_; }
+    double line(std::size_t chart, int axis, int index) const { return grids_[chart].first[axis] + index * side_ + kLineOffset; }
 
 private:
     struct Grid {

@@ -31,7 +31,8 @@ using EdgeKey = std::pair<Position, Position>;  ///< positions of both ends, the
 /// A side of a piece lies on a side of its triangle or on a line of the grid.
 struct Side {
     int edge = -1;  ///< 0 .. 2: from that corner of the triangle to the next; -1: a line
-    int axis = 0, line = 0;
+    int axis = 0;
+    double line = 0;
 };
 
 /// A point of a piece: a corner of the triangle, a point on one of its edges, or a crossing of two lines.
@@ -76,7 +77,7 @@ Edge edgeBetween(const MeshAttribute& position, std::uint32_t from, std::uint32_
 }
 
 /// Returns a sign for a place beside a line: 0 on it.
-int sideOf(double at, int line) {
+int sideOf(double at, double line) {
     const double distance = at - line;
     if (std::abs(distance) < kOnLine) return 0;
     return distance < 0 ? -1 : 1;
@@ -127,24 +128,25 @@ private:
         const int middle = first[axis] + count[axis] / 2;
         glm::ivec2 lowEnd = end, highFirst = first;
         lowEnd[axis] = highFirst[axis] = middle;
-        const int line = tiles_.line(chart_, axis, middle);
+        const double line = tiles_.line(chart_, axis, middle);
         if (auto low = half(points, axis, line, -1)) cut(std::move(*low), first, lowEnd);
         if (auto high = half(points, axis, line, 1)) cut(std::move(*high), highFirst, end);
     }
 
-    /// Leaves out columns and rows that the piece does not come into.
+    /// Leaves out columns and rows that the piece does not come into. One that begins at the texel centre beside a line begins there: an
+    /// edge of a mesh often lies on texel centres.
     void narrow(const std::vector<Point>& points, glm::ivec2& first, glm::ivec2& end) const {
         for (int axis = 0; axis < 2; ++axis) {
-            const auto reaches = [&](int line, int sign) {
+            const auto reaches = [&](double line, int sign) {
                 return std::ranges::any_of(points, [&](const Point& point) { return sideOf(point.at[axis], line) == sign; });
             };
-            while (end[axis] - first[axis] > 1 && !reaches(tiles_.line(chart_, axis, first[axis] + 1), -1)) ++first[axis];
+            while (end[axis] - first[axis] > 1 && !reaches(tiles_.line(chart_, axis, first[axis] + 1) - kLineOffset, -1)) ++first[axis];
             while (end[axis] - first[axis] > 1 && !reaches(tiles_.line(chart_, axis, end[axis] - 1), 1)) --end[axis];
         }
     }
 
     /// Returns the part of a piece on one side of a line; nothing if it has no area there.
-    std::optional<std::vector<Point>> half(const std::vector<Point>& points, int axis, int line, int sign) const {
+    std::optional<std::vector<Point>> half(const std::vector<Point>& points, int axis, double line, int sign) const {
         std::vector<Point> kept;
         bool hasArea = false;
         for (std::size_t i = 0; i < points.size(); ++i) {
@@ -162,7 +164,7 @@ private:
     }
 
     /// Returns the point where a line crosses the side that begins at a point, as the beginning of the rest of that side.
-    Point crossing(const Point& from, int axis, int line) const {
+    Point crossing(const Point& from, int axis, double line) const {
         Point point{-1, from.side.edge, 0, glm::dvec2(0), from.side};
         if (point.edge < 0) {
             point.at[axis] = line;
@@ -338,7 +340,7 @@ private:
     const Triangle& triangle_;
     MeshCollector& mesh_;
     std::array<const std::set<double>*, 3> onEdge_{};
-    std::map<std::pair<int, int>, std::map<double, Point>> onLine_;  ///< [axis, line][place along it]
+    std::map<std::pair<int, double>, std::map<double, Point>> onLine_;  ///< [axis, line][place along it]
     std::map<std::pair<double, double>, std::uint32_t> crossings_;
 };
 

@@ -1,11 +1,24 @@
+// Search for a small page.
+//
+// One trial places the charts of a page of given width in a given order, each to the lowest row, then column, where it fits (bottom left;
+// Jakobs, On genetic algorithms for the packing of polygons, 1996), and is given up as soon as a chart ends beyond the height at which the
+// page would be no smaller than the best one. First come all widths from kLeastWidth to kLargestWidth, the squarest page first, with the
+// charts sorted by each of kOrders. Then the best order is changed at random, by one or two moves or exchanges of charts and sometimes
+// another width, and the change is kept unless the page grows. Of pages of equal size the one with fewer texels in its last row of blocks
+// is better: it is nearer to a row less. The search ends after kChanges changes or kLargestWork steps of work, whichever comes first, so
+// that its result depends neither on the clock nor on the machine.
 #include "atlas/packing.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
+#include <limits>
 #include <map>
 #include <numeric>
+#include <random>
 #include <utility>
 
 namespace lightcook::atlas {
@@ -16,7 +29,11 @@ using Mask = formats::ImageView<const std::uint8_t>;
 constexpr int kBlock = 4;
 constexpr int kWordBits = 64;
 /// Widths that are tried, relative to the side of a square that charts would fill.
-constexpr double kWidths[] = {0.8, 0.9, 1.0, 1.04, 1.08, 1.12, 1.2, 1.3, 1.4};
+constexpr double kLeastWidth = 0.7, kLargestWidth = 1.4;
+/// Changes of the best order.
+constexpr int kChanges = 1000;
+/// Words of rows that the search looks at: about half a second.
+constexpr std::int64_t kLargestWork = 100'000'000;
 
 int blockCeil(int texels) {
     return (texels + kBlock - 1) / kBlock * kBlock;
@@ -33,6 +50,9 @@ struct Shape {
     int width = 0;
     std::int64_t texels = 0;  ///< that filters read
     int alignment = 1;
+    std::size_t kind = 0;  ///< the same for equal shapes
+
+    int height() const { return static_cast<int>(rows.size()); }
 };
 
 Shape shapeOf(const Mask& isRead) {
@@ -58,85 +78,95 @@ class Bits {
 public:
     explicit Bits(int count) : words_(static_cast<std::size_t>((count + kWordBits - 1) / kWordBits)) {}
 
+    void clear() { std::ranges::fill(words_, 0); }
     void set(int begin, int end) {
-        for (int x = begin; x < end; ++x) words_[static_cast<std::size_t>(x / kWordBits)] |= std::uint64_t{1} << (x % kWordBits);
+        for (int x = begin; x < end;) {
+            const int bit = x % kWordBits, count = std::min(end - x, kWordBits - bit);
+            words_[static_cast<std::size_t>(x / kWordBits)] |= UINT64_MAX >> (kWordBits - count) << bit;
+            x += count;
+        }
     }
-    bool isSet(int x) const { return (words_[static_cast<std::size_t>(x / kWordBits)] >> (x % kWordBits) & 1) != 0; }
+    int count() const {
+        return std::accumulate(words_.begin(), words_.end(), 0, [](int sum, std::uint64_t word) { return sum + std::popcount(word); });
+    }
+    std::int64_t words() const { return static_cast<std::int64_t>(words_.size()); }
     void add(const Bits& other) {
         for (std::size_t i = 0; i < words_.size(); ++i) words_[i] |= other.words_[i];
     }
-    /// Sets each bit that has a set one `distance` after it, and keeps the others.
-    void addFromAfter(int distance) { merge(*this, distance); }
-    /// Returns the bits, each `distance` before its place.
-    Bits before(int distance) const {
-        Bits moved(static_cast<int>(words_.size()) * kWordBits);
-        moved.merge(*this, distance);
-        return moved;
+    /// Sets each bit that has a set one in `other`, `distance` after it, and keeps the others. `other` may be this: words are read from low
+    /// to high, and never one that was changed.
+    void addFromAfter(const Bits& other, int distance) {
+        const std::size_t words = static_cast<std::size_t>(distance / kWordBits);
+        const int bits = distance % kWordBits;
+        for (std::size_t i = 0; i + words < words_.size(); ++i) {
+            std::uint64_t moved = other.words_[i + words] >> bits;
+            if (bits > 0 && i + words + 1 < words_.size()) moved |= other.words_[i + words + 1] << (kWordBits - bits);
+            words_[i] |= moved;
+        }
     }
-    bool isEmpty() const {
-        return std::all_of(words_.begin(), words_.end(), [](std::uint64_t word) { return word == 0; });
-    }
-    /// Returns the lowest multiple of `alignment` up to `last` whose bit is not set; nothing if there is none.
+    /// Returns the lowest multiple of `alignment` (1 or kBlock) up to `last` whose bit is not set; nothing if there is none.
     std::optional<int> firstFree(int last, int alignment) const {
-        for (int x = 0; x <= last; x += alignment) {
-            if (alignment == 1 && x % kWordBits == 0 && words_[static_cast<std::size_t>(x / kWordBits)] == UINT64_MAX) {
-                x += kWordBits - 1;
-                continue;
-            }
-            if (!isSet(x)) return x;
+        const std::uint64_t aligned = alignment == 1 ? UINT64_MAX : UINT64_MAX / ((1 << kBlock) - 1);
+        for (int x = 0; x <= last; x += kWordBits) {
+            const std::uint64_t free = ~words_[static_cast<std::size_t>(x / kWordBits)] & aligned;
+            if (free == 0) continue;
+            x += std::countr_zero(free);
+            return x <= last ? std::optional(x) : std::nullopt;
         }
         return std::nullopt;
     }
 
 private:
-    /// Reads words from low to high and never one that it has changed, so that `from` may be this.
-    void merge(const Bits& from, int distance) {
-        const std::size_t words = static_cast<std::size_t>(distance / kWordBits);
-        const int bits = distance % kWordBits;
-        for (std::size_t i = 0; i + words < words_.size(); ++i) {
-            std::uint64_t moved = from.words_[i + words] >> bits;
-            if (bits > 0 && i + words + 1 < words_.size()) moved |= from.words_[i + words + 1] << (kWordBits - bits);
-            words_[i] |= moved;
-        }
-    }
-
     std::vector<std::uint64_t> words_;
 };
 
 /// A page of one width that grows downwards.
 class Page {
 public:
-    explicit Page(int width) : width_(width) {}
+    /// kinds  of shapes
+    Page(int width, std::size_t kinds) : width_(width), blocked_(width), hit_(width), firstRow_(kinds, 0) {}
 
-    glm::ivec2 place(const Shape& shape) {
-        int& first = firstRow_.try_emplace({shape.rows, shape.alignment}, 0).first->second;
-        for (int y = first;; y += shape.alignment) {
+    /// Returns the place of a shape; nothing if it fits into no rows before `end`.
+    std::optional<glm::ivec2> place(const Shape& shape, int end) {
+        int& first = firstRow_[shape.kind];
+        for (int y = first; y + shape.height() <= end; y += shape.alignment) {
             const std::optional<int> x = freeColumn(shape, y);
             if (!x) continue;
             first = y;  // charts of this shape do not fit above: texels are never given back
             take(shape, *x, y);
-            return {*x, y};
+            return glm::ivec2(*x, y);
         }
+        return std::nullopt;
     }
-    int height() const { return static_cast<int>(rows_.size()); }
+    int height() const { return std::max(blockCeil(static_cast<int>(rows_.size())), kBlock); }
+    /// Returns the number of texels in the last row of blocks.
+    int lastTexels() const {
+        int texels = 0;
+        for (std::size_t y = static_cast<std::size_t>(height() - kBlock); y < rows_.size(); ++y) texels += rows_[y].count();
+        return texels;
+    }
+    /// Returns the number of words that place() has looked at.
+    std::int64_t work() const { return work_; }
 
 private:
-    std::optional<int> freeColumn(const Shape& shape, int y) const {
+    std::optional<int> freeColumn(const Shape& shape, int y) {
         const int last = width_ - shape.width;
-        Bits blocked(width_);
+        blocked_.clear();
         for (std::size_t row = 0; row < shape.rows.size(); ++row) {
             const std::size_t at = static_cast<std::size_t>(y) + row;
             if (at >= rows_.size()) break;
             for (const auto& [begin, end] : shape.rows[row]) {
-                Bits hit = rows_[at].before(begin);
+                hit_.clear();
+                hit_.addFromAfter(rows_[at], begin);
                 int reach = 1;
-                for (; 2 * reach <= end - begin; reach *= 2) hit.addFromAfter(reach);
-                if (end - begin > reach) hit.addFromAfter(end - begin - reach);
-                blocked.add(hit);
+                for (; 2 * reach <= end - begin; reach *= 2) hit_.addFromAfter(hit_, reach);
+                if (end - begin > reach) hit_.addFromAfter(hit_, end - begin - reach);
+                blocked_.add(hit_);
+                work_ += hit_.words();
             }
-            if (!blocked.firstFree(last, shape.alignment)) return std::nullopt;
+            if (!blocked_.firstFree(last, shape.alignment)) return std::nullopt;
         }
-        return blocked.firstFree(last, shape.alignment);
+        return blocked_.firstFree(last, shape.alignment);
     }
     void take(const Shape& shape, int x, int y) {
         for (std::size_t row = 0; row < shape.rows.size(); ++row) {
@@ -147,44 +177,128 @@ private:
 
     int width_;
     std::vector<Bits> rows_;
-    /// Lowest row at which a shape may still fit.
-    std::map<std::pair<std::vector<std::vector<Run>>, int>, int> firstRow_;
+    Bits blocked_, hit_;         ///< of freeColumn()
+    std::vector<int> firstRow_;  ///< lowest row at which each kind of shape may still fit
+    std::int64_t work_ = 0;
+};
+
+/// What charts are sorted by, the largest first; the second number of equal ones.
+using Extent = std::pair<std::int64_t, std::int64_t>;
+constexpr std::array<Extent (*)(const Shape&), 5> kOrders = {
+    [](const Shape& shape) { return Extent(shape.height(), shape.width); },
+    [](const Shape& shape) { return Extent(std::max(shape.height(), shape.width), std::min(shape.height(), shape.width)); },
+    [](const Shape& shape) { return Extent(shape.width, shape.height()); },
+    [](const Shape& shape) { return Extent(shape.texels, shape.height()); },
+    [](const Shape& shape) { return Extent(shape.width + shape.height(), shape.height()); },
+};
+
+using Order = std::vector<std::size_t>;
+
+/// The smallest page that was found.
+class Search {
+public:
+    Search(std::span<const Mask> isRead, const std::atomic<bool>& interrupted) : interrupted_(interrupted) {
+        std::map<std::pair<std::vector<std::vector<Run>>, int>, std::size_t> kinds;
+        for (const Mask& mask : isRead) {
+            Shape& shape = shapes_.emplace_back(shapeOf(mask));
+            shape.kind = kinds.try_emplace({shape.rows, shape.alignment}, kinds.size()).first->second;
+            widest_ = std::max(widest_, mask.width);
+            texels_ += static_cast<double>(shape.texels);
+        }
+        kinds_ = kinds.size();
+    }
+
+    std::optional<Packing> run() {
+        const std::vector<int> widths = widthsToTry();
+        for (const auto& extent : kOrders) {
+            const Order order = sortedBy(extent);
+            for (const int width : widths)
+                if (mayGoOn()) attempt(order, width);
+        }
+        std::mt19937 random;  // of a fixed seed
+        const auto below = [&](std::size_t end) { return static_cast<std::size_t>(random()) % end; };
+        for (int i = 0; i < kChanges && shapes_.size() > 1 && mayGoOn(); ++i) {
+            Order order = order_;
+            for (std::size_t changes = 1 + below(2); changes > 0; --changes) {
+                const std::size_t from = below(order.size()), to = below(order.size());
+                if (below(3) == 0)
+                    std::swap(order[from], order[to]);
+                else
+                    move(order, from, to);
+            }
+            const int width = below(4) == 0 ? widths[below(widths.size())] : best_.size.x;
+            attempt(order, width);
+        }
+        if (interrupted_) return std::nullopt;
+        return std::move(best_);
+    }
+
+private:
+    bool mayGoOn() const { return !interrupted_ && (best_.size.x == 0 || work_ < kLargestWork); }
+
+    /// Returns the widths, the squarest page first.
+    std::vector<int> widthsToTry() const {
+        const double side = std::sqrt(texels_);
+        const auto atLeast = [&](double share) { return blockCeil(std::max(widest_, static_cast<int>(std::ceil(share * side)))); };
+        std::vector<int> widths;
+        for (int width = atLeast(kLeastWidth); width <= atLeast(kLargestWidth); width += kBlock) widths.push_back(width);
+        std::ranges::stable_sort(widths, {}, [&](int width) { return std::abs(width - atLeast(1)); });
+        return widths;
+    }
+    Order sortedBy(Extent (*extent)(const Shape&)) const {
+        Order order(shapes_.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t chart) { return extent(shapes_[chart]); });
+        return order;
+    }
+    static void move(Order& order, std::size_t from, std::size_t to) {
+        const auto begin = order.begin(), source = begin + static_cast<std::ptrdiff_t>(from),
+                   target = begin + static_cast<std::ptrdiff_t>(to);
+        if (source < target)
+            std::rotate(source, source + 1, target + 1);
+        else
+            std::rotate(target, source, source + 1);
+    }
+    /// Keeps the packing in an order if it is not worse than the best one.
+    void attempt(const Order& order, int width) {
+        Page page(width, kinds_);
+        const std::int64_t rows = bestArea_ / width;
+        const int end = static_cast<int>(std::min<std::int64_t>(rows / kBlock * kBlock, std::numeric_limits<int>::max()));
+        std::vector<glm::ivec2> places(shapes_.size());
+        bool isWhole = true;
+        for (std::size_t i = 0; i < order.size() && isWhole && !interrupted_; ++i) {
+            const auto place = page.place(shapes_[order[i]], end);
+            isWhole = place.has_value();
+            if (place) places[order[i]] = *place;
+        }
+        work_ += page.work();
+        if (!isWhole || interrupted_) return;
+        const std::int64_t area = static_cast<std::int64_t>(width) * page.height();
+        const double last = static_cast<double>(page.lastTexels()) / width;
+        if (std::pair(area, last) > std::pair(bestArea_, bestLast_)) return;
+        bestArea_ = area;
+        bestLast_ = last;
+        order_ = order;
+        best_ = {{width, page.height()}, std::move(places), texels_ / static_cast<double>(area)};
+    }
+
+    const std::atomic<bool>& interrupted_;
+    std::vector<Shape> shapes_;
+    std::size_t kinds_ = 0;
+    int widest_ = kBlock;
+    double texels_ = 0;
+
+    Packing best_;
+    Order order_;  ///< of the best packing
+    std::int64_t bestArea_ = std::numeric_limits<std::int64_t>::max();
+    double bestLast_ = 0;  ///< texels in the last row of blocks, of each column
+    std::int64_t work_ = 0;
 };
 
 }  // namespace
 
 std::optional<Packing> packCharts(std::span<const Mask> isRead, const std::atomic<bool>& interrupted) {
-    std::vector<Shape> shapes;
-    int widest = kBlock;
-    double texels = 0;
-    for (const Mask& mask : isRead) {
-        shapes.push_back(shapeOf(mask));
-        widest = std::max(widest, mask.width);
-        texels += static_cast<double>(shapes.back().texels);
-    }
-    std::vector<std::size_t> order(shapes.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto extent = [&](std::size_t chart) { return std::pair(shapes[chart].rows.size(), shapes[chart].width); };
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return extent(a) > extent(b); });
-
-    std::optional<Packing> best;
-    const auto areaOf = [](const Packing& packing) { return static_cast<std::int64_t>(packing.size.x) * packing.size.y; };
-    const auto rank = [&](const Packing& packing) { return std::pair(areaOf(packing), std::abs(packing.size.x - packing.size.y)); };
-    int previous = 0;
-    for (const double share : kWidths) {
-        const int width = blockCeil(std::max(widest, static_cast<int>(std::ceil(share * std::sqrt(texels)))));
-        if (width == std::exchange(previous, width)) continue;
-        Page page(width);
-        Packing packing{.places = std::vector<glm::ivec2>(shapes.size())};
-        for (const std::size_t chart : order) {
-            if (interrupted) return std::nullopt;
-            packing.places[chart] = page.place(shapes[chart]);
-        }
-        packing.size = {width, std::max(blockCeil(page.height()), kBlock)};
-        packing.occupancy = texels / static_cast<double>(areaOf(packing));
-        if (!best || rank(packing) < rank(*best)) best = std::move(packing);
-    }
-    return best;
+    return Search(isRead, interrupted).run();
 }
 
 }  // namespace lightcook::atlas

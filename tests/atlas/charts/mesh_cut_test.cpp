@@ -172,7 +172,7 @@ TEST(MeshCut, TrianglesLieInTilesOfTheirPart) {
                     glm::dvec2 place = (at[0] * double(i) + at[1] * double(j) + at[2] * double(8 - i - j)) / 8.0;
                     const double far = glm::length(middle - place);
                     if (far > 0) place += (middle - place) * std::min(1.0, 2 * kOff / far);
-                    const glm::ivec2 low(glm::floor(place - kOff)), high(glm::floor(place + kOff));
+                    const glm::ivec2 low(glm::floor(place - kOff - kLineOffset)), high(glm::floor(place + kOff));
                     bool isInside = false;
                     for (const glm::ivec2 quad : {low, high, glm::ivec2(low.x, high.y), glm::ivec2(high.x, low.y)})
                         isInside = isInside || isChosen[static_cast<std::size_t>(cube.tiles.ofQuad(chart, quad))] != 0;
@@ -207,6 +207,68 @@ TEST(MeshCut, NoGapsOpen) {
             }
         }
     }
+}
+
+/// A rectangle of two triangles, with its light-map UVs between two places [texels; integers are centres].
+TriangleMesh rectangle(const glm::vec2& low, const glm::vec2& high) {
+    const glm::vec2 a = (low + 0.5f) / float(kMapSide), b = (high + 0.5f) / float(kMapSide);
+    TriangleMesh mesh;
+    mesh.attributes = {attributeOf("POSITION", 3, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}),
+                       attributeOf("TEXCOORD_1", 2, {a.x, a.y, b.x, a.y, b.x, b.y, a.x, b.y})};
+    mesh.indices = {0, 1, 2, 0, 2, 3};
+    return mesh;
+}
+
+ChartSet chartsOf(const TriangleMesh& mesh) {
+    const std::vector<const TriangleMesh*> meshes = {&mesh};
+    auto charts = findCharts(meshes, std::vector<std::string>(1, "rectangle"), kMapSide, kMapSide);
+    EXPECT_TRUE(charts);
+    return std::move(*charts);
+}
+
+/// Returns the chart of the chosen tiles.
+Chart chartOf(const TriangleMesh& mesh, const ChartSet& charts, const Tiles& tiles, const std::vector<std::uint8_t>& isChosen) {
+    const std::vector<const TriangleMesh*> meshes = {&mesh};
+    const CutMesh cut = cutMeshes(meshes, charts, tiles, glm::ivec2(kMapSide), isChosen)[0];
+    std::vector<float> positions, uvs;
+    for (const formats::CutVertex& vertex : cut.vertices) {
+        const glm::vec3 position(valueAt(*mesh.find("POSITION"), vertex)), uv(valueAt(*mesh.find("TEXCOORD_1"), vertex));
+        positions.insert(positions.end(), {position.x, position.y, position.z});
+        uvs.insert(uvs.end(), {uv.x, uv.y});
+    }
+    TriangleMesh part;
+    part.attributes = {attributeOf("POSITION", 3, positions), attributeOf("TEXCOORD_1", 2, uvs)};
+    part.indices = cut.indices;
+    const ChartSet found = chartsOf(part);
+    EXPECT_EQ(found.charts.size(), 1u);
+    return found.charts.front();
+}
+
+TEST(MeshCut, OnlyTheTileBeforeALineReadsATexelBeyondIt) {
+    const TriangleMesh mesh = rectangle({10.3f, 20.3f}, {60.7f, 40.7f});
+    const ChartSet charts = chartsOf(mesh);
+    const Tiles tiles(boxesOf(charts.charts), kTile);
+    ASSERT_EQ(tiles.gridOf(0), glm::ivec2(3, 1));
+    const Chart left = chartOf(mesh, charts, tiles, {1, 0, 0}), middle = chartOf(mesh, charts, tiles, {0, 1, 0}),
+                right = chartOf(mesh, charts, tiles, {0, 0, 1});
+    EXPECT_EQ(left.texels(), glm::ivec2(kTile + 2, 22));
+    EXPECT_EQ(middle.first, glm::ivec2(10 + kTile, 20));
+    EXPECT_EQ(middle.texels(), glm::ivec2(kTile + 2, 22));
+    EXPECT_EQ(right.first, glm::ivec2(10 + 2 * kTile, 20));
+    EXPECT_EQ(right.texels(), glm::ivec2(51 - 2 * kTile + 1, 22));
+}
+
+TEST(MeshCut, EdgesOnTexelCentresBesideALineAreNotCut) {
+    const float centre = 10 + kTile;  // of the texel beside the first line
+    const TriangleMesh left = rectangle({10.3f, 20.3f}, {centre, 40.7f}), right = rectangle({centre, 20.3f}, {60.7f, 40.7f});
+    const std::vector<const TriangleMesh*> meshes = {&left, &right};
+    const auto charts = findCharts(meshes, std::vector<std::string>(2, "rectangle"), kMapSide, kMapSide);
+    ASSERT_TRUE(charts && charts->charts.size() == 1u);
+    const Tiles tiles(boxesOf(charts->charts), kTile);
+    ASSERT_EQ(tiles.gridOf(0), glm::ivec2(3, 1));
+    const auto cut = cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), {1, 0, 0});
+    EXPECT_EQ(cut[0].indices, left.indices);
+    EXPECT_TRUE(cut[1].indices.empty());
 }
 
 /// Triangles without area in the map stay whole.

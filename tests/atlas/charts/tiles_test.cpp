@@ -16,8 +16,8 @@ TEST(Tiles, LargeChartsHaveSeveralAndNoneIsSmallerThanHalf) {
     EXPECT_EQ(tiles.gridOf(1), glm::ivec2(1, 2)) << "47 quads, and 32 and 16";
     EXPECT_EQ(tiles.gridOf(2), glm::ivec2(1, 9));
     EXPECT_EQ(tiles.count(), 2 + 2 + 9);
-    EXPECT_EQ(tiles.line(0, 0, 1), 31);
-    EXPECT_EQ(tiles.line(2, 1, 8), 456);
+    EXPECT_EQ(tiles.line(0, 0, 1), 31 + kLineOffset);
+    EXPECT_EQ(tiles.line(2, 1, 8), 456 + kLineOffset);
 }
 
 TEST(Tiles, AreNumberedChartByChartAndRowByRow) {
@@ -40,8 +40,8 @@ TEST(Tiles, EachQuadLiesInOne) {
                 const int tile = tiles.ofQuad(chart, quad) - tiles.at(chart, {0, 0});
                 const glm::ivec2 grid = tiles.gridOf(chart), place(tile % grid.x, tile / grid.x);
                 for (int axis = 0; axis < 2; ++axis) {
-                    EXPECT_TRUE(place[axis] == 0 || quad[axis] >= tiles.line(chart, axis, place[axis]));
-                    EXPECT_TRUE(place[axis] + 1 == grid[axis] || quad[axis] < tiles.line(chart, axis, place[axis] + 1));
+                    EXPECT_TRUE(place[axis] == 0 || quad[axis] + kLineOffset >= tiles.line(chart, axis, place[axis]));
+                    EXPECT_TRUE(place[axis] + 1 == grid[axis] || quad[axis] + kLineOffset < tiles.line(chart, axis, place[axis] + 1));
                 }
                 found.insert(tile);
             }

@@ -84,6 +84,18 @@ TEST(PackCharts, AHoleHoldsOtherCharts) {
     EXPECT_EQ(packing.occupancy, 1);
 }
 
+TEST(PackCharts, APuzzleIsSolved) {
+    // A page of 96 x 96 texels, cut into rectangles of whole blocks: sorted by height alone they fill 80 x 144.
+    std::vector<Mask> masks;
+    for (const glm::ivec2& size :
+         {glm::ivec2(40, 56), glm::ivec2(56, 24), glm::ivec2(24, 48), glm::ivec2(32, 48), glm::ivec2(40, 40), glm::ivec2(56, 24)})
+        masks.emplace_back(size.x, size.y, std::uint8_t{1});
+    const Packing packing = packed(masks);
+    expectDisjoint(masks, packing);
+    EXPECT_EQ(packing.size, glm::ivec2(96));
+    EXPECT_EQ(packing.occupancy, 1);
+}
+
 TEST(PackCharts, OneTexelAndNothingArePages) {
     EXPECT_EQ(packed({}).size, glm::ivec2(4));
     std::vector<Mask> one;
