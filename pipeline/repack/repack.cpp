@@ -200,6 +200,8 @@ Result<void> writeMap(const fs::path& file, const std::vector<PlacedChart>& plac
             for (int x = 0; x < each.reduced.sh.width(); ++x) {
                 if (each.reduced.isRead.at(x, y) == 0) continue;
                 const glm::ivec2 to = each.place + glm::ivec2(x, y);
+                // A chart that stays where it was may begin half a texel beyond the map, where samplers read its border.
+                if (glm::clamp(to, glm::ivec2(0), size - 1) != to) continue;
                 map.sh.at(to.x, to.y) = each.reduced.sh.at(x, y);
                 map.covered.at(to.x, to.y) = each.reduced.covered.at(x, y);
                 map.normal.at(to.x, to.y) = each.reduced.normal.at(x, y);
@@ -278,6 +280,24 @@ Json Repacked::toJson() const {
     return json;
 }
 
+namespace {
+
+/// Returns the compressed blocks that hold a map of a size [texels].
+std::int64_t blocksOf(const glm::ivec2& size) {
+    constexpr int kBlock = 4;
+    const glm::ivec2 blocks = (size + kBlock - 1) / kBlock;
+    return std::int64_t{blocks.x} * blocks.y;
+}
+
+/// Returns where the charts of a map are.
+std::vector<glm::ivec2> firstTexelsOf(const atlas::ChartSet& found) {
+    std::vector<glm::ivec2> texels;
+    for (const atlas::Chart& chart : found.charts) texels.push_back(chart.first);
+    return texels;
+}
+
+}  // namespace
+
 Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action) {
     const auto outputs = outputsOf(request);
     if (!outputs) return tl::make_unexpected(outputs.error());
@@ -303,10 +323,14 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     const Action own{"", "", request.map.filename().string(), {}, {}, {}};
     const ActionContext context{action != nullptr ? *action : own, {}, {}, {}, shared, state};
     const atlas::MapView view = map->view();
-    const auto reduced = mapInOrder<atlas::ReducedChart>(
-        static_cast<int>(found->charts.size()), context, "repack " + context.action.asset, [&](int index) -> Result<atlas::ReducedChart> {
-            return atlas::reduceChart(found->charts[static_cast<std::size_t>(index)], view, limit, state.interrupted);
-        });
+    const auto reduceAll = [&](const atlas::ReductionLimit& allowed) {
+        return mapInOrder<atlas::ReducedChart>(static_cast<int>(found->charts.size()), context, "repack " + context.action.asset,
+                                               [&](int index) -> Result<atlas::ReducedChart> {
+                                                   return atlas::reduceChart(found->charts[static_cast<std::size_t>(index)], view, allowed,
+                                                                             state.interrupted);
+                                               });
+    };
+    auto reduced = reduceAll(limit);
     if (!reduced) return tl::make_unexpected(reduced.error());
     if (!request.part)
         if (auto fits = checkCoverage(*meshes, *found, *reduced, *map, request.map); !fits) return tl::make_unexpected(fits.error());
@@ -315,11 +339,21 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     for (const atlas::ReducedChart& chart : *reduced) isRead.push_back(chart.isRead.view());
     const auto packing = atlas::packCharts(isRead, state.interrupted);
     if (!packing) return tl::make_unexpected(interrupted(context).value());
+    glm::ivec2 size = packing->size;
+    std::vector<glm::ivec2> places = packing->places;
+    if (!request.part && blocksOf(size) >= blocksOf(sizeBefore)) {
+        size = sizeBefore;
+        places = firstTexelsOf(*found);
+        atlas::ReductionLimit whole = limit;
+        whole.maxVisible = 0;
+        reduced = reduceAll(whole);
+        if (!reduced) return tl::make_unexpected(reduced.error());
+    }
 
     Repacked result{.map = outputs->front(),
                     .meshes = {outputs->begin() + 1, outputs->end()},
                     .sizeBefore = sizeBefore,
-                    .size = packing->size,
+                    .size = size,
                     .charts = reduced->size(),
                     .repairs = map->repairs,
                     .negativeAfterGamut = map->negativeAfterGamut};
@@ -328,8 +362,8 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     double squaredError = 0, squaredLight = 0;
     for (std::size_t i = 0; i < reduced->size(); ++i) {
         const atlas::ReducedChart& chart = (*reduced)[i];
-        placed.push_back({found->charts[i], chart, packing->places[i]});
-        result.places.push_back({chart.step, packing->places[i]});
+        placed.push_back({found->charts[i], chart, places[i]});
+        result.places.push_back({chart.step, places[i]});
         visible.add(chart.visible);
         squaredError += chart.squaredError;
         squaredLight += chart.squaredLight;
@@ -344,9 +378,9 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     result.uvBefore = freeUvOf(meshes->scenes.front());
     const auto temporary = TemporaryFolder::create(request.folder);
     if (!temporary) return tl::make_unexpected(temporary.error());
-    if (auto done = writeMap(*temporary / outputs->front().filename(), placed, packing->size, state); !done)
+    if (auto done = writeMap(*temporary / outputs->front().filename(), placed, size, state); !done)
         return tl::make_unexpected(done.error());
-    std::vector<std::vector<glm::vec2>> uvs = newUvs(*meshes, *found, placed, glm::dvec2(sizeBefore), glm::dvec2(packing->size));
+    std::vector<std::vector<glm::vec2>> uvs = newUvs(*meshes, *found, placed, glm::dvec2(sizeBefore), glm::dvec2(size));
     std::size_t first = 0;
     for (std::size_t i = 0; i < meshes->scenes.size(); ++i) {
         const GltfScene& scene = meshes->scenes[i];

@@ -51,7 +51,8 @@ struct Repacked {
     Json toJson() const;
 };
 
-/// Reads the bake, and writes the repacked one and its meshes. Nothing is written if it fails. Holds the bake in memory.
+/// Reads the bake, and writes the repacked one and its meshes. Charts of a whole mesh stay where they are, with all of their texels, if the
+/// map would take no fewer blocks otherwise. Nothing is written if it fails. Holds the bake in memory.
 /// Fails with ErrorCode::Verification for tiles that the mesh does not have; and with ErrorCode::WrongShape, naming mesh and triangle, for
 /// meshes without light-map UVs, UVs outside [0, 1], and meshes that do not belong to the bake: they read charts without a covered
 /// texel, or leave more than kMostUnread of the covered texels unread.

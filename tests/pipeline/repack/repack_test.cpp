@@ -146,6 +146,34 @@ TEST(Repack, FewerTexelsStayWithinTheLimit) {
     EXPECT_GT(visible.back(), 0);
 }
 
+TEST(Repack, ChartsStayWhereTheyAreIfTheMapGetsNoSmaller) {
+    const formats::TemporaryFolder folder;
+    RepackRequest request = requestFor(folder / "0", 0);
+    auto made = repack(request, RunState{});
+    ASSERT_TRUE(made) << made.error().line();
+    // What was packed before is packed again, until no texel is gained.
+    for (int round = 1; made->size != made->sizeBefore; ++round) {
+        ASSERT_LT(round, 5);
+        request.map = made->map;
+        request.meshes = made->meshes;
+        request.folder = folder / std::to_string(round);
+        const glm::ivec2 size = made->size;
+        made = repack(request, RunState{});
+        ASSERT_TRUE(made) << made.error().line();
+        ASSERT_LE(made->size.x * made->size.y, size.x * size.y);
+    }
+    const Bake before = read(request.map, request.meshes.front()), after = read(made->map, made->meshes.front());
+    EXPECT_EQ(made->reducedCharts, 0u);
+    for (std::size_t i = 0; i < before.texels.sh.texels().size(); ++i)
+        if (before.texels.covered.texels()[i] != 0) {
+            ASSERT_EQ(after.texels.sh.texels()[i], before.texels.sh.texels()[i]) << i;
+        }
+    const formats::MeshAttribute &old = *before.scene.triangleMeshes().front()->find("TEXCOORD_1"),
+                                 &now = *after.scene.triangleMeshes().front()->find("TEXCOORD_1");
+    for (std::size_t vertex = 0; vertex < before.scene.triangleMeshes().front()->vertexCount(); ++vertex)
+        for (int axis = 0; axis < 2; ++axis) ASSERT_NEAR(now.at(vertex)[axis], old.at(vertex)[axis], 1e-6) << vertex;
+}
+
 TEST(Repack, TheResultIsTheSameAtAnyNumberOfThreadsAndCooks) {
     const formats::TemporaryFolder folder;
     for (const int threads : {1, 2}) {
