@@ -34,6 +34,10 @@ struct LutAxis {
     double of(double t) const;               ///< axis value of t
     double inverse(double value) const;      ///< t of an axis value, in [0, 1]
     std::array<double, 3> radicand() const;  ///< coefficients of 1, t, t^2 under the root
+    /// Returns the larger distance of the coordinates of the first and the last texel from their centres [texels].
+    double coordinateError() const;
+    /// Returns an upper bound of coordinateError() for an ideal scale and offset that are rounded to floats.
+    double coordinateRounding() const;
 };
 
 /// The tables as their manifest describes them, decoded.
@@ -65,12 +69,16 @@ SpecularKernelEntries entriesOf(const lighting::AreaSpecularKernel& kernel);
 /// Returns the entries that a shader computes from one filtered fetch.
 SpecularKernelEntries fetchLut(const CookedLut& tables, double NoV, double m);
 
-/// The largest error of an entry at a node, in steps of its channel's 16 bits.
+/// The largest error of an entry that a shader decodes from a texel, in steps of its channel's 16 bits. What rounding to single precision
+/// explains does not count: it is many steps of a channel whose range is small beside its values, such as C 0 of a smooth surface, which
+/// is nearly the same for all views.
 struct LutStepError {
     double steps = 0;
     std::size_t entry = 0;  ///< of SpecularKernelEntries
     double NoV = 0, m = 0;
 };
+/// Compares every texel itself, not a fetch at its coordinate: LutAxis::coordinateError() is about those.
+/// samples  as lutSamples() returns them
 LutStepError lutStepError(const CookedLut& tables, const std::vector<LutSample>& samples, const std::vector<LutResult>& results);
 
 /// Returns the lighting that tables are shaded with: weights of the twelve entries, for each F0 and each light of the upper hemisphere.

@@ -18,6 +18,8 @@ namespace {
 constexpr int kLightCount = 12;
 /// Gauss points of each piece: more than in the fit.
 constexpr int kReferencePoints = 24;
+/// Largest relative error of a value that is rounded to single precision.
+constexpr double kHalfUlp = 0x1p-24;
 /// Coefficients of a kernel, in the order of its entries.
 constexpr std::array<std::size_t, 6> kCoefficients = {0, 2, 3, 6, 7, 8};
 
@@ -36,6 +38,12 @@ shaders::LcSpecularKernel kernelOf(const SpecularKernelEntries& entries) {
         return glm::vec4(glm::dvec4(entries[first], entries[first + 1], entries[first + 2], entries[first + 3]));
     };
     return {four(0), four(4), four(8)};
+}
+
+SpecularKernelEntries decode(const CookedLut& tables, const std::array<glm::vec4, 3>& texels) {
+    const shaders::LcSpecularConstants constants{{tables.scale[0], tables.scale[1], tables.scale[2]},
+                                                 {tables.bias[0], tables.bias[1], tables.bias[2]}};
+    return entriesOfShader(shaders::lcSpecularKernel({texels[0], texels[1], texels[2]}, constants));
 }
 
 /// Returns a light of mean radiance 1. Light 0 is constant; each other one is half constant, half directional.
@@ -159,6 +167,18 @@ double LutAxis::inverse(double value) const {
     return std::clamp(t, 0.0, 1.0);
 }
 
+double LutAxis::coordinateError() const {
+    const auto errorAt = [&](int texel) {
+        return std::abs((at(texel) * static_cast<double>(scale) + static_cast<double>(offset)) * count - texel - 0.5);
+    };
+    return std::max(errorAt(0), errorAt(count - 1));
+}
+
+double LutAxis::coordinateRounding() const {
+    const double largest = std::max(std::abs(minimum), std::abs(maximum));
+    return count * kHalfUlp * (largest * std::abs(static_cast<double>(scale)) + std::abs(static_cast<double>(offset)));
+}
+
 SpecularKernelEntries entriesOf(const lighting::AreaSpecularKernel& k) {
     return {k.c[0], k.c[2], k.c[3], k.c[6], k.d[0], k.d[2], k.d[3], k.d[6], k.c[7], k.c[8], k.d[7], k.d[8]};
 }
@@ -171,9 +191,7 @@ SpecularKernelEntries fetchLut(const CookedLut& tables, double NoV, double m) {
     };
     const glm::dvec2 uv(coordinate(tables.view, NoV), coordinate(tables.roughness, m));
     const auto texel = [&](std::size_t texture) { return sampleBilinear(tables.textures[texture].view(), uv); };
-    const shaders::LcSpecularConstants constants{{tables.scale[0], tables.scale[1], tables.scale[2]},
-                                                 {tables.bias[0], tables.bias[1], tables.bias[2]}};
-    return entriesOfShader(shaders::lcSpecularKernel({texel(0), texel(1), texel(2)}, constants));
+    return decode(tables, {texel(0), texel(1), texel(2)});
 }
 
 std::vector<LutSample> lutSamples(const CookedLut& tables, int randomCount, std::uint64_t seed) {
@@ -204,13 +222,22 @@ LutResult compareLut(const CookedLut& tables, const LutSample& sample) {
 LutStepError lutStepError(const CookedLut& tables, const std::vector<LutSample>& samples, const std::vector<LutResult>& results) {
     assert(samples.size() == results.size());
     LutStepError worst;
+    int node = 0;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         if (!samples[i].isNode) continue;
-        for (std::size_t k = 0; k < results[i].reference.size(); ++k) {
-            const double step = std::abs(static_cast<double>(tables.scale[k / 4][static_cast<int>(k % 4)])) / 65535;
+        const int x = node % tables.view.count, y = node / tables.view.count;
+        ++node;
+        const SpecularKernelEntries decoded =
+            decode(tables, {tables.textures[0].at(x, y), tables.textures[1].at(x, y), tables.textures[2].at(x, y)});
+        for (std::size_t k = 0; k < decoded.size(); ++k) {
+            const auto scale = static_cast<double>(tables.scale[k / 4][static_cast<int>(k % 4)]);
+            const auto bias = static_cast<double>(tables.bias[k / 4][static_cast<int>(k % 4)]);
+            const double step = std::max(std::abs(scale) / 65535, 1e-9);
+            // The value is rounded to single precision once before it is quantized, and once by the shader.
+            const double rounding = 2 * kHalfUlp * std::max(std::abs(bias), std::abs(bias + scale));
             // NaN counts as the largest error.
-            const double error = std::abs(results[i].cooked[k] - results[i].reference[k]);
-            const double steps = std::isnan(error) ? 65535.0 : error / std::max(step, 1e-9);
+            const double error = std::abs(decoded[k] - results[i].reference[k]);
+            const double steps = std::isnan(error) ? 65535.0 : std::max(0.0, error - rounding) / step;
             if (steps > worst.steps) worst = {steps, k, samples[i].NoV, samples[i].m};
         }
     }

@@ -388,11 +388,7 @@ private:
 
 /// Returns true if the axis maps the value of each texel to its centre. Otherwise the table has kinks inside the cells.
 bool meetsItsTexels(const LutAxis& axis) {
-    for (const int texel : {0, axis.count - 1}) {
-        const double coordinate = axis.at(texel) * static_cast<double>(axis.scale) + static_cast<double>(axis.offset);
-        if (!(std::abs(coordinate * axis.count - texel - 0.5) < 1e-4)) return false;
-    }
-    return true;
+    return axis.coordinateError() < 1e-4;
 }
 
 }  // namespace

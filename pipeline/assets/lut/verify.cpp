@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -29,9 +30,11 @@ using formats::Result;
 /// F0 of the surfaces that the tables shade: both ends of the range, a dielectric and a metal.
 const std::vector<double> kTableF0 = {0.0, 0.04, 0.6, 1.0};
 constexpr int kRandomTableSamples = 800;
-/// Largest error of a texel, in steps of 16 bits: half a step of rounding, and the fetch in single precision. Halves in [1/2, 1] are 2^-11
+/// Largest error of a texel, in steps of 16 bits: half a step of rounding, and some of the integration. Halves in [1/2, 1] are 2^-11
 /// apart, 32 steps.
 constexpr double kTableSteps = 0.75, kHalfTableSteps = 16.25;
+/// Largest error of a coordinate, beside that of constants in single precision [texels].
+constexpr double kCoordinateError = 1e-4;
 
 verify::LutAxis axisOf(const LutConstants::Axis& axis) {
     return {axis.count, axis.minimum, axis.maximum, static_cast<float>(axis.scale), static_cast<float>(axis.offset), axis.factors};
@@ -94,6 +97,18 @@ std::vector<verify::Violation> checkSteps(const CookedAsset& asset, const verify
                          worst.m),
              fmt::format("an error of {:.4g} steps of 16 bits", worst.steps), fmt::format("at most {}", allowed),
              verify::lutPlace(tables, worst.NoV, worst.m)}};
+}
+
+/// Checks that the coordinates of both axes meet the centres of their texels. Any coordinate fetches the single value of an axis.
+std::vector<verify::Violation> checkCoordinates(const verify::CookedLut& tables) {
+    std::vector<verify::Violation> violations;
+    for (const auto& [name, axis] : {std::pair("NoV", &tables.view), std::pair("m", &tables.roughness)}) {
+        const double error = axis->coordinateError(), allowed = kCoordinateError + axis->coordinateRounding();
+        if (axis->minimum < axis->maximum && !(error <= allowed))
+            violations.push_back({fmt::format("axis of {}, coordinate of an outer texel", name),
+                                  fmt::format("{:.4g} texels from its centre", error), fmt::format("at most {:.4g}", allowed)});
+    }
+    return violations;
 }
 
 /// Bounds the error of every cell between texels. Returns nothing after an interrupt.
@@ -194,8 +209,10 @@ Result<ActionOutcome> verifyLut(const ActionContext& context) {
     const auto preview = drawTables(*tables, keys.shaded, context);
     if (!preview) return interrupted(context);
     const verify::Viewing viewing = viewingAtKey(parameters->visible);
+    std::vector<verify::Violation> violations = checkSteps(*asset, *tables, samples, results);
+    std::ranges::move(checkCoordinates(*tables), std::back_inserter(violations));
     VerifyResult result = judged(verify::lutStages(*tables, samples, results, kTableF0, *bound, viewing), *maxError, watch,
-                                 checkSteps(*asset, *tables, samples, results), parameters->visible.maxVisible);
+                                 std::move(violations), parameters->visible.maxVisible);
     if (parameters->shading) result.light = momentsOf(*tables, *parameters->shading);
     return outcomeWithPreview(std::move(result), *preview, context);
 }

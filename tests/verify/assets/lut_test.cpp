@@ -25,7 +25,7 @@ LutAxis axisOf(int count, double low, double high, const Factors& factors) {
     LutAxis axis{count, 0, 0, 0, 0.5f, factors};
     axis.minimum = std::min(axis.of(low), axis.of(high));
     axis.maximum = std::max(axis.of(low), axis.of(high));
-    if (count == 1) return axis;
+    if (axis.minimum == axis.maximum) return axis;
     const double scale = (count - 1) / (count * (axis.maximum - axis.minimum));
     axis.scale = static_cast<float>(scale);
     axis.offset = static_cast<float>(0.5 / count - axis.minimum * scale);
@@ -147,6 +147,56 @@ TEST(VerifyLut, FindsWrongContentAndWrongCoordinates) {
     EXPECT_GT(verifyAll(shifted)[0].specular.relRms, 0.005);
     EXPECT_GT(verifyAll(shifted)[1].specular.relRms, filter);
     EXPECT_GT(verifyAll(shifted)[1].specular.maxBound, 1e30) << "no bound is known where the filter does not meet the texels";
+}
+
+LutStepError stepErrorOf(const CookedLut& tables) {
+    const Verified all = compareAll(tables, 0);
+    return lutStepError(tables, all.samples, all.results);
+}
+
+TEST(LutStepError, IsHalfAStepAtAnySizeAndAxis) {
+    const auto expectHalfAStep = [](const CookedLut& tables) {
+        const LutStepError worst = stepErrorOf(tables);
+        EXPECT_LT(worst.steps, 0.52) << tables.view.count << " x " << tables.roughness.count << ", entry " << worst.entry << " NoV "
+                                     << worst.NoV << " m " << worst.m;
+    };
+    // C 0 of these is nearly the same for all views: a step is less than the distance of floats.
+    for (const Factors& view : {kPlain, kSine, kWarped, kRoot})
+        for (const double m : {1e-4, 0.05, 0.1})
+            for (const int views : {2, 3, 8}) expectHalfAStep(cook(views, 1, m, m, {.view = view}));
+    expectHalfAStep(cook(2, 1, 0.05, 0.05, {.view = kSine, .lobe = SpecularLobe::Ggx}));
+    expectHalfAStep(cook(2, 1, 0.05, 0.05, {.view = kWarped, .lobe = SpecularLobe::Phong}));
+    expectHalfAStep(cook(3, 4, 0.1, 0.1));
+    expectHalfAStep(cook(8, 16, 0.001, 0.002));
+    // Beside NoV 1 a float is a part of a texel away from the view of these columns.
+    expectHalfAStep(cook(512, 1, 0.1, 0.1, {.view = kWarped}));
+    expectHalfAStep(cook(1024, 1, 0.05, 0.05, {.view = kSine, .lobe = SpecularLobe::Ggx}));
+    expectHalfAStep(cook(2, 1024, 1e-4, 1e-3, {.view = kPlain, .roughness = {0.05, 1, 1, 0}}));
+}
+
+TEST(LutStepError, FindsAWrongTexel) {
+    CookedLut tables = cook(6, 3, 0.2, 0.6);
+    tables.textures[2].at(4, 1).y += 2.0f / 65535;
+    const LutStepError worst = stepErrorOf(tables);
+    EXPECT_NEAR(worst.steps, 2, 0.52);
+    EXPECT_EQ(worst.entry, 9u);
+    EXPECT_NEAR(worst.NoV, tables.view.inverse(tables.view.at(4)), 1e-12);
+    EXPECT_NEAR(worst.m, 0.4, 1e-12);
+    tables.textures[0].at(0, 2).x = NAN;
+    EXPECT_EQ(stepErrorOf(tables).entry, 0u) << "no number is the largest error";
+}
+
+TEST(LutAxis, HasAnErrorIfItsCoordinatesMissTheTexels) {
+    for (const int count : {2, 8, 24, 1024})
+        for (const Factors& factors : {kPlain, kSine, kWarped, kRoot}) {
+            LutAxis axis = axisOf(count, 0, 1, factors);
+            EXPECT_LE(axis.coordinateError(), axis.coordinateRounding() + 1e-9);
+            EXPECT_LT(axis.coordinateRounding(), 2e-4);
+            axis.offset += 0.5f / static_cast<float>(count);
+            EXPECT_NEAR(axis.coordinateError(), 0.5, 1e-3);
+        }
+    const LutAxis narrow = axisOf(16, 0.5, 0.5001, kPlain);
+    EXPECT_LE(narrow.coordinateError(), narrow.coordinateRounding() + 1e-9);
 }
 
 TEST(VerifyLut, TotalIsTheAreaSpecularOfConstantLight) {
