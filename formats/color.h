@@ -39,6 +39,10 @@ struct LinearConversion {
 /// Linearity is tested with scaled and added colours; the name of a space does not matter.
 Result<LinearConversion> linearConversion(const ColorSpaces& spaces);
 
+/// Fails for a space that linearConversion() refuses whatever the other one is: unknown, of data, or not linear. Succeeds where the config
+/// file cannot be read; linearConversion() says why.
+Result<void> checkColorSpace(const std::string& name, const std::filesystem::path& config);
+
 /// Returns linear BT.2020 from the linear space whose primaries and white have these chromaticities: CIE x, y of red, green, blue and
 /// white. Its white is adapted to D65, except that of CIE XYZ, as in lin_ciexyzd65. Empty if no space has them.
 std::optional<glm::dmat3> bt2020FromChromaticities(const std::array<float, 8>& chromaticities);

@@ -42,6 +42,7 @@ struct MeshSize {
     std::size_t fileBytesIn = 0;  ///< the file and the buffers beside it
     std::size_t fileBytesOut = 0;
     std::int64_t vertexCount = 0, triangleCount = 0;  ///< as written: vertices split per primitive, degenerate triangles gone
+    std::int64_t triangleVertexCount = 0;             ///< vertices without those of lines and points
 };
 /// The largest quantization error of any vertex of a written mesh, measured by reading it back.
 struct MeshError {
@@ -73,7 +74,8 @@ public:
 
     /// Returns every material in the order of the file, then glTF's default one, named "default", if a primitive has none.
     const std::vector<MaterialNeeds>& materials() const;
-    bool hasLightMapUvs() const;  ///< every primitive has TEXCOORD_1
+    /// Returns true if every triangle primitive has TEXCOORD_1, and any primitive at all. Lines and points have no surface and need none.
+    bool hasLightMapUvs() const;
     std::int64_t vertexCount() const;
     std::int64_t triangleCount() const;
 
@@ -121,5 +123,8 @@ enum class GltfFiles { All, Geometry };  ///< buffers and images, or buffers alo
 /// Returns the existing files beside a glTF that hold its buffers and images, each once, in the order of the file. They are inputs of a
 /// cook like the scene itself. Empty for a scene that cannot be read; load() says why.
 std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file, GltfFiles which = GltfFiles::All);
+/// Fails for a glTF whose triangles have morph targets, as GltfScene::part() does. Reads no buffers. Succeeds for a scene that cannot be
+/// read; load() says why.
+Result<void> checkNoMorphTargets(const std::filesystem::path& file);
 
 }  // namespace lightcook::formats

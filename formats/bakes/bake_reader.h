@@ -32,6 +32,7 @@ struct RawStrip {
 struct StoredNumber {
     std::string file, channel;
     int x = 0, y = 0;
+    std::optional<float> value = {};  ///< empty: it is the coefficient
 };
 
 /// Reads the texels of one bake. One class a bake format.
@@ -46,7 +47,8 @@ public:
     virtual bool hasCoverage() const = 0;
     /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads.
     virtual Result<RawStrip> read(int firstRow, int rowCount) const = 0;
-    /// Returns where a colour of a coefficient of texel (x, y) is stored. Empty: it is computed from several numbers.
+    /// Returns where a colour of a coefficient of texel (x, y), which is no light, is stored. Of one that is computed from several numbers:
+    /// the number at fault. Empty: the file has no such place.
     virtual std::optional<StoredNumber> placeOf([[maybe_unused]] std::size_t coefficient, [[maybe_unused]] int colour,
                                                 [[maybe_unused]] int x, [[maybe_unused]] int y) const {
         return std::nullopt;

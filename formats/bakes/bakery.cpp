@@ -41,6 +41,12 @@ public:
         }
         return raw;
     }
+
+private:
+    ChannelOfImage sourceOf(std::size_t coefficient, int colour) const override {
+        const auto found = std::ranges::find(kCoefficients, coefficient);
+        return {found == kCoefficients.end() ? 0 : static_cast<std::size_t>(found - kCoefficients.begin()), colourName(colour)};
+    }
 };
 
 /// L1 = 4 L0 (t - 0.5).

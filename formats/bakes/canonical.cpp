@@ -17,7 +17,7 @@ namespace {
 
 using lighting::ShRgb;
 
-/// Name of a coefficient in errors, whatever the file calls it: "sh03.G".
+/// Name of a coefficient in errors of files that do not store it: "sh03.G".
 std::string coefficientName(std::size_t index, int channel) {
     return fmt::format("sh{:02}.{}", index, "RGB"[channel]);
 }
@@ -66,11 +66,26 @@ tl::unexpected<Error> Canonicalizer::refuse(ErrorCode code, const std::string& c
     return failure(code, fmt::format("{}, channel {}, texel ({}, {})", file_, channel, x, y), std::move(detail));
 }
 
-tl::unexpected<Error> Canonicalizer::refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, std::string detail,
-                                                  const BakeReader& reader) const {
-    const StoredNumber place =
-        reader.placeOf(coefficient, colour, x, y).value_or(StoredNumber{file_, coefficientName(coefficient, colour), x, y});
-    return failure(code, fmt::format("{}, channel {}, texel ({}, {})", place.file, place.channel, place.x, place.y), std::move(detail));
+StoredNumber Canonicalizer::placeOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const {
+    return reader.placeOf(coefficient, colour, x, y).value_or(StoredNumber{file_, coefficientName(coefficient, colour), x, y});
+}
+
+tl::unexpected<Error> Canonicalizer::refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, float value,
+                                                  const std::string& expected, const BakeReader& reader) const {
+    const StoredNumber place = placeOf(coefficient, colour, x, y, reader);
+    return failure(code, fmt::format("{}, channel {}, texel ({}, {})", place.file, place.channel, place.x, place.y),
+                   fmt::format("found {}, expected {}", place.value.value_or(value), expected));
+}
+
+/// Returns the place of a run of numbers, by its first and its last.
+std::string placeOfRun(const StoredNumber& first, const StoredNumber& last) {
+    const auto texel = [](const StoredNumber& number) { return fmt::format("texel ({}, {})", number.x, number.y); };
+    const bool isOneTexel = first.file == last.file && texel(first) == texel(last);
+    if (!isOneTexel)
+        return fmt::format("{}, channel {}, {} .. {}, channel {}, {}", first.file, first.channel, texel(first), last.file, last.channel,
+                           texel(last));
+    const std::string channels = first.channel == last.channel ? first.channel : first.channel + " .. " + last.channel;
+    return fmt::format("{}, channel {}, {}", first.file, channels, texel(first));
 }
 
 /// Lengths of normals that a baker's filter may leave, and more than rounding does.
@@ -140,23 +155,24 @@ Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& s
         for (std::size_t i = 0; i < sh.size(); ++i)
             for (int channel = 0; channel < 3; ++channel)
                 if (!std::isfinite(sh[i][channel]))
-                    return refuseNumber(ErrorCode::ValueNotFinite, i, channel, x, strip.firstRow + y, notFinite(sh[i][channel]), reader);
+                    return refuseNumber(ErrorCode::ValueNotFinite, i, channel, x, strip.firstRow + y, sh[i][channel], "a finite value",
+                                        reader);
     }
     if (isCompressed_) return {};
     for (int channel = 0; channel < 3; ++channel) {
         if (!(sh[0][channel] < 0)) continue;
         if (!repairs_)
-            return refuseNumber(ErrorCode::ValueOutOfRange, 0, channel, x, strip.firstRow + y,
-                                fmt::format("found {}, expected no negative energy in sh00", sh[0][channel]), reader);
+            return refuseNumber(ErrorCode::ValueOutOfRange, 0, channel, x, strip.firstRow + y, sh[0][channel], "no negative energy",
+                                reader);
         ++strip.repairs.negativeDc;
         for (glm::vec3& coefficient : sh) coefficient[channel] = 0;
     }
-    return checkBandLengths(sh, x, y, strip);
+    return checkBandLengths(sh, x, y, strip, reader);
 }
 
 /// Compares the length of bands 1 and 2 with the most that light of this sh00 can have. Windowing, rotation and rounding to halves (whose
 /// smallest step is 6e-8) go a little beyond it; four times as much means another bake format, sign convention or unit.
-Result<void> Canonicalizer::checkBandLengths(ShRgb& sh, int x, int y, LightMapStrip& strip) const {
+Result<void> Canonicalizer::checkBandLengths(ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const {
     constexpr float kAllowance = 4, kRounding = 1e-6f;
     for (int channel = 0; channel < 3; ++channel)
         for (const std::size_t degree : {1u, 2u}) {
@@ -166,11 +182,11 @@ Result<void> Canonicalizer::checkBandLengths(ShRgb& sh, int x, int y, LightMapSt
             const double length = std::sqrt(squares), longest = static_cast<double>(conversion_.longestBand(degree)) * sh[0][channel];
             if (length <= kAllowance * longest + kRounding) continue;
             if (!repairs_)
-                return refuse(ErrorCode::ValueOutOfRange,
-                              fmt::format("{} .. {}", coefficientName(first, channel), coefficientName(end - 1, channel)), x,
-                              strip.firstRow + y,
-                              fmt::format("found a length of {}, expected at most {}: {} times what light with sh00 of {} has", length,
-                                          kAllowance * longest, kAllowance, sh[0][channel]));
+                return failure(ErrorCode::ValueOutOfRange,
+                               placeOfRun(placeOf(first, channel, x, strip.firstRow + y, reader),
+                                          placeOf(end - 1, channel, x, strip.firstRow + y, reader)),
+                               fmt::format("found a length of {}, expected at most {}: {} times what light with sh00 of {} has", length,
+                                           kAllowance * longest, kAllowance, sh[0][channel]));
             ++strip.repairs.bandsBeyond;
             for (std::size_t i = first; i < end; ++i) sh[i][channel] = static_cast<float>(sh[i][channel] * (longest / length));
         }

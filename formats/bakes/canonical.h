@@ -48,12 +48,14 @@ private:
     Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const;
     Result<std::uint32_t> chartAt(const RawStrip& raw, int x, int y, const LightMapStrip& strip) const;
     Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
-    Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
+    Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<void> convert(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
     tl::unexpected<Error> refuse(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const;
     /// Refuses a colour of a coefficient of texel (x, y) of the map, by the place where the file stores it.
-    tl::unexpected<Error> refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, std::string detail,
-                                       const BakeReader& reader) const;
+    /// expected  what is expected in place of `value`
+    tl::unexpected<Error> refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, float value,
+                                       const std::string& expected, const BakeReader& reader) const;
+    StoredNumber placeOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const;
 
     std::string file_;
     bool repairs_ = false, isCompressed_ = false;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
@@ -42,15 +43,21 @@ public:
                         ErrorCode::ValueOutOfRange, fmt::format("{}, texel ({}, {})", images()[1].subject(), x, firstRow + y),
                         fmt::format("found ({}), expected {} where {} has light. A texel outside the charts? Set the alpha of {} "
                                     "to 0 there",
-                                    asText(storedAt(raw, x, y)), decode_.expected, colourName(), colourName()));
+                                    asText(storedAt(raw, x, y)), decode_.expected, colourFile(), colourFile()));
         return raw;
     }
 
 private:
+    ChannelOfImage sourceOf(std::size_t coefficient, int colour) const override {
+        const auto axis = std::ranges::find(kAxes, coefficient);
+        if (axis == kAxes.end()) return {0, colourName(colour)};
+        return {1, colourName(static_cast<int>(axis - kAxes.begin()))};
+    }
+
     static std::string asText(const glm::vec4& stored) {
         return fmt::format("{:.3g}, {:.3g}, {:.3g}, {:.3g}", stored.r, stored.g, stored.b, stored.a);
     }
-    std::string colourName() const { return images()[0].file().filename().string(); }
+    std::string colourFile() const { return images()[0].file().filename().string(); }
 
     glm::vec4 storedAt(const RawStrip& raw, int x, int y) const {
         const ShRgb& sh = raw.sh.at(x, y);

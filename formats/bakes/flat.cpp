@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <optional>
 #include <utility>
 
 #include "formats/bakes/exit_radiance.h"
@@ -26,10 +25,6 @@ public:
         if (const auto read = images().front().readRows(firstRow, rowCount, planes); !read) return tl::make_unexpected(read.error());
         for (ShRgb& sh : raw.sh.texels()) sh[0] *= kFirstOfExit;
         return raw;
-    }
-
-    std::optional<StoredNumber> placeOf(std::size_t, int colour, int x, int y) const override {
-        return StoredNumber{images().front().subject(), std::string(1, "RGB"[colour]), x, y};
     }
 };
 

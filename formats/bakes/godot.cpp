@@ -131,7 +131,7 @@ public:
     }
 
     std::optional<StoredNumber> placeOf(std::size_t coefficient, int colour, int x, int y) const override {
-        return StoredNumber{images().front().subject(), std::string(1, "RGB"[colour]), x, sourceRowOf(static_cast<int>(coefficient), y)};
+        return numberAt({0, colourName(colour)}, x, sourceRowOf(static_cast<int>(coefficient), y));
     }
 
     /// Refuses a stack of flat pages: their values are no packed ones. Looks at rows of the first page.

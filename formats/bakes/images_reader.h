@@ -2,6 +2,8 @@
 // normals.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,8 +20,22 @@ public:
     int tileHeight() const override { return images_.front().tileHeight(); }
     bool hasNormals() const override { return surface_.hasNormals(); }
     bool hasCoverage() const override { return surface_.hasCoverage(); }
+    /// Looks in every image for a number that is not finite; then, for coefficient 0, for a negative colour. Without any, returns the
+    /// number that the coefficient is in proportion to.
+    std::optional<StoredNumber> placeOf(std::size_t coefficient, int colour, int x, int y) const override;
 
 protected:
+    struct ChannelOfImage {
+        std::size_t image = 0;
+        std::string channel;
+    };
+    static std::string colourName(int colour) { return std::string(1, "RGB"[colour]); }
+    /// Returns the channel of which a colour of a coefficient is made, beside coefficient 0. By default that of the colour in the first
+    /// image.
+    virtual ChannelOfImage sourceOf([[maybe_unused]] std::size_t coefficient, int colour) const { return {0, colourName(colour)}; }
+    /// Returns a place in an image with its value.
+    std::optional<StoredNumber> numberAt(const ChannelOfImage& place, int x, int y) const;
+
     /// A texel is 27 floats in a row.
     static constexpr int kFloatsPerTexel = 3 * lighting::kShCount;
     static_assert(sizeof(lighting::ShRgb) == kFloatsPerTexel * sizeof(float), "OpenEXR reads a texel as 27 floats in a row");
@@ -46,6 +62,9 @@ protected:
     }
 
 private:
+    /// Returns a number of an image. Empty: it has no such channel.
+    std::optional<float> valueAt(const ChannelOfImage& place, int x, int y) const;
+
     std::vector<BakeImage> images_;
     SurfaceChannels surface_;
 };

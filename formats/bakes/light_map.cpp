@@ -5,10 +5,15 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <glm/vec2.hpp>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
+#include <system_error>
 #include <utility>
 
 #include "formats/bakes/bake_reader.h"
@@ -131,14 +136,36 @@ private:
     bool takesCoverage_;
 };
 
+/// Returns true if an EXR file has normals. Remembers the answer while the file stays as it is: every action of a light map asks.
+bool hasNormalChannels(const std::filesystem::path& file) {
+    struct Answer {
+        std::filesystem::file_time_type written;
+        std::uintmax_t bytes = 0;
+        bool hasNormals = false;
+    };
+    static std::mutex mutex;
+    static std::map<std::filesystem::path, Answer> answers;
+    std::error_code code;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, code);
+    if (code) return false;
+    const auto written = std::filesystem::last_write_time(file, code);
+    if (code) return false;
+    const std::lock_guard lock(mutex);
+    const auto known = answers.find(file);
+    if (known != answers.end() && known->second.written == written && known->second.bytes == bytes) return known->second.hasNormals;
+    const Result<ExrReader> exr = ExrReader::open(file);
+    const bool hasNormals = exr && exr->info().has(kNormalChannels.front());
+    answers[file] = {written, bytes, hasNormals};
+    return hasNormals;
+}
+
 }  // namespace
 
 bool readsMesh(const std::filesystem::path& file, const LightMapDescription& description) {
     if (description.mesh.empty()) return false;
     if (description.coverage == CoverageSource::Mesh || mayNeedMesh(file, description.bake)) return true;
     std::error_code code;
-    const Result<ExrReader> exr = ExrReader::open(leadingFile(file, description.bake));
-    return !(exr && exr->info().has(kNormalChannels.front())) && std::filesystem::exists(description.mesh, code);
+    return std::filesystem::exists(description.mesh, code) && !hasNormalChannels(leadingFile(file, description.bake));
 }
 
 struct LightMapReader::State {

@@ -56,6 +56,12 @@ public:
         }
         return raw;
     }
+
+private:
+    ChannelOfImage sourceOf(std::size_t coefficient, int colour) const override {
+        if (coefficient == 0) return {0, colourName(colour)};
+        return {1 + (coefficient - 1) / 4, std::string(1, "RGBA"[(coefficient - 1) % 4])};
+    }
 };
 
 Result<std::unique_ptr<BakeReader>> openPacked(BakeImage image) {

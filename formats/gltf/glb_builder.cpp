@@ -171,7 +171,9 @@ public:
         size.fileBytesOut = glb.bytes.size();
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             const TriangleMesh& written = coded[i] ? coded[i]->decoded : plain[i];
-            size.vertexCount += static_cast<std::int64_t>(written.vertexCount());
+            const auto vertexCount = static_cast<std::int64_t>(written.vertexCount());
+            size.vertexCount += vertexCount;
+            if (primitives_[i].isTriangles) size.triangleVertexCount += vertexCount;
             size.triangleCount += static_cast<std::int64_t>(written.triangleCount());
         }
         return glb;
@@ -404,9 +406,7 @@ private:
     }
 
     TriangleMesh cutOf(const Primitive& primitive, const CutMesh& triangles) const {
-        if (!primitive.canCompress)
-            document_.fail(ErrorCode::FormatUnsupported, primitive.place(),
-                           "found morph targets, expected none in a mesh whose charts are split: charts = \"pack\" keeps them");
+        if (!primitive.canCompress) document_.fail(ErrorCode::FormatUnsupported, primitive.place(), kFoundMorphTargets);
         // The joints of a mixed vertex are those of all its vertices, more than JOINTS_0 has place for.
         if (primitive.geometry.find("JOINTS_0") != nullptr && std::ranges::any_of(triangles.vertices, &CutVertex::isMixed))
             document_.fail(ErrorCode::FormatUnsupported, primitive.place(),

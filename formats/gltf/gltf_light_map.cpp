@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 #include "formats/gltf/gltf_document.h"
 #include "formats/pending_file.h"
@@ -75,12 +77,47 @@ private:
         const std::size_t texture =
             append(listOf("textures"), {{"sampler", sampler}, {"source", image}, {"name", lightMap_.name + "_flat"}});
         listOf("materials");  // before there are references: a new key of the document would move its lists
+        const std::set<std::size_t> unlit = separateUnlit();
         for (Json& mesh : listOf("meshes"))
             for (Json& primitive : mesh["primitives"])
-                if (!primitive.contains("material")) primitive["material"] = defaultMaterial();
-        for (Json& material : listOf("materials"))
-            material["extensions"][kFallbackExtension] = {{"index", texture}, {"texCoord", 1}, {"intensity", lightMap_.fallbackIntensity}};
+                if (isLit(primitive) && !primitive.contains("material")) primitive["material"] = defaultMaterial();
+        Json& materials = listOf("materials");
+        for (std::size_t i = 0; i < materials.size(); ++i)
+            if (!unlit.contains(i))
+                materials[i]["extensions"][kFallbackExtension] = {
+                    {"index", texture}, {"texCoord", 1}, {"intensity", lightMap_.fallbackIntensity}};
         declare(kFallbackExtension);
+    }
+
+    /// Returns false for lines and points without light-map UVs.
+    static bool isLit(const Json& primitive) { return primitive.at("attributes").contains("TEXCOORD_1"); }
+
+    /// Returns the materials that only primitives without light-map UVs have. A material of both kinds of primitives gets a copy for these.
+    std::set<std::size_t> separateUnlit() {
+        std::set<std::size_t> lit, unlit;
+        std::vector<Json*> unlitPrimitives;
+        for (Json& mesh : listOf("meshes"))
+            for (Json& primitive : mesh["primitives"]) {
+                if (!primitive.contains("material")) continue;
+                if (isLit(primitive))
+                    lit.insert(primitive["material"].get<std::size_t>());
+                else
+                    unlitPrimitives.push_back(&primitive);
+            }
+        std::map<std::size_t, std::size_t> copies;
+        for (Json* primitive : unlitPrimitives) {
+            Json& material = (*primitive)["material"];
+            const auto index = material.get<std::size_t>();
+            if (lit.contains(index)) {
+                if (!copies.contains(index)) {
+                    Json& materials = json_["materials"];
+                    copies[index] = append(materials, Json(materials.at(index)));
+                }
+                material = copies[index];
+            }
+            unlit.insert(material.get<std::size_t>());
+        }
+        return unlit;
     }
 
     void bindEnvironment(const GltfLightMap::Environment& environment) {

@@ -108,15 +108,18 @@ struct GltfScene::State {
         checkSceneRules(document);
         checkPlaces();
         readMaterials();
-        hasLightMapUvs = !primitives.empty();
         std::set<std::uint64_t> counted;
+        bool hasAny = false, hasAllTriangles = true;
         for (const Primitive& primitive : primitives) {
             const Json& json = document.json()["meshes"][primitive.mesh]["primitives"][primitive.index];
             if (counted.insert(json["attributes"]["POSITION"].get<std::uint64_t>()).second)
                 vertexCount += static_cast<std::int64_t>(primitive.vertexCount);
             triangleCount += static_cast<std::int64_t>(primitive.geometry.triangleCount());
-            hasLightMapUvs &= primitive.geometry.find("TEXCOORD_1") != nullptr;
+            const bool hasUvs = primitive.geometry.find("TEXCOORD_1") != nullptr;
+            hasAny |= hasUvs;
+            hasAllTriangles &= hasUvs || !primitive.isTriangles;
         }
+        hasLightMapUvs = hasAny && hasAllTriangles;
     }
 
     /// Refuses vertices that lie too far away in the world.
@@ -182,6 +185,12 @@ std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& 
     const auto files = resultOf(
         file, [&] { return GltfDocument::withoutBuffers(file).filesBeside(std::span(kArrays).first(which == GltfFiles::All ? 2 : 1)); });
     return files.value_or(std::vector<std::filesystem::path>());
+}
+
+Result<void> checkNoMorphTargets(const std::filesystem::path& file) {
+    const auto place = resultOf(file, [&] { return placeOfMorphTargets(GltfDocument::withoutBuffers(file)); });
+    if (!place || !*place) return {};
+    return failure(ErrorCode::FormatUnsupported, fmt::format("{}, {}", file.string(), **place), kFoundMorphTargets);
 }
 
 Result<GltfScene> GltfScene::load(const std::filesystem::path& file) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "formats/gltf/draco_mesh.h"
@@ -15,6 +16,14 @@ namespace {
 
 /// Modes of glTF's primitives.
 constexpr std::uint64_t kTriangles = 4, kTriangleStrip = 5, kTriangleFan = 6;
+
+bool areTriangles(std::uint64_t mode) {
+    return mode == kTriangles || mode == kTriangleStrip || mode == kTriangleFan;
+}
+
+bool hasMorphTargets(const Json& primitive) {
+    return !primitive.value("targets", Json::array()).empty();
+}
 
 /// Returns the triangles of a strip or a fan with the winding that glTF 2.0 (3.7.2.1) gives them, without those that name a vertex twice,
 /// which join strips.
@@ -59,8 +68,8 @@ private:
         primitive.index = index;
         const std::string place = primitive.place();
         const std::uint64_t mode = document_.number(json, "mode", kTriangles, place);
-        primitive.isTriangles = mode == kTriangles || mode == kTriangleStrip || mode == kTriangleFan;
-        primitive.canCompress = primitive.isTriangles && json.value("targets", Json::array()).empty();
+        primitive.isTriangles = areTriangles(mode);
+        primitive.canCompress = primitive.isTriangles && !hasMorphTargets(json);
         const Json attributes = json.value("attributes", Json::object());
         if (!attributes.contains("POSITION")) document_.fail(ErrorCode::WrongShape, place, "found no POSITION, expected one");
         bool isChain = mode != kTriangles && primitive.isTriangles;  // strip or fan
@@ -193,8 +202,10 @@ private:
         for (std::size_t vertex = 0; vertex < attribute.vertexCount(); ++vertex) {
             const glm::dvec3 value = attribute.at(vertex);
             if (std::isfinite(value.x) && std::isfinite(value.y) && std::isfinite(value.z)) continue;
+            const std::array components = {value.x, value.y, value.z};
+            const std::span found(components.data(), static_cast<std::size_t>(attribute.componentCount));  // 2 or 3: see check
             document_.fail(ErrorCode::ValueNotFinite, fmt::format("{}, vertex {}", place, vertex),
-                           fmt::format("found ({}, {}, {}), expected finite values", value.x, value.y, value.z));
+                           fmt::format("found ({}), expected finite values", fmt::join(found, ", ")));
         }
     }
 
@@ -204,6 +215,20 @@ private:
 };
 
 }  // namespace
+
+std::optional<std::string> placeOfMorphTargets(const GltfDocument& document) {
+    Primitive primitive;
+    const Json meshes = document.json().value("meshes", Json::array());
+    for (primitive.mesh = 0; primitive.mesh < meshes.size(); ++primitive.mesh) {
+        const Json list = meshes[primitive.mesh].value("primitives", Json::array());
+        for (primitive.index = 0; primitive.index < list.size(); ++primitive.index) {
+            const Json& json = list[primitive.index];
+            if (areTriangles(document.number(json, "mode", kTriangles, primitive.place())) && hasMorphTargets(json))
+                return primitive.place();
+        }
+    }
+    return std::nullopt;
+}
 
 bool mustBeFinite(const MeshAttribute& attribute) {
     return attribute.isFloat() &&

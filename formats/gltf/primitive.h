@@ -28,6 +28,12 @@ struct Primitive {
     std::string place() const { return fmt::format("mesh {}, primitive {}", mesh, index); }
 };
 
+/// Detail of the error of morph targets where a mesh is cut.
+inline constexpr const char* kFoundMorphTargets =
+    "found morph targets, expected none in a mesh whose charts are split: charts = \"pack\" keeps them";
+/// Returns the place of the first triangle primitive that has morph targets.
+std::optional<std::string> placeOfMorphTargets(const GltfDocument& document);
+
 /// Returns true for attributes whose values are checked, and which Draco may quantize: float positions, normals and UVs.
 bool mustBeFinite(const MeshAttribute& attribute);
 

@@ -330,6 +330,15 @@ Result<LinearConversion> linearConversion(const ColorSpaces& spaces) {
     }
 }
 
+Result<void> checkColorSpace(const std::string& name, const std::filesystem::path& config) {
+    // The names of nearly all scenes need no OpenColorIO.
+    const auto isNamed = [&name](const OurSpace& space) { return name == space.name; };
+    if (config.empty() && std::ranges::any_of(ourLinearSpaces(), isNamed)) return {};
+    const auto conversion = linearConversion({name, name, config});
+    if (conversion || conversion.error().code != ErrorCode::ColorSpace) return {};
+    return tl::make_unexpected(conversion.error());
+}
+
 std::optional<glm::dmat3> bt2020FromChromaticities(const std::array<float, 8>& chromaticities) {
     const auto xy = [&](std::size_t index) { return glm::dvec2(chromaticities.at(2 * index), chromaticities.at(2 * index + 1)); };
     const Chromaticities space{xy(0), xy(1), xy(2), xy(3)};

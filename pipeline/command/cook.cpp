@@ -4,6 +4,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
+#include <utility>
 
 #include "formats/vocabulary.h"
 #include "pipeline/command/command.h"
@@ -102,14 +103,15 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
         if (const auto* row = formats::findByName(allChartModes(), options->chartMode); row != nullptr) charts.mode = row->id;
         if (options->keepsUv) charts.mode = ChartMode::Keep;
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
-        // A scene that cannot be read is the cook's to report.
-        if (const auto scene = readScene(options->cook.scene))
+        // Read once: between two reads the file could become another scene.
+        auto scene = readScene(options->cook.scene);
+        if (scene)
             if (auto checked = session.paths.checkAgainstScene(*scene, cookedFolder(*scene, options->cook.output)); !checked)
                 return session.finish(checked);
         // A file that is no history is refused before the cook.
         if (!options->history.empty())
             if (const auto history = readHistory(options->history); !history) return session.finish(history);
-        const Outcome outcome = cookScene(options->cook, session.state);
+        const Outcome outcome = scene ? cookScene(std::move(*scene), options->cook, session.state) : outcomeOf(scene.error());
         printCook(session, outcome);
         std::vector<formats::Error> errors = options->files.write(session, "cook", outcome, options->cook.scene, {});
         if (!options->history.empty() && outcome.report.is_object()) {

@@ -8,9 +8,12 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <memory>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "formats/nearest.h"
 #include "formats/vocabulary.h"
@@ -95,14 +98,40 @@ Result<Image<float>> readSignificance(const std::filesystem::path& file, int wid
     return significance;
 }
 
-Result<compress::EncodeOptions> optionsOf(const EncodeCommand& command, const formats::PixelFormatInfo& format) {
-    compress::EncodeOptions options;
-    options.effort = command.effort;
-    options.hdrMetric = command.metric;
-    options.hdrScale = command.metricScale;
-    if (!(command.metricScale >= kLeastMetricScale && command.metricScale <= kLargestMetricScale))
+/// Returns true if the encoder of a format minimizes the error that --metric names.
+bool takesMetric(const formats::PixelFormatInfo& format) {
+    return format.format == PixelFormat::Bc6hUf16 || format.format == PixelFormat::Bc6hSf16 || format.format == PixelFormat::Rgb9e5;
+}
+
+/// Refuses an option beside a format that it would not change.
+Result<void> checkMetricTaken(const char* option, bool isGiven, const formats::PixelFormatInfo& format) {
+    if (!isGiven || takesMetric(format)) return {};
+    std::vector<formats::PixelFormatInfo> taking;
+    std::ranges::copy_if(formats::allPixelFormats(), std::back_inserter(taking), takesMetric);
+    return failure(ErrorCode::InvalidRequest, option,
+                   fmt::format("found it with --format {}, whose encoder minimizes an error of its own, expected --format {}", format.name,
+                               formats::listOfNames(std::span<const formats::PixelFormatInfo>(taking))));
+}
+
+/// Refuses metrics that would have no effect. Efforts are taken beside every format, so that a script can give one to all.
+Result<void> checkEffects(const EncodeCommand& command, const formats::PixelFormatInfo& format) {
+    if (auto taken = checkMetricTaken("--metric", command.metric.has_value(), format); !taken) return taken;
+    if (auto taken = checkMetricTaken("--metric-scale", command.metricScale.has_value(), format); !taken) return taken;
+    if (command.metricScale && command.metric == compress::HdrMetric::Linear)
         return failure(ErrorCode::InvalidRequest, "--metric-scale",
-                       fmt::format("found {}, expected {} to {}", command.metricScale, kLeastMetricScale, kLargestMetricScale));
+                       "found it with --metric linear, which has no scale, expected --metric log or relative");
+    return {};
+}
+
+Result<compress::EncodeOptions> optionsOf(const EncodeCommand& command, const formats::PixelFormatInfo& format) {
+    if (auto checked = checkEffects(command, format); !checked) return tl::make_unexpected(checked.error());
+    compress::EncodeOptions options;
+    options.effort = command.effort.value_or(options.effort);
+    options.hdrMetric = command.metric.value_or(options.hdrMetric);
+    options.hdrScale = command.metricScale.value_or(options.hdrScale);
+    if (!(options.hdrScale >= kLeastMetricScale && options.hdrScale <= kLargestMetricScale))
+        return failure(ErrorCode::InvalidRequest, "--metric-scale",
+                       fmt::format("found {}, expected {} to {}", options.hdrScale, kLeastMetricScale, kLargestMetricScale));
     if (command.perceptual && format.channelCount < 3)
         return failure(ErrorCode::InvalidRequest, "--perceptual",
                        fmt::format("found format {}, which holds no colour, expected one with red, green and blue", format.name));
@@ -203,9 +232,8 @@ CommandFunction defineEncode(CLI::App& app) {
     struct Options : EncodeCommand {
         JsonOutput json;
         std::vector<float> weights;
-        std::optional<int> effortGiven;
         std::optional<double> rdoGiven;
-        std::string metricName = "log";
+        std::string metricName;
     };
     static const std::map<std::string, compress::HdrMetric> kMetrics = {
         {"log", compress::HdrMetric::Log}, {"linear", compress::HdrMetric::Linear}, {"relative", compress::HdrMetric::Relative}};
@@ -213,14 +241,14 @@ CommandFunction defineEncode(CLI::App& app) {
     addFileOption(app, "input", options->input, "EXR, HDR, or any image that OpenImageIO reads")->required();
     declareWritten(addFileOption(app, "output", options->output, "The .ktx2 or .dds file to write"), Written::File)->required();
     app.add_option("--format", options->format, "Pixel format of the texture")->required()->check(CLI::IsMember(pixelFormatNames()));
-    addEffortOption(app, options->effortGiven);
+    addEffortOption(app, options->effort);
     addRdoOption(app, options->rdoGiven);
     app.add_option("--metric", options->metricName, "Error that the encoders of BC6H and RGB9E5 minimize")
         ->check(CLI::IsMember({"log", "linear", "relative"}))
-        ->capture_default_str();
+        ->default_str("log");
     app.add_option("--metric-scale", options->metricScale, "Scale of the metrics log and relative, 1e-6 to 65504: about where dark begins")
         ->type_name("X")
-        ->capture_default_str();
+        ->default_str("1");
     CLI::Option* weights =
         app.add_option("--weights", options->weights, "Weights of the channels' squared errors; only their ratios count");
     weights->delimiter(',')->expected(4)->type_name("R,G,B,A");
@@ -261,9 +289,8 @@ so 0 is exact. Values beyond either end are clamped and counted as "clamped_high
 decodes to -1 like byte -127; the encoder writes only the latter.)");
     return [options](Session& session) {
         if (!options->weights.empty()) std::copy_n(options->weights.begin(), 4, options->channelWeights.begin());
-        options->effort = options->effortGiven.value_or(options->effort);
         options->rdo = options->rdoGiven.value_or(options->rdo);
-        options->metric = kMetrics.at(options->metricName);
+        if (!options->metricName.empty()) options->metric = kMetrics.at(options->metricName);
         options->json.prepare(session);
         const auto facts = encodeTexture(*options, session.threads);
         if (!facts) return options->json.finish(session, facts);

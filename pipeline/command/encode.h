@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "compress/encode.h"
@@ -14,12 +15,12 @@ namespace lightcook::pipeline {
 struct EncodeCommand {
     std::filesystem::path input, output;
     std::string format;
-    int effort = 5;
-    bool cube = false;  ///< the input is a vertical strip of six faces
+    std::optional<int> effort = {};  ///< default: 5; formats of blocks only
+    bool cube = false;               ///< the input is a vertical strip of six faces
     bool zstd = false;
     bool repair = false;  ///< replaces NaN, infinity and negatives in unsigned formats by zero and counts them, instead of refusing them
-    compress::HdrMetric metric = compress::HdrMetric::Log;
-    float metricScale = 1;                               ///< 1e-6 .. 65504; see HdrMetric
+    std::optional<compress::HdrMetric> metric = {};      ///< default: log; BC6H and RGB9E5 only
+    std::optional<float> metricScale = {};               ///< default: 1; 1e-6 .. 65504; see HdrMetric
     std::array<float, 4> channelWeights = {1, 1, 1, 1};  ///< finite, >= 0, one of the format's channels above 0; only ratios count
     bool perceptual = false;                             ///< compress::kLumaWeights in place of channelWeights
     double rdo = 0;                                      ///< see compress::EncodeOptions; BC formats only

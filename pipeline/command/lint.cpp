@@ -60,9 +60,10 @@ An error, such as a map without coverage, ends with exit code 3; a warning ends 
 --strict 3. `allow = [{ code = "...", reason = "..." }]` in the scene file silences a warning.)");
     return [options](Session& session) {
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
-        if (const auto scene = readScene(options->lint.scene))
+        const auto scene = readScene(options->lint.scene);
+        if (scene)
             if (auto checked = session.paths.checkAgainstScene(*scene, {}); !checked) return session.finish(checked);
-        const Outcome outcome = lintScene(options->lint, session.state);
+        const Outcome outcome = scene ? lintScene(*scene, options->lint, session.state) : outcomeOf(scene.error());
         const std::vector<formats::Error> errors = options->files.write(session, "lint", outcome, options->lint.scene, {});
         if (session.terminal.verbosity() != Verbosity::Quiet) printReadings(session.terminal, outcome.report);
         printFindings(session.terminal, outcome.findings);

@@ -153,8 +153,9 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
         terminal.say(line);
     }
     const std::string allowed = comparison.allowedPercent ? fmt::format(", at most {} % allowed", *comparison.allowedPercent) : "";
-    terminal.say(fmt::format("{} -> {} bytes since {} ({:+.2f} %{}); {} of {} assets unchanged", comparison.bytesBefore,
-                             comparison.bytesNow, comparison.file, comparison.growthPercent, allowed, same, comparison.assets.size()));
+    terminal.say(fmt::format("{} -> {} bytes since {} ({}{}); {} of {} assets unchanged", comparison.bytesBefore, comparison.bytesNow,
+                             comparison.file, growthWords(comparison.bytesBefore, comparison.bytesNow), allowed, same,
+                             comparison.assets.size()));
 }
 
 void printReport(Terminal& terminal, const Report& report) {
@@ -214,11 +215,11 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
         const CollectionComparison& baseline = *report.baseline;
         for (const SceneChange& scene : baseline.scenes)
             if (scene.change != "same")
-                terminal.say(fmt::format("{:32} {:8} {} -> {} bytes ({:+.2f} %), {} assets", scene.name, scene.change, scene.bytesBefore,
-                                         scene.bytesNow, scene.growthPercent, scene.assets.size()));
+                terminal.say(fmt::format("{:32} {:8} {} -> {} bytes ({}), {} assets", scene.name, scene.change, scene.bytesBefore,
+                                         scene.bytesNow, growthWords(scene.bytesBefore, scene.bytesNow), scene.assets.size()));
         const auto same = std::ranges::count(baseline.scenes, "same", &SceneChange::change);
-        terminal.say(fmt::format("{} -> {} bytes since {} ({:+.2f} %); {} of {} scenes unchanged", baseline.bytesBefore, baseline.bytesNow,
-                                 baseline.file, baseline.growthPercent, same, baseline.scenes.size()));
+        terminal.say(fmt::format("{} -> {} bytes since {} ({}); {} of {} scenes unchanged", baseline.bytesBefore, baseline.bytesNow,
+                                 baseline.file, growthWords(baseline.bytesBefore, baseline.bytesNow), same, baseline.scenes.size()));
     }
     terminal.say(fmt::format("{} bytes of GPU memory in {} scenes, {} failed", report.totals.bytesGpu, report.scenes.size(), failed));
 }

@@ -55,7 +55,7 @@ Result<std::vector<CookedFolder>> readFolders(const std::vector<std::filesystem:
     return read;
 }
 
-/// Holds the scenes against the budgets of platforms. Warns of limits for scenes that are not there.
+/// Holds the scenes against the budgets of platforms. Warns of limits for scenes and targets that are not there.
 Result<std::vector<PlatformUse>> platformsOf(const std::filesystem::path& file, const std::vector<CookedFolder>& folders,
                                              Terminal& terminal) {
     const auto budgets = readBudgets(file);
@@ -63,6 +63,7 @@ Result<std::vector<PlatformUse>> platformsOf(const std::filesystem::path& file, 
     std::vector<SceneMemory> memory;
     for (const CookedFolder& folder : folders) memory.push_back(memoryOf(folder));
     if (const auto unknown = warningOfUnknownScenes(*budgets, memory)) terminal.warning(file.string() + ", scenes", *unknown);
+    if (const auto unused = warningOfUnusedPlatforms(*budgets, memory)) terminal.warning(file.string() + ", platforms", *unused);
     return usesOf(*budgets, memory);
 }
 

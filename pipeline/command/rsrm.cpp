@@ -58,7 +58,7 @@ Outcome convertRsrm(const RsrmOptions& options, const RunState& state) {
     }
     if (!options.axis.empty()) {
         if (auto checked = checkOption("--axis", objectionToAxis(options.axis)); !checked) return failedOutcome(checked.error());
-        entry.axis = glm::dvec3(options.axis[0], options.axis[1], options.axis[2]);
+        entry.axis = directionOfAxis(options.axis);
     }
     entry.encoding = options.encoding;
     entry.zones = options.zones;

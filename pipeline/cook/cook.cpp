@@ -6,6 +6,7 @@
 #include <chrono>
 #include <set>
 
+#include "formats/gltf_scene.h"
 #include "formats/temporaries.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/results.h"
@@ -98,6 +99,13 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
                            (options.charts.mode ? "--charts" : placeIn(scene, "light_map", entry.name, "charts", "charts")) +
                                fmt::format(", light map '{}'", entry.name),
                            why);
+    if (options.charts.maxVisible &&
+        std::ranges::none_of(scene.lightMaps, [&](const LightMapEntry& entry) { return isPacked(output, entry); }))
+        return failure(ErrorCode::InvalidRequest, "--charts-max-visible",
+                       "found it where the charts of no light map are packed, expected --charts pack or split");
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (isSplit(output, entry) && entry.mesh)
+            if (auto checked = formats::checkNoMorphTargets(*entry.mesh); !checked) return checked;
     if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
@@ -425,7 +433,7 @@ Outcome cookScene(Scene scene, const CookOptions& options, const RunState& state
 
 Outcome cookScene(const CookOptions& options, const RunState& state) {
     auto scene = readScene(options.scene);
-    if (!scene) return {{scene.error()}, {}, {}, 0, 0};
+    if (!scene) return outcomeOf(scene.error());
     return cookScene(std::move(*scene), options, state);
 }
 

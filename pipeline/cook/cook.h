@@ -51,6 +51,11 @@ struct Outcome {
     std::vector<std::string> candidates = {};  ///< layouts of the candidates that were kept
 };
 
+/// Returns the outcome of what could not begin.
+inline Outcome outcomeOf(const formats::Error& error) {
+    return {{error}, {}, {}, 0, 0};
+}
+
 /// Cooks the scene file of the options.
 Outcome cookScene(const CookOptions& options, const RunState& state);
 /// Cooks a scene that is in memory, as the single converters do. options.scene is not read.
@@ -70,7 +75,9 @@ struct LintOptions {
     std::filesystem::path cache;  ///< empty: defaultCacheFolder()
     bool strict = false, repair = false;
 };
-/// Looks for what is implausible in the inputs of a scene, without cooking it.
+/// Looks for what is implausible in the inputs of a scene, without cooking it. options.scene is not read.
+Outcome lintScene(const Scene& scene, const LintOptions& options, const RunState& state);
+/// The same of the scene file of the options.
 Outcome lintScene(const LintOptions& options, const RunState& state);
 
 /// Writes a cooked light map as the shader decodes it, with the 27 channels of a bake.

@@ -40,7 +40,7 @@ void keepWithin(double limit, std::vector<AllocationChoice>& choices) {
 LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
     const auto entry = std::ranges::find(scene.lightMaps, map, &LightMapEntry::name);
     const bool isKnown = entry != scene.lightMaps.end();
-    return {scene.output.maxError, visibleLimit(scene.output, isKnown ? entry->maxVisible : std::nullopt),
+    return {lightMapErrorLimit(scene.output), visibleLimit(scene.output, isKnown ? entry->maxVisible : std::nullopt),
             isKnown && entry->maxVisibleBound ? entry->maxVisibleBound : scene.output.maxVisibleBound,
             isKnown ? seamLimit(scene.output, *entry) : scene.output.maxSeam};
 }
@@ -69,9 +69,11 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
     return decision;
 }
 
-bool LayoutDecision::isErrorLimited() const {
-    const auto isLimited = [](const LightMapEntry& entry) { return entry.maxVisible || entry.maxVisibleBound || entry.maxSeam; };
-    return scene_.output.isErrorLimited() || std::ranges::any_of(scene_.lightMaps, isLimited);
+/// Returns true if a limit on the errors of this light map is given.
+bool LayoutDecision::isErrorLimited(const std::string& map) const {
+    const auto entry = std::ranges::find(scene_.lightMaps, map, &LightMapEntry::name);
+    const bool isLimited = entry != scene_.lightMaps.end() && (entry->maxVisible || entry->maxVisibleBound || entry->maxSeam);
+    return isLimited || scene_.output.isErrorLimited();
 }
 
 /// Adds the pairs of a joint trial, less dominant lights over a limit that was asked for or worse than none.
@@ -95,13 +97,13 @@ bool LayoutDecision::keepsLimits(const std::string& map, const std::string& layo
 /// Returns the choices that the limits on light maps, and on rel_rms of the whole shading, leave.
 AllocationChoices LayoutDecision::allowedChoices() const {
     AllocationChoices allowed = choices_;
-    std::map<std::string, std::string> cheapest;
-    if (isErrorLimited()) cheapest = cheapestWithin(candidates_, 1, scene_.output.cost);
     for (auto& entry : allowed) {
         const std::string& map = entry.first;
         AllocationChoices::mapped_type& choices = entry.second;
-        if (const auto layout = cheapest.find(map); layout != cheapest.end())
-            std::erase_if(choices, [&](const AllocationChoice& each) { return !keepsLimits(map, each.lightMap, layout->second); });
+        if (isErrorLimited(map)) {
+            const std::string cheapest = cheapestWithin({{map, candidates_.at(map)}}, 1, scene_.output.cost).at(map);
+            std::erase_if(choices, [&](const AllocationChoice& each) { return !keepsLimits(map, each.lightMap, cheapest); });
+        }
         if (scene_.output.maxWholeError) keepWithin(*scene_.output.maxWholeError, choices);
     }
     return allowed;
@@ -157,9 +159,7 @@ Result<bool> LayoutDecision::isLightMapRefuted(const ExecutionResult& chosen) {
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
         const verify::StageError& last = verified->verdict.stages.back();
-        const double found = limitsOf(scene_, map)
-                                 .partOf(std::max(last.diffuse.relRms, last.specular.relRms), visibleP99(last).value_or(0),
-                                         visibleBound(last).value_or(0), verified->seams ? verified->seams->largestAdded() : 0);
+        const double found = verifiedPart(last, verified->seams ? verified->seams->largestAdded() : 0, limitsOf(scene_, map));
         LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
         if (found > 1 && candidate.error <= 1) isRefuted = true;
         candidate.error = found;

@@ -47,7 +47,7 @@ public:
 
 private:
     explicit LayoutDecision(const Scene& scene) : scene_(scene) {}
-    bool isErrorLimited() const;
+    bool isErrorLimited(const std::string& map) const;
     void addChoices(const std::string& map, const JointTrialResult& trial);
     bool keepsLimits(const std::string& map, const std::string& layout, const std::string& cheapest) const;
     AllocationChoices allowedChoices() const;

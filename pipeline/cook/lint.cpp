@@ -37,15 +37,15 @@ formats::Result<void> lint(const Scene& scene, const LintOptions& options, const
 
 }  // namespace
 
-Outcome lintScene(const LintOptions& options, const RunState& state) {
+Outcome lintScene(const Scene& scene, const LintOptions& options, const RunState& state) {
     Outcome outcome;
-    const auto scene = readScene(options.scene);
-    if (!scene) {
-        outcome.errors.push_back(scene.error());
-        return outcome;
-    }
-    if (auto done = lint(*scene, options, state, outcome); !done) outcome.errors.push_back(done.error());
+    if (auto done = lint(scene, options, state, outcome); !done) outcome.errors.push_back(done.error());
     return outcome;
+}
+
+Outcome lintScene(const LintOptions& options, const RunState& state) {
+    const auto scene = readScene(options.scene);
+    return scene ? lintScene(*scene, options, state) : outcomeOf(scene.error());
 }
 
 }  // namespace lightcook::pipeline

@@ -105,9 +105,6 @@ bool isMeshWanted(const Scene& scene, const PlanOptions& options, const LightMap
 constexpr int kTableTexelBytes = 24;
 constexpr int kTableRows = 16;
 
-/// Limit on the error of an asset whose layout a budget chose without another limit.
-constexpr double kMostChosenError = 2;
-
 /// Plans the assets of a scene, kind by kind.
 class Planner {
 public:
@@ -167,21 +164,18 @@ private:
         plan_.assets.push_back(asset);
         plan_.actions.push_back({"cook/" + asset, std::string(info(kind).name), asset, toJson(parameters), std::move(inputs), {}});
         Json verification = toJson(verifyParameters);
-        verification["max_error"] = limitOf(asset, kind, parameters);
+        verification["max_error"] = limitOf(kind, parameters);
         plan_.actions.push_back(verifyAction(asset, kind, verifyInputs, std::move(verification)));
     }
 
-    /// Returns the limit on the error of an asset. Where a budget alone chooses a layout, that is what it allows.
+    /// Returns the limit on the error of an asset.
     template <class Parameters>
-    double limitOf(const std::string& asset, AssetKind kind, const Parameters& parameters) const {
+    double limitOf(AssetKind kind, [[maybe_unused]] const Parameters& parameters) const {
         const OutputSettings& output = scene_.output;
-        bool isChosen = false;
-        if constexpr (std::is_same_v<Parameters, LightMapParameters>) {
-            const auto entry = std::ranges::find(scene_.lightMaps, asset, &LightMapEntry::name);
-            isChosen = output.isChosenByWhole() && !output.isErrorAsked && lightMapLayoutFor(scene_, needs_, *entry) == kAutoLayout;
-        }
-        if constexpr (std::is_same_v<Parameters, DominantParameters>) isChosen = parameters.layout && !output.maxConverterError;
-        if (isChosen) return kMostChosenError;
+        if constexpr (std::is_same_v<Parameters, LightMapParameters>) return lightMapErrorLimit(output);
+        // Of the parameters of a dominant light, the first layout has no name.
+        if constexpr (std::is_same_v<Parameters, DominantParameters>)
+            if ((parameters.layout || output.isChosenByWhole()) && !output.maxConverterError) return kMostChosenError;
         return info(kind).isHeldToMaxError ? output.maxError : converterLimit(output);
     }
 
@@ -604,6 +598,10 @@ bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapE
 
 std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
     return meshNameAmong(scene, entry, &LightMapEntry::name);
+}
+
+double lightMapErrorLimit(const OutputSettings& output) {
+    return output.isChosenByWhole() && !output.isErrorAsked ? kMostChosenError : output.maxError;
 }
 
 std::vector<Action> planNeeds(const Scene& scene) {

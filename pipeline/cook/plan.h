@@ -63,6 +63,13 @@ std::vector<Action> planNeeds(const Scene& scene);
 /// Plans the assets of a scene: asset "a" gets an action "cook/a" and an action "verify/a".
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options);
 
+/// Limit on rel_rms of an asset that has none: a budget, or a limit on what a pixel shows, chooses its layout or decides in place of
+/// max_error. Light that is lost has an error of 1.
+inline constexpr double kMostChosenError = 2;
+/// Returns the limit on rel_rms of a scene's light maps: max_error. Without it kMostChosenError, if there is a budget or a limit on what a
+/// pixel shows, else the default of max_error.
+double lightMapErrorLimit(const OutputSettings& output);
+
 /// Name of the specular tables.
 inline constexpr const char* kTablesName = "specular";
 /// Returns the name of the dominant light of a light map.

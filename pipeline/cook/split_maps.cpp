@@ -4,6 +4,7 @@
 #include <set>
 
 #include "pipeline/assets/light_map/layout_choice.h"
+#include "pipeline/cook/plan.h"
 #include "pipeline/cook/trial_actions.h"
 #include "pipeline/scene/dominant_layout.h"
 
@@ -51,7 +52,7 @@ std::optional<Action> splitAction(const Scene& scene, const Needs& needs, const 
                                   bool repair) {
     auto trial = trialOf(scene, needs, entry, repair);
     if (!trial) return std::nullopt;
-    const SplitParameters parameters{std::move(*trial), scene.output.maxError, visibleLimit(scene.output, entry.maxVisible),
+    const SplitParameters parameters{std::move(*trial), lightMapErrorLimit(scene.output), visibleLimit(scene.output, entry.maxVisible),
                                      packed.bake.places, packed.boxes};
     return Action{"split/" + entry.name, "split-charts", entry.name, toJson(parameters), learnedInputsOf(entry), {}};
 }
@@ -76,7 +77,8 @@ std::optional<Action> partTrial(const Scene& scene, const Needs& needs, const Li
 std::optional<std::uint64_t> leastBytes(const TrialResult& trial, const ChartPacking& packing, const Scene& scene, const Needs& needs,
                                         const LightMapEntry& entry) {
     std::optional<std::uint64_t> least;
-    for (const LightMapCandidate& each : candidatesOf(trial, {scene.output.maxError, visibleLimit(scene.output, entry.maxVisible)}))
+    for (const LightMapCandidate& each :
+         candidatesOf(trial, {lightMapErrorLimit(scene.output), visibleLimit(scene.output, entry.maxVisible)}))
         if (each.error <= 1 && each.bytes < least.value_or(UINT64_MAX)) least = each.bytes;
     if (least && needs.specular) *least += dominantBytes(entry, scene.output.target, {packing.width, packing.height});
     return least;

@@ -135,10 +135,12 @@ std::string packingWords(const ChartPacking& packing, const CookedAsset& asset) 
 void describeSources(const PackedLightMap& packed, const CookedAsset& asset, ReportRow& row) {
     const std::string role = row.kind == AssetKind::Mesh ? "mesh" : "source";
     row.bytesIn = 0;
+    // Two maps of one bake: the first of them counts it.
+    const bool isSecondPart = packed.bake.part && packed.bake.part->of != lightMapOf(asset);
     for (const auto& [name, file] : packed.sources) {
         std::error_code code;
         const auto bytes = std::filesystem::file_size(file, code);
-        if (name.starts_with(role) && !code) row.bytesIn += bytes;
+        if (!isSecondPart && name.starts_with(role) && !code) row.bytesIn += bytes;
     }
     if (row.kind == AssetKind::Mesh) return;
     if (!row.notes) row.notes = Json::object();
@@ -267,7 +269,10 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
     if (const auto record = result.records.find("trial/" + name); record != result.records.end()) {
         auto trial = trialIn(record->second);
         if (!trial) return tl::make_unexpected(trial.error());
-        if (const TrialCandidate* excluded = bestExcluded(trial->trial.candidates, row->layout, limitsOf(scene_, name))) {
+        // Whatever else allows a smaller layout, one of a large error is not better.
+        LayoutLimits limits = limitsOf(scene_, name);
+        limits.maxError = scene_.output.maxError;
+        if (const TrialCandidate* excluded = bestExcluded(trial->trial.candidates, row->layout, limits)) {
             const auto chosen = std::ranges::find(trial->trial.candidates, row->layout, &TrialCandidate::layout);
             row->betterExcluded =
                 ExcludedLayout{excluded->layout,

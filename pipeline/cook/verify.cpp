@@ -193,7 +193,7 @@ private:
     Result<void> noteSources(const CookedAsset& asset, const std::map<std::string, std::filesystem::path>& sources) {
         const auto source = sources.find("source");
         if (asset.verify && asset.verify->contains("max_error") && info(asset.kind).isHeldToMaxError)
-            scene_.output.maxError = asset.verify->at("max_error").get<double>();
+            if (const double limit = asset.verify->at("max_error").get<double>(); limit != kMostChosenError) scene_.output.maxError = limit;
         if (source == sources.end()) return {};
         if (asset.kind == AssetKind::Cubemap) {
             ProbeEntry entry{asset.name, source->second, {}};

@@ -1,5 +1,7 @@
 #include "pipeline/report/baseline.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <map>
 
@@ -20,6 +22,10 @@ std::optional<std::string> differencePicture(const std::filesystem::path& folder
 double growthPercent(std::uint64_t before, std::uint64_t now) {
     if (before == 0) return now > 0 ? 100.0 : 0.0;
     return 100 * (static_cast<double>(now) - static_cast<double>(before)) / static_cast<double>(before);
+}
+
+std::string growthWords(std::uint64_t before, std::uint64_t now) {
+    return before == 0 && now > 0 ? "new" : fmt::format("{:+.2f} %", growthPercent(before, now));
 }
 
 bool errorGrew(const AssetChange& asset) {

@@ -57,6 +57,8 @@ void describe(Fields& fields, Self& asset) {
 bool errorGrew(const AssetChange& asset);
 /// Returns the growth in percent: of nothing to something 100.
 double growthPercent(std::uint64_t before, std::uint64_t now);
+/// Returns "+2.50 %"; of nothing to something "new".
+std::string growthWords(std::uint64_t before, std::uint64_t now);
 
 struct BaselineComparison {
     std::string file;

@@ -197,7 +197,9 @@ Result<PlatformBudgets> readBudgets(const std::filesystem::path& file) {
     constexpr int kDeepest = 16;  // budgets are 3 deep
     std::error_code code;
     if (!std::filesystem::is_regular_file(file, code))
-        return failure(ErrorCode::InvalidRequest, file.string(), "found no such file, expected the budgets of platforms (TOML)");
+        return failure(ErrorCode::InvalidRequest, file.string(),
+                       fmt::format("found {}, expected the budgets of platforms (TOML)",
+                                   std::filesystem::is_directory(file, code) ? "a folder" : "no such file"));
     const auto text = formats::readWholeText(file, kMostBytes);
     if (!text) return failure(ErrorCode::InvalidRequest, text.error().subject, text.error().detail);
     if (const auto place = placeNestedDeeper(*text, kDeepest))
@@ -247,6 +249,20 @@ std::optional<std::string> warningOfUnknownScenes(const PlatformBudgets& budgets
     const std::string more = unknown.size() > kMostNames ? fmt::format(" and {} more", unknown.size() - kMostNames) : "";
     return fmt::format("found limits for {}{}, expected names of cooked scenes: other limits are not checked", fmt::join(words, ", "),
                        more);
+}
+
+std::optional<std::string> warningOfUnusedPlatforms(const PlatformBudgets& budgets, const std::vector<SceneMemory>& scenes) {
+    constexpr std::size_t kMostNames = 3;
+    std::vector<std::string> words;
+    std::size_t unused = 0;
+    for (const PlatformBudget& platform : budgets.platforms) {
+        if (!platform.target || std::ranges::find(scenes, *platform.target, &SceneMemory::target) != scenes.end()) continue;
+        if (++unused <= kMostNames) words.push_back(fmt::format("'{}' (target {})", platform.name, *platform.target));
+    }
+    if (unused == 0) return std::nullopt;
+    const std::string more = unused > kMostNames ? fmt::format(" and {} more", unused - kMostNames) : "";
+    return fmt::format("found limits for {}{}, expected scenes that were cooked for that target: other limits are not checked",
+                       fmt::join(words, ", "), more);
 }
 
 std::vector<Error> errorsOf(const std::vector<PlatformUse>& uses, const std::string& file) {

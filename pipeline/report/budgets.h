@@ -90,6 +90,9 @@ std::vector<PlatformUse> usesOf(const PlatformBudgets& budgets, const std::vecto
 /// A file of budgets may name more scenes than one report has, so that this is no error. Nothing: there are none.
 std::optional<std::string> warningOfUnknownScenes(const PlatformBudgets& budgets, const std::vector<SceneMemory>& scenes);
 
+/// Returns a warning about the platforms whose target no scene was cooked for: their limits hold nothing. Nothing: there are none.
+std::optional<std::string> warningOfUnusedPlatforms(const PlatformBudgets& budgets, const std::vector<SceneMemory>& scenes);
+
 /// Returns an error (OverBudget) for each limit that is not kept.
 std::vector<formats::Error> errorsOf(const std::vector<PlatformUse>& uses, const std::string& file);
 

@@ -105,9 +105,9 @@ Html growth(const CollectionComparison& baseline) {
     }
     const std::string allowed = baseline.allowedPercent ? fmt::format("; at most {} % passes", *baseline.allowedPercent) : "";
     const std::string more = shown > kMostRows ? fmt::format(" The table shows {} of {} assets that changed.", kMostRows, shown) : "";
-    const std::string sentence =
-        fmt::format("{}: {} of {} scenes changed, {} to {} ({:+.2f} %{}).{}", baseline.file, changed, baseline.scenes.size(),
-                    humanBytes(baseline.bytesBefore), humanBytes(baseline.bytesNow), baseline.growthPercent, allowed, more);
+    const std::string sentence = fmt::format("{}: {} of {} scenes changed, {} to {} ({}{}).{}", baseline.file, changed,
+                                             baseline.scenes.size(), humanBytes(baseline.bytesBefore), humanBytes(baseline.bytesNow),
+                                             growthWords(baseline.bytesBefore, baseline.bytesNow), allowed, more);
     return card("Compared with the baseline", element("p", {{"class", baseline.passed ? "soft" : "over"}}, text(sentence)) +
                                                   (rows.isEmpty() ? Html() : baselineTable(rows)) +
                                                   (pictures.isEmpty() ? Html() : element("h3", word("Where errors grew")) + pictures));

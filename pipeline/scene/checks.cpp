@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <system_error>
 
 #include "formats/light_map.h"
@@ -23,6 +26,14 @@ std::string inLowerCase(std::string_view name) {
     for (char& letter : lower)
         if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
     return lower;
+}
+
+bool isReservedOnWindows(std::string_view name) {
+    if (name.ends_with('.') || name.ends_with(' ')) return true;
+    static constexpr std::array<std::string_view, 4> kDevices = {"con", "prn", "aux", "nul"};
+    const std::string stem = inLowerCase(name.substr(0, name.find('.')));
+    const bool isPort = stem.size() == 4 && (stem.starts_with("com") || stem.starts_with("lpt")) && stem[3] >= '1' && stem[3] <= '9';
+    return isPort || std::ranges::find(kDevices, stem) != kDevices.end();
 }
 
 std::optional<double> parseFraction(std::string_view text) {
@@ -54,11 +65,16 @@ Objection objectionToExponents(const std::vector<double>& exponents) {
 }
 
 Objection objectionToAxis(const std::vector<double>& axis) {
-    if (axis.size() == 3) {
-        const double length = std::hypot(axis[0], axis[1], axis[2]);
-        if (length > 0 && std::isfinite(length)) return std::nullopt;
-    }
+    const bool isFinite = std::ranges::all_of(axis, [](double component) { return std::isfinite(component); });
+    const bool isZero = std::ranges::all_of(axis, [](double component) { return component == 0; });
+    if (axis.size() == 3 && isFinite && !isZero) return std::nullopt;
     return ValueError{inBrackets(axis), "a direction [x, y, z] other than zero"};
+}
+
+glm::dvec3 directionOfAxis(const std::vector<double>& axis) {
+    // Squares of the components may be 0 or infinite.
+    const double largest = std::max({std::abs(axis[0]), std::abs(axis[1]), std::abs(axis[2])});
+    return glm::normalize(glm::dvec3(axis[0] / largest, axis[1] / largest, axis[2] / largest));
 }
 
 Objection objectionToProbeSize(std::int64_t size) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,6 +24,10 @@ constexpr bool isNameLetter(char letter) {
 /// Returns a name with its letters A to Z in lower case. Names that are the same then are one file on Windows and macOS.
 std::string inLowerCase(std::string_view name);
 
+/// Returns true for names that no file has on Windows, alone or with an extension: con, prn, aux, nul, com1 to com9 and lpt1 to lpt9, in
+/// any case, and names that end in '.' or ' '.
+bool isReservedOnWindows(std::string_view name);
+
 /// The two halves of the message "found ..., expected ...".
 struct ValueError {
     std::string found, expected;
@@ -41,6 +46,8 @@ Objection objectionToRange(const std::vector<double>& range, double lowest, doub
 Objection objectionToExponents(const std::vector<double>& exponents);
 /// An axis is a direction [x, y, z] other than zero.
 Objection objectionToAxis(const std::vector<double>& axis);
+/// Returns the unit vector of an axis without an objection. Its length may be beyond the range of a double.
+glm::dvec3 directionOfAxis(const std::vector<double>& axis);
 /// A face of a cubemap has a power of two of texels, so that each level halves the one above.
 inline constexpr int kLeastProbeSize = 16, kMostProbeSize = 2048;
 Objection objectionToProbeSize(std::int64_t size);

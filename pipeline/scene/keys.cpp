@@ -84,7 +84,7 @@ SceneSectionInfo outputSection() {
         .intro = "",
         .keys =
             {{"target", choices(formats::allTargets()), inCode(formats::allTargets().front().name), "family of GPU formats"},
-             {"max_error", "fraction", "0.1",
+             {"max_error", "fraction", "0.1; for light maps none, if `budget`, `max_whole_visible` or `max_whole_error` is given",
               "`0.02` or `\"2%\"`: limit on `rel_rms` of diffuse and of specular light, of light maps and meshes; above it verification "
               "fails (exit code 4)"},
              {"max_converter_error", "fraction", "0.1, or `max_error` if that is larger",

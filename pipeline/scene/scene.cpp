@@ -5,15 +5,17 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <fstream>
-#include <glm/geometric.hpp>
 #include <initializer_list>
+#include <limits>
 #include <set>
 #include <stdexcept>
 #include <type_traits>
 
 #include "fit/specular_tables.h"
+#include "formats/color.h"
 #include "formats/light_map_layout.h"
 #include "formats/nearest.h"
 #include "formats/read_file.h"
@@ -141,7 +143,14 @@ public:
     }
     std::filesystem::path pathOf(const char* key, const std::string& text) {
         if (text.empty()) fail(node(key), fmt::format("found an empty path for {}.{}, expected a path", name_, key));
+        checkPath(node(key), key, text);
         return resolve(text);
+    }
+
+    /// Refuses a path with a character 0: the system would open the file of the part before it.
+    void checkPath(const toml::node& node, std::string_view key, const std::string& text) const {
+        if (text.find('\0') != std::string::npos)
+            fail(node, fmt::format("found a character 0 in the path {} for {}.{}, expected none", inQuotes(text), name_, key));
     }
 
     /// Returns nullptr if the key is missing.
@@ -259,6 +268,14 @@ std::optional<double> readMaxVisible(TableReader& reader, const char* key = "max
     const auto limit = reader.optional<double>(key, "a positive number of just noticeable differences");
     if (limit) reader.check(key, objectionToMaxVisible(*limit));
     return limit;
+}
+
+/// Reads the key `lobe`. Another name is refused with the lobes that a scene takes; a lobe of tables alone, with the reason.
+lighting::SpecularLobe readLobe(TableReader& reader) {
+    const std::string name = reader.optional<std::string>("lobe", "a string").value_or("");
+    if (const auto* lobe = formats::findByName(formats::allSpecularLobes(), name); lobe != nullptr)
+        reader.check("lobe", objectionToSceneLobe(lobe->id));
+    return reader.oneOfRows("lobe", formats::sceneLobes());
 }
 
 /// Reads the keys of charts in [output] or a [[light_map]].
@@ -400,6 +417,14 @@ formats::ColorSpaces readColors(TableReader reader) {
         if (space->empty())
             reader.fail(reader.node(key), fmt::format("found an empty text for color.{}, expected the name of a colour space", key));
     colors.config = reader.optionalPath("config").value_or(std::filesystem::path());
+    for (const auto& [key, space] : {std::pair("source", &colors.source), std::pair("working", &colors.working)}) {
+        const auto checked = formats::checkColorSpace(*space, colors.config);
+        if (checked) continue;
+        // The default of a key that is not there may be unknown to a config file.
+        const std::string place = reader.has(key) ? reader.place(key) : reader.place("config");
+        throw SceneMistake{
+            {ErrorCode::InvalidRequest, fmt::format("{}, color.{}, {}", place, key, checked.error().subject), checked.error().detail}};
+    }
     return colors;
 }
 
@@ -412,6 +437,11 @@ std::string readName(TableReader& reader) {
     if (name.size() > kLongestName)
         reader.fail(reader.node("name"), fmt::format("found a name of {} letters, expected at most {}: it becomes part of file names",
                                                      name.size(), kLongestName));
+    if (isReservedOnWindows(name))
+        reader.fail(reader.node("name"),
+                    fmt::format("found the name {}, expected another one: Windows has no files of names such as con, nul, com1 and lpt1, "
+                                "also with an extension, nor of names that end in '.'",
+                                inQuotes(name)));
     return name;
 }
 
@@ -431,6 +461,7 @@ std::map<std::string, std::filesystem::path> readPartFiles(const TableReader& re
         const auto text = node.value<std::string>();
         if (!text || text->empty())
             reader.fail(node, fmt::format("found no path for {} in light_map.files, expected a string", inQuotes(name)));
+        reader.checkPath(node, "files." + name, *text);
         paths[name] = reader.resolve(*text);
     };
     for (const auto& [key, node] : files) {
@@ -552,7 +583,7 @@ GradientEntry readGradient(TableReader reader) {
     entry.encoding = reader.oneOf("encoding", kGradientEncodings, entry.encoding);
     if (const auto axis = reader.numbers("axis", "a direction [x, y, z] other than zero")) {
         reader.check("axis", objectionToAxis(*axis));
-        entry.axis = glm::dvec3((*axis)[0], (*axis)[1], (*axis)[2]);
+        entry.axis = directionOfAxis(*axis);
         if (reader.has("encoding") && entry.encoding != "auto")
             reader.fail(reader.node("encoding"), "found gradient.encoding beside an axis, expected it for painted gradients alone");
     }
@@ -633,10 +664,7 @@ TableSettings readTables(TableReader reader, lighting::SpecularLobe sceneLobe) {
     };
     tables.viewCount = count("views", 2);
     tables.roughnessCount = count("rows", 1);
-    if (const auto lobe = reader.oneOfRows("lobe", formats::allSpecularLobes()); reader.has("lobe")) {
-        reader.check("lobe", objectionToSceneLobe(lobe));
-        reader.check("lobe", objectionToTableLobe(lobe, sceneLobe));
-    }
+    if (const auto lobe = readLobe(reader); reader.has("lobe")) reader.check("lobe", objectionToTableLobe(lobe, sceneLobe));
     tables.normalization = reader.oneOf("normalization", kNormalizationNames, tables.normalization);
     if (reader.has("normalization")) reader.check("normalization", objectionToNormalization(tables.normalization, sceneLobe));
     tables.viewAxis = reader.oneOf("view_axis", viewAxisNames(), tables.viewAxis);
@@ -714,8 +742,7 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     const std::int64_t schema = reader.required<std::int64_t>("schema", "schema = 1");
     if (schema != 1) reader.fail(reader.node("schema"), fmt::format("found schema {}, expected 1", schema));
     scene.name = readName(reader);
-    scene.lobe = reader.oneOfRows("lobe", formats::allSpecularLobes());
-    if (reader.has("lobe")) reader.check("lobe", objectionToSceneLobe(scene.lobe));
+    scene.lobe = readLobe(reader);
     scene.up = reader.oneOfRows("up_axis", allUpAxes());
     if (const toml::table* table = reader.table("output")) scene.output = readOutput({*table, file, "output"});
     if (const toml::table* table = reader.table("color")) scene.colors = readColors({*table, file, "color"});
@@ -734,7 +761,6 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     }
     if (const toml::array* allowances = reader.array("allow", "a list of codes"))
         for (const toml::node& node : *allowances) scene.allowances.push_back(readAllowance(reader, node, assetNames(scene)));
-    scene.lines = linesOf(root);
     if (const std::string why = whyNotSeams(scene); !why.empty()) {
         const TableReader output(*reader.table("output"), file, "output");
         output.fail(output.node("max_seam"), why);
@@ -879,20 +905,32 @@ std::vector<std::string> roughnessAxisNames() {
 }
 
 Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& subject) {
-    const std::string copy(text);
     const auto refuse = [&] {
         return failure(ErrorCode::InvalidRequest, subject,
                        fmt::format("found {}, expected a size such as \"4096\", \"512 KiB\", \"2 MiB\" or \"1.5 GB\"", inQuotes(text)));
     };
-    char* end = nullptr;
-    const double number = std::strtod(copy.c_str(), &end);
-    if (end == copy.c_str() || !std::isfinite(number) || number < 0) return refuse();
-    while (*end == ' ') ++end;
-    static const std::pair<const char*, double> kUnits[] = {{"", 1},         {"B", 1},       {"kB", 1e3},     {"KB", 1e3},
-                                                            {"MB", 1e6},     {"GB", 1e9},    {"KiB", 0x1p10}, {"MiB", 0x1p20},
-                                                            {"GiB", 0x1p30}, {"TiB", 0x1p40}};
-    for (const auto& [unit, scale] : kUnits)
-        if (std::string_view(end) == unit && number * scale < 0x1p63) return static_cast<std::uint64_t>(std::llround(number * scale));
+    double number = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
+    // from_chars takes a sign, and names such as "inf".
+    const bool isDecimal = !text.empty() && ((text[0] >= '0' && text[0] <= '9') || text[0] == '.');
+    if (!isDecimal || error != std::errc()) return refuse();
+    std::string_view asked = text.substr(static_cast<std::size_t>(end - text.data()));
+    while (asked.starts_with(' ')) asked.remove_prefix(1);
+    static const std::pair<std::string_view, double> kUnits[] = {{"", 1},         {"B", 1},       {"kB", 1e3},     {"KB", 1e3},
+                                                                 {"MB", 1e6},     {"GB", 1e9},    {"KiB", 0x1p10}, {"MiB", 0x1p20},
+                                                                 {"GiB", 0x1p30}, {"TiB", 0x1p40}};
+    for (const auto& [unit, scale] : kUnits) {
+        if (asked != unit) continue;
+        const double bytes = number * scale, nearest = std::round(bytes);
+        // 2.007 kB is 2006.9999999999998 in doubles.
+        const bool isWhole = std::abs(bytes - nearest) <= 4 * std::numeric_limits<double>::epsilon() * bytes;
+        const double whole = isWhole ? nearest : std::floor(bytes);
+        const bool isFraction = !isWhole && (scale == 1 || whole == 0);
+        if (isFraction)
+            return failure(ErrorCode::InvalidRequest, subject, fmt::format("found {}, expected a whole number of bytes", inQuotes(text)));
+        if (!(bytes < 0x1p63)) return refuse();
+        return static_cast<std::uint64_t>(whole);
+    }
     return refuse();
 }
 

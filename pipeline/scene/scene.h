@@ -240,7 +240,8 @@ std::string whyNotSeams(const Scene& scene);
 /// Reads a scene file. Unknown keys are refused with the nearest known one. Errors name file, line and column, found and expected.
 formats::Result<Scene> readScene(const std::filesystem::path& file);
 
-/// Parses "2 MiB", "1.5 GB" or "4096" to bytes.
+/// Parses "2 MiB", "1.5 GB" or "4096" to bytes: a decimal number and a unit. What a larger unit leaves of a byte is cut off, as a size is a
+/// limit: "1.3 MiB" is 1363148 bytes. "1.5" is refused.
 formats::Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& subject);
 
 }  // namespace lightcook::pipeline

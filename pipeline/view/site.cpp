@@ -65,6 +65,16 @@ Result<void> checkExportPlace(const fs::path& folder) {
                    "found a folder with other files, expected none, an empty one, or an earlier export of view");
 }
 
+/// Fails if a texture is no KTX2 file: the page reads no others.
+Result<void> checkContainer(const fs::path& folder, const Manifest& manifest) {
+    for (const CookedAsset& asset : manifest.assets)
+        for (const CookedTexture& texture : asset.textures)
+            if (fs::path(texture.file).extension() == ".dds")
+                return failure(ErrorCode::FormatUnsupported, (folder / texture.file).string(),
+                               "found a DDS texture, which the page does not read, expected KTX2: cook with container = \"ktx2\"");
+    return {};
+}
+
 Result<void> writeSiteFile(const SiteFile& file, const fs::path& place) {
     if (const auto* source = std::get_if<fs::path>(&file.content)) return copyFile(*source, place);
     return writeFile(place, std::holds_alternative<std::string>(file.content) ? std::string_view(std::get<std::string>(file.content))
@@ -121,6 +131,7 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
                        "this build has no viewer; build it with -DLIGHTCOOK_VIEWER=ON, which needs Node");
     const auto manifest = loadManifest(options.folder);
     if (!manifest) return tl::make_unexpected(manifest.error());
+    if (auto readable = checkContainer(options.folder, *manifest); !readable) return tl::make_unexpected(readable.error());
     if (const auto errors = checkDigests(options.folder, *manifest); !errors.empty()) return tl::make_unexpected(errors.front());
     auto scratch = formats::TemporaryFolder::create();
     if (!scratch) return tl::make_unexpected(scratch.error());

@@ -61,7 +61,8 @@ public:
     /// The light map alone (with what derives from it), or a probe and a gradient too: their brute-force verification takes seconds.
     enum class Parts { LightMap, All };
 
-    explicit SmallScene(Parts parts, const LightField& light = sunAndSky) : parts_(parts) {
+    /// height  of the light map; fewer texels for tests that verify it many times
+    explicit SmallScene(Parts parts, const LightField& light = sunAndSky, int height = kHeight) : parts_(parts), height_(height) {
         writeLightMap(light);
         if (parts == Parts::All) {
             writeProbe(light);
@@ -100,10 +101,10 @@ public:
 
 private:
     void writeLightMap(const LightField& light) const {
-        auto writer = formats::LightMapWriter::create(folder_ / "map.exr", kWidth, kHeight);
-        formats::Image<lighting::ShRgb> rows(kWidth, kHeight);
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) rows.at(x, y) = shOf(light, {(x + 0.5) / kWidth, (y + 0.5) / kHeight});
+        auto writer = formats::LightMapWriter::create(folder_ / "map.exr", kWidth, height_);
+        formats::Image<lighting::ShRgb> rows(kWidth, height_);
+        for (int y = 0; y < height_; ++y)
+            for (int x = 0; x < kWidth; ++x) rows.at(x, y) = shOf(light, {(x + 0.5) / kWidth, (y + 0.5) / height_});
         (void)writer->append(rows.view());
         (void)writer->commit();
     }
@@ -127,6 +128,7 @@ private:
     }
 
     Parts parts_;
+    int height_;
     formats::TemporaryFolder folder_;
 };
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "pipeline/assets/verdict.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -34,6 +36,12 @@ double LayoutLimits::partOf(double error, double visible, double bound, double s
                                      maxVisibleBound ? bound / *maxVisibleBound : 0, maxSeam ? seam / *maxSeam : 0});
     const bool areFinite = std::isfinite(error) && std::isfinite(visible) && std::isfinite(bound) && std::isfinite(seam);
     return areFinite ? largest : std::numeric_limits<double>::infinity();
+}
+
+double verifiedPart(const verify::StageError& stage, double seam, const LayoutLimits& limits) {
+    const bool isBoundMissing = limits.maxVisibleBound && !hasVisibleBound(stage);
+    const double bound = isBoundMissing ? std::numeric_limits<double>::infinity() : visibleBound(stage).value_or(0);
+    return limits.partOf(std::max(stage.diffuse.relRms, stage.specular.relRms), visibleP99(stage).value_or(0), bound, seam);
 }
 
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits) {

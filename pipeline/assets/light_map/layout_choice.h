@@ -8,6 +8,7 @@
 
 #include "formats/layout_cost.h"
 #include "pipeline/assets/light_map/trial.h"
+#include "verify/figures.h"
 
 namespace lightcook::pipeline {
 
@@ -22,6 +23,11 @@ struct LayoutLimits {
     /// bound, seam  0 where they are not known yet: a trial has none, and verification refutes a layout that breaks the limit
     double partOf(double error, double visible, double bound = 0, double seam = 0) const;
 };
+
+/// Returns the largest error of a verified stage as a part of its limit. Infinite where a limit on the bound of visible errors is given and
+/// the bound is not known: verification fails it, too.
+/// seam  largest step that cooking adds to an edge; 0 without any
+double verifiedPart(const verify::StageError& stage, double seam, const LayoutLimits& limits);
 
 /// A layout's bytes, fetches and error for one map.
 struct LightMapCandidate {

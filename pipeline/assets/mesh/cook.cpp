@@ -28,7 +28,8 @@ CookedAsset manifestEntry(const ActionContext& context, const MeshParameters& pa
     CookedAsset asset = makeCookedAsset(context.action.asset, AssetKind::Mesh, parameters.draco ? "glb-draco" : "glb", 0, 0);
     asset.file = file;
     asset.lightMap = parameters.lightMap;
-    asset.bytesGpu = size.vertexCount * ((parameters.draco ? kLightMapUvBytes : kFloatUvBytes) + (hasClusters ? kBasisBytes : 0));
+    // Lines and points have no light map.
+    asset.bytesGpu = size.triangleVertexCount * ((parameters.draco ? kLightMapUvBytes : kFloatUvBytes) + (hasClusters ? kBasisBytes : 0));
     asset.bytesDisk = size.fileBytesOut;
     asset.vertices = size.vertexCount;
     asset.triangles = size.triangleCount;
@@ -79,7 +80,7 @@ Result<ActionOutcome> cookMesh(const ActionContext& context) {
     if (!scene) return tl::make_unexpected(scene.error());
     if (!scene->hasLightMapUvs())
         return formats::failure(formats::ErrorCode::WrongShape, source.string(),
-                                "found a primitive without TEXCOORD_1, expected light-map UVs on every primitive");
+                                "found triangles without TEXCOORD_1, expected light-map UVs on all triangles");
     const auto clusters = upstreamClusters(context);
     if (!clusters) return tl::make_unexpected(clusters.error());
     MeshBits bits;

@@ -103,6 +103,22 @@ TEST(BakerySh, MissingAndForeignFilesAreNamed) {
                 HasSubstr("found 3 of the 4 files of bake format bakery-sh, room_L1y.exr is missing"));
 }
 
+TEST(BakerySh, NumbersOfDirectionsThatAreNoLightAreNamed) {
+    for (const float value : {std::numeric_limits<float>::quiet_NaN(), 90.0f}) {
+        const TemporaryFolder folder;
+        writeBake(folder);
+        std::filesystem::remove(folder / "room_L1y.png");
+        writeFirst(folder / "room_L1y.exr", kBakeryHeight, value);
+        const Error error = refusal(folder / "room_L0.exr");
+        const bool isNumber = value == value;
+        EXPECT_EQ(error.code, isNumber ? ErrorCode::ValueOutOfRange : ErrorCode::ValueNotFinite);
+        EXPECT_THAT(error.line(), HasSubstr("room_L1y.exr, channel G, texel (3, 4)")) << "coefficient 1";
+        if (isNumber) {
+            EXPECT_THAT(error.line(), AllOf(HasSubstr("room_L1x.png, channel G, texel (3, 4): found a length of"))) << "coefficient 3";
+        }
+    }
+}
+
 TEST(BakeryMonoSh, ATexelShadesAsTheShaderOfTheBakerShowsIt) {
     const TemporaryFolder folder;
     writeMonoBake(folder);
@@ -158,7 +174,7 @@ TEST(BakeryMonoSh, ValuesThatAreNoLightAreNamed) {
         writeFirst(folder / "room_L0.exr", kBakeryHeight, value);
         const Error error = refusal(folder / "room_L0.exr");
         EXPECT_EQ(error.code, code);
-        EXPECT_THAT(error.line(), HasSubstr("channel sh00.G, texel (3, 4)"));
+        EXPECT_THAT(error.line(), HasSubstr(fmt::format("room_L0.exr, channel G, texel (3, 4): found {}, expected", value)));
     }
 }
 

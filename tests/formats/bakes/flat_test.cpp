@@ -1,5 +1,6 @@
 #include "formats/bakes/flat.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -193,7 +194,7 @@ TEST(Flat, ValuesThatAreNoLightAreNamed) {
         poke(recipe, "G", 3, 4, value);
         const Error error = refusal(MapFile(recipe).path);
         EXPECT_EQ(error.code, code);
-        EXPECT_THAT(error.line(), HasSubstr("texel (3, 4)"));
+        EXPECT_THAT(error.line(), HasSubstr(fmt::format("channel G, texel (3, 4): found {}, expected", value))) << "as the file has it";
     }
 }
 

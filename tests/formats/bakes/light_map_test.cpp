@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "tests/formats/light_map_fixture.h"
+#include "tests/formats/opens.h"
 #include "tests/formats/texture_fixture.h"
 
 namespace lightcook::formats {
@@ -50,6 +51,24 @@ TEST(LightMapReader, TexturesAreRefusedByTheirContainer) {
         EXPECT_THAT(error.line(), AllOf(HasSubstr(file), HasSubstr(std::string("found a GPU texture (") + name + ")"),
                                         HasSubstr("expected OpenEXR or Radiance HDR"), HasSubstr("`lightcook decode`")));
     }
+}
+
+/// Every action of a light map asks whether the bake has normals.
+TEST(ReadsMesh, LooksIntoAFileOnceUntilItChanges) {
+    const MapFile map(seededMap(4, 4));
+    LightMapDescription description;
+    description.mesh = map.folder / "mesh.glb";
+    EXPECT_FALSE(readsMesh(map.path, description)) << "there is no mesh";
+    writeContent(description.mesh, "mesh");
+    const Opens opens(map.path);
+    EXPECT_TRUE(readsMesh(map.path, description));
+    EXPECT_GT(opens.count(), 0);
+    EXPECT_TRUE(readsMesh(map.path, description));
+    EXPECT_EQ(opens.count(), 0);
+    ExrRecipe withNormals = seededMap(4, 4);
+    for (const char* normal : {"normal.X", "normal.Y", "normal.Z"}) withNormals.channels[normal] = [](int, int) { return 1.0f; };
+    writeRecipe(map.path, withNormals);
+    EXPECT_FALSE(readsMesh(map.path, description));
 }
 
 TEST(LightMapReader, EncodedColoursAreRefused) {

@@ -146,7 +146,25 @@ TEST(UnityDirectional, ValuesThatAreNoLightAreNamed) {
         poke(recipe, "G", 3, 4, value);
         const Error error = refusal(UnityBake(recipe).light);
         EXPECT_EQ(error.code, code);
-        EXPECT_THAT(error.line(), HasSubstr("channel sh00.G, texel (3, 4)"));
+        EXPECT_THAT(error.line(), HasSubstr(fmt::format("Lightmap-0_comp_light.exr, channel G, texel (3, 4): found {}, expected", value)));
+    }
+}
+
+/// A NaN in the directions makes all coefficients of a texel NaN; the error names the number that is one.
+TEST(UnityDirectional, DirectionsThatAreNoNumbersAreNamed) {
+    for (const char* channel : {"B", "A"}) {
+        const TemporaryFolder folder;
+        writeRecipe(folder / "a_light.exr", colours());
+        ExrRecipe directions;
+        directions.width = kUnityWidth;
+        directions.height = kUnityHeight;
+        for (int c = 0; c < 4; ++c)
+            directions.channels[std::string(1, "RGBA"[c])] = [c](int x, int y) { return static_cast<float>(directionByte(c, x, y)) / 255; };
+        poke(directions, channel, 3, 65, std::numeric_limits<float>::quiet_NaN());
+        writeRecipe(folder / "a_dir.exr", directions);
+        const Error error = refusal(folder / "a_light.exr");
+        EXPECT_EQ(error.code, ErrorCode::ValueNotFinite);
+        EXPECT_THAT(error.line(), HasSubstr(fmt::format("a_dir.exr, channel {}, texel (3, 65): found nan", channel)));
     }
 }
 

@@ -16,6 +16,7 @@
 #include <set>
 
 #include "formats/gltf/material_needs.h"
+#include "formats/gltf_light_map.h"
 #include "tests/formats/gltf/glb.h"
 #include "tests/formats/temporary_folder.h"
 
@@ -541,6 +542,13 @@ TEST(GltfScene, APartOfMorphTargetsIsRefused) {
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::FormatUnsupported);
     EXPECT_THAT(refused.error().line(), HasSubstr("scene.glb, mesh 0, primitive 0: found morph targets, expected none"));
+
+    const auto checked = formats::checkNoMorphTargets(folder / "scene.glb");
+    ASSERT_FALSE(checked);
+    EXPECT_EQ(checked.error().line(), refused.error().line()) << "the same before any triangle is read";
+    cube().writeGlb(folder / "scene.glb");
+    EXPECT_TRUE(formats::checkNoMorphTargets(folder / "scene.glb"));
+    EXPECT_TRUE(formats::checkNoMorphTargets(folder / "none.glb")) << "load() says why";
 }
 
 TEST(GltfScene, APartOfASkinIsRefusedIfItIsCut) {
@@ -908,6 +916,11 @@ TEST(GltfScene, BadReferencesAndValuesAreRefusedWithTheirPlace) {
                                         HasSubstr("finite")));
     }
     maker = cube();
+    const std::size_t uvs = maker.primitives()[0]["attributes"]["TEXCOORD_1"];
+    const std::array<float, 2> badUv = {0.5f, std::numeric_limits<float>::quiet_NaN()};
+    std::memcpy(maker.buffer.data() + maker.document["bufferViews"][uvs]["byteOffset"].get<std::size_t>() + 8 * 5, badUv.data(), 8);
+    EXPECT_THAT(refusal(maker).line(), HasSubstr("vertex 5: found (0.5, nan), expected finite values"));
+    maker = cube();
     const std::size_t positions = maker.primitives()[0]["attributes"]["POSITION"];
     const float far = 1e30f;
     std::memcpy(maker.buffer.data() + maker.document["bufferViews"][positions]["byteOffset"].get<std::size_t>() + 12 * 5, &far, 4);
@@ -1153,6 +1166,60 @@ TEST(GltfScene, WithoutASecondUvSetItSaysSo) {
     maker.primitives()[1]["attributes"].erase("TEXCOORD_1");
     maker.writeGlb(folder / "scene.glb");
     EXPECT_FALSE(loaded(folder / "scene.glb").hasLightMapUvs());
+}
+
+/// Lines and points have no surface, so no light map lies on them.
+TEST(GltfScene, LinesAndPointsNeedNoSecondUvSet) {
+    const TemporaryFolder folder;
+    GltfMaker maker = cube();
+    for (const int mode : {0, 1}) maker.primitives().push_back({{"attributes", {{"POSITION", 0}}}, {"mode", mode}, {"material", 0}});
+    maker.writeGlb(folder / "scene.glb");
+    const GltfScene scene = loaded(folder / "scene.glb");
+    EXPECT_TRUE(scene.hasLightMapUvs());
+    const auto expectKept = [&](const GltfScene& from, const char* file) {
+        const json primitives = jsonOf(folder / file)["meshes"][0]["primitives"];
+        ASSERT_EQ(primitives.size(), 4u) << file;
+        for (const std::size_t i : {2, 3}) EXPECT_EQ(primitives[i], maker.primitives()[i]) << file;
+        EXPECT_TRUE(loaded(folder / file).hasLightMapUvs()) << file;
+        const auto plain = from.writePlain(folder / "again.glb", nullptr);
+        ASSERT_TRUE(plain) << plain.error().line();
+        EXPECT_EQ(plain->triangleVertexCount, 24);
+        EXPECT_EQ(plain->vertexCount, 24 + 24 + 24);
+    };
+    ASSERT_TRUE(scene.writePlain(folder / "plain.glb", nullptr));
+    expectKept(scene, "plain.glb");
+    ASSERT_TRUE(scene.writeLightMapUvs(folder / "packed.glb", numberedUvs(scene)));
+    expectKept(scene, "packed.glb");
+    ASSERT_TRUE(scene.writeDraco(folder / "draco.glb", {}));
+    expectKept(scene, "draco.glb");
+    EXPECT_TRUE(scene.errorOf(loaded(folder / "draco.glb")));
+
+    maker.primitives().erase(std::size_t{0});
+    maker.primitives().erase(std::size_t{0});
+    maker.writeGlb(folder / "lines.glb");
+    EXPECT_FALSE(loaded(folder / "lines.glb").hasLightMapUvs());
+}
+
+TEST(GltfLightMap, LinesWithoutASecondUvSetHaveNoPictureOfIt) {
+    const TemporaryFolder folder;
+    GltfMaker maker = cube();
+    maker.document["materials"].push_back({{"name", "of lines alone"}});
+    for (const int material : {0, 0, 2})
+        maker.primitives().push_back({{"attributes", {{"POSITION", 0}}}, {"mode", 1}, {"material", material}});
+    maker.primitives().push_back({{"attributes", {{"POSITION", 0}}}, {"mode", 1}});
+    maker.writeGlb(folder / "scene.glb");
+    const auto bound = bindLightMap(folder / "scene.glb", folder / "bound.glb", {"map", "{}", std::vector<std::byte>(8), 1, {}});
+    ASSERT_TRUE(bound) << bound.error().line();
+    const json after = jsonOf(folder / "bound.glb"), primitives = after["meshes"][0]["primitives"];
+    ASSERT_EQ(after["materials"].size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_EQ(after["materials"][i].value("extensions", json::object()).contains("MOZ_lightmap"), i < 2) << i;
+    EXPECT_EQ(primitives[0]["material"], maker.primitives()[0]["material"]);
+    EXPECT_EQ(primitives[2]["material"], 3) << "a copy without the picture";
+    EXPECT_EQ(primitives[3]["material"], 3);
+    EXPECT_EQ(after["materials"][3]["name"], after["materials"][0]["name"]);
+    EXPECT_EQ(primitives[4]["material"], 2);
+    EXPECT_FALSE(primitives[5].contains("material"));
 }
 
 TEST(GltfScene, TheSharedScenesShrinkWithinTheirSteps) {

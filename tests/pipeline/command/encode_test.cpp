@@ -1,5 +1,6 @@
 #include "pipeline/command/encode.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +8,7 @@
 #include <limits>
 
 #include "formats/environment.h"
+#include "formats/gpu_texture.h"
 #include "pipeline/command/compare.h"
 #include "pipeline/command/decode.h"
 #include "pipeline/command/info.h"
@@ -229,7 +231,7 @@ TEST_F(EncodeOptionsOfTheCommand, EachMetricAndScaleServesItsOwnError) {
     for (int i = 0; i < 4; ++i) {
         EncodeCommand each = command("bc6h-uf16");
         each.metric = asked[i].first;
-        each.metricScale = asked[i].second;
+        if (each.metric != compress::HdrMetric::Linear) each.metricScale = asked[i].second;
         const Image<glm::vec4> texels = coded(each);
         for (int j = 0; j < 4; ++j) table[i][j] = sum(texels, errors[j]);
     }
@@ -344,6 +346,33 @@ TEST_F(EncodeOptionsOfTheCommand, ImpossibleOnesAreRefused) {
     }
 }
 
+TEST_F(EncodeOptionsOfTheCommand, MetricsWithoutEffectAreRefused) {
+    for (const formats::PixelFormatInfo& format : formats::allPixelFormats()) {
+        const std::string name(format.name);
+        SCOPED_TRACE(name);
+        EncodeCommand metric = command(name.c_str()), scale = metric;
+        metric.metric = compress::HdrMetric::Log;
+        scale.metricScale = 1.0f;
+        if (name.starts_with("bc6h") || name == "rgb9e5") {
+            EXPECT_TRUE(encodeTexture(metric, 1));
+            EXPECT_TRUE(encodeTexture(scale, 1));
+        } else {
+            const std::string found = fmt::format(
+                ": found it with --format {}, whose encoder minimizes an error of its own, expected --format bc6h-uf16, bc6h-sf16 or "
+                "rgb9e5",
+                name);
+            expectRefused(metric, ErrorCode::InvalidRequest, "--metric" + found);
+            expectRefused(scale, ErrorCode::InvalidRequest, "--metric-scale" + found);
+        }
+        std::filesystem::remove(metric.output);
+    }
+    EncodeCommand linear = command("bc6h-uf16");
+    linear.metric = compress::HdrMetric::Linear;
+    linear.metricScale = 0.5f;
+    expectRefused(linear, ErrorCode::InvalidRequest,
+                  "--metric-scale: found it with --metric linear, which has no scale, expected --metric log or relative");
+}
+
 TEST(EncodeTexture, WrongRequestsAreRefused) {
     const formats::TemporaryFolder folder;
     ASSERT_TRUE(formats::writeExr(folder / "in.exr", gradientImage(8, 8).view(), 3).has_value());
@@ -364,7 +393,7 @@ TEST(EncodeTexture, WrongRequestsAreRefused) {
 TEST(EncodeTexture, ACubeKeepsItsFaces) {
     const formats::TemporaryFolder folder;
     ASSERT_TRUE(formats::writeExr(folder / "in.exr", gradientImage(8, 48).view(), 3).has_value());
-    const EncodeCommand command{folder / "in.exr", folder / "out.ktx2", "rgba16f", 5, true, true, false};
+    const EncodeCommand command{folder / "in.exr", folder / "out.ktx2", "rgba16f", {}, true, true, false};
     const auto facts = encodeTexture(command, 1);
     ASSERT_TRUE(facts.has_value());
     EXPECT_EQ(facts->at("faces"), 6);

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <random>
+#include <set>
 
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
@@ -339,6 +341,44 @@ TEST(CookScene, ALightMapLayoutThatTheSceneNamesIsKept) {
     const Json& frontier = frontierOf(outcome);
     EXPECT_GT(frontier.size(), 2u) << "the dominant light is left to the program";
     for (const Json& point : frontier) EXPECT_EQ(point.at("layouts").at(0).at("layout"), "luvw");
+}
+
+/// Light that bands 0 and 1 do not have at all: every layout without band 2 is far over the default of max_error.
+LightField bandTwo() {
+    return [](const glm::dvec3& direction, const glm::dvec2& place) {
+        return glm::vec3(static_cast<float>(direction.z * direction.z * (1 + place.x)));
+    };
+}
+
+TEST(CookScene, ABudgetWithoutAnErrorLimitsNoError) {
+    const SmallScene scene(Parts::LightMap, bandTwo());
+    scene.writeSceneFile("light_map_layout = \"sh4\"\nbudget = \"1 MiB\"");
+    const Outcome budget = cookScene(scene.options(), RunState());
+    for (const formats::Error& error : budget.errors) ADD_FAILURE() << error.line();
+    const Json& diffuse = mapRow(budget, "map").at("stages").back().at("error").at("diffuse");
+    EXPECT_GT(diffuse.at("rel_rms").get<double>(), 0.1);
+    const Outcome again = verifyCooked({scene / "out", {}, {}, true}, RunState());
+    for (const formats::Error& error : again.errors) ADD_FAILURE() << error.line();
+    EXPECT_TRUE(again.findings.empty()) << "nobody wrote the limit that a budget stands for";
+
+    scene.writeSceneFile("light_map_layout = \"sh4\"\nbudget = \"1 MiB\"\nmax_error = 0.1");
+    const Outcome limited = cookScene(scene.options(), RunState());
+    ASSERT_FALSE(limited.errors.empty());
+    EXPECT_EQ(limited.errors.front().code, formats::ErrorCode::Verification);
+}
+
+/// The limit of one light map leaves the others to the budget.
+TEST(CookScene, ALimitOfOneLightMapIsNoneOfAnother) {
+    const SmallScene scene(Parts::LightMap);
+    scene.writeSceneFile("budget = \"1 MiB\"", "[[light_map]]\nname = \"other\"\nfile = \"map.exr\"\nmax_visible = 50\n");
+    const Outcome outcome = cookScene(scene.options(), RunState());
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+    std::map<std::string, std::set<std::string>> layouts;
+    for (const Json& point : frontierOf(outcome))
+        for (const Json& each : point.at("layouts"))
+            layouts[each.at("light_map").get<std::string>()].insert(each.at("layout").get<std::string>());
+    EXPECT_EQ(layouts.at("other").size(), 1u);
+    EXPECT_GT(layouts.at("map").size(), 1u);
 }
 
 /// A limit on the error decides the light map as without a budget, and the budget is for the dominant light.

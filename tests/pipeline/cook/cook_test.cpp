@@ -53,7 +53,7 @@ TEST(CookScene, EveryLayoutAndTargetPassesAndIsDescribedInFull) {
             SCOPED_TRACE(fmt::format("{} {}", target, layout));
             const SmallScene scene(Parts::LightMap);
             scene.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout));
-            expectCooks(scene, scene.options());
+            expectCooks(scene, scene.optionsWithSharedCache());
             const auto manifest = readManifest(scene / "out");
             ASSERT_TRUE(manifest.has_value());
             EXPECT_EQ(manifest->at("assets").size(), 3u);
@@ -328,6 +328,23 @@ TEST(CookScene, RefusesDdsForAstcBeforeItWorks) {
     EXPECT_EQ(outcome.errors[0].line(),
               "--container dds: found container dds with target astc, expected container ktx2: DDS has no ASTC formats");
     EXPECT_EQ(outcome.actionsRun, 0);
+}
+
+TEST(CookScene, RefusesALimitOnPackedChartsWhereNoneArePacked) {
+    const SmallScene scene(Parts::LightMap);
+    CookOptions options = scene.options();
+    options.charts.maxVisible = 1;
+    for (const std::optional<ChartMode> mode : {std::optional<ChartMode>(), std::optional(ChartMode::Keep)}) {
+        options.charts.mode = mode;
+        const Outcome outcome = cook(options);
+        ASSERT_EQ(outcome.errors.size(), 1u);
+        EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
+        EXPECT_EQ(outcome.errors[0].line(),
+                  "--charts-max-visible: found it where the charts of no light map are packed, expected --charts pack or split");
+        EXPECT_EQ(outcome.actionsRun, 0);
+    }
+    options.charts.mode = ChartMode::Pack;
+    EXPECT_EQ(cook(options).errors.front().line().find("--charts-max-visible"), std::string::npos) << "it lacks a mesh";
 }
 
 TEST(ReadCookedFolder, RefusesAFolderWithoutAManifestThatCanBeRead) {

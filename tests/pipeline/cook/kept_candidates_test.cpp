@@ -126,7 +126,7 @@ TEST_F(KeptCandidates, ThePageLeavesOutThoseOfAnotherCook) {
     // A candidate of another scene in its place.
     SmallScene other(SmallScene::Parts::LightMap, grey);
     other.writeSceneFile("light_map_layout = \"hdr-2\"\nmax_error = 1");
-    CookOptions options = other.options();
+    CookOptions options = other.optionsWithSharedCache();
     options.output = stale;
     ASSERT_TRUE(cookScene(options, state_).errors.empty());
     const auto site = open();

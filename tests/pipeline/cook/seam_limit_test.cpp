@@ -54,7 +54,7 @@ protected:
     }
 
     SmallScene scene_{SmallScene::Parts::LightMap};
-    CookOptions options_ = scene_.options();
+    CookOptions options_ = scene_.optionsWithSharedCache();
 };
 
 TEST_F(SeamLimit, TheReportHasTheSeamOfTwoMeshes) {

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "formats/gltf_scene.h"
@@ -123,6 +124,8 @@ TEST_F(SplitCook, ChartsWithHardLightGetAMapOfTheirOwn) {
     }
     EXPECT_THAT(map->at("notes").at("split").get<std::string>(), HasSubstr("50.0 % of the texels in a map of their own"));
     EXPECT_EQ(find(packed, "map_fine"), nullptr);
+    EXPECT_EQ(map->at("bytes_in").get<std::uint64_t>(), fs::file_size(folder_ / "map.exr"));
+    EXPECT_EQ(fine->at("bytes_in"), 0) << "the bake counts once";
 
     // Each mesh has one of the walls; nodes and their names stay.
     for (const auto& [file, low] : {std::pair("map_walls_mesh.glb", 0.0), std::pair("map_fine_walls_mesh.glb", 3.0)}) {
@@ -190,7 +193,7 @@ TEST_F(SplitCook, AChartIsCutWhereItsLightChanges) {
     // 14 units of each wall; the fine map has the lower part of the right one.
     const Surface coarse = surfaceOf(meshOf("map_walls_mesh.glb")), rest = surfaceOf(meshOf("map_fine_walls_mesh.glb"));
     EXPECT_NEAR(coarse.area + rest.area, 28, 1e-5);
-    EXPECT_NEAR(rest.area, 14 * (0.95 - (34.5 / kSide)) / 0.9, 0.01) << "from the line through the centres of row 34 on";
+    EXPECT_NEAR(rest.area, 14 * (0.95 - (34.5 / kSide)) / 0.9, 0.01) << "from the line beside the centres of row 34 on";
     EXPECT_EQ(coarse.low, 0);
     EXPECT_EQ(rest.low, 3);
     EXPECT_LT(errorOfBoth(folder_ / "", options_.output), 0.1);
@@ -356,6 +359,36 @@ TEST_F(SplitCook, BytesDoNotDependOnThreads) {
         for (const FileRecord& file : filesOf(*manifest)) digests += file.name + " " + file.digest + "\n";
     }
     EXPECT_EQ(manifests[0], manifests[1]);
+}
+
+/// Whether a split is worth its bytes is known after minutes, so morph targets are refused before, also where none is.
+TEST_F(SplitCook, MorphTargetsAreRefusedBeforeASplitIsSought) {
+    writeMap(smoothLight, smoothLight);
+    std::string text = formats::contentOf(folder_ / "walls.gltf");
+    const std::string indices = "\"indices\": 4";
+    formats::writeContent(folder_ / "walls.gltf",
+                          text.replace(text.rfind(indices), indices.size(), indices + R"(, "targets": [{"POSITION": 1}])"));
+    writeScene(kSplit);
+    EXPECT_THAT(mistake(),
+                HasSubstr("walls.gltf, mesh 1, primitive 0: found morph targets, expected none in a mesh whose charts are split"));
+    cooked("charts = \"pack\"\nmax_visible = 3");
+}
+
+TEST_F(SplitCook, LinesNeedNoLightMapUvs) {
+    writeMap(smoothLight, smoothLight);
+    std::string text = formats::contentOf(folder_ / "walls.gltf");
+    const std::string primitives = "\"primitives\": [";
+    formats::writeContent(folder_ / "walls.gltf",
+                          text.insert(text.find(primitives) + primitives.size(), R"({"attributes": {"POSITION": 0}, "mode": 1}, )"));
+    for (const char* charts : {"keep", "pack", "split"}) {
+        SCOPED_TRACE(charts);
+        const Json report = cooked(fmt::format("charts = \"{}\"\nmax_visible = 3", charts));
+        ASSERT_NE(find(report, "walls_mesh"), nullptr);
+        const formats::GltfScene mesh = meshOf("walls_mesh.glb");
+        EXPECT_TRUE(mesh.hasLightMapUvs());
+        EXPECT_EQ(mesh.triangleMeshes().size(), 2u);
+        EXPECT_THAT(formats::contentOf(options_.output / "walls_mesh.glb"), HasSubstr("\"mode\":1"));
+    }
 }
 
 TEST_F(SplitCook, WhatCannotBeSplitIsRefused) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include "pipeline/command/printing.h"
 #include "pipeline/graph/files.h"
 
 namespace lightcook::pipeline {
@@ -109,6 +110,24 @@ TEST(Collection, ComparesByNameAndTarget) {
     EXPECT_FALSE(compareCollections(makeCollection(folders), {before.scenes[1]}, "old.json", 5.0).passed);
 }
 
+/// Growth from nothing has no percentage.
+TEST(Collection, CallsASceneThatTheBaselineLacksNew) {
+    EXPECT_EQ(growthWords(0, 50), "new");
+    EXPECT_EQ(growthWords(0, 0), "+0.00 %");
+    EXPECT_EQ(growthWords(50, 0), "-100.00 %");
+    CollectionReport report = makeCollection(twoScenes());
+    const auto printed = [&](const std::vector<SceneSummary>& before) {
+        report.baseline = compareCollections(report, before, "old.json", std::nullopt);
+        Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
+        testing::internal::CaptureStdout();
+        printCollection(terminal, report);
+        return testing::internal::GetCapturedStdout();
+    };
+    EXPECT_THAT(printed({report.scenes[1]}), AllOf(HasSubstr(" added    0 -> 3500 bytes (new), 2 assets"), Not(HasSubstr("+100.00 %"))));
+    EXPECT_THAT(printed({}), AllOf(HasSubstr("0 -> 4500 bytes since old.json (new); "), Not(HasSubstr("+100.00 %"))));
+    EXPECT_THAT(renderCollectionHtml(report, "", {}), AllOf(HasSubstr("(new)"), Not(HasSubstr("+100.00 %"))));
+}
+
 TEST_F(CollectionBaseline, IsReadBackFromJson) {
     const CollectionReport report = makeCollection(twoScenes());
     const auto scenes = readBaselineScenes(write("old.json", textOf(toJson(report))));
@@ -188,6 +207,31 @@ TEST_F(Budgets, NamesOfScenesThatAreNotThereAreAWarning) {
     EXPECT_THAT(warningOf("attic = \"1\", barn = \"1\", cellar = \"1\", rooof = \"1\", zoo = \"1\""),
                 AllOf(HasSubstr("found limits for 'rooof' (nearest is 'roof'), "), HasSubstr(" and 2 more, expected")))
         << "the nearest one first";
+}
+
+TEST_F(Budgets, PlatformsOfOtherTargetsAreAWarning) {
+    const auto warningOf = [&](const std::vector<std::string>& targets) {
+        std::string text = "schema = 1\n";
+        for (std::size_t i = 0; i < targets.size(); ++i)
+            text += fmt::format("[[platform]]\nname = \"p{}\"\ntotal = \"1\"\n{}", i,
+                                targets[i].empty() ? "" : fmt::format("target = \"{}\"\n", targets[i]));
+        const auto budgets = readBudgets(write("budgets.toml", text));
+        EXPECT_TRUE(budgets);
+        std::vector<SceneMemory> memory;
+        for (const CookedFolder& folder : twoScenes()) memory.push_back(memoryOf(folder));
+        return warningOfUnusedPlatforms(*budgets, memory).value_or("");
+    };
+    EXPECT_EQ(warningOf({"bc", "astc", ""}), "");
+    EXPECT_EQ(warningOf({"bc", "float"}),
+              "found limits for 'p1' (target float), expected scenes that were cooked for that target: other limits are not checked");
+    EXPECT_THAT(warningOf({"float", "float", "float", "float", "float"}), HasSubstr("'p2' (target float) and 2 more, expected"));
+}
+
+TEST_F(Budgets, AFolderIsNoFileOfBudgets) {
+    const auto folder = readBudgets(folder_->path());
+    ASSERT_FALSE(folder);
+    EXPECT_EQ(folder.error().detail, "found a folder, expected the budgets of platforms (TOML)");
+    EXPECT_THAT(readBudgets(folder_->path() / "none.toml").error().detail, HasSubstr("found no such file"));
 }
 
 TEST_F(Budgets, MistakesNamePlaceAndNearestName) {

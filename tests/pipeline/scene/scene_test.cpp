@@ -1,6 +1,9 @@
 #include "pipeline/scene/scene.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
+
+#include <cmath>
 
 #include "pipeline/scene/checks.h"
 #include "tests/formats/temporary_folder.h"
@@ -50,7 +53,11 @@ roughness_axis = "sqrt(m)"
     expectRefused(kHead + "[tables]\nlobe = \"ggx\"\n", "4:8",
                   "found \"ggx\" beside the scene's lobe \"beckmann\" for tables.lobe, expected the same lobe: write lobe = \"ggx\"");
     expectRefused(kHead + "lobe = \"phong\"\n", "3:8", "lightcook lut --lobe phong makes tables alone");
-    expectRefused(kHead + "lobe = \"blinn\"\n", "3:8", "found 'blinn' for the scene.lobe, expected one of: beckmann, ggx");
+    for (const char* lobe : {"blinn", "GGX"}) {
+        const auto other = sceneFromText(kHead + "lobe = \"" + lobe + "\"\n");
+        ASSERT_FALSE(other);
+        EXPECT_EQ(other.error().detail, fmt::format("found '{}' for the scene.lobe, expected one of: beckmann, ggx", lobe));
+    }
     expectRefused(kHead + "[tables]\nlobes = \"ggx\"\n", "4:1", "nearest is 'lobe'");
     expectRefused(kHead + "[tables]\nview_axes = \"NoV\"\n", "4:1", "nearest is 'view_axis'");
     expectRefused(kHead + "[tables]\nviews = 1\n", "4:9", "expected an integer from 2 to 1024");
@@ -245,6 +252,17 @@ TEST(ReadScene, SettingsThatNoFileCanHaveAreRefused) {
     expectRefused(kHead + "[color]\nworking = \"\"\n", "4:11", "found an empty text for color.working");
 }
 
+TEST(ReadScene, ColourSpacesThatNoneHasAreRefusedWhereTheyAreWritten) {
+    expectRefused(kHead + "[color]\nsource = \"lin_rec708\"\n", "4:10, color.source, colour space 'lin_rec708'",
+                  "found no such space in the built-in config, expected one it knows; the nearest is 'lin_rec709'");
+    expectRefused(kHead + "[color]\nsource = \"acescg\"\nworking = \"asescg\"\n", "5:11, color.working, colour space 'asescg'",
+                  "the nearest is 'acescg'");
+    expectRefused(kHead + "[color]\nworking = \"srgb\"\n", "4:11, color.working, colour space 'srgb_texture' is not linear",
+                  "by proportion");
+    EXPECT_TRUE(sceneFromText(kHead + "[color]\nsource = \"lin_ap1\"\nworking = \"lin_rec2020\"\n")) << "an alias";
+    EXPECT_TRUE(sceneFromText(kHead + "[color]\nsource = \"plate\"\nconfig = \"none.ocio\"\n")) << "the config is an input of the cook";
+}
+
 TEST(ReadScene, FractionsMayBePercentages) {
     const auto scene = sceneFromText(kHead + "[output]\nmax_error = \"2%\"\nmax_converter_error = \"0.5 %\"\nrdo = \"1.5%\"\n");
     ASSERT_TRUE(scene.has_value()) << scene.error().line();
@@ -299,6 +317,43 @@ TEST(ReadScene, NamesThatDifferInCaseAloneAreRefused) {
     EXPECT_TRUE(sceneFromText(kHead + probeNamed("Room") + probeNamed("Room2")));
 }
 
+TEST(ReadScene, NamesThatWindowsReservesAreRefused) {
+    for (const char* name : {"con", "NUL", "aux", "Prn", "com1", "LPT9", "nul.v2", "com3.exr", "room."}) {
+        expectRefused(kHead + probeNamed(name), "4:8",
+                      fmt::format("found the name '{}', expected another one: Windows has no files", name));
+        expectRefused(fmt::format("schema = 1\nname = \"{}\"\n", name), "2:8", "Windows");
+    }
+    for (const char* name : {"console", "com", "com0", "com10", "lpt", "nul_1", "room.con", "a.b"})
+        EXPECT_TRUE(sceneFromText(kHead + probeNamed(name))) << name;
+}
+
+/// The system would open the file of the part before it. Line ends and the like may stand in names.
+TEST(ReadScene, PathsWithACharacterZeroAreRefused) {
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"p.exr\\u0000\"\n", "5:8",
+                  std::string("found a character 0 in the path 'p.exr") + '\0' + "' for probe.file, expected none");
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"p.exr\"\nsh = \"a\\u0000b.json\"\n", "6:6", "for probe.sh, expected none");
+    expectRefused(kHead + "[[light_map]]\nname = \"m\"\nfiles = { sh00 = \"a.exr\", sh01 = \"b\\u0000.exr\" }\n",
+                  "5:", "for light_map.files.sh01, expected none");
+    EXPECT_TRUE(sceneFromText(kHead + "[[probe]]\nname = \"p\"\nfile = \"caf\u00e9\\n1.exr\"\n"));
+}
+
+/// Squares of the components would be 0 or infinite.
+TEST(ReadScene, AnAxisOfAnyLengthIsADirection) {
+    const auto axisOf = [](const std::string& axis) {
+        const auto scene = sceneFromText(kHead + "[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\naxis = " + axis + "\n");
+        EXPECT_TRUE(scene) << (scene ? "" : scene.error().line());
+        return scene ? *scene->gradients.at(0).axis : glm::dvec3(0);
+    };
+    EXPECT_EQ(axisOf("[1e-300, 0, 0]"), glm::dvec3(1, 0, 0));
+    EXPECT_EQ(axisOf("[0, -5e-324, 0]"), glm::dvec3(0, -1, 0));
+    for (const char* diagonal : {"[1e200, 1e200, 0]", "[1e308, 1e308, 0]", "[3, 3, 0]"}) {
+        const glm::dvec3 axis = axisOf(diagonal);
+        EXPECT_NEAR(axis.x, std::sqrt(0.5), 1e-15) << diagonal;
+        EXPECT_NEAR(axis.y, std::sqrt(0.5), 1e-15) << diagonal;
+        EXPECT_EQ(axis.z, 0) << diagonal;
+    }
+}
+
 TEST(ReadScene, TwoTablesOfOneMaterialAreRefused) {
     const std::string any = "[[material]]\nname = \"*\"\nspecular = true\n", gold = "[[material]]\nname = \"gold\"\n";
     EXPECT_TRUE(sceneFromText(kHead + any + gold));
@@ -340,6 +395,22 @@ TEST(ParseByteCount, UnitsAreWhatTheySay) {
     EXPECT_EQ(parseByteCount("512KiB", ""), 512u << 10);
     for (const char* bad : {"", "MiB", "-1", "1 mib", "1e30 GiB", "nan", "2 MiB x"})
         EXPECT_FALSE(parseByteCount(bad, "budget").has_value()) << bad;
+}
+
+TEST(ParseByteCount, NumbersAreDecimalAndBytesWhole) {
+    for (const char* bad : {"0x10000", "0x1p4", "1e2KiB", "1e3", "+1", "inf", "infinity", "1.2.3", "."})
+        EXPECT_FALSE(parseByteCount(bad, "budget").has_value()) << bad;
+    for (const char* bad : {"1.5", "0.1 B", "0.0001 KiB"}) {
+        const auto bytes = parseByteCount(bad, "budget");
+        ASSERT_FALSE(bytes.has_value()) << bad;
+        EXPECT_THAT(bytes.error().line(), HasSubstr("expected a whole number of bytes"));
+    }
+    EXPECT_FALSE(parseByteCount(std::string(400, '9'), "").has_value());
+    EXPECT_EQ(parseByteCount("1.3 MiB", ""), 1363148u) << "never more than the text says";
+    EXPECT_EQ(parseByteCount("2.007 kB", ""), 2007u);
+    EXPECT_EQ(parseByteCount("3.0", ""), 3u);
+    EXPECT_EQ(parseByteCount("0", ""), 0u);
+    EXPECT_EQ(parseByteCount("9007199254740991", ""), 9007199254740991u);
 }
 
 }  // namespace

@@ -105,6 +105,17 @@ TEST_F(CookedSite, RefusesWhatIsNoCookedFolder) {
     EXPECT_THAT(withoutPage.error().line(), HasSubstr("LIGHTCOOK_VIEWER"));
 }
 
+TEST_F(CookedSite, RefusesDdsTextures) {
+    CookOptions options = scene_.optionsWithSharedCache();
+    options.container = formats::Container::Dds;
+    ASSERT_TRUE(cookScene(options, state_).errors.empty());
+    const auto site = open();
+    ASSERT_FALSE(site.has_value());
+    EXPECT_EQ(site.error().code, ErrorCode::FormatUnsupported);
+    EXPECT_THAT(site.error().line(),
+                HasSubstr(".dds: found a DDS texture, which the page does not read, expected KTX2: cook with container = \"ktx2\""));
+}
+
 TEST_F(CookedSite, RefusesAChangedFileAndALinkOutOfTheFolder) {
     const fs::path shader = folder() / "lightcook.glsl";
     fs::rename(shader, scene_ / "outside.glsl");

@@ -83,6 +83,21 @@ TEST(LayoutChoice, TheLargerPartOfTheTwoLimitsCounts) {
     EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[2].error, 1.5);
 }
 
+/// A limit on the bound of visible errors is not kept by a stage that has none, or has one for a part of its light alone.
+TEST(LayoutChoice, AnUnknownBoundKeepsNoLimitOnIt) {
+    verify::StageError stage;
+    stage.diffuse.relRms = 0.01;
+    stage.diffuse.visible = verify::VisibleFigures{};
+    stage.specular.visible = verify::VisibleFigures{};
+    const LayoutLimits limited{0.1, {}, 4};
+    EXPECT_EQ(verifiedPart(stage, 0, limited), HUGE_VAL);
+    stage.diffuse.visible->bound = 1;
+    EXPECT_EQ(verifiedPart(stage, 0, limited), HUGE_VAL) << "specular light has none";
+    EXPECT_DOUBLE_EQ(verifiedPart(stage, 0, {0.1, {}}), 0.1) << "without a limit it does not count";
+    stage.specular.visible->bound = 2;
+    EXPECT_DOUBLE_EQ(verifiedPart(stage, 0, limited), 0.5);
+}
+
 /// A layout is on the curve unless another has no more bytes and no more error.
 TEST(LayoutChoice, TheCurveHasWhatNoOtherBeats) {
     std::mt19937 random(5);
