@@ -36,7 +36,7 @@ endfunction()
 #   OPENIMAGEIO    sources that call OpenImageIO. They make a program of their own, <module>_openimageio_tests: loading that library and
 #                  the 250 others that it needs takes 0.3 s, and ctest starts one process a suite
 #   NOT_SANITIZED  sources left out of the sanitizers' builds: they run for minutes there, over code that others run on worse input
-#   UNITY          with LIGHTCOOK_UNITY the sources of <module>_tests are compiled several at a time, so names in their unnamed namespaces differ
+#   UNITY          with LIGHTCOOK_UNITY the sources of a program are compiled several at a time, so names in their unnamed namespaces differ
 #   COST           ctest begins with the suites of the largest, so that no long one is left for the end
 #   JSON           the sources include nlohmann/json.hpp and fmt/format.h
 # Suites with Soak in their name carry the label "soak": ./dev test leaves them out, ./dev soak runs them with LIGHTCOOK_SOAK=1.
@@ -46,15 +46,15 @@ function(lightcook_test module)
     list(APPEND ARG_SOURCES ${ARG_NOT_SANITIZED})
   endif()
   add_executable(${module}_tests ${ARG_SOURCES})
-  if(ARG_UNITY)
-    set_target_properties(${module}_tests PROPERTIES UNITY_BUILD ${LIGHTCOOK_UNITY} UNITY_BUILD_BATCH_SIZE "${CMAKE_UNITY_BUILD_BATCH_SIZE}")
-  endif()
   set(programs ${module}_tests)
   if(ARG_OPENIMAGEIO)
     add_executable(${module}_openimageio_tests ${ARG_OPENIMAGEIO})
     target_link_libraries(${module}_openimageio_tests PRIVATE PkgConfig::OpenImageIO)
     add_dependencies(${module}_tests ${module}_openimageio_tests)
     list(APPEND programs ${module}_openimageio_tests)
+  endif()
+  if(ARG_UNITY)
+    set_target_properties(${programs} PROPERTIES UNITY_BUILD ${LIGHTCOOK_UNITY} UNITY_BUILD_BATCH_SIZE "${CMAKE_UNITY_BUILD_BATCH_SIZE}")
   endif()
   set(kind test)
   if(ARG_JSON)

@@ -96,6 +96,7 @@ TEST_F(Figures, OfMemoryAddUpForEveryKindOfAssetAndLayout) {
         expectSums(outcome.report, folder_ / "out");
         const bool isLearned = std::string(layout).starts_with("basis");
         EXPECT_EQ(outcome.report.at("budget").at("by_format").contains("rgba16f"), isLearned) << "the tables";
+        if (draco) continue;  // one verification, of the folder with a mesh without Draco and with tables
         const RunState state;
         expectSums(verifyCooked({folder_ / "out", {}, {}}, state).report, folder_ / "out");
     }
@@ -107,7 +108,7 @@ TEST_F(Figures, OfMemoryAddUpWithoutAMeshOrDirections) {
     for (const char* output :
          {"target = \"astc\"\nlight_map_layout = \"basis-4\"", "target = \"float\"\nlight_map_layout = \"sh4\"\nmax_error = 1"}) {
         scene.writeSceneFile(output);
-        const Outcome outcome = cookScene(scene.options(), state);
+        const Outcome outcome = cookScene(scene.optionsWithSharedCache(), state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
         expectSums(outcome.report, scene / "out");
     }

@@ -33,7 +33,7 @@ protected:
         scene_.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", GetParam().target, GetParam().layout), "",
                               fmt::format("lobe = \"{}\"\n", GetParam().lobe));
         const RunState state;
-        const Outcome outcome = cookScene(scene_.options(), state);
+        const Outcome outcome = cookScene(scene_.optionsWithSharedCache(), state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
         const auto manifest = loadManifest(scene_ / "out");
         if (!manifest) throw std::runtime_error(manifest.error().line());

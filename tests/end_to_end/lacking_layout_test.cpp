@@ -19,7 +19,7 @@ protected:
     Outcome cook(const std::string& output, const std::string& materials) {
         scene_.writeSceneFile(output, materials);
         const RunState state;
-        return cookScene(scene_.options(), state);
+        return cookScene(scene_.optionsWithSharedCache(), state);
     }
     static std::string needs(bool normalMap, bool specular) {
         return fmt::format("[[material]]\nname = \"*\"\nnormal_map = {}\nspecular = {}\n", normalMap, specular);
@@ -27,7 +27,7 @@ protected:
     /// Returns the figures of the light map's last stage.
     static Json errorOf(const Outcome& outcome) { return outcome.report.at("assets")[0].at("stages").back().at("error"); }
 
-    SmallScene scene_{SmallScene::Parts::LightMap};
+    SmallScene scene_{SmallScene::Parts::LightMap, sunAndSky, 24};
 };
 
 TEST_F(LackingLayout, FlatFailsItsLimitWhereMaterialsNeedDirections) {
@@ -81,7 +81,7 @@ TEST_F(LackingLayout, TheConverterTakesTheNeedsOfTheSurfaces) {
     LightMapOptions options;
     options.input = scene_ / "map.exr";
     options.output = scene_ / "single";
-    options.cook.cache = scene_ / "cache";
+    options.cook.cache = LIGHTCOOK_TEST_CACHE;
     options.cook.lightMapLayout = "flat";
     const RunState state;
     Outcome outcome = convertLightMap(options, state);

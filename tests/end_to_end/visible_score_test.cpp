@@ -63,7 +63,7 @@ protected:
 TEST_P(VisibleScore, AgreesWithAnIndependentProgram) {
     if (!fs::exists(bake()) || !fs::exists(tool())) GTEST_SKIP() << "no shared data at " << LIGHTCOOK_SHARED_DATA;
     const Json stages = cookedStages();
-    const Json score = independentScore(1), surface = independentScore(4);
+    const Json score = independentScore(1), surface = independentScore(2);
     if (score.is_null()) GTEST_SKIP() << "no score without python3-numpy and python3-openimageio";
     const Json& total = stages.back();
     for (const char* kind : {"diffuse", "specular"}) {
