@@ -35,10 +35,12 @@ struct GltfLightMap {
     std::optional<Environment> environment;
 };
 
-/// Writes a GLB with the light map bound to every node that has a mesh. The materials get the flat picture; primitives without a material
-/// share a new one. Lines and points without light-map UVs (TEXCOORD_1) have materials without the picture. A scene that has an image-based
-/// light keeps it. scene   a GLB without external buffers, as GltfScene::writePlain() writes it returns the size of the written file
-/// [bytes]
+/// Writes a GLB with the light map bound to every node whose mesh has light-map UVs (TEXCOORD_1). The materials get the flat picture;
+/// primitives without a material share a new one. Lines and points without these UVs have materials without the picture. A scene that has
+/// an image-based light keeps it.
+/// scene   a GLB without external buffers, as GltfScene::writePlain() writes it
+///
+/// Returns the size of the written file [bytes].
 Result<std::uint64_t> bindLightMap(const std::filesystem::path& scene, const std::filesystem::path& file, const GltfLightMap& lightMap);
 
 /// Returns the light maps that a glTF binds, as the JSON text of a list: the extension's `maps`, or "[]".

@@ -73,8 +73,10 @@ StoredNumber Canonicalizer::placeOf(std::size_t coefficient, int colour, int x, 
 tl::unexpected<Error> Canonicalizer::refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, float value,
                                                   const std::string& expected, const BakeReader& reader) const {
     const StoredNumber place = placeOf(coefficient, colour, x, y, reader);
+    // A finite number may become infinite where it is decoded.
+    const bool isAtFault = place.value && (std::isfinite(value) || !std::isfinite(*place.value));
     return failure(code, fmt::format("{}, channel {}, texel ({}, {})", place.file, place.channel, place.x, place.y),
-                   fmt::format("found {}, expected {}", place.value.value_or(value), expected));
+                   fmt::format("found {}, expected {}", isAtFault ? *place.value : value, expected));
 }
 
 /// Returns the place of a run of numbers, by its first and its last.

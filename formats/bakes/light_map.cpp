@@ -150,11 +150,15 @@ bool hasNormalChannels(const std::filesystem::path& file) {
     if (code) return false;
     const auto written = std::filesystem::last_write_time(file, code);
     if (code) return false;
-    const std::lock_guard lock(mutex);
-    const auto known = answers.find(file);
-    if (known != answers.end() && known->second.written == written && known->second.bytes == bytes) return known->second.hasNormals;
+    {
+        const std::lock_guard lock(mutex);
+        const auto known = answers.find(file);
+        if (known != answers.end() && known->second.written == written && known->second.bytes == bytes) return known->second.hasNormals;
+    }
     const Result<ExrReader> exr = ExrReader::open(file);
-    const bool hasNormals = exr && exr->info().has(kNormalChannels.front());
+    if (!exr) return false;
+    const bool hasNormals = exr->info().has(kNormalChannels.front());
+    const std::lock_guard lock(mutex);
     answers[file] = {written, bytes, hasNormals};
     return hasNormals;
 }

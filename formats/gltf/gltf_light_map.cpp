@@ -33,7 +33,8 @@ public:
         json_["extensions"][kLightMapExtension]["maps"] = Json::array({Json::parse(lightMap_.description)});
         declare(kLightMapExtension);
         for (Json& node : listOf("nodes"))
-            if (node.contains("mesh"))
+            if (node.contains("mesh") &&
+                std::ranges::any_of(json_.at("meshes").at(node.at("mesh").get<std::size_t>()).at("primitives"), isLit))
                 node["extensions"][kLightMapExtension] = {{"map", 0}, {"texCoord", 1}, {"coordinateScaleBias", {1, 1, 0, 0}}};
         bindFallback();
         if (lightMap_.environment) bindEnvironment(*lightMap_.environment);

@@ -15,7 +15,7 @@ namespace lightcook::pipeline {
 struct EncodeCommand {
     std::filesystem::path input, output;
     std::string format;
-    std::optional<int> effort = {};  ///< default: 5; formats of blocks only
+    std::optional<int> effort = {};  ///< default: 5; without effect on formats without blocks
     bool cube = false;               ///< the input is a vertical strip of six faces
     bool zstd = false;
     bool repair = false;  ///< replaces NaN, infinity and negatives in unsigned formats by zero and counts them, instead of refusing them

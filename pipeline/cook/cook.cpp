@@ -104,7 +104,7 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
         return failure(ErrorCode::InvalidRequest, "--charts-max-visible",
                        "found it where the charts of no light map are packed, expected --charts pack or split");
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (isSplit(output, entry) && entry.mesh)
+        if (isSplit(output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
             if (auto checked = formats::checkNoMorphTargets(*entry.mesh); !checked) return checked;
     if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;

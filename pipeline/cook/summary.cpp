@@ -110,7 +110,8 @@ Result<void> describeSource(const PackedLightMap& packed, CookedAsset& asset) {
 }
 
 /// Says what packing the charts saved in the textures of an asset.
-std::string packingWords(const ChartPacking& packing, const CookedAsset& asset) {
+/// isPart  some of the charts were packed, and not a whole map: they moved in any case
+std::string packingWords(const ChartPacking& packing, bool isPart, const CookedAsset& asset) {
     const double scaleX = static_cast<double>(packing.widthBefore) / packing.width,
                  scaleY = static_cast<double>(packing.heightBefore) / packing.height;
     std::int64_t saved = 0;
@@ -123,6 +124,8 @@ std::string packingWords(const ChartPacking& packing, const CookedAsset& asset) 
         saved += static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(texture.bytesGpu);
     }
     const double share = 100.0 / (scaleX * scaleY);
+    const bool isUnmoved = !isPart && packing.width == packing.widthBefore && packing.height == packing.heightBefore;
+    if (isUnmoved) return fmt::format("no: {} charts stay where they are, since the map would get no smaller", packing.charts);
     const std::string fewer = packing.reducedCharts > 0
                                   ? fmt::format("{} of {} charts with fewer texels", packing.reducedCharts, packing.charts)
                                   : fmt::format("{} charts moved, none with fewer texels", packing.charts);
@@ -145,7 +148,7 @@ void describeSources(const PackedLightMap& packed, const CookedAsset& asset, Rep
     if (row.kind == AssetKind::Mesh) return;
     if (!row.notes) row.notes = Json::object();
     if (row.kind == AssetKind::LightMap) row.notes->update(packed.notes);
-    (*row.notes)["packing"] = packingWords(packed.bake.packing, asset);
+    (*row.notes)["packing"] = packingWords(packed.bake.packing, packed.bake.part.has_value(), asset);
 }
 
 }  // namespace

@@ -344,10 +344,14 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     if (!request.part && blocksOf(size) >= blocksOf(sizeBefore)) {
         size = sizeBefore;
         places = firstTexelsOf(*found);
-        atlas::ReductionLimit whole = limit;
-        whole.maxVisible = 0;
-        reduced = reduceAll(whole);
-        if (!reduced) return tl::make_unexpected(reduced.error());
+        if (std::ranges::any_of(*reduced, [](const atlas::ReducedChart& chart) { return chart.step != glm::ivec2(1); })) {
+            isRead.clear();
+            reduced->clear();
+            atlas::ReductionLimit whole = limit;
+            whole.maxVisible = 0;
+            reduced = reduceAll(whole);
+            if (!reduced) return tl::make_unexpected(reduced.error());
+        }
     }
 
     Repacked result{.map = outputs->front(),

@@ -98,7 +98,7 @@ Result<ActionOutcome> cookGltf(const ActionContext& context) {
     if (!scene) return tl::make_unexpected(scene.error());
     if (!scene->hasLightMapUvs())
         return formats::failure(formats::ErrorCode::WrongShape, mesh.string(),
-                                "found a primitive without TEXCOORD_1, expected light-map UVs on all triangles");
+                                "found triangles without TEXCOORD_1, expected light-map UVs on all triangles");
     std::optional<formats::ClusterMap> clusters;
     if (hasClustersInMesh(*asset)) {
         auto map = clusterMapOf(*asset);
