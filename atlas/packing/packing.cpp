@@ -182,7 +182,7 @@ private:
     std::int64_t work_ = 0;
 };
 
-/// What charts are sorted by, the largest first; the second number of equal ones.
+/// Charts are sorted by the first number, the largest first, and equal ones by the second.
 using Extent = std::pair<std::int64_t, std::int64_t>;
 constexpr std::array<Extent (*)(const Shape&), 5> kOrders = {
     [](const Shape& shape) { return Extent(shape.height(), shape.width); },

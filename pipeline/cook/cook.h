@@ -58,7 +58,7 @@ inline Outcome outcomeOf(const formats::Error& error) {
 
 /// Cooks the scene file of the options.
 Outcome cookScene(const CookOptions& options, const RunState& state);
-/// Cooks a scene that is in memory, as the single converters do. options.scene is not read.
+/// Cooks a scene that is in memory, as the single converters do. Does not open the file options.scene.
 Outcome cookScene(Scene scene, const CookOptions& options, const RunState& state);
 
 struct VerifyOptions {
@@ -75,7 +75,7 @@ struct LintOptions {
     std::filesystem::path cache;  ///< empty: defaultCacheFolder()
     bool strict = false, repair = false;
 };
-/// Looks for what is implausible in the inputs of a scene, without cooking it. options.scene is not read.
+/// Checks the inputs of a scene for implausible values, without cooking it. Does not open the file options.scene.
 Outcome lintScene(const Scene& scene, const LintOptions& options, const RunState& state);
 /// The same of the scene file of the options.
 Outcome lintScene(const LintOptions& options, const RunState& state);

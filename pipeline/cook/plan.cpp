@@ -173,7 +173,7 @@ private:
     double limitOf(AssetKind kind, [[maybe_unused]] const Parameters& parameters) const {
         const OutputSettings& output = scene_.output;
         if constexpr (std::is_same_v<Parameters, LightMapParameters>) return lightMapErrorLimit(output);
-        // Of the parameters of a dominant light, the first layout has no name.
+        // The parameters of a dominant light leave out the layout if it is the first one, so they do not tell whether a budget chose it.
         if constexpr (std::is_same_v<Parameters, DominantParameters>)
             if ((parameters.layout || output.isChosenByWhole()) && !output.maxConverterError) return kMostChosenError;
         return info(kind).isHeldToMaxError ? output.maxError : converterLimit(output);

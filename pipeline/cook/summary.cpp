@@ -112,6 +112,8 @@ Result<void> describeSource(const PackedLightMap& packed, CookedAsset& asset) {
 /// Says what packing the charts saved in the textures of an asset.
 /// isPart  some of the charts were packed, and not a whole map: they moved in any case
 std::string packingWords(const ChartPacking& packing, bool isPart, const CookedAsset& asset) {
+    const bool isUnmoved = !isPart && packing.width == packing.widthBefore && packing.height == packing.heightBefore;
+    if (isUnmoved) return fmt::format("no: {} charts stay where they are, since the map would get no smaller", packing.charts);
     const double scaleX = static_cast<double>(packing.widthBefore) / packing.width,
                  scaleY = static_cast<double>(packing.heightBefore) / packing.height;
     std::int64_t saved = 0;
@@ -124,8 +126,6 @@ std::string packingWords(const ChartPacking& packing, bool isPart, const CookedA
         saved += static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(texture.bytesGpu);
     }
     const double share = 100.0 / (scaleX * scaleY);
-    const bool isUnmoved = !isPart && packing.width == packing.widthBefore && packing.height == packing.heightBefore;
-    if (isUnmoved) return fmt::format("no: {} charts stay where they are, since the map would get no smaller", packing.charts);
     const std::string fewer = packing.reducedCharts > 0
                                   ? fmt::format("{} of {} charts with fewer texels", packing.reducedCharts, packing.charts)
                                   : fmt::format("{} charts moved, none with fewer texels", packing.charts);

@@ -25,7 +25,7 @@ double growthPercent(std::uint64_t before, std::uint64_t now) {
 }
 
 std::string growthWords(std::uint64_t before, std::uint64_t now) {
-    return before == 0 && now > 0 ? "new" : fmt::format("{:+.2f} %", growthPercent(before, now));
+    return isNew(before, now) ? "new" : fmt::format("{:+.2f} %", growthPercent(before, now));
 }
 
 bool errorGrew(const AssetChange& asset) {

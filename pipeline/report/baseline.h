@@ -57,7 +57,11 @@ void describe(Fields& fields, Self& asset) {
 bool errorGrew(const AssetChange& asset);
 /// Returns the growth in percent: of nothing to something 100.
 double growthPercent(std::uint64_t before, std::uint64_t now);
-/// Returns "+2.50 %"; of nothing to something "new".
+/// Returns true for a growth of nothing to something, which no percentage says.
+inline bool isNew(std::uint64_t before, std::uint64_t now) {
+    return before == 0 && now > 0;
+}
+/// Returns "+2.50 %"; of what is new "new".
 std::string growthWords(std::uint64_t before, std::uint64_t now);
 
 struct BaselineComparison {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "pipeline/report/baseline.h"
 #include "pipeline/report/page_parts.h"
 
 namespace lightcook::pipeline {
@@ -99,12 +100,11 @@ Html baselineSection(const Json& baseline) {
         rows += baselineRow(*asset, words(member(*asset, "name")));
         pictures += grownErrorPictures(*asset, words(member(*asset, "name")));
     }
-    const bool isNew = count(member(baseline, "bytes_before")) == 0 && count(member(baseline, "bytes_now")) > 0;
+    const std::uint64_t before = count(member(baseline, "bytes_before")), now = count(member(baseline, "bytes_now"));
     rows += element("tr", {{"class", "total"}},
-                    element("th", {{"scope", "row"}}, word("Together")) + numberCell(bytesMarkup(count(member(baseline, "bytes_before")))) +
-                        numberCell(bytesMarkup(count(member(baseline, "bytes_now")))) +
-                        numberCell(isNew ? word("new") : percentChange(member(baseline, "growth_percent"))) + element("td", {}) +
-                        element("td", {}) + element("td", {}) + element("td", verdictChip(passed(baseline))));
+                    element("th", {{"scope", "row"}}, word("Together")) + numberCell(bytesMarkup(before)) + numberCell(bytesMarkup(now)) +
+                        numberCell(isNew(before, now) ? word("new") : percentChange(member(baseline, "growth_percent"))) +
+                        element("td", {}) + element("td", {}) + element("td", {}) + element("td", verdictChip(passed(baseline))));
     const Json& allowed = member(baseline, "allowed_percent");
     const Html limit = allowed.is_number() ? text("At most ") + percentChange(allowed) + text(" of GPU memory passes.")
                                            : word("No growth was forbidden (--fail-over).");

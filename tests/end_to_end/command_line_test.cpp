@@ -143,7 +143,7 @@ TEST_F(CommandLine, AFolderIsNotNamedLikeAFile) {
 
 TEST_F(CommandLine, ALimitThatIsGivenIsTheLimitOfTheAsset) {
     scene_.writeSceneFile("light_map_layout = \"ratio\"");  // all layouts would be tried
-    // What passes its limit here passes it beside a budget in the next test.
+    // The next test runs the same commands within their limits.
     for (const char* command : {"cubemap probe.exr a", "lut b --m 0.3,0.6", "rsrm sky.exr c --exponents 1,8", "dominant map.exr d",
                                 "cubemap probe.exr e.ktx2 --filter irradiance", "lightmap map.exr f --layout ratio"}) {
         SCOPED_TRACE(command);

@@ -94,11 +94,8 @@ Result<ActionOutcome> cookGltf(const ActionContext& context) {
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
     const auto& mesh = context.action.inputs.at(kMeshRole);
-    const auto scene = formats::GltfScene::load(mesh);
+    const auto scene = loadLitMesh(mesh);
     if (!scene) return tl::make_unexpected(scene.error());
-    if (!scene->hasLightMapUvs())
-        return formats::failure(formats::ErrorCode::WrongShape, mesh.string(),
-                                "found triangles without TEXCOORD_1, expected light-map UVs on all triangles");
     std::optional<formats::ClusterMap> clusters;
     if (hasClustersInMesh(*asset)) {
         auto map = clusterMapOf(*asset);

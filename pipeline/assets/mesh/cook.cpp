@@ -72,15 +72,19 @@ Result<ActionOutcome> readMaterials(const ActionContext& context) {
     return outcomeWith(result);
 }
 
+Result<formats::GltfScene> loadLitMesh(const std::filesystem::path& file) {
+    auto scene = formats::GltfScene::load(file);
+    if (!scene || scene->hasLightMapUvs()) return scene;
+    return formats::failure(formats::ErrorCode::WrongShape, file.string(),
+                            "found triangles without TEXCOORD_1, expected light-map UVs on all triangles");
+}
+
 Result<ActionOutcome> cookMesh(const ActionContext& context) {
     const auto parameters = parametersOf<MeshParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto& source = context.action.inputs.at(kMeshRole);
-    const auto scene = formats::GltfScene::load(source);
+    const auto scene = loadLitMesh(source);
     if (!scene) return tl::make_unexpected(scene.error());
-    if (!scene->hasLightMapUvs())
-        return formats::failure(formats::ErrorCode::WrongShape, source.string(),
-                                "found triangles without TEXCOORD_1, expected light-map UVs on all triangles");
     const auto clusters = upstreamClusters(context);
     if (!clusters) return tl::make_unexpected(clusters.error());
     MeshBits bits;

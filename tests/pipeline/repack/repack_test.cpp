@@ -151,7 +151,7 @@ TEST(Repack, ChartsStayWhereTheyAreIfTheMapGetsNoSmaller) {
     RepackRequest request = requestFor(folder / "0", 0);
     auto made = repack(request, RunState{});
     ASSERT_TRUE(made) << made.error().line();
-    // What was packed before is packed again, until no texel is gained.
+    // Each round packs the map of the last one, until no texel is gained.
     for (int round = 1; made->size != made->sizeBefore; ++round) {
         ASSERT_LT(round, 5);
         request.map = made->map;

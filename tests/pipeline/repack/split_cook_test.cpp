@@ -361,7 +361,7 @@ TEST_F(SplitCook, BytesDoNotDependOnThreads) {
     EXPECT_EQ(manifests[0], manifests[1]);
 }
 
-/// Whether a split is worth its bytes is known after minutes, so morph targets are refused before, also where none is.
+/// The search for a split takes minutes, so morph targets are refused before it, even if no split would be found.
 TEST_F(SplitCook, MorphTargetsAreRefusedBeforeASplitIsSought) {
     writeMap(smoothLight, smoothLight);
     std::string text = formats::contentOf(folder_ / "walls.gltf");
