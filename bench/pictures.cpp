@@ -7,8 +7,8 @@
 #include <functional>
 
 #include "compress/texel/half.h"
-#include "formats/environment.h"
 #include "formats/light_map.h"
+#include "formats/plain_image.h"
 
 namespace lightcook::bench {
 namespace {

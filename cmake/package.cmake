@@ -25,5 +25,5 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME liblightcook-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 # What cmake/library_dependencies.cmake looks for; and the program itself, which the CMake package exports.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "lightcook (= ${PROJECT_VERSION}), pkg-config, libglm-dev, libexpected-dev, libfmt-dev, \
-libopenexr-dev, libopencolorio-dev, libhwy-dev, libzstd-dev, libdraco-dev, libastcenc-dev, libtbb-dev")
+libopenexr-dev, libpng-dev, libopencolorio-dev, libhwy-dev, libzstd-dev, libdraco-dev, libastcenc-dev, libtbb-dev")
 include(CPack)

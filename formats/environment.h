@@ -66,20 +66,4 @@ Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std
 /// Loads the "position" that it states there, in world space; empty if it states none.
 Result<std::optional<glm::dvec3>> loadProbePosition(const std::filesystem::path& json, const std::string& probeFileName);
 
-/// Writes a float EXR with the first channelCount (1 .. 4) of R, G, B, A. The file appears when it is complete.
-Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount);
-/// An image as RGBA float, without colour conversion or multiplication by alpha. 8 and 16 bits become [0, 1], grey is in R, G and B, and of
-/// channels that are missing alpha is 1 and the others 0.
-/// channelCount  of the file; channels after the fourth are dropped
-struct PlainImage {
-    Image<glm::vec4> texels;
-    int channelCount = 0;
-};
-/// Returns true for PNG, JPEG, TGA and BMP: files of integers, whose colours are usually under the sRGB curve.
-bool isPictureFile(const std::filesystem::path& file);
-/// Reads any image that OpenImageIO supports.
-Result<PlainImage> readImage(const std::filesystem::path& file);
-/// Returns the bytes of an 8-bit RGB PNG.
-Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels);
-
 }  // namespace lightcook::formats

@@ -11,11 +11,10 @@
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/light_encoding.h"
 #include "formats/bakes/surface_channels.h"
-#include "formats/environment.h"
 #include "formats/file/file_kind.h"
 #include "formats/gpu_texture.h"
-#include "formats/image/radiance_file.h"
 #include "formats/lower_extension.h"
+#include "formats/plain_image.h"
 
 namespace lightcook::formats {
 namespace {
@@ -30,7 +29,6 @@ struct Picture {
 Result<Picture> readPicture(const std::filesystem::path& file) {
     if (const auto found = whyNoFile(file))
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
-    if (auto texels = readRadiancePicture(file)) return Picture{std::move(*texels), {}};
     const Result<PlainImage> image = readImage(file);
     if (!image) return tl::make_unexpected(image.error());
     if (image->channelCount < 3) return failure(ErrorCode::WrongShape, file.string(), "found grey texels, expected R, G and B");

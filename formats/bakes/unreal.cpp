@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "formats/bakes/exit_radiance.h"
-#include "formats/environment.h"
 #include "formats/epic_light_maps.h"
 #include "formats/gltf/epic_extension.h"
+#include "formats/plain_image.h"
 #include "formats/png.h"
 
 namespace lightcook::formats {

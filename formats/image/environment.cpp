@@ -4,22 +4,18 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 
-#include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
-#include "formats/gpu_texture.h"
 #include "formats/image/exr_file.h"
+#include "formats/image/image_claims.h"
 #include "formats/image/image_module.h"
 #include "formats/image/radiance_file.h"
 #include "formats/json_structure.h"
-#include "formats/lower_extension.h"
-#include "formats/memory.h"
-#include "formats/png.h"
+#include "formats/plain_image.h"
 #include "formats/probe_place.h"
 #include "formats/read_file.h"
 #include "formats/srgb_curve.h"
@@ -29,27 +25,15 @@ namespace {
 
 constexpr int kFaceCount = 6;
 
-/// Refuses a path without a regular file, a KTX2 texture, and an EXR of a wrong shape: with claims of more than can be read, or two
-/// windows. The functions that read the image report other errors. OpenImageIO reads textures in DDS.
-Result<void> checkClaims(const std::filesystem::path& file, const Result<ExrReader>& reader) {
-    if (const auto found = whyNoFile(file))
-        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
-    if (!reader && reader.error().code == ErrorCode::WrongShape) return tl::make_unexpected(reader.error());
-    if (!reader && containerOfContent(file) == Container::Ktx2) return tl::make_unexpected(*textureForImage(file, "an image"));
-    return {};
-}
-
 /// R, G and B of an OpenEXR file that is one flat image; nothing at all for whatever else, broken files among it.
 std::optional<Image<glm::vec3>> readFlatExr(const Result<ExrReader>& reader) {
-    constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
     if (!reader) return std::nullopt;
     const ExrInfo& info = reader->info();
     for (const char* name : {"R", "G", "B"})
         if (!info.has(name)) return std::nullopt;
     for (const char* name : {"r", "g", "b"})
         if (info.has(name)) return std::nullopt;
-    const std::int64_t texelCount = std::int64_t{info.width} * info.height;
-    if (texelCount > kMostTexels || !checkMemory(static_cast<std::uint64_t>(texelCount) * sizeof(glm::vec3), "")) return std::nullopt;
+    if (!checkExtent(info.width, info.height, 3, "")) return std::nullopt;
     Image<glm::vec3> texels(info.width, info.height);
     float* const first = &texels.texels().data()->x;
     const std::array<ExrPlane, 3> planes = {ExrPlane{"R", first, 3, 3 * info.width}, ExrPlane{"G", first + 1, 3, 3 * info.width},
@@ -236,13 +220,6 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
     return loaded;
 }
 
-bool isPictureFile(const std::filesystem::path& file) {
-    const std::string extension = lowerExtension(file);
-    for (const char* each : {".png", ".jpg", ".jpeg", ".tga", ".bmp"})
-        if (extension == each) return true;
-    return false;
-}
-
 namespace {
 
 /// Decodes the sRGB curve (IEC 61966-2-1), texel by texel. Leaves values that are not finite or negative to makeCanonical().
@@ -383,48 +360,6 @@ std::string objectionToProbePlace(const ProbePlace& place) {
     for (glm::length_t i = 0; i < 3; ++i)
         if (!((*place.box)[0][i] < (*place.box)[1][i])) return "a box [lowest corner, highest corner]";
     return "";
-}
-
-Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec4> texels) {
-    const auto module = imageModule();
-    return module ? (*module)->encodeRgbaPng(texels) : tl::make_unexpected(module.error());
-}
-
-Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount) {
-    assert(1 <= channelCount && channelCount <= 4);
-    if (texels.width < 1 || texels.height < 1 || texels.width > kLargestExtent || texels.height > kLargestExtent) {
-        return failure(ErrorCode::WrongShape, file.string(),
-                       fmt::format("found {} x {} texels, expected 1 to {} a side", texels.width, texels.height, kLargestExtent));
-    }
-    constexpr std::array<const char*, 4> kNames = {"R", "G", "B", "A"};
-    Result<ExrWriter> writer =
-        ExrWriter::create(file, texels.width, texels.height, {kNames.begin(), kNames.begin() + channelCount}, ExrLayout::ScanLines);
-    if (!writer) return tl::make_unexpected(writer.error());
-    std::vector<float> row(static_cast<std::size_t>(texels.width) * static_cast<std::size_t>(channelCount));
-    for (int y = 0; y < texels.height; ++y) {
-        for (int x = 0; x < texels.width; ++x) {
-            for (int channel = 0; channel < channelCount; ++channel)
-                row[static_cast<std::size_t>(x * channelCount + channel)] = texels.at(x, y)[channel];
-        }
-        if (auto written = writer->append(row.data(), texels.width * channelCount, 1); !written) return written;
-    }
-    return writer->commit();
-}
-
-Result<PlainImage> readImage(const std::filesystem::path& file) {
-    if (const auto believable = checkClaims(file, ExrReader::open(file)); !believable) return tl::make_unexpected(believable.error());
-    const auto factors = radianceFactors(file);
-    if (!factors) return tl::make_unexpected(factors.error());
-    const auto module = imageModule();
-    auto image = module ? (*module)->readImage(file) : tl::make_unexpected(module.error());
-    if (image && *factors != glm::vec3(1))
-        for (glm::vec4& texel : image->texels.texels()) texel /= glm::vec4(*factors, 1);
-    return image;
-}
-
-Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels) {
-    const auto module = imageModule();
-    return module ? (*module)->encodePng(texels) : tl::make_unexpected(module.error());
 }
 
 }  // namespace lightcook::formats

@@ -2,17 +2,12 @@
 // (video, fonts, volumes, databases): linking it cost every command 0.15 s and 120 MiB before main() ran.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
-#include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
-#include <span>
-#include <string>
-#include <vector>
 
-#include "formats/environment.h"
 #include "formats/error.h"
 #include "formats/image.h"
+#include "formats/plain_image.h"
 
 namespace lightcook::formats {
 
@@ -21,12 +16,8 @@ struct ImageModule {
     const char* version;  ///< version of lightcook that the module was built with; the functions of another version may differ
     /// Reads R, G and B of any image as stored; refuses files that lack one of them.
     Result<Image<glm::vec3>> (*readRgb)(const std::filesystem::path& file);
-    /// See environment.h.
+    /// See plain_image.h.
     Result<PlainImage> (*readImage)(const std::filesystem::path& file);
-    /// See png.h.
-    Result<PlainImage> (*decodePng)(std::span<const std::byte> png, const std::string& subject);
-    Result<std::vector<std::byte>> (*encodePng)(ImageView<const glm::u8vec3> texels);
-    Result<std::vector<std::byte>> (*encodeRgbaPng)(ImageView<const glm::u8vec4> texels);
 };
 
 /// Loads lightcook_images.so at the first call, from the folder of the running program, else from ../lib/lightcook relative to it. Safe

@@ -1,24 +1,19 @@
 // The module: everything that needs OpenImageIO, and nothing else. Linked into no program; image_module.cpp loads it at first use.
-#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <mutex>
-#include <span>
 
 #include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
-#include "formats/image/exr_file.h"
 #include "formats/image/exr_windows.h"
+#include "formats/image/image_claims.h"
 #include "formats/image/image_module.h"
-#include "formats/memory.h"
 
 namespace lightcook::formats {
 namespace {
-
-constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;  // 4 GiB as RGBA float; the largest panoramas in use are 16k x 8k, half of that
 
 /// Turns off the thread pools of OpenImageIO and OpenEXR, once a process. Callers have threads of their own.
 void quietImageIo() {
@@ -35,38 +30,27 @@ tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::s
 
 /// An open image whose size has been checked.
 struct OpenedImage {
-    std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;  ///< of an image that is no file; `input` reads from it
     std::unique_ptr<OIIO::ImageInput> input;
     int width = 0, height = 0, channelCount = 0;
     std::vector<std::string> channels;
 };
 
-/// Opens an image: the file, or the content of `memory` if there is one.
-/// file  names the image in errors; its extension is that of the image's kind
-Result<OpenedImage> openAs(const std::filesystem::path& file, std::unique_ptr<OIIO::Filesystem::IOMemReader> memory) {
+Result<OpenedImage> openImage(const std::filesystem::path& file) {
+    if (const auto found = whyNoFile(file))
+        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
     quietImageIo();
     OIIO::ImageSpec hints;
     hints["oiio:UnassociatedAlpha"] = 1;  // colours as the file has them, not multiplied by alpha
     OpenedImage image;
-    image.memory = std::move(memory);
-    OIIO::Filesystem::IOProxy* const proxy = image.memory.get();
-    if (proxy != nullptr) hints.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-    image.input = OIIO::ImageInput::open(proxy != nullptr ? "memory.png" : file.string(), &hints, proxy);
+    image.input = OIIO::ImageInput::open(file.string(), &hints);
     if (!image.input) return unreadable(file, OIIO::geterror());
     const OIIO::ImageSpec& spec = image.input->spec();
     image.width = spec.width;
     image.height = spec.height;
     image.channelCount = spec.nchannels;
     image.channels = spec.channelnames;
-    if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || std::max(spec.width, spec.height) > kLargestExtent ||
-        std::int64_t{spec.width} * spec.height > kMostTexels) {
-        return failure(ErrorCode::WrongShape, file.string(),
-                       fmt::format("found {} x {} texels of {} channels, expected 1 to {} a side and at most {} in all", spec.width,
-                                   spec.height, spec.nchannels, kLargestExtent, kMostTexels));
-    }
-    // A copy for the caller, one for the library, four floats each.
-    const std::uint64_t texels = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
-    if (const auto fits = checkMemory(texels * 8 * sizeof(float), file.string()); !fits) return tl::make_unexpected(fits.error());
+    if (const auto believable = checkExtent(spec.width, spec.height, spec.nchannels, file.string()); !believable)
+        return tl::make_unexpected(believable.error());
     if (spec.depth > 1 || spec.deep) {
         return failure(ErrorCode::FormatUnsupported, file.string(), "found a volume or a deep image, expected a flat one");
     }
@@ -79,12 +63,6 @@ Result<OpenedImage> openAs(const std::filesystem::path& file, std::unique_ptr<OI
         if (const auto whole = checkWindows(file, data, display); !whole) return tl::make_unexpected(whole.error());
     }
     return image;
-}
-
-Result<OpenedImage> openImage(const std::filesystem::path& file) {
-    if (const auto found = whyNoFile(file))
-        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
-    return openAs(file, nullptr);
 }
 
 /// Reads channels [begin, end) of every texel, interleaved and packed.
@@ -135,8 +113,8 @@ Result<Image<glm::vec3>> loadRgb(const std::filesystem::path& file) {
     return texels;
 }
 
-/// file  names the image in errors
-Result<PlainImage> plainImageOf(Result<OpenedImage> image, const std::filesystem::path& file) {
+Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
+    Result<OpenedImage> image = openImage(file);
     if (!image) return tl::make_unexpected(image.error());
     PlainImage plain;
     plain.channelCount = image->channelCount;
@@ -154,49 +132,11 @@ Result<PlainImage> plainImageOf(Result<OpenedImage> image, const std::filesystem
     return plain;
 }
 
-Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
-    return plainImageOf(openImage(file), file);
-}
-
-Result<PlainImage> loadPng(std::span<const std::byte> png, const std::string& subject) {
-    // The reader changes nothing; its parameter is no pointer to const in every version.
-    void* const bytes = const_cast<std::byte*>(png.data());
-    return plainImageOf(openAs(subject, std::make_unique<OIIO::Filesystem::IOMemReader>(bytes, png.size())), subject);
-}
-
-template <class Texel>
-Result<std::vector<std::byte>> makePng(ImageView<const Texel> texels) {
-    quietImageIo();
-    const char* const subject = "PNG picture";
-    if (texels.width < 1 || texels.height < 1) return failure(ErrorCode::WrongShape, subject, "found no texels, expected some");
-    const auto fault = [subject](const std::string& library) {
-        return failure(ErrorCode::Internal, subject, fmt::format("found \"{}\" while encoding, expected bytes", oneLine(library)));
-    };
-    std::vector<unsigned char> encoded;
-    OIIO::Filesystem::IOVecOutput sink(encoded);
-    const auto output = OIIO::ImageOutput::create("thumbnail.png");
-    if (!output) return fault(OIIO::geterror());
-    if (!output->set_ioproxy(&sink)) return fault("an encoder that cannot write to memory");
-    OIIO::ImageSpec spec(texels.width, texels.height, Texel::length(), OIIO::TypeDesc::UINT8);
-    spec.attribute("oiio:UnassociatedAlpha", 1);
-    if (!output->open("thumbnail.png", spec)) return fault(output->geterror());
-    const auto rowBytes = static_cast<OIIO::stride_t>(texels.rowStride * static_cast<std::ptrdiff_t>(sizeof(Texel)));
-    if (!output->write_image(OIIO::TypeDesc::UINT8, texels.texels, sizeof(Texel), rowBytes) || !output->close())
-        return fault(output->geterror());
-    const auto bytes = std::as_bytes(std::span(encoded));
-    return std::vector<std::byte>(bytes.begin(), bytes.end());
-}
-
 }  // namespace
 }  // namespace lightcook::formats
 
 extern "C" [[gnu::visibility("default")]] const lightcook::formats::ImageModule* lightcookImageModule() {
     namespace formats = lightcook::formats;
-    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION,
-                                                     formats::loadRgb,
-                                                     formats::loadPlainImage,
-                                                     formats::loadPng,
-                                                     formats::makePng<glm::u8vec3>,
-                                                     formats::makePng<glm::u8vec4>};
+    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadRgb, formats::loadPlainImage};
     return &kModule;
 }

@@ -15,14 +15,13 @@
 #include <vector>
 
 #include "formats/file/file_bytes.h"
+#include "formats/image/image_claims.h"
 #include "formats/memory.h"
 
 namespace lightcook::formats {
 namespace {
 
 constexpr std::size_t kLargestHeader = 1 << 16;
-constexpr int kLargestExtent = 1 << 16;
-constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
 /// Rows of other widths are stored flat.
 constexpr int kNarrowestEncoded = 8, kWidestEncoded = 32767;
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "formats/environment.h"
+#include "formats/png.h"
 #include "lighting/radiometry.h"
 #include "pipeline/graph/files.h"
 

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "formats/gpu_texture.h"
+#include "formats/plain_image.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/compare_light_maps.h"
 #include "pipeline/command/option_groups.h"

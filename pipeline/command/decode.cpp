@@ -4,6 +4,7 @@
 #include <CLI/Formatter.hpp>
 #include <memory>
 
+#include "formats/plain_image.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "formats/nearest.h"
+#include "formats/plain_image.h"
 #include "formats/vocabulary.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/command/command.h"

@@ -14,6 +14,7 @@
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
 #include "formats/lower_extension.h"
+#include "formats/plain_image.h"
 #include "pipeline/assets/light_map/bake_reading.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"

@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-#include "formats/environment.h"
 #include "formats/error.h"
 #include "formats/gpu_texture.h"
+#include "formats/plain_image.h"
 
 namespace lightcook::pipeline {
 

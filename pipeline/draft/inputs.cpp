@@ -11,6 +11,7 @@
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
 #include "formats/lower_extension.h"
+#include "formats/plain_image.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/scene/checks.h"
 

@@ -51,6 +51,7 @@ const std::vector<Library> kLibraries = {
     {"OpenImageIO/", {"formats"}},
     {"OpenEXR/", {"formats"}},
     {"Imath/", {"formats"}},
+    {"png.h", {"formats"}},
     {"OpenColorIO/", {"formats"}},
     {"draco/", {"formats"}},
     {"tiny_gltf.h", {"formats"}},

@@ -88,6 +88,7 @@ TEST(IncludeRules, ALibraryAwayFromItsHomeIsFound) {
     const std::vector<Home> table = {
         {"OpenImageIO/imageio.h", {"formats"}},
         {"OpenEXR/ImfTiledInputFile.h", {"formats"}},
+        {"png.h", {"formats"}},
         {"OpenColorIO/OpenColorIO.h", {"formats"}},
         {"draco/compression/decode.h", {"formats"}},
         {"tiny_gltf.h", {"formats"}},

@@ -3,6 +3,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "formats/plain_image.h"
 #include "pipeline/view/bundle.h"
 #include "tests/end_to_end/command_fixture.h"
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <limits>
 
+#include "formats/plain_image.h"
 #include "tests/end_to_end/command_fixture.h"
 #include "tests/formats/opens.h"
 
@@ -106,16 +107,18 @@ TEST_F(Command, HelpAndVersionAreNoErrors) {
     }
 }
 
-/// The image library is loaded at first use, from the folder of the program or from the installation's.
-TEST_F(Command, LoadsItsImageLibraryOnlyToReadImages) {
+/// The image library is loaded from the folder of the program or from the installation's, for what is no EXR, Radiance HDR or PNG.
+TEST_F(Command, LoadsItsImageLibraryOnlyToReadOtherImages) {
     namespace fs = std::filesystem;
     const fs::path program = scene_ / "bin/lightcook", installed = scene_ / "lib/lightcook/lightcook_images.so";
     fs::create_directories(program.parent_path());
     fs::create_directories(installed.parent_path());
     fs::copy_file(LIGHTCOOK_PROGRAM, program);
-    EXPECT_EQ(run("--version", program).code, 0);
+    formats::writeContent(scene_ / "grey.ppm", "P6\n2 2\n255\n" + std::string(12, 'x'));
+    for (const char* command : {"--version", "info probe.exr", "cook scene.toml -o out"})  // a cook writes PNG
+        EXPECT_EQ(run(command, program).code, 0) << command;
     const auto expectOneLine = [&](const std::string& words) {
-        const Ended ended = run("info probe.exr", program);
+        const Ended ended = run("info grey.ppm", program);
         EXPECT_EQ(ended.code, 1) << ended.err;
         EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
         EXPECT_THAT(ended.err, testing::AllOf(HasSubstr("lightcook_images.so"), HasSubstr("found"), HasSubstr(words)));
@@ -124,7 +127,7 @@ TEST_F(Command, LoadsItsImageLibraryOnlyToReadImages) {
     formats::writeContent(installed, "no library");
     expectOneLine(installed.string());
     fs::copy_file(fs::path(LIGHTCOOK_PROGRAM).parent_path() / installed.filename(), installed, fs::copy_options::overwrite_existing);
-    EXPECT_EQ(run("info probe.exr", program).code, 0);
+    EXPECT_EQ(run("info grey.ppm", program).code, 0);
 }
 
 TEST_F(Command, BadCommandLinesAndSceneFilesEndWithTwo) {

@@ -12,11 +12,11 @@
 #include <numbers>
 #include <vector>
 
-#include "formats/environment.h"
 #include "formats/gltf_light_map.h"
 #include "formats/gltf_scene.h"
 #include "formats/gpu_texture.h"
 #include "formats/light_map_layout.h"
+#include "formats/plain_image.h"
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "pipeline/assets/gltf/gltf.h"

@@ -15,6 +15,7 @@
 #include <set>
 #include <thread>
 
+#include "formats/plain_image.h"
 #include "pipeline/command/command.h"
 #include "tests/pipeline/small_scene.h"
 

@@ -10,8 +10,8 @@
 #include <map>
 #include <sstream>
 
-#include "formats/environment.h"
 #include "formats/light_map.h"
+#include "formats/plain_image.h"
 #include "tests/formats/picture_fixture.h"
 #include "tests/formats/unreal_fixture.h"
 #include "tests/pipeline/lint/faults.h"

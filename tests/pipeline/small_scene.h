@@ -9,8 +9,8 @@
 #include <glm/geometric.hpp>
 #include <string>
 
-#include "formats/environment.h"
 #include "formats/light_map.h"
+#include "formats/plain_image.h"
 #include "lighting/cube.h"
 #include "pipeline/cook/cook.h"
 #include "tests/formats/temporary_folder.h"

@@ -113,7 +113,7 @@ specular = false
     def draw_opengl(self, name, okay=(0,)):
         """Runs the OpenGL example on Mesa's software rasterizer. Returns what it wrote to stderr; the picture is opengl.png."""
         if not OPENGL.is_file():
-            self.skipTest('examples/opengl was not built (Debian: libegl-dev, libgl-dev, libpng-dev)')
+            self.skipTest('examples/opengl was not built (Debian: libegl-dev, libgl-dev)')
         c = self.camera
         options = [('--size', *c.size), ('--eye', *c.eye), ('--target', *c.target), ('--fov', c.fov)]
         done = subprocess.run([str(OPENGL), str(self.site / name), str(self.folder / 'opengl.png'), *(str(part) for option in options for part in option)],

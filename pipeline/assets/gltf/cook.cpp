@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
-#include "formats/environment.h"
 #include "formats/gltf_scene.h"
+#include "formats/png.h"
 #include "pipeline/assets/gltf/gltf.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/mesh/mesh.h"

@@ -7,7 +7,7 @@
 #include <glm/gtc/type_precision.hpp>
 #include <map>
 
-#include "formats/environment.h"
+#include "formats/png.h"
 #include "lighting/radiometry.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/graph/files.h"

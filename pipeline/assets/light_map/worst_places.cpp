@@ -7,7 +7,7 @@
 #include <glm/gtc/type_precision.hpp>
 #include <iterator>
 
-#include "formats/environment.h"
+#include "formats/png.h"
 #include "lighting/display.h"
 #include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/rendered_view.h"

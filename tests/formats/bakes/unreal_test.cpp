@@ -270,9 +270,9 @@ TEST(UnrealHq, FaultsOfTheExtensionAreNamed) {
         {[](UnrealBake& bake) { writePng(bake.folder / "light map.png", 8, 7, 4, [](int, int, int) { return 9; }); },
          "image 0: found a height of 7 texels, expected an even one"},
         {[](UnrealBake& bake) { writeContent(bake.folder / "light map.png", bake.png().substr(0, 900)); },
-         "level.gltf, image 0: found a PNG without its end, expected a whole image file", ErrorCode::FileUnreadable},
+         "level.gltf, image 0: found a damaged PNG (\"it ends too early\"), expected a whole image file", ErrorCode::FileUnreadable},
         {[](UnrealBake& bake) { setByte(bake.folder / "light map.png", 900, 'x'); },
-         "image 0: found a PNG whose chunk \"IDAT\" has another checksum", ErrorCode::FileUnreadable},
+         "image 0: found a damaged PNG (\"IDAT: incorrect data check\")", ErrorCode::FileUnreadable},
     };
     for (const Fault& fault : faults) {
         UnrealBake bake;
@@ -319,7 +319,8 @@ TEST(UnrealHq, HostileFilesAreRefusedQuickly) {
     lightMaps = Json::array({first});
     bake.gltf.erase("nodes");
     testing::internal::CaptureStderr();
-    EXPECT_THAT(refusalOf(bake.gltf.dump()), HasSubstr("image 0: found a PNG without texels, expected a whole image file"));
+    EXPECT_THAT(refusalOf(bake.gltf.dump()),
+                HasSubstr("image 0: found a damaged PNG (\"IEND: out of place\"), expected a whole image file"));
     // The same with a chunk of texels, which are far too few.
     writeContent(bake.folder / "light map.png",
                  "\x89PNG\r\n\x1a\n" + pngChunk("IHDR", header) + pngChunk("IDAT", "few") + pngChunk("IEND", ""));
@@ -327,7 +328,8 @@ TEST(UnrealHq, HostileFilesAreRefusedQuickly) {
     // And chunks in another order.
     writeContent(bake.folder / "light map.png",
                  "\x89PNG\r\n\x1a\n" + pngChunk("IDAT", "few") + pngChunk("IHDR", header) + pngChunk("IEND", ""));
-    EXPECT_THAT(refusalOf(bake.gltf.dump()), HasSubstr("image 0: found a PNG whose first chunk is \"IDAT\", expected a whole image file"));
+    EXPECT_THAT(refusalOf(bake.gltf.dump()),
+                HasSubstr("image 0: found a damaged PNG (\"IDAT: Missing IHDR before IDAT\"), expected a whole image file"));
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "no library prints a line of its own";
 }
 

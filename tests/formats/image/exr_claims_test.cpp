@@ -13,6 +13,7 @@
 #include "formats/environment.h"
 #include "formats/image/exr_file.h"
 #include "formats/image/image_module.h"
+#include "formats/plain_image.h"
 #include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "formats/environment.h"
+#include "formats/plain_image.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::formats {
@@ -146,7 +147,7 @@ TEST(RadianceFactors, EveryReaderDividesByThemOnce) {
         const auto own = readRadiancePicture(file);
         ASSERT_TRUE(own);
         EXPECT_EQ(own->at(1, 0), header.expected);
-        const auto image = readImage(file);  // by OpenImageIO
+        const auto image = readImage(file);
         ASSERT_TRUE(image) << image.error().line();
         EXPECT_EQ(image->texels.at(1, 0), glm::vec4(header.expected, 1));
         const auto gradient = loadGradient(file, {});

@@ -1,3 +1,4 @@
+#include "formats/plain_image.h"
 #include "pipeline/assets/preview.h"
 
 #include <gtest/gtest.h>
@@ -5,7 +6,6 @@
 
 #include <array>
 
-#include "formats/environment.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {

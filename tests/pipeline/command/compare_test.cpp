@@ -1,3 +1,4 @@
+#include "formats/plain_image.h"
 #include "pipeline/command/compare.h"
 
 #include <gmock/gmock.h>
@@ -6,7 +7,6 @@
 #include <limits>
 #include <vector>
 
-#include "formats/environment.h"
 #include "formats/gpu_texture.h"
 #include "formats/light_map.h"
 #include "lighting/sh.h"

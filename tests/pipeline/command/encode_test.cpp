@@ -1,3 +1,5 @@
+#include "formats/plain_image.h"
+#include "formats/png.h"
 #include "pipeline/command/encode.h"
 
 #include <fmt/format.h>
@@ -7,7 +9,6 @@
 #include <functional>
 #include <limits>
 
-#include "formats/environment.h"
 #include "formats/gpu_texture.h"
 #include "pipeline/command/compare.h"
 #include "pipeline/command/decode.h"

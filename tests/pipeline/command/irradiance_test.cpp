@@ -1,3 +1,4 @@
+#include "formats/plain_image.h"
 #include "pipeline/command/irradiance.h"
 
 #include <gtest/gtest.h>

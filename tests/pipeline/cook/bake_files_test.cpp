@@ -5,7 +5,7 @@
 #include <array>
 #include <numbers>
 
-#include "formats/environment.h"
+#include "formats/plain_image.h"
 #include "pipeline/command/info.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"

@@ -1,3 +1,4 @@
+#include "formats/plain_image.h"
 #include "pipeline/draft/inputs.h"
 
 #include <gmock/gmock.h>

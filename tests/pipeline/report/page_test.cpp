@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "formats/environment.h"
+#include "formats/png.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/report/html.h"
 #include "pipeline/report/report.h"

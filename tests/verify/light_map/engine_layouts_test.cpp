@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "formats/environment.h"
 #include "formats/light_map.h"
+#include "formats/plain_image.h"
 #include "tests/compress/synthetic_light_map.h"
 #include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"

@@ -8,6 +8,7 @@
 
 #include "formats/environment.h"
 #include "formats/gpu_texture.h"
+#include "formats/plain_image.h"
 #include "lighting/cube.h"
 #include "lighting/sphere.h"
 #include "pipeline/assets/cubemap/cubemap.h"

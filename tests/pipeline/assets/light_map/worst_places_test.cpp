@@ -1,3 +1,4 @@
+#include "formats/plain_image.h"
 #include "pipeline/assets/light_map/worst_places.h"
 
 #include <gmock/gmock.h>
@@ -5,7 +6,6 @@
 #include <algorithm>
 #include <random>
 
-#include "formats/environment.h"
 #include "lighting/display.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/cook/cook.h"

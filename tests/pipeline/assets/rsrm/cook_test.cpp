@@ -11,6 +11,8 @@
 
 #include "formats/environment.h"
 #include "formats/gpu_texture.h"
+#include "formats/plain_image.h"
+#include "formats/png.h"
 #include "formats/read_file.h"
 #include "lighting/sphere.h"
 #include "pipeline/command/rsrm.h"
