@@ -59,5 +59,7 @@ inline constexpr double kSamePrimaries = 0.01;
 
 /// Returns the comparison. Empty if no space has the chromaticities, or if the matrix of the source space is not known.
 std::optional<StatedPrimaries> statedPrimaries(const std::array<float, 8>& chromaticities, const LinearConversion& conversion);
+/// Returns the comparison for an image. Empty too if it is no OpenEXR file, or if it states no chromaticities.
+std::optional<StatedPrimaries> statedPrimaries(const std::filesystem::path& image, const ColorSpaces& spaces);
 
 }  // namespace lightcook::formats

@@ -57,8 +57,12 @@ Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, c
 
 /// Encoding of the values of a painted gradient. Auto: sRGB for PNG, JPEG, TGA and BMP files, else linear.
 enum class GradientEncoding { Auto, Linear, Srgb };
+struct PaintedGradient {
+    std::vector<glm::vec3> zones;
+    std::int64_t repairedTexels = 0;
+};
 /// Loads a painted gradient. Values under the sRGB curve must lie in [0, 1]; their primaries are those of options.colors.source.
-Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
+Result<PaintedGradient> loadPaintedGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
                                             GradientEncoding encoding);
 
 /// Loads the SH that a probes.json holds for the probe whose "file" has this name: nine RGB coefficients of radiance in canonical form.

@@ -1,6 +1,7 @@
 // Fireflies of path-traced light maps: single texels that one rare path made far brighter than all of their neighbours.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,8 @@ namespace lightcook::formats {
 
 struct Firefly {
     int x = 0, y = 0;                ///< y: row of the map
-    float found = 0, brightest = 0;  ///< the largest channel of sh00, of the texel and of its brightest neighbour
+    int colour = 0;                  ///< the largest one of sh00: 0 red, 1 green, 2 blue
+    float found = 0, brightest = 0;  ///< the largest colour of sh00, of the texel and of its brightest neighbour
 };
 
 /// Finds the fireflies of a strip: covered texels that are brighter than `limit` times their brightest neighbour and brighter than nine in
@@ -19,7 +21,7 @@ struct Firefly {
 std::vector<Firefly> findFireflies(const LightMapStrip& strip, double limit);
 
 /// Fails at the first firefly or, with `repair`, replaces each by the mean of its neighbours and counts it.
-/// file  for the error
-Result<void> checkFireflies(LightMapStrip& strip, double limit, bool repair, const std::string& file);
+/// placeOf  returns a texel's place in the file, for the error
+Result<void> checkFireflies(LightMapStrip& strip, double limit, bool repair, const std::function<std::string(const Firefly&)>& placeOf);
 
 }  // namespace lightcook::formats

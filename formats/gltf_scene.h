@@ -89,8 +89,9 @@ public:
     /// order, except in Draco streams, which are encoded again without loss.
     Result<MeshSize> writePlain(const std::filesystem::path& file, const ClusterMap* clusters) const;
     /// Writes the scene as a GLB that differs by its light-map UVs (TEXCOORD_1) only, which are floats then; those that it had become the
-    /// first free TEXCOORD_n. All other values are kept bit for bit, and so is the order of vertices and triangles: Draco streams are
-    /// written plain. uvs  new UVs of the vertices of each of triangleMeshes()
+    /// first free TEXCOORD_n. Lines and points have none any more, and are refused if they have a TEXCOORD_2 too. All other values are kept
+    /// bit for bit, and so is the order of vertices and triangles: Draco streams are written plain. uvs  new UVs of the vertices of each of
+    /// triangleMeshes()
     Result<MeshSize> writeLightMapUvs(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs) const;
     /// Returns the scene with other triangles, in memory. The mesh of each triangle primitive is cut() of the one that it had; Draco
     /// streams become plain. Primitives and meshes without triangles are left out, and nodes draw none in their place. All else is kept.

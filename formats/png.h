@@ -1,7 +1,8 @@
-// PNG files in memory.
+// PNG files, read and written in memory.
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <glm/gtc/type_precision.hpp>
 #include <span>
 #include <string>
@@ -15,6 +16,8 @@ namespace lightcook::formats {
 
 /// Returns true if the bytes begin with the signature of a PNG.
 bool isPng(std::span<const std::byte> bytes);
+/// Returns true if a file does; false if it cannot be read.
+bool isPngFile(const std::filesystem::path& file);
 /// Reads a PNG as it is stored: without colour conversion or multiplication by alpha. Any number of bits becomes [0, 1].
 /// subject  names it in errors
 Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& subject);

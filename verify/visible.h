@@ -91,7 +91,7 @@ public:
     void setMaxAt(const VisiblePlace& place) { maxAt_ = place; }
     /// Merge strips in a fixed order for reproducible bits.
     void merge(const VisibleAccumulator& other);
-    /// Raises the proven bound.
+    /// Raises the proven bound, which is unknown before the first one.
     void addBound(double bound, const VisiblePlace& place);
     double largest() const { return largest_; }
     /// Returns the place of the largest difference.
@@ -111,7 +111,8 @@ private:
     /// Returns the value that a share of the samples does not exceed.
     double quantile(double share) const;
 
-    double squares_ = 0, largest_ = 0, bound_ = 0;
+    double squares_ = 0, largest_ = 0;
+    std::optional<double> bound_;  ///< empty: none was added
     VisiblePlace maxAt_, boundAt_;
     std::int64_t sampleCount_ = 0;
     std::vector<std::int64_t> histogram_;

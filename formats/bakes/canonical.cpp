@@ -30,6 +30,16 @@ bool isFinite(const ShRgb& sh) {
     return finite;
 }
 
+/// Returns the coefficient and the colour of the largest number, the first of several.
+/// coefficientCount  of the coefficients that are looked at, from 0 on
+std::pair<std::size_t, int> largestOf(const ShRgb& sh, std::size_t coefficientCount) {
+    std::pair<std::size_t, int> largest(0, 0);
+    for (std::size_t i = 0; i < coefficientCount; ++i)
+        for (int channel = 0; channel < 3; ++channel)
+            if (std::abs(sh[i][channel]) > std::abs(sh[largest.first][largest.second])) largest = {i, channel};
+    return largest;
+}
+
 std::string notFinite(float value) {
     return fmt::format("found {}, expected a finite value", value);
 }
@@ -70,15 +80,6 @@ StoredNumber Canonicalizer::placeOf(std::size_t coefficient, int colour, int x, 
     return reader.placeOf(coefficient, colour, x, y).value_or(StoredNumber{file_, coefficientName(coefficient, colour), x, y});
 }
 
-tl::unexpected<Error> Canonicalizer::refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, float value,
-                                                  const std::string& expected, const BakeReader& reader) const {
-    const StoredNumber place = placeOf(coefficient, colour, x, y, reader);
-    // A finite number may become infinite where it is decoded.
-    const bool isAtFault = place.value && (std::isfinite(value) || !std::isfinite(*place.value));
-    return failure(code, fmt::format("{}, channel {}, texel ({}, {})", place.file, place.channel, place.x, place.y),
-                   fmt::format("found {}, expected {}", isAtFault ? *place.value : value, expected));
-}
-
 /// Returns the place of a run of numbers, by its first and its last.
 std::string placeOfRun(const StoredNumber& first, const StoredNumber& last) {
     const auto texel = [](const StoredNumber& number) { return fmt::format("texel ({}, {})", number.x, number.y); };
@@ -88,6 +89,19 @@ std::string placeOfRun(const StoredNumber& first, const StoredNumber& last) {
                            texel(last));
     const std::string channels = first.channel == last.channel ? first.channel : first.channel + " .. " + last.channel;
     return fmt::format("{}, channel {}, {}", first.file, channels, texel(first));
+}
+
+tl::unexpected<Error> Canonicalizer::refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, float value,
+                                                  const std::string& expected, const BakeReader& reader) const {
+    const StoredNumber place = placeOf(coefficient, colour, x, y, reader);
+    // A finite number may become infinite where it is decoded.
+    const bool isAtFault = place.value && (std::isfinite(value) || !std::isfinite(*place.value));
+    return failure(code, placeOfRun(place, place), fmt::format("found {}, expected {}", isAtFault ? *place.value : value, expected));
+}
+
+std::string Canonicalizer::nameOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const {
+    const StoredNumber place = placeOf(coefficient, colour, x, y, reader);
+    return placeOfRun(place, place);
 }
 
 /// Lengths of normals that a baker's filter may leave, and more than rounding does.
@@ -195,11 +209,16 @@ Result<void> Canonicalizer::checkBandLengths(ShRgb& sh, int x, int y, LightMapSt
     return {};
 }
 
-Result<void> Canonicalizer::convert(ShRgb& sh, int x, int y, LightMapStrip& strip) const {
+Result<void> Canonicalizer::convert(ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const {
     const ShRgb converted = conversion_(sh, strip.normal.at(x, y));
-    if (!isFinite(converted))
-        return refuse(ErrorCode::ValueOutOfRange, "sh00.R .. sh08.B", x, strip.firstRow + y,
-                      "found values that leave the range of float when brought to canonical units, expected less than 1e38");
+    if (!isFinite(converted)) {
+        // Other coefficients may be computed from the numbers of the first.
+        const glm::vec3& first = converted[0];
+        const bool isFirst = !std::isfinite(first.x) || !std::isfinite(first.y) || !std::isfinite(first.z);
+        const auto [coefficient, colour] = largestOf(sh, isFirst ? 1 : sh.size());
+        return failure(ErrorCode::ValueOutOfRange, nameOf(coefficient, colour, x, strip.firstRow + y, reader),
+                       "found light that leaves the range of float when brought to canonical units, expected less than 1e38");
+    }
     sh = converted;
     if (conversion_.convertsColor()) {
         for (int channel = 0; channel < 3; ++channel) strip.negativeAfterGamut += sh[0][channel] < 0 ? 1 : 0;
@@ -232,7 +251,7 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow, cons
             }
             if (const auto good = checkTexel(sh, x, y, strip, reader); !good) return tl::make_unexpected(good.error());
             if (conversion_.isIdentity()) continue;
-            if (const auto good = convert(sh, x, y, strip); !good) return tl::make_unexpected(good.error());
+            if (const auto good = convert(sh, x, y, strip, reader); !good) return tl::make_unexpected(good.error());
         }
     }
     strip.sh = std::move(raw.sh);

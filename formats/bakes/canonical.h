@@ -43,13 +43,15 @@ public:
     /// Returns a strip that `reader` read, in canonical form. Fails at the first covered texel that is no light, unless the description
     /// asks for repair or, of finite values, says that the map was compressed.
     Result<LightMapStrip> operator()(RawStrip raw, int firstRow, const BakeReader& reader) const;
+    /// Returns where a colour of a coefficient of texel (x, y) of the map is stored, for errors: "map.exr, channel sh00.R, texel (3, 4)".
+    std::string nameOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const;
 
 private:
     Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const;
     Result<std::uint32_t> chartAt(const RawStrip& raw, int x, int y, const LightMapStrip& strip) const;
     Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
-    Result<void> convert(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip) const;
+    Result<void> convert(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     tl::unexpected<Error> refuse(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const;
     /// Refuses a colour of a coefficient of texel (x, y) of the map, by the place where the file stores it.
     /// expected  what is expected in place of `value`

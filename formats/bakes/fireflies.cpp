@@ -12,6 +12,14 @@ float lightOf(const lighting::ShRgb& sh) {
     return std::max({sh[0].x, sh[0].y, sh[0].z});
 }
 
+/// Returns the colour of lightOf().
+int colourOf(const lighting::ShRgb& sh) {
+    int largest = 0;
+    for (int colour = 1; colour < 3; ++colour)
+        if (sh[0][colour] > sh[0][largest]) largest = colour;
+    return largest;
+}
+
 /// Returns the 90th percentile of the light of the covered texels. A mean would follow the firefly itself.
 float brightLight(const LightMapStrip& strip) {
     std::vector<float> light;
@@ -65,17 +73,18 @@ std::vector<Firefly> findFireflies(const LightMapStrip& strip, double limit) {
             const float light = lightOf(strip.sh.at(x, y));
             if (!strip.covered.at(x, y) || !(light > bright)) continue;
             const auto brightest = brightestAround(strip, x, y);
-            if (brightest && light > limit * *brightest) found.push_back({x, strip.firstRow + y, light, *brightest});
+            if (brightest && light > limit * *brightest)
+                found.push_back({x, strip.firstRow + y, colourOf(strip.sh.at(x, y)), light, *brightest});
         }
     return found;
 }
 
-Result<void> checkFireflies(LightMapStrip& strip, double limit, bool repair, const std::string& file) {
+Result<void> checkFireflies(LightMapStrip& strip, double limit, bool repair, const std::function<std::string(const Firefly&)>& placeOf) {
     for (const Firefly& each : findFireflies(strip, limit)) {
         if (!repair)
-            return failure(ErrorCode::ValueOutOfRange, fmt::format("{}, channel sh00, texel ({}, {})", file, each.x, each.y),
-                           fmt::format("found {}, expected at most {} times its brightest neighbour ({}): a firefly (firefly_limit = 0 "
-                                       "keeps it)",
+            return failure(ErrorCode::ValueOutOfRange, placeOf(each),
+                           fmt::format("found light of {}, expected at most {} times that of its brightest neighbour ({}): a firefly "
+                                       "(firefly_limit = 0 keeps it)",
                                        each.found, limit, each.brightest));
         strip.sh.at(each.x, each.y - strip.firstRow) = meanAround(strip, each.x, each.y - strip.firstRow);
         ++strip.repairs.fireflies;

@@ -293,4 +293,8 @@ Result<LightMapStrip> LightMapReader::read(int firstRow, int rowCount) const {
     return state_->canonical(std::move(*raw), firstRow, *state_->reader);
 }
 
+std::string LightMapReader::placeOf(std::size_t coefficient, int colour, int x, int y) const {
+    return state_->canonical.nameOf(coefficient, colour, x, y, *state_->reader);
+}
+
 }  // namespace lightcook::formats

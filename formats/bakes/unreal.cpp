@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <glm/common.hpp>
 #include <iterator>
+#include <optional>
+#include <string>
 #include <tuple>
 #include <utility>
 
@@ -54,7 +56,9 @@ glm::vec3 decoded(const glm::vec4& colour, const glm::vec4& direction, const Epi
 /// A light map whose light is held in memory.
 class UnrealReader final : public BakeReader {
 public:
-    UnrealReader(int width, int height) : light_(width, height), covered_(width, height, 0) {}
+    /// subject  names the image
+    UnrealReader(std::string subject, int width, int height)
+        : subject_(std::move(subject)), light_(width, height), covered_(width, height, 0) {}
 
     int width() const override { return light_.width(); }
     int height() const override { return light_.height(); }
@@ -74,6 +78,9 @@ public:
         return raw;
     }
 
+    /// Of all numbers of a texel, alpha in the upper half of the image is the logarithm of its light.
+    std::optional<StoredNumber> placeOf(std::size_t, int, int x, int y) const override { return StoredNumber{subject_, "A", x, y}; }
+
     /// Decodes the texels of a box.
     /// stored  the whole image
     void decode(const Image<glm::vec4>& stored, const TexelBox& box, const EpicPart& part) {
@@ -87,6 +94,7 @@ public:
     void finish() { hasCoverage_ = std::ranges::find(covered_.texels(), std::uint8_t{0}) != covered_.texels().end(); }
 
 private:
+    std::string subject_;
     Image<glm::vec3> light_;
     Image<std::uint8_t> covered_;
     bool hasCoverage_ = false;
@@ -133,10 +141,15 @@ void checkOverlap(const GltfDocument& document, const std::vector<EpicPart>& par
     }
 }
 
+/// Returns the name of an image in errors.
+std::string subjectOf(const GltfDocument& document, std::uint64_t image) {
+    return fmt::format("{}, image {}", document.file().string(), image);
+}
+
 /// Returns the image as stored.
 PlainImage readStored(const GltfDocument& document, std::uint64_t image) {
     const std::string place = fmt::format("image {}", image);
-    Result<PlainImage> stored = decodePng(document.imageBytes(image), fmt::format("{}, {}", document.file().string(), place));
+    Result<PlainImage> stored = decodePng(document.imageBytes(image), subjectOf(document, image));
     if (!stored) throw GltfFault(stored.error());
     if (stored->channelCount < 4)
         document.fail(
@@ -179,7 +192,7 @@ Result<std::unique_ptr<BakeReader>> openUnrealHq(const std::filesystem::path& fi
         const int width = stored.texels.width(), height = stored.texels.height() / 2;
         const std::vector<EpicPart> parts = partsOf(extension, chosen);
         checkOverlap(document, parts, width, height);
-        auto reader = std::make_unique<UnrealReader>(width, height);
+        auto reader = std::make_unique<UnrealReader>(subjectOf(document, chosen), width, height);
         for (const EpicPart& part : parts) reader->decode(stored.texels, boxOf(part.coordinateScaleBias, width, height), part);
         reader->finish();
         return reader;

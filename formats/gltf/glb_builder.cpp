@@ -146,6 +146,7 @@ public:
         findFreeAccessors(coded);
         const std::vector<TriangleMesh> plain = writePlain();
         if (!uvs_.empty()) replaceUvs(coded);
+        if (!uvs_.empty()) removeUvsOfLines();
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             if (coded[i]) {
                 replace(primitives_[i], *coded[i]);
@@ -273,6 +274,19 @@ private:
                 Json& uv = jsonOf(*primitive)["attributes"]["TEXCOORD_1"];
                 if (!isDone(*primitive) && uv == accessor) uv = added;
             }
+        }
+    }
+    /// Removes the light-map UVs of lines and points: they have no charts, so nothing says where their places of the old map went.
+    void removeUvsOfLines() {
+        for (const Primitive& primitive : primitives_) {
+            Json& attributes = jsonOf(primitive)["attributes"];
+            if (primitive.isTriangles || !attributes.contains("TEXCOORD_1")) continue;
+            // The sets of a primitive are numbered without a gap.
+            if (attributes.contains("TEXCOORD_2"))
+                document_.fail(
+                    ErrorCode::WrongShape, primitive.place(),
+                    "found TEXCOORD_1 and TEXCOORD_2 on lines or points, expected no light-map UVs on them: they cannot be moved");
+            attributes.erase("TEXCOORD_1");
         }
     }
     static Json uvAccessor(std::size_t vertexCount) {

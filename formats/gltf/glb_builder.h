@@ -22,7 +22,8 @@ struct GlbChanges {
     /// without loss.
     const DracoOptions* draco = nullptr;
     const ClusterMap* clusters = nullptr;  ///< adds kBasisAttribute to the vertices of triangles
-    /// Replaces TEXCOORD_1 of the triangle primitives, in the order of the file. Their Draco streams are written plain. Not beside draco.
+    /// Replaces TEXCOORD_1 of the triangle primitives, in the order of the file, and removes that of lines and points. Draco streams are
+    /// written plain. Not beside draco.
     const std::vector<std::vector<glm::vec2>>* lightMapUvs = nullptr;
     /// Replaces the triangles, and writes them plain. Images beside the scene are not embedded. Not beside other changes.
     const TrianglePart* part = nullptr;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "formats/file/one_line.h"
+#include "formats/image/exr_file.h"
 #include "formats/nearest.h"
 
 namespace OCIO = OCIO_NAMESPACE;
@@ -359,6 +360,13 @@ std::optional<StatedPrimaries> statedPrimaries(const std::array<float, 8>& chrom
         if (largestDifference(*stated, bt2020FromXyz() * xyzD65From(space.chromaticities)) <= kSamePrimaries) primaries.space = space.name;
     if (largestDifference(*stated, bt2020FromXyz()) <= kSamePrimaries) primaries.space = kXyz;
     return primaries;
+}
+
+std::optional<StatedPrimaries> statedPrimaries(const std::filesystem::path& image, const ColorSpaces& spaces) {
+    const Result<ExrReader> exr = ExrReader::open(image);
+    if (!exr || !exr->info().chromaticities) return std::nullopt;
+    const Result<LinearConversion> conversion = linearConversion(spaces);
+    return conversion ? statedPrimaries(*exr->info().chromaticities, *conversion) : std::nullopt;
 }
 
 }  // namespace lightcook::formats

@@ -16,6 +16,7 @@
 #include "formats/image/radiance_file.h"
 #include "formats/json_structure.h"
 #include "formats/plain_image.h"
+#include "formats/png.h"
 #include "formats/probe_place.h"
 #include "formats/read_file.h"
 #include "formats/srgb_curve.h"
@@ -42,13 +43,25 @@ std::optional<Image<glm::vec3>> readFlatExr(const Result<ExrReader>& reader) {
     return texels;
 }
 
-/// Reads R, G and B as stored and ignores other channels. Plain Radiance and EXR files are read here, without loading OpenImageIO and its
-/// libraries, which takes 0.15 s. OpenImageIO reads everything else and reports all errors.
+Result<Image<glm::vec3>> readRgbPng(const std::filesystem::path& file) {
+    const Result<PlainImage> image = readImage(file);
+    if (!image) return tl::make_unexpected(image.error());
+    if (image->channelCount < 3)
+        return failure(ErrorCode::WrongShape, file.string(),
+                       fmt::format("found {}, expected R, G and B", image->channelCount == 1 ? "grey texels" : "grey texels and alpha"));
+    Image<glm::vec3> texels(image->texels.width(), image->texels.height());
+    std::ranges::transform(image->texels.texels(), texels.texels().begin(), [](const glm::vec4& texel) { return glm::vec3(texel); });
+    return texels;
+}
+
+/// Reads R, G and B as stored and ignores other channels. Plain Radiance and EXR files and PNG are read here, without loading OpenImageIO
+/// and its libraries, which takes 0.15 s or more. OpenImageIO reads everything else and reports all errors but those of PNG.
 Result<Image<glm::vec3>> readRgb(const std::filesystem::path& file) {
     if (auto texels = readRadiancePicture(file)) return std::move(*texels);
     const Result<ExrReader> exr = ExrReader::open(file);
     if (const auto believable = checkClaims(file, exr); !believable) return tl::make_unexpected(believable.error());
     if (auto texels = readFlatExr(exr)) return std::move(*texels);
+    if (isPngFile(file)) return readRgbPng(file);
     const auto factors = radianceFactors(file);
     if (!factors) return tl::make_unexpected(factors.error());
     const auto module = imageModule();
@@ -239,10 +252,12 @@ Result<void> linearize(Image<glm::vec3>& texels, const std::filesystem::path& fi
 }  // namespace
 
 Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options) {
-    return loadGradient(file, options, GradientEncoding::Linear);
+    return loadPaintedGradient(file, options, GradientEncoding::Linear).map([](PaintedGradient painted) {
+        return std::move(painted.zones);
+    });
 }
 
-Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
+Result<PaintedGradient> loadPaintedGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
                                             GradientEncoding encoding) {
     Result<Image<glm::vec3>> texels = readRgb(file);
     if (!texels) return tl::make_unexpected(texels.error());
@@ -255,7 +270,7 @@ Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, c
         if (const auto linear = linearize(*texels, file); !linear) return tl::make_unexpected(linear.error());
     const Result<std::int64_t> repaired = makeCanonical(*texels, file, options);
     if (!repaired) return tl::make_unexpected(repaired.error());
-    return std::move(texels->texels());
+    return PaintedGradient{std::move(texels->texels()), *repaired};
 }
 
 namespace {

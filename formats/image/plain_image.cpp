@@ -6,9 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cstddef>
-#include <fstream>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -43,12 +41,6 @@ std::optional<PlainImage> readRgbaExr(const Result<ExrReader>& reader) {
     return image;
 }
 
-bool beginsAsPng(const std::filesystem::path& file) {
-    std::array<char, 8> head{};
-    std::ifstream(file, std::ios::binary).read(head.data(), head.size());
-    return isPng(std::as_bytes(std::span(head)));
-}
-
 Result<PlainImage> readByOpenImageIo(const std::filesystem::path& file) {
     const auto factors = radianceFactors(file);
     if (!factors) return tl::make_unexpected(factors.error());
@@ -78,7 +70,7 @@ Result<PlainImage> readImage(const std::filesystem::path& file) {
     const Result<ExrReader> exr = ExrReader::open(file);
     if (const auto believable = checkClaims(file, exr); !believable) return tl::make_unexpected(believable.error());
     if (auto image = readRgbaExr(exr)) return std::move(*image);
-    if (!beginsAsPng(file)) return readByOpenImageIo(file);
+    if (!isPngFile(file)) return readByOpenImageIo(file);
     return readWholeFile(file).and_then([&](const std::vector<std::byte>& bytes) { return decodePng(bytes, file.string()); });
 }
 

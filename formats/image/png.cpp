@@ -8,6 +8,7 @@
 #include <csetjmp>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <new>
 #include <string_view>
@@ -189,6 +190,12 @@ Result<std::vector<std::byte>> encode(ImageView<const Texel> texels) {
 
 bool isPng(std::span<const std::byte> bytes) {
     return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).starts_with(kSignature);
+}
+
+bool isPngFile(const std::filesystem::path& file) {
+    std::array<char, kSignature.size()> head{};
+    std::ifstream(file, std::ios::binary).read(head.data(), head.size());
+    return isPng(std::as_bytes(std::span(head)));
 }
 
 Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& subject) {

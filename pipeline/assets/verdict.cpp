@@ -153,19 +153,19 @@ std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors&
     return worst;
 }
 
-bool addsError(double before, double after) {
+bool addsError(double before, double after, double rounding) {
     constexpr double kSlack = 1.05, kLeast = 2e-4;
-    return after > kSlack * before + kLeast;
+    return after > std::max(kSlack * before + kLeast, rounding);
 }
 
-void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,
+void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after, double rounding,
                 std::vector<verify::Violation>& violations) {
     const auto first = std::ranges::find(stages, before, &verify::StageError::name);
     const auto second = std::ranges::find(stages, after, &verify::StageError::name);
     if (first == stages.end() || second == stages.end()) return;
     const double errorBefore = std::max(first->diffuse.relRms, first->specular.relRms);
     const double errorAfter = std::max(second->diffuse.relRms, second->specular.relRms);
-    if (!addsError(errorBefore, errorAfter)) return;
+    if (!addsError(errorBefore, errorAfter, rounding)) return;
     violations.push_back({"stage " + after, fmt::format("rel_rms {:.4g}", errorAfter),
                           fmt::format("no more than without it ({:.4g}): it belongs to something else", errorBefore)});
 }

@@ -51,9 +51,11 @@ std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors&
 /// Returns true if a stage that encodes the residual of another adds to its error. The rounding of a second stage may exceed the error of a
 /// first one that is almost exact.
 /// before, after  rel_rms without the stage and with it
-bool addsError(double before, double after);
+/// rounding       largest rel_rms that the codes of the stage have beside a first one that is exact
+bool addsError(double before, double after, double rounding = 0);
 /// Appends a violation if stage `after`, which encodes the residual of stage `before`, adds to the error: then it belongs to another asset.
-void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after,
+/// rounding  as in addsError
+void checkStage(const std::vector<verify::StageError>& stages, const std::string& before, const std::string& after, double rounding,
                 std::vector<verify::Violation>& violations);
 
 /// The members of an ErrorPlace that are known, as JSON has them.

@@ -104,20 +104,50 @@ bool takesMetric(const formats::PixelFormatInfo& format) {
     return format.format == PixelFormat::Bc6hUf16 || format.format == PixelFormat::Bc6hSf16 || format.format == PixelFormat::Rgb9e5;
 }
 
+bool isMadeOfBlocks(const formats::PixelFormatInfo& format) {
+    return format.blockWidth > 1;
+}
+
+/// Returns true if the codes of one channel depend on the weights of the others. BC4 and BC5 code each channel of a block by itself.
+bool codesChannelsTogether(const formats::PixelFormatInfo& format) {
+    return format.format == PixelFormat::Rgb9e5 || (isMadeOfBlocks(format) && format.channelCount > 2);
+}
+
+/// A kind of option, which some formats take.
+struct FormatOption {
+    bool (*isTakenBy)(const formats::PixelFormatInfo& format);
+    const char* reason;  ///< why the others do not, as a relative clause
+};
+constexpr FormatOption kMetricOption{takesMetric, "whose encoder minimizes an error of its own"};
+constexpr FormatOption kWeightOption{codesChannelsTogether, "which codes each channel by itself"};
+constexpr FormatOption kSignificanceOption{isMadeOfBlocks, "which codes each texel by itself"};
+
 /// Refuses an option beside a format that it would not change.
-Result<void> checkMetricTaken(const char* option, bool isGiven, const formats::PixelFormatInfo& format) {
-    if (!isGiven || takesMetric(format)) return {};
+Result<void> checkTaken(const char* option, bool isGiven, const FormatOption& kind, const formats::PixelFormatInfo& format) {
+    if (!isGiven || kind.isTakenBy(format)) return {};
     std::vector<formats::PixelFormatInfo> taking;
-    std::ranges::copy_if(formats::allPixelFormats(), std::back_inserter(taking), takesMetric);
+    std::ranges::copy_if(formats::allPixelFormats(), std::back_inserter(taking), kind.isTakenBy);
     return failure(ErrorCode::InvalidRequest, option,
-                   fmt::format("found it with --format {}, whose encoder minimizes an error of its own, expected --format {}", format.name,
+                   fmt::format("found it with --format {}, {}, expected --format {}", format.name, kind.reason,
                                formats::listOfNames(std::span<const formats::PixelFormatInfo>(taking))));
 }
 
-/// Refuses metrics that would have no effect. Efforts are taken beside every format, so that a script can give one to all.
+/// Refuses weights that would have no effect. The rows that --rdo bounds weigh both channels of BC5.
+Result<void> checkWeightsTaken(const EncodeCommand& command, const formats::PixelFormatInfo& format) {
+    if (command.rdo > 0 && format.channelCount > 1 && compress::supportsRdo(format.format)) return {};
+    if (auto taken = checkTaken("--weights", command.channelWeights.has_value(), kWeightOption, format); !taken) return taken;
+    return checkTaken("--perceptual", command.perceptual, kWeightOption, format);
+}
+
+/// Refuses options that would have no effect. Efforts are taken beside every format, so that a script can give one to all.
 Result<void> checkEffects(const EncodeCommand& command, const formats::PixelFormatInfo& format) {
-    if (auto taken = checkMetricTaken("--metric", command.metric.has_value(), format); !taken) return taken;
-    if (auto taken = checkMetricTaken("--metric-scale", command.metricScale.has_value(), format); !taken) return taken;
+    if (auto taken = checkTaken("--metric", command.metric.has_value(), kMetricOption, format); !taken) return taken;
+    if (auto taken = checkTaken("--metric-scale", command.metricScale.has_value(), kMetricOption, format); !taken) return taken;
+    if (command.perceptual && format.channelCount < 3)
+        return failure(ErrorCode::InvalidRequest, "--perceptual",
+                       fmt::format("found format {}, which holds no colour, expected one with red, green and blue", format.name));
+    if (auto taken = checkWeightsTaken(command, format); !taken) return taken;
+    if (auto taken = checkTaken("--significance", !command.significance.empty(), kSignificanceOption, format); !taken) return taken;
     if (command.metricScale && command.metric == compress::HdrMetric::Linear)
         return failure(ErrorCode::InvalidRequest, "--metric-scale",
                        "found it with --metric linear, which has no scale, expected --metric log or relative");
@@ -133,10 +163,8 @@ Result<compress::EncodeOptions> optionsOf(const EncodeCommand& command, const fo
     if (!(options.hdrScale >= kLeastMetricScale && options.hdrScale <= kLargestMetricScale))
         return failure(ErrorCode::InvalidRequest, "--metric-scale",
                        fmt::format("found {}, expected {} to {}", options.hdrScale, kLeastMetricScale, kLargestMetricScale));
-    if (command.perceptual && format.channelCount < 3)
-        return failure(ErrorCode::InvalidRequest, "--perceptual",
-                       fmt::format("found format {}, which holds no colour, expected one with red, green and blue", format.name));
-    const std::array<float, 4>& weights = command.perceptual ? compress::kLumaWeights : command.channelWeights;
+    const std::array<float, 4> weights =
+        command.perceptual ? compress::kLumaWeights : command.channelWeights.value_or(options.channelWeights);
     float largest = 0;
     bool areValid = true;
     for (std::size_t c = 0; c < 4; ++c) {
@@ -268,11 +296,12 @@ shadows; relative that of dx / (x + scale), the slope taken at the input's value
 round each channel to the nearest value, where the metric makes no difference, or have a logarithmic
 error of their own (ASTC HDR). Formats of [0, 1] or [-1, 1] use the squared error.
 
-Weights act in BC1, BC3, BC6H, BC7, ASTC and RGB9E5. Other formats code their channels separately.
+Weights are taken by BC1, BC3, BC6H, BC7, ASTC and RGB9E5, and by BC5 with --rdo. Other formats code
+their channels separately.
 
-Significance acts in all BC formats. In ASTC only zeros act: such texels take the value of the nearest
-other texel of their block before it is encoded. Formats without blocks ignore it. A block without a
-significant texel is encoded as if all counted.
+Significance is taken by all formats of blocks. In ASTC only zeros act: such texels take the value of
+the nearest other texel of their block before it is encoded. A block without a significant texel is
+encoded as if all counted.
 
 --rdo 0.02 lets the root of the weighted squared error of any row of blocks grow by at most 2 %, in
 the metric that was chosen; exact rows stay exact. The texture keeps its size on the GPU. The
@@ -289,7 +318,7 @@ bc4-snorm and bc5-snorm hold one and two channels of [-1, 1]. Each channel of a 
 so 0 is exact. Values beyond either end are clamped and counted as "clamped_high" too. Byte -128
 decodes to -1 like byte -127; the encoder writes only the latter.)");
     return [options](Session& session) {
-        if (!options->weights.empty()) std::copy_n(options->weights.begin(), 4, options->channelWeights.begin());
+        if (!options->weights.empty()) std::copy_n(options->weights.begin(), 4, options->channelWeights.emplace().begin());
         options->rdo = options->rdoGiven.value_or(options->rdo);
         if (!options->metricName.empty()) options->metric = kMetrics.at(options->metricName);
         options->json.prepare(session);

@@ -19,12 +19,13 @@ struct EncodeCommand {
     bool cube = false;               ///< the input is a vertical strip of six faces
     bool zstd = false;
     bool repair = false;  ///< replaces NaN, infinity and negatives in unsigned formats by zero and counts them, instead of refusing them
-    std::optional<compress::HdrMetric> metric = {};      ///< default: log; BC6H and RGB9E5 only
-    std::optional<float> metricScale = {};               ///< default: 1; 1e-6 .. 65504; see HdrMetric
-    std::array<float, 4> channelWeights = {1, 1, 1, 1};  ///< finite, >= 0, one of the format's channels above 0; only ratios count
-    bool perceptual = false;                             ///< compress::kLumaWeights in place of channelWeights
-    double rdo = 0;                                      ///< see compress::EncodeOptions; BC formats only
-    std::filesystem::path significance = {};             ///< image whose first channel weighs the texels; empty: all count alike
+    std::optional<compress::HdrMetric> metric = {};  ///< default: log; BC6H and RGB9E5 only
+    std::optional<float> metricScale = {};           ///< default: 1; 1e-6 .. 65504; see HdrMetric
+    /// Finite, >= 0, one of the format's channels above 0; only ratios count. Default: all 1; formats that code channels together only.
+    std::optional<std::array<float, 4>> channelWeights = {};
+    bool perceptual = false;                  ///< compress::kLumaWeights in place of channelWeights
+    double rdo = 0;                           ///< see compress::EncodeOptions; BC formats only
+    std::filesystem::path significance = {};  ///< image whose first channel weighs the texels; empty: all alike; formats of blocks only
 };
 
 /// Returns {"width","height","mips","layers","faces","format","bytes","encode_seconds","threads","clamped_high","clamped_negative",

@@ -150,19 +150,26 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
         return reduction;
     }
     if (isAuto && content.errorOfOrder0) reduction.isFlatTried = true;
-    if (isAuto || isNamed || asked == nameOf(formats::LightMapLayout::Flat)) return reduction;
-    const auto lower = [&](formats::LightMapLayout layout, std::string_view bands, double error) {
-        reduction.layout = nameOf(layout);
-        reduction.why = fmt::format("without {} the error is {:.2g} %", bands, 100 * error);
+    if (isNamed || asked == nameOf(formats::LightMapLayout::Flat)) return reduction;
+    const auto whyWithout = [&](Layout layout, std::string_view bands, const std::optional<double>& error) {
+        if (!isInvisible(error, scene.output) || !formats::mayTake(layouts, formats::info(layout))) return std::string();
+        return fmt::format("without {} the error is {:.2g} %", bands, 100 * *error);
     };
-    const auto isEnough = [&](formats::LightMapLayout layout, const std::optional<double>& error) {
-        return isInvisible(error, scene.output) && formats::mayTake(layouts, formats::info(layout));
-    };
-    if (isEnough(formats::LightMapLayout::Flat, content.errorOfOrder0))
-        lower(formats::LightMapLayout::Flat, "bands 1 and 2", *content.errorOfOrder0);
-    else if (isEnough(formats::LightMapLayout::Sh4, content.errorOfOrder1))
-        lower(formats::LightMapLayout::Sh4, "band 2", *content.errorOfOrder1);
+    const std::string whyFlat = whyWithout(Layout::Flat, "bands 1 and 2", content.errorOfOrder0);
+    const std::string whySh4 = whyWithout(Layout::Sh4, "band 2", content.errorOfOrder1);
+    if (isAuto) {
+        if (needs.needsDirections()) reduction.whyFlat = whyFlat;
+        reduction.whySh4 = whySh4;
+        return reduction;
+    }
+    if (!whyFlat.empty() || !whySh4.empty()) reduction.layout = nameOf(!whyFlat.empty() ? Layout::Flat : Layout::Sh4);
+    reduction.why = !whyFlat.empty() ? whyFlat : whySh4;
     return reduction;
+}
+
+std::string LightMapReduction::whyWithoutBands(const std::string& chosen) const {
+    if (formats::isFlat(chosen)) return whyFlat;
+    return chosen == nameOf(formats::LightMapLayout::Sh4) ? whySh4 : "";
 }
 
 }  // namespace lightcook::pipeline

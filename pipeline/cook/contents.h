@@ -34,6 +34,9 @@ struct LightMapReduction {
     bool isFlatTried = false;              ///< for "auto": directions may not be needed
     bool hasDirections = true;             ///< false: bands 1 and 2 are zero
     std::string why;                       ///< a lower order or a constant was chosen; empty: neither was
+    std::string whyFlat, whySh4;           ///< for "auto": bands 1 and 2, or band 2, have no light that is seen; empty: they have
+    /// Returns why the layout that "auto" chose may leave out bands. Empty: it leaves out none, or the materials do not need them.
+    std::string whyWithoutBands(const std::string& chosen) const;
 };
 /// asked  the layout that the materials need: lightMapLayoutFor()
 LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const std::string& asked);

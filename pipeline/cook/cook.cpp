@@ -171,7 +171,7 @@ private:
         addErrors(materials);
         if (isStopped(materials)) return {};
         Needs needs = needsOf(materials);
-        MapPreparation preparation(planOptions_, options_.keepGoing, packedFolder(), [this](const auto& graph, const auto& folder) {
+        MapPreparation preparation(planOptions_, options_.keepGoing, state_, packedFolder(), [this](const auto& graph, const auto& folder) {
             return folder.empty() ? execute(graph) : executeInto(folder, graph);
         });
         const auto prepared = preparation.prepare(scene_, needs);
@@ -259,8 +259,8 @@ private:
         return {};
     }
 
-    bool isStopped() const { return !outcome_.errors.empty() && (!options_.keepGoing || state_.interrupted); }
-    bool isStopped(const ExecutionResult& result) const { return !result.errors.empty() && (!options_.keepGoing || state_.interrupted); }
+    bool isStopped() const { return isEndedBy(outcome_.errors, options_.keepGoing, state_); }
+    bool isStopped(const ExecutionResult& result) const { return isEndedBy(result.errors, options_.keepGoing, state_); }
 
     /// Returns the needs of the materials. Meshes that could not be read count as unknown.
     Needs needsOf(const ExecutionResult& materials) const {

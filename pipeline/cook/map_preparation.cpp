@@ -41,11 +41,6 @@ ExecutionResult MapPreparation::run(const std::vector<Action>& graph, const std:
     return result;
 }
 
-bool MapPreparation::isStopped() const {
-    const auto isInterrupt = [](const formats::Error& error) { return error.code == formats::ErrorCode::Interrupted; };
-    return !result_.errors.empty() && (!keepGoing_ || std::ranges::any_of(result_.errors, isInterrupt));
-}
-
 Result<Scene> MapPreparation::prepare(Scene& scene, const Needs& needs) {
     if (auto done = split(scene, needs); !done) return tl::make_unexpected(done.error());
     Scene wanted = scene;

@@ -23,8 +23,8 @@ public:
 
     /// options  get the packed light maps
     /// folder   for packed bakes and meshes, which no output has
-    MapPreparation(PlanOptions& options, bool keepGoing, std::filesystem::path folder, Run run)
-        : options_(options), keepGoing_(keepGoing), folder_(std::move(folder)), run_(std::move(run)) {}
+    MapPreparation(PlanOptions& options, bool keepGoing, const RunState& state, std::filesystem::path folder, Run run)
+        : options_(options), keepGoing_(keepGoing), state_(state), folder_(std::move(folder)), run_(std::move(run)) {}
 
     /// Returns the scene with repacked bakes and meshes in place of the user's; a light map whose charts could not be packed is not in it.
     /// scene  gets two light maps in place of each that is split
@@ -38,7 +38,7 @@ public:
 
 private:
     ExecutionResult run(const std::vector<Action>& graph, const std::filesystem::path& folder = {});
-    bool isStopped() const;
+    bool isStopped() const { return isEndedBy(result_.errors, keepGoing_, state_); }
     std::vector<Action> packActions(const Scene& scene) const;
     formats::Result<Scene> pack(const Scene& scene, const std::vector<Action>& graph, const std::filesystem::path& folder);
     formats::Result<Needs> withContents(const Scene& packed, Needs needs);
@@ -49,6 +49,7 @@ private:
 
     PlanOptions& options_;
     bool keepGoing_;
+    const RunState& state_;
     std::filesystem::path folder_;
     Run run_;
     std::vector<Action> graph_;

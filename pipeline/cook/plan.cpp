@@ -283,8 +283,8 @@ private:
             skip(fmt::format("texels of light map '{}'", entry.name), reduction.why,
                  savedBytes(bytesOf(would, *reduction.constantOf), bytesOf(is, {kConstantSide, kConstantSide})),
                  {"light-map", texelsOf(*reduction.constantOf)});
-        else if (!reduction.why.empty())
-            skip(fmt::format("bands of light map '{}'", entry.name), reduction.why, "light-map", entry.name, would, is);
+        else if (const std::string why = reduction.why.empty() ? reduction.whyWithoutBands(layout) : reduction.why; !why.empty())
+            skip(fmt::format("bands of light map '{}'", entry.name), why, "light-map", entry.name, would, is);
         else if (formats::isFlat(layout) && asked != layout && asked != kAutoLayout)
             skip(fmt::format("directional light map '{}'", entry.name),
                  "no material has a normal map or is specular: a flat exit-radiance map is enough", "light-map", entry.name, would, is);

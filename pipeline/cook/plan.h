@@ -66,6 +66,10 @@ formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const Pl
 /// Limit on rel_rms of an asset that has none: a budget, or a limit on what a pixel shows, chooses its layout or decides in place of
 /// max_error. Light that is lost has an error of 1.
 inline constexpr double kMostChosenError = 2;
+/// Returns true if a limit on rel_rms is that of a scene, and not the one in its place.
+inline bool isLimitOfScene(double maxError) {
+    return maxError != kMostChosenError;
+}
 /// Returns the limit on rel_rms of a scene's light maps: max_error. Without it kMostChosenError, if there is a budget or a limit on what a
 /// pixel shows, else the default of max_error.
 double lightMapErrorLimit(const OutputSettings& output);

@@ -194,8 +194,8 @@ void SummaryWriter::addRunsOfKeptRows(std::vector<RunRecord>& runs) const {
 Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, ReportFrame frame,
                                     const WorkRates& rates) {
     if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
-    if (auto written = writeManifest(); !written) return tl::make_unexpected(written.error());
     frame.incomplete = incompleteOf(plan);
+    if (auto written = writeManifest(frame.incomplete); !written) return tl::make_unexpected(written.error());
     if (!isAnythingRun && isReportCurrent(frame)) return *oldReport_;
     addRunsOfKeptRows(frame.runs);
     return writeReport(makeReport(frame, rows_, skipsOf(plan, result, assets_, rates)));
@@ -298,9 +298,10 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
 }
 
 /// Writes manifest and shader, and removes files of an earlier cook.
-Result<void> SummaryWriter::writeManifest() {
+Result<void> SummaryWriter::writeManifest(const std::optional<IncompleteCook>& incomplete) {
     const std::string shader = shaderTextOf(assets_, scene_.lobe);
-    const Manifest manifest = makeManifest(scene_, folder_, assets_, gltf_, digestOfText(shader));
+    Manifest manifest = makeManifest(scene_, folder_, assets_, gltf_, digestOfText(shader));
+    if (incomplete) manifest.incomplete = incomplete->assets;
     manifestText_ = withSelfDigest(toJson(manifest));
     if (oldManifest_) removeStale(folder_, *oldManifest_, manifest);
     if (auto written = writeFileIfChanged(folder_ / kShaderName, shader); !written) return written;

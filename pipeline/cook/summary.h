@@ -46,7 +46,7 @@ private:
     formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
     std::optional<IncompleteCook> incompleteOf(const Plan& plan) const;
     void addRunsOfKeptRows(std::vector<RunRecord>& runs) const;
-    formats::Result<void> writeManifest();
+    formats::Result<void> writeManifest(const std::optional<IncompleteCook>& incomplete);
     bool isReportCurrent(const ReportFrame& frame) const;
     formats::Result<Report> writeReport(Report report);
 

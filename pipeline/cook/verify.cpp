@@ -18,6 +18,7 @@
 #include "pipeline/manifest/contract.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/repack/packed_light_map.h"
+#include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
@@ -44,6 +45,15 @@ CookFacts cookFactsOf(const std::optional<Report>& report, const std::string& as
     for (const ReportRow& row : report->assets)
         if (row.name == asset) facts = {row.bytesIn, row.seconds};
     return facts;
+}
+
+/// Returns what a manifest says that its cook left out. The errors of that cook are in the report alone, which a folder need not have.
+std::optional<IncompleteCook> leftOut(const std::string& file, const Manifest& manifest) {
+    if (!manifest.incomplete) return {};
+    std::string found = "found a cook that went on after an error";
+    if (!manifest.incomplete->empty()) found += fmt::format(", without '{}'", fmt::join(*manifest.incomplete, "', '"));
+    const FailedAction failed{exitCode(ErrorCode::Verification), file, found + ", expected all assets of the scene: cook it again"};
+    return IncompleteCook{*manifest.incomplete, {failed}};
 }
 
 /// Returns the error of a source with what to do if it is not there.
@@ -86,15 +96,19 @@ private:
             rows.push_back(std::move(*row));
         }
         if (auto linted = lint(*manifest, scratch->path()); !linted) return linted;
-        std::optional<std::uint64_t> budget;
-        std::optional<IncompleteCook> incomplete;  // what is not in the folder cannot be verified
-        if (previous) budget = previous->budget.limitBytes;
-        if (previous) incomplete = previous->incomplete;
-        const Report report = makeReport(
-            {manifest->scene, secondsSince(start_), peakResidentBytes(), budget, {}, outcome_.findings, {}, std::move(incomplete)},
-            std::move(rows), {});
+        // What is not in the folder cannot be verified.
+        std::optional<IncompleteCook> incomplete = previous ? previous->incomplete : leftOut(manifestFile(), *manifest);
+        const Report report = makeReport({manifest->scene,
+                                          secondsSince(start_),
+                                          peakResidentBytes(),
+                                          manifest->budgetBytes,
+                                          {},
+                                          outcome_.findings,
+                                          {},
+                                          std::move(incomplete)},
+                                         std::move(rows), {});
         for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
-        appendVerdicts(report, budgetPlace(options_.folder), outcome_.errors);
+        appendVerdicts(report, manifestFile() + ", budget_bytes", outcome_.errors);
         outcome_.report = toJson(report);
         return {};
     }
@@ -185,6 +199,8 @@ private:
         return &packed_.emplace(name, std::move(*packed)).first->second;
     }
 
+    std::string manifestFile() const { return (options_.folder / kManifestName).string(); }
+
     std::filesystem::path sceneFolder(const Manifest& manifest) const {
         return options_.sources.empty() ? options_.folder / manifest.sceneDirectory : options_.sources;
     }
@@ -193,12 +209,14 @@ private:
     Result<void> noteSources(const CookedAsset& asset, const std::map<std::string, std::filesystem::path>& sources) {
         const auto source = sources.find("source");
         if (asset.verify && asset.verify->contains("max_error") && info(asset.kind).isHeldToMaxError)
-            if (const double limit = asset.verify->at("max_error").get<double>(); limit != kMostChosenError) scene_.output.maxError = limit;
+            if (const double limit = asset.verify->at("max_error").get<double>(); isLimitOfScene(limit)) scene_.output.maxError = limit;
         if (source == sources.end()) return {};
         if (asset.kind == AssetKind::Cubemap) {
             ProbeEntry entry{asset.name, source->second, {}};
             if (const auto sh = sources.find("sh"); sh != sources.end()) entry.sh = sh->second;
             scene_.probes.push_back(std::move(entry));
+            if (asset.source.colors) scene_.colors = *asset.source.colors;  // of all probes
+            if (const auto config = sources.find(kColorConfigRole); config != sources.end()) scene_.colors.config = config->second;
         }
         if (!asset.source.description) return {};
         auto entry = std::ranges::find(scene_.lightMaps, source->second, &LightMapEntry::file);

@@ -29,6 +29,11 @@ struct ExecutionResult {
     void add(ExecutionResult later);
 };
 
+/// Returns true if a job ends at these errors: at any without --keep-going, and at all once it was interrupted.
+inline bool isEndedBy(const std::vector<formats::Error>& errors, bool keepGoing, const RunState& state) {
+    return !errors.empty() && (!keepGoing || state.interrupted);
+}
+
 /// Services that the actions of a graph run with.
 struct ExecutionContext {
     ActionTable functions;

@@ -36,9 +36,9 @@ constexpr std::array kLintChecks = {
                   "Export linear values: no sRGB or 2.2 curve, and no tone mapping. lightcook does not undo the curve of an SH map."},
     LintCheckInfo{
         LintCheck::WrongPrimaries, "wrong-primaries", Warning,
-        "the light map states primaries (`chromaticities` of OpenEXR) that are not those of `source` in `[color]`",
-        "Write the colour space of the light map as `source` into `[color]`. If its attribute `chromaticities` is wrong, allow this "
-        "code."},
+        "the file states primaries (`chromaticities` of OpenEXR) that are not those of `source` in `[color]`",
+        "Write the colour space of the file as `source` into `[color]`; all files of a scene share it, so convert one that differs. If "
+        "its attribute `chromaticities` is wrong, allow this code."},
     LintCheckInfo{LintCheck::LightUnits, "light-units", Warning,
                   "light map and probes of one scene differ in brightness by about pi, the factor between game units and radiometric units",
                   "Write `light_units = \"game\"` in the `[[light_map]]`, or `\"radiometric\"` where `game` is there."},

@@ -14,7 +14,10 @@ namespace {
 formats::Result<std::vector<glm::vec3>> texelsOf(const GradientLintParameters& parameters, const Action& action) {
     const std::filesystem::path& file = action.inputs.at("source");
     const formats::EnvironmentOptions options{withConfig(parameters.colors, action), parameters.repair};
-    if (!parameters.isEnvironment) return formats::loadGradient(file, options, encodingOf(parameters.encoding));
+    if (!parameters.isEnvironment)
+        return formats::loadPaintedGradient(file, options, encodingOf(parameters.encoding)).map([](formats::PaintedGradient painted) {
+            return std::move(painted.zones);
+        });
     auto loaded = formats::loadEnvironment(file, options);
     if (!loaded) return tl::make_unexpected(loaded.error());
     return std::move(loaded->environment.texels.texels());
@@ -28,6 +31,7 @@ formats::Result<ActionOutcome> lintGradient(const ActionContext& context) {
     const auto texels = texelsOf(*parameters, context.action);
     if (!texels) return tl::make_unexpected(texels.error());
     GradientFacts facts;
+    facts.primaries = formats::statedPrimaries(context.action.inputs.at("source"), withConfig(parameters->colors, context.action));
     for (const glm::vec3& texel : *texels) facts.largest = std::max(facts.largest, 1.0 * std::max({texel.x, texel.y, texel.z}));
     return outcomeWith(facts);
 }

@@ -1,20 +1,24 @@
 // Facts of a gradient that its plausibility is judged by. A cached action.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "formats/color.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
+#include "pipeline/lint/stated_primaries.h"
 
 namespace lightcook::pipeline {
 
 struct GradientFacts {
     double largest = 0;  ///< largest channel of any texel
+    std::optional<formats::StatedPrimaries> primaries = {};
 };
 template <class Fields, Is<GradientFacts> Self>
 void describe(Fields& fields, Self& facts) {
     fields.required("largest", facts.largest, "largest channel of any texel");
+    fields.optional("primaries", facts.primaries, "primaries that the file states");
 }
 
 /// Parameters of the action. Its input is "source", one file or the first of six.

@@ -110,7 +110,6 @@ public:
             if (!hasEncodedNormals() && !judgeDirections()) judgeBands();
             judgeLight();
         }
-        judgePrimaries();
         return std::move(findings_);
     }
 
@@ -118,18 +117,6 @@ private:
     void add(LintCheck check, const char* key, std::string found, std::map<std::string, double> figures) {
         findings_.push_back(
             makeFinding(check, entry_.name, entry_.file, {"light_map", entry_.name, key}, std::move(found), std::move(figures)));
-    }
-
-    void judgePrimaries() {
-        if (!facts_.primaries || facts_.primaries->difference <= formats::kSamePrimaries) return;
-        const auto& [xy, space, difference] = *facts_.primaries;
-        findings_.push_back(makeFinding(
-            LintCheck::WrongPrimaries, entry_.name, entry_.file, {"color", "", "source"},
-            fmt::format("found the primaries ({:.4g}, {:.4g}), ({:.4g}, {:.4g}), ({:.4g}, {:.4g}) and white ({:.4g}, {:.4g}){}, expected "
-                        "those of the source space {}",
-                        xy[0], xy[1], xy[2], xy[3], xy[4], xy[5], xy[6], xy[7], space.empty() ? "" : fmt::format(", as {} has", space),
-                        entry_.description.colors.source),
-            {{"difference", difference}}));
     }
 
     void judgeCoverage() {
@@ -343,6 +330,18 @@ Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
                         facts.vertices),
             {{"share", lacking}});
     return findings;
+}
+
+Findings judgePrimaries(const std::string& asset, const std::filesystem::path& file, const std::string& source,
+                        const std::optional<formats::StatedPrimaries>& primaries) {
+    if (!primaries || primaries->difference <= formats::kSamePrimaries) return {};
+    const auto& [xy, space, difference] = *primaries;
+    return {makeFinding(
+        LintCheck::WrongPrimaries, asset, file, {"color", "", "source"},
+        fmt::format("found the primaries ({:.4g}, {:.4g}), ({:.4g}, {:.4g}), ({:.4g}, {:.4g}) and white ({:.4g}, {:.4g}){}, expected "
+                    "those of the source space {}",
+                    xy[0], xy[1], xy[2], xy[3], xy[4], xy[5], xy[6], xy[7], space.empty() ? "" : fmt::format(", as {} has", space), source),
+        {{"difference", difference}})};
 }
 
 Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts) {

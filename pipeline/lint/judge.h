@@ -1,6 +1,9 @@
 // Judgement of the facts of a scene's inputs: which of them are implausible, with the thresholds and the sentences. Pure functions.
 #pragma once
 
+#include <filesystem>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "pipeline/assets/mesh/mesh.h"
@@ -19,6 +22,9 @@ Findings judgeLightMap(const Scene& scene, const LightMapEntry& entry, const Lig
 Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts);
 Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts);
 Findings judgeGradient(const GradientEntry& entry, const GradientFacts& facts);
+/// Compares the primaries that a file of an asset states with those of the source space of the scene.
+Findings judgePrimaries(const std::string& asset, const std::filesystem::path& file, const std::string& source,
+                        const std::optional<formats::StatedPrimaries>& primaries);
 /// Compares the brightness of a light map with that of the probes of its scene.
 Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, const std::vector<ProbeFacts>& probes);
 /// Looks for limits above 1.

@@ -15,6 +15,7 @@
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/lint/chart_scanner.h"
+#include "pipeline/lint/stated_primaries.h"
 
 namespace lightcook::pipeline {
 
@@ -38,13 +39,6 @@ void describe(Fields& fields, Self& facts) {
     fields.required("as_described", facts.asDescribed, "texels that no light of a hemisphere has, as the scene file describes the map");
     fields.required("other_quantity", facts.otherQuantity, "the same, as irradiance instead of radiance or the reverse");
     fields.required("decoded", facts.decoded, "the same, after a gamma curve of 2.2 is undone");
-}
-
-template <class Fields, Is<formats::StatedPrimaries> Self>
-void describe(Fields& fields, Self& primaries) {
-    fields.required("chromaticities", primaries.chromaticities, "CIE x, y of red, green, blue and white");
-    fields.required("space", primaries.space, "built-in colour space that has them; empty for none");
-    fields.required("difference", primaries.difference, "largest difference of an entry of its matrix to BT.2020 and that of the source");
 }
 
 struct LightMapFacts {

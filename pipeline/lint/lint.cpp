@@ -61,9 +61,13 @@ public:
                 Findings findings = judgeProbe(entry, *facts);
                 if (findings.empty()) probes.push_back(*facts);  // others say nothing of the units
                 add(std::move(findings));
+                add(judgePrimaries(entry.name, entry.file, scene_.colors.source, facts->primaries));
             }
         for (const GradientEntry& entry : scene_.gradients)
-            if (const auto facts = factsOf<GradientFacts>("lint/gradient/" + entry.name)) add(judgeGradient(entry, *facts));
+            if (const auto facts = factsOf<GradientFacts>("lint/gradient/" + entry.name)) {
+                add(judgeGradient(entry, *facts));
+                add(judgePrimaries(entry.name, entry.file, scene_.colors.source, facts->primaries));
+            }
         for (const LightMapEntry& entry : scene_.lightMaps) judgeLightMapAndMesh(entry, probes);
         add(judgeSettings(scene_));
         add(judgeMaterials(scene_, materials()));
@@ -81,6 +85,7 @@ private:
             std::ranges::any_of(findings, isOf(LintCheck::WrongQuantity)) || std::ranges::any_of(findings, isOf(LintCheck::GammaCurve));
         const bool lacksNormals = std::ranges::any_of(findings, isOf(LintCheck::SomeZeroNormals));
         add(std::move(findings));
+        add(judgePrimaries(entry.name, entry.file, entry.description.colors.source, facts->primaries));
         // A wrong quantity or curve changes the brightness too.
         if (!isOtherQuantity) add(judgeUnits(entry, *facts, probes));
         if (!entry.mesh) return;

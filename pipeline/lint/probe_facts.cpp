@@ -55,11 +55,13 @@ double relativeDifference(const ShRgb& found, const ShRgb& expected) {
 Result<ActionOutcome> lintProbe(const ActionContext& context) {
     const auto parameters = parametersOf<ProbeLintParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    auto loaded =
-        formats::loadEnvironment(context.action.inputs.at("source"), {withConfig(parameters->colors, context.action), parameters->repair});
+    const std::filesystem::path& file = context.action.inputs.at("source");
+    const formats::ColorSpaces colors = withConfig(parameters->colors, context.action);
+    auto loaded = formats::loadEnvironment(file, {colors, parameters->repair});
     if (!loaded) return tl::make_unexpected(loaded.error());
     formats::Environment& environment = loaded->environment;
     ProbeFacts facts;
+    facts.primaries = formats::statedPrimaries(file, colors);
     const auto& texels = environment.texels.texels();
     const auto largestOf = [](const glm::vec3& texel) { return 1.0 * std::max({texel.x, texel.y, texel.z}); };
     for (const glm::vec3& texel : texels) facts.largest = std::max(facts.largest, largestOf(texel));

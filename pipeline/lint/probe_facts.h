@@ -7,6 +7,7 @@
 #include "formats/color.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
+#include "pipeline/lint/stated_primaries.h"
 
 namespace lightcook::pipeline {
 
@@ -17,6 +18,7 @@ struct ProbeFacts {
     double meanRadiance = 0;                         ///< mean luminance over the sphere
     std::optional<double> shDifference = {};         ///< RMS of image's SH minus given SH, over the RMS of the given SH
     std::optional<double> shDifferenceDecoded = {};  ///< the same after a gamma curve of 2.2 is undone in the image
+    std::optional<formats::StatedPrimaries> primaries = {};
 };
 template <class Fields, Is<ProbeFacts> Self>
 void describe(Fields& fields, Self& facts) {
@@ -26,6 +28,7 @@ void describe(Fields& fields, Self& facts) {
     fields.required("mean_radiance", facts.meanRadiance, "mean luminance over the sphere");
     fields.optional("sh_difference", facts.shDifference, "RMS of the image's SH minus the given SH, over the RMS of the given SH");
     fields.optional("sh_difference_decoded", facts.shDifferenceDecoded, "the same after a gamma curve of 2.2 is undone in the image");
+    fields.optional("primaries", facts.primaries, "primaries that the file states");
 }
 
 /// Parameters of the action. Its inputs are "source" (one file or the first of six) and optionally "sh".

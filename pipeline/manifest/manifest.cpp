@@ -104,6 +104,7 @@ Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFol
     manifest.gltf = std::move(gltf);
     manifest.shader = {kShaderName, shaderDigest};
     manifest.allowances = scene.allowances;
+    manifest.budgetBytes = scene.output.budgetBytes;
     manifest.assets = std::move(assets);
     return manifest;
 }

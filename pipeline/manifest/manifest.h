@@ -59,6 +59,8 @@ struct Manifest {
     ShaderFile shader;
     std::vector<GltfFile> gltf;
     std::vector<Allowance> allowances;
+    std::optional<std::uint64_t> budgetBytes;
+    std::optional<std::vector<std::string>> incomplete;
     std::vector<CookedAsset> assets;
 };
 template <class Fields, Is<Manifest> Self>
@@ -76,6 +78,9 @@ void describe(Fields& fields, Self& manifest) {
     fields.required("shader", manifest.shader, "decode and shading, as the verifier ran them");
     fields.presentIf(!manifest.gltf.empty(), "gltf", manifest.gltf, "the scene as glTF: of `cook --gltf`");
     fields.presentIf(!manifest.allowances.empty(), "allow", manifest.allowances, "warnings of lint that the scene file allows");
+    fields.optional("budget_bytes", manifest.budgetBytes, between(0, kLargestBytes),
+                    "GPU memory that the scene may take [bytes]; absent without a budget");
+    fields.optional("incomplete", manifest.incomplete, "assets that `cook --keep-going` could not cook; absent if the folder is complete");
     fields.required("assets", manifest.assets, "assets, in the order of the report");
 }
 

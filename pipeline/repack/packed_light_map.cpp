@@ -1,6 +1,7 @@
 #include "pipeline/repack/packed_light_map.h"
 
 #include "formats/epic_light_maps.h"
+#include "formats/gltf_scene.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
@@ -43,6 +44,14 @@ formats::LightMapDescription writtenDescription(const formats::LightMapDescripti
     return description;
 }
 
+/// Returns what to do about a mesh that does not belong to its light map, or has no charts that could be packed.
+std::string meshAdvice(const fs::path& mesh) {
+    const auto scene = formats::GltfScene::load(mesh);
+    if (!scene || scene->triangleMeshes().empty()) return "";
+    if (scene->hasLightMapUvs()) return "; --keep-uv cooks it without packing";
+    return " on all triangles, with --keep-uv too: unwrap these as well, or put what no light map lies on into a mesh of its own";
+}
+
 }  // namespace
 
 Action packAction(const LightMapEntry& entry, double maxVisible, bool repair) {
@@ -73,7 +82,7 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
     if (!made) {
         formats::Error error = made.error();
         if (error.code == ErrorCode::WrongShape && error.subject.starts_with(request.meshes.front().string()))
-            error.detail += "; --keep-uv cooks it without packing";
+            error.detail += meshAdvice(request.meshes.front());
         return tl::make_unexpected(error);
     }
     PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), numbersOf(made->boxes), {}, {}, Json::object()};

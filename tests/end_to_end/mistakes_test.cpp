@@ -192,6 +192,8 @@ const std::vector<Mistake>& allMistakes() {
         {"an option without effect beside another", "lightcook rsrm clear_sky_256x1.exr out --effort 3", nothing},
         {"an effort where nothing is encoded", "lightcook cook scene.toml --target float --effort 9", nothing},
         {"a metric for an encoder that has its own", "lightcook encode cornell_probe0.exr probe.ktx2 --format bc7 --metric log", nothing},
+        {"weights for channels that are coded apart", "lightcook encode cornell_probe0.exr probe.ktx2 --format rgba16f --weights 1,2,1,1",
+         nothing},
         {"a scale for a metric without one",
          "lightcook encode cornell_probe0.exr probe.ktx2 --format bc6h-uf16 --metric linear --metric-scale 0.1", nothing},
         {"a limit on packed charts where none are packed", "lightcook cook scene.toml --charts-max-visible 1", nothing},

@@ -106,7 +106,7 @@ std::int64_t VisibleAccumulator::countAbove(double difference) const {
 }
 
 void VisibleAccumulator::addBound(double bound, const VisiblePlace& place) {
-    if (!(bound > bound_)) return;
+    if (std::isnan(bound) || (bound_ && bound <= *bound_)) return;
     bound_ = bound;
     boundAt_ = place;
 }
@@ -117,7 +117,7 @@ void VisibleAccumulator::merge(const VisibleAccumulator& other) {
         largest_ = other.largest_;
         maxAt_ = other.maxAt_;
     }
-    addBound(other.bound_, other.boundAt_);
+    if (other.bound_) addBound(*other.bound_, other.boundAt_);
     sampleCount_ += other.sampleCount_;
     for (std::size_t i = 0; i < histogram_.size(); ++i) histogram_[i] += other.histogram_[i];
 }
@@ -164,7 +164,7 @@ VisibleFigures VisibleAccumulator::figures() const {
     figures.histogram = octaves();
     figures.max = largest_;
     figures.maxAt = maxAt_;
-    if (bound_ > 0) figures.bound = bound_;
+    figures.bound = bound_;
     figures.boundAt = boundAt_;
     return figures;
 }

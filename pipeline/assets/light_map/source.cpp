@@ -45,7 +45,7 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     auto reader = formats::LightMapReader::open(file, description);
     if (!reader) return tl::make_unexpected(reader.error());
     std::unique_ptr<LightMapSource> source(new LightMapSource(*this, std::make_shared<const formats::LightMapReader>(std::move(*reader)),
-                                                              {file.string(), description.fireflyLimit, description.repair}));
+                                                              {description.fireflyLimit, description.repair}));
     if (description.constantOf)
         if (auto made = source->makeConstant(*description.constantOf, file.string()); !made) return tl::make_unexpected(made.error());
     return sources_.emplace(key, std::move(source)).first->second.get();
@@ -139,7 +139,8 @@ Result<LightMapStrip> LightMapSource::readChunk(int index) const {
     if (base_ != nullptr) return reduceChunk(index);
     auto chunk = reader_->read(index * kChunkRows, chunkRows(index));
     if (!chunk || !(fireflies_.limit > 0)) return chunk;
-    if (auto checked = formats::checkFireflies(*chunk, fireflies_.limit, fireflies_.repair, fireflies_.file); !checked)
+    const auto placeOf = [this](const formats::Firefly& firefly) { return reader_->placeOf(0, firefly.colour, firefly.x, firefly.y); };
+    if (auto checked = formats::checkFireflies(*chunk, fireflies_.limit, fireflies_.repair, placeOf); !checked)
         return tl::make_unexpected(checked.error());
     return chunk;
 }

@@ -74,12 +74,11 @@ private:
     friend class LightMapSources;
     /// Check of each chunk for fireflies.
     struct Fireflies {
-        std::string file;
         double limit;
         bool repair;
     };
     LightMapSource(LightMapSources& owner, std::shared_ptr<const formats::LightMapReader> reader, Fireflies fireflies)
-        : owner_(owner), reader_(std::move(reader)), fireflies_(std::move(fireflies)) {}
+        : owner_(owner), reader_(std::move(reader)), fireflies_(fireflies) {}
     LightMapSource(LightMapSource& base, int level) : owner_(base.owner_), reader_(base.reader_), base_(&base), level_(level) {}
     int stripHeight() const {
         int rows = kChunkRows;

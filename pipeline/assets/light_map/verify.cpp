@@ -172,16 +172,14 @@ Result<LightMapSource*> openBake(const ActionContext& context, const CookedAsset
     return source;
 }
 
-/// Returns true if the error of a residual stage is what its codes must add to a first stage that is exact. No code of halo3's second
-/// texture leaves the first one as it is: the nearest to 1/2 are half a step of 8 bits away, of a residual from -1 to 1.
-bool isRoundingOfResidual(const std::string& name, const std::vector<verify::StageError>& stages, const std::string& after) {
+/// Returns the error that the codes of a residual stage have beside a first stage that is exact. No code of halo3's second texture leaves
+/// the first one as it is: the nearest to 1/2 are half a step of 8 bits away, of a residual from -1 to 1.
+double roundingOfResidual(const std::string& name) {
     const auto layout = formats::lightMapLayoutFromName(name);
     const bool hasNeutralCode =
         !layout || formats::info(*layout).family != formats::LightMapFamily::Luvw || !formats::info(*layout).isForEngine;
-    const auto stage = std::ranges::find(stages, after, &verify::StageError::name);
-    if (hasNeutralCode || stage == stages.end()) return false;
     constexpr double kHalfStep = 1.0 / 255;
-    return std::max(stage->diffuse.relRms, stage->specular.relRms) <= kHalfStep;
+    return hasNeutralCode ? 0 : kHalfStep;
 }
 
 /// Returns true if stage `after` was measured on the surface, and does not add to the error of stage `before` there: a residual that is
@@ -206,8 +204,8 @@ Result<std::vector<verify::Violation>> violationsOf(const std::string& layout, c
     }
     for (std::size_t i = 1; i < stages.size(); ++i) {
         const std::string &before = stages[i - 1].name, &after = stages[i].name;
-        if (isResidual(after) && !isRoundingOfResidual(layout, stages, after) && !isRightOnSurface(whole.errors.stages, before, after))
-            checkStage(stages, before, after, violations);
+        if (isResidual(after) && !isRightOnSurface(whole.errors.stages, before, after))
+            checkStage(stages, before, after, roundingOfResidual(layout), violations);
     }
     return violations;
 }

@@ -39,9 +39,9 @@ struct Gradient {
 Result<Gradient> loadGradient(const std::filesystem::path& file, const AssetSource& source, const Action& action) {
     const formats::EnvironmentOptions options = environmentOptions(source, action);
     if (!source.axis) {
-        auto painted = formats::loadGradient(file, options, encodingOf(source.encoding.value_or("auto")));
+        auto painted = formats::loadPaintedGradient(file, options, encodingOf(source.encoding.value_or("auto")));
         if (!painted) return tl::make_unexpected(painted.error());
-        return Gradient{std::move(*painted), 0, file.string()};
+        return Gradient{std::move(painted->zones), painted->repairedTexels, file.string()};
     }
     const auto loaded = formats::loadEnvironment(file, options);
     if (!loaded) return tl::make_unexpected(loaded.error());
@@ -232,7 +232,7 @@ Result<ActionOutcome> cookRsrm(const ActionContext& context) {
     CookResult result{makeCookedAsset(name, AssetKind::Rsrm, "rsrm", shape.width, shape.height), std::filesystem::file_size(file),
                       Json{{"zones", gradient->zones.size()}}};
     if (search.tried().size() > 1) (*result.notes)["formats_tried"] = search.tried();
-    if (source.axis) (*result.notes)["repaired_texels"] = gradient->repairedTexels;
+    (*result.notes)["repaired_texels"] = gradient->repairedTexels;
     result.asset.dither = options->dither;
     result.asset.constants = constants;
     result.asset.axis = parameters->north;

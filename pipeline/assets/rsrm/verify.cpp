@@ -58,9 +58,9 @@ Result<VerifiedSource> loadVerified(const ActionContext& context, const AssetSou
     const formats::EnvironmentOptions options = environmentOptions(source, context.action);
     VerifiedSource verified;
     if (!source.axis) {
-        auto painted = formats::loadGradient(file, options, encodingOf(source.encoding.value_or("auto")));
+        auto painted = formats::loadPaintedGradient(file, options, encodingOf(source.encoding.value_or("auto")));
         if (!painted) return tl::make_unexpected(painted.error());
-        verified.source.gradient = std::move(*painted);
+        verified.source.gradient = std::move(painted->zones);
         return verified;
     }
     const auto loaded = formats::loadEnvironment(file, options);

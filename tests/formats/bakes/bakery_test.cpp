@@ -178,5 +178,19 @@ TEST(BakeryMonoSh, ValuesThatAreNoLightAreNamed) {
     }
 }
 
+TEST(BakeryMonoSh, LightBeyondFloatsAndFirefliesAreNamedByTheirFile) {
+    const TemporaryFolder folder;
+    writeMonoBake(folder);
+    writeFirst(folder / "room_L0.exr", kBakeryHeight, 3.2e37f);
+    const auto reader = LightMapReader::open(folder / "room_L0.exr", {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_THAT(reader->placeOf(0, 1, 3, 4), testing::EndsWith("room_L0.exr, channel G, texel (3, 4)"));
+    LightMapDescription description;
+    description.lightUnits = LightUnits::Game;
+    const Error error = refusal(folder / "room_L0.exr", description);
+    EXPECT_EQ(error.code, ErrorCode::ValueOutOfRange);
+    EXPECT_THAT(error.line(), HasSubstr("room_L0.exr, channel G, texel (3, 4): found light that leaves the range of float"));
+}
+
 }  // namespace
 }  // namespace lightcook::formats

@@ -108,6 +108,16 @@ TEST(LightMapStrip, SurfacesLieBetweenTexelsOfOneChart) {
     EXPECT_FALSE(mayHoldSurface({kAnyChart, kAnyChart, kAnyChart, kNoChart}));
 }
 
+TEST(Canonical, LightBeyondFloatsIsNamedByItsChannel) {
+    ExrRecipe recipe = seededMap(4, 4);
+    poke(recipe, "sh00.G", 1, 2, 2e38f);
+    LightMapDescription description;
+    description.lightUnits = LightUnits::Game;
+    const Error error = refusal(MapFile(recipe).path, description);
+    EXPECT_EQ(error.code, ErrorCode::ValueOutOfRange);
+    EXPECT_THAT(error.line(), HasSubstr("map.exr, channel sh00.G, texel (1, 2): found light that leaves the range of float"));
+}
+
 TEST(Canonical, NegativeZeroIsNotNegativeEnergy) {
     ExrRecipe recipe = seededMap(2, 1);
     for (int i = 0; i < 9; ++i) poke(recipe, fmt::format("sh{:02}.G", i), 1, 0, -0.0f);

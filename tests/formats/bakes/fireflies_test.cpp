@@ -29,6 +29,8 @@ TEST(Fireflies, AreSingleTexelsAmongCoveredOnes) {
     EXPECT_EQ(found[1].y, 67);
     EXPECT_EQ(found[1].found, 2000);
     EXPECT_EQ(found[1].brightest, 1);
+    EXPECT_EQ(found[0].colour, 0);
+    EXPECT_EQ(found[1].colour, 1);
     EXPECT_EQ(findFireflies(strip, 1500).size(), 1u);
 }
 
@@ -64,7 +66,7 @@ TEST(Fireflies, MendedOnesHaveTheirNeighboursMeanAndAreCounted) {
     const LightMapStrip before = lit();
     strip.sh.at(4, 4)[0].b = 1e30f;
     strip.sh.at(8, 11)[0].r = 1e5f;
-    ASSERT_TRUE(checkFireflies(strip, 1000, true, "map.exr"));
+    ASSERT_TRUE(checkFireflies(strip, 1000, true, [](const Firefly&) { return std::string("map.exr"); }));
     EXPECT_EQ(strip.repairs.fireflies, 2);
     for (int y = 0; y < 12; ++y)
         for (int x = 0; x < 12; ++x) {

@@ -128,6 +128,13 @@ TEST(UnrealHq, TexelsOutsideTheRectanglesOfTheMeshesAreNotCovered) {
     EXPECT_FALSE(LightMapReader::open(bake.write(), {})->hasCoverage());
 }
 
+TEST(UnrealHq, ATexelIsNamedByTheImageThatHasItsLight) {
+    const UnrealBake bake;
+    const auto reader = LightMapReader::open(bake.write(), {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_THAT(reader->placeOf(0, 1, 3, 4), testing::EndsWith("level.gltf, image 0, channel A, texel (3, 4)"));
+}
+
 TEST(UnrealHq, TheImageMayLieInAFileADataUriOrABuffer) {
     UnrealBake bake;
     const LightMapStrip strip = readAll(bake.write());

@@ -336,6 +336,36 @@ TEST(GltfScene, LightMapUvsAreReplacedAndNothingElse) {
         EXPECT_EQ(after[mesh]->find("TEXCOORD_2")->values, before[mesh]->find("TEXCOORD_1")->values) << "the old ones are kept";
 }
 
+/// They would read other texels of the new map, and nothing says which ones they should.
+TEST(GltfScene, LinesHaveNoLightMapUvsBesideReplacedOnes) {
+    const TemporaryFolder folder;
+    GltfMaker maker = cube();
+    const json uvs = maker.primitives()[0]["attributes"]["TEXCOORD_1"];
+    for (const int mode : {0, 1})
+        maker.primitives().push_back(
+            {{"attributes", {{"POSITION", 0}, {"TEXCOORD_0", uvs}, {"TEXCOORD_1", uvs}}}, {"mode", mode}, {"material", 0}});
+    maker.writeGlb(folder / "cube.glb");
+    const GltfScene scene = loaded(folder / "cube.glb");
+    ASSERT_TRUE(scene.writeLightMapUvs(folder / "moved.glb", numberedUvs(scene)));
+    const json primitives = jsonOf(folder / "moved.glb")["meshes"][0]["primitives"];
+    ASSERT_EQ(primitives.size(), 4u);
+    for (const std::size_t i : {0, 1}) EXPECT_TRUE(primitives[i]["attributes"].contains("TEXCOORD_1"));
+    for (const std::size_t i : {2, 3}) EXPECT_EQ(primitives[i]["attributes"], (json{{"POSITION", 0}, {"TEXCOORD_0", uvs}}));
+    EXPECT_TRUE(loaded(folder / "moved.glb").hasLightMapUvs());
+    ASSERT_TRUE(scene.writePlain(folder / "plain.glb", nullptr));
+    EXPECT_EQ(jsonOf(folder / "plain.glb")["meshes"][0]["primitives"], maker.primitives()) << "which are not replaced";
+
+    maker.primitives()[3]["attributes"]["TEXCOORD_2"] = uvs;
+    maker.writeGlb(folder / "cube.glb");
+    const GltfScene further = loaded(folder / "cube.glb");
+    const auto refused = further.writeLightMapUvs(folder / "none.glb", numberedUvs(further));
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().line().find("cube.glb, mesh 0, primitive 3: found TEXCOORD_1 and TEXCOORD_2 on lines or points"),
+              std::string::npos)
+        << refused.error().line();
+    EXPECT_FALSE(std::filesystem::exists(folder / "none.glb"));
+}
+
 TEST(GltfScene, LightMapUvsOfDracoStreamsAreReplaced) {
     const TemporaryFolder folder;
     cube().writeGlb(folder / "cube.glb");

@@ -103,10 +103,22 @@ TEST(CheckStage, AResidualThatAddsToTheErrorIsAViolation) {
     code.name = "code";
     residual.name = "residual 1";
     std::vector<verify::Violation> violations;
-    checkStage({code, residual}, "code", "residual 1", violations);
+    checkStage({code, residual}, "code", "residual 1", 0, violations);
     ASSERT_EQ(violations.size(), 1u);
     EXPECT_EQ(violations[0].place, "stage residual 1");
-    checkStage({code, residual}, "residual 1", "residual 2", violations);
+    checkStage({code, residual}, "residual 1", "residual 2", 0, violations);
+    EXPECT_EQ(violations.size(), 1u);
+}
+
+TEST(CheckStage, RoundingOfCodesBesideAnExactStageIsNone) {
+    verify::StageError code = stageWith(0, 0), residual = stageWith(1.0 / 255, 1.0 / 255);
+    code.name = "code";
+    residual.name = "residual 1";
+    std::vector<verify::Violation> violations;
+    checkStage({code, residual}, "code", "residual 1", 1.0 / 255, violations);
+    EXPECT_TRUE(violations.empty());
+    residual.specular.relRms *= 1.01;
+    checkStage({code, residual}, "code", "residual 1", 1.0 / 255, violations);
     EXPECT_EQ(violations.size(), 1u);
 }
 

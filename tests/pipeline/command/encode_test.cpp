@@ -1,6 +1,6 @@
+#include "pipeline/command/encode.h"
 #include "formats/plain_image.h"
 #include "formats/png.h"
-#include "pipeline/command/encode.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -372,6 +372,50 @@ TEST_F(EncodeOptionsOfTheCommand, MetricsWithoutEffectAreRefused) {
     linear.metricScale = 0.5f;
     expectRefused(linear, ErrorCode::InvalidRequest,
                   "--metric-scale: found it with --metric linear, which has no scale, expected --metric log or relative");
+}
+
+/// What is refused with a format does not change its texture; what is taken does.
+TEST_F(EncodeOptionsOfTheCommand, WeightsWithoutEffectAreRefused) {
+    Image<glm::vec4> image = light(64, 64), weights(64, 64, glm::vec4(0));
+    for (glm::vec4& texel : image.texels()) texel = glm::fract(texel);
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x) weights.at(x, y) = glm::vec4(x % 4 < 2 ? 1 : 0);
+    ASSERT_TRUE(formats::writeExr(folder_ / "in.exr", image.view(), 4).has_value());
+    ASSERT_TRUE(formats::writeExr(folder_ / "weights.exr", weights.view(), 3).has_value());
+    const std::string together = "bc1, bc3, bc6h-uf16, bc6h-sf16, bc7, astc-4x4-hdr, astc-6x6-hdr, astc-8x8-hdr, astc-4x4-ldr or rgb9e5";
+    const std::string blocks =
+        "bc1, bc3, bc4, bc4-snorm, bc5, bc5-snorm, bc6h-uf16, bc6h-sf16, bc7, astc-4x4-hdr, astc-6x6-hdr, astc-8x8-hdr or astc-4x4-ldr";
+    for (const formats::PixelFormatInfo& format : formats::allPixelFormats()) {
+        const std::string name(format.name), found = fmt::format(": found it with --format {}, which codes each ", name);
+        SCOPED_TRACE(name);
+        const EncodeCommand plain = command(name.c_str());
+        EncodeCommand channels = plain, perceptual = plain, texels = plain;
+        channels.channelWeights = std::array<float, 4>{8, 1, 1, 1};
+        perceptual.perceptual = true;
+        texels.significance = folder_ / "weights.exr";
+        const Image<glm::vec4> reference = coded(plain);
+        if (together.find(name) != std::string::npos) {
+            EXPECT_NE(coded(channels).texels(), reference.texels());
+            EXPECT_NE(coded(perceptual).texels(), reference.texels());
+        } else {
+            std::filesystem::remove(plain.output);
+            expectRefused(channels, ErrorCode::InvalidRequest, "--weights" + found + "channel by itself, expected --format " + together);
+            expectRefused(perceptual, ErrorCode::InvalidRequest,
+                          format.channelCount < 3 ? "--perceptual: found format " + name + ", which holds no colour"
+                                                  : "--perceptual" + found + "channel by itself, expected --format " + together);
+        }
+        if (blocks.find(name) != std::string::npos) {
+            EXPECT_NE(coded(texels).texels(), reference.texels());
+        } else {
+            std::filesystem::remove(plain.output);
+            expectRefused(texels, ErrorCode::InvalidRequest, "--significance" + found + "texel by itself, expected --format " + blocks);
+        }
+        std::filesystem::remove(plain.output);
+    }
+    EncodeCommand rows = command("bc5"), weighted = rows;
+    rows.rdo = weighted.rdo = 0.5;
+    weighted.channelWeights = std::array<float, 4>{1, 100, 0, 0};
+    EXPECT_NE(coded(weighted).texels(), coded(rows).texels()) << "a row is within a bound on the error of both channels";
 }
 
 TEST(EncodeTexture, WrongRequestsAreRefused) {

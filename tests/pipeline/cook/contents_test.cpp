@@ -110,9 +110,18 @@ TEST(Contents, BandsThatNobodySeesAreLeftOut) {
 
 TEST(Contents, AutoTriesTheFlatLayoutWhereItMayBeEnough) {
     const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
-    EXPECT_EQ(assetOf(cook(fog, "max_error = 0.02").report, "map").at("layout"), "flat");
+    const Json foggy = cook(fog, "max_error = 0.02").report;
+    EXPECT_EQ(assetOf(foggy, "map").at("layout"), "flat");
+    const Json& bands = skipOf(foggy, "bands of light map 'map'");
+    EXPECT_EQ(bands.at("bytes_saved"), 8 * 16 * 54) << "as without auto";
+    EXPECT_EQ(bands.at("why"), skipOf(cook(fog).report, "bands of light map 'map'").at("why"));
     const SmallScene slope(SmallScene::Parts::LightMap, growingSlope);
-    EXPECT_NE(assetOf(cook(slope, "max_error = 0.02").report, "map").at("layout"), "flat");
+    const Json sloped = cook(slope, "max_error = 0.02").report;
+    const std::string layout = assetOf(sloped, "map").at("layout");
+    EXPECT_NE(layout, "flat");
+    EXPECT_EQ(skipOf(sloped, "bands of light map 'map'").is_null(), layout != "sh4");
+    const SmallScene sun(SmallScene::Parts::LightMap, sunAndSky);
+    EXPECT_TRUE(skipOf(cook(sun, "max_error = 0.5").report, "bands of light map 'map'").is_null()) << "a limit allows more than it lacks";
 }
 
 TEST(Contents, WhereNobodySeesDirectionsAutoTakesAsManyFlatTexturesAsALimitAsksFor) {

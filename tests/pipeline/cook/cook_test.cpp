@@ -275,6 +275,16 @@ TEST(CookScene, WhatKeepGoingLeftOutFailsItsReportAndVerification) {
     ASSERT_EQ(verified.errors.size(), 1u);
     EXPECT_EQ(verified.errors[0].line(), outcome.errors[0].line());
     EXPECT_EQ(verified.report.at("passed"), false);
+    // The manifest says it too, to a folder whose report is gone.
+    const formats::TemporaryFolder kept;
+    std::filesystem::rename(scene / "out" / kReportName, kept / kReportName);
+    const Outcome unreported = verifyCooked({scene / "out", {}, {}}, RunState());
+    ASSERT_EQ(unreported.errors.size(), 1u);
+    EXPECT_EQ(unreported.errors[0].code, ErrorCode::Verification);
+    EXPECT_EQ(unreported.errors[0].line(),
+              (scene / "out" / kManifestName).string() +
+                  ": found a cook that went on after an error, without 'probe', expected all assets of the scene: cook it again");
+    std::filesystem::rename(kept / kReportName, scene / "out" / kReportName);
     // A cook of another asset does not make the folder complete; one of the missing asset does.
     std::filesystem::rename(scene / "probe", scene / "probe.exr");
     options.only = "sky";
@@ -407,6 +417,15 @@ TEST(CookScene, AnExceededBudgetFailsButIsReported) {
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverBudget);
     EXPECT_EQ(outcome.report.at("budget").at("limit_bytes"), 100);
     EXPECT_THAT(outcome.errors.front().line(), testing::StartsWith("--budget: found "));
+    // The manifest has the budget: verification holds the folder to it, with and without the report.
+    for (int i = 0; i < 2; ++i) {
+        const Outcome verified = verifyCooked({scene / "out", {}, {}}, RunState());
+        ASSERT_EQ(verified.errors.size(), 1u);
+        EXPECT_EQ(verified.errors[0].code, ErrorCode::OverBudget);
+        EXPECT_THAT(verified.errors[0].line(), HasSubstr("cooked.json, budget_bytes: found "));
+        EXPECT_EQ(verified.report.at("passed"), false);
+        std::filesystem::remove(scene / "out" / kReportName);
+    }
     scene.writeSceneFile("budget = \"100\"");
     EXPECT_THAT(cook(scene.options()).errors.front().line(), HasSubstr("scene.toml:5, budget: found "));
 }

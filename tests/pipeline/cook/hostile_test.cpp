@@ -147,8 +147,8 @@ TEST(Fireflies, AreRefusedByTexelAndValueMendedOnRequestOrBelieved) {
     ASSERT_FALSE(refused.errors.empty());
     EXPECT_EQ(refused.errors.front().code, ErrorCode::ValueOutOfRange);
     EXPECT_THAT(refused.errors.front().line(),
-                AllOf(HasSubstr("map.exr, channel sh00, texel (30, 20)"), HasSubstr("found 700"),
-                      HasSubstr("expected at most 1000 times its brightest neighbour (0.5)"), HasSubstr("firefly_limit")));
+                AllOf(HasSubstr("map.exr, channel sh00.G, texel (30, 20)"), HasSubstr("found light of 700"),
+                      HasSubstr("expected at most 1000 times that of its brightest neighbour (0.5)"), HasSubstr("firefly_limit")));
     const Outcome repaired = map.cookWith("", true);
     ASSERT_TRUE(repaired.errors.empty()) << repaired.errors.front().line();
     EXPECT_EQ(repaired.report.at("assets").at(0).at("notes").at("repaired_fireflies"), 3);

@@ -154,6 +154,43 @@ TEST(Lint, NamesPrimariesThatAreNotThoseOfTheSource) {
     EXPECT_THAT(codesOf(scene.lint()), IsEmpty());
 }
 
+constexpr std::array<float, 8> kAcesCg = {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f};
+
+/// Makes the space of the files ACEScg, and the working one too, in which no texel is negative.
+void makeAcesCg(const PlantedScene& scene) {
+    for (const std::string key : {"source", "working"}) scene.replaceInScene(key + " = \"lin_rec709\"", key + " = \"acescg\"");
+}
+
+TEST(Lint, NamesOtherPrimariesOfAProbeAndAGradientToo) {
+    for (const auto& [file, asset] : {std::pair("cornell_probe0.exr", "a probe"), std::pair("clear_sky_256x1.exr", "a gradient")}) {
+        const PlantedScene scene;
+        scene.statePrimaries(kAcesCg, file);
+        const Outcome outcome = scene.lint();
+        ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-primaries")) << asset;
+        EXPECT_THAT(outcome.findings[0].file, HasSubstr(file));
+        EXPECT_THAT(outcome.findings[0].found, AllOf(HasSubstr("as acescg has"), HasSubstr("the source space lin_rec709")));
+        makeAcesCg(scene);
+        EXPECT_THAT(codesOf(scene.lint()), IsEmpty()) << asset;
+    }
+}
+
+TEST(Lint, VerificationComparesProbesWithTheSourceOfTheirScene) {
+    const PlantedScene scene;
+    scene.statePrimaries(kAcesCg, "cornell_probe0.exr");
+    CookOptions options;
+    options.scene = scene / "scene.toml";
+    options.output = scene / "out";
+    options.cache = scene / "cache";
+    options.only = "probe0";
+    options.effort = 0;
+    const RunState state;
+    EXPECT_THAT(codesOf(cookScene(options, state)), ElementsAre("wrong-primaries"));
+    EXPECT_THAT(codesOf(verifyCooked({scene / "out", {}, {}}, state)), ElementsAre("wrong-primaries"));
+    makeAcesCg(scene);
+    EXPECT_THAT(codesOf(cookScene(options, state)), IsEmpty());
+    EXPECT_THAT(codesOf(verifyCooked({scene / "out", {}, {}}, state)), IsEmpty());
+}
+
 TEST(Lint, TakesTheStatedPrimariesOfTheSource) {
     const PlantedScene scene;
     scene.statePrimaries({0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f});

@@ -132,10 +132,10 @@ public:
     const std::filesystem::path& path() const { return folder_.path(); }
 
     void editLightMap(const std::function<void(Channels&)>& edit) const { editExr("cornell_lightmap.exr", edit); }
-    /// Lets the light map state its primaries.
-    void statePrimaries(const std::array<float, 8>& xy) const {
-        editLightMap([](Channels&) {});  // as scan lines
-        const std::filesystem::path file = folder_ / "cornell_lightmap.exr";
+    /// Lets a file state its primaries.
+    void statePrimaries(const std::array<float, 8>& xy, const char* name = "cornell_lightmap.exr") const {
+        editExr(name, [](Channels&) {});  // as scan lines
+        const std::filesystem::path file = folder_ / name;
         formats::writeContent(file, withChromaticities(formats::contentOf(file), xy));
     }
     void editProbe(const std::function<void(Channels&)>& edit) const { editExr("cornell_probe0.exr", edit); }

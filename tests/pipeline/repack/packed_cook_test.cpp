@@ -1,4 +1,5 @@
 // A cook that packs the charts of its light map: verdict, files and messages are those of the user's bake.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -251,6 +252,21 @@ TEST_F(PackedCook, WhatCannotBePackedIsRefused) {
     EXPECT_THAT(mistake(), HasSubstr("found -1 for charts_max_visible, expected a number from 0"));
     writeScene("charts = \"packed\"");
     EXPECT_THAT(mistake(), HasSubstr("expected one of: keep, pack"));
+}
+
+TEST_F(PackedCook, UvsThatAreKeptDoNotHelpTrianglesWithoutAny) {
+    std::string bytes = formats::contentOf(folder_ / "cornell.glb");
+    for (std::size_t at = 0; (at = bytes.find("\"TEXCOORD_1\"", at)) != std::string::npos;) bytes.replace(at, 12, "\"TEXCOORD_9\"");
+    formats::writeContent(folder_ / "cornell.glb", bytes);
+    for (const char* charts : {"pack", "split"}) {
+        writeScene(fmt::format("charts = \"{}\"", charts));
+        EXPECT_THAT(mistake(), testing::EndsWith("cornell.glb, primitive 0: found no TEXCOORD_1, expected light-map UVs on all triangles, "
+                                                 "with --keep-uv too: unwrap these as well, or put what no light map lies on into a mesh "
+                                                 "of its own"))
+            << charts;
+    }
+    writeScene("charts = \"keep\"");
+    EXPECT_THAT(mistake(), HasSubstr("found triangles without TEXCOORD_1, expected light-map UVs on all triangles"));
 }
 
 }  // namespace

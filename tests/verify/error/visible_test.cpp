@@ -148,6 +148,22 @@ TEST(VisibleAccumulator, AnExactAssetHasNoError) {
     EXPECT_EQ(figures.rms, 0);
 }
 
+TEST(VisibleAccumulator, ABoundOfZeroIsKnown) {
+    const float zero = 0;
+    VisibleAccumulator without, exact;
+    without.add({&zero, 1});
+    exact.add({&zero, 1});
+    exact.addBound(0, {});
+    EXPECT_FALSE(without.figures().bound.has_value());
+    EXPECT_EQ(exact.figures().bound, 0.0);
+    without.merge(exact);
+    EXPECT_EQ(without.figures().bound, 0.0);
+    exact.addBound(std::numeric_limits<double>::quiet_NaN(), {});
+    exact.addBound(2, {});
+    exact.addBound(1, {});
+    EXPECT_EQ(exact.figures().bound, 2.0);
+}
+
 TEST(VisibleAccumulator, OneSampleThatIsNotFiniteShows) {
     VisibleAccumulator accumulator;
     std::vector<float> samples(99, 1.0f);

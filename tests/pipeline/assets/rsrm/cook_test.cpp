@@ -221,11 +221,11 @@ TEST_F(Rsrm, PicturesAreSrgbUnlessSaidOtherwise) {
     const auto png = formats::encodePng(painted.view());
     ASSERT_TRUE(png);
     ASSERT_TRUE(writeFile(folder_ / "grey.png", *png));
-    const auto srgb = formats::loadGradient(folder_ / "grey.png", {}, formats::GradientEncoding::Auto);
-    const auto linear = formats::loadGradient(folder_ / "grey.png", {}, formats::GradientEncoding::Linear);
+    const auto srgb = formats::loadPaintedGradient(folder_ / "grey.png", {}, formats::GradientEncoding::Auto);
+    const auto linear = formats::loadPaintedGradient(folder_ / "grey.png", {}, formats::GradientEncoding::Linear);
     ASSERT_TRUE(srgb && linear);
-    EXPECT_NEAR((*srgb)[7].x, 0.5029, 1e-4);  // code 188 of the sRGB curve
-    EXPECT_NEAR((*linear)[7].x, 188.0 / 255, 1e-6);
+    EXPECT_NEAR(srgb->zones[7].x, 0.5029, 1e-4);  // code 188 of the sRGB curve
+    EXPECT_NEAR(linear->zones[7].x, 188.0 / 255, 1e-6);
     EXPECT_LT(asset(options("grey.png")).at("measures").at("code_error"), 0.5);
     write("bright.exr", 8, 1, [](int x, int) { return glm::vec3(static_cast<float>(x)); });
     RsrmOptions wanted = options("bright.exr");
@@ -289,7 +289,9 @@ TEST_F(Rsrm, TheEdgesOfNumbersAreCookedOrRefusedByName) {
     EXPECT_THAT(refusal(options("nan.exr")), HasSubstr("nan.exr, channel R, texel (5, 0): found nan, expected a finite"));
     RsrmOptions repaired = options("nan.exr");
     repaired.cook.repair = true;
-    EXPECT_LT(asset(repaired).at("measures").at("code_error"), 0.56);
+    const Json mended = asset(repaired);
+    EXPECT_LT(mended.at("measures").at("code_error"), 0.56);
+    EXPECT_EQ(mended.at("notes").at("repaired_texels"), 1);
 }
 
 }  // namespace
