@@ -16,7 +16,7 @@
 #include "verify/light_map/bound.h"
 #include "verify/light_map/shading.h"
 #include "verify/light_map/vectors.h"
-#include "verify/light_map/visible_bounding.h"
+#include "verify/light_map/visible_bound_setup.h"
 #include "verify/sampler_tolerance.h"
 
 namespace lightcook::verify {

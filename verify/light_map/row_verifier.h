@@ -11,10 +11,10 @@
 // verified_rows.h.
 #pragma once
 
-#include "verify/light_map/quads.h"
+#include "verify/light_map/quad_bounds.h"
 #include "verify/light_map/rim_bounds.h"
 #include "verify/light_map/verified_rows.h"
-#include "verify/light_map/visible_bound.h"
+#include "verify/light_map/visible_bounds.h"
 
 namespace lightcook::verify::lightmap {
 

@@ -11,8 +11,8 @@
 #include "tests/verify/cooked_light_map.h"
 #include "verify/assets/random.h"
 #include "verify/light_map/controls.h"
-#include "verify/light_map/curved.h"
-#include "verify/light_map/zonal.h"
+#include "verify/light_map/curved_bounds.h"
+#include "verify/light_map/zonal_bounds.h"
 
 namespace lightcook {
 namespace {

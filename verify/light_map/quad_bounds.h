@@ -22,11 +22,11 @@
 #include <vector>
 
 #include "verify/light_map/controls.h"
-#include "verify/light_map/curved.h"
+#include "verify/light_map/curved_bounds.h"
 #include "verify/light_map/grouped_errors.h"
 #include "verify/light_map/quad_coarse_bound.h"
 #include "verify/light_map/tolerance.h"
-#include "verify/light_map/zonal.h"
+#include "verify/light_map/zonal_bounds.h"
 
 namespace lightcook::verify::lightmap {
 

@@ -1,4 +1,4 @@
-#include "verify/light_map/visible_bounding.h"
+#include "verify/light_map/visible_bound_setup.h"
 
 #include <utility>
 

@@ -22,7 +22,7 @@
 #include "lighting/sphere.h"
 #include "verify/light_map/place_light.h"
 #include "verify/light_map/quad_coarse_bound.h"
-#include "verify/light_map/visible_bounding.h"
+#include "verify/light_map/visible_bound_setup.h"
 
 namespace lightcook::verify::lightmap {
 
