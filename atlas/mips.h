@@ -1,10 +1,10 @@
 // Mip levels of a light map that keep its charts apart.
 //
-// A texel of level k stands for 2^k x 2^k texels of the map. Charts are those that the bake numbers, or else sets of covered texels that
-// touch, also by a corner. A chart is seen at places within its texels; there a bilinear filter of level k reads up to four texels of that
-// level. A level is safe if none of the texels that are read from within a chart holds a covered texel of another chart. Level k is safe
-// wherever the charts lie if these are 3 * 2^(k - 1) - 1 texels apart along both axes. Closer charts may be safe, too, if they lie well in
-// the grid of 2^k.
+// A texel of level k stands for 2^k x 2^k texels of the map. Charts are here those that the bake numbers, or else sets of covered texels
+// that touch, also by a corner; not those of a mesh (charts.h). A chart is seen at places within its texels; there a bilinear filter of
+// level k reads up to four texels of that level. A level is safe if none of the texels that are read from within a chart holds a covered
+// texel of another chart. Level k is safe wherever the charts lie if these are 3 * 2^(k - 1) - 1 texels apart along both axes. Closer
+// charts may be safe, too, if they lie well in the grid of 2^k.
 //
 // Use: coveredRuns() for each strip of rows, the runs joined in the order of rows, then findMipCharts() if the bake has no charts, and
 // safeMipLevels().

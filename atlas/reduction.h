@@ -33,7 +33,7 @@ struct ReductionLimit {
     static constexpr double kRelRmsPerVisible = 0.01;
     lighting::Display display;
     glm::dmat3 bt2020FromWorking = lighting::bt2020FromRec709();
-    glm::vec3 luminanceWeights{0.2126f, 0.7152f, 0.0722f};
+    glm::vec3 luminanceWeights = lighting::kRec709Luminance;
 };
 
 /// Texels of a chart at its resolution.

@@ -1,17 +1,27 @@
 // Light-map layouts: SH coefficients of a map in, blocks of GPU textures out. formats/light_map_layout.h has the table of layouts with
 // their textures; shaders/light_map_*.glsl has the decode of each, and docs/theory/layouts.md explains them.
 //
-//   family  decode of the filtered texels; lambda_i is coefficient i, capital names are constants of the plan
-//   raw     lambda_i = RANGE sh_i
-//   flat    exit radiance at the texel's own normal = RANGE exit
-//   luvw    lambda_i = RANGE_i a0 a1 uvw, uvw = 2 rgb0 - 1 + 2 SPAN_i (rgb1 - NEUTRAL)
-//   ratio   lambda_0 = RANGE l0, lambda_i = lambda_0 (SCALE_i ratio_i + BIAS_i)
-//   zh3     as ratio for bands 0 and 1; band 2 = lambda_0 (SCALE_4 ratio_4 + BIAS_4) sqrt(4 pi / 5) Y_2m(axis of band 1)
-//   basis   lambda_i = lambda_0 (P_i(code) + sum_k (residual_k - neutral) R_ki), P quadratic, P and R learned for each cluster of charts
-//   hdr     lambda_0 = RANGE sh_0, lambda_i = RANGE sh_i + BIAS_i lambda_0
-//   luvw-linear: bands 0 and 1 as luvw, and an intensity I from which band 2 = I Y_2m(axis of band 1)
-//   halo3, halo3-linear: as luvw and luvw-linear, with constants that an engine's shader has
-//   unreal  exit radiance = (2^LogL - 0.01858136) (rgb0^2 SCALE0 + ADD0) (SH . n + ADD1.a), LogL and SH linear in alphas and rgb1
+//   layout        decode of the filtered texels; lambda_i is coefficient i, capital names are constants of the plan
+//   raw           lambda_i = RANGE sh_i
+//   flat          exit radiance at the texel's own normal = RANGE exit
+//   flat-2        exit radiance at the texel's own normal = RANGE mix(exit, second, SHARE)
+//   luvw          lambda_i = RANGE_i a0 a1 uvw, uvw = 2 rgb0 - 1 + 2 SPAN_i (rgb1 - NEUTRAL)
+//   luvw-linear   bands 0 and 1 as luvw; an intensity I, as coefficient 4: band 2 = I Y_2m(axis of band 1)
+//   halo3         as luvw, with the constants of that engine: SPAN_i = 1, NEUTRAL = 1/2
+//   halo3-linear  as luvw-linear, with the constants of that engine
+//   ratio         lambda_0 = RANGE l0, lambda_i = lambda_0 (SCALE_i ratio_i + BIAS_i)
+//   sh4           bands 0 and 1 as ratio; band 2 = 0
+//   zh3           bands 0 and 1 as ratio; band 2 = lambda_0 (SCALE_4 ratio_4 + BIAS_4) sqrt(4 pi / 5) Y_2m(axis of band 1)
+//   basis-3 to basis-24
+//                 lambda_i = lambda_0 (P_i(code) + sum_k (residual_k - neutral) R_ki), P quadratic, P and R learned for each cluster of
+//                 charts; basis-3 and basis-4 have no residual
+//   hdr           lambda_0 = RANGE sh_0, lambda_i = RANGE sh_i + BIAS_i lambda_0; hdr-rgb9e5 is the same without blocks
+//   hdr-2         as hdr, with mix(sh_i, second_i, SHARE) for sh_i
+//   godot         exit radiance = L0 (1 + n . L1), L0 = sh_0, L1 = 8 (sh_i - 1/2) along y, z, x; no constants
+//   bakery        exit radiance = L0 (1 + n . L1), L0 = l0, L1 = 4 (l1 - 1/2) along each axis; no constants
+//   mono-sh       as bakery, with one L1 for the three colours
+//   unreal-hq     exit radiance = (2^LogL - 0.01858136) (rgb0^2 SCALE0 + ADD0) (SH . n + ADD1.a), LogL and SH linear in alphas and rgb1
+// The same with bits a texel and reasons: docs/theory/layouts.md.
 //
 // Use, for any cut of the map into strips of rows:
 //   1. LightMapMeasure over every strip; merge the parts.
@@ -134,6 +144,7 @@ public:
     int count() const { return static_cast<int>(covered_.size()); }
     /// Returns a chart for each block, numbered in the order of their first blocks; -1 for a block without covered texels.
     /// Covered texels that touch, also by a corner, and texels of one block are one chart: no filter reaches from one chart into another.
+    /// These are charts of texels, found without meshes; those of atlas::findCharts() are pieces of meshes.
     /// islands  of meshes that read the map. All blocks that an island holds texel centres of, and all covered texels that it is filtered
     ///          from, become one chart, however narrow their connection. A block that holds only texel centres has a chart, too.
     std::vector<int> charts(std::span<const formats::IslandRun> islands = {}) const;
@@ -243,10 +254,11 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target
 
 /// Plans a learned layout: fits its decode to a sample of the map, on the threads of the caller's TBB arena. The result is the same for
 /// any number of them.
-/// blocks    of the whole map; charts: blocks.charts()
-/// samples   of blocks.choose(charts, learningBlocks(...)), filled from the whole map
-/// objective empty: energy
-/// clusters  largest number of bases, 1 to 256; 0: as many as cost a sixth of textures "l0" and "code", at most 64
+/// blocks     of the whole map
+/// charts     blocks.charts()
+/// samples    of blocks.choose(charts, learningBlocks(...)), filled from the whole map
+/// clusters   largest number of bases, 1 to 256; 0: as many as cost a sixth of textures "l0" and "code", at most 64
+/// objective  empty: energy
 LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height,
                                  const LightMapMeasure& measure, const LightMapBlocks& blocks, const std::vector<int>& charts,
                                  const LightMapSamples& samples, int clusters, const EncodeOptions& options,
@@ -266,9 +278,8 @@ struct EncodedLightMapRows {
 };
 
 /// Encodes the rows [firstRow, firstRow + rowCount) of the map.
-/// strip     holds those rows and kLightMapContextRows (light_map_context.h) more on either side where the map has them (asserted); more
-/// are
-///           allowed. With fewer the result would depend on the cut
+/// strip     holds those rows and kLightMapContextRows (light_map_context.h) more on either side where the map has them (asserted), or
+///           yet more. With fewer the result would depend on the cut
 /// firstRow  a multiple of plan.blockHeight(); so is rowCount, except at the map's end
 /// options   only the effort counts: metric, scale and weights are chosen here
 /// Texels outside charts that touch one are solved for the filter: filtered light of the surface then shows what the bake shows between its

@@ -8,7 +8,9 @@
 //   Y7 = 1/2 sqrt(15/pi) xz    Y8 = 1/4 sqrt(15/pi) (x^2 - y^2)
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
@@ -126,6 +128,18 @@ private:
     Bands<double> bandsDouble_;
     Bands<float> bandsFloat_;  ///< the same, rounded: for light maps, which are float
 };
+
+/// Returns the length of each band: the root of the sum of its squared coefficients.
+inline ShBands bandLengths(const ShDouble& k) {
+    return {std::abs(k[0]), std::sqrt(k[1] * k[1] + k[2] * k[2] + k[3] * k[3]),
+            std::sqrt(k[4] * k[4] + k[5] * k[5] + k[6] * k[6] + k[7] * k[7] + k[8] * k[8])};
+}
+/// The same in doubles, where squares of floats neither underflow nor overflow.
+inline ShBands bandLengths(const Sh& coefficients) {
+    ShDouble k;
+    std::ranges::copy(coefficients, k.begin());
+    return bandLengths(k);
+}
 
 /// Negates coefficients 1, 3, 5, 7: from or to Condon-Shortley signs. It is its own inverse.
 ShRgb flipCondonShortley(const ShRgb& coefficients);

@@ -1,10 +1,12 @@
-// Layouts "basis-3", "basis-4", "basis-8", "basis-12", "basis-16", "basis-20", "basis-24": texture "l0", rgb = coefficient 0 over range; texture
-// "code", three or four numbers c; texture "residual" (basis-8 and up), one layer each four more numbers. Coefficients 1 to 8 over coefficient 0 are a quadratic polynomial of c, whose
-// factors were learned from the map, cluster by cluster of charts; each layer of the residual adds what a linear basis still can, to coefficient 0 too:
+// Layouts "basis-3", "basis-4", "basis-8", "basis-12", "basis-16", "basis-20", "basis-24": texture "l0", rgb = coefficient 0 over range;
+// texture "code", three or four numbers c; texture "residual" (basis-8 and up), four more numbers in each layer. Coefficients 1 to 8 over
+// coefficient 0 are a quadratic polynomial of c, whose factors were learned from the map for each cluster of charts; each layer of the
+// residual adds a linear basis, to coefficient 0 too:
 //   lambda_i = l0 (P_i(c) + sum_k (r_k - neutral) R_ki),   P_0 = 1
 // A shader short of fetches may stop after the code, or after any layer of the residual.
-// The factors are half floats in texture "tables", RGBA16F: a row for each cluster; in it first v of LcBasisFirst, then v of the LcBasisResidual of each layer,
-// a texel for each. Fetch them with lcLightMapBasis3From, lcLightMapBasis4From and lcLightMapBasisAddFrom, or copy them into buffers.
+// The factors are half floats in texture "tables", RGBA16F: a row for each cluster; in it first v of LcBasisFirst, then v of the
+// LcBasisResidual of each layer, a texel for each. Fetch them with lcLightMapBasis3From, lcLightMapBasis4From and lcLightMapBasisAddFrom,
+// or copy them into buffers.
 // The cluster is the chart's, the same wherever a filter reaches: the cooked mesh's vertex attribute _LIGHTCOOK_BASIS, handed on flat, or
 // lcBasisCluster of texture "index", fetched without filtering. The manifest has one of the two. The index has one byte for each block of
 // 4 x 4 texels, four neighbours of a row in a texel.

@@ -1,9 +1,9 @@
 // Layout "luvw": textures "luvw_first" and "luvw_second", nine layers each. Coefficient i is a length L and a signed colour uvw:
 //   L = range_i a0 a1,   uvw = (2 rgb0 - 1) + 2 span_i (rgb1 - centre)
-// The second texture codes what the first one left: rgb1 = centre says that nothing was left, and so does a1 = neutral (root = 0: a0 holds L) or
-// a1 = neutral a0 (root = 1: a0 and a1 hold its square root, which maps of great range need).
-// Layout "luvw-linear" has five layers each: coefficients 0 to 3, and the intensity I of a light from the axis of band 1 as luminance sees it, decoded
-// and filtered. Band 2 is that light's: lambda_i = I Y_i(axis). After the form that Halo 3 shipped.
+// The second texture is a residual of the first. It is zero at rgb1 = centre, and at a1 = neutral (root = 0: a0 holds L) or a1 = neutral a0
+// (root = 1: a0 and a1 hold its square root, which maps of great range need).
+// Layout "luvw-linear" has five layers each: coefficients 0 to 3, and the intensity I of a light from the axis of band 1's luminance,
+// decoded and filtered. Band 2 is that light's: lambda_i = I Y_i(axis). After the form that Halo 3 shipped.
 // After Hu 2008, Lightmap compression in Halo 3.
 // Layouts "halo3" and "halo3-linear" are these two with that engine's own constants: span = 1, centre = 1/2, neutral = 1, root = 1:
 //   L = range_i a0 a1,   uvw = (2 rgb0 - 1) + (2 rgb1 - 1)
@@ -57,7 +57,7 @@ struct LcLuvwLinearConstants {
     vec3 luminance;  // weights of the working colour space
 };
 
-// What the textures say as it is: bands 0 and 1, and in c[4] what lcZonalBand2 makes band 2 of.
+// Returns bands 0 and 1, and in c[4] the zonal coefficient that lcZonalBand2 expands to band 2.
 LC_FUNCTION LcSh lcLuvwLinearBands(LcLuvwLinearTexels t, LcLuvwLinearConstants k) {
     LcSh sh;
     for (int i = 0; i < 5; ++i) {

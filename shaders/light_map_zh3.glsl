@@ -1,6 +1,6 @@
-// Layout "zh3": texture "l0", rgb = coefficient 0 over range; texture "ratio", four layers: layers 0 to 2 coefficients 1 to 3 over coefficient 0, layer 3 the
-// zonal coefficient of band 2 over coefficient 0, all mapped to [0, 1]. The axis that band 2 is round about is that of band 1 as luminance sees it, after
-// decoding and filtering: lambda_2m = zonal sqrt(4 pi / 5) Y_2m(axis).
+// Layout "zh3": texture "l0", rgb = coefficient 0 over range; texture "ratio", four layers: layers 0 to 2 coefficients 1 to 3 over
+// coefficient 0, layer 3 the zonal coefficient of band 2 over coefficient 0, all mapped to [0, 1]. Band 2 is rotationally symmetric about
+// the axis of band 1's luminance, after decoding and filtering: lambda_2m = zonal sqrt(4 pi / 5) Y_2m(axis).
 // After Roughton, Sloan, Silvennoinen, Iwanicki and Shirley 2024, ZH3: Quadratic Zonal Harmonics.
 #ifndef LIGHTCOOK_LIGHT_MAP_ZH3_GLSL
 #define LIGHTCOOK_LIGHT_MAP_ZH3_GLSL
@@ -16,7 +16,7 @@ struct LcZh3Constants {
     vec3 luminance;  // weights of the working colour space
 };
 
-// What the textures say as it is: bands 0 and 1, and in c[4] what lcZonalBand2 makes band 2 of.
+// Returns bands 0 and 1, and in c[4] the zonal coefficient that lcZonalBand2 expands to band 2.
 LC_FUNCTION LcSh lcZh3Bands(LcZh3Texels t, LcZh3Constants k) {
     LcSh sh;
     sh.c[0] = k.range * lcRgb(t.l0);

@@ -1,4 +1,5 @@
-// lightcook.glsl: decode and shade what lightcook cooked. One source for GLSL 4.50, GLSL ES 3.00, HLSL (define LIGHTCOOK_HLSL first) and C++.
+// lightcook.glsl: decode and shade what lightcook cooked. One source for GLSL 4.50, GLSL ES 3.00, HLSL (define LIGHTCOOK_HLSL first) and
+// C++.
 //
 // No samplers here: the engine fetches (filtered, trilinear or bilinear), these functions decode and shade what it fetched.
 // SH is real, orthonormal, without Condon-Shortley signs, coefficient (l, m) at l (l + 1) + m. Light is incident radiance; what a surface

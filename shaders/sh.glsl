@@ -62,7 +62,7 @@ LC_FUNCTION LcSh lcShOfExit(vec3 l0, vec3 y, vec3 z, vec3 x) {
     return sh;
 }
 
-// What is left of the light without one directional light: towards, unit, is where it is; intensity is that of its delta.
+// Subtracts a directional light from the coefficients. towards: unit direction to the light; intensity: of its delta.
 LC_FUNCTION LcSh lcWithoutLight(LcSh sh, vec3 towards, vec3 intensity) {
     LcSh r;
     LcBasis b = lcBasis(towards);
@@ -78,7 +78,8 @@ LC_FUNCTION vec3 lcLinearAxis(LcSh sh, vec3 luminance) {
     v = v / max(max(max(abs(v.x), abs(v.y)), abs(v.z)), 1e-30f);
     return v * inversesqrt(max(dot(v, v), 1e-30f));
 }
-// Band 2 of light that is round about an axis (a unit vector or 0): sqrt(4 pi / 5) Y_2m(axis) times one number a channel, which c[4] holds before.
+// Expands zonal band 2: lambda_2m = c[4] sqrt(4 pi / 5) Y_2m(axis), rotationally symmetric about axis (a unit vector, or 0). c[4] holds the
+// zonal coefficient on entry.
 LC_FUNCTION LcSh lcZonalBand2(LcSh bands, vec3 axis) {
     LcSh r = bands;
     vec3 zonal = bands.c[4];
@@ -90,7 +91,7 @@ LC_FUNCTION LcSh lcZonalBand2(LcSh bands, vec3 axis) {
     return r;
 }
 
-// The coefficients of the same light seen from a local orthonormal frame: local direction (a, b, c) is the world's a x + b y + c z. Band 1 is a
+// The coefficients of the same light in a local orthonormal frame: local direction (a, b, c) is the world's a x + b y + c z. Band 1 is a
 // vector, band 2 a symmetric matrix without trace: both are turned as such.
 LC_FUNCTION LcSh lcLocalSh(LcSh sh, vec3 x, vec3 y, vec3 z) {
     LcSh r;

@@ -1,6 +1,6 @@
 // Specular light: area specular of SH light from the C and D tables, and Cook-Torrance for a punctual or dominant light.
-// After Chen and Liu 2008, Lighting and Material of Halo 3, with the misprints mended: Schlick is (1 - L.H)^5, and the energy-conserving
-// form divides D by pi and the product by 4 NoL NoV.
+// After Chen and Liu 2008, Lighting and Material of Halo 3, with two misprints corrected: Schlick is (1 - L.H)^5, and the
+// energy-conserving form divides D by pi and the product by 4 NoL NoV.
 #ifndef LIGHTCOOK_SPECULAR_GLSL
 #define LIGHTCOOK_SPECULAR_GLSL
 
@@ -24,12 +24,13 @@ LC_FUNCTION LcSpecularKernel lcSpecularKernel(LcSpecularKernel texels, LcSpecula
     return r;
 }
 
-// What a table's axis measures of t, NoV or m: sqrt((p0 + p1 t) (q0 + q1 t)); factors are the axis's (p0, p1, q0, q1), from the manifest. It is
-// plain t for (0, 1, 0, 1), which an engine that knows its tables need not compute, and the sine of a view for (1, -1, 1, 1).
+// Returns the coordinate in which a table's axis is uniform, for t = NoV or t = m: sqrt((p0 + p1 t) (q0 + q1 t)). factors: the axis's
+// (p0, p1, q0, q1), from the manifest. The result is t itself for (0, 1, 0, 1), which an engine that knows its tables need not compute, and
+// the sine of the view's angle for (1, -1, 1, 1) and t = NoV.
 LC_FUNCTION float lcTableAxis(float t, vec4 factors) {
     return sqrt(max((factors.x + factors.y * t) * (factors.z + factors.w * t), 0.0f));
 }
-// Texture coordinate on a table axis. value: what lcTableAxis says; scale and offset are the axis's.
+// Texture coordinate on a table axis. value: result of lcTableAxis; scale and offset are the axis's.
 LC_FUNCTION float lcTableCoordinate(float value, float scale, float offset) {
     return clamp(value * scale + offset, 0.0f, 1.0f);
 }
@@ -38,7 +39,8 @@ LC_FUNCTION float lcSine(float NoV) {
     return sqrt(clamp(1.0f - NoV * NoV, 0.0f, 1.0f));
 }
 
-// The frame in which the kernel lives: z the normal, view in the x-z plane, x towards the view. view and normal unit, view away from the surface.
+// The frame in which the kernel is defined: z the normal, view in the x-z plane, x towards the view. view and normal are unit vectors, view
+// points away from the surface.
 struct LcFrame {
     vec3 x;
     vec3 y;
@@ -132,25 +134,27 @@ LC_FUNCTION vec3 lcCookTorranceHalo3(vec3 view, vec3 light, vec3 normal, float m
     return 4.0f * lcCookTorrance(view, light, normal, m, f0);
 }
 
-// Reflected radiance of the dominant light. direction: as fetched, unnormalised; its length is its weight under the filter. intensity: radiometric,
-// of the delta that the fit found. normal is where the light goes when the direction is noise.
-// The direction as two textures hold it, the second coding what the first one left: what lcDominantDirection takes is scale * this + bias. Both filter
+// The direction as two textures hold it, the second a residual of the first. lcDominantDirection takes scale * this + bias. Both filter
 // linearly. Without the second texture (a distant surface, a weaker platform) the first one alone is the direction, coarser.
 LC_FUNCTION vec3 lcDominantStored(vec3 first, vec3 residual, float residualScale, float residualCentre) {
     return first + residualScale * (residual - lcGrey(residualCentre));
 }
+// The unit direction to the dominant light. fetched: unnormalised; where its length is close to 0, the direction is noise, and the normal
+// stands in for it.
 LC_FUNCTION vec3 lcDominantDirection(vec3 fetched, vec3 normal) {
     float squared = dot(fetched, fetched);
     return squared > 1e-8f ? fetched * inversesqrt(squared) : normal;
 }
+// Reflected radiance of the dominant light. fetchedDirection: unnormalised; its length is its weight under the filter. intensity:
+// radiometric, of the delta that the fit found.
 LC_FUNCTION vec3 lcDominantSpecular(vec3 view, vec3 fetchedDirection, vec3 intensity, vec3 normal, float m, vec3 f0) {
     vec3 light = lcDominantDirection(fetchedDirection, normal);
     return max(dot(normal, light), 0.0f) * intensity * lcCookTorrance(view, light, normal, m, f0);
 }
 
-// All specular light that a light map and its dominant light know of, no light twice: the dominant light, sharp, and area specular of what it
-// leaves. sh: the light map's, world frame; direction and intensity as fetched; kernel: lcSpecularKernel for m and NoV. Best with the fit
-// "explained", which dims the light where it is none.
+// Specular light of light map and dominant light together: the highlight of the dominant light, and area specular of the SH light without
+// it, so that none counts twice. sh: the light map's, world frame; direction and intensity as fetched; kernel: lcSpecularKernel for m and
+// NoV. Best with the fit "explained", whose intensity is low where no direction dominates.
 LC_FUNCTION vec3 lcWholeSpecular(vec3 view, LcSh sh, vec3 fetchedDirection, vec3 intensity, vec3 normal, float m, vec3 f0,
                                  LcSpecularKernel kernel) {
     LcFrame frame = lcViewFrame(normal, view);

@@ -1,8 +1,7 @@
 // BC4: local search for the endpoints of one mode.
 //
 // 1. Each start (kBc4Starts) is a real pair of ends between `from` and `to`. propose() assigns the texels to their nearest steps, solves
-// the
-//    least-squares ends for these steps and rounds them to codes.
+//    the least-squares ends for these steps and rounds them to codes.
 // 2. Texels that scatter have many local optima, depending on how the steps fall on them. So the starts are cut into groups, and the best
 //    pair of each group is polished:
 // 3. polish() repeats propose() from the current pair (refits), then descends over the neighbouring pairs of codes (passes), each step

@@ -215,7 +215,7 @@ Bc6hResult Bc6hTwoColours::fit(const Block& block, const TwoColours& two) {
     for (const Partition& partition : all)
         for (const Region& region : partition.regions)
             for (std::size_t i = 0; i < 2; ++i)
-                if (region.weight[i] > total[i] / kFloorShare) floor_[i] = std::min(floor_[i], region.weight[i]);
+                if (region.weight[i] > total[i] * kFloorShare) floor_[i] = std::min(floor_[i], region.weight[i]);
     for (const Partition& partition : all)
         if (!foundAll()) tryPartition(partition);
     best_.error = static_cast<float>(bestError_);

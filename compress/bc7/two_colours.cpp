@@ -122,7 +122,7 @@ std::vector<std::array<int, 3>> Bc7TwoColours::partitions() {
                 const Weights weight = weightOf(regionCount, p, r);
                 both += std::min(weight[0], weight[1]);
                 for (std::size_t i = 0; i < 2; ++i)
-                    if (weight[i] > total_[i] / kFloorShare) floor_[i] = std::min(floor_[i], weight[i]);
+                    if (weight[i] > total_[i] * kFloorShare) floor_[i] = std::min(floor_[i], weight[i]);
             }
             list.push_back({both, {regionCount, p, 0}});
         }

@@ -19,8 +19,8 @@
 
 namespace lightcook::compress {
 
-/// A colour with less than 1/32 of its weight in a region is left out of the region's bound.
-inline constexpr double kFloorShare = 32;
+/// A colour with at most this share of its weight in a region is left out of the region's bound.
+inline constexpr double kFloorShare = 1.0 / 32;
 inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// The two colours of a block.
@@ -176,6 +176,6 @@ private:
 };
 
 /// Relative differences of errors below this are ties: searches stop when they cannot gain more.
-constexpr double kTieMargin = 1e-9;
+inline constexpr double kTieMargin = 1e-9;
 
 }  // namespace lightcook::compress

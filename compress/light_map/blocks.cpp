@@ -1,10 +1,18 @@
+// A map by its 4 x 4 blocks (LightMapBlocks) and the blocks that a learned layout learns from (LightMapSamples).
+//
+// 1. add() records the covered texels and the light of each block, strip by strip.
+// 2. charts() joins blocks whose covered texels touch (compared as 16-bit masks), and blocks of one island of a mesh, by union-find. Charts
+//    are numbered in the order of their first blocks.
+// 3. choose() walks the blocks in order and adds up the chance of each, chart by chart; a block is chosen each time the sum passes 1. So
+//    the choice is spread evenly, and needs no random numbers.
 #include "compress/light_map.h"
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numeric>
+
+#include "formats/disjoint_sets.h"
 
 namespace lightcook::compress {
 
@@ -31,45 +39,23 @@ bool touchesBelow(std::uint16_t above, std::uint16_t below) {
     return false;
 }
 
-/// Disjoint sets of blocks (union-find with path halving); a set is named by its lowest block.
-class Sets {
-public:
-    explicit Sets(int count) : parent_(static_cast<std::size_t>(count)) { std::iota(parent_.begin(), parent_.end(), 0); }
-    int find(int block) {
-        while (at(block) != block) {
-            at(block) = at(at(block));
-            block = at(block);
-        }
-        return block;
-    }
-    void join(int a, int b) {
-        a = find(a);
-        b = find(b);
-        at(std::max(a, b)) = std::min(a, b);
-    }
-
-private:
-    int& at(int block) { return parent_[static_cast<std::size_t>(block)]; }
-    std::vector<int> parent_;
-};
-
 /// Returns the number of each block's set, or -1 for a block that neither has covered texels nor is held by an island. Sets with covered
 /// texels are numbered in the order of their blocks. A set without takes the number of the block before it, which makes the run-length
 /// encoded index shorter.
-std::vector<int> numbered(Sets& sets, const std::vector<std::uint16_t>& covered, const std::vector<bool>& isHeld) {
-    const auto count = static_cast<int>(covered.size());
+std::vector<int> numbered(formats::DisjointSets& sets, const std::vector<std::uint16_t>& covered, const std::vector<bool>& isHeld) {
+    const auto count = static_cast<std::uint32_t>(covered.size());
     std::vector<int> ofSet(covered.size(), -1), charts(covered.size(), -1);
     int next = 0;
-    for (int block = 0; block < count; ++block) {
-        int& chart = ofSet[static_cast<std::size_t>(sets.find(block))];
-        if (covered[static_cast<std::size_t>(block)] != 0 && chart < 0) chart = next++;
+    for (std::uint32_t block = 0; block < count; ++block) {
+        int& chart = ofSet[sets.find(block)];
+        if (covered[block] != 0 && chart < 0) chart = next++;
     }
     int last = 0;
-    for (int block = 0; block < count && next > 0; ++block) {
-        if (covered[static_cast<std::size_t>(block)] == 0 && !isHeld[static_cast<std::size_t>(block)]) continue;
-        int& chart = ofSet[static_cast<std::size_t>(sets.find(block))];
+    for (std::uint32_t block = 0; block < count && next > 0; ++block) {
+        if (covered[block] == 0 && !isHeld[block]) continue;
+        int& chart = ofSet[sets.find(block)];
         if (chart < 0) chart = last;
-        last = charts[static_cast<std::size_t>(block)] = chart;
+        last = charts[block] = chart;
     }
     return charts;
 }
@@ -111,15 +97,16 @@ void LightMapBlocks::forEachBlock(const formats::IslandRun& run, Visit visit) co
 }
 
 std::vector<int> LightMapBlocks::charts(std::span<const formats::IslandRun> islands) const {
-    Sets sets(count());
+    formats::DisjointSets sets(covered_.size());
+    const auto join = [&](int a, int b) { sets.join(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)); };
     const auto mask = [&](int block) { return covered_[static_cast<std::size_t>(block)]; };
     for (int block = 0; block < count(); ++block) {
         if (mask(block) == 0) continue;
         const bool hasRight = block % across_ + 1 < across_, hasBelow = block + across_ < count();
-        if (hasRight && touchesRight(mask(block), mask(block + 1), 0)) sets.join(block, block + 1);
-        if (hasBelow && touchesBelow(mask(block), mask(block + across_))) sets.join(block, block + across_);
-        if (hasRight && hasBelow && touchesRight(mask(block), mask(block + across_ + 1), 1)) sets.join(block, block + across_ + 1);
-        if (hasRight && block >= across_ && touchesRight(mask(block), mask(block - across_ + 1), -1)) sets.join(block, block - across_ + 1);
+        if (hasRight && touchesRight(mask(block), mask(block + 1), 0)) join(block, block + 1);
+        if (hasBelow && touchesBelow(mask(block), mask(block + across_))) join(block, block + across_);
+        if (hasRight && hasBelow && touchesRight(mask(block), mask(block + across_ + 1), 1)) join(block, block + across_ + 1);
+        if (hasRight && block >= across_ && touchesRight(mask(block), mask(block - across_ + 1), -1)) join(block, block - across_ + 1);
     }
     std::vector<bool> isHeld(covered_.size(), false);
     std::vector<int> firstOf;  // [island] first block
@@ -128,7 +115,7 @@ std::vector<int> LightMapBlocks::charts(std::span<const formats::IslandRun> isla
             if (static_cast<std::size_t>(run.island) >= firstOf.size()) firstOf.resize(static_cast<std::size_t>(run.island) + 1, -1);
             int& first = firstOf[static_cast<std::size_t>(run.island)];
             if (first < 0) first = block;
-            sets.join(first, block);
+            join(first, block);
             isHeld[static_cast<std::size_t>(block)] = true;
         });
     return numbered(sets, covered_, isHeld);

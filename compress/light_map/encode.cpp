@@ -17,8 +17,7 @@ EncodedLightMapRows encodeRaw(const LightMapPlan& plan, const rows::Source& sour
     EncodedLightMapRows out;
     out.textures.resize(1);
     for (std::size_t i = 0; i < static_cast<std::size_t>(plan.textures[0].layerCount); ++i) {
-        rows::Layer layer = rows::encodeHdr(plan.textures[0].format, source, source.values[i], rows::constant(plan, "range", 0),
-                                            static_cast<float>(plan.key), options, false, out.report);
+        rows::Layer layer = rows::encodeHdr(plan, source, source.values[i], rows::constant(plan, "range", 0), options, false, out.report);
         out.textures[0].layers.push_back(std::move(layer.bytes));
     }
     return out;
@@ -29,8 +28,7 @@ EncodedLightMapRows encodeFlat(const LightMapPlan& plan, const rows::Source& sou
     EncodedLightMapRows out;
     const bool hasSecond = plan.textures.size() > 1;
     const float range = rows::constant(plan, "range", 0);
-    rows::Layer first = rows::encodeHdr(plan.textures[0].format, source, source.values[0], range, static_cast<float>(plan.key), options,
-                                        hasSecond, out.report);
+    rows::Layer first = rows::encodeHdr(plan, source, source.values[0], range, options, hasSecond, out.report);
     out.textures.resize(plan.textures.size());
     out.textures[0].layers.push_back(std::move(first.bytes));
     if (!hasSecond) return out;
@@ -72,7 +70,7 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
             return rows::encodeRatio(plan, source, options);
         case LightMapFamily::Godot:
         case LightMapFamily::Bakery:
-            return rows::encodeEngine(plan, strip, source, options);
+            return rows::encodeLinearExit(plan, strip, source, options);
         case LightMapFamily::Hdr:
             return rows::encodeHdrCoefficients(plan, source, options);
         case LightMapFamily::Unreal:

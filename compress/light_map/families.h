@@ -1,6 +1,7 @@
-// One plan function and one encode function for each family of layouts. planLightMap and encodeLightMapRows choose among them by
-// formats::LightMapLayoutInfo::family; counts of layers come from the table, so that a new layout of a family needs no code. Private to
-// compress/.
+// Plan and encode functions of the families of layouts. planLightMap and encodeLightMapRows choose among them by
+// formats::LightMapLayoutInfo::family; counts of layers come from the table, so that a new layout of a family needs no code. Families
+// that are alike share a function; godot and bakery have no constants to plan; raw and flat are planned and encoded in plan.cpp and
+// encode.cpp; basis is planned by planLearnedLightMap. Private to compress/.
 #pragma once
 
 #include "compress/light_map.h"
@@ -16,7 +17,7 @@ float halfRange(float largest);
 
 /// Adds the constants of family luvw.
 void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure);
-/// Adds the constants of the families ratio and zh3.
+/// Adds the constants of the families ratio, zh3 and sh4.
 void planRatio(LightMapPlan& plan, const LightMapMeasure& measure);
 /// Adds the constants of family hdr.
 void planHdrCoefficients(LightMapPlan& plan, const LightMapMeasure& measure);
@@ -27,8 +28,8 @@ EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, c
 EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 EncodedLightMapRows encodeHdrCoefficients(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 /// strip  the rows that `source` was made of: the normals are read
-EncodedLightMapRows encodeEngine(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
-                                 const EncodeOptions& options);
+EncodedLightMapRows encodeLinearExit(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
+                                     const EncodeOptions& options);
 EncodedLightMapRows encodeUnreal(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                                  const EncodeOptions& options);
 EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,

@@ -29,7 +29,8 @@ constexpr float kLeastShare = 0x1p-8f;
 
 /// Weight of solved texels for the encoder, over that of covered ones: the integral of (w_k)^2 over the places beyond a straight rim, over
 /// that around a covered texel. Layouts that divide by coefficient 0 lose more between texels elsewhere. Their weight is half of that of
-/// padding: at 1/256 the lamp of the interior loses levels of its block to the padding.
+/// padding: at 1/256 the light source of the test scene `interior` loses levels
+/// of its block to the padding.
 constexpr float kSolvedCoverage = 1.0f / 16, kDividedCoverage = 1.0f / 512;
 
 /// Least product, in a quad, of the spread of coefficient 0 over its sum and of the spread of a ratio, for which covered texels are fitted:
@@ -268,9 +269,7 @@ private:
             }
         }
     }
-    float exitOf(const glm::vec3& v) const {
-        return (family_ == LightMapFamily::Flat ? 1.0f : 0.28209479f) * std::max({v.x, v.y, v.z, 0.0f});
-    }
+    float exitOf(const glm::vec3& v) const { return rows::exitOf(family_, v); }
 
     /// Solves one unknown for its neighbours, on what the layout holds.
     void update(std::size_t u, std::size_t first, std::size_t end, bool isRatio) {

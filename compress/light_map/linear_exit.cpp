@@ -23,9 +23,9 @@ using formats::LightMapLayout;
 
 constexpr int kAxes = 3;
 
-class EngineRows {
+class LinearExitRows {
 public:
-    EngineRows(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source, const EncodeOptions& options)
+    LinearExitRows(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source, const EncodeOptions& options)
         : plan_(plan),
           strip_(strip),
           source_(source),
@@ -83,7 +83,7 @@ private:
             const LinearFit fit = fitAt(strip_, source_, x, y);
             values.at(x, y) = firstFor(fit, bestAt(fit, x, y));
         });
-        Layer l0 = encodeHdr(plan_.textures[0].format, source_, values, 1, static_cast<float>(plan_.key), options_, true, out_.report);
+        Layer l0 = encodeHdr(plan_, source_, values, 1, options_, true, out_.report);
         out_.textures[0].layers.push_back(std::move(l0.bytes));
         l0_ = std::move(l0.decoded);
     }
@@ -124,9 +124,9 @@ private:
 
 }  // namespace
 
-EncodedLightMapRows encodeEngine(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
-                                 const EncodeOptions& options) {
-    return EngineRows(plan, strip, source, options).run();
+EncodedLightMapRows encodeLinearExit(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
+                                     const EncodeOptions& options) {
+    return LinearExitRows(plan, strip, source, options).run();
 }
 
 }  // namespace lightcook::compress::rows

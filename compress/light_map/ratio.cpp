@@ -28,8 +28,7 @@ public:
     RatioLayers(const LightMapPlan& plan, const Source& source, const EncodeOptions& options)
         : plan_(plan), source_(source), options_(options), range_(constant(plan, "range", 0)) {
         out_.textures.resize(2);
-        Layer l0 =
-            encodeHdr(plan.textures[0].format, source, source.values[0], range_, static_cast<float>(plan.key), options, true, out_.report);
+        Layer l0 = encodeHdr(plan, source, source.values[0], range_, options, true, out_.report);
         out_.textures[0].layers.push_back(std::move(l0.bytes));
         l0_ = std::move(l0.decoded);
         significance_ = Image<float>(source.width, source.height, 0);

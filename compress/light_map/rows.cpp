@@ -102,9 +102,7 @@ Source Source::rowsFrom(int first, int count) const {
 void weigh(const LightMapPlan& plan, Source& source, int x, int y) {
     const formats::LightMapLayoutInfo& layout = formats::info(plan.layout);
     const float floor = std::max(kneeOf(layout) * static_cast<float>(plan.key), 1e-12f);
-    // The exit radiance of the DC alone (lambda_0 Y_0), or the exit radiance itself.
-    const glm::vec3& v = source.values[0].at(x, y);
-    const float exit = (layout.family == formats::LightMapFamily::Flat ? 1.0f : 0.28209479f) * std::max({v.x, v.y, v.z, 0.0f});
+    const float exit = exitOf(layout.family, source.values[0].at(x, y));
     const float local = floor / (exit + floor);
     source.importance.at(x, y) = source.coverage.at(x, y) * local * local;
 }
@@ -122,14 +120,14 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip,
     std::array<glm::vec3, lighting::kShCount> texel;
     const auto values = std::span(texel).first(valueCount);
     for (int y = 0; y < rowCount; ++y) {
-        const int bandRow = firstRow - strip.firstRow + y;
+        const int stripRow = firstRow - strip.firstRow + y;
         for (int x = 0; x < plan.width; ++x) {
             float coverage = 1;
             glm::ivec2& owner = source.owner.at(x, y);
-            if (strip.covered.at(x, bandRow) != 0) {
-                texelValues(strip, isFlat, x, bandRow, values);
+            if (strip.covered.at(x, stripRow) != 0) {
+                texelValues(strip, isFlat, x, stripRow, values);
                 owner = {x, firstRow + y};
-            } else if (padTexel(strip, isFlat, x, bandRow, values, owner)) {
+            } else if (padTexel(strip, isFlat, x, stripRow, values, owner)) {
                 const bool isBeside = std::max(std::abs(owner.x - x), std::abs(owner.y - firstRow - y)) == 1;
                 coverage = isBeside ? kPaddingSignificance : kSecondSignificance;
             } else {
@@ -154,7 +152,7 @@ void dropFarPadding(Source& source, int blockSize) {
             float sum = 0, weights = 0;
             for (int y = top; y < bottom; ++y)
                 for (int x = left; x < right; ++x) {
-                    if (source.coverage.at(x, y) < kPaddingSignificance) continue;
+                    if (source.coverage.at(x, y) <= kSecondSignificance) continue;
                     sum += source.coverage.at(x, y) * lightAt(x, y);
                     weights += source.coverage.at(x, y);
                 }
@@ -163,7 +161,7 @@ void dropFarPadding(Source& source, int blockSize) {
             for (int y = top; y < bottom; ++y)
                 for (int x = left; x < right; ++x) {
                     const float light = lightAt(x, y);
-                    if (source.coverage.at(x, y) >= kPaddingSignificance || (light * kFarLight >= mean && light <= kFarLight * mean))
+                    if (source.coverage.at(x, y) > kSecondSignificance || (light * kFarLight >= mean && light <= kFarLight * mean))
                         continue;
                     source.coverage.at(x, y) = 0;
                     source.importance.at(x, y) = 0;
@@ -183,15 +181,15 @@ Layer encodeLayer(PixelFormat format, Image<glm::vec4>& texels, const Image<floa
     return layer;
 }
 
-Layer encodeHdr(PixelFormat format, const Source& source, const Image<glm::vec3>& values, float range, float key,
-                const EncodeOptions& options, bool wantsDecoded, EncodeReport& report) {
+Layer encodeHdr(const LightMapPlan& plan, const Source& source, const Image<glm::vec3>& values, float range, const EncodeOptions& options,
+                bool wantsDecoded, EncodeReport& report) {
     Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
     for (int y = 0; y < source.height; ++y)
         for (int x = 0; x < source.width; ++x) texels.at(x, y) = glm::vec4(values.at(x, y) / range, 1);
     EncodeOptions hdr = options;
     hdr.hdrMetric = HdrMetric::Log;
-    hdr.hdrScale = std::max(0.1f * key / range, 1e-6f);
-    return encodeLayer(format, texels, source.coverage, hdr, wantsDecoded, report);
+    hdr.hdrScale = std::max(0.1f * static_cast<float>(plan.key) / range, 1e-6f);
+    return encodeLayer(plan.textures[0].format, texels, source.coverage, hdr, wantsDecoded, report);
 }
 
 Layer encodeAlpha(const Image<glm::vec4>& texels, const Image<float>& significance, const EncodeOptions& options, EncodeReport& report) {

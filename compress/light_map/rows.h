@@ -1,6 +1,7 @@
 // The start of every light-map encoder: rows of a map, padded and weighed, and layers of texels to encode. Private to compress/.
 #pragma once
 
+#include <algorithm>
 #include <glm/vec2.hpp>
 #include <vector>
 
@@ -12,7 +13,9 @@ namespace lightcook::compress::rows {
 struct Source {
     int width = 0, height = 0;
     std::vector<formats::Image<glm::vec3>> values;  ///< nine coefficients; exit radiance alone for family flat
-    formats::Image<float> coverage;    ///< 1 inside charts, 1/256 or (solved) 1/16 beside them, 1/65536 one texel further, 0 elsewhere
+    /// 1 inside charts, 1/256 beside them, 1/65536 one texel further, 0 elsewhere. Texels beside charts that are solved for the filter have
+    /// 1/16, or 1/512 in layouts that divide by coefficient 0 (kSolvedCoverage and kDividedCoverage in filter_fit.cpp).
+    formats::Image<float> coverage;
     formats::Image<float> importance;  ///< weight of a squared absolute error: coverage (knee / (exit radiance + knee))^2
     formats::Image<glm::ivec2> owner;  ///< texel of the map whose normal counts: itself, or its nearest covered neighbour
 
@@ -25,6 +28,13 @@ struct Source {
     /// Returns rows [first, first + count).
     Source rowsFrom(int first, int count) const;
 };
+/// Y_0 as the shaders have it, one unit in the last place below lighting::kShConstant as a float.
+inline constexpr float kShaderY0 = 0.28209479f;
+/// Returns the largest channel of the exit radiance that value 0 of a texel stands for, at least 0. Family flat stores the exit radiance
+/// itself; others coefficient 0, of which it is Y_0 lambda_0.
+inline float exitOf(formats::LightMapFamily family, const glm::vec3& value) {
+    return (family == formats::LightMapFamily::Flat ? 1.0f : kShaderY0) * std::max({value.x, value.y, value.z, 0.0f});
+}
 /// Sets the importance of a texel from its values and coverage.
 void weigh(const LightMapPlan& plan, Source& source, int x, int y);
 /// Texels outside charts are padded with the mean of their nearest covered neighbours.
@@ -44,9 +54,9 @@ struct Layer {
 /// Encodes texels. Those without significance are overwritten: each takes the mean of the others of its block.
 Layer encodeLayer(formats::PixelFormat format, formats::Image<glm::vec4>& texels, const formats::Image<float>& significance,
                   const EncodeOptions& options, bool wantsDecoded, EncodeReport& report);
-/// Encodes values / range as HDR colour. The metric is log2(1 + x / (key / 10)): above a tenth of the key, errors count
-/// by their ratio.
-Layer encodeHdr(formats::PixelFormat format, const Source& source, const formats::Image<glm::vec3>& values, float range, float key,
+/// Encodes values / range as HDR colour, a layer of the plan's first texture. The metric is log2(1 + x / (key / 10)): above a tenth of the
+/// plan's key, errors count by their ratio.
+Layer encodeHdr(const LightMapPlan& plan, const Source& source, const formats::Image<glm::vec3>& values, float range,
                 const EncodeOptions& options, bool wantsDecoded, EncodeReport& report);
 
 /// Encodes the alphas of texels as BC4, the alpha half of BC3.

@@ -34,7 +34,7 @@ using formats::Image;
 using formats::PixelFormat;
 
 constexpr float kBlack = 0.01858136f;  ///< 2^-5.75, as the engine's shader has it
-constexpr float kY0 = 0.28209479f;     ///< the constant term of the directionality
+constexpr float kY0 = kShaderY0;       ///< the constant term of the directionality
 constexpr float kResidualStep = 1.0f / 255;
 constexpr double kKnee = 1;  ///< of the light L0 of a white surface, over the key
 /// Colours and directions of texels darker than this share of the key do not count for the ranges: noise has any colour.

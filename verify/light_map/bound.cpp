@@ -105,15 +105,11 @@ Comparison compareMaximum(const lighting::SphereQuadratic& quadratic, double lim
     return Comparison::Undecided;
 }
 
-bool isUnder(const lighting::ShDouble& coefficients, const Response& response, double limit) {
+/// Returns true if the response to these coefficients is at most `limit` in every direction.
+bool cannotExceed(const lighting::ShDouble& coefficients, const Response& response, double limit) {
     const lighting::SphereQuadratic quadratic = lighting::sphereQuadratic(coefficients, response.bands);
     const Comparison comparison = compareMaximum(quadratic, limit);
     return comparison == Comparison::Undecided ? lighting::extremaOnSphere(quadratic).maximum <= limit : comparison == Comparison::Below;
-}
-
-lighting::ShBands normsOf(const lighting::ShDouble& k) {
-    return {std::abs(k[0]), std::sqrt(k[1] * k[1] + k[2] * k[2] + k[3] * k[3]),
-            std::sqrt(k[4] * k[4] + k[5] * k[5] + k[6] * k[6] + k[7] * k[7] + k[8] * k[8])};
 }
 
 lighting::ShBands axialNorms(const Response& response) {
@@ -123,7 +119,7 @@ lighting::ShBands axialNorms(const Response& response) {
 /// Returns an upper bound of the maximum over directions, from band lengths.
 /// norms  axialNorms of the response
 double cheapMaximum(const lighting::ShDouble& k, const lighting::ShBands& norms) {
-    const lighting::ShBands lengths = normsOf(k);
+    const lighting::ShBands lengths = lighting::bandLengths(k);
     return norms[0] * k[0] + norms[1] * lengths[1] + norms[2] * lengths[2];
 }
 
@@ -135,18 +131,20 @@ struct Condition {
 Condition conditionOf(const ErrorPair& pair, const Response& response, double share, double floor, const lighting::ShBands& slack) {
     lighting::ShBands beside = response.residual;
     for (std::size_t l = 0; l < beside.size(); ++l) beside[l] += kArithmetic * response.bands[l];
-    return {bandSum(slack, response.norms()) + bandSum(bandNorms(pair.error), beside),
-            floor - share * bandSum(bandNorms(pair.reference), beside)};
+    return {bandSum(slack, response.norms()) + bandSum(lighting::bandLengths(pair.error), beside),
+            floor - share * bandSum(lighting::bandLengths(pair.reference), beside)};
 }
 
-bool staysUnder(const ErrorPair& pair, const Response& response, double share, double floor, const lighting::ShBands& slack, double limit) {
+/// Returns true if one pair under one response fulfils its condition with this share, for both signs.
+bool cannotExceed(const ErrorPair& pair, const Response& response, double share, double floor, const lighting::ShBands& slack,
+                  double limit) {
     const Condition condition = conditionOf(pair, response, share, floor, slack);
     const lighting::ShBands norms = axialNorms(response);
     const double allowed = limit * condition.floor - condition.over;
     for (const double sign : {1.0, -1.0}) {
         const lighting::ShDouble k = combined(pair, sign, limit * share);
         if (cheapMaximum(k, norms) <= allowed) continue;
-        if (!isUnder(k, response, allowed)) return false;
+        if (!cannotExceed(k, response, allowed)) return false;
     }
     return true;
 }
@@ -207,16 +205,8 @@ bool areFinite(std::span<const ErrorPair> pairs) {
 
 }  // namespace
 
-lighting::ShBands bandNorms(const lighting::Sh& c) {
-    // In double, where squares of floats neither underflow nor overflow.
-    lighting::ShDouble k;
-    std::ranges::copy(c, k.begin());
-    return {std::abs(k[0]), std::sqrt(k[1] * k[1] + k[2] * k[2] + k[3] * k[3]),
-            std::sqrt(k[4] * k[4] + k[5] * k[5] + k[6] * k[6] + k[7] * k[7] + k[8] * k[8])};
-}
-
-double bandSum(const lighting::ShBands& norms, const lighting::ShBands& factors) {
-    return norms[0] * factors[0] + norms[1] * factors[1] + norms[2] * factors[2];
+double bandSum(const lighting::ShBands& lengths, const lighting::ShBands& factors) {
+    return lengths[0] * factors[0] + lengths[1] * factors[1] + lengths[2] * factors[2];
 }
 
 lighting::ShBands Response::norms() const {
@@ -271,20 +261,21 @@ AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding) {
     return cone;
 }
 
-bool staysWithin(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
-                 double limit) {
+bool cannotExceed(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
+                  double limit) {
     if (!areFinite(pairs)) return false;
     return std::ranges::all_of(responses,
                                [&](const Response& response) {
                                    const lighting::ShBands norms = response.norms();
                                    const double allowed = limit * floor - bandSum(slack, norms);
-                                   return std::ranges::all_of(
-                                       pairs, [&](const ErrorPair& pair) { return bandSum(bandNorms(pair.error), norms) <= allowed; });
+                                   return std::ranges::all_of(pairs, [&](const ErrorPair& pair) {
+                                       return bandSum(lighting::bandLengths(pair.error), norms) <= allowed;
+                                   });
                                }) ||
            std::ranges::any_of(kShares, [&](double share) {
                return std::ranges::all_of(responses, [&](const Response& response) {
                    return std::ranges::all_of(
-                       pairs, [&](const ErrorPair& pair) { return staysUnder(pair, response, share, floor, slack, limit); });
+                       pairs, [&](const ErrorPair& pair) { return cannotExceed(pair, response, share, floor, slack, limit); });
                });
            });
 }

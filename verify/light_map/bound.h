@@ -27,10 +27,8 @@ struct ErrorPair {
 
 /// sum_l kExitNorm[l] |band l| bounds exit radiance over all normals: addition theorem, times the cosine's bands.
 inline constexpr lighting::ShBands kExitNorm = {0.28209479177387814, 0.48860251190291992 * 2 / 3, 0.63078313050504001 / 4};
-/// Returns the lengths of the three bands.
-lighting::ShBands bandNorms(const lighting::Sh& coefficients);
-/// Returns sum_l factor_l norm_l.
-double bandSum(const lighting::ShBands& norms, const lighting::ShBands& factors);
+/// Returns sum_l factor_l length_l.
+double bandSum(const lighting::ShBands& lengths, const lighting::ShBands& factors);
 
 /// A zonal kernel in all rotations: light k is shaded to sum_l bands_l sum_m k_lm Y_lm(n) for any direction n, plus at most
 /// sum_l residual_l |k_l|. Lambert's cosine is zonal about the normal, without residual. Glossy lobes are nearly zonal about their own
@@ -79,7 +77,7 @@ struct AxisCone {
 AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding);
 
 /// Returns true if localErrorBound is proven not to exceed `limit`; faster. False proves nothing.
-bool staysWithin(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
-                 double limit);
+bool cannotExceed(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
+                  double limit);
 
 }  // namespace lightcook::verify

@@ -14,8 +14,8 @@ void LargestBound::raise(double candidate, const ErrorPlace& at, const lighting:
 
 BoundEvaluator::BoundEvaluator(const ShadingSetup& setup, float perKey) : setup_(setup), unit_(1 / static_cast<double>(perKey)) {
     for (std::size_t l = 0; l < 3; ++l) {
-        exitNorms_[l] = kOutward * static_cast<float>(kExitResponse.norms()[l]);
-        glossyNorms_[l] = kOutward * static_cast<float>(setup.largestResponse[l]);
+        exitNorms_[l] = kOutwardFloat * static_cast<float>(kExitResponse.norms()[l]);
+        glossyNorms_[l] = kOutwardFloat * static_cast<float>(setup.largestResponse[l]);
     }
 }
 
@@ -23,7 +23,7 @@ bool BoundEvaluator::cannotExceed(const LargestBounds& largest, const Squares& e
     static const lighting::ShBands kExitNorms = kExitResponse.norms();
     for (std::size_t c = 0; c < kChannels; ++c) {
         lighting::ShBands lengths = slack[c];
-        for (std::size_t l = 0; l < 3; ++l) lengths[l] += outwardLength(error[l][static_cast<int>(c)]) + kTiny;
+        for (std::size_t l = 0; l < 3; ++l) lengths[l] += outwardLength(error[l][static_cast<int>(c)]) + kUnderflow;
         // Not ">": an error that is NaN must be refined.
         if (!(bandSum(lengths, kExitNorms) <= kFloor * largest.diffuse.bound)) return false;
         if (!(bandSum(lengths, setup_.largestResponse) <= kFloor * largest.specular.bound)) return false;
@@ -54,7 +54,7 @@ ErrorBound BoundEvaluator::relativeToLight(const ErrorBound& bound, float light)
 void BoundEvaluator::raise(LargestBounds& largest, std::span<const ErrorPair> pairs, const lighting::ShBands& slack,
                            const PairPlaces& places) const {
     const auto raiseTo = [&](std::span<const Response> responses, LargestBound& current) {
-        if (staysWithin(pairs, responses, kFloor, slack, kTieMargin * current.bound)) return;
+        if (verify::cannotExceed(pairs, responses, kFloor, slack, kTieFactor * current.bound)) return;
         BoundPlace found;
         const double bound = localErrorBound(pairs, responses, kFloor, slack, std::numeric_limits<double>::infinity(), &found);
         current.raise(bound, placeOf(found, bound, places), found.bands);

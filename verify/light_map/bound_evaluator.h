@@ -3,8 +3,8 @@
 // A map's bound is the maximum over all its texels and quads. A texel or quad whose cheap upper bound cannot exceed the current maximum is
 // skipped, so the maximum stays exact while few exact bounds are computed. From cheapest to exact:
 //   1. ErrorBound: band lengths times the largest response of each band, in floats
-//   2. cannotExceed(Squares, ChannelSlack): the same from control vectors, in doubles
-//   3. staysWithin (bound.h): a test of quadratics on the sphere
+//   2. BoundEvaluator::cannotExceed(Squares, ChannelSlack): the same from control vectors, in doubles
+//   3. verify::cannotExceed (bound.h): a test of quadratics on the sphere
 //   4. localErrorBound (bound.h): the bound itself
 #pragma once
 
@@ -24,10 +24,10 @@ namespace lightcook::verify {
 /// Shading and bounding of a map, for all layouts.
 struct ShadingSetup {
     ShadingMatrices matrices;
-    std::vector<Response> responses;         ///< area specular, for the bounds
-    lighting::ShBands largestResponse{};     ///< largest norm of each band over the responses
-    std::vector<FormatTolerance> tolerance;  ///< of each layer; empty: an ideal sampler
-    std::optional<VisibleBounding> visible;  ///< empty: no bounds of visible errors
+    std::vector<Response> responses;           ///< area specular, for the bounds
+    lighting::ShBands largestResponse{};       ///< largest norm of each band over the responses
+    std::vector<FormatTolerance> tolerance;    ///< of each layer; empty: an ideal sampler
+    std::optional<VisibleBoundSetup> visible;  ///< empty: no bounds of visible errors
     bool hasSpecular() const { return !responses.empty(); }
 };
 
@@ -95,9 +95,10 @@ private:
     std::array<float, 3> exitNorms_, glossyNorms_;  ///< rounded up
 };
 
-/// Candidates are skipped only below kTieMargin times the current maximum: of two equal bounds, the tie rule decides, not the rounding of a
-/// test.
-inline constexpr double kTieMargin = 1 - 1e-9;
+/// Factor of the current maximum below which a candidate must be proven to lie before its exact bound is skipped: of two equal bounds, the
+/// tie rule of LargestBound::raise decides, not the rounding of a test. BoundEvaluator::cannotExceed() compares with the full maximum: it
+/// may also skip a candidate that would tie with it.
+inline constexpr double kTieFactor = 1 - 1e-9;
 
 }  // namespace lightmap
 }  // namespace lightcook::verify

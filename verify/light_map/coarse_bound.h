@@ -129,8 +129,8 @@ private:
     BandLengths unit_{};  ///< deviation for l0 = 1 and any ratios
 };
 
-/// Engines' layouts: L0 (1, u), degree 2. Texels of u may be of a floating-point format, whose tolerance follows from the quad's own.
-template <EngineLayout Layout>
+/// Linear exit radiance: L0 (1, u), degree 2. Texels of u may be of a floating-point format, whose tolerance follows from the quad's own.
+template <LinearExitLayout Layout>
 class CoarseBounds<Layout> {
 public:
     CoarseBounds(const Layout&, const std::vector<FormatTolerance>& tolerance) : formats_(tolerance) {
@@ -162,8 +162,8 @@ private:
     std::vector<FormatTolerance> formats_;
 };
 
-/// Curved layouts. Parts of a quad are refined one by one (curved.h), and the curvature of a part adds to how far its corners are from the
-/// blend: halving divides the curvature by four, so that all of them are within 1 + 1/4 of the curvature of the quad, here 4/3.
+/// Curved layouts. Parts of a quad are refined one by one (curved_bounds.h), and the curvature of a part adds to how far its corners are
+/// from the blend: halving divides the curvature by four, so that all of them are within 1 + 1/4 of the curvature of the quad, here 4/3.
 template <Curved Layout>
 class CoarseBounds<Layout> {
 public:

@@ -74,7 +74,7 @@ struct CoveredQuad {
         LcSh out{};
         for (std::size_t i = 0; i < 4; ++i)
             if (covered[i])
-                for (std::size_t k = 0; k < kCount; ++k) out.c[k] += weights[i] / sum * r[i]->c[k];
+                for (std::size_t k = 0; k < kCoefficients; ++k) out.c[k] += weights[i] / sum * r[i]->c[k];
         return {out, sum};
     }
     /// Returns a place of the quad in the map [texels]: beyond the edge the light is that at the edge.

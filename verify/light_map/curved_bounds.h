@@ -93,7 +93,7 @@ private:
                 addLargestLengths(slack, edges, factor);
             }
         };
-        constexpr double kSteepest = kOutwardLength * kFractionTolerance;
+        constexpr double kSteepest = kOutward * kFractionTolerance;
         addSteps([&](std::size_t i) -> const LcSh& { return quad.values[i]; }, kSteepest / static_cast<double>(reach.size));
         addSteps([&](std::size_t i) -> const LcSh& { return *place.references[i]; }, kSteepest);
     }
@@ -102,10 +102,10 @@ private:
                           const LargestBounds& largest) const {
         for (std::size_t c = 0; c < kChannels; ++c) {
             double error = 0;
-            for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(bandNorms(pair.error), kExitNorm));
+            for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(lighting::bandLengths(pair.error), kExitNorm));
             if (bandSum(curvature[c], kExitNorm) <= kShare * error) continue;
-            if (!staysWithin(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], largest.diffuse.bound)) return true;
-            if (!staysWithin(pairs[c], evaluator_.setup().responses, kFloor, slack[c], largest.specular.bound)) return true;
+            if (!verify::cannotExceed(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], largest.diffuse.bound)) return true;
+            if (!verify::cannotExceed(pairs[c], evaluator_.setup().responses, kFloor, slack[c], largest.specular.bound)) return true;
         }
         return false;
     }

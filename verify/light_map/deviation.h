@@ -14,6 +14,7 @@
 #include <numbers>
 
 #include "verify/light_map/layouts.h"
+#include "verify/light_map/rounding.h"
 #include "verify/sampler_tolerance.h"
 
 namespace lightcook::verify::layouts {
@@ -89,8 +90,8 @@ shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t)
     return out;
 }
 
-/// Engines' layouts: c_0 = first L0, c_i = slope L0 (u_i - 1/2).
-template <EngineLayout Layout>
+/// Linear exit radiance: c_0 = first L0, c_i = slope L0 (u_i - 1/2).
+template <LinearExitLayout Layout>
 shaders::LcSh deviationOf(const Layout&, const Boxes<Layout::kLayers>& t) {
     Texels<Layout::kLayers> centre, reach, tolerance;
     for (std::size_t layer = 0; layer < t.size(); ++layer) {
@@ -139,14 +140,15 @@ struct UnrealFactors {
         const auto& k = layout.k;
         const auto exponentialOf = [&](const Texels<2>& t) { return std::exp2(fractionOf(t) * k.scale0.w + k.add0.w); };
         const float first = exponentialOf(low), second = exponentialOf(high);
-        exponential = kOutward * std::max(first, second);
-        luminance = std::max(std::abs(first - UnrealHq::kBlack), std::abs(second - UnrealHq::kBlack)) + (kOutward - 1) * exponential;
+        exponential = lightmap::kOutwardUnreal * std::max(first, second);
+        luminance = std::max(std::abs(first - UnrealHq::kBlack), std::abs(second - UnrealHq::kBlack)) +
+                    (lightmap::kOutwardUnreal - 1) * exponential;
         const glm::vec3 lowRoot = detail::rgb(low[0]), highRoot = detail::rgb(high[0]), scale = detail::rgb(k.scale0),
                         add = detail::rgb(k.add0);
         root = glm::max(glm::abs(lowRoot), glm::abs(highRoot));
         const glm::vec3 least = glm::max(glm::max(lowRoot, -highRoot), 0.0f);
         color = glm::max(glm::abs(root * root * scale + add), glm::abs(least * least * scale + add)) +
-                (kOutward - 1) * (root * root * glm::abs(scale) + glm::abs(add));
+                (lightmap::kOutwardUnreal - 1) * (root * root * glm::abs(scale) + glm::abs(add));
         sh = glm::max(glm::abs(low[1] * k.scale1 + k.add1), glm::abs(high[1] * k.scale1 + k.add1));
     }
     /// Returns the fraction in E = fraction scale0.a + add0.a.
@@ -161,9 +163,6 @@ struct UnrealFactors {
         for (std::size_t i = 0; i < 4; ++i) out.c[(i + 1) % 4] = (i == 3 ? UnrealHq::kFirst : UnrealHq::kLinear) * ofComponent[i];
         return out;
     }
-
-private:
-    static constexpr float kOutward = 1 + 1e-6f;
 };
 
 inline shaders::LcSh deviationOf(const UnrealHq& layout, const Boxes<2>& t) {

@@ -45,12 +45,12 @@ public:
         : pairs_(pairs), all_(all), slack_(slack), signed_(groups), channel_(channel) {}
 
     /// Returns true if the bound is proven not to exceed `limit`.
-    bool staysWithin(std::span<const Response> responses, double limit) {
-        if (verify::staysWithin(pairs_, responses, kFloor, all_, limit)) return true;
+    bool cannotExceed(std::span<const Response> responses, double limit) {
+        if (verify::cannotExceed(pairs_, responses, kFloor, all_, limit)) return true;
         if constexpr (kGroups == 0)
             return false;
         else
-            return staysWithinInParts(responses, limit);
+            return cannotExceedInParts(responses, limit);
     }
     /// Returns the bound.
     /// threshold  bounds below it need not be tight
@@ -71,8 +71,8 @@ private:
         lighting::ShBands rounding{};
         void set(std::size_t i, const ErrorPair& pair) {
             pairs[i] = pair;
-            const lighting::ShBands lengths = bandNorms(pair.error);
-            for (std::size_t l = 0; l < 3; ++l) rounding[l] = std::max(rounding[l], kRounding * lengths[l]);
+            const lighting::ShBands lengths = lighting::bandLengths(pair.error);
+            for (std::size_t l = 0; l < 3; ++l) rounding[l] = std::max(rounding[l], kControlRounding * lengths[l]);
         }
     };
     const std::array<Group, kGroups>& groups() {
@@ -85,23 +85,23 @@ private:
         return *groups_;
     }
     /// Tests errors and groups separately, each against a share of the limit in proportion to its length.
-    bool staysWithinInParts(std::span<const Response> responses, double limit) {
+    bool cannotExceedInParts(std::span<const Response> responses, double limit) {
         const lighting::ShBands norms = responses.front().norms();
         const double error = bandSum(largestLengths(pairs_), norms) + bandSum(slack_, norms);
         std::array<double, kGroups> parts;
         double sum = error;
         for (std::size_t group = 0; group < kGroups; ++group)
             sum += parts[group] = bandSum(largestLengths(groups()[group].pairs), norms) + bandSum(groups()[group].rounding, norms);
-        if (!verify::staysWithin(pairs_, responses, kFloor, slack_, limit * (error / sum))) return false;
+        if (!verify::cannotExceed(pairs_, responses, kFloor, slack_, limit * (error / sum))) return false;
         for (std::size_t group = 0; group < kGroups; ++group)
-            if (!verify::staysWithin(groups()[group].pairs, responses, kFloor, groups()[group].rounding, limit * (parts[group] / sum)))
+            if (!verify::cannotExceed(groups()[group].pairs, responses, kFloor, groups()[group].rounding, limit * (parts[group] / sum)))
                 return false;
         return true;
     }
     static lighting::ShBands largestLengths(std::span<const ErrorPair> pairs) {
         lighting::ShBands largest{};
         for (const ErrorPair& pair : pairs) {
-            const lighting::ShBands lengths = bandNorms(pair.error);
+            const lighting::ShBands lengths = lighting::bandLengths(pair.error);
             for (std::size_t l = 0; l < 3; ++l) largest[l] = std::max(largest[l], lengths[l]);
         }
         return largest;

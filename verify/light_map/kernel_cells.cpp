@@ -72,7 +72,7 @@ ShDouble exitSlope(double angle) {
 ShBands distance(const ShDouble& a, const ShDouble& b) {
     ShDouble out;
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = a[i] - b[i];
-    return kernelNorms(out);
+    return lighting::bandLengths(out);
 }
 void raise(ShBands& largest, const ShBands& lengths) {
     for (std::size_t l = 0; l < kBands; ++l) largest[l] = std::max(largest[l], lengths[l]);
@@ -209,8 +209,8 @@ int KernelTree::addSpecular(const SpecularGrid& grid, const glm::dvec3& low, con
     const auto index = ranges_.size();
     ranges_.push_back(range);
     std::array<double, 3> widths{};
-    for (std::size_t axis = 0; axis < 3; ++axis) widths[axis] = sumOfBands(kernelNorms(range.tangents[axis]));
-    const double size = std::max(sumOfBands(kernelNorms(range.centre)), kOfBrightest * brightest);
+    for (std::size_t axis = 0; axis < 3; ++axis) widths[axis] = sumOfBands(lighting::bandLengths(range.tangents[axis]));
+    const double size = std::max(sumOfBands(lighting::bandLengths(range.centre)), kOfBrightest * brightest);
     if (widths[0] + widths[1] + widths[2] + sumOfBands(range.radius) <= kAlike * size) return static_cast<int>(index);
     // Cuts through several steps of the grid are at a grid point, so that kernels are multilinear in the smallest boxes.
     for (int axis = 0; axis < 2; ++axis) {
@@ -238,7 +238,7 @@ KernelTree KernelTree::specular(const LightMapShading& shading, const ScannedKer
     double brightest = 0;
     for (int r = 0; r < scanned.roughnessCount(); ++r)
         for (int v = 0; v < ScannedKernels::kViews; ++v)
-            brightest = std::max(brightest, sumOfBands(kernelNorms(kernelAtF0(scanned.at(r, v), grid.highF0))));
+            brightest = std::max(brightest, sumOfBands(lighting::bandLengths(kernelAtF0(scanned.at(r, v), grid.highF0))));
     tree.addSpecular(grid, {0, 0, grid.lowF0}, {ScannedKernels::kViews - 1, scanned.roughnessCount() - 1, grid.highF0}, brightest);
     return tree;
 }
@@ -269,9 +269,9 @@ KernelCell KernelTree::cell(int index, double azimuth, double half) const {
             for (std::size_t l = 0; l < kBands; ++l) cell.azimuthRadius[l] += half * mixed[l];
         }
     }
-    cell.norms = sumOf(kernelNorms(from.centre), from.radius);
-    for (std::size_t i = 0; i < tangents; ++i) cell.norms = sumOf(cell.norms, kernelNorms(from.tangents[i]));
-    if (!isSpecular_) cell.norms = kExitLengths;
+    cell.lengths = sumOf(lighting::bandLengths(from.centre), from.radius);
+    for (std::size_t i = 0; i < tangents; ++i) cell.lengths = sumOf(cell.lengths, lighting::bandLengths(from.tangents[i]));
+    if (!isSpecular_) cell.lengths = kExitLengths;
     return cell;
 }
 
@@ -280,13 +280,13 @@ CoarseKernels CoarseKernels::diffuse(const KernelTree& tree) {
     CoarseKernels out;
     const auto visit = [&](auto&& self, int index) -> void {
         const ProfileRange& range = tree.range(index);
-        const ShBands along = kernelNorms(range.tangents[0]);
+        const ShBands along = lighting::bandLengths(range.tangents[0]);
         if (along[1] <= kLargestTurn || range.isLeaf()) return out.addTurned(range.centre, sumOf(range.radius, along));
         self(self, range.first);
         self(self, range.second);
     };
     visit(visit, 0);
-    out.norms = kExitLengths;
+    out.lengths = kExitLengths;
     return out;
 }
 
@@ -310,8 +310,8 @@ CoarseKernels CoarseKernels::specular(const KernelTree& tree) {
                      high = range.centre[0] + half;
         const double factor = 0.5 * brightest * (1 / low + 1 / high), spread = 0.5 * brightest * (1 / low - 1 / high);
         Ball ball{range.centre, range.radius};
-        for (const ShDouble& tangent : range.tangents) ball.radius = sumOf(ball.radius, kernelNorms(tangent));
-        const ShBands lengths = sumOf(kernelNorms(range.centre), ball.radius);
+        for (const ShDouble& tangent : range.tangents) ball.radius = sumOf(ball.radius, lighting::bandLengths(tangent));
+        const ShBands lengths = sumOf(lighting::bandLengths(range.centre), ball.radius);
         for (double& value : ball.centre) value *= factor;
         for (std::size_t l = 0; l < kBands; ++l) ball.radius[l] = factor * ball.radius[l] + spread * lengths[l];
         return ball;
@@ -321,7 +321,7 @@ CoarseKernels CoarseKernels::specular(const KernelTree& tree) {
     for (std::size_t i = 0; i < tree.size(); ++i) {
         if (!tree.range(static_cast<int>(i)).isLeaf()) continue;
         const Ball ball = ballOf(tree.range(static_cast<int>(i)));
-        raise(norms, sumOf(kernelNorms(ball.centre), ball.radius));
+        raise(norms, sumOf(lighting::bandLengths(ball.centre), ball.radius));
         Ball* nearest = nullptr;
         ShBands least{};
         for (Ball& each : balls) {
@@ -330,14 +330,14 @@ CoarseKernels CoarseKernels::specular(const KernelTree& tree) {
             nearest = &each;
             least = reach;
         }
-        if (nearest == nullptr || least[1] + least[2] > kAlike * brightest * (1 + kernelNorms(ball.centre)[2] / brightest))
+        if (nearest == nullptr || least[1] + least[2] > kAlike * brightest * (1 + lighting::bandLengths(ball.centre)[2] / brightest))
             balls.push_back(ball);
         else
             raise(nearest->radius, least);
     }
     CoarseKernels out;
     for (const Ball& ball : balls) out.addTurned(ball.centre, ball.radius);
-    out.norms = norms;
+    out.lengths = norms;
     return out;
 }
 

@@ -3,13 +3,12 @@
 // Light c is shaded to the sum of kernel_i c_i. In the frame of a texel a kernel is one of the x-z plane, its profile, turned about the
 // normal by an azimuth. The profiles of diffuse light are those of the tilts of a normal map; those of specular light are those of the
 // views, m and F0 of the scene. A tree holds ranges of profiles, and each range has a centre P, tangents T_i and a radius r_l by band:
-//   every profile of the range is P + sum_i x_i T_i + something of band lengths at most r_l, for some x_i in [-1, 1].
-// - Diffuse: profiles are k_l Y_l(angle). The one tangent is the derivative times the half width h; the rest is at most h^2/2 l^2 |k_l
-// Y_l|,
-//   since a rotation's generator has the eigenvalues -l .. l times i.
-// - Specular: kernels on a grid of view and m, linear in F0, in between multilinear but for what second differences say
-//   (scanned_kernels.h). The tangents are half the differences across the box of view, m and F0; the rest is largest at a grid point or a
-//   corner of the box.
+//   every profile of the range is P + sum_i x_i T_i + a rest of band lengths at most r_l, for some x_i in [-1, 1].
+// - Diffuse: profiles are k_l Y_l(angle). The one tangent is the derivative times the half width h; the rest is at most
+//   h^2/2 l^2 |k_l Y_l|, since a rotation's generator has the eigenvalues -l .. l times i.
+// - Specular: kernels on a grid of view and m, linear in F0; between grid points they are multilinear, up to an error that second
+//   differences bound (scanned_kernels.h). The tangents are half the differences across the box of view, m and F0; the rest is largest at
+//   a grid point or a corner of the box.
 // An azimuth within h of phi turns the kernel by Taylor's formula in the same way; for a range wider than that is good for, the centre is
 // the part that no azimuth changes, and all else counts as radius.
 #pragma once
@@ -33,7 +32,7 @@ struct KernelCell {
     lighting::ShDouble centre{}, alongAzimuth{};
     ProfileTangents alongProfile{};
     lighting::ShBands profileRadius{}, azimuthRadius{};
-    lighting::ShBands norms{};                ///< largest length of each band
+    lighting::ShBands lengths{};              ///< largest length of each band
     std::size_t tangents = kProfileTangents;  ///< that are not 0
 };
 
@@ -80,7 +79,7 @@ private:
 struct CoarseKernels {
     std::vector<lighting::ShDouble> centres;
     std::vector<lighting::ShBands> radii;
-    lighting::ShBands norms{};  ///< largest length of each band
+    lighting::ShBands lengths{};  ///< largest length of each band
 
     static CoarseKernels diffuse(const KernelTree& tree);
     static CoarseKernels specular(const KernelTree& tree);

@@ -44,7 +44,7 @@ std::optional<formats::Error> readConstants(const CookedLightMap& map, Flat2& la
     return readConstant(map, "share", std::span(&layout.k.share, 1));
 }
 
-template <EngineLayout AnyLayout>
+template <LinearExitLayout AnyLayout>
 std::optional<formats::Error> readConstants(const CookedLightMap&, AnyLayout&) {
     return std::nullopt;
 }

@@ -65,6 +65,7 @@ struct Raw : LayoutRow<LightMapLayout::Raw> {
 
 /// Decoded as the constant environment with this exit radiance: coefficient 0 alone.
 struct Flat : LayoutRow<LightMapLayout::Flat> {
+    /// As sh.glsl has it; one unit in the last place below lighting::kShConstant as a float.
     static constexpr float kY0 = 0.28209479f;
     shaders::LcFlatConstants k{};
     /// The scene shades the texel's own normal alone, so that the reference is its exit radiance. Otherwise it is the whole bake, and what
@@ -168,16 +169,17 @@ using Ratio = RatioDecode<LightMapLayout::Ratio, shaders::LcRatioTexels, shaders
 
 using Sh4 = RatioDecode<LightMapLayout::Sh4, shaders::LcSh4Texels, shaders::LcSh4Constants, shaders::lcLightMapSh4>;
 
-/// Layouts that engines read by formulas without constants: exit radiance L0, and L1 over it as numbers u in [0, 1]:
+/// Layouts of exit radiance as a linear function of the normal, without constants (families godot and bakery): L0, and L1 over it as
+/// numbers u in [0, 1]:
 /// c_0 = kFirst L0, c_i = kSlope L0 (u_i - 1/2). The layout's unit(t, i) picks u_i, i = 1 .. 3, from its texels.
 template <class Layout>
-concept EngineLayout = requires {
+concept LinearExitLayout = requires {
     Layout::kSlope;
 };
 
-/// Members of every engine's layout. kExtent is |L1| / L0 at u = 1; kDecode is the shader's decode.
+/// Members of every such layout. kExtent is |L1| / L0 at u = 1; kDecode is the shader's decode.
 template <LightMapLayout kId, class ShaderTexels, auto kDecode, int kExtent>
-struct EngineRow : LayoutRow<kId> {
+struct LinearExitRow : LayoutRow<kId> {
     using LayerTexels = Texels<LayoutRow<kId>::kLayers>;
     /// The shader's factors, rounded up.
     static constexpr float kFirst = 3.544908f, kSlope = 2 * kExtent * 3.069981f;
@@ -191,15 +193,15 @@ struct EngineRow : LayoutRow<kId> {
     }
 };
 
-struct Godot : EngineRow<LightMapLayout::Godot, shaders::LcGodotTexels, shaders::lcLightMapGodot, 4> {
+struct Godot : LinearExitRow<LightMapLayout::Godot, shaders::LcGodotTexels, shaders::lcLightMapGodot, 4> {
     static glm::vec3 unit(const LayerTexels& t, std::size_t i) { return glm::vec3(t[i]); }
 };
 
-struct MonoSh : EngineRow<LightMapLayout::MonoSh, shaders::LcMonoShTexels, shaders::lcLightMapMonoSh, 2> {
+struct MonoSh : LinearExitRow<LightMapLayout::MonoSh, shaders::LcMonoShTexels, shaders::lcLightMapMonoSh, 2> {
     static glm::vec3 unit(const LayerTexels& t, std::size_t i) { return glm::vec3(t[1][static_cast<int>(i % 3)]); }
 };
 
-struct Bakery : EngineRow<LightMapLayout::Bakery, shaders::LcBakeryTexels, shaders::lcLightMapBakery, 2> {
+struct Bakery : LinearExitRow<LightMapLayout::Bakery, shaders::LcBakeryTexels, shaders::lcLightMapBakery, 2> {
     static glm::vec3 unit(const LayerTexels& t, std::size_t i) { return glm::vec3(t[1 + i % 3]); }
 };
 

@@ -198,8 +198,8 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
     }
     if (viewing && sampling.bounds) {
         const bool hasCap = shading.normalCount > 1 && !isOwnNormalOnly;
-        setup.visible = visibleBounding(shading, *viewing, 1 / static_cast<double>(state->perKey), hasCap ? shading.normalMapTilt : 0,
-                                        scanned ? &*scanned : nullptr);
+        setup.visible = visibleBoundSetup(shading, *viewing, 1 / static_cast<double>(state->perKey), hasCap ? shading.normalMapTilt : 0,
+                                          scanned ? &*scanned : nullptr);
     }
     return LightMapVerifier(std::move(state));
 }

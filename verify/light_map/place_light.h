@@ -47,8 +47,8 @@ public:
         for (std::size_t c = 0; c < kChannels; ++c)
             for (std::size_t l = 0; l < 3; ++l)
                 out[3 * l + c] =
-                    kOutward * static_cast<float>(light.errors.largest(c)[l] + light.errorSlack[c][l] +
-                                                  static_cast<double>(light.deviations.count()) * light.deviations.largest(c)[l]);
+                    kOutwardFloat * static_cast<float>(light.errors.largest(c)[l] + light.errorSlack[c][l] +
+                                                       static_cast<double>(light.deviations.count()) * light.deviations.largest(c)[l]);
         if (!light.isFinite) out.fill(std::numeric_limits<float>::infinity());
         return out;
     }
@@ -74,7 +74,7 @@ private:
         const Channels e = local(error), r = local(reference);
         Channels found = e;
         for (std::size_t c = 0; c < kChannels; ++c)
-            for (std::size_t i = 0; i < kCount; ++i) found[c][i] += r[c][i];
+            for (std::size_t i = 0; i < kCoefficients; ++i) found[c][i] += r[c][i];
         out.errors.add(e);
         out.references.add(r);
         out.found.add(found);
@@ -144,8 +144,7 @@ private:
         for (std::size_t k = 0; k < kControls; ++k) values[k] = scaled(values[k], 1 / weights[k]);
         takeZonal(values, addTolerance(place, out), out);
         for (std::size_t k = 0; k < kControls; ++k) values[k] = difference(values[k], references[k]);
-        // The conversion magnifies rounding by 5.7 for each axis at degree 3, by 15.3 at degree 4; a weight is at least 1/4.
-        addRoundingOf(out, values, references, quad_.isCovered() ? 1 : 32);
+        addRoundingOf(out, values, references, quad_.isCovered() ? 1 : kRimFactor);
         for (std::size_t k = 0; k < kControls; ++k) addVectors(out, values[k], references[k]);
         return out;
     }
@@ -158,7 +157,7 @@ private:
                 vectors.push_back(sh.c[5]);
                 for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(sh.c[i])));
             }
-            const AxisCone cone = axisCone(vectors, 32 * kRounding * largest + axisTolerance);
+            const AxisCone cone = axisCone(vectors, kRimFactor * kControlRounding * largest + axisTolerance);
             std::array<double, kChannels> zonal{};
             for (LcSh& sh : values) {
                 for (std::size_t c = 0; c < kChannels; ++c)
@@ -170,14 +169,13 @@ private:
     }
     static void addRoundingOf(CellLight& out, std::span<const LcSh> errors, std::span<const LcSh> references, double factor) {
         // The evaluation rounds, and so does the rotation to the frame of the texel.
-        constexpr double kTurn = 2e-6;
         const Squares error = largestSquares(errors), reference = largestSquares(references);
         for (std::size_t l = 0; l < 3; ++l)
             for (std::size_t c = 0; c < kChannels; ++c) {
                 const auto at = static_cast<int>(c);
                 const double e = outwardLength(error[l][at]), r = outwardLength(reference[l][at]);
-                out.errorSlack[c][l] += (factor * kRounding + kTurn) * (e + r);
-                out.referenceSlack[c][l] += kTurn * r;
+                out.errorSlack[c][l] += (factor * kControlRounding + kRotationRounding) * (e + r);
+                out.referenceSlack[c][l] += kRotationRounding * r;
                 out.isFinite = out.isFinite && std::isfinite(e) && std::isfinite(r);
             }
     }
@@ -197,14 +195,14 @@ private:
             for (const LcSh& vector : group) {
                 const LcSh moved = scaled(vector, rows_.perKey());
                 out.deviations.add(local(moved));
-                addLengths(out.errorSlack, moved, kRounding);
+                addLengths(out.errorSlack, moved, kControlRounding);
             }
         double axis = addFractions(reach, out);
         if constexpr (kIsZonal) {
             const glm::vec3 weights = glm::abs(rows_.layout().k.luminance);
             const LcSh moved = scaled(off.absolute, rows_.perKey());
-            axis += kOutwardLength * static_cast<double>(glm::length(glm::vec3(glm::dot(weights, moved.c[3]), glm::dot(weights, moved.c[1]),
-                                                                               glm::dot(weights, moved.c[2]))));
+            axis += kOutward * static_cast<double>(glm::length(
+                                   glm::vec3(glm::dot(weights, moved.c[3]), glm::dot(weights, moved.c[1]), glm::dot(weights, moved.c[2]))));
         }
         return axis;
     }
@@ -219,7 +217,7 @@ private:
                 quad_.texelsAt(reach.low + reach.size * (glm::vec2(k % kNodes, k / kNodes) / static_cast<float>(Layout::kDegree))));
         toControls<Layout::kDegree>(values);
         for (int axis = 0; axis < 2; ++axis) {
-            const double steepest = kOutwardLength * static_cast<double>(kFractionTolerance / reach.size[axis]) * Layout::kDegree;
+            const double steepest = kOutward * static_cast<double>(kFractionTolerance / reach.size[axis]) * Layout::kDegree;
             const std::size_t step = axis == 0 ? 1 : kNodes;
             std::vector<LcSh> moved;
             double axisStep = 0;

@@ -139,7 +139,7 @@ private:
         for (std::size_t c = 0; c < kChannels; ++c) {
             GroupedErrors<kGroups> errors(pairs[c], all[c], slack[c], groups, c);
             const auto raiseTo = [&](std::span<const Response> responses, LargestBound& current) {
-                if (responses.empty() || errors.staysWithin(responses, kTieMargin * current.bound)) return;
+                if (responses.empty() || errors.cannotExceed(responses, kTieFactor * current.bound)) return;
                 BoundPlace found;
                 const double bound = errors.bound(responses, current.bound, found);
                 current.raise(bound, evaluator_.placeOf(found, bound, placesOf(x, y, c)), found.bands);

@@ -14,6 +14,7 @@
 
 #include "verify/light_map/basis_coarse_bound.h"
 #include "verify/light_map/bound_evaluator.h"
+#include "verify/light_map/covered_quad.h"
 #include "verify/light_map/rows.h"
 #include "verify/light_map/tolerance.h"
 
@@ -23,6 +24,12 @@ namespace lightcook::verify::lightmap {
 struct TexelLengths {
     BandLengths error;  ///< under the texel's own decode; for zonal layouts, band 2 is the decoded zonal coefficient itself
     BandLengths reference;
+};
+
+/// What is measured of the covered corners of a quad.
+struct CornerLengths {
+    std::array<const TexelLengths*, 4> texels{};  ///< of covered corners only
+    BandLengths step{};                           ///< largest differences of their references
 };
 
 template <class Layout>
@@ -82,17 +89,17 @@ public:
             const auto& decode = layouts::decodeAt(rows_.layout(), x + corner % 2, y + corner / 2);
             const BandLengths error = largestError(decode, corners, texels, x, y, corner);
             Estimate each;
-            const auto staysBelow = [&](const layouts::CoarseBound& coarseBound, const BandLengths& errorSlack) {
+            const auto cannotExceed = [&](const layouts::CoarseBound& coarseBound, const BandLengths& errorSlack) {
                 each = estimateOf(error, coarseBound, errorSlack, light);
                 return evaluator_.cannotExceed(largest, each.bound);
             };
-            bool isBelow = false;
+            bool isProven = false;
             if constexpr (requires { coarseBounds_.quickBound(decode, corners.texels); })
-                isBelow = staysBelow(coarseBounds_.quickBound(decode, corners.texels), slack);
-            if (!isBelow) {
+                isProven = cannotExceed(coarseBounds_.quickBound(decode, corners.texels), slack);
+            if (!isProven) {
                 const layouts::CoarseBound coarseBound =
                     coarseBounds_.bound(decode, corners.texels, [&](std::size_t layer) { return tolerance_.toleranceAt(layer, x, y); });
-                if (!staysBelow(coarseBound, slack) && hasFractions()) staysBelow(coarseBound, slackOf(corners.references, light));
+                if (!cannotExceed(coarseBound, slack) && hasFractions()) cannotExceed(coarseBound, slackOf(corners.references, light));
             }
             estimate.bound.raise(each.bound);
             estimate.priority.raise(each.priority);
@@ -102,37 +109,36 @@ public:
 
     /// Returns upper bounds of the band lengths of the error under one decode in a quad of which some texels may not be covered, by
     /// channel. The reference is filtered between the covered ones: it is a mean of them, so that the error is one of differences from
-    /// them. texels   lengths of the corners; of covered ones only step     largest differences of the references of covered corners
+    /// them.
+    /// corner   the texel whose decode it is
     /// isQuick  faster and looser, where the layout has such a bound
-    template <class Decode>
-    BandLengths errorLengths(const Decode& decode, const Corners& corners, const std::array<bool, 4>& covered,
-                             const std::array<const TexelLengths*, 4>& texels, const BandLengths& step, int x, int y, int corner,
-                             bool isQuick) const {
+    BandLengths errorLengths(const CoveredQuad<Layout>& quad, const CornerLengths& lengths, int corner, bool isQuick) const {
+        const auto& decode = rows_.decodeOf(quad.x, quad.y, corner);
+        const Corners& corners = quad.corners;
         BandLengths error{}, light{};
         for (std::size_t i = 0; i < 4; ++i) {
-            if (covered[i]) {
-                raise(light, texels[i]->reference);
-                raise(error, rows_.hasSameDecode(x, y, corner, static_cast<int>(i))
-                                 ? texels[i]->error
+            if (quad.covered[i]) {
+                raise(light, lengths.texels[i]->reference);
+                raise(error, rows_.hasSameDecode(quad.x, quad.y, corner, static_cast<int>(i))
+                                 ? lengths.texels[i]->error
                                  : bandLengths(errorUnder(decode, *corners.texels[i], *corners.references[i])));
                 continue;
             }
             for (std::size_t j = 0; j < 4; ++j)
-                if (covered[j]) raise(error, bandLengths(errorUnder(decode, *corners.texels[i], *corners.references[j])));
+                if (quad.covered[j]) raise(error, bandLengths(errorUnder(decode, *corners.texels[i], *corners.references[j])));
         }
         BandLengths slack{};
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            slack[lane] = kFloatRounding * light[lane] + (hasFractions() ? 2 * kFractionTolerance * step[lane] : 0);
+            slack[lane] = kFloatRounding * light[lane] + (hasFractions() ? 2 * kFractionTolerance * lengths.step[lane] : 0);
         if constexpr (requires { coarseBounds_.quickBound(decode, corners.texels); })
             if (isQuick) return sumOf(error, coarseBounds_.quickBound(decode, corners.texels), slack, light);
-        return sumOf(error,
-                     coarseBounds_.bound(decode, corners.texels, [&](std::size_t layer) { return tolerance_.toleranceAt(layer, x, y); }),
-                     slack, light);
+        const auto toleranceAt = [&](std::size_t layer) { return tolerance_.toleranceAt(layer, quad.x, quad.y); };
+        return sumOf(error, coarseBounds_.bound(decode, corners.texels, toleranceAt), slack, light);
     }
 
 private:
     /// Rounding of this bound's floats, and of those of the refined bound.
-    static constexpr auto kFloatRounding = static_cast<float>(2.5 * kRounding);
+    static constexpr auto kFloatRounding = static_cast<float>(2.5 * kControlRounding);
 
     LcSh errorOf(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y) const {
         return errorUnder(layouts::decodeAt(rows_.layout(), x, y), texels, reference);
@@ -197,7 +203,8 @@ private:
                 moved = isZonalBand ? own : own + light[lane];
                 if (isZonalBand) own = (1 + std::numbers::sqrt3_v<float>)*own + light[lane];
             }
-            all[lane] = kOutward * ((1 + kFloatRounding) * own + fractions * moved + slack[lane] + perKey * coarseBound.tolerance[lane]);
+            all[lane] =
+                kOutwardFloat * ((1 + kFloatRounding) * own + fractions * moved + slack[lane] + perKey * coarseBound.tolerance[lane]);
         }
         return all;
     }

@@ -88,11 +88,10 @@ private:
     /// Returns the same under the decode of one corner, for the quad that was measured last.
     ErrorBound coarseBound(const CoveredQuad<Layout>& quad, int decode, const LargestBounds& largest) const {
         if (!coarse_.isKnown()) return {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
-        const std::array<const TexelLengths*, 4> lengths = {&lengths_[0], &lengths_[1], &lengths_[2], &lengths_[3]};
+        const CornerLengths lengths = {{&lengths_[0], &lengths_[1], &lengths_[2], &lengths_[3]}, step_};
         ErrorBound least;
         for (const bool isQuick : {true, false}) {
-            const ErrorBound bound = evaluator_.errorBound(coarse_.errorLengths(
-                rows_.decodeOf(quad.x, quad.y, decode), quad.corners, quad.covered, lengths, step_, quad.x, quad.y, decode, isQuick));
+            const ErrorBound bound = evaluator_.errorBound(coarse_.errorLengths(quad, lengths, decode, isQuick));
             least = isQuick ? bound : ErrorBound{std::min(least.diffuse, bound.diffuse), std::min(least.specular, bound.specular)};
             if (evaluator_.cannotExceed(largest, least)) break;
         }
@@ -117,7 +116,7 @@ private:
         pairs_.resize(light.errors.count());
         for (std::size_t c = 0; c < kChannels; ++c) {
             for (std::size_t k = 0; k < pairs_.size(); ++k)
-                for (std::size_t i = 0; i < kCount; ++i) {
+                for (std::size_t i = 0; i < kCoefficients; ++i) {
                     pairs_[k].error[i] = static_cast<float>(light.errors.value(k, c, i));
                     pairs_[k].reference[i] = static_cast<float>(light.references.value(k, c, i));
                 }

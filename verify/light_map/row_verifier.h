@@ -4,7 +4,7 @@
 //   2. Every quad with a covered texel: random places on the surface are decoded, shaded and compared. A place that is nearest to a texel
 //      outside charts is on no surface, so each covered texel has as many places as another. A trial adds each place to the sums of its
 //      group too, if there are groups.
-//   3. Every quad is bounded (quads.h, rim_bounds.h), beginning with those that had the worst samples: large bounds found early save
+//   3. Every quad is bounded (quad_bounds.h, rim_bounds.h), beginning with those that had the worst samples: large bounds found early save
 //      refinements.
 //
 // Templates of one layout each: only the sources that instantiate them (rows_*.cpp) include this header. Others include
@@ -25,9 +25,6 @@ inline float hashedFraction(std::uint64_t seed, std::uint64_t place) {
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
     return static_cast<float>((z ^ (z >> 31)) >> 40) * 0x1p-24f;
 }
-
-/// Relative rounding error of shading: float sums of nine products.
-inline constexpr double kShadingRounding = 2e-6;
 
 template <class Layout>
 class RowVerifier {
@@ -74,9 +71,9 @@ public:
     }
 
     LightMapVerifier::AreaVisibleBound visibleBound(const TexelArea& area) {
-        const auto& bounding = evaluator_.setup().visible;
-        if (!bounding) return {};
-        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *bounding, 0, 0);
+        const auto& visible = evaluator_.setup().visible;
+        if (!visible) return {};
+        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *visible, 0, 0);
         bounds.boundArea(area);
         return {bounds.diffuse().bound, bounds.specular().bound, bounds.diffuse().place, bounds.specular().place};
     }
@@ -100,22 +97,23 @@ private:
     }
     /// Bounds the visible errors of the last stage, wherever its light is sampled.
     void boundVisible(int firstRow, int rowCount) {
-        const auto& bounding = evaluator_.setup().visible;
-        if (!bounding) return;
+        const auto& visible = evaluator_.setup().visible;
+        if (!visible) return;
         ShadedErrors& surface = errors_.surface;
         const ShadedErrors& centres = errors_.stages[kStages - 1].errors;
         // Bounds of at most this need not be tight: they are within the search's own accuracy of what was sampled, or hardly visible.
         const auto enough = [&](VisibleAccumulator ShadedErrors::*kind) {
-            return std::max(VisibleSearch::kSettled * std::max((surface.*kind).largest(), (centres.*kind).largest()), kHardlyVisible);
+            return std::max(VisibleSearch::kConvergedFactor * std::max((surface.*kind).largest(), (centres.*kind).largest()),
+                            kHardlyVisible);
         };
         const double diffuse = enough(&ShadedErrors::visibleDiffuse), specular = enough(&ShadedErrors::visibleSpecular);
-        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *bounding, diffuse, specular);
+        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *visible, diffuse, specular);
         bounds.boundArea({0, firstRow, rows_.width(), rowCount});
-        const auto raise = [](VisibleAccumulator& errors, const VisibleBound& found, double threshold) {
+        const auto raise = [](VisibleAccumulator& errors, const VisibleMaximum& found, double threshold) {
             errors.addBound(std::max(found.bound, threshold), found.bound < threshold ? errors.maxAt() : found.place);
         };
         raise(surface.visibleDiffuse, bounds.diffuse(), diffuse);
-        if (!bounding->specular.isNone()) raise(surface.visibleSpecular, bounds.specular(), specular);
+        if (!visible->specular.isNone()) raise(surface.visibleSpecular, bounds.specular(), specular);
     }
     void addBounds(ShadedErrors& errors, const LargestBounds& largest) const {
         errors.diffuse.addBound(largest.diffuse.bound, largest.diffuse.place);
@@ -169,8 +167,8 @@ private:
         BandLengths all = bandLengths(error);
         for (std::size_t l = 0; l < 3; ++l)
             for (std::size_t c = 0; c < kChannels; ++c)
-                all[3 * l + c] = kOutward * (all[3 * l + c] + static_cast<float>(kShadingRounding) * all[3 * l + c] +
-                                             static_cast<float>(tolerance[c][l]));
+                all[3 * l + c] = kOutwardFloat * (all[3 * l + c] + static_cast<float>(kShadingRounding) * all[3 * l + c] +
+                                                  static_cast<float>(tolerance[c][l]));
         if (evaluator_.cannotExceed(largest, evaluator_.errorBound(all))) return;
         ChannelSlack slack = tolerance;
         addLengths(slack, error, kShadingRounding);

@@ -148,7 +148,7 @@ private:
     LcSh referenceAt(int x, int stripRow) const {
         LcSh out{};
         const lighting::ShRgb& sh = reference_.sh.at(x, stripRow);
-        for (std::size_t i = 0; i < kCount; ++i) out.c[i] = perKey_ * sh[i];
+        for (std::size_t i = 0; i < kCoefficients; ++i) out.c[i] = perKey_ * sh[i];
         if constexpr (layouts::FlatFamily<Layout>) {
             if (!layout_.isOwnNormalOnly) return out;
             LcSh flat{};

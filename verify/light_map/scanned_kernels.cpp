@@ -16,12 +16,6 @@ lighting::ShDouble kernelAtF0(const lighting::AreaSpecularKernel& kernel, double
     return out;
 }
 
-lighting::ShBands kernelNorms(const lighting::ShDouble& kernel) {
-    lighting::ShBands squared{};
-    for (std::size_t i = 0; i < kernel.size(); ++i) squared[static_cast<std::size_t>(lighting::kShBand[i])] += kernel[i] * kernel[i];
-    return {std::sqrt(squared[0]), std::sqrt(squared[1]), std::sqrt(squared[2])};
-}
-
 ScannedKernels::ScannedKernels(const LightMapShading& shading) {
     constexpr int kScanSamples = 64;
     const auto [lowM, highM] = std::ranges::minmax(shading.m);
@@ -55,8 +49,8 @@ lighting::ShBands ScannedKernels::secondDifferenceAt(int r, int v, double f0) co
         const lighting::ShDouble low = kernelAtF0(before, f0), high = kernelAtF0(after, f0);
         lighting::ShDouble second;
         for (std::size_t i = 0; i < second.size(); ++i) second[i] = low[i] - 2 * middle[i] + high[i];
-        const lighting::ShBands norms = kernelNorms(second);
-        for (std::size_t l = 0; l < sum.size(); ++l) sum[l] += norms[l];
+        const lighting::ShBands lengths = lighting::bandLengths(second);
+        for (std::size_t l = 0; l < sum.size(); ++l) sum[l] += lengths[l];
     };
     if (r > 0 && r + 1 < roughnessCount()) add(at(r - 1, v), at(r + 1, v));
     if (v > 0 && v + 1 < kViews) add(at(r, v - 1), at(r, v + 1));

@@ -13,8 +13,6 @@ namespace lightcook::verify {
 lighting::AreaSpecularKernel specularKernelAt(double NoV, double m, lighting::NormalDistribution lobe, int sampleCount);
 /// Returns the kernel of a material with this F0.
 lighting::ShDouble kernelAtF0(const lighting::AreaSpecularKernel& kernel, double f0);
-/// Returns the lengths of the bands.
-lighting::ShBands kernelNorms(const lighting::ShDouble& kernel);
 
 /// Kernels on a grid of roughness and view, with bounds for everything between the grid points.
 class ScannedKernels {

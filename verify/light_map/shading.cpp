@@ -28,21 +28,21 @@ lighting::ShDouble turnedAroundNormal(const lighting::ShDouble& kernel, const gl
 }
 
 /// Lengths of the bands of Y(direction), for any direction.
-constexpr lighting::ShBands kAxisNorms = {lighting::kShConstant, lighting::kShLinear, 2 * lighting::kShZonal};
+constexpr lighting::ShBands kAxisLengths = {lighting::kShConstant, lighting::kShLinear, 2 * lighting::kShZonal};
 
 /// Splits a kernel into its zonal part about an axis in the plane of normal and view, and the lengths of the rest. Searches directions near
 /// that of band 1, in steps of one degree, for the axis with the least residual.
 Response splitOf(const lighting::ShDouble& kernel) {
-    const lighting::ShBands norms = kernelNorms(kernel);
+    const lighting::ShBands lengths = lighting::bandLengths(kernel);
     const auto splitAbout = [&](double angle) {
         const lighting::ShDouble axis = lighting::evaluateBasis(glm::dvec3(std::sin(angle), 0, std::cos(angle)));
         Response response;
         for (std::size_t i = 0; i < kernel.size(); ++i)
             response.bands[static_cast<std::size_t>(lighting::kShBand[i])] += kernel[i] * axis[i];
-        for (std::size_t l = 0; l < norms.size(); ++l) {
-            response.bands[l] /= kAxisNorms[l] * kAxisNorms[l];
-            const double along = response.bands[l] * kAxisNorms[l];
-            response.residual[l] = l == 0 ? 0 : std::sqrt(std::max(0.0, norms[l] * norms[l] - along * along));
+        for (std::size_t l = 0; l < lengths.size(); ++l) {
+            response.bands[l] /= kAxisLengths[l] * kAxisLengths[l];
+            const double along = response.bands[l] * kAxisLengths[l];
+            response.residual[l] = l == 0 ? 0 : std::sqrt(std::max(0.0, lengths[l] * lengths[l] - along * along));
         }
         return response;
     };
@@ -246,7 +246,7 @@ std::vector<Response> specularResponses(const LightMapShading& shading, const Sc
             Response& response = responses[knot];
             response.bands[0] = std::max(response.bands[0], point.size);
             for (std::size_t l = 0; l < 3; ++l) {
-                const double off = l == 2 ? kAxisNorms[2] * std::abs(chain.distance(point)) : 0;
+                const double off = l == 2 ? kAxisLengths[2] * std::abs(chain.distance(point)) : 0;
                 response.residual[l] = std::max(response.residual[l], point.residual[l] + off);
             }
         }

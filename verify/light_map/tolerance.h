@@ -118,7 +118,7 @@ private:
                             high = glm::max(glm::max(at(0), at(1)), glm::max(at(2), at(3)));
             TexelBox& box = boxes[layer];
             box.centre = 0.5f * (low + high);
-            box.half = kOutward * (0.5f * (high - low));
+            box.half = kOutwardFloat * (0.5f * (high - low));
             const FormatTolerance& format = formats_[layer];
             box.tolerance = decodedTolerance(layer, x, y, 1) + format.absolute + format.relative * glm::max(glm::abs(low), glm::abs(high));
         }

@@ -12,17 +12,15 @@
 #include "lighting/radiometry.h"
 #include "lighting/sh.h"
 #include "shaders/lightcook_cpp.h"
+#include "verify/light_map/rounding.h"
 
 namespace lightcook::verify::lightmap {
 
 using shaders::LcSh;
 
-inline constexpr std::size_t kChannels = 3, kCount = lighting::kShCount;
+inline constexpr std::size_t kChannels = 3, kCoefficients = lighting::kShCount;
 /// Floor of local errors (docs/theory/error.md). All light here is in units of the key.
 inline constexpr double kFloor = lighting::kLocalErrorFloor;
-/// Relative rounding error of control vectors: they come from float evaluations of the decode, and conversion to Bernstein form magnifies
-/// rounding by at most 6 for each axis.
-inline constexpr double kRounding = 2e-5;
 
 using Channels = std::array<lighting::Sh, kChannels>;
 /// Slack by channel: upper bounds, for each band, of the length of what is added to an error (rounding, sampler tolerance).
@@ -32,19 +30,19 @@ using Squares = std::array<glm::vec3, 3>;
 
 inline LcSh difference(const LcSh& a, const LcSh& b) {
     LcSh out;
-    for (std::size_t i = 0; i < kCount; ++i) out.c[i] = a.c[i] - b.c[i];
+    for (std::size_t i = 0; i < kCoefficients; ++i) out.c[i] = a.c[i] - b.c[i];
     return out;
 }
 
 inline LcSh scaled(const LcSh& sh, float factor) {
     LcSh out;
-    for (std::size_t i = 0; i < kCount; ++i) out.c[i] = factor * sh.c[i];
+    for (std::size_t i = 0; i < kCoefficients; ++i) out.c[i] = factor * sh.c[i];
     return out;
 }
 
 inline LcSh blend(const LcSh& a, const LcSh& b, float weight) {
     LcSh out;
-    for (std::size_t i = 0; i < kCount; ++i) out.c[i] = (1 - weight) * a.c[i] + weight * b.c[i];
+    for (std::size_t i = 0; i < kCoefficients; ++i) out.c[i] = (1 - weight) * a.c[i] + weight * b.c[i];
     return out;
 }
 
@@ -58,7 +56,7 @@ std::array<glm::vec4, kLayers> blend(const std::array<glm::vec4, kLayers>& a, co
 /// Converts the values of a polynomial of degree kDegree at i / kDegree, i = 0 .. kDegree, to its Bernstein coefficients, in place.
 template <int kDegree>
 void bernsteinFromNodes(std::array<LcSh*, kDegree + 1> nodes) {
-    for (std::size_t i = 0; i < kCount; ++i) {
+    for (std::size_t i = 0; i < kCoefficients; ++i) {
         if constexpr (kDegree == 2) {
             nodes[1]->c[i] = 2.0f * nodes[1]->c[i] - 0.5f * (nodes[0]->c[i] + nodes[2]->c[i]);
         } else if constexpr (kDegree == 3) {
@@ -77,7 +75,7 @@ void bernsteinFromNodes(std::array<LcSh*, kDegree + 1> nodes) {
 /// Returns the largest squared length of each band and channel among these vectors.
 inline Squares largestSquares(std::span<const LcSh> each) {
     // Plain floats, so that the compiler vectorizes the sums: they are the hottest of the bounds.
-    constexpr std::size_t kFloats = kCount * kChannels;
+    constexpr std::size_t kFloats = kCoefficients * kChannels;
     static_assert(sizeof(LcSh) == kFloats * sizeof(float));
     std::array<float, 3 * kChannels> largest{};
     for (const LcSh& sh : each) {
@@ -99,11 +97,9 @@ inline Squares largestSquares(std::span<const LcSh> each) {
     return out;
 }
 
-inline constexpr double kOutwardLength = 1 + 1e-5, kTiny = 1e-18;
-inline constexpr float kOutward = 1 + 1e-5f;
-/// Returns an upper bound of the root of a float sum of squares: adds a few units in the last place, and kTiny for squares that underflow.
+/// Returns an upper bound of the root of a float sum of squares.
 inline double outwardLength(float square) {
-    return square == 0 ? 0 : kOutwardLength * std::sqrt(static_cast<double>(square)) + kTiny;
+    return square == 0 ? 0 : kOutward * std::sqrt(static_cast<double>(square)) + kUnderflow;
 }
 
 /// Upper bounds of lengths, [3 band + channel], padded to whole vectors.
@@ -114,7 +110,7 @@ inline BandLengths largestLengths(std::span<const LcSh> each) {
     const Squares squares = largestSquares(each);
     BandLengths out{};
     std::memcpy(out.data(), &squares, sizeof(squares));
-    for (float& value : out) value = kOutward * std::sqrt(value) + static_cast<float>(kTiny);
+    for (float& value : out) value = kOutwardFloat * std::sqrt(value) + static_cast<float>(kUnderflow);
     return out;
 }
 inline BandLengths bandLengths(const LcSh& sh) {
@@ -153,7 +149,7 @@ inline constexpr std::size_t kSigns = 8;
 inline std::array<LcSh, kSigns> signedSumsOf(const std::array<LcSh, 4>& group) {
     std::array<LcSh, kSigns> sums;
     for (std::size_t signs = 0; signs < sums.size(); ++signs)
-        for (std::size_t i = 0; i < kCount; ++i) {
+        for (std::size_t i = 0; i < kCoefficients; ++i) {
             glm::vec3 sum = group[3].c[i];
             for (std::size_t j = 0; j < 3; ++j) sum += (signs >> j & 1) == 0 ? group[j].c[i] : -group[j].c[i];
             sums[signs].c[i] = sum;
@@ -170,7 +166,8 @@ inline Squares referenceSquares(const std::array<const LcSh*, 4>& references) {
 inline void addRounding(ChannelSlack& slack, const Squares& error, const Squares& reference) {
     for (std::size_t c = 0; c < kChannels; ++c)
         for (std::size_t l = 0; l < 3; ++l)
-            slack[c][l] += kRounding * (outwardLength(error[l][static_cast<int>(c)]) + outwardLength(reference[l][static_cast<int>(c)]));
+            slack[c][l] +=
+                kControlRounding * (outwardLength(error[l][static_cast<int>(c)]) + outwardLength(reference[l][static_cast<int>(c)]));
 }
 
 }  // namespace lightcook::verify::lightmap

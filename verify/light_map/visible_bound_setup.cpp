@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "verify/light_map/rounding.h"
+
 namespace lightcook::verify {
 
 namespace {
@@ -17,20 +19,19 @@ CoarseKernels padded(CoarseKernels kernels) {
 
 }  // namespace
 
-VisibleKernels::VisibleKernels(KernelTree kernels, const CoarseKernels& unpadded) : tree(std::move(kernels)), norms(unpadded.norms) {
+VisibleKernels::VisibleKernels(KernelTree kernels, const CoarseKernels& unpadded) : tree(std::move(kernels)), lengths(unpadded.lengths) {
     const CoarseKernels coarse = padded(unpadded);
     centres = ShadingMatrix(coarse.centres, std::vector<ShadingSample>(coarse.centres.size()));
-    // The products are sums in floats.
-    constexpr double kRounding = 2e-6;
     for (std::size_t l = 0; l < radii.size(); ++l) {
-        for (const lighting::ShBands& radius : coarse.radii) radii[l].push_back(static_cast<float>(radius[l] + kRounding * norms[l]));
-        norms[l] *= 1 + kRounding;
+        for (const lighting::ShBands& radius : coarse.radii)
+            radii[l].push_back(static_cast<float>(radius[l] + lightmap::kShadingRounding * lengths[l]));
+        lengths[l] *= 1 + lightmap::kShadingRounding;
     }
 }
 
-VisibleBounding visibleBounding(const LightMapShading& shading, const Viewing& viewing, double key, double tilt,
-                                const ScannedKernels* scanned) {
-    VisibleBounding out{VisibleMetric(viewing, key), {}, {}};
+VisibleBoundSetup visibleBoundSetup(const LightMapShading& shading, const Viewing& viewing, double key, double tilt,
+                                    const ScannedKernels* scanned) {
+    VisibleBoundSetup out{VisibleMetric(viewing, key), {}, {}};
     KernelTree diffuse = KernelTree::diffuse(tilt);
     const CoarseKernels coarse = CoarseKernels::diffuse(diffuse);
     out.diffuse = VisibleKernels(std::move(diffuse), coarse);

@@ -13,7 +13,7 @@ namespace lightcook::verify {
 /// The kernels of one kind of shading, without any if the scene has no such shading.
 struct VisibleKernels {
     KernelTree tree;
-    lighting::ShBands norms{};                ///< largest length of each band of the coarse kernels
+    lighting::ShBands lengths{};              ///< largest length of each band of the coarse kernels
     ShadingMatrix centres;                    ///< of the coarse kernels, in whole vectors
     std::array<std::vector<float>, 3> radii;  ///< [band][row], rounded up
 
@@ -22,7 +22,7 @@ struct VisibleKernels {
     bool isNone() const { return centres.count() == 0; }
 };
 
-struct VisibleBounding {
+struct VisibleBoundSetup {
     VisibleMetric metric;  ///< of light in units of the key
     VisibleKernels diffuse, specular;
 };
@@ -31,7 +31,7 @@ struct VisibleBounding {
 /// key      light of the map for each unit of light that is bounded
 /// tilt     largest angle of a normal from the texel's own [degrees]
 /// scanned  kernels of the scene; null: no specular light
-VisibleBounding visibleBounding(const LightMapShading& shading, const Viewing& viewing, double key, double tilt,
-                                const ScannedKernels* scanned);
+VisibleBoundSetup visibleBoundSetup(const LightMapShading& shading, const Viewing& viewing, double key, double tilt,
+                                    const ScannedKernels* scanned);
 
 }  // namespace lightcook::verify

@@ -26,13 +26,24 @@
 
 namespace lightcook::verify::lightmap {
 
+enum class ShadingKind { Diffuse, Specular };
+inline constexpr std::array kShadingKinds = {ShadingKind::Diffuse, ShadingKind::Specular};
+
+/// A value for each kind of shading.
+template <class T>
+struct PerKind {
+    std::array<T, kShadingKinds.size()> values;
+    T& operator[](ShadingKind kind) { return values[static_cast<std::size_t>(kind)]; }
+    const T& operator[](ShadingKind kind) const { return values[static_cast<std::size_t>(kind)]; }
+};
+
 /// One kind of shading of a map: its kernels, the balls that cover them, and the largest bound so far.
 class VisibleKind {
 public:
     VisibleKind(const VisibleMetric& metric, const VisibleKernels& kernels, double sampled)
         : metric_(metric), kernels_(kernels), search_(metric, kernels.tree), threshold_(sampled), shaded_(kernels.centres.stride()) {}
     bool isNone() const { return kernels_.isNone(); }
-    const VisibleBound& largest() const { return largest_; }
+    const VisibleMaximum& largest() const { return largest_; }
     double threshold() const { return threshold_; }
 
     /// Returns the darkest light of all kernels, by channel.
@@ -56,11 +67,12 @@ public:
         }
         return out;
     }
-    /// Returns the darkest channels of references within `step` of one with these darkest channels.
-    glm::dvec3 lowered(const glm::dvec3& lowest, const BandLengths& step) const {
-        glm::dvec3 low = lowest;
+    /// Returns lower bounds, by channel, of the shaded reference, for all references whose bands differ by at most `step` from one with the
+    /// lower bounds `darkest`.
+    glm::dvec3 lowered(const glm::dvec3& darkest, const BandLengths& step) const {
+        glm::dvec3 low = darkest;
         for (std::size_t c = 0; c < kChannels; ++c)
-            for (std::size_t l = 0; l < 3; ++l) low[static_cast<int>(c)] -= kernels_.norms[l] * static_cast<double>(step[3 * l + c]);
+            for (std::size_t l = 0; l < 3; ++l) low[static_cast<int>(c)] -= kernels_.lengths[l] * static_cast<double>(step[3 * l + c]);
         return low;
     }
     /// Returns a bound from the lengths of the error, for references with these darkest channels, rounded up; 0 where less work proves that
@@ -68,18 +80,19 @@ public:
     float coarseBoundIfAbove(const glm::dvec3& low, const BandLengths& error) const {
         if (isNone()) return 0;
         const glm::dvec3 off = errorOf(error);
-        if (metric_.isCoarselyBelow(low, off, threshold_)) return 0;
-        const float bound = kOutward * static_cast<float>(metric_.coarseBound(low, off));
+        if (metric_.cannotExceedCheaply(low, off, threshold_)) return 0;
+        const float bound = kOutwardFloat * static_cast<float>(metric_.coarseBound(low, off));
         return static_cast<double>(bound) < threshold_ ? 0 : bound;
     }
-    bool mayExceed(float bound) const { return !isNone() && !(static_cast<double>(bound) < threshold_); }
-    /// Returns true if this light is proven to be below the threshold with little work.
-    bool isBelow(const CellLight& light) const { return search_.isBelow(light, threshold_); }
+    /// Returns true if an upper bound is below the threshold.
+    bool cannotExceed(float bound) const { return isNone() || static_cast<double>(bound) < threshold_; }
+    /// Conservative test of a few cells: true only if this light is proven to be below the threshold.
+    bool cannotExceed(const CellLight& light) const { return search_.cannotExceed(light, threshold_); }
     /// Searches a quarter.
-    VisibleBound bound(const PlaceRectangle& whole, const LightOver& lightOver) const {
+    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver) const {
         return search_.bound(whole, lightOver, threshold_);
     }
-    void raise(const VisibleBound& found) {
+    void raise(const VisibleMaximum& found) {
         const auto order = [](const VisiblePlace& place) { return std::tuple(place.y, place.x); };
         if (found.bound < threshold_ || found.bound < largest_.bound) return;
         if (found.bound == largest_.bound && !(order(found.place) < order(largest_.place))) return;
@@ -92,7 +105,7 @@ private:
     glm::dvec3 errorOf(const BandLengths& error) const {
         glm::dvec3 off(0);
         for (std::size_t c = 0; c < kChannels; ++c)
-            for (std::size_t l = 0; l < 3; ++l) off[static_cast<int>(c)] += kernels_.norms[l] * static_cast<double>(error[3 * l + c]);
+            for (std::size_t l = 0; l < 3; ++l) off[static_cast<int>(c)] += kernels_.lengths[l] * static_cast<double>(error[3 * l + c]);
         return off;
     }
 
@@ -100,7 +113,7 @@ private:
     const VisibleKernels& kernels_;
     VisibleSearch search_;
     double threshold_;  ///< bounds below it cannot be the maximum
-    VisibleBound largest_;
+    VisibleMaximum largest_;
     std::vector<float> shaded_;
 };
 
@@ -114,12 +127,11 @@ public:
 
     /// sampledDiffuse, sampledSpecular  visible errors that were found in these rows: the bounds are at least as large
     VisibleBounds(const Rows& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator,
-                  const VisibleBounding& bounding, double sampledDiffuse, double sampledSpecular)
+                  const VisibleBoundSetup& setup, double sampledDiffuse, double sampledSpecular)
         : rows_(rows),
           tolerance_(tolerance),
           coarse_(rows, tolerance, evaluator),
-          kinds_{VisibleKind(bounding.metric, bounding.diffuse, sampledDiffuse),
-                 VisibleKind(bounding.metric, bounding.specular, sampledSpecular)} {}
+          kinds_{{VisibleKind(setup.metric, setup.diffuse, sampledDiffuse), VisibleKind(setup.metric, setup.specular, sampledSpecular)}} {}
 
     /// Bounds the quads that begin in these rows and columns, and those that reach over the edges of the map there.
     void boundArea(const TexelArea& area) {
@@ -134,13 +146,13 @@ public:
         }
         searchFirst();
         addQuarters();
-        for (std::size_t kind = 0; kind < kinds_.size(); ++kind) search(kind);
+        for (const ShadingKind kind : kShadingKinds) search(kind);
     }
-    const VisibleBound& diffuse() const { return kinds_[0].largest(); }
-    const VisibleBound& specular() const { return kinds_[1].largest(); }
+    const VisibleMaximum& diffuse() const { return kinds_[ShadingKind::Diffuse].largest(); }
+    const VisibleMaximum& specular() const { return kinds_[ShadingKind::Specular].largest(); }
     /// Returns the bound of a quarter, as boundArea takes the largest of.
-    VisibleBound quarterBound(std::size_t kind, int x, int y, int corner, int decode) {
-        VisibleBound out;
+    VisibleMaximum quarterBound(ShadingKind kind, int x, int y, int corner, int decode) {
+        VisibleMaximum out;
         withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
             const glm::dmat3 frame = frameOf(quad, corner);
             const QuarterLight<Layout> light = lightOf(quad, corner, decode);
@@ -163,9 +175,9 @@ private:
     struct Measured {
         Row row;
         std::vector<TexelLengths> lengths;
-        std::vector<std::array<glm::dvec3, 2>> lowest;  ///< [texel][kind]
+        std::vector<PerKind<glm::dvec3>> lowest;  ///< [texel]
     };
-    using KindBounds = std::array<float, 2>;  ///< [kind], rounded up
+    using KindBounds = PerKind<float>;  ///< rounded up
     struct KeptQuad {
         int x, y;
         KindBounds bound;
@@ -177,10 +189,9 @@ private:
     };
     /// Inputs of the coarse bounds of a quad.
     struct MeasuredQuad {
-        std::array<const TexelLengths*, 4> lengths;    ///< of the corners; of covered ones only
-        std::array<std::array<glm::dvec3, 2>, 4> low;  ///< [corner][kind], darkest references of its quarter
-        std::array<glm::dvec3, 2> darkest;             ///< [kind], of all quarters
-        BandLengths step{};                            ///< largest differences of the references of covered corners
+        CornerLengths lengths;
+        std::array<PerKind<glm::dvec3>, 4> low{};  ///< [corner], darkest references of its quarter
+        PerKind<glm::dvec3> darkest{};             ///< of all quarters
     };
 
     void load(int y, Measured& out) {
@@ -193,7 +204,7 @@ private:
     }
     /// Measures a covered texel.
     void measure(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y, TexelLengths& lengths,
-                 std::array<glm::dvec3, 2>& lowest) {
+                 PerKind<glm::dvec3>& lowest) {
         const glm::vec3& normal = rows_.normalAt(x, y);
         if (normal != normal_) {
             const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
@@ -205,34 +216,30 @@ private:
         else
             lengths.reference = bandLengths(reference);
         const Channels local = channelsOf(shaders::lcLocalSh(reference, frame_[0], frame_[1], frame_[2]));
-        for (std::size_t kind = 0; kind < kinds_.size(); ++kind)
+        for (const ShadingKind kind : kShadingKinds)
             lowest[kind] = kinds_[kind].isNone() ? glm::dvec3(0) : kinds_[kind].lowest(local, lengths.reference);
     }
     MeasuredQuad measuredQuad(const Quad& quad, const std::array<const TexelLengths*, 4>& lengths,
-                              const std::array<const std::array<glm::dvec3, 2>*, 4>& lowest) const {
-        MeasuredQuad out{lengths, {}, {}, {}};
+                              const std::array<const PerKind<glm::dvec3>*, 4>& lowest) const {
+        MeasuredQuad out{{lengths, {}}};
         // Differences of the references of covered corners: of each corner from the others.
         std::array<std::array<BandLengths, 4>, 4> steps{};
         for (std::size_t i = 0; i < 4; ++i)
             for (std::size_t j = i + 1; j < 4; ++j) {
                 if (!quad.covered[i] || !quad.covered[j]) continue;
                 steps[i][j] = steps[j][i] = bandLengths(difference(*quad.corners.references[i], *quad.corners.references[j]));
-                QuadCoarseBound<Layout>::raise(out.step, steps[i][j]);
+                QuadCoarseBound<Layout>::raise(out.lengths.step, steps[i][j]);
             }
-        out.darkest.fill(glm::dvec3(std::numeric_limits<double>::max()));
+        out.darkest.values.fill(glm::dvec3(std::numeric_limits<double>::max()));
         for (int corner = 0; corner < 4; ++corner) {
             if (!quad.hasQuarter(corner)) continue;
             const BandLengths off = farthest(steps[index(corner)], corner, quad.coveredCount());
-            for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+            for (const ShadingKind kind : kShadingKinds) {
                 out.low[index(corner)][kind] = kinds_[kind].lowered((*lowest[index(corner)])[kind], off);
                 out.darkest[kind] = glm::min(out.darkest[kind], out.low[index(corner)][kind]);
             }
         }
         return out;
-    }
-    BandLengths errorLengths(const Quad& quad, const MeasuredQuad& measured, int decode, bool isQuick) const {
-        return coarse_.errorLengths(decodeOf(quad, decode), quad.corners, quad.covered, measured.lengths, measured.step, quad.x, quad.y,
-                                    decode, isQuick);
     }
     /// Keeps a quad whose coarse bound exceeds the largest error known so far.
     void boundQuad(const Measured& above, const Measured& below, int x, int y) {
@@ -244,7 +251,7 @@ private:
             return;
         }
         std::array<const TexelLengths*, 4> lengths;
-        std::array<const std::array<glm::dvec3, 2>*, 4> lowest;
+        std::array<const PerKind<glm::dvec3>*, 4> lowest;
         for (int corner = 0; corner < 4; ++corner) {
             const Measured& row = corner < 2 ? above : below;
             lengths[index(corner)] = &row.lengths[index(quad.texelX(corner))];
@@ -257,18 +264,18 @@ private:
             if (!quad.isNewDecode(rows_, decode)) continue;
             KindBounds bounds{};
             for (const bool isQuick : {true, false}) {
-                const BandLengths error = errorLengths(quad, measured, decode, isQuick);
+                const BandLengths error = coarse_.errorLengths(quad, measured.lengths, decode, isQuick);
                 bool isAbove = false;
-                for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+                for (const ShadingKind kind : kShadingKinds) {
                     bounds[kind] = kinds_[kind].coarseBoundIfAbove(measured.darkest[kind], error);
-                    isAbove = isAbove || kinds_[kind].mayExceed(bounds[kind]);
+                    isAbove = isAbove || !kinds_[kind].cannotExceed(bounds[kind]);
                 }
                 if (!isAbove) break;
             }
-            for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+            for (const ShadingKind kind : kShadingKinds) {
                 // NaN, of which nothing is known, is above all.
                 if (!(bounds[kind] <= kept.bound[kind])) kept.bound[kind] = bounds[kind] <= kInfinite ? bounds[kind] : kInfinite;
-                isKept = isKept || kinds_[kind].mayExceed(bounds[kind]);
+                isKept = isKept || !kinds_[kind].cannotExceed(bounds[kind]);
             }
         }
         if (isKept) quads_.push_back(kept);
@@ -278,9 +285,9 @@ private:
     void withMeasuredQuad(int x, int y, Work&& work) {
         withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
             std::array<TexelLengths, 4> lengths{};
-            std::array<std::array<glm::dvec3, 2>, 4> lowest{};
+            std::array<PerKind<glm::dvec3>, 4> lowest{};
             std::array<const TexelLengths*, 4> lengthsAt;
-            std::array<const std::array<glm::dvec3, 2>*, 4> lowestAt;
+            std::array<const PerKind<glm::dvec3>*, 4> lowestAt;
             for (int corner = 0; corner < 4; ++corner) {
                 const std::size_t i = index(corner);
                 lengthsAt[i] = &lengths[i];
@@ -296,7 +303,7 @@ private:
     void searchFirst() {
         constexpr std::size_t kFirst = 8;
         if (!coarse_.isKnown()) return;
-        for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+        for (const ShadingKind kind : kShadingKinds) {
             if (kinds_[kind].isNone()) continue;
             std::vector<KeptQuad> first(std::min(kFirst, quads_.size()));
             std::ranges::partial_sort_copy(quads_, first, [&](const KeptQuad& a, const KeptQuad& b) {
@@ -313,7 +320,8 @@ private:
     /// Sets quarters_ to those that may exceed the largest error known so far.
     void addQuarters() {
         for (const KeptQuad& each : quads_)
-            if (kinds_[0].mayExceed(each.bound[0]) || kinds_[1].mayExceed(each.bound[1])) addQuartersOf(each);
+            if (std::ranges::any_of(kShadingKinds, [&](ShadingKind kind) { return !kinds_[kind].cannotExceed(each.bound[kind]); }))
+                addQuartersOf(each);
     }
     /// Appends to quarters_ those of a quad whose coarse bounds exceed the largest error known so far.
     void addQuartersOf(const KeptQuad& kept) {
@@ -321,15 +329,15 @@ private:
             for (int decode = 0; decode < 4; ++decode) {
                 if (!quad.isNewDecode(rows_, decode)) continue;
                 BandLengths error{};
-                if (coarse_.isKnown()) error = errorLengths(quad, measured, decode, false);
+                if (coarse_.isKnown()) error = coarse_.errorLengths(quad, measured.lengths, decode, false);
                 for (int corner = 0; corner < 4; ++corner) {
                     if (!quad.hasQuarter(corner)) continue;
                     if (!coarse_.isKnown()) error = lightOf(quad, corner, decode).errorLengths();
                     Quarter quarter{quad.x, quad.y, static_cast<std::int8_t>(corner), static_cast<std::int8_t>(decode), {}};
                     bool isKept = false;
-                    for (std::size_t kind = 0; kind < kinds_.size(); ++kind) {
+                    for (const ShadingKind kind : kShadingKinds) {
                         quarter.bound[kind] = kinds_[kind].coarseBoundIfAbove(measured.low[index(corner)][kind], error);
-                        isKept = isKept || kinds_[kind].mayExceed(quarter.bound[kind]);
+                        isKept = isKept || !kinds_[kind].cannotExceed(quarter.bound[kind]);
                     }
                     if (isKept) quarters_.push_back(quarter);
                 }
@@ -342,13 +350,12 @@ private:
     static BandLengths farthest(const std::array<BandLengths, 4>& steps, int corner, int coveredCount) {
         const BandLengths &across = steps[index(corner ^ 1)], &down = steps[index(corner ^ 2)], &diagonal = steps[index(corner ^ 3)];
         BandLengths out{};
-        const float share = kOutward / static_cast<float>(coveredCount);
+        const float share = kOutwardFloat / static_cast<float>(coveredCount);
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            out[lane] = std::max(
-                {0.5f * kOutward * across[lane], 0.5f * kOutward * down[lane], share * (across[lane] + down[lane] + diagonal[lane])});
+            out[lane] = std::max({0.5f * kOutwardFloat * across[lane], 0.5f * kOutwardFloat * down[lane],
+                                  share * (across[lane] + down[lane] + diagonal[lane])});
         return out;
     }
-    decltype(auto) decodeOf(const Quad& quad, int decode) const { return rows_.decodeOf(quad.x, quad.y, decode); }
     /// Returns the tangent frame of a corner's texel.
     glm::dmat3 frameOf(const Quad& quad, int corner) const {
         return lighting::worldFromTangentFrame(glm::dvec3(rows_.normalAt(quad.texelX(corner), quad.texelY(corner))));
@@ -362,7 +369,7 @@ private:
         if constexpr (requires { Layout::kCodeCount; }) return tolerance_.isNone();
         return true;
     }
-    void search(std::size_t kind) {
+    void search(ShadingKind kind) {
         if (kinds_[kind].isNone()) return;
         std::ranges::stable_sort(quarters_, [&](const Quarter& a, const Quarter& b) { return a.bound[kind] > b.bound[kind]; });
         std::unordered_map<std::int64_t, std::vector<std::size_t>> ofTexels;
@@ -370,10 +377,10 @@ private:
         std::vector<bool> isDone(quarters_.size());
         for (std::size_t i = 0; i < quarters_.size(); ++i) {
             const Quarter& each = quarters_[i];
-            if (!kinds_[kind].mayExceed(each.bound[kind])) break;
+            if (kinds_[kind].cannotExceed(each.bound[kind])) break;
             if (isDone[i]) continue;
             std::vector<std::size_t>& together = ofTexels[texelOf(each)];
-            if (i > 0 && together.size() > 1 && areBelow(kind, together)) {
+            if (i > 0 && together.size() > 1 && cannotExceed(kind, together)) {
                 for (const std::size_t other : together) isDone[other] = true;
                 continue;
             }
@@ -385,7 +392,7 @@ private:
         return static_cast<std::int64_t>(quarter.y + quarter.corner / 2 + 1) * (rows_.width() + 2) + quarter.x + quarter.corner % 2 + 1;
     }
     /// Returns true if these quarters of one texel are proven to be below the maximum, all at once.
-    bool areBelow(std::size_t kind, const std::vector<std::size_t>& quarters) const {
+    bool cannotExceed(ShadingKind kind, const std::vector<std::size_t>& quarters) const {
         if (!areGrouped()) return false;
         std::optional<CellLight> all;
         for (const std::size_t i : quarters) {
@@ -403,13 +410,13 @@ private:
             });
             if (!isAdded) return false;
         }
-        return kinds_[kind].isBelow(*all);
+        return kinds_[kind].cannotExceed(*all);
     }
 
     const Rows& rows_;
     const SamplerTolerance<Layout>& tolerance_;
     QuadCoarseBound<Layout> coarse_;
-    std::array<VisibleKind, 2> kinds_;
+    PerKind<VisibleKind> kinds_;
     std::vector<KeptQuad> quads_;
     std::vector<Quarter> quarters_;
     glm::vec3 normal_{0};

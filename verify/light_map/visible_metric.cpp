@@ -26,10 +26,9 @@ CurvePoint pointAt(double nits) {
 double curve(double nits) {
     return static_cast<double>(perceptualQuantizerOf(static_cast<float>(nits)));
 }
-/// The curve in floats errs by this much: in the difference of two codes, and in a slope as a part of itself.
+/// Errors of the curve in floats (perceptual_quantizer.h). Of the difference of two codes: covers 2e-7 each. Of a slope, as a part of it:
+/// covers 1e-4, three times over.
 constexpr double kCurveRounding = 6e-7, kSlopeRounding = 3e-4;
-/// X PQ'(X) rises up to kSteepestAt [cd/m^2] and is at most kSteepest.
-constexpr double kSteepestAt = 1341, kSteepest = 0.10912;
 
 }  // namespace
 
@@ -54,9 +53,9 @@ double VisibleMetric::lowest(int row, const glm::dvec3& low) const {
     return sum;
 }
 
-bool VisibleMetric::isCoarselyBelow(const glm::dvec3& low, const glm::dvec3& error, double limit) const {
-    // |PQ(X) - PQ(Y)| <= kSteepest |log(X / Y)|, and |log(1 - share)| <= 1.3863 share up to a share of 1/2. Opposite steps of the codes
-    // make the largest difference; `kLargest` is its length for steps of 1 (coarseBound).
+bool VisibleMetric::cannotExceedCheaply(const glm::dvec3& low, const glm::dvec3& error, double limit) const {
+    // |PQ(X) - PQ(Y)| <= kSteepestSlope |log(X / Y)|, and |log(1 - share)| <= 2 ln 2 share up to a share of 1/2. Opposite steps of the
+    // codes make the largest difference; `kLargest` is its length for steps of 1 (coarseBound).
     constexpr double kMostShare = 0.5, kLogarithm = 1.3863;
     static const double kLargest = [] {
         double largest = 0;
@@ -76,11 +75,11 @@ bool VisibleMetric::isCoarselyBelow(const glm::dvec3& low, const glm::dvec3& err
         if (!(difference <= kMostShare * std::max(lowest(k, low), kLowest))) return false;
         share = std::max(share, difference / std::max(lowest(k, low), kLowest));
     }
-    return kLargest * (kCurveRounding + kSteepest * kLogarithm * share) + 2 * kVisibleRounding < limit;
+    return kLargest * (kCurveRounding + kSteepestSlope * kLogarithm * share) + 2 * kVisibleRounding < limit;
 }
 
 double VisibleMetric::coarseBound(const glm::dvec3& low, const glm::dvec3& error) const {
-    // Below kSteepestAt a difference of codes falls with a factor on both lights.
+    // Below kSteepestLuminance a difference of codes falls with a factor on both lights.
     std::array<double, 3> step{};
     for (int k = 0; k < 3; ++k) {
         double difference = 0;
@@ -88,9 +87,9 @@ double VisibleMetric::coarseBound(const glm::dvec3& low, const glm::dvec3& error
         const double upper = std::max(lowest(k, low), kLowest), lower = std::max(upper - difference, isPositive_ ? black_ : kLowest);
         const double middle = curve(upper);
         step[static_cast<std::size_t>(k)] =
-            kCurveRounding + (upper + difference <= kSteepestAt
+            kCurveRounding + (upper + difference <= kSteepestLuminance
                                   ? std::max(middle - curve(lower), curve(upper + difference) - middle)
-                                  : kSteepest * std::max(std::log(upper / lower), std::log1p(difference / upper)));
+                                  : kSteepestSlope * std::max(std::log(upper / lower), std::log1p(difference / upper)));
         // Also for NaN, of which nothing is known.
         if (!(difference < kHighest)) step[static_cast<std::size_t>(k)] = 1;
     }

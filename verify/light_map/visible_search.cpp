@@ -21,6 +21,12 @@ using lightmap::kChannels;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Sums of nine products in double err by at most this part of their largest value.
 constexpr double kSumRounding = 1e-12;
+/// Relative error of a cell's bound in doubles. Covers the sums of I, T and P from their intervals and the root, some hundred roundings of
+/// 1e-16.
+constexpr double kBoundRounding = 1e-9;
+/// Error of the exponents of slopeShare(). Covers twice the 0.01 that VisibleMetric::steepness() states; its formula in doubles errs by
+/// less than 1e-8.
+constexpr double kSteepnessMargin = 0.02;
 
 /// Widths that each kind of range adds to an interval.
 struct Spread {
@@ -71,7 +77,7 @@ public:
             for (std::size_t l = 0; l < 3; ++l) {
                 profile_[c] += kernels.profileRadius[l] * largest[l];
                 azimuth_[c] += kernels.azimuthRadius[l] * largest[l];
-                slack_[c] += kernels.norms[l] * (slack[c][l] + kSumRounding * largest[l]);
+                slack_[c] += kernels.lengths[l] * (slack[c][l] + kSumRounding * largest[l]);
             }
         }
     }
@@ -246,9 +252,10 @@ private:
     /// rho^-alpha, with alpha = 1 - d log(z PQ'(z)) / d log z, which rises with z; so does a secant if both of its ends have ratios in one
     /// interval.
     Interval slopeShare(std::size_t k, const Intervals& references, const Intervals& found) const {
-        const double least = VisibleMetric::steepness(std::min({references[0].low, references[k].low, found[0].low, found[k].low})) - 0.02,
-                     most =
-                         VisibleMetric::steepness(std::max({references[0].high, references[k].high, found[0].high, found[k].high})) + 0.02;
+        const double least = VisibleMetric::steepness(std::min({references[0].low, references[k].low, found[0].low, found[k].low})) -
+                             kSteepnessMargin,
+                     most = VisibleMetric::steepness(std::max({references[0].high, references[k].high, found[0].high, found[k].high})) +
+                            kSteepnessMargin;
         const Interval a = ratioOf(Light::Reference, k, references), b = ratioOf(Light::Found, k, found);
         const double low = std::min(a.low, b.low), high = std::max(a.high, b.high);
         return {std::min(std::pow(high, -least), std::pow(high, -most)), std::max(std::pow(low, -least), std::pow(low, -most))};
@@ -300,7 +307,7 @@ private:
     }
     /// Returns a difference with the rounding of sums and of the curve added; infinite for NaN.
     static double bounded(double difference) {
-        const double bound = difference * (1 + 1e-9) + kVisibleRounding;
+        const double bound = difference * (1 + kBoundRounding) + kVisibleRounding;
         return bound < kInfinite ? bound : kInfinite;
     }
 
@@ -333,14 +340,14 @@ public:
     Search(const VisibleMetric& metric, const KernelTree& tree, const LightOver& lightOver)
         : metric_(metric), tree_(tree), lightOver_(lightOver) {}
 
-    VisibleBound run(const PlaceRectangle& whole, double threshold) {
+    VisibleMaximum run(const PlaceRectangle& whole, double threshold) {
         threshold_ = threshold;
         addPlace(whole, 0);
         const int mostCells = mostCellsOf(places_.front()->light.errors.count());
         add(Cell{});
         for (;;) {
             const Cell top = cells_.top();
-            if (top.bound < threshold || order_ >= mostCells || !(top.bound < kInfinite) || (order_ >= nextTest_ && isSettled(top)))
+            if (top.bound < threshold || order_ >= mostCells || !(top.bound < kInfinite) || (order_ >= nextTest_ && isConverged(top)))
                 return resultOf(top);
             if (order_ >= nextTest_) nextTest_ = order_ + kBetweenTests;
             cells_.pop();
@@ -350,7 +357,7 @@ public:
     }
 
     /// Returns true if at most `mostCells` cells of all places prove a bound below the threshold.
-    bool isBelow(double threshold, int mostCells) {
+    bool cannotExceed(double threshold, int mostCells) {
         threshold_ = threshold;
         addPlace({}, kPlaceDepth);
         add(Cell{});
@@ -401,9 +408,9 @@ private:
     CellLight middleLight(const Cell& cell) const {
         return lightOver_({places_[static_cast<std::size_t>(cell.place)]->rectangle.middle(), glm::vec2(0)});
     }
-    bool isSettled(const Cell& cell) const {
+    bool isConverged(const Cell& cell) const {
         return cell.half <= KernelTree::kNarrow &&
-               cell.bound <= VisibleSearch::kSettled * CellBound(metric_, middleLight(cell), middleOf(cell)).run(0).bound;
+               cell.bound <= VisibleSearch::kConvergedFactor * CellBound(metric_, middleLight(cell), middleOf(cell)).run(0).bound;
     }
     bool split(const Cell& cell) {
         PlaceNode& place = *places_[static_cast<std::size_t>(cell.place)];
@@ -454,14 +461,14 @@ private:
             add(part);
         }
     }
-    VisibleBound resultOf(const Cell& cell) const {
+    VisibleMaximum resultOf(const Cell& cell) const {
         if (cell.bound < threshold_) return {cell.bound, {}};
         const CellLight light = middleLight(cell);
         const KernelCell kernel = middleOf(cell);
         const ProfileRange& range = tree_.range(cell.range);
         const glm::dvec3 direction(std::sin(range.angle) * std::cos(cell.azimuth), std::sin(range.angle) * std::sin(cell.azimuth),
                                    std::cos(range.angle));
-        VisibleBound out{cell.bound, {}};
+        VisibleMaximum out{cell.bound, {}};
         VisiblePlace& place = out.place;
         const glm::vec2 middle = places_[static_cast<std::size_t>(cell.place)]->rectangle.middle();
         place.x = static_cast<double>(middle.x);
@@ -496,7 +503,7 @@ void LightVectors::add(const std::array<lighting::Sh, 3>& light) {
     for (std::size_t c = 0; c < kChannels; ++c) {
         for (std::size_t i = 0; i < lighting::kShCount; ++i)
             for (std::size_t k = count_; k < (count_ / kLanes + 1) * kLanes; ++k) values_[c][i][k] = static_cast<double>(light[c][i]);
-        const lighting::ShBands lengths = bandNorms(light[c]);
+        const lighting::ShBands lengths = lighting::bandLengths(light[c]);
         for (std::size_t l = 0; l < 3; ++l) largest_[c][l] = std::max(largest_[c][l], lengths[l]);
     }
     ++count_;
@@ -532,14 +539,14 @@ void CellLight::append(const CellLight& other) {
     isFinite = isFinite && other.isFinite;
 }
 
-VisibleBound VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const {
+VisibleMaximum VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const {
     return Search(metric_, tree_, lightOver).run(whole, threshold);
 }
 
-bool VisibleSearch::isBelow(const CellLight& light, double threshold) const {
+bool VisibleSearch::cannotExceed(const CellLight& light, double threshold) const {
     constexpr int kMostCells = 128;
     const LightOver everywhere = [&](const PlaceRectangle&) { return light; };
-    return Search(metric_, tree_, everywhere).isBelow(threshold, kMostCells);
+    return Search(metric_, tree_, everywhere).cannotExceed(threshold, kMostCells);
 }
 
 double VisibleSearch::cellBound(const CellLight& light, const KernelCell& kernels) const {

@@ -69,7 +69,8 @@ struct CellLight {
 /// Light of a place, or the control vectors of a rectangle with a size.
 using LightOver = std::function<CellLight(const PlaceRectangle&)>;
 
-struct VisibleBound {
+/// The largest bound of some light, and the place where it is reached.
+struct VisibleMaximum {
     double bound = 0;  ///< Delta E ITP
     VisiblePlace place;
 };
@@ -77,16 +78,17 @@ struct VisibleBound {
 class VisibleSearch {
 public:
     /// A bound within this factor of what is reached ends a search.
-    static constexpr double kSettled = 1.25;
+    static constexpr double kConvergedFactor = 1.25;
 
     VisibleSearch(const VisibleMetric& metric, const KernelTree& tree) : metric_(metric), tree_(tree) {}
 
     /// Returns a bound for a rectangle of places. `place` has x and y in fractions of the quad, directions in the frame of the texel, and
     /// light in the units of lightOver.
     /// threshold  a bound below it need not be tight, and has no place
-    VisibleBound bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const;
-    /// Returns true if a few cells prove that the bound of this light, under all kernels, is below the threshold. Places are not cut.
-    bool isBelow(const CellLight& light, double threshold) const;
+    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const;
+    /// Conservative test: true only if a few cells prove that the bound of this light, under all kernels, is below the threshold. Places
+    /// are not cut.
+    bool cannotExceed(const CellLight& light, double threshold) const;
     /// Returns the bound of one cell.
     double cellBound(const CellLight& light, const KernelCell& kernels) const;
 

@@ -65,8 +65,8 @@ private:
         addLengths(out.slack, off, 1);
         const Quad quad = controlsOf(texels, references, {});
         const glm::vec3 weights = glm::abs(rows_.layout().k.luminance);
-        out.axis = kOutwardLength * static_cast<double>(glm::length(
-                                        glm::vec3(glm::dot(weights, off.c[3]), glm::dot(weights, off.c[1]), glm::dot(weights, off.c[2]))));
+        out.axis = kOutward * static_cast<double>(glm::length(
+                                  glm::vec3(glm::dot(weights, off.c[3]), glm::dot(weights, off.c[1]), glm::dot(weights, off.c[2]))));
         // Like SamplerTolerance::addFilterFractions, from the differences of the control vectors; c[5] is the axis vector.
         for (int axis = 0; axis < 2; ++axis) addStep(quad.values, axis, out);
         return out;
@@ -85,7 +85,7 @@ private:
             for (std::size_t c = 0; c < kChannels; ++c)
                 for (std::size_t l = 0; l < 3; ++l) largest[c][l] = std::max(largest[c][l], lengths[c][l]);
         }
-        constexpr double kSteepest = kOutwardLength * kFractionTolerance * Layout::kDegree;
+        constexpr double kSteepest = kOutward * kFractionTolerance * Layout::kDegree;
         for (std::size_t c = 0; c < kChannels; ++c)
             for (std::size_t l = 0; l < 3; ++l) out.slack[c][l] += kSteepest * largest[c][l];
         out.axis += kSteepest * axisStep;
@@ -125,17 +125,17 @@ private:
             vectors[k] = bands[k].c[5];
             for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(bands[k].c[i])));
         }
-        return axisCone(vectors, kRounding * largest + tolerance);
+        return axisCone(vectors, kControlRounding * largest + tolerance);
     }
     /// Returns true if the slack of the axis is a large share of the error and the part may exceed the maximum.
     bool isWorthSplitting(const typename Quad::Pairs& pairs, const ChannelSlack& slack, const std::array<double, kChannels>& axisSlack,
                           const LargestBounds& largest) const {
         for (std::size_t c = 0; c < kChannels; ++c) {
             double error = 0;
-            for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(bandNorms(pair.error), kExitNorm));
+            for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(lighting::bandLengths(pair.error), kExitNorm));
             if (kExitNorm[2] * axisSlack[c] <= kShare * error) continue;
-            if (!staysWithin(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], largest.diffuse.bound)) return true;
-            if (!staysWithin(pairs[c], evaluator_.setup().responses, kFloor, slack[c], largest.specular.bound)) return true;
+            if (!verify::cannotExceed(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], largest.diffuse.bound)) return true;
+            if (!verify::cannotExceed(pairs[c], evaluator_.setup().responses, kFloor, slack[c], largest.specular.bound)) return true;
         }
         return false;
     }

@@ -22,7 +22,7 @@ struct SolvedCode {
 /// The decode of a cluster.
 class CodeSpace {
 public:
-    /// seeds  codes that search() may start from. empty: the middle of the box alone
+    /// seeds  codes that search() may start from; if empty, it starts from the middle of the box alone
     CodeSpace(const CodeTable& table, const BasisShape& shape, std::span<const glm::vec4> seeds = {});
 
     /// Returns the local minimum that the iteration reaches from `start`.

@@ -160,8 +160,7 @@ private:
         };
         Image<glm::vec3> dc(source_.width, source_.height, glm::vec3(0));
         forEachCovered([&](int x, int y) { dc.at(x, y) = range_ * solveDc(formAt(x, y), source_.lightAt(x, y, range_), ratiosAt(x, y)); });
-        rows::Layer l0 =
-            rows::encodeHdr(plan_.textures[0].format, source_, dc, range_, static_cast<float>(plan_.key), options_, true, out_.report);
+        rows::Layer l0 = rows::encodeHdr(plan_, source_, dc, range_, options_, true, out_.report);
         out_.textures[0].layers.push_back(std::move(l0.bytes));
         dc_ = std::move(l0.decoded);
         if (model_.residual.empty()) return;

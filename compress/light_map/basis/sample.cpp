@@ -166,8 +166,7 @@ void BasisSample::encodeDc() {
     Image<glm::vec3> dc(source_.width, source_.height, glm::vec3(0));
     for (const SampleTexel& texel : texels_) dc.at(texel.x, texel.y) = range * texel.dc;
     EncodeReport report;
-    const rows::Layer l0 =
-        rows::encodeHdr(plan_.textures[0].format, source_, dc, range, static_cast<float>(plan_.key), options_, true, report);
+    const rows::Layer l0 = rows::encodeHdr(plan_, source_, dc, range, options_, true, report);
     for (SampleTexel& texel : texels_) setDc(texel, glm::vec3(l0.decoded.at(texel.x, texel.y)));
 }
 

@@ -5,7 +5,7 @@
 namespace lightcook::compress {
 namespace {
 
-constexpr float kFirstRing = 0x1p-8f, kSecondRing = 0x1p-16f;
+constexpr float kFirstRing = 0x1p-8f, kSolvedRing = 0x1p-9f, kSecondRing = 0x1p-16f;
 
 rows::Source sourceOf(int width, int height) {
     rows::Source source;
@@ -27,7 +27,8 @@ TEST(DropFarPadding, TakesTheWeightOfTheSecondRingAlone) {
     rows::Source source = sourceOf(8, 4);
     set(source, 0, 0, 1000, 1);
     set(source, 1, 0, 900, kFirstRing);
-    set(source, 2, 0, 0.01f, kFirstRing);  // beside a dark chart: a filter reads it
+    set(source, 2, 0, 0.01f, kFirstRing);   // beside a dark chart: a filter reads it
+    set(source, 3, 0, 0.01f, kSolvedRing);  // solved for the filter, in a layout that divides by coefficient 0
     set(source, 0, 3, 0.01f, kSecondRing);
     set(source, 1, 3, 130, kSecondRing);
     set(source, 2, 3, 120, kSecondRing);
@@ -37,6 +38,7 @@ TEST(DropFarPadding, TakesTheWeightOfTheSecondRingAlone) {
     EXPECT_EQ(source.coverage.at(0, 0), 1);
     EXPECT_EQ(source.coverage.at(1, 0), kFirstRing);
     EXPECT_EQ(source.coverage.at(2, 0), kFirstRing);
+    EXPECT_EQ(source.coverage.at(3, 0), kSolvedRing);
     EXPECT_EQ(source.coverage.at(0, 3), 0);
     EXPECT_EQ(source.importance.at(0, 3), 0);
     EXPECT_EQ(source.coverage.at(1, 3), kSecondRing);

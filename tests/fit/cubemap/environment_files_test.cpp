@@ -71,19 +71,19 @@ void checkChain(const std::filesystem::path& file, fit::PrefilterKernel kernel, 
     EXPECT_LT(seconds, 8);  // ten times the usual duration, for slow machines
 }
 
-TEST(EnvironmentFiles, KiaraBeckmann) {
+TEST(EnvironmentFiles, BeckmannLevelsOfKiaraKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/kiara_1_dawn_1k.hdr", fit::PrefilterKernel::Beckmann, "Beckmann");
 }
-TEST(EnvironmentFiles, KiaraGgx) {
+TEST(EnvironmentFiles, GgxLevelsOfKiaraKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/kiara_1_dawn_1k.hdr", fit::PrefilterKernel::Ggx, "GGX");
 }
-TEST(EnvironmentFiles, RooitouBeckmann) {
+TEST(EnvironmentFiles, BeckmannLevelsOfRooitouKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/rooitou_park_1k.hdr", fit::PrefilterKernel::Beckmann, "Beckmann");
 }
-TEST(EnvironmentFiles, RooitouGgx) {
+TEST(EnvironmentFiles, GgxLevelsOfRooitouKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/rooitou_park_1k.hdr", fit::PrefilterKernel::Ggx, "GGX");
 }
-TEST(EnvironmentFiles, RooitouPhong) {
+TEST(EnvironmentFiles, PhongLevelsOfRooitouKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/rooitou_park_1k.hdr", fit::PrefilterKernel::Phong, "Phong");
 }
 

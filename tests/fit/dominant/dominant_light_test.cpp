@@ -288,7 +288,7 @@ TEST(RefinedDominantLight, ImagesCountTheSearchedTexels) {
     EXPECT_EQ(closed.skipped, 7 * width);
 }
 
-TEST(DominantLight, FigureOfAMegapixel) {
+TEST(DominantLight, AMegapixelTakesSecondsByEveryFit) {
     truth::Random random(8);
     const int size = 512;
     formats::Image<lighting::ShRgb> sh(size, size);

@@ -115,6 +115,7 @@ void prefilterAnything(long long cases, fit::PrefilterKernel kernel, std::uint64
     errors.expectSmall("prefilter");
 }
 
+/// Every value is between 0 and the brightest of the source, and one texel in two thousand is near brute force.
 void irradianceOfAnything(long long cases, std::uint64_t seed) {
     truth::Random random(seed);
     Errors errors;
@@ -267,47 +268,47 @@ void wrapAnything(long long cases, std::uint64_t seed) {
     }
 }
 
-TEST(TexelProperties, PrefilteredBeckmann) {
+TEST(TexelProperties, BeckmannLevelsStayInRangeAndKeepTheMean) {
     prefilterAnything(kCases, fit::PrefilterKernel::Beckmann, 201);
 }
-TEST(TexelProperties, PrefilteredGgx) {
+TEST(TexelProperties, GgxLevelsStayInRangeAndKeepTheMean) {
     prefilterAnything(kCases, fit::PrefilterKernel::Ggx, 202);
 }
-TEST(TexelProperties, PrefilteredPhong) {
+TEST(TexelProperties, PhongLevelsStayInRangeAndKeepTheMean) {
     prefilterAnything(kCases, fit::PrefilterKernel::Phong, 203);
 }
-TEST(TexelProperties, Irradiance) {
+TEST(TexelProperties, IrradianceStaysInRangeAndMatchesBruteForce) {
     irradianceOfAnything(kCases, 204);
 }
-TEST(TexelProperties, Tables) {
+TEST(TexelProperties, TablesDecodeWithinHalfAStepAndBetweenTheirNodes) {
     tablesOfAnything(kCases, 205);
 }
-TEST(TexelProperties, TwoAndExplainedLights) {
+TEST(TexelProperties, TwoLightsAreNoWorseThanOneAndExplainedLightIsNoBrighter) {
     lightsOfAnything(kCases, 206);
 }
-TEST(TexelProperties, WrappedDiffuseAndGameLights) {
+TEST(TexelProperties, WrappedDiffuseAndGameLightsAreTheirFormulas) {
     wrapAnything(kCases, 207);
 }
 
-TEST(TexelSoak, PrefilteredBeckmann) {
+TEST(TexelSoak, BeckmannLevelsStayInRangeAndKeepTheMean) {
     prefilterAnything(kSoakCases, fit::PrefilterKernel::Beckmann, 211);
 }
-TEST(TexelSoak, PrefilteredGgx) {
+TEST(TexelSoak, GgxLevelsStayInRangeAndKeepTheMean) {
     prefilterAnything(kSoakCases, fit::PrefilterKernel::Ggx, 212);
 }
-TEST(TexelSoak, PrefilteredPhong) {
+TEST(TexelSoak, PhongLevelsStayInRangeAndKeepTheMean) {
     prefilterAnything(kSoakCases, fit::PrefilterKernel::Phong, 213);
 }
-TEST(TexelSoak, Irradiance) {
+TEST(TexelSoak, IrradianceStaysInRangeAndMatchesBruteForce) {
     irradianceOfAnything(kSoakCases, 214);
 }
-TEST(TexelSoak, Tables) {
+TEST(TexelSoak, TablesDecodeWithinHalfAStepAndBetweenTheirNodes) {
     tablesOfAnything(kSoakCases, 215);
 }
-TEST(TexelSoak, TwoAndExplainedLights) {
+TEST(TexelSoak, TwoLightsAreNoWorseThanOneAndExplainedLightIsNoBrighter) {
     lightsOfAnything(kSoakCases, 216);
 }
-TEST(TexelSoak, WrappedDiffuseAndGameLights) {
+TEST(TexelSoak, WrappedDiffuseAndGameLightsAreTheirFormulas) {
     wrapAnything(kSoakCases, 217);
 }
 

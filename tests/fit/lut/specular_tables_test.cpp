@@ -280,7 +280,7 @@ TEST(SpecularTables, RowsOnTheirOwnGiveTheSameTables) {
     EXPECT_EQ(whole.c0236.bias, pieces.c0236.bias);
 }
 
-TEST(SpecularTables, FigureOfTheDefaultSet) {
+TEST(SpecularTables, TheDefaultSetTakesLessThanASecond) {
     const std::clock_t begin = std::clock();
     const fit::SpecularTables tables = fit::makeSpecularTables({});
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;

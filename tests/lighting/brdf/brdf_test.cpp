@@ -70,13 +70,6 @@ double albedo(const AreaSpecularKernel& kernel) {
     return kernel.c[0] * std::sqrt(4 * kPi);
 }
 
-ShBands bandNorms(const ShDouble& coefficients) {
-    ShBands norms{};
-    for (std::size_t i = 0; i < kShCount; ++i) norms[static_cast<std::size_t>(kShBand[i])] += coefficients[i] * coefficients[i];
-    for (double& value : norms) value = std::sqrt(value);
-    return norms;
-}
-
 TEST(Schlick, RunsFromF0ToOne) {
     EXPECT_DOUBLE_EQ(schlick(0.04, 1), 0.04);
     EXPECT_DOUBLE_EQ(schlick(0.04, 0), 1);
@@ -242,8 +235,8 @@ TEST(AreaSpecular, HasTheMeasuredRangesOfTheNotes) {
             const AreaSpecularKernel kernel = integrateAreaSpecular(NoV, m, kBeckmann, kHalo3, 256);
             const AreaSpecularKernel energy = integrateAreaSpecular(NoV, m, kBeckmann, kEnergy, 256);
             for (std::size_t l = 0; l < 3; ++l) {
-                highestC[l] = std::max(highestC[l], bandNorms(kernel.c)[l]);
-                highestD[l] = std::max(highestD[l], bandNorms(kernel.d)[l]);
+                highestC[l] = std::max(highestC[l], bandLengths(kernel.c)[l]);
+                highestD[l] = std::max(highestD[l], bandLengths(kernel.d)[l]);
             }
             for (std::size_t i = 0; i < kShCount; ++i) {
                 highestEnergy = std::max({highestEnergy, std::abs(energy.c[i]), std::abs(energy.d[i])});

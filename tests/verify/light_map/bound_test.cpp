@@ -157,9 +157,9 @@ TEST(LocalErrorBound, StaysWithinAgreesWithTheBound) {
     for (int i = 0; i < 100; ++i) {
         const std::vector<verify::ErrorPair> pairs = {{random.error(0.05), random.light(1)}, {random.error(0.05), random.light(10)}};
         const double bound = verify::localErrorBound(pairs, kExit, kFloor, exitSlack(1e-6));
-        EXPECT_TRUE(verify::staysWithin(pairs, kExit, kFloor, exitSlack(1e-6), bound * (1 + 1e-9)));
-        EXPECT_FALSE(
-            verify::staysWithin(pairs, kExit, kFloor, exitSlack(1e-6), 0.5 * std::max(sampledMaximum(pairs[0]), sampledMaximum(pairs[1]))));
+        EXPECT_TRUE(verify::cannotExceed(pairs, kExit, kFloor, exitSlack(1e-6), bound * (1 + 1e-9)));
+        EXPECT_FALSE(verify::cannotExceed(pairs, kExit, kFloor, exitSlack(1e-6),
+                                          0.5 * std::max(sampledMaximum(pairs[0]), sampledMaximum(pairs[1]))));
     }
 }
 
@@ -167,7 +167,7 @@ TEST(LocalErrorBound, IsZeroWithoutErrorAndCountsRounding) {
     const std::vector<verify::ErrorPair> none = {{}};
     EXPECT_EQ(verify::localErrorBound(none, kExit, kFloor, {}), 0);
     EXPECT_NEAR(verify::localErrorBound(none, kExit, kFloor, exitSlack(0.01)), 0.5, 1e-9);
-    EXPECT_TRUE(verify::staysWithin(none, kExit, kFloor, {}, 0));
+    EXPECT_TRUE(verify::cannotExceed(none, kExit, kFloor, {}, 0));
 }
 
 TEST(LocalErrorBound, IsInfiniteForNan) {
@@ -177,7 +177,7 @@ TEST(LocalErrorBound, IsInfiniteForNan) {
                 std::vector<verify::ErrorPair> pairs(3);
                 (isError ? pairs[1].error : pairs[1].reference)[i] = value;
                 EXPECT_EQ(verify::localErrorBound(pairs, kExit, kFloor, {}), std::numeric_limits<double>::infinity());
-                EXPECT_FALSE(verify::staysWithin(pairs, kExit, kFloor, {}, 1e30));
+                EXPECT_FALSE(verify::cannotExceed(pairs, kExit, kFloor, {}, 1e30));
             }
 }
 
@@ -185,14 +185,14 @@ TEST(LocalErrorBound, ExitNormsAreTheAdditionTheorem) {
     Random random;
     for (int i = 0; i < 200; ++i) {
         const lighting::Sh sh = random.error(1);
-        const double bound = verify::bandSum(verify::bandNorms(sh), verify::kExitNorm);
+        const double bound = verify::bandSum(lighting::bandLengths(sh), verify::kExitNorm);
         EXPECT_LE(std::abs(exitRadiance(sh, random.direction())), bound * (1 + 1e-6));
     }
     // Reached by light from a single direction, in that direction.
     const glm::dvec3 n = random.direction();
     lighting::Sh delta;
     for (std::size_t i = 0; i < delta.size(); ++i) delta[i] = static_cast<float>(lighting::evaluateBasis(n)[i]);
-    EXPECT_NEAR(exitRadiance(delta, n), verify::bandSum(verify::bandNorms(delta), verify::kExitNorm), 1e-6);
+    EXPECT_NEAR(exitRadiance(delta, n), verify::bandSum(lighting::bandLengths(delta), verify::kExitNorm), 1e-6);
 }
 
 }  // namespace

@@ -434,7 +434,7 @@ TEST(SpecularResponses, HoldEveryKernelAndAreNotFarAboveIt) {
                 double most = 0;
                 for (const verify::Response& response : responses)
                     most = std::max(most, lighting::extremaOnSphere(lighting::sphereQuadratic(light, response.bands)).maximum +
-                                              verify::bandSum(verify::bandNorms(single), response.residual));
+                                              verify::bandSum(lighting::bandLengths(single), response.residual));
                 double sampled = 0;
                 for (int frame = 0; frame < 200; ++frame) {
                     const glm::dvec3 normal = glm::normalize(glm::dvec3(gauss(random), gauss(random), gauss(random)));

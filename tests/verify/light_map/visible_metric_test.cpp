@@ -1,4 +1,5 @@
-// The quick test of visible errors agrees with the coarse bound, and both hold for every light that they are about.
+// The quick test of visible errors agrees with the coarse bound, both hold for every light that they are about, and the numbers of the PQ
+// curve that they are made of are those of its formula.
 #include "verify/light_map/visible_metric.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ verify::Viewing viewingOf(bool isPositive) {
     return viewing;
 }
 
-TEST(VisibleMetric, WhatIsCoarselyBelowALimitIsBelowIt) {
+TEST(VisibleMetric, WhatCheaplyCannotExceedALimitIsBelowIt) {
     for (const bool isPositive : {true, false}) {
         const verify::Viewing viewing = viewingOf(isPositive);
         const verify::VisibleMetric metric(viewing, 1);
@@ -35,7 +36,7 @@ TEST(VisibleMetric, WhatIsCoarselyBelowALimitIsBelowIt) {
                 low[c] = random.next() < 0.1 ? -brightness * random.next() : brightness * random.next();
                 error[c] = share * brightness * random.next();
             }
-            if (!metric.isCoarselyBelow(low, error, limit)) continue;
+            if (!metric.cannotExceedCheaply(low, error, limit)) continue;
             ++below;
             EXPECT_LT(metric.coarseBound(low, error), limit);
             for (int k = 0; isPositive && k < 4; ++k) {
@@ -51,13 +52,57 @@ TEST(VisibleMetric, WhatIsCoarselyBelowALimitIsBelowIt) {
     }
 }
 
-TEST(VisibleMetric, NothingIsCoarselyBelowWithoutANumber) {
+TEST(VisibleMetric, WithoutANumberNothingIsProvenCheaply) {
     const verify::VisibleMetric metric(viewingOf(true), 1);
     const double nan = std::nan("");
-    EXPECT_TRUE(metric.isCoarselyBelow(glm::dvec3(1), glm::dvec3(1e-6), 5));
-    EXPECT_FALSE(metric.isCoarselyBelow(glm::dvec3(1), glm::dvec3(nan), 5));
-    EXPECT_FALSE(metric.isCoarselyBelow(glm::dvec3(1), glm::dvec3(HUGE_VAL), 5));
-    EXPECT_FALSE(metric.isCoarselyBelow(glm::dvec3(1), glm::dvec3(1e-6), 0));
+    EXPECT_TRUE(metric.cannotExceedCheaply(glm::dvec3(1), glm::dvec3(1e-6), 5));
+    EXPECT_FALSE(metric.cannotExceedCheaply(glm::dvec3(1), glm::dvec3(nan), 5));
+    EXPECT_FALSE(metric.cannotExceedCheaply(glm::dvec3(1), glm::dvec3(HUGE_VAL), 5));
+    EXPECT_FALSE(metric.cannotExceedCheaply(glm::dvec3(1), glm::dvec3(1e-6), 0));
+}
+
+/// Returns the slope of the PQ curve over the natural logarithm of the luminance, by a central difference.
+double slopeOverLogarithm(double nits) {
+    constexpr double kStep = 1e-4;
+    return (lighting::perceptualQuantizer(nits * std::exp(kStep)) - lighting::perceptualQuantizer(nits * std::exp(-kStep))) / (2 * kStep);
+}
+/// Calls visit(z) for luminances from 2^-8 to 9900 cd/m^2, rising. The differences above need some room below 10000 cd/m^2, where the curve
+/// is clamped.
+template <class Visit>
+void forEachLuminance(Visit visit) {
+    constexpr int kSteps = 20000;
+    for (int i = 0; i <= kSteps; ++i) visit(std::exp2(-8 + (std::log2(9900) + 8) * i / kSteps));
+}
+
+TEST(VisibleMetric, SteepestSlopeIsTheMaximumOfThePqCurveAndTheSlopeRisesUpToIt) {
+    double largest = 0, at = 0, last = 0;
+    forEachLuminance([&](double nits) {
+        const double slope = slopeOverLogarithm(nits);
+        EXPECT_LE(slope, verify::kSteepestSlope) << nits;
+        if (nits <= verify::kSteepestLuminance) {
+            EXPECT_GT(slope, last) << nits;
+        }
+        if (slope > largest) {
+            largest = slope;
+            at = nits;
+        }
+        last = slope;
+    });
+    EXPECT_NEAR(largest, verify::kSteepestSlope, 1e-5);
+    EXPECT_NEAR(at, verify::kSteepestLuminance, 20);  // a maximum is flat
+}
+
+TEST(VisibleMetric, SteepnessIsThatOfThePqCurveAndRisesWithTheLuminance) {
+    constexpr double kStep = 1e-3;
+    double last = 0;
+    forEachLuminance([&](double nits) {
+        const double steepness = verify::VisibleMetric::steepness(nits);
+        EXPECT_GT(steepness, last) << nits;
+        last = steepness;
+        const double above = std::log(slopeOverLogarithm(nits * std::exp(kStep))),
+                     below = std::log(slopeOverLogarithm(nits * std::exp(-kStep)));
+        EXPECT_NEAR(1 - (above - below) / (2 * kStep), steepness, 1e-5) << nits;
+    });
 }
 
 }  // namespace
