@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/report/chart.h"
+#include "pipeline/report/plot.h"
 #include "pipeline/report/frontier.h"
 #include "pipeline/report/page_parts.h"
 

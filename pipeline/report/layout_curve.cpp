@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "pipeline/report/chart.h"
+#include "pipeline/report/plot.h"
 
 namespace lightcook::pipeline {
 

@@ -17,7 +17,7 @@
 #include "pipeline/report/frontier.h"
 #include "pipeline/report/history.h"
 #include "pipeline/report/report_row.h"
-#include "pipeline/report/whole_error.h"
+#include "pipeline/report/scene_error.h"
 #include "pipeline/scene/needs.h"
 
 namespace lightcook::pipeline {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "pipeline/report/chart.h"
+#include "pipeline/report/plot.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "pipeline/report/chart.h"
+#include "pipeline/report/plot.h"
 #include "pipeline/report/page_parts.h"
 
 namespace lightcook::pipeline {

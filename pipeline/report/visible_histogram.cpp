@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "pipeline/report/chart.h"
+#include "pipeline/report/plot.h"
 #include "verify/visible.h"
 
 namespace lightcook::pipeline {

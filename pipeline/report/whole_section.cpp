@@ -8,7 +8,7 @@
 
 #include "pipeline/report/captions.h"
 #include "pipeline/report/page_parts.h"
-#include "pipeline/report/whole_error.h"
+#include "pipeline/report/scene_error.h"
 
 namespace lightcook::pipeline {
 namespace {

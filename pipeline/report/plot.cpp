@@ -1,4 +1,4 @@
-#include "pipeline/report/chart.h"
+#include "pipeline/report/plot.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "pipeline/report/whole_error.h"
+#include "pipeline/report/scene_error.h"
 
 #include <fmt/format.h>
 
