@@ -70,7 +70,8 @@ struct BakeRecognition {
     std::string evidence;                         ///< of the match; that of a format that was named ends in "as named"
     bool isCertain = false;                       ///< false: nothing but the format's name, or its shape, tells it from another picture
     std::vector<std::string_view> otherReadings;  ///< formats that the file could be read as if they were named
-    /// Sets of files of which only this one is there, if the format was not named: "found 1 of the 4 files of ...".
+    /// Sets of which the file is a part that was read alone: "found 1 of the 4 files of ...". None if the format was named, or if names of
+    /// channels or files say that what was recognised is complete.
     std::vector<std::string> incompleteSets = {};
 };
 

@@ -1,5 +1,6 @@
-// A file that gets its name only when it is complete: written beside its place, synced, renamed. A symbolic link stays, and the file that
-// it names is replaced. A device, FIFO or socket stays too, and the complete content is written into it.
+// A file that gets its name only when it is complete: written beside its place, synced, renamed. A symbolic link that the user names stays,
+// and the file that it names is replaced. A link inside an output folder is replaced itself, so that no file outside changes. A device,
+// FIFO or socket stays too, and the complete content is written into it.
 #pragma once
 
 #include <cstddef>
@@ -18,14 +19,19 @@ struct OutputPlace {
     std::filesystem::path path;  ///< no symbolic link, except for a descriptor of a process (/dev/stdout)
     bool isStream = false;       ///< a device, FIFO, socket or descriptor: to be written into, not to be replaced
 };
-/// Follows symbolic links. Fails if the path names a folder, or cannot be a file's.
-Result<OutputPlace> findOutputPlace(const std::filesystem::path& file);
+/// What becomes of a symbolic link that has the name of an output.
+enum class OutputLink {
+    Follow,   ///< it stays, and the file that it names is replaced: for files that the user names
+    Replace,  ///< the output takes its place, and the file that it names stays: for files of an output folder
+};
+/// Fails if the path names a folder, or cannot be a file's.
+Result<OutputPlace> findOutputPlace(const std::filesystem::path& file, OutputLink link = OutputLink::Follow);
 
 /// Owns the temporary file. The destructor removes it unless commit() was called.
 class PendingFile {
 public:
     /// Creates an empty file with a unique name in the folder of the file that `file` means (a rename must not cross file systems).
-    static Result<PendingFile> create(const std::filesystem::path& file);
+    static Result<PendingFile> create(const std::filesystem::path& file, OutputLink link = OutputLink::Follow);
     PendingFile(PendingFile&& other) noexcept;
     PendingFile& operator=(PendingFile&& other) noexcept;
     ~PendingFile();
@@ -45,6 +51,6 @@ private:
 };
 
 /// Writes bytes to a file in the same way.
-Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes);
+Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link = OutputLink::Follow);
 
 }  // namespace lightcook::formats

@@ -333,7 +333,8 @@ Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::files
     for (const Candidate& each : candidates)
         if (each.format != chosen->format && (each.match.kind == Kind::Possible || each.match.kind == Kind::Certain))
             recognition.otherReadings.push_back(each.format->name);
-    if (!isNamed)
+    // A set that is complete, or a file whose channels are, is no part of another one.
+    if (!isNamed && !recognition.isCertain)
         for (const Candidate& each : candidates)
             if (each.match.kind == Kind::Partial) recognition.incompleteSets.push_back(each.match.evidence);
     return recognition;

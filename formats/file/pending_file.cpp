@@ -93,7 +93,7 @@ void removeLeftoversOnce(const std::filesystem::path& folder) {
 
 }  // namespace
 
-Result<OutputPlace> findOutputPlace(const std::filesystem::path& file) {
+Result<OutputPlace> findOutputPlace(const std::filesystem::path& file, OutputLink link) {
     std::filesystem::path path = file;
     for (int links = 0; links < kMostLinks; ++links) {
         struct stat status {};
@@ -105,6 +105,7 @@ Result<OutputPlace> findOutputPlace(const std::filesystem::path& file) {
             return failure(ErrorCode::InvalidRequest, file.string(), "found a folder, expected the name of a file to write");
         if (!S_ISLNK(status.st_mode)) return OutputPlace{path, !S_ISREG(status.st_mode)};
         if (descriptorFolder(path)) return OutputPlace{path, true};
+        if (link == OutputLink::Replace) return OutputPlace{path, false};
         std::error_code code;
         path = path.parent_path() / std::filesystem::read_symlink(path, code);  // an absolute link replaces the folder
         if (code) return outputFailure(file, "following its link", code.value());
@@ -122,8 +123,8 @@ const std::filesystem::path& PendingFile::temporary() const {
     return temporary_->path();
 }
 
-Result<PendingFile> PendingFile::create(const std::filesystem::path& file) {
-    auto place = findOutputPlace(file);
+Result<PendingFile> PendingFile::create(const std::filesystem::path& file, OutputLink link) {
+    auto place = findOutputPlace(file, link);
     if (!place) return tl::make_unexpected(place.error());
     std::error_code code;
     const std::filesystem::path folder = place->isStream ? std::filesystem::temp_directory_path(code) : place->path.parent_path();
@@ -160,8 +161,8 @@ Result<void> PendingFile::commit() {
     return {};
 }
 
-Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes) {
-    Result<PendingFile> pending = PendingFile::create(file);
+Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link) {
+    Result<PendingFile> pending = PendingFile::create(file, link);
     if (!pending) return tl::make_unexpected(pending.error());
     {
         const Descriptor descriptor{::open(pending->temporary().c_str(), O_WRONLY | O_CLOEXEC)};

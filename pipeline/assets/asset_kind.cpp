@@ -7,6 +7,7 @@
 
 #include "formats/light_map_layout.h"
 #include "formats/vocabulary.h"
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/dominant/dominant.h"
@@ -52,6 +53,7 @@ std::vector<std::string> noEndings() {
 constexpr std::array kAssetKinds = {
     AssetKindInfo{.id = AssetKind::LightMap,
                   .name = "light-map",
+                  .shortCaption = "light map",
                   .caption = "SH light map in the textures of its layout",
                   .quantity = "incident radiance",
                   .conventions = {.units = "radiometric", .phase = "none", .frame = "world"},
@@ -63,6 +65,7 @@ constexpr std::array kAssetKinds = {
                   .fileEndings = lightMapEndings},
     AssetKindInfo{.id = AssetKind::Dominant,
                   .name = "dominant",
+                  .shortCaption = "dominant light",
                   .caption = "dominant light of each texel of a light map: direction and intensity",
                   .quantity = "incident radiance, a delta from the direction",
                   .conventions = {.units = "radiometric", .phase = {}, .frame = "world"},
@@ -74,6 +77,7 @@ constexpr std::array kAssetKinds = {
                   .fileEndings = dominantEndings},
     AssetKindInfo{.id = AssetKind::Cubemap,
                   .name = "cubemap",
+                  .shortCaption = "cubemap",
                   .caption = "prefiltered cubemap of a probe, divided by its own area specular",
                   .quantity = "prefiltered radiance over its own area specular",
                   .conventions = {.units = "radiometric", .phase = "none", .frame = "world"},
@@ -85,6 +89,7 @@ constexpr std::array kAssetKinds = {
                   .fileEndings = noEndings},
     AssetKindInfo{.id = AssetKind::Lut,
                   .name = "lut",
+                  .shortCaption = "specular tables",
                   .caption = "specular tables: the Cook-Torrance kernel in SH over view angle and roughness",
                   .quantity = "SH coefficients of the area-specular kernel",
                   .conventions = {.units = {}, .phase = "none", .frame = "z the normal, the view in the x-z plane"},
@@ -96,6 +101,7 @@ constexpr std::array kAssetKinds = {
                   .fileEndings = lutEndings},
     AssetKindInfo{.id = AssetKind::Rsrm,
                   .name = "rsrm",
+                  .shortCaption = "reflection map",
                   .caption = "radially symmetric reflection map of a gradient",
                   .quantity = "exit radiance by Phong exponent (rows) over the angle to the axis (columns, north to south)",
                   .conventions = {.units = "radiometric", .phase = {}, .frame = {}},
@@ -107,6 +113,7 @@ constexpr std::array kAssetKinds = {
                   .fileEndings = noEndings},
     AssetKindInfo{.id = AssetKind::Mesh,
                   .name = "mesh",
+                  .shortCaption = "mesh",
                   .caption = "mesh with quantized light-map UVs",
                   .quantity = {},
                   .conventions = {},
@@ -119,18 +126,18 @@ constexpr std::array kAssetKinds = {
 };
 static_assert(formats::isCompleteTable(kAssetKinds, AssetKind::Mesh));
 
-/// Actions that make no asset: a plan or lint needs their results, or they put assets together.
+/// Actions that make no asset (action_kind.h).
 struct PlanAction {
     std::string_view kind;
     ActionFunction function;
 };
-constexpr std::array kPlanActions = {PlanAction{"materials", readMaterials},     PlanAction{"split-charts", splitCharts},
-                                     PlanAction{"pack-charts", packCharts},      PlanAction{"gltf", cookGltf},
-                                     PlanAction{"light-map-trial", tryLightMap}, PlanAction{"joint-trial", tryJointly},
-                                     PlanAction{"verify-whole", verifyWhole},    PlanAction{"light-map-content", readLightMapContent},
-                                     PlanAction{"probe-use", findUnusedProbes},  PlanAction{"lint-light-map", lintLightMap},
-                                     PlanAction{"lint-mesh", lintMesh},          PlanAction{"lint-probe", lintProbe},
-                                     PlanAction{"lint-gradient", lintGradient}};
+constexpr std::array kPlanActions = {PlanAction{kMaterialsKind, readMaterials},   PlanAction{kSplitChartsKind, splitCharts},
+                                     PlanAction{kPackChartsKind, packCharts},     PlanAction{kGltfKind, cookGltf},
+                                     PlanAction{kLightMapTrialKind, tryLightMap}, PlanAction{kJointTrialKind, tryJointly},
+                                     PlanAction{kVerifyWholeKind, verifyWhole},   PlanAction{kContentKind, readLightMapContent},
+                                     PlanAction{kProbeUseKind, findUnusedProbes}, PlanAction{kLintLightMapKind, lintLightMap},
+                                     PlanAction{kLintMeshKind, lintMesh},         PlanAction{kLintProbeKind, lintProbe},
+                                     PlanAction{kLintGradientKind, lintGradient}};
 
 formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {
     return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,
@@ -159,9 +166,8 @@ std::vector<std::string> EnumNames<AssetKind>::all() {
 ActionFunction actionFunction(const std::string& kind) {
     for (const PlanAction& action : kPlanActions)
         if (action.kind == kind) return action.function;
-    constexpr std::string_view kVerify = "verify-";
-    const bool isVerify = kind.starts_with(kVerify);
-    const auto asset = assetKindFromName(std::string_view(kind).substr(isVerify ? kVerify.size() : 0));
+    const bool isVerify = kind.starts_with(kVerifyKindPrefix);
+    const auto asset = assetKindFromName(std::string_view(kind).substr(isVerify ? kVerifyKindPrefix.size() : 0));
     if (!asset) return failUnknownKind;
     return isVerify ? info(*asset).verify : info(*asset).cook;
 }

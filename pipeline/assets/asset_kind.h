@@ -23,9 +23,10 @@ struct AssetConventions {
 
 struct AssetKindInfo {
     AssetKind id;
-    std::string_view name;      ///< "light-map"
-    std::string_view caption;   ///< one line for help texts, reports and documents
-    std::string_view quantity;  ///< stored in the textures
+    std::string_view name;          ///< "light-map"
+    std::string_view shortCaption;  ///< a few words for tables and lists: "light map"
+    std::string_view caption;       ///< one line for help texts, reports and documents
+    std::string_view quantity;      ///< stored in the textures
     AssetConventions conventions;
     std::string_view filter;                    ///< that its textures are sampled and verified with: linear or trilinear
     bool isHeldToMaxError;                      ///< by `max_error`; else by the limit of converters, see OutputSettings

@@ -139,27 +139,32 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
     CLI::App app;
     ParsedCommandLine parsed;
     defineProgram(app, global, parsed.function);
+    const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
+    const auto refuse = [&](const formats::Error& error) {
+        Terminal terminal(global.terminal());
+        terminal.error(error);
+        writeFailure(arguments, {error}, terminal);
+        return ParsedCommandLine{{}, exitCode(formats::ErrorCode::InvalidRequest)};
+    };
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& mistake) {
         if (mistake.get_exit_code() == 0) return {{}, app.exit(mistake)};  // --help, --version
-        const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
         if (arguments.empty()) fmt::print("{}\n", app.help());
         // An option after the mistake is not read by then.
         const std::array<std::string, 2> wanted = {"--log", "json"};
         if (std::search(arguments.begin(), arguments.end(), wanted.begin(), wanted.end()) != arguments.end()) global.log = "json";
-        Terminal(global.terminal()).error(firstMistake(arguments, mistake.what()));
-        return {{}, exitCode(formats::ErrorCode::InvalidRequest)};
+        return refuse(firstMistake(arguments, mistake.what()));
     }
     if (app.get_subcommands().empty()) return parsed;
     auto paths = CommandPaths::of(*app.get_subcommands().front());
-    if (const auto checked = paths.check(); !checked) {
-        Terminal(global.terminal()).error(checked.error());
-        return {{}, exitCode(formats::ErrorCode::InvalidRequest)};
-    }
-    parsed.function = [function = std::move(parsed.function), paths = std::move(paths)](Session& session) {
+    if (const auto checked = paths.check(); !checked) return refuse(checked.error());
+    parsed.function = [function = std::move(parsed.function), paths = std::move(paths), arguments](Session& session) {
         session.paths = paths;
-        return function(session);
+        const int code = function(session);
+        if (!session.errors.empty() && !session.hasWrittenDocuments && !session.paths.isRefused())
+            writeFailure(arguments, session.errors, session.terminal);
+        return code;
     };
     return parsed;
 }

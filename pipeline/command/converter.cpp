@@ -39,7 +39,7 @@ Outcome keepTexture(Outcome outcome, const std::filesystem::path& output) {
     if (containerOf(output) == formats::Container::Dds && !asset.value("constants", Json::object()).empty())
         return failedOutcome(constantsAreLost(output, kOutputsWithConstants));
     const std::string file = textures[0].at("file").get<std::string>();
-    if (auto copied = copyFile(outcome.output / file, output); !copied) return failedOutcome(copied.error());
+    if (auto copied = copyFile(outcome.output / file, output, OutputLink::Follow); !copied) return failedOutcome(copied.error());
     outcome.output = output;
     return outcome;
 }

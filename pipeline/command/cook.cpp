@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "formats/pending_file.h"
 #include "formats/vocabulary.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
@@ -16,6 +17,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/history.h"
 #include "pipeline/report/report.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 
@@ -74,10 +76,10 @@ CommandFunction defineCook(CLI::App& app) {
     addRepairOption(app, cook.repair);
     options->files.add(app);
     addFileOption(app, "--history", options->history, "Append a line with the memory and the errors of the scene (JSON lines)");
-    app.footer(R"(An action (to cook or to verify one asset) is identified by a digest of the content of its inputs, its
-parameters and lightcook's own sources. Results of earlier actions are taken from the cache, which
-holds at most 4 GiB and drops the least recently used first. If nothing changed, a cook opens no
-image and does not touch the outputs.
+    app.footer(R"(An action (one step: cooks or verifies an asset, tries layouts, packs charts) is identified by a
+digest of the content of its inputs, its parameters and lightcook's own sources. Results of earlier
+actions are taken from the cache, which holds at most 4 GiB and drops the least recently used first.
+If nothing changed, a cook opens no image and does not touch the outputs.
 
 --depfile writes the inputs as a Makefile rule whose target is DIR/cooked.json. Give a build system
 cooked.json as the output: with restat = 1 in Ninja, because an unchanged cook does not touch the
@@ -105,6 +107,14 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
         // Read once: between two reads the file could become another scene.
         auto scene = readScene(options->cook.scene);
+        // A link that the user names stays; those of the output folder are replaced.
+        if (std::optional<std::filesystem::path>& depfile = options->cook.depfile; depfile) {
+            const auto place = formats::findOutputPlace(*depfile);
+            if (place)
+                depfile = place->path;
+            else if (scene)
+                scene = tl::make_unexpected(place.error());
+        }
         if (scene)
             if (auto checked = session.paths.checkAgainstScene(*scene, cookedFolder(*scene, options->cook.output)); !checked)
                 return session.finish(checked);

@@ -22,9 +22,11 @@
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
+#include "pipeline/cook/integrity.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/scene.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -111,7 +113,7 @@ Json describeScene(const Scene& scene) {
     Json json = {{"scene", scene.name},
                  {"target", std::string(formats::info(scene.output.target).name)},
                  {"light_map_layout", layoutAsked(scene.output)},
-                 {"max_error", scene.output.maxError}};
+                 {"max_error", errorLimit(scene.output)}};
     for (const auto& entry : scene.lightMaps) json["light_maps"].push_back(entry.name);
     for (const auto& entry : scene.probes) json["probes"].push_back(entry.name);
     for (const auto& entry : scene.gradients) json["gradients"].push_back(entry.name);
@@ -237,7 +239,14 @@ Result<std::vector<std::filesystem::path>> expandPatterns(const std::vector<std:
 
 namespace {
 
-/// Describes every file. One that cannot be read does not keep the others from being described.
+/// Returns an error for each file of a cooked folder that is not the one that was cooked.
+std::vector<formats::Error> changedFilesOf(const std::filesystem::path& folder) {
+    const auto manifest = loadManifest(folder);
+    return manifest ? checkDigests(folder, *manifest) : std::vector{manifest.error()};
+}
+
+/// Describes every file. One that cannot be read does not keep the others from being described. A cooked folder with files that were
+/// changed is described too, and fails.
 int runInfo(const std::vector<std::string>& names, const JsonOutput& json, Session& session) {
     json.prepare(session);
     const auto files = expandPatterns(names);
@@ -251,6 +260,9 @@ int runInfo(const std::vector<std::string>& names, const JsonOutput& json, Sessi
             errors.push_back(facts.error());
             continue;
         }
+        std::error_code code;
+        if (std::filesystem::is_directory(file, code))
+            for (formats::Error& error : changedFilesOf(file)) errors.push_back(std::move(error));
         Json entry = *facts;
         if (files->size() > 1) {
             entry = {{"file", file.string()}};
@@ -278,6 +290,7 @@ CommandFunction defineInfo(CLI::App& app) {
         ->required()
         ->type_name(kFilePlaceholder);
     options->json.add(app, "the contents (of several files a list)");
+    app.footer("A file of a cooked folder that is not the one that was cooked is an error: exit code 4.");
     return [options](Session& session) { return runInfo(options->files, options->json, session); };
 }
 

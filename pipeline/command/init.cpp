@@ -100,7 +100,7 @@ formats::Result<Json> writeScene(const InitOptions& options, Session& session) {
     const auto text = draftScene(*inputs, folder);
     if (!text) return tl::make_unexpected(text.error());
     if (auto made = makeFolder(folder); !made) return tl::make_unexpected(made.error());
-    if (auto written = writeFile(scene, *text); !written) return tl::make_unexpected(written.error());
+    if (auto written = writeFile(scene, *text, OutputLink::Follow); !written) return tl::make_unexpected(written.error());
     if (session.terminal.verbosity() != Verbosity::Quiet) print(session.terminal, *inputs, scene);
     return jsonOf(*inputs, scene);
 }

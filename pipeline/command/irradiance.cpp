@@ -90,7 +90,7 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
             ErrorCode::Verification, command.output.string(),
             fmt::format("found an error of {:.4f} (rms) against brute force, expected at most {:.4g}", figures->relRms, command.maxError));
     const double verifySeconds = cpuSeconds() - converted;
-    if (auto copied = copyFile(file, command.output); !copied) return tl::make_unexpected(copied.error());
+    if (auto copied = copyFile(file, command.output, OutputLink::Follow); !copied) return tl::make_unexpected(copied.error());
     std::error_code code;
     return Json{{"texels", figures->texelCount},
                 {"rel_rms", figures->relRms},
@@ -115,7 +115,8 @@ Result<Json> cookSh(const ShCommand& command) {
     const Json document = {{"sh", rowsOf(sh)},     {"exit", rowsOf(lighting::convolve(sh, lighting::wrappedLambertBands(command.wrap)))},
                            {"wrap", command.wrap}, {"normalize", command.normalize},
                            {"phase", "none"},      {"repaired_texels", loaded->repairedTexels}};
-    if (auto written = writeFile(command.output, document.dump(1) + "\n"); !written) return tl::make_unexpected(written.error());
+    if (auto written = writeFile(command.output, document.dump(1) + "\n", OutputLink::Follow); !written)
+        return tl::make_unexpected(written.error());
     return document;
 }
 

@@ -12,6 +12,7 @@
 
 #include "compress/encode_options.h"
 #include "pipeline/command/command.h"
+#include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/report/exit_codes.h"
@@ -47,19 +48,23 @@ int run(int argc, char** argv) {
     GlobalOptions global;
     const ParsedCommandLine parsed = parseCommandLine(argc, argv, global);
     if (!parsed.function) return finishStandardOutput(parsed.exitCode, global.logFormat());
+    const auto fail = [&](const std::string& subject, const std::string& detail) {
+        Terminal terminal(global.logFormat());
+        const formats::Error error{ErrorCode::Internal, subject, detail};
+        terminal.error(error);
+        const std::vector<std::string> arguments(argv + 1, argv + argc);
+        writeFailure(arguments, {error}, terminal);
+        return exitCode(ErrorCode::Internal);
+    };
     try {
         return runCommand(parsed.function, global);
     } catch (const std::system_error& fault) {
-        Terminal(global.logFormat())
-            .error({ErrorCode::Internal, "the operating system", fmt::format("found the error '{}', expected success", fault.what())});
+        return fail("the operating system", fmt::format("found the error '{}', expected success", fault.what()));
     } catch (const std::bad_alloc&) {
-        Terminal(global.logFormat())
-            .error({ErrorCode::Internal, "memory", "found too little of it, expected more: free some, or use fewer threads (-j N)"});
+        return fail("memory", "found too little of it, expected more: free some, or use fewer threads (-j N)");
     } catch (const std::exception& fault) {
-        Terminal(global.logFormat())
-            .error({ErrorCode::Internal, kToolName, fmt::format("found an internal error ({}), expected none", fault.what())});
+        return fail(kToolName, fmt::format("found an internal error ({}), expected none", fault.what()));
     }
-    return exitCode(ErrorCode::Internal);
 }
 
 /// Opens /dev/null for every standard stream that is closed. Otherwise the next file that is opened would get the stream's number, and

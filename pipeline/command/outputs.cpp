@@ -9,6 +9,8 @@
 #include <system_error>
 
 #include "formats/lower_extension.h"
+#include "pipeline/command/command.h"
+#include "pipeline/command/info.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
@@ -17,6 +19,7 @@
 #include "pipeline/report/ci_report.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -96,6 +99,88 @@ std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
     return files;
 }
 
+/// Returns the document of --json of a command that failed.
+/// facts   that it found; null: none
+Json failureDocument(Json facts, const std::vector<Error>& errors) {
+    if (facts.is_null()) facts = {{"passed", false}};
+    Json list = Json::array();
+    for (const Error& error : errors) list.push_back(jsonOf(error));
+    if (!facts.is_object()) facts = {{"results", std::move(facts)}};
+    facts["exit_code"] = exitCode(errors.front().code);
+    facts["errors"] = std::move(list);
+    return facts;
+}
+
+/// A document that a command line asks for.
+struct AskedDocument {
+    std::string option;  ///< "--json"
+    std::string file;
+};
+
+/// A command line as far as it is understood without its grammar.
+struct ScannedArguments {
+    std::vector<AskedDocument> documents;
+    std::vector<std::string> words;  ///< names and values, without those of the documents
+};
+
+ScannedArguments scanArguments(std::span<const std::string> arguments) {
+    constexpr std::array<std::string_view, 3> kDocuments = {"--json", "--junit", "--sarif"};
+    ScannedArguments scanned;
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+        const std::string& argument = arguments[i];
+        const std::size_t sign = argument.find('=');
+        const std::string name = argument.substr(0, sign);
+        std::string value = sign == std::string::npos ? "" : argument.substr(sign + 1);
+        if (std::ranges::find(kDocuments, name) != kDocuments.end()) {
+            const bool isNext = sign == std::string::npos && i + 1 < arguments.size() &&
+                                (arguments[i + 1] == kStandardOutput || !arguments[i + 1].starts_with('-'));
+            if (isNext) value = arguments[++i];
+            if (!value.empty()) scanned.documents.push_back({name, value});
+        } else if (!argument.starts_with('-')) {
+            scanned.words.push_back(argument);
+        } else if (sign != std::string::npos) {
+            scanned.words.push_back(value);
+        } else if (!argument.starts_with("--") && argument.size() > 2) {
+            scanned.words.push_back(argument.substr(2));  // "-oFOLDER"
+        }
+    }
+    return scanned;
+}
+
+/// Returns true for a file that is empty or an older document of the option. A JSON file that a scene may read is none: a glTF, or the SH
+/// of probes. Also true for a new file in a folder that exists, if its name says what it is: the name may be the mistake.
+bool isReplaceable(const AskedDocument& document) {
+    std::error_code code;
+    const std::filesystem::path file = document.file;
+    if (!std::filesystem::exists(file, code)) {
+        const std::filesystem::path extension = file.extension();
+        const bool isNamed = document.option == "--junit" ? extension == ".xml" : extension == ".json" || extension == ".sarif";
+        return isNamed && (file.parent_path().empty() || std::filesystem::is_directory(file.parent_path(), code));
+    }
+    const auto text = readFile(document.file);
+    if (!text) return false;
+    if (text->empty()) return true;
+    if (document.option == "--junit") return text->starts_with("<?xml") && text->find("<testsuites") != std::string::npos;
+    const Json json = parseJson(*text);
+    if (document.option == "--sarif") return json.is_object() && json.contains("runs");
+    return json.is_array() || (json.is_object() && !json.contains("asset") && !json.contains("probes"));
+}
+
+/// Returns the document of an option for a command that failed early.
+std::string failureText(const std::string& option, const std::vector<std::string>& words, const std::vector<Error>& errors) {
+    if (option == "--json") return textOf(failureDocument({}, errors)) + "\n";
+    const auto isCommand = [](const std::string& word) {
+        return std::ranges::find(allCommands(), word, &CommandInfo::name) != allCommands().end();
+    };
+    const auto command = std::ranges::find_if(words, isCommand);
+    const std::filesystem::path input = command == words.end() || command + 1 == words.end() ? "" : command[1];
+    const bool isFolder = command != words.end() && *command == "verify";
+    const Json none;
+    const CiRun run =
+        ciRun({command == words.end() ? "" : *command, isFolder ? input : "", isFolder ? "" : input, {}, none, errors, nullptr});
+    return option == "--junit" ? junitReport(run) : sarifReport(run);
+}
+
 }  // namespace
 
 CommandPaths CommandPaths::of(CLI::App& command) {
@@ -108,6 +193,24 @@ CommandPaths CommandPaths::of(CLI::App& command) {
             (written == Written::No ? paths.inputs_ : paths.outputs_).push_back({option->get_name(), path, written});
     }
     std::erase_if(paths.outputs_, [](const Path& output) { return isStream(output.path); });
+    return paths;
+}
+
+CommandPaths CommandPaths::ofUnparsed(const std::string& option, const std::filesystem::path& output,
+                                      const std::vector<std::string>& words) {
+    CommandPaths paths;
+    paths.outputs_ = {{option, output, Written::File}};
+    for (const std::string& word : words) {
+        const auto files = expandPatterns({word});
+        for (const std::filesystem::path& file : files ? *files : std::vector<std::filesystem::path>()) {
+            paths.inputs_.push_back({"command line", file});
+            if (formats::lowerExtension(file) != ".toml") continue;
+            const auto scene = readScene(file);
+            if (!scene) continue;
+            for (const std::filesystem::path& named : filesNamedBy(*scene)) paths.inputs_.push_back({"scene", named});
+            paths.inputs_.push_back({"output folder", cookedFolder(*scene, {})});
+        }
+    }
     return paths;
 }
 
@@ -208,15 +311,9 @@ void JsonOutput::prepare(Session& session) const {
 }
 
 Result<void> JsonOutput::write(Session& session, Json facts, const std::vector<Error>& errors) const {
+    session.hasWrittenDocuments = true;
     if (!isGiven() || (session.paths.isRefused() && !isStandardOutput())) return {};
-    if (!errors.empty()) {
-        if (facts.is_null()) facts = {{"passed", false}};
-        Json list = Json::array();
-        for (const Error& error : errors) list.push_back(jsonOf(error));
-        if (!facts.is_object()) facts = {{"results", std::move(facts)}};
-        facts["exit_code"] = exitCode(errors.front().code);
-        facts["errors"] = std::move(list);
-    }
+    if (!errors.empty()) facts = failureDocument(std::move(facts), errors);
     return session.write(file_, textOf(facts) + "\n");
 }
 
@@ -257,6 +354,25 @@ std::vector<Error> CiOutputs::write(Session& session, const std::string& command
     if (!junit_.empty()) keep(session.write(junit_, junitReport(run)));
     if (!sarif_.empty()) keep(session.write(sarif_, sarifReport(run)));
     return errors;
+}
+
+void writeFailure(std::span<const std::string> arguments, const std::vector<Error>& errors, Terminal& terminal) {
+    const ScannedArguments scanned = scanArguments(arguments);
+    bool isOutputUsed = false;
+    for (const AskedDocument& document : scanned.documents) {
+        if (document.file == kStandardOutput) {
+            if (!std::exchange(isOutputUsed, true)) terminal.data(failureText(document.option, scanned.words, errors));
+            continue;
+        }
+        if (!isStream(document.file)) {
+            std::vector<std::string> others = scanned.words;
+            for (const AskedDocument& other : scanned.documents)
+                if (&other != &document) others.push_back(other.file);
+            if (!CommandPaths::ofUnparsed(document.option, document.file, others).check() || !isReplaceable(document)) continue;
+        }
+        if (auto written = writeFile(document.file, failureText(document.option, scanned.words, errors), OutputLink::Follow); !written)
+            terminal.error(written.error());
+    }
 }
 
 void printCook(Session& session, const Outcome& outcome) {

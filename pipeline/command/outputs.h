@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@ class App;
 namespace lightcook::pipeline {
 
 class Session;
+class Terminal;
 
 /// The paths of a command line. A command may not write over what it reads, nor two outputs into one place.
 ///
@@ -27,6 +29,9 @@ class CommandPaths {
 public:
     /// Returns the paths that were given to a parsed command.
     static CommandPaths of(CLI::App& command);
+    /// Returns an output beside words of a command line that could not be parsed: each of them counts as an input, also patterns, and those
+    /// that are scene files with the files that they name.
+    static CommandPaths ofUnparsed(const std::string& option, const std::filesystem::path& output, const std::vector<std::string>& words);
 
     /// Fails if an output is an input, another output, a file of a cooked folder of the command line other than its report, or below a
     /// file; if a folder has the name of an output file; or if an output folder is named like a file.
@@ -113,6 +118,13 @@ private:
     JsonOutput json_;
     std::filesystem::path junit_, sarif_;
 };
+
+/// Writes errors to the files of --json, --junit and --sarif where a command did not come so far, so that no older file says that all is
+/// well: after a mistake on the command line, or an error before the work. The options are looked for in arguments that need not be valid.
+/// A file stays as it is if the command line could mean it as an input, or if it holds something else than such a document. A new one is
+/// made in a folder that exists, if it ends in .json, .xml or .sarif.
+/// arguments   without the program's name
+void writeFailure(std::span<const std::string> arguments, const std::vector<formats::Error>& errors, Terminal& terminal);
 
 /// Prints the result of a cook: warnings; on a terminal a table, then a line with the verdict, sizes and what came from the cache.
 /// Quiet: warnings only.

@@ -11,6 +11,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
 #include "pipeline/cook/ninja.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {

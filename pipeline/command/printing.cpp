@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/assets/note_keys.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -15,16 +17,20 @@ std::string percent(double value) {
     return std::abs(100 * value) < kWidest ? fmt::format("{:8.3f} %", 100 * value) : fmt::format("{:8.1e} %", 100 * value);
 }
 
+/// Returns true if a kind of shading was measured. Figures of 0 alone do not say so: those of light that an asset does not affect are 0
+/// too, but have no visible errors and no places.
+bool wasMeasured(const verify::ErrorFigures& figures) {
+    return figures.visible || figures.sampledAt.isKnown() || figures.boundAt.isKnown() || figures.relRms != 0 || figures.p99 != 0 ||
+           figures.maxSampled != 0;
+}
+
 /// Returns true if an asset has errors of a kind of shading, or none of any kind.
 /// other  the other kind
 bool hasShading(const ReportRow& row, verify::ErrorFigures verify::StageError::*shading, verify::ErrorFigures verify::StageError::*other) {
-    const auto errs = [&](verify::ErrorFigures verify::StageError::*kind) {
-        return std::ranges::any_of(row.verdict.stages, [&](const verify::StageError& stage) {
-            const verify::ErrorFigures& figures = stage.*kind;
-            return figures.relRms != 0 || figures.p99 != 0 || figures.maxSampled != 0;
-        });
+    const auto measures = [&](verify::ErrorFigures verify::StageError::*kind) {
+        return std::ranges::any_of(row.verdict.stages, [&](const verify::StageError& stage) { return wasMeasured(stage.*kind); });
     };
-    return errs(shading) || !errs(other);
+    return measures(shading) || !measures(other);
 }
 
 /// Returns rel_rms of a kind of shading; a dash for assets without it.
@@ -117,10 +123,10 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
     printFrontier(terminal, report.budget.frontier);
     for (const ReportRow& row : report.assets) {
         if (!row.notes) continue;
-        if (row.notes->contains("split"))
-            terminal.say(fmt::format("charts of {} split: {}", row.name, (*row.notes)["split"].get<std::string>()));
-        if (row.notes->contains("packing"))
-            terminal.say(fmt::format("charts of {} packed anew: {}", row.name, (*row.notes)["packing"].get<std::string>()));
+        if (row.notes->contains(note_keys::kSplit))
+            terminal.say(fmt::format("charts of {} split: {}", row.name, (*row.notes)[note_keys::kSplit].get<std::string>()));
+        if (row.notes->contains(note_keys::kPacking))
+            terminal.say(fmt::format("charts of {} packed anew: {}", row.name, (*row.notes)[note_keys::kPacking].get<std::string>()));
     }
     if (!outcome.candidates.empty()) terminal.say(fmt::format("candidates kept for view: {}", fmt::join(outcome.candidates, ", ")));
     const std::string assets = fmt::format("{}{} asset{}", failed > 0 ? fmt::format("{} of ", failed) : "", report.assets.size(),
@@ -231,10 +237,10 @@ void printFindings(Terminal& terminal, const std::vector<Finding>& findings) {
 
 void printClampedLight(Terminal& terminal, const Report& report) {
     for (const ReportRow& row : report.assets)
-        if (row.notes && row.notes->contains("clamped_light"))
+        if (row.notes && row.notes->contains(note_keys::kClampedLight))
             terminal.warning(row.name, fmt::format("found {} values of light above 65504, expected none: layout {} stores no more, and "
                                                    "they became 65504. Check light_units and the scale of the bake",
-                                                   row.notes->at("clamped_light").get<std::int64_t>(), row.layout));
+                                                   row.notes->at(note_keys::kClampedLight).get<std::int64_t>(), row.layout));
 }
 
 void printReport(Terminal& terminal, const Json& json) {

@@ -1,5 +1,7 @@
 #include "pipeline/command/progress.h"
 
+#include "pipeline/assets/action_kind.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,7 +42,7 @@ std::string cut(const std::string& text, int columns) {
 
 double workOf(const Action& action) {
     // Verification shades and bounds every texel, at about twice the cost of a cook; a cubemap's sums over the whole environment.
-    const bool isVerify = action.kind.starts_with("verify-");
+    const bool isVerify = action.kind.starts_with(kVerifyKindPrefix);
     double megabytes = 0.2;
     for (const auto& [role, path] : action.inputs) {
         std::error_code code;

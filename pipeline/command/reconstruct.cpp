@@ -2,6 +2,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
+#include <set>
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/info.h"
@@ -9,8 +10,35 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/texture_file.h"
+#include "pipeline/cook/integrity.h"
+#include "pipeline/manifest/manifest.h"
+#include "pipeline/repack/unpacked_bake.h"
 
 namespace lightcook::pipeline {
+namespace {
+
+/// Returns true if a light map is read to reconstruct another: it is that map, or holds the charts that were split off it.
+bool isReadFor(const std::string& name, const CookedAsset& asset) {
+    if (asset.kind != AssetKind::LightMap) return false;
+    if (asset.name == name) return true;
+    const auto unpacked = unpackedBakeOf(asset);
+    return unpacked && *unpacked && (*unpacked)->part && (*unpacked)->part->of == name;
+}
+
+/// Fails unless the manifest and the textures of a light map are those that were cooked. Other files of the folder are not read.
+formats::Result<void> checkCookedFiles(const std::filesystem::path& folder, const std::string& name) {
+    auto manifest = loadManifest(folder);
+    if (!manifest) return tl::make_unexpected(manifest.error());
+    std::erase_if(manifest->assets, [&](const CookedAsset& asset) { return !isReadFor(name, asset); });
+    std::set<std::string> read = {(folder / kManifestName).string()};
+    for (const CookedAsset& asset : manifest->assets)
+        for (const CookedTexture& texture : asset.textures) read.insert((folder / texture.file).string());
+    for (const formats::Error& error : checkDigests(folder, *manifest))
+        if (read.contains(error.subject)) return tl::make_unexpected(error);
+    return {};
+}
+
+}  // namespace
 
 CommandFunction defineReconstruct(CLI::App& app) {
     struct Options {
@@ -30,10 +58,13 @@ CommandFunction defineReconstruct(CLI::App& app) {
         ->check(CLI::Range(1, kMostPlacesPerTexel))
         ->capture_default_str();
     options->json.add(app, "what was written");
-    app.footer("The coefficients are radiance in the world frame, without Condon-Shortley signs.");
+    app.footer(R"(The coefficients are radiance in the world frame, without Condon-Shortley signs. If the manifest or a
+texture of the light map is not the one that was cooked, nothing is written: exit code 4.)");
     return [options](Session& session) {
         options->json.prepare(session);
         if (auto checked = requireExrFile(options->output); !checked) return options->json.finish(session, {}, {checked.error()});
+        if (auto checked = checkCookedFiles(options->folder, options->name); !checked)
+            return options->json.finish(session, {}, {checked.error()});
         const auto folders = FoldersOfFile::make(options->output);
         if (!folders) return options->json.finish(session, {}, {folders.error()});
         const auto written = reconstructLightMap(options->folder, options->name, options->output, options->supersample, session.state);

@@ -6,6 +6,7 @@
 #include <CLI/Formatter.hpp>
 #include <memory>
 
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
@@ -20,10 +21,10 @@ namespace {
 void printAsymmetry(Session& session, const Json& report) {
     if (!report.is_object() || report.at("assets").empty()) return;
     const Json measures = report.at("assets").at(0).value("measures", Json::object());
-    if (!measures.contains("asymmetric_energy")) return;
-    const double fraction = measures.at("asymmetric_energy").get<double>();
+    if (!measures.contains(note_keys::kAsymmetricEnergy)) return;
+    const double fraction = measures.at(note_keys::kAsymmetricEnergy).get<double>();
     session.terminal.say(session.log == LogFormat::JsonLines
-                             ? Json({{"asymmetric_energy", fraction}}).dump()
+                             ? Json({{note_keys::kAsymmetricEnergy, fraction}}).dump()
                              : fmt::format("{:.3g} % of the light's energy is not symmetric around the axis and is lost", 100 * fraction));
 }
 

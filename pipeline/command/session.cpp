@@ -36,13 +36,14 @@ Session::Session(const GlobalOptions& options)
     state.warning = [this](const std::string& subject, const std::string& detail) { warnOnce(subject, detail); };
 }
 
-int Session::finish(const std::vector<formats::Error>& errors) {
-    for (const formats::Error& error : errors) terminal.error(error);
-    return errors.empty() ? 0 : exitCode(errors.front().code);
+int Session::finish(const std::vector<formats::Error>& found) {
+    for (const formats::Error& error : found) terminal.error(error);
+    errors.insert(errors.end(), found.begin(), found.end());
+    return found.empty() ? 0 : exitCode(found.front().code);
 }
 
 formats::Result<void> Session::write(const std::filesystem::path& file, const std::string& text) {
-    if (file != kStandardOutput) return writeFile(file, text);
+    if (file != kStandardOutput) return writeFile(file, text, OutputLink::Follow);
     terminal.data(text);
     return {};
 }

@@ -57,7 +57,9 @@ public:
     RunState state;
     int threads;
     LogFormat log;
-    CommandPaths paths;  ///< of the command line
+    CommandPaths paths;                       ///< of the command line
+    std::vector<formats::Error> errors = {};  ///< that finish() printed
+    bool hasWrittenDocuments = false;         ///< the command came to the point where it writes --json, with errors or without
 
 private:
     void onEvent(const Action& action, ActionEvent event, double seconds);

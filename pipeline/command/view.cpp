@@ -65,7 +65,8 @@ CommandFunction defineView(CLI::App& app) {
 where they differ. It is served to browsers of this machine only, until Ctrl-C.
 
 --export writes the same files into a folder for any web server or artifact store. Browsers do not load
-them from a disk directly.)");
+them from a disk directly. Over an earlier export it replaces the files of that one, and leaves
+others.)");
     return [options](Session& session) {
         options->json.prepare(session);
         const auto site = Site::open(options->site, session.state);

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "pipeline/cook/split_maps.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -42,7 +43,7 @@ std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
     if (const std::string_view kind = kindOfAsset(scene, fine); !kind.empty())
         return fmt::format("found charts to split beside a {0} '{1}', expected another name for that one: '{1}' is the second map", kind,
                            fine);
-    if (layoutAsked(output) != kAutoLayout || !(output.isErrorAsked || visibleLimit(output, entry.maxVisible)))
+    if (layoutAsked(output) != kAutoLayout || !(output.maxError || visibleLimit(output, entry.maxVisible)))
         return "found charts to split without a limit within which both maps get a layout, expected max_visible or max_error, and "
                "light_map_layout = \"auto\" or none";
     if (output.cost != formats::LayoutCost::Bytes)

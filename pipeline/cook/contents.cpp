@@ -6,13 +6,16 @@
 #include <set>
 
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/cubemap/probe_use.h"
+#include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-constexpr double kSmallestShadedM = 0.005;  ///< the smallest that verify::LightMapVerifier takes
 /// Largest rel_rms of bands that are left out unasked, and its largest share of the limit.
 constexpr double kInvisibleError = 0.005, kInvisibleShare = 0.25;
 
@@ -20,18 +23,13 @@ std::string_view nameOf(formats::LightMapLayout layout) {
     return formats::info(layout).name;
 }
 
-bool isLearned(const std::string& layout) {
-    const auto known = formats::lightMapLayoutFromName(layout);
-    return known && formats::info(*known).isLearned();
-}
-
 Action contentAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading, bool repair) {
     formats::LightMapDescription description = entry.description;
     description.repair = repair;
-    return {"content/" + entry.name,
-            "light-map-content",
+    return {actionId(ActionStep::Content, entry.name),
+            kContentKind,
             entry.name,
-            toJson(LightMapContentParameters{description, shading, scene.output.maxError}),
+            toJson(LightMapContentParameters{description, shading, errorLimit(scene.output)}),
             bakeInputs(entry.file, entry.description),
             {}};
 }
@@ -58,36 +56,15 @@ std::optional<Action> probeUseAction(const Scene& scene) {
         inputs.merge(meshInputs(parameters.meshes.back(), *entry.mesh, formats::GltfFiles::Geometry));
     }
     if (parameters.probes.size() <= kProbesOfAPlace || parameters.meshes.empty()) return std::nullopt;
-    return Action{"probe-use", "probe-use", "probes", toJson(parameters), std::move(inputs), {}};
+    return Action{kProbeUseId, kProbeUseKind, "probes", toJson(parameters), std::move(inputs), {}};
 }
 
 /// Returns true if bands of this error may be left out although nobody asked for it.
 bool isInvisible(const std::optional<double>& error, const OutputSettings& output) {
-    return error && *error <= std::min(kInvisibleError, kInvisibleShare * output.maxError);
+    return error && *error <= std::min(kInvisibleError, kInvisibleShare * errorLimit(output));
 }
 
 }  // namespace
-
-std::map<std::string, std::filesystem::path> meshInputs(const std::string& role, const std::filesystem::path& mesh,
-                                                        formats::GltfFiles which) {
-    std::map<std::string, std::filesystem::path> inputs = {{role, mesh}};
-    int index = 0;
-    for (const std::filesystem::path& beside : formats::gltfFilesBeside(mesh, which))
-        inputs[fmt::format("{}_file{}", role, index++)] = beside;
-    return inputs;
-}
-
-verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs) {
-    verify::LightMapShading shading;
-    shading.specular = needs.specular;
-    shading.lobe = formats::info(scene.lobe).distribution.value_or(shading.lobe);
-    // A mirror (m = 0) has no area specular: the verifier's smallest lobe stands for it.
-    shading.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading.m);
-    shading.f0 = samplesOf(needs.f0, shading.f0);
-    if (!needs.needsDirections()) shading.normalCount = 1;
-    if (!needs.normalMap) shading.normalMapTilt = 0;
-    return shading;
-}
 
 std::vector<Action> planContents(const Scene& scene, const Needs& needs, const PlanOptions& options) {
     std::vector<Action> actions;
@@ -103,7 +80,7 @@ std::vector<Action> planContents(const Scene& scene, const Needs& needs, const P
 
 formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs) {
     for (const auto& [id, record] : contents.records) {
-        if (id == "probe-use") {
+        if (id == kProbeUseId) {
             const auto use = fromJson<ProbeUseResult>(record.result, id);
             if (!use) return tl::make_unexpected(use.error());
             needs.unusedProbes.insert(use->unused.begin(), use->unused.end());
@@ -111,7 +88,7 @@ formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs)
         }
         const auto content = fromJson<LightMapContent>(record.result, id);
         if (!content) return tl::make_unexpected(content.error());
-        needs.contents.emplace(id.substr(id.find('/') + 1), *content);
+        needs.contents.emplace(actionSubject(id, ActionStep::Content), *content);
     }
     return {};
 }
@@ -141,7 +118,7 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
                                                                                       [&](const formats::LightMapLayoutInfo& layout) {
                                                                                           return layout.isLearned() && mayTake(layout);
                                                                                       })
-                                     : isLearned(asked);
+                                     : hasLearnedBases(asked);
     if (content.isConstant && !mayBeLearned) {
         if (choice != choices.end()) reduction.layout = nameOf(*choice);
         reduction.constantOf = {content.width, content.height};

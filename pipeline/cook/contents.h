@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "formats/gltf_scene.h"
 #include "formats/light_map.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/executor.h"
@@ -13,19 +12,12 @@
 
 namespace lightcook::pipeline {
 
-/// Returns a mesh and the files beside it as inputs: roles `role`, `role`_file0, `role`_file1, ...
-std::map<std::string, std::filesystem::path> meshInputs(const std::string& role, const std::filesystem::path& mesh,
-                                                        formats::GltfFiles which = formats::GltfFiles::All);
-
-/// Returns the materials that a scene's assets are shaded with.
-verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs);
-
 /// Returns the actions that read the contents of the assets that the options want. None if the scene keeps unused assets.
 std::vector<Action> planContents(const Scene& scene, const Needs& needs, const PlanOptions& options);
 /// Adds the results of these actions to the needs. Actions that failed say nothing: their assets are cooked in full.
 formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs);
 
-/// How a light map is cooked, by what it holds.
+/// Settings of a light map's cook that follow from the content of its bake.
 struct LightMapReduction {
     std::string layout;                    ///< a layout, or "auto"
     std::optional<glm::ivec2> constantOf;  ///< see formats::LightMapDescription

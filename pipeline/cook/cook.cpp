@@ -8,7 +8,9 @@
 
 #include "formats/gltf_scene.h"
 #include "formats/temporaries.h"
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/cook/chart_settings.h"
 #include "pipeline/cook/contents.h"
@@ -28,6 +30,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/needs.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -41,7 +44,7 @@ using Clock = std::chrono::steady_clock;
 void applyOverrides(const CookOptions& options, Scene& scene) {
     OutputSettings& output = scene.output;
     if (options.target) output.target = *options.target;
-    if (options.maxError) output.maxError = *options.maxError;
+    if (options.maxError) output.maxError = options.maxError;
     if (options.maxVisible) output.maxVisible = options.maxVisible;
     if (options.maxVisibleBound) output.maxVisibleBound = options.maxVisibleBound;
     if (options.maxConverterVisible) output.maxConverterVisible = options.maxConverterVisible;
@@ -49,7 +52,6 @@ void applyOverrides(const CookOptions& options, Scene& scene) {
     if (options.maxWholeVisible) output.maxWholeVisible = options.maxWholeVisible;
     if (options.maxWholeError) output.maxWholeError = options.maxWholeError;
     if (options.maxConverterError) output.maxConverterError = options.maxConverterError;
-    output.isErrorAsked = output.isErrorAsked || options.maxError;
     if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
     if (options.lightMapLayout) output.lightMapLayout = *options.lightMapLayout;
     if (options.objective) output.objective = *options.objective;
@@ -79,18 +81,15 @@ std::string placeIn(const Scene& scene, std::string_view section, std::string_vi
 Result<void> checkSettings(const Scene& scene, const CookOptions& options, const std::filesystem::path& folder) {
     const OutputSettings& output = scene.output;
     if (const std::string why = whyNothing(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, scene.file.string(), why);
-    if (const std::string why = whyNotContainer(output); !why.empty())
+    if (const auto conflict = conflictIn(output)) {
+        // A container of the scene file may not suit the target of the command line.
+        const bool isOwnContainer = conflict->key == std::string_view("container") && !options.container;
         return failure(ErrorCode::InvalidRequest,
-                       options.container ? "--container dds"
-                       : options.target  ? "--target astc"
-                                         : placeIn(scene, "output", "", "container", "container"),
-                       why);
-    if (output.zstd && output.container == formats::Container::Dds)
-        return failure(ErrorCode::InvalidRequest, "--container dds",
-                       "found zstd asked for as well, expected --container ktx2: DDS has no supercompression");
-    if (output.rdo > 0 && output.target != Target::Bc)
-        return failure(ErrorCode::InvalidRequest, "--rdo", "found a target other than bc, expected --target bc: only BC blocks repeat");
-    if (const std::string why = whyNotDecode(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
+                       !isOwnContainer  ? conflict->option
+                       : options.target ? "--target astc"
+                                        : placeIn(scene, "output", "", "container", "container"),
+                       conflict->inOptions);
+    }
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
     for (const LightMapEntry& entry : scene.lightMaps)
@@ -106,7 +105,6 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
     for (const LightMapEntry& entry : scene.lightMaps)
         if (isSplit(output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
             if (auto checked = formats::checkNoMorphTargets(*entry.mesh); !checked) return checked;
-    if (const std::string why = whyNotGltf(output); !why.empty()) return failure(ErrorCode::InvalidRequest, "--gltf", why);
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or nothing");
@@ -170,7 +168,9 @@ private:
         const ExecutionResult materials = execute(needsGraph);
         addErrors(materials);
         if (isStopped(materials)) return {};
-        Needs needs = needsOf(materials);
+        auto known = needsOf(materials);
+        if (!known) return tl::make_unexpected(known.error());
+        Needs needs = std::move(*known);
         MapPreparation preparation(planOptions_, options_.keepGoing, state_, packedFolder(), [this](const auto& graph, const auto& folder) {
             return folder.empty() ? execute(graph) : executeInto(folder, graph);
         });
@@ -195,6 +195,8 @@ private:
                 ErrorCode::InvalidRequest, "--only",
                 fmt::format("found '{}' of an earlier cook with packed charts, expected the whole light map to be cooked: --only {}", left,
                             plan->lightMaps.front()));
+        if (const std::string why = options_.only ? whyNotLeft(scene_, *plan, outcome_.output) : ""; !why.empty())
+            return failure(ErrorCode::InvalidRequest, "--only", why);
         if (options_.keepCandidates && plan->undecided.empty())
             return failure(ErrorCode::InvalidRequest, "--keep-candidates",
                            "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, --max-error) or "
@@ -263,10 +265,14 @@ private:
     bool isStopped(const ExecutionResult& result) const { return isEndedBy(result.errors, options_.keepGoing, state_); }
 
     /// Returns the needs of the materials. Meshes that could not be read count as unknown.
-    Needs needsOf(const ExecutionResult& materials) const {
-        std::vector<const ActionRecord*> records;
-        for (const auto& [id, record] : materials.records) records.push_back(&record);
-        return resolveNeeds(scene_, records);
+    Result<Needs> needsOf(const ExecutionResult& materials) const {
+        std::vector<MaterialRecord> all;
+        for (const auto& [id, record] : materials.records) {
+            const auto ofMesh = fromJson<MaterialsResult>(record.result, id);
+            if (!ofMesh) return tl::make_unexpected(ofMesh.error());
+            all.insert(all.end(), ofMesh->materials.begin(), ofMesh->materials.end());
+        }
+        return resolveNeeds(scene_, all);
     }
 
     /// Chooses the layouts that were left open, cooks and verifies these maps and their meshes, and adds that to `result`. Repeats with the
@@ -280,9 +286,9 @@ private:
             auto plan = planScene(planned, needs, planOptions_);
             if (!plan) return plan;
             ExecutionResult chosen = execute(actionsOf(*plan, result));
-            const auto refuted = decision->isRefuted(*plan, result, chosen);
-            if (!refuted) return tl::make_unexpected(refuted.error());
-            if (*refuted && !isStopped(chosen)) continue;
+            const auto isRefuted = decision->learnFrom(*plan, result, chosen);
+            if (!isRefuted) return tl::make_unexpected(isRefuted.error());
+            if (*isRefuted && !isStopped(chosen)) continue;
             result.add(std::move(chosen));
             if (options_.keepCandidates) alternatives_ = decision->alternatives();
             notes_ = wholeVisibleNotes(*decision);
@@ -389,7 +395,7 @@ private:
     WorkRates measureRates(const ExecutionResult& result) const {
         WorkRates rates(cache_.root() / "rates.json");
         for (const auto& [id, record] : result.records) {
-            if (result.reused.contains(id) || !id.starts_with("cook/")) continue;
+            if (result.reused.contains(id) || !isOfStep(id, ActionStep::Cook)) continue;
             if (const auto cooked = fromJson<CookResult>(record.result, id))
                 rates.add(kindOfWork(cooked->asset), workOf(cooked->asset), record.seconds);
         }

@@ -6,8 +6,11 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -19,7 +22,7 @@ Result<std::uint64_t> mostMeshBytes(const Scene& scene, const std::vector<std::s
     std::uint64_t bytes = 0;
     for (const LightMapEntry& entry : scene.lightMaps) {
         if (!entry.mesh || std::ranges::find(lightMaps, entry.name) == lightMaps.end()) continue;
-        const auto record = materials.records.find("materials/" + entry.mesh->string());
+        const auto record = materials.records.find(actionId(ActionStep::Materials, entry.mesh->string()));
         if (record == materials.records.end()) continue;
         const auto result = fromJson<MaterialsResult>(record->second.result, record->second.id);
         if (!result) return tl::make_unexpected(result.error());
@@ -28,7 +31,7 @@ Result<std::uint64_t> mostMeshBytes(const Scene& scene, const std::vector<std::s
     return bytes;
 }
 
-/// Leaves the choices within a limit on rel_rms of the whole shading; where none is, those of least error.
+/// Keeps only the choices within a limit on rel_rms of the whole shading; where none is, those of least error.
 void keepWithin(double limit, std::vector<AllocationChoice>& choices) {
     double least = std::numeric_limits<double>::infinity();
     for (const AllocationChoice& each : choices) least = std::min(least, each.relRms);
@@ -49,7 +52,7 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
                                               const ExecutionResult& materials) {
     LayoutDecision decision(scene);
     for (const std::string& map : open.undecided) {
-        const auto record = trials.records.find("trial/" + map);
+        const auto record = trials.records.find(actionId(ActionStep::Trial, map));
         if (record == trials.records.end()) continue;
         const auto trial = trialIn(record->second);
         if (!trial) return tl::make_unexpected(trial.error());
@@ -60,7 +63,7 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
     if (!meshBytes) return tl::make_unexpected(meshBytes.error());
     decision.otherBytes_ = *meshBytes;
     for (const std::string& name : open.assets) {
-        const auto record = trials.records.find("cook/" + name);
+        const auto record = trials.records.find(actionId(ActionStep::Cook, name));
         if (record == trials.records.end()) continue;
         const auto cooked = fromJson<CookResult>(record->second.result, record->second.id);
         if (!cooked) return tl::make_unexpected(cooked.error());
@@ -88,13 +91,13 @@ void LayoutDecision::addChoices(const std::string& map, const JointTrialResult& 
     }
 }
 
-/// Returns true if the limits of a light map alone leave a layout. A limit on the whole may need a finer one than the cheapest.
+/// Returns true if the limits of a light map alone allow a layout. A limit on the whole may need a finer one than the cheapest.
 bool LayoutDecision::keepsLimits(const std::string& map, const std::string& layout, const std::string& cheapest) const {
     if (layout == cheapest) return true;
-    return scene_.output.isWholeLimited() && std::ranges::find(candidates_.at(map), layout, &LightMapCandidate::layout)->error <= 1;
+    return scene_.output.isWholeLimited() && std::ranges::find(candidates_.at(map), layout, &LightMapCandidate::layout)->usedOfLimits <= 1;
 }
 
-/// Returns the choices that the limits on light maps, and on rel_rms of the whole shading, leave.
+/// Returns the choices within the limits on light maps and on rel_rms of the whole shading.
 AllocationChoices LayoutDecision::allowedChoices() const {
     AllocationChoices allowed = choices_;
     for (auto& entry : allowed) {
@@ -139,10 +142,9 @@ std::map<std::string, std::map<std::string, std::string>> LayoutDecision::altern
     return out;
 }
 
-Result<bool> LayoutDecision::isRefuted(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
-    auto lightMap = isLightMapRefuted(chosen);
-    if (!lightMap) return lightMap;
-    if (choices_.empty()) return *lightMap;
+Result<bool> LayoutDecision::learnFrom(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
+    const auto isMapRefuted = noteVerifiedMaps(chosen);
+    if (!isMapRefuted || choices_.empty()) return isMapRefuted;
     if (auto noted = noteFailedDominants(chosen); !noted) return tl::make_unexpected(noted.error());
     if (auto noted = noteFailedWholes(chosen); !noted) return tl::make_unexpected(noted.error());
     if (auto corrected = correctBytes(plan, others, chosen); !corrected) return tl::make_unexpected(corrected.error());
@@ -150,19 +152,20 @@ Result<bool> LayoutDecision::isRefuted(const Plan& plan, const ExecutionResult& 
     return choose() != before;
 }
 
-Result<bool> LayoutDecision::isLightMapRefuted(const ExecutionResult& chosen) {
+/// Notes the verified errors of light maps. Returns true if one misses a limit that its trial had kept.
+Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
     bool isRefuted = false;
     for (auto& [map, candidates] : candidates_) {
         const std::string& layout = chosen_.at(map);
-        const auto record = chosen.records.find("verify/" + map);
+        const auto record = chosen.records.find(actionId(ActionStep::Verify, map));
         if (record == chosen.records.end()) continue;
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
         const verify::StageError& last = verified->verdict.stages.back();
-        const double found = verifiedPart(last, verified->seams ? verified->seams->largestAdded() : 0, limitsOf(scene_, map));
+        const double found = verifiedUse(last, verified->seams ? verified->seams->largestAdded() : 0, limitsOf(scene_, map));
         LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
-        if (found > 1 && candidate.error <= 1) isRefuted = true;
-        candidate.error = found;
+        if (found > 1 && candidate.usedOfLimits <= 1) isRefuted = true;
+        candidate.usedOfLimits = found;
     }
     return isRefuted;
 }
@@ -170,7 +173,7 @@ Result<bool> LayoutDecision::isLightMapRefuted(const ExecutionResult& chosen) {
 /// Notes dominant lights that failed their verification, so that they are chosen last.
 Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) {
     for (auto& [map, choices] : choices_) {
-        const auto record = chosen.records.find("verify/" + dominantNameOf(map));
+        const auto record = chosen.records.find(actionId(ActionStep::Verify, dominantNameOf(map)));
         if (record == chosen.records.end()) continue;
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
@@ -185,7 +188,7 @@ Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) 
 /// Notes pairs over a limit on what a pixel shows, which the trial of a part of the map had found within it.
 Result<void> LayoutDecision::noteFailedWholes(const ExecutionResult& chosen) {
     for (auto& [map, choices] : choices_) {
-        const auto record = chosen.records.find("whole/" + map);
+        const auto record = chosen.records.find(actionId(ActionStep::Whole, map));
         if (record == chosen.records.end()) continue;
         const auto whole = fromJson<WholeFigures>(record->second.result, record->second.id);
         if (!whole) return tl::make_unexpected(whole.error());
@@ -205,7 +208,7 @@ Result<void> LayoutDecision::noteFailedWholes(const ExecutionResult& chosen) {
 Result<void> LayoutDecision::correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
     std::uint64_t found = 0;
     for (const std::string& asset : plan.assets) {
-        const std::string id = "cook/" + asset;
+        const std::string id = actionId(ActionStep::Cook, asset);
         const auto& records = chosen.records.contains(id) ? chosen.records : others.records;
         const auto record = records.find(id);
         if (record == records.end()) return {};
@@ -238,7 +241,8 @@ std::vector<FrontierPoint> frontierOf(const LayoutDecision& decision) {
 std::map<std::string, Json> wholeVisibleNotes(const LayoutDecision& decision) {
     std::map<std::string, Json> notes;
     if (decision.frontier().empty()) return notes;
-    for (const auto& [map, choice] : decision.frontier()[decision.chosenPoint()].choices) notes[map] = {{"whole_visible", choice.visible}};
+    for (const auto& [map, choice] : decision.frontier()[decision.chosenPoint()].choices)
+        notes[map] = {{note_keys::kWholeVisible, choice.visible}};
     return notes;
 }
 

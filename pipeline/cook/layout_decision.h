@@ -32,10 +32,11 @@ public:
     /// with a budget the allocation of least error within it; or with a limit on what a pixel shows the smallest allocation within it, or
     /// within the budget as well. Beside an error of light maps, maps keep the cheapest within it, and the rest is for the dominant lights.
     std::map<std::string, std::string> choose();
-    /// Notes the verified errors and the bytes of what was chosen. Returns true if choose() would now choose something else: a map missed
-    /// the bound that its trial had kept, since a trial of a part of a map may be too good; or meshes turned out smaller than their upper
-    /// bound.
-    formats::Result<bool> isRefuted(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
+    /// Notes what verification found of the chosen assets: errors of light maps, failures, and the bytes that meshes take. Where layouts
+    /// are chosen together, also chooses again. Returns true if the choice has to be tried anew: a map missed a limit that its trial had
+    /// kept, since a trial of a part of a map may be too good; or another allocation was chosen, as meshes turned out smaller than their
+    /// upper bound.
+    formats::Result<bool> learnFrom(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
     /// Returns other choices than the last choose(), by layout: each map that the layout is on the curve of (layoutsOfCurve) has it, the
     /// other assets are as chosen.
@@ -52,7 +53,7 @@ private:
     bool keepsLimits(const std::string& map, const std::string& layout, const std::string& cheapest) const;
     AllocationChoices allowedChoices() const;
     std::size_t pointOfLimits() const;
-    formats::Result<bool> isLightMapRefuted(const ExecutionResult& chosen);
+    formats::Result<bool> noteVerifiedMaps(const ExecutionResult& chosen);
     formats::Result<void> noteFailedDominants(const ExecutionResult& chosen);
     formats::Result<void> noteFailedWholes(const ExecutionResult& chosen);
     formats::Result<void> correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);

@@ -6,6 +6,7 @@
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/executor.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 
+#include "pipeline/assets/action_kind.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/cook/contents.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -102,7 +105,7 @@ Result<void> MapPreparation::split(Scene& scene, const Needs& needs) {
     const ExecutionResult result = run(splits);
     for (const LightMapEntry& entry : maps.lightMaps) {
         std::ranges::find(scene.lightMaps, entry.name, &LightMapEntry::name)->charts.mode = ChartMode::Pack;
-        const auto record = result.records.find("split/" + entry.name);
+        const auto record = result.records.find(actionId(ActionStep::Split, entry.name));
         if (record == result.records.end() || isStopped()) continue;
         const auto chosen = fromJson<SplitResult>(record->second.result, record->first);
         if (!chosen) return tl::make_unexpected(chosen.error());
@@ -131,9 +134,9 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
         const bool isHeld = *bytes && static_cast<double>(**bytes) <= kHeldExpectation * expected;
         if (isHeld && areSmaller(*bytes, bytesOfOne)) break;
     }
-    notes_[entry.name] = {{"split", best != nullptr
-                                        ? splitWords(entry, *best, least, bytesOfOne)
-                                        : fmt::format("no, one layout for all {} charts takes the fewest bytes", packing.charts)}};
+    notes_[entry.name] = {
+        {note_keys::kSplit, best != nullptr ? splitWords(entry, *best, least, bytesOfOne)
+                                            : fmt::format("no, one layout for all {} charts takes the fewest bytes", packing.charts)}};
     if (!areSmaller(least, bytesOfOne)) return {};
     const std::vector<LightMapEntry> parts = partsOf(entry, *best, found.displayKey);
     const auto place = std::ranges::find(scene.lightMaps, entry.name, &LightMapEntry::name);

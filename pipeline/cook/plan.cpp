@@ -13,6 +13,7 @@
 #include "formats/gltf_scene.h"
 #include "formats/light_map_layout.h"
 #include "formats/nearest.h"
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/dominant/dominant.h"
@@ -24,6 +25,8 @@
 #include "pipeline/assets/light_map/whole_errors.h"
 #include "pipeline/assets/lut/lut.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/rsrm/rsrm.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/assets/verification.h"
@@ -34,23 +37,12 @@
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/rsrm_format.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
 
 using Inputs = std::map<std::string, std::filesystem::path>;
-
-/// Returns true if a layout has learned bases for each cluster of charts: then a mesh names the cluster of each vertex.
-bool hasLearnedBases(const std::string& layout) {
-    const auto known = formats::lightMapLayoutFromName(layout);
-    return known && formats::info(*known).isLearned();
-}
-
-/// Returns true if the encoder of a layout has an objective to minimize.
-bool hasObjective(const std::string& layout) {
-    const auto known = formats::lightMapLayoutFromName(layout);
-    return known && formats::info(*known).hasObjective();
-}
 
 /// Returns the bytes that something smaller saves; 0 if it is not smaller.
 std::uint64_t savedBytes(std::uint64_t would, std::uint64_t is) {
@@ -105,10 +97,16 @@ bool isMeshWanted(const Scene& scene, const PlanOptions& options, const LightMap
 constexpr int kTableTexelBytes = 24;
 constexpr int kTableRows = 16;
 
+/// What only assets of a light map have.
+struct OfLightMap {
+    std::optional<UnpackedBake> unpacked = {};   ///< parameter of the verification, of a repacked light map
+    std::vector<std::string> dependencies = {};  ///< ids of actions that both actions wait for
+};
+
 /// Plans the assets of a scene, kind by kind.
-class Planner {
+class ScenePlanner {
 public:
-    Planner(const Scene& scene, const Needs& needs, const PlanOptions& options) : scene_(scene), needs_(needs), options_(options) {
+    ScenePlanner(const Scene& scene, const Needs& needs, const PlanOptions& options) : scene_(scene), needs_(needs), options_(options) {
         textures_ = TextureSettings{scene.output.container, scene.output.zstd, scene.output.effort, scene.output.rdo};
         shading_ = shadingOf(scene, needs);
     }
@@ -156,16 +154,21 @@ private:
         return {scene_.display, converterVisibleLimit(scene_.output, ofAsset)};
     }
 
+    /// Adds the actions that cook and verify an asset.
     template <Described Parameters, Described VerifyParameters>
     void add(const std::string& asset, AssetKind kind, const Parameters& parameters, Inputs inputs,
-             const VerifyParameters& verifyParameters, const Inputs& verifyInputs) {
+             const VerifyParameters& verifyParameters, const Inputs& verifyInputs, const OfLightMap& ofLightMap = {}) {
         for (const std::string& name : fileNames(asset, kind))
             if (!fileNames_.insert(inLowerCase(name)).second && takenName_.empty()) takenName_ = name;
         plan_.assets.push_back(asset);
-        plan_.actions.push_back({"cook/" + asset, std::string(info(kind).name), asset, toJson(parameters), std::move(inputs), {}});
+        plan_.actions.push_back({actionId(ActionStep::Cook, asset), std::string(info(kind).name), asset, toJson(parameters),
+                                 std::move(inputs), ofLightMap.dependencies});
         Json verification = toJson(verifyParameters);
         verification["max_error"] = limitOf(kind, parameters);
-        plan_.actions.push_back(verifyAction(asset, kind, verifyInputs, std::move(verification)));
+        if (ofLightMap.unpacked) verification[kUnpackedKey] = toJson(*ofLightMap.unpacked);
+        Action verify = verifyAction(asset, kind, verifyInputs, std::move(verification));
+        verify.dependencies.insert(verify.dependencies.end(), ofLightMap.dependencies.begin(), ofLightMap.dependencies.end());
+        plan_.actions.push_back(std::move(verify));
     }
 
     /// Returns the limit on the error of an asset.
@@ -175,8 +178,8 @@ private:
         if constexpr (std::is_same_v<Parameters, LightMapParameters>) return lightMapErrorLimit(output);
         // The parameters of a dominant light leave out the layout if it is the first one, so they do not tell whether a budget chose it.
         if constexpr (std::is_same_v<Parameters, DominantParameters>)
-            if ((parameters.layout || output.isChosenByWhole()) && !output.maxConverterError) return kMostChosenError;
-        return info(kind).isHeldToMaxError ? output.maxError : converterLimit(output);
+            if ((parameters.layout || output.isChosenByWhole()) && !output.maxConverterError) return kNoErrorLimit;
+        return info(kind).isHeldToMaxError ? errorLimit(output) : converterLimit(output);
     }
 
     void planLightMap(const LightMapEntry& entry) {
@@ -242,11 +245,12 @@ private:
         if (!scene_.output.isChosenByWhole() || reduction.constantOf || !wants(entry.name, AssetKind::LightMap, entry)) return;
         WholeVerifyParameters parameters{
             {shading_, displayOf(scene_, entry)}, {}, scene_.output.maxWholeVisible, scene_.output.maxWholeError};
-        std::vector<std::string> dependencies = {"cook/" + entry.name};
+        std::vector<std::string> dependencies = {actionId(ActionStep::Cook, entry.name)};
         if (isDominantShown(entry, reduction)) {
             parameters.fit = entry.dominantFit;
             const std::string dominant = dominantNameOf(entry.name);
-            if (std::ranges::find(plan_.assets, dominant) != plan_.assets.end()) dependencies.push_back("cook/" + dominant);
+            if (std::ranges::find(plan_.assets, dominant) != plan_.assets.end())
+                dependencies.push_back(actionId(ActionStep::Cook, dominant));
         }
         plan_.actions.push_back(
             wholeAction(entry.name, bakeInputs(entry.file, entry.description), toJson(parameters), std::move(dependencies)));
@@ -275,8 +279,8 @@ private:
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
         add(entry.name, AssetKind::LightMap,
             LightMapParameters{description, layout, scene_.output.target, textures_, visible, hasMips(scene_.output, entry)},
-            hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
-        if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
+            hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs,
+            {.unpacked = packed != nullptr ? std::optional(packed->bake) : std::nullopt});
         const std::string asked = layoutAsked(scene_.output);
         const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
         if (reduction.constantOf)
@@ -315,13 +319,16 @@ private:
         if (layout != allDominantLayouts().front().name && !description.constantOf) parameters.layout = layout;
         add(dominant, AssetKind::Dominant, parameters, bakeInputs(entry.file, entry.description),
             DominantVerifyParameters{{shading_, displayOf(scene_, entry)}, visible({}).maxVisible},
-            description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry));
-        if (const PackedLightMap* packed = packedOf(entry))
-            plan_.actions.back().parameters[kUnpackedKey] = toJson(withoutPlaces(packed->bake));
+            description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry),
+            {.unpacked = bakeWithoutPlaces(entry)});
     }
 
-    /// Returns what the verification of a dominant light or a mesh needs to find its sources again.
-    static UnpackedBake withoutPlaces(UnpackedBake bake) {
+    /// Returns what the verification of a dominant light or a mesh needs to find the sources of a repacked light map again; nothing for
+    /// others.
+    std::optional<UnpackedBake> bakeWithoutPlaces(const LightMapEntry& entry) const {
+        const PackedLightMap* packed = packedOf(entry);
+        if (packed == nullptr) return std::nullopt;
+        UnpackedBake bake = packed->bake;
         bake.places.clear();
         return bake;
     }
@@ -355,16 +362,12 @@ private:
         Inputs verifyInputs = bakeInputs(entry.file, entry.description);
         verifyInputs.insert(inputs.begin(), inputs.end());
         const VisibleParameters visible{displayOf(scene_, entry), visibleLimit(scene_.output, entry.maxVisible)};
-        MeshParameters parameters{description, scene_.output.draco, scene_.output.maxError, entry.name};
+        MeshParameters parameters{description, scene_.output.draco, errorLimit(scene_.output), entry.name};
         if (visible.maxVisible) parameters.visible = visible;
-        add(asset, AssetKind::Mesh, parameters, scene_.output.draco ? verifyInputs : inputs, visible, verifyInputs);
+        OfLightMap ofLightMap{.unpacked = bakeWithoutPlaces(entry)};
+        if (hasLearnedBases(layout)) ofLightMap.dependencies = {actionId(ActionStep::Cook, entry.name)};
+        add(asset, AssetKind::Mesh, parameters, scene_.output.draco ? verifyInputs : inputs, visible, verifyInputs, ofLightMap);
         plan_.meshes[asset] = entry.name;
-        if (const PackedLightMap* packed = packedOf(entry)) {
-            plan_.actions.back().parameters[kUnpackedKey] = toJson(withoutPlaces(packed->bake));
-        }
-        if (!hasLearnedBases(layout)) return;
-        plan_.actions[plan_.actions.size() - 2].dependencies.push_back("cook/" + entry.name);
-        plan_.actions.back().dependencies.push_back("cook/" + entry.name);
     }
 
     /// Adds the scene as glTF with a light map bound to it, and with the first probe that the scene uses.
@@ -380,12 +383,12 @@ private:
                 if (role != kColorConfigRole) inputs["probe-" + role] = file;
             if (probe->sh) inputs[kProbeShRole] = *probe->sh;
         }
-        plan_.actions.push_back({"gltf/" + entry.name,
-                                 "gltf",
+        plan_.actions.push_back({actionId(ActionStep::Gltf, entry.name),
+                                 kGltfKind,
                                  entry.name,
                                  toJson(parameters),
                                  std::move(inputs),
-                                 {"cook/" + entry.name, "verify/" + entry.name}});
+                                 {actionId(ActionStep::Cook, entry.name), actionId(ActionStep::Verify, entry.name)}});
     }
 
     void planProbe(const ProbeEntry& entry) {
@@ -428,7 +431,7 @@ private:
         if (unread == 0) return 0;
         const std::uint64_t bytes = cubemapBytes(entry.size, scene_.output.target) - cubemapBytes(size, scene_.output.target);
         if (scene_.output.keepUnused || !entry.readLevelsOnly.value_or(scene_.output.isChosenByWhole())) {
-            plan_.notes[entry.name] = {{"unread_levels", unread}, {"unread_bytes", bytes}};
+            plan_.notes[entry.name] = {{note_keys::kUnreadLevels, unread}, {note_keys::kUnreadBytes, bytes}};
             return 0;
         }
         skip(fmt::format("{} of {} levels of cubemap '{}'", unread, lastCubemapLevel(entry.size) + 1, entry.name),
@@ -600,17 +603,13 @@ std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
     return meshNameAmong(scene, entry, &LightMapEntry::name);
 }
 
-double lightMapErrorLimit(const OutputSettings& output) {
-    return output.isChosenByWhole() && !output.isErrorAsked ? kMostChosenError : output.maxError;
-}
-
 std::vector<Action> planNeeds(const Scene& scene) {
     std::vector<Action> actions;
     std::set<std::filesystem::path> meshes;
     for (const LightMapEntry& entry : scene.lightMaps)
         if (entry.mesh && meshes.insert(*entry.mesh).second)
-            actions.push_back({"materials/" + entry.mesh->string(),
-                               "materials",
+            actions.push_back({actionId(ActionStep::Materials, entry.mesh->string()),
+                               kMaterialsKind,
                                entry.mesh->filename().string(),
                                Json::object(),
                                meshInputs(kMeshRole, *entry.mesh),
@@ -620,16 +619,18 @@ std::vector<Action> planNeeds(const Scene& scene) {
 
 Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std::string, std::filesystem::path>& sources,
                     Json parameters) {
-    return {"verify/" + asset, "verify-" + std::string(info(kind).name), asset, std::move(parameters), sources, {"cook/" + asset}};
+    return {
+        actionId(ActionStep::Verify, asset), std::string(kVerifyKindPrefix).append(info(kind).name), asset, std::move(parameters), sources,
+        {actionId(ActionStep::Cook, asset)}};
 }
 
 Action wholeAction(const std::string& lightMap, const std::map<std::string, std::filesystem::path>& sources, Json parameters,
                    std::vector<std::string> dependencies) {
-    return {"whole/" + lightMap, "verify-whole", lightMap, std::move(parameters), sources, std::move(dependencies)};
+    return {actionId(ActionStep::Whole, lightMap), kVerifyWholeKind, lightMap, std::move(parameters), sources, std::move(dependencies)};
 }
 
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options) {
-    Planner planner(scene, needs, options);
+    ScenePlanner planner(scene, needs, options);
     auto planned = planner.plan();
     if (!planned) return planned;
     const Plan& plan = *planned;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/cook/skip.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/repack/packed_light_map.h"
 #include "pipeline/scene/needs.h"
@@ -62,17 +63,6 @@ bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapE
 std::vector<Action> planNeeds(const Scene& scene);
 /// Plans the assets of a scene: asset "a" gets an action "cook/a" and an action "verify/a".
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options);
-
-/// Limit on rel_rms of an asset that has none: a budget, or a limit on what a pixel shows, chooses its layout or decides in place of
-/// max_error. Light that is lost has an error of 1.
-inline constexpr double kMostChosenError = 2;
-/// Returns true if a limit on rel_rms is that of a scene, and not the one in its place.
-inline bool isLimitOfScene(double maxError) {
-    return maxError != kMostChosenError;
-}
-/// Returns the limit on rel_rms of a scene's light maps: max_error. Without it kMostChosenError, if there is a budget or a limit on what a
-/// pixel shows, else the default of max_error.
-double lightMapErrorLimit(const OutputSettings& output);
 
 /// Name of the specular tables.
 inline constexpr const char* kTablesName = "specular";

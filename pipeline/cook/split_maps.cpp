@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <set>
 
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/light_map/layout_choice.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/cook/trial_actions.h"
 #include "pipeline/scene/dominant_layout.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -54,7 +56,7 @@ std::optional<Action> splitAction(const Scene& scene, const Needs& needs, const 
     if (!trial) return std::nullopt;
     const SplitParameters parameters{std::move(*trial), lightMapErrorLimit(scene.output), visibleLimit(scene.output, entry.maxVisible),
                                      packed.bake.places, packed.boxes};
-    return Action{"split/" + entry.name, "split-charts", entry.name, toJson(parameters), learnedInputsOf(entry), {}};
+    return Action{actionId(ActionStep::Split, entry.name), kSplitChartsKind, entry.name, toJson(parameters), learnedInputsOf(entry), {}};
 }
 
 std::vector<LightMapEntry> partsOf(const LightMapEntry& lightMap, const TriedSplit& split, double displayKey) {
@@ -79,7 +81,7 @@ std::optional<std::uint64_t> leastBytes(const TrialResult& trial, const ChartPac
     std::optional<std::uint64_t> least;
     for (const LightMapCandidate& each :
          candidatesOf(trial, {lightMapErrorLimit(scene.output), visibleLimit(scene.output, entry.maxVisible)}))
-        if (each.error <= 1 && each.bytes < least.value_or(UINT64_MAX)) least = each.bytes;
+        if (each.usedOfLimits <= 1 && each.bytes < least.value_or(UINT64_MAX)) least = each.bytes;
     if (least && needs.specular) *least += dominantBytes(entry, scene.output.target, {packing.width, packing.height});
     return least;
 }

@@ -8,8 +8,10 @@
 
 #include "formats/light_map_layout.h"
 #include "formats/pixel_format.h"
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/cook/split_maps.h"
@@ -17,6 +19,7 @@
 #include "pipeline/manifest/self_digest.h"
 #include "pipeline/repack/unpacked_bake.h"
 #include "pipeline/report/exit_codes.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -148,7 +151,7 @@ void describeSources(const PackedLightMap& packed, const CookedAsset& asset, Rep
     if (row.kind == AssetKind::Mesh) return;
     if (!row.notes) row.notes = Json::object();
     if (row.kind == AssetKind::LightMap) row.notes->update(packed.notes);
-    (*row.notes)["packing"] = packingWords(packed.bake.packing, packed.bake.part.has_value(), asset);
+    (*row.notes)[note_keys::kPacking] = packingWords(packed.bake.packing, packed.bake.part.has_value(), asset);
 }
 
 }  // namespace
@@ -160,6 +163,19 @@ std::string leftWithOtherCharts(const Plan& plan, const std::filesystem::path& f
         if (plan.unwanted.contains(asset.name) && std::ranges::find(plan.lightMaps, lightMapOf(asset)) != plan.lightMaps.end() &&
             asset.verify && asset.verify->contains(kUnpackedKey))
             return asset.name;
+    return {};
+}
+
+std::string whyNotLeft(const Scene& scene, const Plan& plan, const std::filesystem::path& folder) {
+    const auto old = loadManifest(folder);
+    if (!old) return {};
+    const auto left = std::ranges::find_if(old->assets, [&](const CookedAsset& asset) { return plan.unwanted.contains(asset.name); });
+    if (left == old->assets.end()) return {};
+    const Json before = toJson(*old), now = toJson(makeManifest(scene, folder, {}, {}, ""));
+    for (const char* key : {"target", "color", "lobe", "up_axis"})
+        if (before.at(key) != now.at(key))
+            return fmt::format("found '{}' of an earlier cook with {} = {}, expected {} of this one: cook the whole scene, without --only",
+                               left->name, key, before.at(key).dump(), now.at(key).dump());
     return {};
 }
 
@@ -245,17 +261,18 @@ Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& res
     }
     for (const std::string& name : plan.assets) {
         if (auto added = addAsset(plan, result, name); !added) return added;
-        if (const auto gltf = result.records.find("gltf/" + name); gltf != result.records.end())
+        if (const auto gltf = result.records.find(actionId(ActionStep::Gltf, name)); gltf != result.records.end())
             for (const FileRecord& file : gltf->second.files) gltf_.push_back({file.name, name, file.digest});
     }
     return {};
 }
 
 Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name) {
-    const auto cooked = result.records.find("cook/" + name), verified = result.records.find("verify/" + name);
+    const auto cooked = result.records.find(actionId(ActionStep::Cook, name)),
+               verified = result.records.find(actionId(ActionStep::Verify, name));
     if (cooked == result.records.end() || verified == result.records.end()) return {};
     const auto packed = plan.packed.find(name);
-    Action cook = actionOf(plan, "cook/" + name), verify = actionOf(plan, "verify/" + name);
+    Action cook = actionOf(plan, actionId(ActionStep::Cook, name)), verify = actionOf(plan, actionId(ActionStep::Verify, name));
     if (packed != plan.packed.end()) {
         cook.inputs.clear();
         verify.inputs = packed->second.sources;
@@ -264,17 +281,17 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
     if (!asset) return tl::make_unexpected(asset.error());
     if (packed != plan.packed.end())
         if (auto described = describeSource(packed->second, *asset); !described) return described;
-    const auto whole = result.records.find("whole/" + name);
+    const auto whole = result.records.find(actionId(ActionStep::Whole, name));
     if (whole != result.records.end()) asset->verifyWhole = actionOf(plan, whole->first).parameters;
     auto row = reportRow(*asset, cooked->second, verified->second, whole == result.records.end() ? nullptr : &whole->second);
     if (!row) return tl::make_unexpected(row.error());
     if (packed != plan.packed.end()) describeSources(packed->second, *asset, *row);
-    if (const auto record = result.records.find("trial/" + name); record != result.records.end()) {
+    if (const auto record = result.records.find(actionId(ActionStep::Trial, name)); record != result.records.end()) {
         auto trial = trialIn(record->second);
         if (!trial) return tl::make_unexpected(trial.error());
         // Whatever else allows a smaller layout, one of a large error is not better.
         LayoutLimits limits = limitsOf(scene_, name);
-        limits.maxError = scene_.output.maxError;
+        limits.maxError = errorLimit(scene_.output);
         if (const TrialCandidate* excluded = bestExcluded(trial->trial.candidates, row->layout, limits)) {
             const auto chosen = std::ranges::find(trial->trial.candidates, row->layout, &TrialCandidate::layout);
             row->betterExcluded =

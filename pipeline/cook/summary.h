@@ -23,6 +23,10 @@ double workOf(const CookedAsset& asset);
 /// map are not now: its textures or UVs belong to another packing. Empty: none.
 std::string leftWithOtherCharts(const Plan& plan, const std::filesystem::path& folder);
 
+/// Returns why assets of an earlier cook in a folder cannot stay beside those that a plan cooks: the manifest has one target, working
+/// colour space, lobe and up axis for all. Empty: they can.
+std::string whyNotLeft(const Scene& scene, const Plan& plan, const std::filesystem::path& folder);
+
 /// Writes the summaries of one cook.
 class SummaryWriter {
 public:

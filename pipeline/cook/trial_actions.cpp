@@ -1,6 +1,9 @@
 #include "pipeline/cook/trial_actions.h"
 
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 
@@ -25,8 +28,8 @@ std::map<std::string, std::filesystem::path> learnedInputsOf(const LightMapEntry
 }
 
 Action trialAction(const LightMapEntry& entry, const TrialParameters& parameters, const std::optional<JointTrial>& joint) {
-    return {"trial/" + entry.name,
-            joint ? "joint-trial" : "light-map-trial",
+    return {actionId(ActionStep::Trial, entry.name),
+            joint ? kJointTrialKind : kLightMapTrialKind,
             entry.name,
             joint ? toJson(JointTrialParameters{parameters, *joint}) : toJson(parameters),
             learnedInputsOf(entry),

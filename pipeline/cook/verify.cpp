@@ -1,14 +1,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <iterator>
 
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
+#include "pipeline/assets/verification.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/plan.h"
@@ -20,6 +21,7 @@
 #include "pipeline/repack/packed_light_map.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -28,11 +30,6 @@ using formats::Error;
 using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Facts of an asset's cook, from an earlier report.
 struct CookFacts {
@@ -67,7 +64,7 @@ Error withSourcesAdvice(Error error) {
 /// Verifies a cooked folder again, from the bytes on disk and the sources.
 class Verification {
 public:
-    Verification(const VerifyOptions& options, const RunState& state) : options_(options), state_(state), start_(Clock::now()) {}
+    Verification(const VerifyOptions& options, const RunState& state) : options_(options), state_(state) {}
 
     Outcome run() {
         outcome_.output = options_.folder;
@@ -99,7 +96,7 @@ private:
         // What is not in the folder cannot be verified.
         std::optional<IncompleteCook> incomplete = previous ? previous->incomplete : leftOut(manifestFile(), *manifest);
         const Report report = makeReport({manifest->scene,
-                                          secondsSince(start_),
+                                          watch_.seconds(),
                                           peakResidentBytes(),
                                           manifest->budgetBytes,
                                           {},
@@ -145,13 +142,13 @@ private:
             lightMap.result = toJson(CookResult{**found, 0, {}});
             upstream.push_back(&lightMap);
         }
-        const auto start = Clock::now();
+        const Stopwatch watch;
         if (state_.event) state_.event(action, ActionEvent::Started, 0);
         auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, upstream, shared_, state_});
         if (!outcome) return tl::make_unexpected(outcome.error());
         verified.result = std::move(outcome->result);
         verified.result.erase("preview");  // drawn in a scratch folder
-        verified.seconds = secondsSince(start);
+        verified.seconds = watch.seconds();
         if (state_.event) state_.event(action, ActionEvent::Finished, verified.seconds);
         if (!asset.verifyWhole) return reportRow(asset, cooked, verified);
         const auto whole = verifyWhole(manifest, asset, action.inputs, cooked, scratch);
@@ -171,11 +168,11 @@ private:
             upstream.push_back(&dominant);
         }
         const Action action = wholeAction(lightMap.name, sources, *lightMap.verifyWhole, {});
-        const auto start = Clock::now();
+        const Stopwatch watch;
         auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, upstream, shared_, state_});
         if (!outcome) return tl::make_unexpected(outcome.error());
         record.result = std::move(outcome->result);
-        record.seconds = secondsSince(start);
+        record.seconds = watch.seconds();
         return record;
     }
 
@@ -185,8 +182,12 @@ private:
                                            const std::filesystem::path& scratch) {
         const std::string name = asset.lightMap.value_or(asset.name);
         if (const auto known = packed_.find(name); known != packed_.end()) return &known->second;
-        const Action action{
-            "pack/" + name, "pack-charts", name, toJson(PackParameters{bake.description, bake.packing.maxVisible, bake.part}), sources, {}};
+        const Action action{actionId(ActionStep::Pack, name),
+                            kPackChartsKind,
+                            name,
+                            toJson(PackParameters{bake.description, bake.packing.maxVisible, bake.part}),
+                            sources,
+                            {}};
         ActionRecord record;
         auto outcome = actionFunction(action.kind)({action, scratch, scratch, {}, shared_, state_});
         if (!outcome) return tl::make_unexpected(outcome.error());
@@ -209,7 +210,7 @@ private:
     Result<void> noteSources(const CookedAsset& asset, const std::map<std::string, std::filesystem::path>& sources) {
         const auto source = sources.find("source");
         if (asset.verify && asset.verify->contains("max_error") && info(asset.kind).isHeldToMaxError)
-            if (const double limit = asset.verify->at("max_error").get<double>(); isLimitOfScene(limit)) scene_.output.maxError = limit;
+            if (const double limit = asset.verify->at("max_error").get<double>(); limit != kNoErrorLimit) scene_.output.maxError = limit;
         if (source == sources.end()) return {};
         if (asset.kind == AssetKind::Cubemap) {
             ProbeEntry entry{asset.name, source->second, {}};
@@ -269,7 +270,7 @@ private:
 
     const VerifyOptions& options_;
     const RunState& state_;
-    Clock::time_point start_;
+    const Stopwatch watch_;
     SharedObjects shared_;
     Scene scene_;                                   ///< the sources of all assets, for lint
     std::map<std::string, PackedLightMap> packed_;  ///< by light map

@@ -33,6 +33,16 @@ void describe(Fields& fields, Self& record) {
     fields.required("files", record.files, "files that it wrote");
 }
 
+namespace {
+
+/// Returns the first line of a record: a digest of its key and text. A record that a disk has changed, or that lies under the key of
+/// another action, does not have it.
+std::string recordDigest(const std::string& key, std::string_view text) {
+    return digestOfText(fmt::format("{}\n{}", key, text));
+}
+
+}  // namespace
+
 Cache::Cache(std::filesystem::path root, std::uint64_t limitBytes) : root_(std::move(root)), limitBytes_(limitBytes) {}
 
 std::filesystem::path Cache::recordPath(const std::string& key) const {
@@ -45,9 +55,8 @@ std::filesystem::path Cache::contentPath(const std::string& digest) const {
 std::optional<ActionRecord> Cache::find(const std::string& key) const {
     const auto text = readFile(recordPath(key));
     if (!text) return std::nullopt;
-    // A record begins with the digest of its text: one that a disk has changed is as good as none.
     const std::size_t end = text->find('\n');
-    if (end == std::string::npos || digestOfText(std::string_view(*text).substr(end + 1)) != text->substr(0, end)) return std::nullopt;
+    if (end == std::string::npos || recordDigest(key, std::string_view(*text).substr(end + 1)) != text->substr(0, end)) return std::nullopt;
     const Json json = Json::parse(text->begin() + static_cast<std::ptrdiff_t>(end) + 1, text->end(), nullptr, false);
     auto record = fromJson<ActionRecord>(json, recordPath(key).string());
     if (!record) return std::nullopt;
@@ -61,7 +70,7 @@ Result<void> Cache::store(const std::string& key, const ActionRecord& record, co
         if (auto copied = copyFile(folder / file.name, contentPath(file.digest)); !copied) return copied;
     }
     const std::string text = toJson(record).dump(-1, ' ', false, Json::error_handler_t::replace);
-    return writeFile(recordPath(key), digestOfText(text) + "\n" + text);
+    return writeFile(recordPath(key), recordDigest(key, text) + "\n" + text);
 }
 
 void Cache::storeRun(const RunRecord& run) const {
@@ -72,7 +81,7 @@ std::optional<RunRecord> Cache::findRun(const std::string& at) const {
     const auto text = readFile(root_ / "runs" / at);
     if (!text) return std::nullopt;
     auto run = fromJson<RunRecord>(parseJson(*text), at);
-    return run ? std::optional(std::move(*run)) : std::nullopt;
+    return run && run->at == at ? std::optional(std::move(*run)) : std::nullopt;
 }
 
 std::string timeNow() {

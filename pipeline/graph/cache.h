@@ -20,7 +20,8 @@ public:
     /// limitBytes  of contents: prune() removes the least recently used ones beyond it
     Cache(std::filesystem::path root, std::uint64_t limitBytes);
 
-    /// Returns the record of a key, or nothing if it is absent or damaged. Its contents may have been pruned: see restore().
+    /// Returns the record of a key, or nothing if it is absent, damaged, or the record of another key. Its contents may have been pruned:
+    /// see restore().
     std::optional<ActionRecord> find(const std::string& key) const;
     /// Stores a record and copies of its files, which lie in `folder`.
     formats::Result<void> store(const std::string& key, const ActionRecord& record, const std::filesystem::path& folder) const;

@@ -220,7 +220,7 @@ Result<void> publish(const ExecutionResult& result, const std::filesystem::path&
         std::error_code code;
         const std::filesystem::path staged = staging / file.name;
         if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(staged, code))) continue;
-        if (auto made = makeFolder((outputFolder / file.name).parent_path()); !made) return made;
+        if (auto made = makeFoldersOf(outputFolder, file.name); !made) return made;
         if (auto moved = moveFile(staged, outputFolder / file.name); !moved) return moved;
     }
     return {};

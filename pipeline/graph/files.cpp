@@ -9,7 +9,6 @@
 #include <system_error>
 #include <utility>
 
-#include "formats/pending_file.h"
 #include "formats/read_file.h"
 
 namespace lightcook::pipeline {
@@ -36,13 +35,24 @@ Result<void> makeFolder(const std::filesystem::path& folder) {
     return {};
 }
 
-Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content) {
-    if (auto made = makeFolder(file.parent_path()); !made) return made;
-    return formats::writeWholeFile(file, content);
+Result<void> makeFoldersOf(const std::filesystem::path& folder, const std::filesystem::path& name) {
+    std::filesystem::path place = folder;
+    for (const std::filesystem::path& part : name.parent_path()) {
+        place /= part;
+        std::error_code code;
+        if (std::filesystem::is_symlink(place, code) && !std::filesystem::remove(place, code))
+            return failure(ErrorCode::Internal, place.string(), fmt::format("found '{}', expected to replace this link", code.message()));
+    }
+    return makeFolder(place);
 }
 
-Result<void> writeFile(const std::filesystem::path& file, std::string_view content) {
-    return writeFile(file, std::as_bytes(std::span(content.data(), content.size())));
+Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content, OutputLink link) {
+    if (auto made = makeFolder(file.parent_path()); !made) return made;
+    return formats::writeWholeFile(file, content, link);
+}
+
+Result<void> writeFile(const std::filesystem::path& file, std::string_view content, OutputLink link) {
+    return writeFile(file, std::as_bytes(std::span(content.data(), content.size())), link);
 }
 
 Result<std::string> readFile(const std::filesystem::path& file) {
@@ -58,9 +68,9 @@ Result<void> writeFileIfChanged(const std::filesystem::path& file, std::string_v
     return writeFile(file, content);
 }
 
-Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination) {
+Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination, OutputLink link) {
     if (auto made = makeFolder(destination.parent_path()); !made) return made;
-    auto pending = formats::PendingFile::create(destination);
+    auto pending = formats::PendingFile::create(destination, link);
     if (!pending) return tl::make_unexpected(pending.error());
     std::error_code code;
     std::filesystem::copy_file(source, pending->temporary(), std::filesystem::copy_options::overwrite_existing, code);
@@ -71,7 +81,7 @@ Result<void> copyFile(const std::filesystem::path& source, const std::filesystem
 }
 
 Result<void> moveFile(const std::filesystem::path& source, const std::filesystem::path& destination) {
-    const auto place = formats::findOutputPlace(destination);
+    const auto place = formats::findOutputPlace(destination, OutputLink::Replace);
     if (!place) return tl::make_unexpected(place.error());
     if (!place->isStream) {
         if (::rename(source.c_str(), place->path.c_str()) == 0) return {};

@@ -8,21 +8,30 @@
 #include <string_view>
 
 #include "formats/error.h"
+#include "formats/pending_file.h"
 #include "formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
 
-/// Written beside its place, synced, renamed; folders are made as needed.
-formats::Result<void> writeFile(const std::filesystem::path& file, std::string_view content);
-formats::Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content);
+using formats::OutputLink;
+using formats::TemporaryFolder;
+
+/// Written beside its place, synced, renamed; folders are made as needed. A symbolic link of that name is replaced by the file, as is right
+/// inside an output folder. Pass OutputLink::Follow for a file that the user names.
+formats::Result<void> writeFile(const std::filesystem::path& file, std::string_view content, OutputLink link = OutputLink::Replace);
+formats::Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content,
+                                OutputLink link = OutputLink::Replace);
 /// The same, but a file that already holds exactly this is left alone, its times too (restat).
 formats::Result<void> writeFileIfChanged(const std::filesystem::path& file, std::string_view content);
 formats::Result<std::string> readFile(const std::filesystem::path& file);
 /// Copies through a temporary beside the destination.
-formats::Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination);
+formats::Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination,
+                               OutputLink link = OutputLink::Replace);
+/// Moves a file. A symbolic link of the destination's name is replaced.
 formats::Result<void> moveFile(const std::filesystem::path& source, const std::filesystem::path& destination);
 formats::Result<void> makeFolder(const std::filesystem::path& folder);
-
-using formats::TemporaryFolder;
+/// Makes the folders above a file of an output folder. One that is a symbolic link is replaced: what it names stays as it is.
+/// name   of the file, relative to the folder
+formats::Result<void> makeFoldersOf(const std::filesystem::path& folder, const std::filesystem::path& name);
 
 }  // namespace lightcook::pipeline

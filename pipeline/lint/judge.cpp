@@ -14,6 +14,7 @@
 #include "formats/light_map_layout.h"
 #include "formats/nearest.h"
 #include "formats/vocabulary.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -402,9 +403,9 @@ Findings judgeSettings(const Scene& scene) {
                                                    limit, 100 * limit, limit, limit / 100),
                                        {{"limit", limit}}));
     };
-    check("max_error", scene.output.maxError);
+    check("max_error", errorLimit(scene.output));
     // Without a value of its own it follows max_error.
-    if (const double limit = scene.output.maxConverterError.value_or(0); limit != scene.output.maxError)
+    if (const double limit = scene.output.maxConverterError.value_or(0); limit != errorLimit(scene.output))
         check("max_converter_error", limit);
     check("max_whole_error", scene.output.maxWholeError.value_or(0));
     return findings;

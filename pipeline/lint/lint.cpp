@@ -6,8 +6,9 @@
 #include <iterator>
 
 #include "formats/environment.h"
-#include "formats/gltf_scene.h"
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/lint/judge.h"
 
@@ -18,16 +19,14 @@ using formats::Result;
 using Inputs = std::map<std::string, std::filesystem::path>;
 
 std::string lightMapFactsId(const LightMapEntry& entry) {
-    return "lint/light-map/" + entry.name;
+    return actionId(ActionStep::LintLightMap, entry.name);
 }
 
 Action meshAction(const LightMapEntry& entry, const formats::LightMapDescription& description) {
     Inputs inputs = bakeInputs(entry.file, entry.description);
-    inputs[kMeshRole] = *entry.mesh;
-    int index = 0;
-    for (const std::filesystem::path& beside : formats::gltfFilesBeside(*entry.mesh, formats::GltfFiles::Geometry))
-        inputs[fmt::format("mesh_file{}", index++)] = beside;
-    return {"lint/mesh/" + entry.name, "lint-mesh", entry.name, toJson(MeshLintParameters{description}), std::move(inputs), {}};
+    inputs.merge(meshInputs(kMeshRole, *entry.mesh, formats::GltfFiles::Geometry));
+    return {actionId(ActionStep::LintMesh, entry.name), kLintMeshKind,     entry.name,
+            toJson(MeshLintParameters{description}),    std::move(inputs), {}};
 }
 
 Action probeAction(const Scene& scene, const ProbeEntry& entry, bool repair) {
@@ -40,13 +39,17 @@ Action probeAction(const Scene& scene, const ProbeEntry& entry, bool repair) {
         inputs["sh"] = *entry.sh;
         parameters.probeFile = entry.file.filename().string();
     }
-    return {"lint/probe/" + entry.name, "lint-probe", entry.name, toJson(parameters), std::move(inputs), {}};
+    return {actionId(ActionStep::LintProbe, entry.name), kLintProbeKind, entry.name, toJson(parameters), std::move(inputs), {}};
 }
 
 Action gradientAction(const Scene& scene, const GradientEntry& entry, bool repair) {
     const GradientLintParameters parameters{scene.colors, repair, entry.encoding, entry.axis.has_value()};
-    return {
-        "lint/gradient/" + entry.name, "lint-gradient", entry.name, toJson(parameters), environmentInputs(entry.file, scene.colors), {}};
+    return {actionId(ActionStep::LintGradient, entry.name),
+            kLintGradientKind,
+            entry.name,
+            toJson(parameters),
+            environmentInputs(entry.file, scene.colors),
+            {}};
 }
 
 /// Judges the scene from the records that there are.
@@ -57,14 +60,14 @@ public:
     Result<Findings> judge() {
         std::vector<ProbeFacts> probes;
         for (const ProbeEntry& entry : scene_.probes)
-            if (const auto facts = factsOf<ProbeFacts>("lint/probe/" + entry.name)) {
+            if (const auto facts = factsOf<ProbeFacts>(actionId(ActionStep::LintProbe, entry.name))) {
                 Findings findings = judgeProbe(entry, *facts);
                 if (findings.empty()) probes.push_back(*facts);  // others say nothing of the units
                 add(std::move(findings));
                 add(judgePrimaries(entry.name, entry.file, scene_.colors.source, facts->primaries));
             }
         for (const GradientEntry& entry : scene_.gradients)
-            if (const auto facts = factsOf<GradientFacts>("lint/gradient/" + entry.name)) {
+            if (const auto facts = factsOf<GradientFacts>(actionId(ActionStep::LintGradient, entry.name))) {
                 add(judgeGradient(entry, *facts));
                 add(judgePrimaries(entry.name, entry.file, scene_.colors.source, facts->primaries));
             }
@@ -89,7 +92,7 @@ private:
         // A wrong quantity or curve changes the brightness too.
         if (!isOtherQuantity) add(judgeUnits(entry, *facts, probes));
         if (!entry.mesh) return;
-        const auto mesh = factsOf<MeshFacts>("lint/mesh/" + entry.name);
+        const auto mesh = factsOf<MeshFacts>(actionId(ActionStep::LintMesh, entry.name));
         // Without coverage a mesh has nothing to be compared with, and texels without a normal count as uncovered.
         if (mesh && mesh->hasUvs && facts->covered > 0 && !lacksNormals) add(judgeMesh(entry, *mesh));
         if (mesh) add(judgeExtensions(scene_, entry, mesh->unreadMaterials));
@@ -100,7 +103,7 @@ private:
         std::vector<MaterialRecord> all;
         for (const LightMapEntry& entry : scene_.lightMaps) {
             if (!entry.mesh) continue;
-            const auto facts = factsOf<MaterialsResult>("materials/" + entry.mesh->string());
+            const auto facts = factsOf<MaterialsResult>(actionId(ActionStep::Materials, entry.mesh->string()));
             if (!facts) return {};  // a mesh that could not be read may have any name
             all.insert(all.end(), facts->materials.begin(), facts->materials.end());
         }
@@ -148,7 +151,7 @@ std::vector<Action> planLint(const Scene& scene, bool repair, const std::optiona
         formats::LightMapDescription description = entry.description;
         description.repair = description.repair || repair;
         actions.push_back({lightMapFactsId(entry),
-                           "lint-light-map",
+                           kLintLightMapKind,
                            entry.name,
                            toJson(LightMapLintParameters{description}),
                            bakeInputs(entry.file, entry.description),

@@ -44,7 +44,7 @@ Result<ChartPlaces> ChartPlaces::create(const formats::GltfScene& scene, const s
         return failure(ErrorCode::Verification, mesh,
                        fmt::format("found {} charts, expected {} as packed: cook the scene again", charts->charts.size(), places.size()));
     ChartPlaces made(std::move(*charts), std::move(places), before);
-    if (part) made.leave(std::move(*part));
+    if (part) made.restrictTo(std::move(*part));
     return made;
 }
 
@@ -61,8 +61,8 @@ ChartPlaces::ChartPlaces(ChartSet charts, std::vector<ChartPlace> places, const 
         });
 }
 
-/// Leaves the quads of a part: its triangles reach a little beyond them.
-void ChartPlaces::leave(MeshPart part) {
+/// Keeps only the quads of a part as owned by its charts: its triangles reach a little beyond them.
+void ChartPlaces::restrictTo(MeshPart part) {
     Image<std::uint8_t> isOwn(before_.x + 1, before_.y + 1, 0);
     for (std::size_t i = 0; i < part.charts.charts.size(); ++i)
         forEachReached(part.charts.charts[i], [&](const glm::ivec2& quad) {

@@ -39,7 +39,7 @@ public:
 
 private:
     ChartPlaces(atlas::ChartSet charts, std::vector<ChartPlace> places, const glm::ivec2& before);
-    void leave(MeshPart part);
+    void restrictTo(MeshPart part);
     glm::dvec2 moved(std::size_t chart, const glm::dvec2& texel) const;
     /// Calls visit(quad) for the quads that a place lies in: one, or up to four on their sides. Quads of the map, from 0 on.
     template <class Visit>

@@ -2,11 +2,13 @@
 
 #include "formats/epic_light_maps.h"
 #include "formats/gltf_scene.h"
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
-#include "pipeline/cook/contents.h"
 #include "pipeline/repack/chart_places.h"
 #include "pipeline/repack/repack.h"
 
@@ -59,7 +61,7 @@ Action packAction(const LightMapEntry& entry, double maxVisible, bool repair) {
     parameters.description.repair = repair;
     RoleFiles inputs = bakeInputs(entry.file, entry.description);
     inputs.merge(meshInputs(kMeshRole, *entry.mesh));
-    return {"pack/" + entry.name, "pack-charts", entry.name, toJson(parameters), std::move(inputs), {}};
+    return {actionId(ActionStep::Pack, entry.name), kPackChartsKind, entry.name, toJson(parameters), std::move(inputs), {}};
 }
 
 Result<ActionOutcome> packCharts(const ActionContext& context) {
@@ -88,11 +90,11 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
     PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), numbersOf(made->boxes), {}, {}, Json::object()};
     result.map = context.action.asset + "/" + made->map.filename().string();
     result.mesh = context.action.asset + "/" + made->meshes.front().filename().string();
-    result.notes = {{"repaired_not_finite", made->repairs.notFinite},
-                    {"repaired_negative_dc", made->repairs.negativeDc},
-                    {"repaired_bands", made->repairs.bandsBeyond},
-                    {"repaired_fireflies", made->repairs.fireflies},
-                    {"negative_after_gamut", made->negativeAfterGamut}};
+    result.notes = {{note_keys::kRepairedNotFinite, made->repairs.notFinite},
+                    {note_keys::kRepairedNegativeDc, made->repairs.negativeDc},
+                    {note_keys::kRepairedBands, made->repairs.bandsBeyond},
+                    {note_keys::kRepairedFireflies, made->repairs.fireflies},
+                    {note_keys::kNegativeAfterGamut, made->negativeAfterGamut}};
     return outcomeWith(result, {result.map, result.mesh});
 }
 

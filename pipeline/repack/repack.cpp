@@ -104,7 +104,7 @@ Result<Meshes> loadMeshes(const std::vector<fs::path>& files) {
     return meshes;
 }
 
-/// Leaves a part of the only mesh.
+/// Keeps only a part of the only mesh.
 Result<void> takePart(Meshes& meshes, const RepackRequest& request, const glm::ivec2& size) {
     const std::string name = request.meshes.front().string();
     auto part = partOf(meshes.scenes.front(), name, *request.part, size, request.hasLines);
@@ -296,6 +296,98 @@ std::vector<glm::ivec2> firstTexelsOf(const atlas::ChartSet& found) {
     return texels;
 }
 
+/// Returns how far charts may be reduced.
+atlas::ReductionLimit limitOf(const RepackRequest& request, const MapTexels& map, const LightMapSource& source) {
+    const glm::vec3 luminanceWeights = source.luminanceWeights();
+    return {.maxVisible = request.maxVisible,
+            .display = lighting::DisplaySettings{}.of(keyOf(map, luminanceWeights)),
+            .bt2020FromWorking = source.bt2020FromWorking(),
+            .luminanceWeights = luminanceWeights};
+}
+
+Result<std::vector<atlas::ReducedChart>> reduceCharts(const atlas::ChartSet& found, const MapTexels& map,
+                                                      const atlas::ReductionLimit& limit, const ActionContext& context) {
+    const atlas::MapView view = map.view();
+    return mapInOrder<atlas::ReducedChart>(
+        static_cast<int>(found.charts.size()), context, "repack " + context.action.asset, [&](int index) -> Result<atlas::ReducedChart> {
+            return atlas::reduceChart(found.charts[static_cast<std::size_t>(index)], view, limit, context.state.interrupted);
+        });
+}
+
+/// The charts of the new map.
+struct ChartArrangement {
+    glm::ivec2 size{0};  ///< of the map [texels]
+    std::vector<atlas::ReducedChart> charts;
+    std::vector<glm::ivec2> places;  ///< [chart] first texel
+};
+
+/// Packs reduced charts. Those of a whole mesh stay where they are, with all of their texels, if the map would take no fewer blocks
+/// otherwise.
+/// limit  that the charts were reduced within
+Result<ChartArrangement> placeCharts(const RepackRequest& request, const atlas::ChartSet& found, std::vector<atlas::ReducedChart> reduced,
+                                     const MapTexels& map, const atlas::ReductionLimit& limit, const ActionContext& context) {
+    const glm::ivec2 sizeBefore(map.sh.width(), map.sh.height());
+    std::vector<formats::ImageView<const std::uint8_t>> isRead;
+    for (const atlas::ReducedChart& chart : reduced) isRead.push_back(chart.isRead.view());
+    auto packing = atlas::packCharts(isRead, context.state.interrupted);
+    if (!packing) return tl::make_unexpected(interrupted(context).value());
+    if (request.part || blocksOf(packing->size) < blocksOf(sizeBefore))
+        return ChartArrangement{packing->size, std::move(reduced), std::move(packing->places)};
+    if (std::ranges::any_of(reduced, [](const atlas::ReducedChart& chart) { return chart.step != glm::ivec2(1); })) {
+        reduced.clear();  // before the others are in memory
+        atlas::ReductionLimit whole = limit;
+        whole.maxVisible = 0;
+        auto movedOnly = reduceCharts(found, map, whole, context);
+        if (!movedOnly) return tl::make_unexpected(movedOnly.error());
+        reduced = std::move(*movedOnly);
+    }
+    return ChartArrangement{sizeBefore, std::move(reduced), firstTexelsOf(found)};
+}
+
+/// Adds the places of charts, and the sums and errors over all of them.
+void addFigures(const atlas::ChartSet& found, const ChartArrangement& arrangement, Repacked& result) {
+    verify::VisibleAccumulator visible;
+    double squaredError = 0, squaredLight = 0;
+    for (std::size_t i = 0; i < arrangement.charts.size(); ++i) {
+        const atlas::ReducedChart& chart = arrangement.charts[i];
+        result.places.push_back({chart.step, arrangement.places[i]});
+        visible.add(chart.visible);
+        squaredError += chart.squaredError;
+        squaredLight += chart.squaredLight;
+        result.read += std::count(chart.isRead.texels().begin(), chart.isRead.texels().end(), 1);
+        result.readBefore += chart.readBefore;
+        result.reducedCharts += chart.step != glm::ivec2(1) ? 1 : 0;
+    }
+    result.charts = arrangement.charts.size();
+    result.boxes = atlas::boxesOf(found.charts);
+    result.visible = visible.figures();
+    result.relRms = squaredLight > 0 ? std::sqrt(squaredError / squaredLight) : 0;
+}
+
+/// Writes the new bake and its meshes: all of them, or none.
+/// outputs  of outputsOf
+Result<void> writeOutputs(const RepackRequest& request, const std::vector<fs::path>& outputs, const Meshes& meshes,
+                          const atlas::ChartSet& found, const ChartArrangement& arrangement, const glm::ivec2& sizeBefore,
+                          const RunState& state) {
+    const auto temporary = TemporaryFolder::create(request.folder);
+    if (!temporary) return tl::make_unexpected(temporary.error());
+    std::vector<PlacedChart> placed;
+    for (std::size_t i = 0; i < arrangement.charts.size(); ++i)
+        placed.push_back({found.charts[i], arrangement.charts[i], arrangement.places[i]});
+    if (auto done = writeMap(*temporary / outputs.front().filename(), placed, arrangement.size, state); !done) return done;
+    std::vector<std::vector<glm::vec2>> uvs = newUvs(meshes, found, placed, glm::dvec2(sizeBefore), glm::dvec2(arrangement.size));
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < meshes.scenes.size(); ++i) {
+        const GltfScene& scene = meshes.scenes[i];
+        const std::size_t end = first + scene.triangleMeshes().size();
+        const fs::path file = *temporary / outputs[i + 1].filename();
+        const auto done = scene.writeLightMapUvs(file, slice(uvs, first, end));
+        if (!done) return tl::make_unexpected(done.error());
+        first = end;
+    }
+    return moveAll(outputs, temporary->path(), request.folder);
+}
+
 }  // namespace
 
 Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action) {
@@ -314,87 +406,27 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     const auto map = readMap(**source, request.map.string(), state);
     if (!map) return tl::make_unexpected(map.error());
 
-    const glm::vec3 luminanceWeights = (*source)->luminanceWeights();
-    const atlas::ReductionLimit limit{.maxVisible = request.maxVisible,
-                                      .display = lighting::DisplaySettings{}.of(keyOf(*map, luminanceWeights)),
-                                      .bt2020FromWorking = (*source)->bt2020FromWorking(),
-                                      .luminanceWeights = luminanceWeights};
     SharedObjects shared;
     const Action own{"", "", request.map.filename().string(), {}, {}, {}};
     const ActionContext context{action != nullptr ? *action : own, {}, {}, {}, shared, state};
-    const atlas::MapView view = map->view();
-    const auto reduceAll = [&](const atlas::ReductionLimit& allowed) {
-        return mapInOrder<atlas::ReducedChart>(static_cast<int>(found->charts.size()), context, "repack " + context.action.asset,
-                                               [&](int index) -> Result<atlas::ReducedChart> {
-                                                   return atlas::reduceChart(found->charts[static_cast<std::size_t>(index)], view, allowed,
-                                                                             state.interrupted);
-                                               });
-    };
-    auto reduced = reduceAll(limit);
+    const atlas::ReductionLimit limit = limitOf(request, *map, **source);
+    auto reduced = reduceCharts(*found, *map, limit, context);
     if (!reduced) return tl::make_unexpected(reduced.error());
     if (!request.part)
         if (auto fits = checkCoverage(*meshes, *found, *reduced, *map, request.map); !fits) return tl::make_unexpected(fits.error());
-
-    std::vector<formats::ImageView<const std::uint8_t>> isRead;
-    for (const atlas::ReducedChart& chart : *reduced) isRead.push_back(chart.isRead.view());
-    const auto packing = atlas::packCharts(isRead, state.interrupted);
-    if (!packing) return tl::make_unexpected(interrupted(context).value());
-    glm::ivec2 size = packing->size;
-    std::vector<glm::ivec2> places = packing->places;
-    if (!request.part && blocksOf(size) >= blocksOf(sizeBefore)) {
-        size = sizeBefore;
-        places = firstTexelsOf(*found);
-        if (std::ranges::any_of(*reduced, [](const atlas::ReducedChart& chart) { return chart.step != glm::ivec2(1); })) {
-            isRead.clear();
-            reduced->clear();
-            atlas::ReductionLimit whole = limit;
-            whole.maxVisible = 0;
-            reduced = reduceAll(whole);
-            if (!reduced) return tl::make_unexpected(reduced.error());
-        }
-    }
+    const auto arrangement = placeCharts(request, *found, std::move(*reduced), *map, limit, context);
+    if (!arrangement) return tl::make_unexpected(arrangement.error());
 
     Repacked result{.map = outputs->front(),
                     .meshes = {outputs->begin() + 1, outputs->end()},
                     .sizeBefore = sizeBefore,
-                    .size = size,
-                    .charts = reduced->size(),
+                    .size = arrangement->size,
                     .repairs = map->repairs,
-                    .negativeAfterGamut = map->negativeAfterGamut};
-    std::vector<PlacedChart> placed;
-    verify::VisibleAccumulator visible;
-    double squaredError = 0, squaredLight = 0;
-    for (std::size_t i = 0; i < reduced->size(); ++i) {
-        const atlas::ReducedChart& chart = (*reduced)[i];
-        placed.push_back({found->charts[i], chart, places[i]});
-        result.places.push_back({chart.step, places[i]});
-        visible.add(chart.visible);
-        squaredError += chart.squaredError;
-        squaredLight += chart.squaredLight;
-        result.read += std::count(chart.isRead.texels().begin(), chart.isRead.texels().end(), 1);
-        result.readBefore += chart.readBefore;
-        result.reducedCharts += chart.step != glm::ivec2(1) ? 1 : 0;
-    }
-    result.boxes = atlas::boxesOf(found->charts);
-    result.visible = visible.figures();
-    result.relRms = squaredLight > 0 ? std::sqrt(squaredError / squaredLight) : 0;
-
-    result.uvBefore = freeUvOf(meshes->scenes.front());
-    const auto temporary = TemporaryFolder::create(request.folder);
-    if (!temporary) return tl::make_unexpected(temporary.error());
-    if (auto done = writeMap(*temporary / outputs->front().filename(), placed, size, state); !done)
-        return tl::make_unexpected(done.error());
-    std::vector<std::vector<glm::vec2>> uvs = newUvs(*meshes, *found, placed, glm::dvec2(sizeBefore), glm::dvec2(size));
-    std::size_t first = 0;
-    for (std::size_t i = 0; i < meshes->scenes.size(); ++i) {
-        const GltfScene& scene = meshes->scenes[i];
-        const std::size_t end = first + scene.triangleMeshes().size();
-        const fs::path file = *temporary / (*outputs)[i + 1].filename();
-        const auto done = scene.writeLightMapUvs(file, slice(uvs, first, end));
-        if (!done) return tl::make_unexpected(done.error());
-        first = end;
-    }
-    if (auto moved = moveAll(*outputs, temporary->path(), request.folder); !moved) return tl::make_unexpected(moved.error());
+                    .negativeAfterGamut = map->negativeAfterGamut,
+                    .uvBefore = freeUvOf(meshes->scenes.front())};
+    addFigures(*found, *arrangement, result);
+    if (auto written = writeOutputs(request, *outputs, *meshes, *found, *arrangement, sizeBefore, state); !written)
+        return tl::make_unexpected(written.error());
     return result;
 }
 

@@ -51,12 +51,14 @@ struct Repacked {
     Json toJson() const;
 };
 
+/// Largest share of the covered texels of a bake that its meshes may leave unread.
+inline constexpr double kMostUnread = 0.1;
+
 /// Reads the bake, and writes the repacked one and its meshes. Charts of a whole mesh stay where they are, with all of their texels, if the
 /// map would take no fewer blocks otherwise. Nothing is written if it fails. Holds the bake in memory.
 /// Fails with ErrorCode::Verification for tiles that the mesh does not have; and with ErrorCode::WrongShape, naming mesh and triangle, for
 /// meshes without light-map UVs, UVs outside [0, 1], and meshes that do not belong to the bake: they read charts without a covered
 /// texel, or leave more than kMostUnread of the covered texels unread.
-inline constexpr double kMostUnread = 0.1;
 /// action  that progress is reported for; null: one of its own
 formats::Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action = nullptr);
 

@@ -10,6 +10,7 @@
 
 #include "formats/pixel_format.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/report/captions.h"
 #include "pipeline/report/page_parts.h"
 
@@ -144,9 +145,9 @@ void addCubemapLevels(const std::vector<AssetShare>& shares, std::vector<std::st
         if (words(member(asset, "kind")) != "cubemap" || textures.size() != 1 || width < kLeastWidth) continue;
         const auto format = formats::pixelFormatFromName(words(member(textures[0], "format")));
         if (!format) continue;
-        const std::uint64_t unread = count(member(member(asset, "notes"), "unread_levels"));
+        const std::uint64_t unread = count(member(member(asset, "notes"), note_keys::kUnreadLevels));
         const std::uint64_t bytes =
-            unread > 0 ? count(member(member(asset, "notes"), "unread_bytes")) : 6 * formats::bytesPerImage(*format, width, width);
+            unread > 0 ? count(member(member(asset, "notes"), note_keys::kUnreadBytes)) : 6 * formats::bytesPerImage(*format, width, width);
         if (bytes >= count(member(asset, "bytes_gpu"))) continue;
         Group& group = groups[{width, unread}];
         group.cubemaps.push_back(&asset);
@@ -176,7 +177,7 @@ void addCubemapLevels(const std::vector<AssetShare>& shares, std::vector<std::st
 }  // namespace
 
 std::uint64_t bytesOutsideCharts(const Json& asset, const Json& texture) {
-    const double covered = number(member(member(asset, "notes"), "covered_texels"));
+    const double covered = number(member(member(asset, "notes"), note_keys::kCoveredTexels));
     const double texels = number(member(asset, "width")) * number(member(asset, "height"));
     if (words(member(asset, "kind")) != "light-map" || !(covered >= 0) || !(texels > 0) || covered >= texels) return 0;
     if (words(member(texture, "role")) == kTablesRole) return 0;

@@ -16,6 +16,7 @@
 #include "formats/vocabulary.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/report/report.h"
+#include "pipeline/scene/byte_count.h"
 #include "pipeline/scene/scene.h"
 #include "pipeline/scene/toml_nesting.h"
 

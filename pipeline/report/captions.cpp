@@ -4,6 +4,9 @@
 #include <array>
 #include <span>
 
+#include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/note_keys.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -34,52 +37,47 @@ constexpr std::array kStages = {
     Caption{"quantize", "quantization of stored entries"},
 };
 
-constexpr std::array kKinds = {
-    Caption{"light-map", "light map"}, Caption{"dominant", "dominant light"}, Caption{"cubemap", "cubemap"},
-    Caption{"lut", "specular tables"}, Caption{"rsrm", "reflection map"},     Caption{"mesh", "mesh"},
-};
-
 constexpr std::array kNotes = {
-    Caption{"covered_texels", "Texels inside charts"},
-    Caption{"packing", "Charts packed anew"},
-    Caption{"split", "Charts split between two maps"},
-    Caption{"unread_texels", "Texels inside charts that no triangle reads: left out of the packed map"},
-    Caption{"unread_levels", "Largest levels that no material is smooth enough to read"},
-    Caption{"unread_bytes", "Memory of these levels [bytes]"},
-    Caption{"whole_visible", "Visible error of the whole shading (p99), as the trial measured it"},
-    Caption{"beyond_positive_bounds", "Texels whose coefficients no positive light could give"},
-    Caption{"repaired_not_finite", "Texels set to zero because a coefficient was not finite"},
-    Caption{"repaired_negative_dc", "Channels set to zero because their mean was negative"},
-    Caption{"repaired_bands", "Bands scaled down to what light of their mean can have"},
-    Caption{"repaired_fireflies", "Stray bright texels that took the mean of their neighbours"},
-    Caption{"repaired_texels", "Texels repaired because they were negative or not finite"},
-    Caption{"negative_after_gamut", "Values negative in the working colour space"},
-    Caption{"clamped_high", "Values clamped to the format's largest"},
-    Caption{"clamped_light", "Values of light above 65504, which became 65504"},
-    Caption{"clamped_negative", "Negative values clamped to zero, all an unsigned format holds"},
-    Caption{"division_clamped", "Values whose division passed the largest float,"},
-    Caption{"division_lost", "Values lost under the texture's smallest step,"},
-    Caption{"formats_tried", "Errors of the format"},
-    Caption{"window_lambda", "Strength of the window against ringing (lambda)"},
-    Caption{"fit", "Method of the fit"},
-    Caption{"refined", "Texels whose direction was searched"},
-    Caption{"skipped", "Texels that kept the closed form: black, without a direction, or within the tolerance"},
-    Caption{"solved_with_neighbours", "Texels fitted together with their neighbours"},
-    Caption{"light_map_uv_bits", "Bits of a light-map UV"},
-    Caption{"normal_bits", "Bits of a normal"},
-    Caption{"bound_of_rel_rms", "Upper bound of the error that these bits make (rel_rms)"},
-    Caption{"zones", "Zones of equal solid angle that the source was read in"},
-    Caption{"asymmetric_energy", "Share of the source's energy that is not symmetric around its axis"},
-    Caption{"gradient_uncertainty", "Uncertainty of the average around the axis, of the largest value"},
-    Caption{"code_error", "Largest error at a texel centre [codes]"},
-    Caption{"step_codes", "Largest step between neighbours beyond the exact one [codes]"},
-    Caption{"step_contrast", "The same, relative to the light there"},
-    Caption{"band_codes", "Largest mean error of 8 neighbours, which shows as a band [codes]"},
-    Caption{"direction_error_degrees_mean", "Mean error of a light's direction [degrees]"},
-    Caption{"direction_error_degrees_max", "Largest error of a light's direction [degrees]"},
-    Caption{"unexplained_energy_stored", "Share of the light that one direction does not explain, as stored"},
-    Caption{"unexplained_energy_reference", "Share of the light that one direction does not explain, in the bake"},
-    Caption{"shaded_every_texels", "Distance of the texels that were shaded for these figures"},
+    Caption{note_keys::kCoveredTexels, "Texels inside charts"},
+    Caption{note_keys::kPacking, "Charts packed anew"},
+    Caption{note_keys::kSplit, "Charts split between two maps"},
+    Caption{note_keys::kUnreadTexels, "Texels inside charts that no triangle reads: left out of the packed map"},
+    Caption{note_keys::kUnreadLevels, "Largest levels that no material is smooth enough to read"},
+    Caption{note_keys::kUnreadBytes, "Memory of these levels [bytes]"},
+    Caption{note_keys::kWholeVisible, "Visible error of the whole shading (p99), as the trial measured it"},
+    Caption{note_keys::kBeyondPositiveBounds, "Texels whose coefficients no positive light could give"},
+    Caption{note_keys::kRepairedNotFinite, "Texels set to zero because a coefficient was not finite"},
+    Caption{note_keys::kRepairedNegativeDc, "Channels set to zero because their mean was negative"},
+    Caption{note_keys::kRepairedBands, "Bands scaled down to what light of their mean can have"},
+    Caption{note_keys::kRepairedFireflies, "Stray bright texels that took the mean of their neighbours"},
+    Caption{note_keys::kRepairedTexels, "Texels repaired because they were negative or not finite"},
+    Caption{note_keys::kNegativeAfterGamut, "Values negative in the working colour space"},
+    Caption{note_keys::kClampedHigh, "Values clamped to the format's largest"},
+    Caption{note_keys::kClampedLight, "Values of light above 65504, which became 65504"},
+    Caption{note_keys::kClampedNegative, "Negative values clamped to zero, all an unsigned format holds"},
+    Caption{note_keys::kDivisionClamped, "Values whose division passed the largest float,"},
+    Caption{note_keys::kDivisionLost, "Values lost under the texture's smallest step,"},
+    Caption{note_keys::kFormatsTried, "Errors of the format"},
+    Caption{note_keys::kWindowLambda, "Strength of the window against ringing (lambda)"},
+    Caption{note_keys::kFit, "Method of the fit"},
+    Caption{note_keys::kRefined, "Texels whose direction was searched"},
+    Caption{note_keys::kSkipped, "Texels that kept the closed form: black, without a direction, or within the tolerance"},
+    Caption{note_keys::kSolvedWithNeighbours, "Texels fitted together with their neighbours"},
+    Caption{note_keys::kLightMapUvBits, "Bits of a light-map UV"},
+    Caption{note_keys::kNormalBits, "Bits of a normal"},
+    Caption{note_keys::kBoundOfRelRms, "Upper bound of the error that these bits make (rel_rms)"},
+    Caption{note_keys::kZones, "Zones of equal solid angle that the source was read in"},
+    Caption{note_keys::kAsymmetricEnergy, "Share of the source's energy that is not symmetric around its axis"},
+    Caption{note_keys::kGradientUncertainty, "Uncertainty of the average around the axis, of the largest value"},
+    Caption{note_keys::kCodeError, "Largest error at a texel centre [codes]"},
+    Caption{note_keys::kStepCodes, "Largest step between neighbours beyond the exact one [codes]"},
+    Caption{note_keys::kStepContrast, "The same, relative to the light there"},
+    Caption{note_keys::kBandCodes, "Largest mean error of 8 neighbours, which shows as a band [codes]"},
+    Caption{note_keys::kDirectionErrorDegreesMean, "Mean error of a light's direction [degrees]"},
+    Caption{note_keys::kDirectionErrorDegreesMax, "Largest error of a light's direction [degrees]"},
+    Caption{note_keys::kUnexplainedEnergyStored, "Share of the light that one direction does not explain, as stored"},
+    Caption{note_keys::kUnexplainedEnergyReference, "Share of the light that one direction does not explain, in the bake"},
+    Caption{note_keys::kShadedEveryTexels, "Distance of the texels that were shaded for these figures"},
 };
 
 const Caption* find(std::span<const Caption> table, std::string_view name) {
@@ -103,7 +101,8 @@ bool hasStageCaption(std::string_view name) {
 }
 
 std::string kindCaption(std::string_view kind) {
-    return wordsOf(kKinds, kind);
+    const auto known = assetKindFromName(kind);
+    return std::string(known ? info(*known).shortCaption : kind);
 }
 
 std::string noteCaption(std::string_view key) {

@@ -19,7 +19,7 @@ SceneSummary summaryOf(const Report& report) {
     scene.passed = report.passed;
     scene.seconds = report.seconds;
     scene.budget = report.budget;
-    if (report.whole) scene.wholeError = report.whole->shading.relRms;
+    if (report.whole) scene.sceneError = report.whole->shading.relRms;
     for (const ReportRow& row : report.assets) {
         scene.bytesDisk += row.bytesDisk;
         scene.assets.push_back({row.name, row.kind, row.verdict.limit, pipeline::figuresOf(row)});

@@ -39,7 +39,7 @@ struct SceneSummary {
     double seconds = 0;
     std::uint64_t bytesDisk = 0, bytesSaved = 0;
     MemoryBudget budget;
-    std::optional<double> wholeError;  ///< WholeError::relRms
+    std::optional<double> sceneError;  ///< SceneError::relRms
     int findingCount = 0;
     std::vector<AssetSummary> assets;
     std::vector<std::string> errors;  ///< lines of why it did not pass
@@ -54,7 +54,7 @@ void describe(Fields& fields, Self& scene) {
     fields.required("bytes_disk", scene.bytesDisk, "size of the files [bytes]");
     fields.required("bytes_saved", scene.bytesSaved, "GPU memory that skipped work saved [bytes]");
     fields.required("budget", scene.budget, "GPU memory");
-    fields.optional("whole_rel_rms", scene.wholeError, kFigure, "error of the whole shading of the scene");
+    fields.optional("whole_rel_rms", scene.sceneError, kFigure, "error of the whole shading of the scene");
     fields.required("findings", scene.findingCount, "number of findings of lint that are not allowed");
     fields.required("assets", scene.assets, "assets with the figures of their last stages");
     fields.required("errors", scene.errors, "why the scene did not pass");

@@ -161,7 +161,7 @@ Html sceneRow(const SceneSummary& scene, std::uint64_t most, const std::filesyst
                                            : text(humanPercent(worst.share)) + element("span", {{"class", "sub"}}, text(worst.asset->name)),
                                        worst.share > 1 ? "num over" : "num") +
                              valueCell(visible, text(visible < 0 ? kDash : humanNumber(visible))) +
-                             valueCell(scene.wholeError.value_or(-1), text(scene.wholeError ? humanPercent(*scene.wholeError) : kDash)) +
+                             valueCell(scene.sceneError.value_or(-1), text(scene.sceneError ? humanPercent(*scene.sceneError) : kDash)) +
                              valueCell(static_cast<double>(scene.bytesDisk), bytesMarkup(scene.bytesDisk)) +
                              valueCell(scene.findingCount, text(groupedCount(static_cast<std::uint64_t>(scene.findingCount)))) +
                              element("td", verdictChip(scene.passed)));

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/report/plot.h"
 #include "pipeline/report/frontier.h"
 #include "pipeline/report/page_parts.h"
+#include "pipeline/report/plot.h"
 
 namespace lightcook::pipeline {
 

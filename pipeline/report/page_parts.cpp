@@ -124,7 +124,10 @@ std::vector<const char*> shadingsOf(const Json& asset) {
     std::vector<const char*> shadings;
     for (const char* shading : kShadings)
         if (std::ranges::any_of(list(asset, "stages"), [&](const Json& stage) {
+                // Figures of light that the asset does not affect are 0, without visible errors and places.
                 const Json& figures = member(member(stage, "error"), shading);
+                const auto isObject = [&](const char* name) { return member(figures, name).is_object(); };
+                if (std::ranges::any_of(std::array{"visible", "sampled_at", "bound_at"}, isObject)) return true;
                 return std::ranges::any_of(std::array{"rel_rms", "p99", "max_sampled", "max_bound"}, [&](const char* name) {
                     return figures.is_object() && figures.contains(name) && number(member(figures, name)) != 0;
                 });

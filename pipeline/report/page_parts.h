@@ -32,7 +32,8 @@ bool passed(const Json& object);
 
 /// Returns the last stage, or null for an asset without stages.
 const Json& lastStage(const Json& asset);
-/// Returns the kinds of shading that an asset has: those with a figure other than 0 in any stage; both if there is no such figure.
+/// Returns the kinds of shading that were measured of an asset: those with a visible error, a place or a figure other than 0 in any stage;
+/// both if there is none.
 std::vector<const char*> shadingsOf(const Json& asset);
 /// Returns the limit on rel_rms, or NaN if there is none.
 double limitOf(const Json& asset);

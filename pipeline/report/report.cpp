@@ -110,7 +110,7 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
     const bool isPlausible = std::ranges::none_of(frame.findings, [](const Finding& finding) { return finding.isFailure(); });
     report.incomplete = frame.incomplete;
     report.passed = report.passed && report.budget.isKept() && isPlausible && !report.incomplete;
-    report.whole = wholeError(rows);
+    report.whole = sceneError(rows);
     report.assets = std::move(rows);
     report.skipped = std::move(skipped);
     return report;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/cook/skip.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/run_record.h"
 #include "pipeline/lint/finding.h"
@@ -18,7 +19,6 @@
 #include "pipeline/report/history.h"
 #include "pipeline/report/report_row.h"
 #include "pipeline/report/scene_error.h"
-#include "pipeline/scene/needs.h"
 
 namespace lightcook::pipeline {
 
@@ -95,7 +95,7 @@ struct Report {
     std::optional<IncompleteCook> incomplete;
     MemoryBudget budget;
     std::vector<Finding> findings;
-    std::optional<WholeError> whole;
+    std::optional<SceneError> whole;
     std::optional<BaselineComparison> baseline;         ///< of `report --baseline`
     std::optional<std::vector<PlatformUse>> platforms;  ///< of `report --budgets`
     std::optional<std::vector<ReportFile>> files;

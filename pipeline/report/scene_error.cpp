@@ -154,7 +154,7 @@ public:
         }
     }
 
-    std::optional<WholeError> error() const {
+    std::optional<SceneError> error() const {
         if (lightMaps_.empty()) return {};
         std::vector<Shading> shadings;
         double texels = 0;
@@ -163,7 +163,7 @@ public:
             texels += lightOf(*map, &LightFigures::texels);
         }
         Shading scene;
-        WholeError whole;
+        SceneError whole;
         for (std::size_t i = 0; i < lightMaps_.size(); ++i) {
             // A map without covered texels shows nothing; if no map has any, all weigh the same.
             const double weight =
@@ -303,7 +303,7 @@ const char* remedyOf(AssetKind kind) {
 
 }  // namespace
 
-std::optional<WholeError> wholeError(const std::vector<ReportRow>& rows) {
+std::optional<SceneError> sceneError(const std::vector<ReportRow>& rows) {
     return Whole(rows).error();
 }
 
@@ -318,7 +318,7 @@ std::string adviceOf(const ShadingError& shading) {
                        first.asset, first.shading, remedyOf(first.kind));
 }
 
-std::string lineOf(const WholeError& whole) {
+std::string lineOf(const SceneError& whole) {
     const ShadingError& shading = whole.shading;
     const std::string visible =
         shading.visibleRms ? fmt::format("; visible {:.2f}, at most {:.2f}", *shading.visibleRms, *shading.visibleRmsBound) : "";

@@ -1,12 +1,11 @@
-// The error of the whole shading as one number: the errors of all assets as radiance, and the share of each asset.
+// Error of a scene as one number: the errors of all assets as radiance, and the share of each asset. Member `whole` of report.json.
 //
 // A pixel shows the sum of four kinds of light, on a white surface with the scene's own roughness and F0:
-//   diffuse    exit radiance of the light map
-//   area       area specular of the light map, S, through the tables
-//   analytic   highlight of the dominant light
-//   environment  R S: a pre-divided cubemap, R, times the pixel's area specular, or a prefiltered one as it is, R S being its radiance; a
-//                pixel sees one of several cubemaps, each with the same
-//   probability
+//   diffuse      exit radiance of the light map
+//   area         area specular of the light map, S, through the tables
+//   analytic     highlight of the dominant light
+//   environment  R S: a pre-divided cubemap, R, times the pixel's area specular, or a prefiltered one as it is, R S being its radiance.
+//                A pixel sees one of several cubemaps, each with the same probability
 // Each asset's error is its rel_rms times the RMS of the light that it is a part of. docs/theory/error.md explains the sums.
 #pragma once
 
@@ -103,24 +102,24 @@ void describe(Fields& fields, Self& apart) {
     fields.required("rel_rms", apart.relRms, kFigure, "rel_rms of the asset");
 }
 
-struct WholeError {
+struct SceneError {
     ShadingError shading;
     std::vector<LightMapError> lightMaps;  ///< empty if there is only one
     std::vector<ApartError> apart;
 };
-template <class Fields, Is<WholeError> Self>
+template <class Fields, Is<SceneError> Self>
 void describe(Fields& fields, Self& whole) {
     describe(fields, whole.shading);
     fields.presentIf(!whole.lightMaps.empty(), "light_maps", whole.lightMaps, "the same for each light map, if there are several");
     fields.required("apart", whole.apart, "assets that light no surface of the light maps");
 }
 
-/// Computes the whole error from the rows of a report. Returns nothing if no light map has its RMS of light.
-std::optional<WholeError> wholeError(const std::vector<ReportRow>& rows);
+/// Computes the error of a scene from the rows of a report. Returns nothing if no light map has its RMS of light.
+std::optional<SceneError> sceneError(const std::vector<ReportRow>& rows);
 
 /// Returns a sentence that names the part with the largest share and how to reduce it; or that there is no error, or no finite one.
 std::string adviceOf(const ShadingError& shading);
 /// Returns one line with the number, its bound and the advice.
-std::string lineOf(const WholeError& whole);
+std::string lineOf(const SceneError& whole);
 
 }  // namespace lightcook::pipeline

@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
-#include "pipeline/report/plot.h"
 #include "pipeline/report/page_parts.h"
+#include "pipeline/report/plot.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -72,7 +72,7 @@ Html stageNote(const ShadingError& shading) {
              "larger than the sum."));
 }
 
-Html lightMaps(const WholeError& whole) {
+Html lightMaps(const SceneError& whole) {
     Html rows;
     for (const LightMapError& map : whole.lightMaps)
         rows += element("tr", nameCell(text(map.name), adviceOf(map.shading)) + numberCell(percentMarkup(map.weight)) +
@@ -83,7 +83,7 @@ Html lightMaps(const WholeError& whole) {
     return table("shares", element("tr", head), rows);
 }
 
-Html apart(const WholeError& whole) {
+Html apart(const SceneError& whole) {
     std::string names;
     for (const ApartError& each : whole.apart)
         names += fmt::format("{}{} ({}, {})", names.empty() ? "" : ", ", each.asset, kindCaption(info(each.kind).name),
@@ -93,10 +93,10 @@ Html apart(const WholeError& whole) {
 }
 
 /// Returns the whole error, or one without figures if the report has it in another shape.
-WholeError readWhole(const Json& json) {
-    auto whole = fromJson<WholeError>(json, "whole");
+SceneError readWhole(const Json& json) {
+    auto whole = fromJson<SceneError>(json, "whole");
     if (whole) return std::move(*whole);
-    WholeError unknown;
+    SceneError unknown;
     unknown.shading.relRms = unknown.shading.relRmsBound = std::numeric_limits<double>::quiet_NaN();
     return unknown;
 }
@@ -105,7 +105,7 @@ WholeError readWhole(const Json& json) {
 
 Html wholeSection(const Json& json) {
     if (!json.is_object()) return {};
-    const WholeError whole = readWhole(json);
+    const SceneError whole = readWhole(json);
     Html facts = fact("Error of the whole shading, RMS", percentMarkup(whole.shading.relRms)) +
                  fact("At most, if all errors went together", percentMarkup(whole.shading.relRmsBound));
     if (whole.shading.visibleRms)

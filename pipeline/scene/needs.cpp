@@ -7,21 +7,22 @@
 
 #include "fit/environment_sh.h"
 #include "formats/light_map_layout.h"
+#include "formats/specular_lobe.h"
 #include "pipeline/scene/cubemap_layout.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
+
+constexpr double kSmallestShadedM = 0.005;  ///< the smallest that verify::LightMapVerifier takes
 
 struct MaterialFacts {
     bool normalMap, specular;
     Range m, f0;
 };
 
-MaterialFacts factsOf(const Json& json) {
-    return {json.at("normal_map").get<bool>(),
-            json.at("specular").get<bool>(),
-            {json.at("m")[0].get<double>(), json.at("m")[1].get<double>()},
-            {json.at("f0")[0].get<double>(), json.at("f0")[1].get<double>()}};
+MaterialFacts factsOf(const MaterialRecord& material) {
+    return {material.hasNormalMap, material.isSpecular, {material.m[0], material.m[1]}, {material.f0[0], material.f0[1]}};
 }
 
 void lay(const MaterialEntry& entry, MaterialFacts& over) {
@@ -37,18 +38,17 @@ Range unite(const Range& a, const Range& b) {
 
 }  // namespace
 
-Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& meshMaterials) {
+Needs resolveNeeds(const Scene& scene, const std::vector<MaterialRecord>& meshMaterials) {
     const Needs everything;
     const MaterialFacts unknown{everything.normalMap, everything.specular, everything.m, everything.f0};
     std::map<std::string, MaterialFacts> materials;
-    for (const ActionRecord* record : meshMaterials)
-        for (const Json& material : record->result.at("materials")) {
-            const auto [place, isNew] = materials.emplace(material.at("name").get<std::string>(), factsOf(material));
-            if (isNew) continue;  // the same name in two meshes: both count
-            const MaterialFacts other = factsOf(material);
-            place->second = {place->second.normalMap || other.normalMap, place->second.specular || other.specular,
-                             unite(place->second.m, other.m), unite(place->second.f0, other.f0)};
-        }
+    for (const MaterialRecord& material : meshMaterials) {
+        const MaterialFacts other = factsOf(material);
+        const auto [place, isNew] = materials.emplace(material.name, other);
+        if (isNew) continue;  // the same name in two meshes: both count
+        place->second = {place->second.normalMap || other.normalMap, place->second.specular || other.specular,
+                         unite(place->second.m, other.m), unite(place->second.f0, other.f0)};
+    }
     const bool isStated =
         !materials.empty() || std::ranges::any_of(scene.materials, [](const MaterialEntry& each) { return each.m.has_value(); });
     if (materials.empty()) materials.emplace("", unknown);
@@ -73,6 +73,18 @@ Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& m
     needs.m = m.value_or(everything.m);
     needs.f0 = f0.value_or(everything.f0);
     return needs;
+}
+
+verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs) {
+    verify::LightMapShading shading;
+    shading.specular = needs.specular;
+    shading.lobe = formats::info(scene.lobe).distribution.value_or(shading.lobe);
+    // A mirror (m = 0) has no area specular: the verifier's smallest lobe stands for it.
+    shading.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading.m);
+    shading.f0 = samplesOf(needs.f0, shading.f0);
+    if (!needs.needsDirections()) shading.normalCount = 1;
+    if (!needs.normalMap) shading.normalMapTilt = 0;
+    return shading;
 }
 
 std::string lightMapLayoutFor(const Scene& scene, const Needs& needs, const LightMapEntry& entry) {

@@ -6,11 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "formats/pixel_format.h"
 #include "pipeline/assets/light_map/content.h"
-#include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/scene/scene.h"
+#include "verify/light_map.h"
 
 namespace lightcook::pipeline {
 
@@ -27,41 +26,12 @@ struct Needs {
     bool needsDirections() const { return normalMap || specular; }
 };
 
-/// Layers of a texture that a skip saved, as large as its light map.
-struct SkippedImages {
-    formats::PixelFormat format = formats::PixelFormat::Bc7;
-    int layers = 1;
-};
-/// Work that a skip saved, whose time is measured by WorkRates.
-struct SkippedWork {
-    std::string kind = {};  ///< an asset kind
-    double texels = 0;      ///< of a light map: known once it is open
-};
+/// Returns the union of the needs of all materials: those of the meshes, overridden by the scene's own list. "*" overrides every material.
+/// Without any material everything is needed, over the default ranges.
+Needs resolveNeeds(const Scene& scene, const std::vector<MaterialRecord>& meshMaterials);
 
-/// Something that is not cooked, or not cooked again, and the memory and time that this saved.
-struct Skip {
-    std::string what, why;
-    std::uint64_t bytesSaved = 0;
-    double secondsSaved = 0;  ///< the time that a reused result took, else that of `work`; NaN if it was never measured
-    SkippedWork work = {};
-    /// The light map whose size, known once it is open, decides bytesSaved: that of `images` less that of `instead`. Empty if bytesSaved is
-    /// known.
-    std::string lightMap = {};
-    std::vector<SkippedImages> images = {}, instead = {};
-};
-template <class Fields, Is<Skip> Self>
-void describe(Fields& fields, Self& skip) {
-    fields.required("what", skip.what, "asset or action");
-    fields.required("why", skip.why, "reason");
-    fields.required("bytes_saved", skip.bytesSaved, "GPU memory that this saved [bytes]");
-    fields.required(
-        "seconds_saved", skip.secondsSaved, kNumberOrNull,
-        "time that this saved, measured: of a reused result its own, else that of its kind on this machine; null if it was never measured");
-}
-
-/// Returns the union of the needs of all materials: those of the glTF (records of "materials" actions), overridden by the scene's own list.
-/// "*" overrides every material. Without any material everything is needed, over the default ranges.
-Needs resolveNeeds(const Scene& scene, const std::vector<const ActionRecord*>& meshMaterials);
+/// Returns the materials that a scene's assets are shaded with.
+verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs);
 
 /// Returns the largest Phong exponent whose row of a reflection map the needed roughness reads: the least of `exponents` that is at least
 /// as sharp as the smoothest material, or the last.

@@ -5,14 +5,9 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fstream>
-#include <initializer_list>
-#include <limits>
 #include <set>
-#include <stdexcept>
-#include <type_traits>
 
 #include "fit/specular_tables.h"
 #include "formats/color.h"
@@ -20,12 +15,15 @@
 #include "formats/nearest.h"
 #include "formats/read_file.h"
 #include "formats/vocabulary.h"
+#include "pipeline/scene/byte_count.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
 #include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/keys.h"
 #include "pipeline/scene/rsrm_format.h"
+#include "pipeline/scene/settings.h"
+#include "pipeline/scene/table_reader.h"
 #include "pipeline/scene/toml_nesting.h"
 
 namespace lightcook::pipeline {
@@ -35,236 +33,8 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-/// Thrown inside this file only, at the first mistake of a table; readScene returns it as an error.
-struct SceneMistake {
-    formats::Error error;
-};
-
-std::string inQuotes(std::string_view text) {
-    return fmt::format("'{}'", text);
-}
-
-std::string listed(const std::vector<std::string>& names) {
-    return fmt::format("{}", fmt::join(names, ", "));
-}
-
-std::string costOf(const formats::LightMapLayoutInfo& layout) {
-    return fmt::format("{} ({} fetches, {} operations)", layout.name, layout.tapCount(), layout.decodeOps);
-}
-
-/// Returns what is wrong with limits that no layout of a list keeps, or an empty text.
-std::string whyNoneKeeps(const formats::DecodeLimits& decode, const formats::LayoutList& layouts) {
-    std::string costs;
-    for (const formats::LightMapLayoutInfo& each : formats::allLightMapLayouts()) {
-        if (!formats::isCandidate(layouts, each)) continue;
-        if (decode.allow(each)) return "";
-        costs += (costs.empty() ? "" : ", ") + costOf(each);
-    }
-    return fmt::format("found limits on the decode that no layout keeps, expected those of one of {}", costs);
-}
-
-/// Reads the keys of one table of the file. The constructor refuses keys that the section does not have (keys.h).
-class TableReader {
-public:
-    /// `section`: a name of keys.h; empty for the keys before the first table.
-    TableReader(const toml::table& table, std::filesystem::path file, std::string_view section)
-        : table_(table), file_(std::move(file)), name_(section.empty() ? "the scene" : section), section_(sceneSection(section)) {
-        refuseUnknownKeys();
-    }
-
-    [[noreturn]] void fail(const toml::node& node, const std::string& detail) const {
-        const toml::source_position at = node.source().begin;
-        throw SceneMistake{{ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file_.string(), at.line, at.column), detail}};
-    }
-
-    /// Refuses the value of a key that a check objects to.
-    void check(const char* key, const Objection& objection) const {
-        if (objection) fail(node(key), fmt::format("found {} for {}.{}, expected {}", objection->found, name_, key, objection->expected));
-    }
-
-    /// Reads the name of a row of a table.
-    template <class Row>
-    auto oneOfRows(const char* key, std::span<const Row> rows) {
-        const Row* row = formats::findByName(rows, oneOf(key, formats::namesOf(rows), std::string(rows.front().name)));
-        if (row == nullptr) throw std::logic_error(fmt::format("the key '{}' has a name without a row", key));
-        return row->id;
-    }
-
-    bool has(const char* key) const { return table_.contains(key); }
-    bool isString(const char* key) const { return table_[key].is_string(); }
-
-    template <class T>
-    std::optional<T> optional(const char* key, const char* expected) {
-        requireRow(key);
-        const toml::node* node = table_.get(key);
-        if (node == nullptr) return std::nullopt;
-        std::optional<T> value;
-        if constexpr (std::is_same_v<T, bool>)
-            value = node->value_exact<bool>();  // numbers are none
-        else if (!node->is_boolean())           // toml++ converts true to 1
-            value = node->value<T>();
-        if (!value) fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
-        return value;
-    }
-
-    /// Reads a fraction: a number, or a string such as "2%".
-    std::optional<double> fraction(const char* key, const char* expected) {
-        requireRow(key);
-        const toml::node* node = table_.get(key);
-        if (node == nullptr || !node->is_string()) return optional<double>(key, expected);
-        const std::string text = node->value_or(std::string());
-        const auto value = parseFraction(text);
-        if (!value || !text.ends_with('%'))
-            fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
-        return value;
-    }
-
-    template <class T>
-    T required(const char* key, const char* expected) {
-        const std::optional<T> value = optional<T>(key, expected);
-        if (!value) fail(table_, fmt::format("found no key '{}' in {}, expected {}", key, name_, expected));
-        return *value;
-    }
-
-    std::string oneOf(const char* key, const std::vector<std::string>& choices, const std::string& otherwise) {
-        std::string value = optional<std::string>(key, "a string").value_or(otherwise);
-        if (std::find(choices.begin(), choices.end(), value) == choices.end())
-            fail(*table_.get(key), fmt::format("found {} for {}.{}, expected one of: {}", inQuotes(value), name_, key, listed(choices)));
-        return value;
-    }
-
-    /// Returns the path relative to the scene file's folder.
-    std::filesystem::path resolve(const std::string& text) const { return (file_.parent_path() / text).lexically_normal(); }
-    std::filesystem::path requiredPath(const char* key) { return pathOf(key, required<std::string>(key, "a path")); }
-    std::optional<std::filesystem::path> optionalPath(const char* key) {
-        const auto text = optional<std::string>(key, "a path");
-        if (!text) return std::nullopt;
-        return pathOf(key, *text);
-    }
-    std::filesystem::path pathOf(const char* key, const std::string& text) {
-        if (text.empty()) fail(node(key), fmt::format("found an empty path for {}.{}, expected a path", name_, key));
-        checkPath(node(key), key, text);
-        return resolve(text);
-    }
-
-    /// Refuses a path with a character 0: the system would open the file of the part before it.
-    void checkPath(const toml::node& node, std::string_view key, const std::string& text) const {
-        if (text.find('\0') != std::string::npos)
-            fail(node, fmt::format("found a character 0 in the path {} for {}.{}, expected none", inQuotes(text), name_, key));
-    }
-
-    /// Returns nullptr if the key is missing.
-    const toml::array* array(const char* key, const char* expected) {
-        requireRow(key);
-        const toml::node* node = table_.get(key);
-        if (node != nullptr && !node->is_array())
-            fail(*node, fmt::format("found {} for {}.{}, expected {}", typeName(*node), name_, key, expected));
-        return node == nullptr ? nullptr : node->as_array();
-    }
-
-    std::optional<std::vector<double>> numbers(const char* key, const char* expected) {
-        const toml::array* array = this->array(key, expected);
-        if (array == nullptr) return std::nullopt;
-        std::vector<double> values;
-        for (const toml::node& element : *array) {
-            const std::optional<double> value = element.is_number() ? element.value<double>() : std::nullopt;
-            if (!value || !std::isfinite(*value))
-                fail(element, fmt::format("found {} in {}.{}, expected {}", typeName(element), name_, key, expected));
-            values.push_back(*value);
-        }
-        return values;
-    }
-
-    std::optional<Range> range(const char* key, double lowest, double highest) {
-        const std::string expected = fmt::format("[low, high] with {} <= low <= high <= {}", lowest, highest);
-        const auto values = numbers(key, expected.c_str());
-        if (!values) return std::nullopt;
-        check(key, objectionToRange(*values, lowest, highest));
-        return Range{(*values)[0], (*values)[1]};
-    }
-
-    const toml::table* table(const char* key) {
-        const toml::node* node = table_.get(key);
-        if (node == nullptr) return nullptr;
-        if (!node->is_table()) fail(*node, fmt::format("found {} for '{}', expected a table [{}]", typeName(*node), key, key));
-        return node->as_table();
-    }
-
-    /// Returns the table that a key holds.
-    const toml::table& requiredTable(const char* key, const char* expected) {
-        requireRow(key);
-        const toml::node& value = node(key);
-        if (!value.is_table()) fail(value, fmt::format("found {} for {}.{}, expected {}", typeName(value), name_, key, expected));
-        return *value.as_table();
-    }
-
-    std::vector<const toml::table*> tables(const char* key) {
-        std::vector<const toml::table*> found;
-        const toml::node* node = table_.get(key);
-        if (node == nullptr) return found;
-        const toml::array* array = node->as_array();
-        if (array == nullptr) fail(*node, fmt::format("found {} for '{}', expected tables [[{}]]", typeName(*node), key, key));
-        for (const toml::node& element : *array) {
-            if (!element.is_table()) fail(element, fmt::format("found {} in '{}', expected a table", typeName(element), key));
-            found.push_back(element.as_table());
-        }
-        return found;
-    }
-
-    const toml::node& node(const char* key) const { return *table_.get(key); }
-    std::string place(const char* key) const {
-        const toml::source_position at = table_.get(key)->source().begin;
-        return fmt::format("{}:{}:{}", file_.string(), at.line, at.column);
-    }
-
-private:
-    void refuseUnknownKeys() const {
-        std::vector<std::string> known = formats::namesOf(std::span<const SceneKeyInfo>(section_.keys));
-        if (section_.name.empty())  // sections are keys of the root
-            for (const SceneSectionInfo& section : allSceneSections())
-                if (!section.name.empty()) known.emplace_back(section.name);
-        for (const auto& [key, node] : table_) {
-            const std::string name(key.str());
-            if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-            const toml::source_position at = key.source().begin;
-            throw SceneMistake{{ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file_.string(), at.line, at.column),
-                                fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, name_,
-                                            formats::nearestName(name, known))}};
-        }
-    }
-
-    /// Throws if a key that is read has no row in keys.h.
-    void requireRow(std::string_view key) const {
-        if (formats::findByName(std::span<const SceneKeyInfo>(section_.keys), key) == nullptr)
-            throw std::logic_error(fmt::format("the key '{}' of {} has no row", key, name_));
-    }
-
-    static std::string typeName(const toml::node& node) {
-        switch (node.type()) {
-            case toml::node_type::string:
-                return fmt::format("the string '{}'", node.value_or(std::string()));
-            case toml::node_type::integer:
-                return fmt::format("the integer {}", node.value_or(std::int64_t{0}));
-            case toml::node_type::floating_point:
-                return fmt::format("the number {}", node.value_or(0.0));
-            case toml::node_type::boolean:
-                return node.value_or(false) ? "true (a boolean)" : "false (a boolean)";
-            case toml::node_type::array:
-                return "an array";
-            case toml::node_type::table:
-                return "a table";
-            default:
-                return "a date or time";
-        }
-    }
-
-    const toml::table& table_;
-    std::filesystem::path file_;
-    std::string name_;  ///< for messages
-    const SceneSectionInfo& section_;
-};
-
-std::optional<double> readMaxVisible(TableReader& reader, const char* key = "max_visible") {
+/// Reads a limit in just noticeable differences.
+std::optional<double> readVisibleLimit(TableReader& reader, const char* key) {
     const auto limit = reader.optional<double>(key, "a positive number of just noticeable differences");
     if (limit) reader.check(key, objectionToMaxVisible(*limit));
     return limit;
@@ -304,14 +74,6 @@ lighting::DisplaySettings readDisplay(TableReader reader) {
 /// Largest limit on the decode of a layout.
 constexpr std::int64_t kMostDecodeCost = 1000000;
 
-std::optional<int> readLeastOne(TableReader& reader, const char* key) {
-    const auto value = reader.optional<std::int64_t>(key, "a positive integer");
-    if (value && (*value < 1 || *value > kMostDecodeCost))
-        reader.fail(reader.node(key),
-                    fmt::format("found {} for output.{}, expected an integer from 1 to {}", *value, key, kMostDecodeCost));
-    return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
-}
-
 /// Reads the layouts that "auto" may take. Fails for an empty list, and for names that are unknown or there twice.
 formats::LayoutList readLayouts(TableReader& reader) {
     constexpr const char* kExpected = "a list of light-map layouts, such as [\"godot\", \"sh4\"]";
@@ -332,13 +94,15 @@ formats::LayoutList readLayouts(TableReader& reader) {
     return layouts;
 }
 
-/// Reads what the decode may cost. Fails for limits that no layout keeps, and for a cost that nothing uses.
+/// Reads what the decode may cost.
 void readDecode(TableReader& reader, OutputSettings& output) {
     output.cost = reader.oneOfRows("cost", formats::allLayoutCosts());
-    output.decode = {readLeastOne(reader, "max_fetches"), readLeastOne(reader, "max_decode_ops")};
+    output.decode = {reader.positiveInteger("max_fetches", kMostDecodeCost), reader.positiveInteger("max_decode_ops", kMostDecodeCost)};
     output.layouts = readLayouts(reader);
-    if (const std::string why = whyNotDecode(output); !why.empty())
-        reader.fail(reader.node(output.decode.maxFetches ? "max_fetches" : output.decode.maxDecodeOps ? "max_decode_ops" : "layouts"), why);
+}
+
+/// Refuses a cost of layouts that nothing uses.
+void refuseUnusedCost(TableReader& reader, const OutputSettings& output) {
     const bool isAuto = layoutAsked(output) == kAutoLayout;
     if (reader.has("cost") && !(isAuto && (output.isErrorLimited() || !output.budgetBytes)))
         reader.fail(reader.node("cost"),
@@ -354,22 +118,21 @@ std::optional<bool> readMips(TableReader& reader) {
 OutputSettings readOutput(TableReader reader) {
     OutputSettings output;
     output.target = reader.oneOfRows("target", formats::allTargets());
-    const auto fraction = [&](const char* key, double otherwise) {
+    const auto fraction = [&](const char* key) {
         const auto value = reader.fraction(key, "a positive fraction: 0.02, or \"2%\"");
         if (value && (!(*value > 0) || !std::isfinite(*value)))
             reader.fail(reader.node(key),
                         fmt::format("found {} for output.{}, expected a positive fraction: 0.02, or \"2%\"", *value, key));
-        return value.value_or(otherwise);
+        return value;
     };
-    output.isErrorAsked = reader.has("max_error");
-    output.maxError = fraction("max_error", output.maxError);
-    if (reader.has("max_converter_error")) output.maxConverterError = fraction("max_converter_error", kDefaultMaxError);
-    output.maxVisible = readMaxVisible(reader);
-    output.maxVisibleBound = readMaxVisible(reader, "max_visible_bound");
-    output.maxConverterVisible = readMaxVisible(reader, "max_converter_visible");
-    output.maxSeam = readMaxVisible(reader, "max_seam");
-    output.maxWholeVisible = readMaxVisible(reader, "max_whole_visible");
-    if (reader.has("max_whole_error")) output.maxWholeError = fraction("max_whole_error", kDefaultMaxError);
+    output.maxError = fraction("max_error");
+    output.maxConverterError = fraction("max_converter_error");
+    output.maxVisible = readVisibleLimit(reader, "max_visible");
+    output.maxVisibleBound = readVisibleLimit(reader, "max_visible_bound");
+    output.maxConverterVisible = readVisibleLimit(reader, "max_converter_visible");
+    output.maxSeam = readVisibleLimit(reader, "max_seam");
+    output.maxWholeVisible = readVisibleLimit(reader, "max_whole_visible");
+    output.maxWholeError = fraction("max_whole_error");
     if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
         const auto bytes = parseByteCount(*text, reader.place("budget"));
         if (!bytes) throw SceneMistake{bytes.error()};
@@ -380,10 +143,6 @@ OutputSettings readOutput(TableReader reader) {
     output.objective = reader.oneOfRows("objective", formats::allObjectives());
     output.container = reader.oneOf("container", {"ktx2", "dds"}, "ktx2") == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
     output.zstd = reader.optional<bool>("zstd", "true or false").value_or(false);
-    if (output.zstd && output.container == formats::Container::Dds)
-        reader.fail(reader.node("zstd"),
-                    "found zstd = true with container = \"dds\", expected container = \"ktx2\": DDS has no supercompression");
-    if (const std::string why = whyNotContainer(output); !why.empty()) reader.fail(reader.node("container"), why);
     if (const auto effort = reader.optional<std::int64_t>("effort", "an integer from 0 to 9")) {
         if (*effort < 0 || *effort > 9)
             reader.fail(reader.node("effort"), fmt::format("found {} for output.effort, expected an integer from 0 to 9", *effort));
@@ -395,17 +154,15 @@ OutputSettings readOutput(TableReader reader) {
     if (const auto rdo = reader.fraction("rdo", "a fraction from 0 to 1: 0.02, or \"2%\"")) {
         if (!(*rdo >= 0 && *rdo <= kLargestRdo))
             reader.fail(reader.node("rdo"), fmt::format("found {} for output.rdo, expected a fraction from 0 to {}", *rdo, kLargestRdo));
-        if (*rdo > 0 && output.target != Target::Bc)
-            reader.fail(reader.node("rdo"),
-                        fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", formats::info(output.target).name));
         output.rdo = *rdo;
     }
     output.draco = reader.optional<bool>("draco", "true or false").value_or(true);
     output.charts = readChartSettings(reader);
     output.gltf = reader.optional<bool>("gltf", "true or false").value_or(false);
-    if (const std::string why = whyNotGltf(output); !why.empty()) reader.fail(reader.node("gltf"), why);
     output.mips = readMips(reader).value_or(false);
     output.keepUnused = reader.optional<bool>("keep_unused", "true or false").value_or(false);
+    if (const auto conflict = conflictIn(output)) reader.fail(reader.node(conflict->key), conflict->inScene);
+    refuseUnusedCost(reader, output);
     return output;
 }
 
@@ -507,10 +264,10 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
         entry.description.fireflyLimit = *limit;
     }
     entry.description.colors = colors;
-    entry.maxVisible = readMaxVisible(reader);
-    entry.maxVisibleBound = readMaxVisible(reader, "max_visible_bound");
+    entry.maxVisible = readVisibleLimit(reader, "max_visible");
+    entry.maxVisibleBound = readVisibleLimit(reader, "max_visible_bound");
     entry.layouts = readLayouts(reader);
-    entry.maxSeam = readMaxVisible(reader, "max_seam");
+    entry.maxSeam = readVisibleLimit(reader, "max_seam");
     entry.mips = readMips(reader);
     entry.mesh = reader.optionalPath("mesh");
     entry.description.mesh = entry.mesh.value_or("");
@@ -546,7 +303,7 @@ ProbeEntry readProbe(TableReader reader) {
         entry.readLevelsOnly = false;
     }
     entry.layout = info(reader.oneOfRows("layout", allCubemapLayouts())).name;
-    entry.maxVisible = readMaxVisible(reader);
+    entry.maxVisible = readVisibleLimit(reader, "max_visible");
     const auto numbers = [&](const char* key, std::size_t count, const char* expected) {
         auto found = reader.numbers(key, expected);
         if (found && found->size() != count)
@@ -595,7 +352,7 @@ GradientEntry readGradient(TableReader reader) {
     }
     if (reader.has("format")) entry.format = reader.oneOf("format", rsrmFormatChoices(), "");
     entry.dither = reader.optional<bool>("dither", "true or false").value_or(false);
-    entry.maxVisible = readMaxVisible(reader);
+    entry.maxVisible = readVisibleLimit(reader, "max_visible");
     return entry;
 }
 
@@ -669,7 +426,7 @@ TableSettings readTables(TableReader reader, lighting::SpecularLobe sceneLobe) {
     if (reader.has("normalization")) reader.check("normalization", objectionToNormalization(tables.normalization, sceneLobe));
     tables.viewAxis = reader.oneOf("view_axis", viewAxisNames(), tables.viewAxis);
     tables.roughnessAxis = reader.oneOf("roughness_axis", roughnessAxisNames(), tables.roughnessAxis);
-    tables.maxVisible = readMaxVisible(reader);
+    tables.maxVisible = readVisibleLimit(reader, "max_visible");
     return tables;
 }
 
@@ -779,109 +536,6 @@ bool looksBinary(const std::filesystem::path& file) {
 
 }  // namespace
 
-std::string whyNotRsrm(const GradientEntry& entry, Target target) {
-    if (const RsrmFormatInfo* format = rsrmFormatFromName(entry.format); format != nullptr && !format->isFor(target)) {
-        std::string possible;
-        for (const RsrmFormatInfo& each : allRsrmFormats())
-            if (each.isFor(target)) possible += fmt::format("{}\"{}\"", possible.empty() ? "" : ", ", each.name);
-        return fmt::format("found format \"{}\" with target \"{}\", expected target \"bc\" or a format of {}", entry.format,
-                           formats::info(target).name, possible);
-    }
-    const std::string_view rgba8 = info(RsrmFormat::Rgba8).name;
-    if (entry.dither && !entry.format.empty() && entry.format != rgba8)
-        return fmt::format("found dither with format \"{}\", expected format \"{}\", whose codes alone are dithered", entry.format, rgba8);
-    return "";
-}
-
-std::string whyNotGltf(const OutputSettings& output) {
-    return output.gltf && output.container != formats::Container::Ktx2 ? "found glTF with container dds, expected container ktx2" : "";
-}
-
-std::string whyNotContainer(const OutputSettings& output) {
-    return output.target == Target::Astc && output.container == formats::Container::Dds
-               ? "found container dds with target astc, expected container ktx2: DDS has no ASTC formats"
-               : "";
-}
-
-std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given) {
-    return given.empty() ? std::filesystem::path(scene.name + ".cooked") : given;
-}
-
-std::string whyNothing(const Scene& scene) {
-    // Materials alone bring the specular tables.
-    const bool isEmpty = scene.lightMaps.empty() && scene.probes.empty() && scene.gradients.empty() && scene.materials.empty();
-    return isEmpty ? "found nothing to cook, expected at least one table [[light_map]], [[probe]], [[gradient]] or [[material]]" : "";
-}
-
-std::string whyNotSeams(const Scene& scene) {
-    if (!scene.output.maxSeam) return "";
-    const bool hasMesh = std::ranges::any_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); });
-    return hasMesh ? ""
-                   : "found a limit on seams where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]: seams are at its "
-                     "edges";
-}
-
-std::string whyNotDecode(const OutputSettings& output) {
-    const auto named = formats::lightMapLayoutFromName(layoutAsked(output));
-    if (!named) return whyNoneKeeps(output.decode, output.layouts);
-    if (!formats::mayTake(output.layouts, formats::info(*named)))
-        return fmt::format("found layout {} that the list of layouts ({}) lacks, expected one of the list, or \"auto\"",
-                           formats::info(*named).name, listed(output.layouts));
-    if (output.decode.allow(formats::info(*named))) return "";
-    return fmt::format("found layout {} over the limits on the decode, expected a cheaper one, or \"auto\" with a limit on the error",
-                       costOf(formats::info(*named)));
-}
-
-const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightMapEntry& entry) {
-    return entry.layouts.empty() ? output.layouts : entry.layouts;
-}
-
-std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry) {
-    if (entry.layouts.empty()) return "";
-    const std::string asked = layoutAsked(output);
-    if (asked == kAutoLayout) return whyNoneKeeps(output.decode, entry.layouts);
-    if (std::ranges::find(entry.layouts, asked) != entry.layouts.end()) return "";
-    return fmt::format(
-        "found a list of layouts for light map {} without layout {}, which the scene asks for, expected "
-        "light_map_layout = \"auto\" in [output], or that layout in the list",
-        inQuotes(entry.name), asked);
-}
-
-double converterLimit(const OutputSettings& output) {
-    return output.maxConverterError.value_or(std::max(output.maxError, kDefaultMaxError));
-}
-
-std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset) {
-    return ofAsset ? ofAsset : output.maxConverterVisible;
-}
-
-int viewCountOf(const TableSettings& tables, const OutputSettings& output) {
-    return tables.viewCount.value_or(output.isChosenByWhole() ? kFineViewCount : kUsualViewCount);
-}
-
-std::string layoutAsked(const OutputSettings& output) {
-    if (!output.lightMapLayout.empty()) return output.lightMapLayout;
-    return output.isErrorLimited() || output.isChosenByWhole() || !output.layouts.empty() ? kAutoLayout : "ratio";
-}
-
-std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap) {
-    if (ofLightMap) return ofLightMap;
-    if (output.maxVisible) return output.maxVisible;
-    const bool isNothingAsked = layoutAsked(output) == kAutoLayout && !output.isErrorLimited() && !output.isChosenByWhole();
-    return isNothingAsked ? std::optional(kDefaultMaxVisible) : std::nullopt;
-}
-
-std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry) {
-    if (entry.maxSeam) return entry.maxSeam;
-    return entry.mesh ? output.maxSeam : std::nullopt;
-}
-
-lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry) {
-    lighting::DisplaySettings display = scene.display;
-    if (!display.white) display.white = entry.white;
-    return display;
-}
-
 const std::vector<std::string>& lightMapLayoutNames() {
     static const std::vector<std::string> names = formats::namesOf(formats::allLightMapLayouts());
     return names;
@@ -902,60 +556,6 @@ std::vector<std::string> viewAxisNames() {
 
 std::vector<std::string> roughnessAxisNames() {
     return axisNames(fit::roughnessMappings());
-}
-
-Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& subject) {
-    const auto refuse = [&] {
-        return failure(ErrorCode::InvalidRequest, subject,
-                       fmt::format("found {}, expected a size such as \"4096\", \"512 KiB\", \"2 MiB\" or \"1.5 GB\"", inQuotes(text)));
-    };
-    double number = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed);
-    // from_chars takes a sign, and names such as "inf".
-    const bool isDecimal = !text.empty() && ((text[0] >= '0' && text[0] <= '9') || text[0] == '.');
-    if (!isDecimal || error != std::errc()) return refuse();
-    std::string_view asked = text.substr(static_cast<std::size_t>(end - text.data()));
-    while (asked.starts_with(' ')) asked.remove_prefix(1);
-    static const std::pair<std::string_view, double> kUnits[] = {{"", 1},         {"B", 1},       {"kB", 1e3},     {"KB", 1e3},
-                                                                 {"MB", 1e6},     {"GB", 1e9},    {"KiB", 0x1p10}, {"MiB", 0x1p20},
-                                                                 {"GiB", 0x1p30}, {"TiB", 0x1p40}};
-    for (const auto& [unit, scale] : kUnits) {
-        if (asked != unit) continue;
-        const double bytes = number * scale, nearest = std::round(bytes);
-        // 2.007 kB is 2006.9999999999998 in doubles.
-        const bool isWhole = std::abs(bytes - nearest) <= 4 * std::numeric_limits<double>::epsilon() * bytes;
-        const double whole = isWhole ? nearest : std::floor(bytes);
-        const bool isFraction = !isWhole && (scale == 1 || whole == 0);
-        if (isFraction)
-            return failure(ErrorCode::InvalidRequest, subject, fmt::format("found {}, expected a whole number of bytes", inQuotes(text)));
-        if (!(bytes < 0x1p63)) return refuse();
-        return static_cast<std::uint64_t>(whole);
-    }
-    return refuse();
-}
-
-namespace {
-
-ChartMode chartModeOf(const OutputSettings& output, const LightMapEntry& entry) {
-    return entry.charts.mode ? *entry.charts.mode : output.charts.mode.value_or(ChartMode::Keep);
-}
-
-}  // namespace
-
-bool hasMips(const OutputSettings& output, const LightMapEntry& entry) {
-    return entry.mips.value_or(output.mips);
-}
-
-bool isPacked(const OutputSettings& output, const LightMapEntry& entry) {
-    return chartModeOf(output, entry) != ChartMode::Keep;
-}
-
-bool isSplit(const OutputSettings& output, const LightMapEntry& entry) {
-    return chartModeOf(output, entry) == ChartMode::Split;
-}
-
-double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry) {
-    return entry.charts.maxVisible ? *entry.charts.maxVisible : output.charts.maxVisible.value_or(0);
 }
 
 Result<Scene> readScene(const std::filesystem::path& file) {

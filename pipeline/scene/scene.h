@@ -1,5 +1,5 @@
-// scene.toml, read and resolved: the assets to cook, with units, sign convention, frame and colour space. docs/reference/scene-file.md
-// lists its keys.
+// scene.toml as it is read: the assets to cook, with units, sign convention, frame and colour space. docs/reference/scene-file.md lists its
+// keys; settings.h resolves what a scene leaves open.
 #pragma once
 
 #include <cstdint>
@@ -42,7 +42,8 @@ struct OutputSettings {
     Target target = Target::Bc;
     formats::Container container = formats::Container::Ktx2;
     std::string lightMapLayout;  ///< one of lightMapLayoutNames(), "auto", or empty: see layoutAsked
-    double maxError = 0.1;       ///< limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh
+    /// Limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh; see errorLimit and lightMapErrorLimit.
+    std::optional<double> maxError;
     /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimit.
     std::optional<double> maxConverterError;
     std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors of light maps; see visibleLimit
@@ -54,7 +55,7 @@ struct OutputSettings {
     /// Limit on the 99th percentile of visible errors of dominant lights, cubemaps, tables and reflection maps; see converterVisibleLimit.
     std::optional<double> maxConverterVisible;
     /// Returns true if a limit on the error of light maps is given.
-    bool isErrorLimited() const { return isErrorAsked || maxVisible || maxVisibleBound || maxSeam; }
+    bool isErrorLimited() const { return maxError || maxVisible || maxVisibleBound || maxSeam; }
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
     /// Returns true if light maps and their dominant lights are chosen together, by what a pixel shows.
     bool isChosenByWhole() const { return budgetBytes || isWholeLimited(); }
@@ -65,7 +66,6 @@ struct OutputSettings {
     formats::DecodeLimits decode = {};                           ///< of layouts
     formats::LayoutList layouts = {};                            ///< that "auto" may take
     int effort = 5;                                              ///< of block encoders, 0 .. 9
-    bool isErrorAsked = false;                                   ///< maxError was given
     bool keepUnused = false;                                     ///< cooks also what no material, surface or shading shows
     bool zstd = false;
     bool draco = true;  ///< meshes as Draco inside glTF
@@ -74,34 +74,7 @@ struct OutputSettings {
     ChartSettings charts = {};
 };
 
-/// Returns what is wrong with the container of a target's textures, or an empty text.
-std::string whyNotContainer(const OutputSettings& output);
-
-/// Returns what is wrong with glTF beside the other settings, or an empty text.
-std::string whyNotGltf(const OutputSettings& output);
-
 inline constexpr double kLargestRdo = 1;
-inline constexpr double kDefaultMaxError = 0.1;
-inline constexpr double kDefaultMaxVisible = 5;  ///< of layout "auto" where nothing else is asked for
-
-/// Returns the limit on the 99th percentile of visible errors: that of the light map or else that of the output; without either, the
-/// default if the layout is "auto" and neither an error nor a budget is asked for. Empty: no limit.
-std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap);
-
-/// Returns what is wrong with the limits on the decode and the list of layouts beside the layout that the settings select, or an empty
-/// text.
-std::string whyNotDecode(const OutputSettings& output);
-
-/// Returns the limit of dominant lights, cubemaps, tables and reflection maps: maxConverterError if it is given, else the larger of the
-/// default and maxError.
-double converterLimit(const OutputSettings& output);
-
-/// Returns the limit on the visible errors of one of them: its own, or else that of the output. Empty: no limit.
-std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset);
-
-/// Returns the layout that the settings select: the named one; else "auto" if an error, a visible error, a budget or a list of layouts is
-/// given, else "ratio".
-std::string layoutAsked(const OutputSettings& output);
 
 struct LightMapEntry {
     std::string name;
@@ -123,21 +96,6 @@ struct LightMapEntry {
     /// Returns the name that the light map has in the scene file.
     const std::string& nameInScene() const { return part ? part->of : name; }
 };
-
-/// Returns true if a light map gets mip levels.
-bool hasMips(const OutputSettings& output, const LightMapEntry& entry);
-/// Returns true if the charts of a light map are packed anew, into one map or two.
-bool isPacked(const OutputSettings& output, const LightMapEntry& entry);
-/// Returns true if the charts of a light map are split between two maps where that takes fewer bytes.
-bool isSplit(const OutputSettings& output, const LightMapEntry& entry);
-/// Returns the visible error that fewer texels of its charts may add.
-double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry);
-
-/// Returns the layouts that "auto" may take for a light map: its own list, or else that of the output.
-const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightMapEntry& entry);
-
-/// Returns what is wrong with the list of a light map beside the settings of the output, or an empty text.
-std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry);
 
 struct ProbeEntry {
     std::string name;
@@ -168,8 +126,6 @@ struct GradientEntry {
     bool dither = false;                    ///< rgba8 alone
     std::optional<double> maxVisible = {};  ///< overrides maxConverterVisible of the output
 };
-/// Returns the reason why the format, or its dithering, is not possible for a target; empty if it is possible.
-std::string whyNotRsrm(const GradientEntry& entry, Target target);
 struct Range {
     double low = 0, high = 0;
 };
@@ -194,9 +150,6 @@ inline constexpr int kMostTableNodes = 1024;  ///< columns, or rows
 inline constexpr int kUsualViewCount = 8;  ///< as in Chen and Liu 2008
 /// Views where assets are chosen together: 3 KiB more, for a fifth of the visible error.
 inline constexpr int kFineViewCount = 24;
-/// Returns the views of the tables: their own or, without, those of the output.
-int viewCountOf(const TableSettings& tables, const OutputSettings& output);
-
 /// Return "auto" and the names of fit::viewMappings() or fit::roughnessMappings().
 std::vector<std::string> viewAxisNames();
 std::vector<std::string> roughnessAxisNames();
@@ -221,27 +174,7 @@ struct Scene {
     UpAxis up = UpAxis::Y;              ///< of world space: the axis of painted gradients
 };
 
-/// Returns the display that a light map and its assets are judged on.
-lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry);
-
-/// Returns the limit on the largest step that cooking adds to an edge: that of the light map or else, if it has a mesh, that of the output.
-/// Empty: no limit.
-std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry);
-
-/// Returns the folder that a scene is cooked to: the one that was given, or without one (empty) that of its name.
-std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given);
-
-/// Returns what is wrong with a scene without anything to cook, or an empty text.
-std::string whyNothing(const Scene& scene);
-
-/// Returns what is wrong with a limit on seams for all light maps, or an empty text.
-std::string whyNotSeams(const Scene& scene);
-
 /// Reads a scene file. Unknown keys are refused with the nearest known one. Errors name file, line and column, found and expected.
 formats::Result<Scene> readScene(const std::filesystem::path& file);
-
-/// Parses "2 MiB", "1.5 GB" or "4096" to bytes: a decimal number and a unit. What a larger unit leaves of a byte is cut off, as a size is a
-/// limit: "1.3 MiB" is 1363148 bytes. "1.5" is refused.
-formats::Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& subject);
 
 }  // namespace lightcook::pipeline

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <optional>
+#include <set>
 
 #include "formats/temporaries.h"
 #include "pipeline/assets/verdict.h"
@@ -25,6 +25,8 @@ namespace fs = std::filesystem;
 constexpr const char* kCookedPrefix = "cooked/";
 constexpr const char* kIndexName = "index.html";
 const std::string kSceneDataName = fmt::format("{}/scene.json", kViewerFolder);
+/// Names the files of the site, so that an export over it knows which files are its own.
+const std::string kFileListName = fmt::format("{}/files.json", kViewerFolder);
 
 struct MediaType {
     std::string_view extension, type;
@@ -60,9 +62,99 @@ Result<void> checkExportPlace(const fs::path& folder) {
     if (!fs::exists(folder, code)) return {};
     if (!fs::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or none");
-    if (fs::is_empty(folder, code) || fs::exists(folder / kSceneDataName, code)) return {};
+    if (fs::is_empty(folder, code) || fs::exists(folder / kSceneDataName, code) || fs::exists(folder / kFileListName, code)) return {};
     return failure(ErrorCode::InvalidRequest, folder.string(),
                    "found a folder with other files, expected none, an empty one, or an earlier export of view");
+}
+
+using FileNames = std::set<std::string>;
+
+std::string listText(const FileNames& names) {
+    return Json(names).dump(1) + "\n";
+}
+
+/// Returns true for a path that stays inside the folder that it is relative to.
+bool isPlainName(const fs::path& name) {
+    return !name.empty() && name.is_relative() && name == name.lexically_normal() && name.has_filename() && *name.begin() != "..";
+}
+
+/// Returns the files that an earlier export wrote into a folder. Nothing if it has no list of them, or a damaged one.
+std::optional<FileNames> earlierFiles(const fs::path& folder) {
+    const auto text = readFile(folder / kFileListName);
+    if (!text) return std::nullopt;
+    const Json list = parseJson(*text);
+    if (!list.is_array()) return std::nullopt;
+    FileNames names;
+    for (const Json& name : list) {
+        if (!name.is_string() || !isPlainName(name.get<std::string>())) return std::nullopt;
+        names.insert(name.get<std::string>());
+    }
+    return names;
+}
+
+/// Returns what stands in place of one of the folders above a file: a file or a symbolic link. Nothing if all are folders or missing.
+std::optional<fs::path> inPlaceOfFolder(const fs::path& folder, const fs::path& name) {
+    fs::path place = folder;
+    for (const fs::path& part : name.parent_path()) {
+        place /= part;
+        std::error_code code;
+        const fs::file_status status = fs::symlink_status(place, code);
+        if (fs::exists(status) && !fs::is_directory(status)) return place;
+    }
+    return std::nullopt;
+}
+
+/// Fails if a file of the site would replace something that no export wrote.
+/// earlier   files of the earlier export; nothing: of an export without a list, whose files have the names of this one
+Result<void> checkReplaced(const Site& site, const fs::path& folder, const std::optional<FileNames>& earlier) {
+    for (const auto& [name, file] : site.files()) {
+        if (const auto found = inPlaceOfFolder(folder, name))
+            return failure(ErrorCode::InvalidRequest, found->string(),
+                           "found a file or a link that no export wrote, expected a folder of the page there: move it");
+        std::error_code code;
+        const fs::file_status status = fs::symlink_status(folder / name, code);
+        if (fs::is_directory(status) || (fs::exists(status) && earlier && !earlier->contains(name)))
+            return failure(ErrorCode::InvalidRequest, (folder / name).string(),
+                           fmt::format("found a {} that no export wrote, expected a file of the page there: move it",
+                                       fs::is_directory(status) ? "folder" : "file"));
+    }
+    return {};
+}
+
+/// Removes a file of an earlier export, and the folders that are empty then.
+Result<void> removeExported(const fs::path& folder, const fs::path& name) {
+    if (inPlaceOfFolder(folder, name)) return {};
+    std::error_code code;
+    if (fs::is_directory(fs::symlink_status(folder / name, code))) return {};
+    fs::remove(folder / name, code);
+    if (code)
+        return failure(ErrorCode::Internal, (folder / name).string(),
+                       fmt::format("found '{}', expected to remove a file of the earlier export", code.message()));
+    for (fs::path parent = name.parent_path(); !parent.empty(); parent = parent.parent_path())
+        if (!fs::remove(folder / parent, code)) break;
+    return {};
+}
+
+/// Moves the files of a site into a folder that exists, and removes those of the earlier export that are no longer there. Every other file
+/// stays. The list names the files of both exports until the end, so that an export after a killed one knows them.
+Result<void> replaceExport(const Site& site, const fs::path& fresh, const fs::path& folder, const std::optional<FileNames>& earlier) {
+    FileNames both = earlier.value_or(FileNames());
+    for (const auto& [name, file] : site.files()) both.insert(name);
+    if (auto written = writeFile(folder / kFileListName, listText(both)); !written) return written;
+    const auto move = [&](const std::string& name) -> Result<void> {
+        if (auto made = makeFolder((folder / name).parent_path()); !made) return made;
+        return moveFile(fresh / name, folder / name);
+    };
+    // The page comes after what it loads.
+    for (const auto& [name, file] : site.files())
+        if (name != kIndexName && name != kFileListName)
+            if (auto moved = move(name); !moved) return moved;
+    if (site.files().contains(kIndexName))
+        if (auto moved = move(kIndexName); !moved) return moved;
+    for (const std::string& name : both)
+        if (!site.files().contains(name))
+            if (auto removed = removeExported(folder, name); !removed) return removed;
+    return move(kFileListName);
 }
 
 /// Fails if a texture is no KTX2 file: the page reads no others.
@@ -164,25 +256,34 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
     }
     std::ranges::sort(data->candidates, {}, &ViewedCandidate::bytesGpu);
     site.files_[kSceneDataName] = {toJson(*data).dump(1) + "\n", mediaTypeOf(kSceneDataName)};
+    FileNames all = {kFileListName};
+    for (const auto& [path, file] : site.files_) all.insert(path);
+    site.files_[kFileListName] = {listText(all), mediaTypeOf(kFileListName)};
     return site;
 }
 
-Result<void> exportSite(const Site& site, const fs::path& folder, const RunState& state) {
-    if (auto allowed = checkExportPlace(folder); !allowed) return allowed;
-    const fs::path parent = fs::absolute(folder).parent_path();
-    if (auto made = makeFolder(parent); !made) return made;
+Result<void> exportSite(const Site& site, const fs::path& asked, const RunState& state) {
+    if (auto allowed = checkExportPlace(asked); !allowed) return allowed;
+    std::error_code code;
+    fs::path folder = fs::weakly_canonical(fs::absolute(asked), code);
+    if (code) folder = fs::absolute(asked);
+    if (!folder.has_filename()) folder = folder.parent_path();
+    const bool exists = fs::exists(folder, code);
+    const auto earlier = exists ? earlierFiles(folder) : std::nullopt;
+    if (auto replaced = checkReplaced(site, asked, earlier); !replaced) return replaced;
+    // Staged on the file system of the folder, which may be a mount.
+    const fs::path parent = exists ? folder : folder.parent_path();
     auto staging = formats::TemporaryFolder::create(parent);
     if (!staging) return tl::make_unexpected(staging.error());
-    const fs::path fresh = *staging / "new", old = *staging / "old";
+    const fs::path fresh = *staging / "new";
     for (const auto& [path, file] : site.files()) {
         if (state.interrupted) return failure(ErrorCode::Interrupted, "view", "interrupted");
         if (auto written = writeSiteFile(file, fresh / path); !written) return written;
     }
     const auto outputs = formats::OutputTransaction::begin();
     if (!outputs) return tl::make_unexpected(outputs.error());
-    std::error_code code;
-    if (fs::exists(folder, code)) fs::rename(folder, old, code);
-    if (!code) fs::rename(fresh, folder, code);
+    if (exists) return replaceExport(site, fresh, folder, earlier);
+    fs::rename(fresh, folder, code);
     if (code) return failure(ErrorCode::Internal, folder.string(), fmt::format("could not be written: {}", code.message()));
     return {};
 }

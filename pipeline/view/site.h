@@ -57,8 +57,9 @@ private:
     std::vector<std::string> notes_;
 };
 
-/// Writes every file of a site into a folder, which appears whole. The folder may not exist yet, be empty, or hold an earlier export, which
-/// is replaced.
+/// Writes every file of a site into a folder. The folder may not exist yet, be empty, or hold an earlier export, which is replaced. Files
+/// that no export wrote stay; one with the name of a file of the site is an error, before anything is changed. A folder that did not exist
+/// appears whole.
 formats::Result<void> exportSite(const Site& site, const std::filesystem::path& folder, const RunState& state);
 
 /// Returns the media type of a file name by its extension.

@@ -214,6 +214,52 @@ TEST_F(CommandLine, OutputsDoNotReplaceInputsOrEachOther) {
     EXPECT_EQ(run("report cooked --json cooked/report.json --html cooked/report.html").code, 0);
 }
 
+/// A script reads the file of --json: one that an earlier run left would say that all is well.
+TEST_F(CommandLine, AMistakeIsInTheFilesThatWereAskedForToo) {
+    ASSERT_EQ(run("cook scene.toml -o cooked").code, 0);
+    const auto isPassed = [&] { return nlohmann::json::parse(contentOf(scene_ / "st.json")).value("passed", false); };
+    ASSERT_EQ(run("verify cooked --json st.json --junit st.xml --sarif st.sarif").code, 0);
+    const std::string passed = contentOf(scene_ / "st.json"), junit = contentOf(scene_ / "st.xml"), sarif = contentOf(scene_ / "st.sarif");
+    for (const char* mistaken :
+         {"verify cooked --json st.json --samples 0x", "verify --samples 0x cooked --json=st.json", "verfy cooked --json st.json",
+          "verify cooked --jsn x --json st.json", "verify --json st.json", "cook scene.toml --json st.json --budget much",
+          "encode probe.exr probe.exr --format bc7 --json st.json", "verify cooked --json st.json --junit - --sarif -"}) {
+        SCOPED_TRACE(mistaken);
+        formats::writeContent(scene_ / "st.json", passed);
+        ASSERT_TRUE(isPassed());
+        const Ended ended = run(mistaken);
+        EXPECT_EQ(ended.code, 2) << ended.err;
+        const auto failed = nlohmann::json::parse(contentOf(scene_ / "st.json"));
+        EXPECT_EQ(failed.at("passed"), false);
+        EXPECT_EQ(failed.at("exit_code"), 2);
+        const auto& error = failed.at("errors").at(0);
+        EXPECT_THAT(ended.err,
+                    HasSubstr(error.at("subject").get<std::string>() + ": " + error.at("detail").get<std::string>().substr(0, 20)));
+    }
+    const Ended shown = run("verify cooked --json - --samples 0x");
+    EXPECT_EQ(nlohmann::json::parse(shown.out).at("errors").at(0).at("subject"), "--samples");
+    EXPECT_EQ(run("verify cooked --junit st.xml --sarif st.sarif --samples 0x").code, 2);
+    EXPECT_NE(contentOf(scene_ / "st.xml"), junit);
+    EXPECT_THAT(contentOf(scene_ / "st.xml"), HasSubstr("<failure type=\"request\" message=\"--samples: found '0x'"));
+    EXPECT_NE(contentOf(scene_ / "st.sarif"), sarif);
+
+    // What may be an input stays as it is, and so does every file that is no such document.
+    formats::writeContent(scene_ / "st.json", passed);
+    formats::writeContent(scene_ / "room.gltf", R"({"asset": {"version": "2.0"}})");
+    formats::writeContent(scene_ / "notes.txt", "mine");
+    const std::string map = contentOf(scene_ / "map.exr"), manifest = contentOf(scene_ / "cooked/cooked.json");
+    for (const char* mistaken :
+         {"verify cooked --json --samples 0x", "report cooked --baseline st.json --json st.json --fail-over x",
+          "cook scene.toml --json map.exr --samples 0x", "verify cooked --json cooked/cooked.json --samples 0x",
+          "init . --json room.gltf --bogus", "verify cooked --json notes.txt --samples 0x", "verify cooked --junit notes.txt --samples 0x"})
+        EXPECT_EQ(run(mistaken).code, 2) << mistaken;
+    EXPECT_EQ(contentOf(scene_ / "st.json"), passed);
+    EXPECT_EQ(contentOf(scene_ / "map.exr"), map);
+    EXPECT_EQ(contentOf(scene_ / "cooked/cooked.json"), manifest);
+    EXPECT_EQ(contentOf(scene_ / "room.gltf"), R"({"asset": {"version": "2.0"}})");
+    EXPECT_EQ(contentOf(scene_ / "notes.txt"), "mine");
+}
+
 TEST_F(CommandLine, OutputsGetTheirFolderAndARefusalLeavesNone) {
     namespace fs = std::filesystem;
     ASSERT_EQ(run("cook scene.toml -o cooked").code, 0);
@@ -229,6 +275,47 @@ TEST_F(CommandLine, OutputsGetTheirFolderAndARefusalLeavesNone) {
     expectRefused("encode probe.exr g/x.dds --format astc-4x4-hdr", 2, {"--format: found astc-4x4-hdr for g/x.dds"});
     EXPECT_FALSE(fs::exists(scene_ / "g"));
     expectRefused("encode probe.exr map.exr/x.ktx2 --format bc7", 2, {"map.exr/x.ktx2: found the file map.exr in place of a folder"});
+}
+
+TEST_F(CommandLine, ALinkInTheOutputFolderIsReplacedAndANamedOneIsFollowed) {
+    namespace fs = std::filesystem;
+    const auto isFile = [&](const char* name) { return fs::is_regular_file(fs::symlink_status(scene_ / name)); };
+    ASSERT_EQ(run("cook scene.toml -o cooked").code, 0);
+    const std::string texture = contentOf(scene_ / "cooked/sky.ktx2");
+    for (const char* name : {"sky.ktx2", "cooked.json", "report.json", "report.html", "lightcook.glsl"}) {
+        const std::string mine = std::string("mine_") + name;
+        formats::writeContent(scene_ / mine, "mine");
+        fs::remove(scene_ / "cooked" / name);
+        fs::create_symlink("../" + mine, scene_ / "cooked" / name);
+    }
+    const Ended again = run("cook scene.toml -o cooked");
+    EXPECT_EQ(again.code, 0) << again.err;
+    for (const char* name : {"sky.ktx2", "cooked.json", "report.json", "report.html", "lightcook.glsl"}) {
+        EXPECT_TRUE(isFile((std::string("cooked/") + name).c_str())) << name;
+        EXPECT_EQ(contentOf(scene_ / (std::string("mine_") + name)), "mine");
+    }
+    EXPECT_EQ(contentOf(scene_ / "cooked/sky.ktx2"), texture);
+    EXPECT_EQ(run("verify cooked").code, 0);
+
+    // A name of the command line means the file behind the link.
+    const std::vector<std::pair<std::string, std::string>> named = {
+        {"encode probe.exr link.ktx2 --format bc6h-uf16", "link.ktx2"},
+        {"rsrm sky.exr link_sky.ktx2 --exponents 1,8 --json link_sky.json", "link_sky.ktx2"},
+        {"decode cooked/sky.ktx2 link.exr", "link.exr"},
+        {"reconstruct cooked map link_map.exr", "link_map.exr"},
+        {"cook scene.toml -o cooked --depfile link.d --junit link.xml", "link.d"},
+        {"cook scene.toml -o cooked --junit link2.xml", "link2.xml"},
+        {"plan scene.toml --ninja link.ninja", "link.ninja"},
+        {"init map.exr -o link.toml --force", "link.toml"}};
+    for (const auto& [command, link] : named) {
+        SCOPED_TRACE(command);
+        formats::writeContent(scene_ / ("behind_" + link), "old");
+        fs::create_symlink("behind_" + link, scene_ / link);
+        const Ended ended = run(command);
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        EXPECT_TRUE(fs::is_symlink(scene_ / link));
+        EXPECT_NE(contentOf(scene_ / ("behind_" + link)), "old");
+    }
 }
 
 TEST_F(CommandLine, AFileThatMayNotGrowIsAnErrorAndLeavesNothing) {
@@ -342,6 +429,55 @@ TEST_F(CommandLine, CompareLooksIntoTheFilesOfCookedFolders) {
         EXPECT_THAT(ended.out, HasSubstr("b/sky.ktx2: found content ")) << command;
         EXPECT_THAT(ended.err, StartsWith("lightcook: error: b/sky.ktx2: found content ")) << command;
     }
+}
+
+TEST_F(CommandLine, ReconstructAndInfoTellThatAFileWasChanged) {
+    namespace fs = std::filesystem;
+    ASSERT_EQ(run("cook scene.toml -o cooked").code, 0);
+    ASSERT_EQ(run("reconstruct cooked map first.exr").code, 0);
+    const auto withChange = [&](const std::string& file, const auto& then) {
+        SCOPED_TRACE(file);
+        const std::string before = contentOf(scene_ / "cooked" / file);
+        std::string changed = before;
+        if (const std::size_t figure = before.find("\"rel_rms\": "); file == "report.json" && figure != std::string::npos)
+            changed[figure + 11] = before[figure + 11] == '9' ? '8' : '9';
+        else
+            changed[before.size() * 3 / 4] = static_cast<char>(before[before.size() * 3 / 4] ^ 1);
+        formats::writeContent(scene_ / "cooked" / file, changed);
+        then();
+        formats::writeContent(scene_ / "cooked" / file, before);
+    };
+    std::string texture;
+    for (const auto& entry : fs::directory_iterator(scene_ / "cooked")) {
+        const std::string name = entry.path().filename();
+        if (name.starts_with("map_") && name.ends_with(".ktx2") && name.find("dominant") == std::string::npos) texture = name;
+    }
+    ASSERT_FALSE(texture.empty());
+    withChange(texture, [&] {
+        expectRefused("reconstruct cooked map back.exr", 4, {texture + ": found content ", " as cooked"});
+        EXPECT_FALSE(fs::exists(scene_ / "back.exr"));
+        const Ended info = run("info cooked");
+        EXPECT_EQ(info.code, 4);
+        EXPECT_THAT(info.err, AllOf(HasSubstr(texture + ": found content "), HasSubstr(" as cooked")));
+        EXPECT_THAT(info.out, HasSubstr("scene: small")) << "described all the same";
+        const Ended json = run("info cooked --json -");
+        EXPECT_EQ(nlohmann::json::parse(json.out).at("exit_code"), 4);
+    });
+    for (const char* other : {"report.json", "sky.ktx2"})
+        withChange(other, [&] {
+            const Ended info = run("info cooked");
+            EXPECT_EQ(info.code, 4);
+            EXPECT_THAT(info.err, HasSubstr(std::string(other) + ": found content "));
+            EXPECT_EQ(run("reconstruct cooked map back.exr").code, 0) << "which does not read it";
+        });
+    const std::string manifest = contentOf(scene_ / "cooked/cooked.json");
+    std::string changed = manifest;
+    changed.replace(changed.find("\"small\""), 7, "\"smell\"");
+    formats::writeContent(scene_ / "cooked/cooked.json", changed);
+    expectRefused("reconstruct cooked map other.exr", 4, {"cooked.json: found content "});
+    EXPECT_EQ(run("info cooked").code, 4);
+    formats::writeContent(scene_ / "cooked/cooked.json", manifest);
+    EXPECT_EQ(run("info cooked").code, 0);
 }
 
 TEST_F(CommandLine, ViewPrintsItsAddressAtOnce) {

@@ -45,6 +45,15 @@ TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
     EXPECT_THAT(table, testing::ContainsRegex("light-map +[a-z0-9-]+ +[0-9]+ +[0-9.]+ +[0-9.]+ % +[0-9.]+ %"));
 }
 
+/// 8 bits hold a gradient of one colour exactly.
+TEST_F(Command, AMeasuredErrorOfZeroIsNoDash) {
+    std::string gradient = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 64\n";
+    for (int i = 0; i < 64; ++i) gradient += "\x80\x80\x80\x81";
+    formats::writeContent(scene_ / "even.hdr", gradient);
+    ASSERT_EQ(run("rsrm even.hdr even --exponents 1,65536").code, 0);
+    EXPECT_THAT(run("report even").out, testing::ContainsRegex("rsrm +rsrm +[0-9]+ +[0-9.]+ +0\\.000 % +0\\.000 %"));
+}
+
 /// Two reads could be of two scenes, if the file is saved in between.
 TEST_F(Command, CookAndLintReadTheSceneFileOnce) {
     const auto opensOf = [&](const std::string& arguments) {

@@ -6,6 +6,7 @@
 #include "formats/gltf_scene.h"
 #include "formats/gpu_texture.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/report/captions.h"
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -100,6 +101,20 @@ TEST_F(Figures, OfMemoryAddUpForEveryKindOfAssetAndLayout) {
         const RunState state;
         expectSums(verifyCooked({folder_ / "out", {}, {}}, state).report, folder_ / "out");
     }
+}
+
+TEST_F(Figures, OfNotesAndMeasuresHaveCaptions) {
+    const Outcome outcome = cookShipped("ratio");
+    int count = 0;
+    for (const Json& asset : outcome.report.at("assets"))
+        for (const char* member : {"notes", "measures"}) {
+            const Json figures = asset.value(member, Json::object());
+            for (const auto& [key, value] : figures.items()) {
+                EXPECT_TRUE(hasNoteCaption(key)) << asset.at("name") << " " << key;
+                ++count;
+            }
+        }
+    EXPECT_GT(count, 0);
 }
 
 TEST_F(Figures, OfMemoryAddUpWithoutAMeshOrDirections) {

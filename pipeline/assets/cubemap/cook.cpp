@@ -10,6 +10,7 @@
 #include "fit/cubemap.h"
 #include "fit/pre_divide.h"
 #include "formats/vocabulary.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/scene/cubemap_layout.h"
@@ -71,11 +72,13 @@ std::int64_t lostBelow(const Image<glm::vec3>& level, float range) {
 /// value: the quotient was larger than any float (clamped) or smaller than any half (lost). Nothing of a map that is not divided.
 Json divisionNotes(const std::optional<fit::PreDivide>& divide, const Levels& divided, float range) {
     if (!divide) return Json::object();
-    Json notes = {{"window_lambda", divide->windowLambda}, {"division_clamped", Json::object()}, {"division_lost", Json::object()}};
+    Json notes = {{note_keys::kWindowLambda, divide->windowLambda},
+                  {note_keys::kDivisionClamped, Json::object()},
+                  {note_keys::kDivisionLost, Json::object()}};
     for (std::size_t mip = 0; mip < divided.levels.size(); ++mip) {
         const std::string level = fmt::format("level {}", mip);
-        if (divided.clamped[mip] > 0) notes["division_clamped"][level] = divided.clamped[mip];
-        if (const std::int64_t lost = lostBelow(divided.levels[mip], range); lost > 0) notes["division_lost"][level] = lost;
+        if (divided.clamped[mip] > 0) notes[note_keys::kDivisionClamped][level] = divided.clamped[mip];
+        if (const std::int64_t lost = lostBelow(divided.levels[mip], range); lost > 0) notes[note_keys::kDivisionLost][level] = lost;
     }
     return notes;
 }
@@ -198,7 +201,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
 
     CookResult result{makeCookedAsset(name, AssetKind::Cubemap, std::string(layout->name), options.size, options.size),
                       std::filesystem::file_size(source),
-                      Json{{"repaired_texels", loaded->repairedTexels}, {"clamped_high", report.clampedHigh}}};
+                      Json{{note_keys::kRepairedTexels, loaded->repairedTexels}, {note_keys::kClampedHigh, report.clampedHigh}}};
     result.notes->update(divisions);
     result.asset.quantity = layout->quantity;
     result.asset.constants = constants;

@@ -6,6 +6,7 @@
 
 #include "formats/vocabulary.h"
 #include "pipeline/assets/dominant/encoder.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
@@ -79,14 +80,14 @@ Result<Outputs> createOutputs(const DominantEncoder& encoder, const TextureSetti
 }
 
 Json notesOf(const std::string& fitName, fit::DominantFit fit, const StripReport& report) {
-    Json notes = {{"fit", fitName}};
+    Json notes = {{note_keys::kFit, fitName}};
     if (fit != fit::DominantFit::Closed) {
-        notes["refined"] = report.fitted.texels.refined;
-        notes["skipped"] = report.fitted.texels.skipped;
-        notes["solved_with_neighbours"] = report.fitted.solved;
+        notes[note_keys::kRefined] = report.fitted.texels.refined;
+        notes[note_keys::kSkipped] = report.fitted.texels.skipped;
+        notes[note_keys::kSolvedWithNeighbours] = report.fitted.solved;
     }
-    notes["clamped_high"] = report.encoded.clampedHigh;
-    notes["clamped_negative"] = report.encoded.clampedNegative;
+    notes[note_keys::kClampedHigh] = report.encoded.clampedHigh;
+    notes[note_keys::kClampedNegative] = report.encoded.clampedNegative;
     return notes;
 }
 

@@ -9,6 +9,7 @@
 #include "pipeline/assets/dominant/dominant.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
@@ -204,11 +205,11 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     result.key = key;
     result.light.emplace().specularRms = errors.referenceRms();
     if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces, materials.lobe, viewing));
-    result.measures = {{"direction_error_degrees_mean", errors.meanDirectionError()},
-                       {"direction_error_degrees_max", errors.maxDirectionError()},
-                       {"unexplained_energy_stored", errors.unexplainedStored()},
-                       {"unexplained_energy_reference", errors.unexplainedReference()},
-                       {"shaded_every_texels", shading.stride}};
+    result.measures = {{note_keys::kDirectionErrorDegreesMean, errors.meanDirectionError()},
+                       {note_keys::kDirectionErrorDegreesMax, errors.maxDirectionError()},
+                       {note_keys::kUnexplainedEnergyStored, errors.unexplainedStored()},
+                       {note_keys::kUnexplainedEnergyReference, errors.unexplainedReference()},
+                       {note_keys::kShadedEveryTexels, shading.stride}};
     return outcomeWithPreview(std::move(result), comparison.preview(), context);
 }
 

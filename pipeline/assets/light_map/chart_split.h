@@ -1,11 +1,14 @@
 // Charts of a light map split between two maps, so that the places which need a fine layout do not make all others take it.
 //
-// Places differ: along a shadow's edge a learned layout is far off where it is invisibly so elsewhere, and one layout for the map is the
-// one that its worst places need. The trial of the map measures every layout on every tile of its charts (atlas/tiles.h). A layout is tried
-// for the map as follows: the tile that uses most of the limits a texel, beyond what its size allows, is left out, then the next one, until
-// the rest keep the limits and another layout keeps them on the tiles that were left out. The pair of layouts that takes the fewest bits is
-// the split. The same is done with whole charts, which need no texels beside a cut. Each of the two maps is then tried and cooked as any
-// other.
+// Along the edge of a shadow a learned layout may be far off where its error is invisible elsewhere. One layout for the map is the one that
+// its worst places need.
+//   1. The trial measures every layout on every tile of the charts (atlas/tiles.h). Small tiles are measured in groups (tile_groups.h).
+//   2. For each coarse layout, tiles are sorted by what they exceed their share of the limits by, per texel; the largest excess first.
+//   3. Tiles are moved to the fine map in that order, until the rest keeps the limits with the coarse layout and the moved tiles keep them
+//      with a finer one: the fewest tiles for each pair of a coarse and a fine layout. With more, the fine layout only takes more bits.
+//   4. The pair with the fewest bits is the split, if it saves at least kLeastSplitSaving.
+// This is repeated for each of kSplitShares, and with whole charts in place of tiles: they need no texels beside a cut. The cook tries and
+// cooks each of the two maps as any other.
 #pragma once
 
 #include <array>

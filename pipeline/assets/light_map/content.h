@@ -26,8 +26,8 @@ void describe(Fields& fields, Self& parameters) {
 struct LightMapContent {
     int width = 0, height = 0;
     std::int64_t covered = 0;   ///< texels
-    bool isConstant = false;    ///< every covered texel holds the same light, as seen from its normal: see ConstantLight
-    bool isBlack = false;       ///< and that is none
+    bool isConstant = false;    ///< every covered texel has the same coefficients, and the same exit radiance at its own normal
+    bool isBlack = false;       ///< isConstant, and that radiance is 0
     bool hasOneNormal = false;  ///< every covered texel has the same normal
     /// rel_rms of the shading, the larger of diffuse and specular, without the bands above 0 and above 1. Empty if it exceeds max_error.
     std::optional<double> errorOfOrder0, errorOfOrder1;

@@ -8,6 +8,7 @@
 #include "pipeline/assets/light_map/planner.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
@@ -143,13 +144,16 @@ bool storesLightUnscaled(const compress::LightMapPlan& plan) {
 }
 
 Json notesOf(const MeasuredLightMap& measured, const compress::LightMapPlan& plan, const compress::EncodeReport& report) {
-    Json notes = {
-        {"covered_texels", measured.measure.coveredTexels()},  {"beyond_positive_bounds", measured.measure.beyondPositiveBounds()},
-        {"repaired_not_finite", measured.repairs.notFinite},   {"repaired_negative_dc", measured.repairs.negativeDc},
-        {"repaired_bands", measured.repairs.bandsBeyond},      {"repaired_fireflies", measured.repairs.fireflies},
-        {"negative_after_gamut", measured.negativeAfterGamut}, {"clamped_high", report.clampedHigh},
-        {"clamped_negative", report.clampedNegative}};
-    if (report.clampedHigh > 0 && storesLightUnscaled(plan)) notes["clamped_light"] = report.clampedHigh;
+    Json notes = {{note_keys::kCoveredTexels, measured.measure.coveredTexels()},
+                  {note_keys::kBeyondPositiveBounds, measured.measure.beyondPositiveBounds()},
+                  {note_keys::kRepairedNotFinite, measured.repairs.notFinite},
+                  {note_keys::kRepairedNegativeDc, measured.repairs.negativeDc},
+                  {note_keys::kRepairedBands, measured.repairs.bandsBeyond},
+                  {note_keys::kRepairedFireflies, measured.repairs.fireflies},
+                  {note_keys::kNegativeAfterGamut, measured.negativeAfterGamut},
+                  {note_keys::kClampedHigh, report.clampedHigh},
+                  {note_keys::kClampedNegative, report.clampedNegative}};
+    if (report.clampedHigh > 0 && storesLightUnscaled(plan)) notes[note_keys::kClampedLight] = report.clampedHigh;
     return notes;
 }
 

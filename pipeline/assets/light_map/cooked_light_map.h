@@ -30,7 +30,7 @@ public:
     const verify::LightMapVerifier& verifier() const { return verifier_; }
     int width() const { return width_; }
     int height() const { return height_; }
-    /// Decodes texels from firstRow (a multiple of 16) on: at least rowCount rows, as far as the map has them.
+    /// Decodes texels from firstRow (a multiple of kRowAlignment) on: at least rowCount rows, as far as the map has them.
     formats::Result<verify::DecodedLightMapRows> read(int firstRow, int rowCount) const;
 
 private:

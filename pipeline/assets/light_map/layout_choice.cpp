@@ -12,52 +12,54 @@ namespace {
 
 using formats::LayoutCost;
 
-/// Returns the larger error of a candidate as a part of its limit.
-double partOf(const TrialCandidate& candidate, const LayoutLimits& limits) {
-    return limits.partOf(std::max(candidate.diffuse, candidate.specular), std::max(candidate.visibleDiffuse, candidate.visibleSpecular));
+/// Returns LayoutLimits::usedBy of the errors that a trial measured.
+double triedUse(const TrialCandidate& candidate, const LayoutLimits& limits) {
+    return limits.usedBy(std::max(candidate.diffuse, candidate.specular), std::max(candidate.visibleDiffuse, candidate.visibleSpecular));
 }
 
-/// Returns the cheapest candidate within maxError, or the one of least error.
-const LightMapCandidate& cheapestOf(const std::vector<LightMapCandidate>& candidates, double maxError, LayoutCost cost) {
+/// Returns the cheapest candidate that uses at most `mostUsed` of the limits; else see cheapestWithin().
+const LightMapCandidate& cheapestOf(const std::vector<LightMapCandidate>& candidates, double mostUsed, LayoutCost cost) {
     const auto costOf = [&](const LightMapCandidate& each) { return std::pair(cost == LayoutCost::Taps ? each.fetches : 0, each.bytes); };
-    const LightMapCandidate* best = &candidates.front();
-    for (const LightMapCandidate& each : candidates) {
-        const bool fits = each.error <= maxError, bestFits = best->error <= maxError;
-        const bool isBetter = fits && bestFits ? costOf(each) < costOf(*best) : fits != bestFits ? fits : each.error < best->error;
-        if (isBetter) best = &each;
-    }
-    return *best;
+    const auto isBetter = [&](const LightMapCandidate& each, const LightMapCandidate& other) {
+        const bool fits = each.usedOfLimits <= mostUsed, otherFits = other.usedOfLimits <= mostUsed;
+        if (fits != otherFits) return fits;
+        if (fits) return costOf(each) < costOf(other);
+        const bool fitted = each.usedInTrial <= mostUsed, otherFitted = other.usedInTrial <= mostUsed;
+        if (fitted != otherFitted) return fitted;
+        return fitted ? each.usedOfLimits < other.usedOfLimits : each.usedInTrial < other.usedInTrial;
+    };
+    return *std::ranges::min_element(candidates, isBetter);
 }
 
 }  // namespace
 
-double LayoutLimits::partOf(double error, double visible, double bound, double seam) const {
+double LayoutLimits::usedBy(double error, double visible, double bound, double seam) const {
     const double largest = std::max({error / maxError, maxVisible ? visible / *maxVisible : 0,
                                      maxVisibleBound ? bound / *maxVisibleBound : 0, maxSeam ? seam / *maxSeam : 0});
     const bool areFinite = std::isfinite(error) && std::isfinite(visible) && std::isfinite(bound) && std::isfinite(seam);
     return areFinite ? largest : std::numeric_limits<double>::infinity();
 }
 
-double verifiedPart(const verify::StageError& stage, double seam, const LayoutLimits& limits) {
+double verifiedUse(const verify::StageError& stage, double seam, const LayoutLimits& limits) {
     const bool isBoundMissing = limits.maxVisibleBound && !hasVisibleBound(stage);
     const double bound = isBoundMissing ? std::numeric_limits<double>::infinity() : visibleBound(stage).value_or(0);
-    return limits.partOf(std::max(stage.diffuse.relRms, stage.specular.relRms), visibleP99(stage).value_or(0), bound, seam);
+    return limits.usedBy(std::max(stage.diffuse.relRms, stage.specular.relRms), visibleP99(stage).value_or(0), bound, seam);
 }
 
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits) {
     std::vector<LightMapCandidate> candidates;
     for (const TrialCandidate& each : trial.candidates)
-        if (!each.isExcluded) candidates.push_back({each.layout, each.bytesGpu, partOf(each, limits), each.fetches});
+        if (!each.isExcluded) candidates.push_back({each.layout, each.bytesGpu, triedUse(each, limits), each.fetches});
     return candidates;
 }
 
 std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidates) {
-    std::ranges::sort(candidates, {}, [](const LightMapCandidate& each) { return std::pair(each.bytes, each.error); });
+    std::ranges::sort(candidates, {}, [](const LightMapCandidate& each) { return std::pair(each.bytes, each.usedOfLimits); });
     std::vector<std::string> layouts;
     double least = std::numeric_limits<double>::infinity();
     for (const LightMapCandidate& each : candidates) {
-        if (!(each.error < least)) continue;
-        least = each.error;
+        if (!(each.usedOfLimits < least)) continue;
+        least = each.usedOfLimits;
         layouts.push_back(each.layout);
     }
     return layouts;
@@ -66,21 +68,21 @@ std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidate
 const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const LayoutLimits& limits) {
     const auto taken = std::ranges::find(candidates, chosen, &TrialCandidate::layout);
     if (taken == candidates.end()) return nullptr;
-    const double error = partOf(*taken, limits);
+    const double takenUse = triedUse(*taken, limits);
     const TrialCandidate *smallest = nullptr, *best = nullptr;
     for (const TrialCandidate& each : candidates) {
         if (!each.isExcluded) continue;
-        const double part = partOf(each, limits);
-        if (part <= 1 && (error > 1 || each.bytesGpu < taken->bytesGpu) && (smallest == nullptr || each.bytesGpu < smallest->bytesGpu))
+        const double use = triedUse(each, limits);
+        if (use <= 1 && (takenUse > 1 || each.bytesGpu < taken->bytesGpu) && (smallest == nullptr || each.bytesGpu < smallest->bytesGpu))
             smallest = &each;
-        if (part < error && each.bytesGpu <= taken->bytesGpu && (best == nullptr || part < partOf(*best, limits))) best = &each;
+        if (use < takenUse && each.bytesGpu <= taken->bytesGpu && (best == nullptr || use < triedUse(*best, limits))) best = &each;
     }
     return smallest != nullptr ? smallest : best;
 }
 
-std::map<std::string, std::string> cheapestWithin(const LightMapCandidates& candidates, double maxError, LayoutCost cost) {
+std::map<std::string, std::string> cheapestWithin(const LightMapCandidates& candidates, double mostUsed, LayoutCost cost) {
     std::map<std::string, std::string> layouts;
-    for (const auto& [map, each] : candidates) layouts[map] = cheapestOf(each, maxError, cost).layout;
+    for (const auto& [map, each] : candidates) layouts[map] = cheapestOf(each, mostUsed, cost).layout;
     return layouts;
 }
 

@@ -19,29 +19,31 @@ struct LayoutLimits {
     std::optional<double> maxVisibleBound = std::nullopt;  ///< on their proven bound
     std::optional<double> maxSeam = std::nullopt;          ///< on the largest step that cooking adds to an edge
 
-    /// Returns the largest of the errors, each as a part of its limit. Infinite where one is not finite, so that it is never chosen.
+    /// Returns the largest of the errors, each as a part of its limit: 1 is just within the limits. Infinite where one is not finite, so
+    /// that it is never chosen.
     /// bound, seam  0 where they are not known yet: a trial has none, and verification refutes a layout that breaks the limit
-    double partOf(double error, double visible, double bound = 0, double seam = 0) const;
+    double usedBy(double error, double visible, double bound = 0, double seam = 0) const;
 };
 
-/// Returns the largest error of a verified stage as a part of its limit. Infinite where a limit on the bound of visible errors is given and
+/// Returns LayoutLimits::usedBy of a verified stage. Infinite where a limit on the bound of visible errors is given and
 /// the bound is not known: verification fails it, too.
 /// seam  largest step that cooking adds to an edge; 0 without any
-double verifiedPart(const verify::StageError& stage, double seam, const LayoutLimits& limits);
+double verifiedUse(const verify::StageError& stage, double seam, const LayoutLimits& limits);
 
-/// A layout's bytes, fetches and error for one map.
+/// A layout's bytes, fetches and errors for one map.
 struct LightMapCandidate {
     std::string layout;
     std::uint64_t bytes = 0;
-    double error = 0;  ///< LayoutLimits::partOf: 1 is just within the limits
+    double usedOfLimits = 0;  ///< LayoutLimits::usedBy, of the verification where there was one
     int fetches = 0;
+    double usedInTrial = 0;  ///< the same in the trial, which knows neither bounds nor seams
 };
 /// Candidates by the name of the map.
 using LightMapCandidates = std::map<std::string, std::vector<LightMapCandidate>>;
 /// Returns the candidates that the scene's list of layouts has.
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits);
 
-/// Returns the layouts that no other candidate beats in bytes and error, the smallest first.
+/// Returns the layouts that no other candidate beats in both bytes and usedOfLimits, the smallest first.
 std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidates);
 
 /// Returns the layout that the map would be better off with if the scene's list of layouts had it: the smallest that keeps the limits where
@@ -49,8 +51,10 @@ std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidate
 /// Null if none is, as far as the trial measured them.
 const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const LayoutLimits& limits);
 
-/// Returns for each map the layout of least cost whose error is at most maxError; where none is, the one of least error.
-std::map<std::string, std::string> cheapestWithin(const LightMapCandidates& candidates, double maxError = 1,
+/// Returns for each map the layout of least cost whose usedOfLimits is at most mostUsed; where none is, the one
+/// that uses least of those that a trial found within the limits: only these were verified, and only verification knows bounds and seams.
+/// Without any, the one that uses least in the trial.
+std::map<std::string, std::string> cheapestWithin(const LightMapCandidates& candidates, double mostUsed = 1,
                                                   formats::LayoutCost cost = formats::LayoutCost::Bytes);
 
 }  // namespace lightcook::pipeline

@@ -4,7 +4,6 @@
 #include <optional>
 #include <string_view>
 
-#include "compress/light_map.h"
 #include "formats/light_map_layout.h"
 #include "formats/target.h"
 #include "pipeline/assets/light_map/shading.h"
@@ -32,9 +31,16 @@ inline bool isLookupRole(std::string_view role) {
     return role == kIndexRole || role == kTablesRole;
 }
 
-/// Returns the objective of a map.
-/// displayKey  of the map (verify::LightMapKey)
-compress::LightMapObjective objectiveFor(const SceneView& view, double displayKey, const glm::dmat3& bt2020FromWorking);
+/// Returns true if a layout has learned bases for each cluster of charts: then a mesh names the cluster of each vertex.
+inline bool hasLearnedBases(std::string_view layout) {
+    const auto known = formats::lightMapLayoutFromName(layout);
+    return known && formats::info(*known).isLearned();
+}
+/// Returns true if the encoder of a layout has an objective to minimize.
+inline bool hasObjective(std::string_view layout) {
+    const auto known = formats::lightMapLayoutFromName(layout);
+    return known && formats::info(*known).hasObjective();
+}
 
 /// Parameters of the cook action. Its inputs are "source", and "mesh" if the layout is learned and the map has a mesh.
 struct LightMapParameters {

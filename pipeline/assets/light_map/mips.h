@@ -37,7 +37,8 @@ formats::Result<int> mipCountOf(LightMapSource& source, bool isWanted, const Act
 formats::Image<std::uint32_t> chartsOfMip(const MipSurvey& survey, int level, int width, int firstRow, int rowCount);
 
 /// Returns the cluster of each texel of a level, row by row: that of the blocks of level 0 that its covered texels lie in, which the
-/// vertices of the chart name; 0 where none is covered. clusterOfBlock  of the blocks of 4 x 4 texels of level 0, row by row
+/// vertices of the chart name; 0 where none is covered.
+/// clusterOfBlock  of the blocks of 4 x 4 texels of level 0, row by row
 std::vector<std::uint8_t> clustersOfMip(const MipSurvey& survey, int level, int mapWidth, int mapHeight,
                                         std::span<const std::uint8_t> clusterOfBlock);
 

@@ -13,6 +13,10 @@
 
 namespace lightcook::pipeline {
 
+/// Returns the objective of a map.
+/// displayKey  of the map (verify::LightMapKey)
+compress::LightMapObjective objectiveFor(const SceneView& view, double displayKey, const glm::dmat3& bt2020FromWorking);
+
 /// Plans layouts for one map. The samples of learned layouts are gathered when the first of these layouts is planned.
 class LightMapPlanner {
 public:

@@ -9,6 +9,7 @@
 
 #include "formats/png.h"
 #include "lighting/radiometry.h"
+#include "pipeline/assets/light_map/bake_filter.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/graph/files.h"
 
@@ -35,10 +36,9 @@ public:
 
     /// Returns the places of a row of texels: `places` x `places` of each.
     Result<formats::Image<lighting::ShRgb>> row(int row, int places) {
-        constexpr int kAligned = 16;
-        const int first = std::max(0, row / kAligned * kAligned - kAligned);
+        const int first = std::max(0, row / kRowAlignment * kRowAlignment - kRowAlignment);
         if (!texels_ || texels_->firstRow != first) {
-            auto read = cooked_.read(first, std::min(3 * kAligned, cooked_.height() - first));
+            auto read = cooked_.read(first, std::min(3 * kRowAlignment, cooked_.height() - first));
             if (!read) return tl::make_unexpected(read.error());
             texels_ = std::move(*read);
         }
@@ -50,28 +50,22 @@ private:
     std::optional<verify::DecodedLightMapRows> texels_;
 };
 
-/// The bake at a place: filtered between covered texels.
+/// The bake at a place.
 struct BakedPlace {
     lighting::ShRgb sh{};
     glm::vec3 normal{0};
     bool isCovered = false;
 };
+/// at  [texels], (0.5, 0.5) is the centre of the first
 BakedPlace bakedAt(const formats::LightMapStrip& strip, const glm::dvec2& at) {
     BakedPlace place;
-    const glm::dvec2 corner = at - 0.5;
-    const glm::ivec2 first(static_cast<int>(std::floor(corner.x)), static_cast<int>(std::floor(corner.y)));
-    const glm::dvec2 part = corner - glm::dvec2(first);
     float sum = 0;
-    for (int i = 0; i < 4; ++i) {
-        const int dx = i % 2, dy = i / 2;
-        const int x = std::clamp(first.x + dx, 0, strip.sh.width() - 1),
-                  y = std::clamp(first.y + dy - strip.firstRow, 0, strip.sh.height() - 1);
-        const auto weight = static_cast<float>((dx == 1 ? part.x : 1 - part.x) * (dy == 1 ? part.y : 1 - part.y));
-        if (weight <= 0 || strip.covered.at(x, y) == 0) continue;
+    forEachCoveredAround(strip, at - 0.5, [&](int x, int row, double share) {
+        const auto weight = static_cast<float>(share);
         sum += weight;
-        for (std::size_t k = 0; k < place.sh.size(); ++k) place.sh[k] += weight * strip.sh.at(x, y)[k];
-        place.normal += weight * strip.normal.at(x, y);
-    }
+        for (std::size_t k = 0; k < place.sh.size(); ++k) place.sh[k] += weight * strip.sh.at(x, row)[k];
+        place.normal += weight * strip.normal.at(x, row);
+    });
     const float length = glm::length(place.normal);
     if (!(sum > 0) || !(length > 0)) return place;
     for (auto& coefficient : place.sh) coefficient /= sum;

@@ -6,10 +6,10 @@
 #include <set>
 
 #include "formats/fireflies.h"
-#include "formats/gltf_scene.h"
 #include "formats/mip_reduction.h"
 #include "pipeline/assets/light_map/constant_light.h"
 #include "pipeline/assets/light_map/mips.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/source_colors.h"
 
 namespace lightcook::pipeline {
@@ -227,10 +227,7 @@ std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::p
         for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, description.bake))
             inputs[roleOfPart(beside.filename().string())] = beside;
     if (!formats::readsMesh(file, description)) return inputs;
-    inputs[kFramesRole] = description.mesh;
-    int index = 0;
-    for (const std::filesystem::path& beside : formats::gltfFilesBeside(description.mesh, formats::GltfFiles::Geometry))
-        inputs[fmt::format("{}_file{}", kFramesRole, index++)] = beside;
+    inputs.merge(meshInputs(kFramesRole, description.mesh, formats::GltfFiles::Geometry));
     return inputs;
 }
 

@@ -21,6 +21,8 @@ namespace lightcook::pipeline {
 
 /// Rows of a chunk, which is read and kept as a whole: one row of the usual tiles, and a whole number of blocks of every format.
 inline constexpr int kChunkRows = 64;
+/// First rows of strips, and of what is decoded of a cooked map, are multiples of this: whole blocks of every format.
+inline constexpr int kRowAlignment = 16;
 /// Largest number of texels of a strip, which is the work of one task: the strips of a wide map are parts of a chunk.
 inline constexpr int kStripTexels = 1 << 18;
 
@@ -56,7 +58,8 @@ public:
     formats::Result<std::shared_ptr<const formats::LightMapStrip>> chunk(int index);
     int chunkRows(int index) const { return std::min(kChunkRows, height() - index * kChunkRows); }
 
-    /// Strips have 64, 32 or 16 rows, by the map's width: encoding and verifying take several times the memory of the rows themselves.
+    /// Strips have 64, 32 or kRowAlignment rows, by the map's width: encoding and verifying take several times the memory of the rows
+    /// themselves.
     int stripCount() const { return (height() + stripHeight() - 1) / stripHeight(); }
     int stripFirstRow(int index) const { return index * stripHeight(); }
     int stripRows(int index) const { return std::min(stripHeight(), height() - stripFirstRow(index)); }
@@ -82,7 +85,7 @@ private:
     LightMapSource(LightMapSource& base, int level) : owner_(base.owner_), reader_(base.reader_), base_(&base), level_(level) {}
     int stripHeight() const {
         int rows = kChunkRows;
-        while (rows > 16 && rows * width() > kStripTexels) rows /= 2;
+        while (rows > kRowAlignment && rows * width() > kStripTexels) rows /= 2;
         return rows;
     }
     /// Reads the whole file, and refuses one of another size or with two kinds of light.

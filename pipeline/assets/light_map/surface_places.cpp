@@ -1,5 +1,7 @@
 #include "pipeline/assets/light_map/surface_places.h"
 
+#include "pipeline/assets/light_map/bake_filter.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,24 +25,30 @@ glm::dvec2 placeInTexel(int number) {
     return glm::fract(0.5 + static_cast<double>(number) * kStep) - 0.5;
 }
 
-/// Returns the bake at a place, filtered between covered texels. Nothing where charts meet.
+/// Returns true if charts may meet at a place.
 /// at  in texels of the map, whose rows the filter reads
-std::optional<lighting::ShRgb> bakeAt(const formats::LightMapStrip& texels, const glm::dvec2& at) {
+bool mayCrossCharts(const formats::LightMapStrip& texels, const glm::dvec2& at) {
     const glm::ivec2 corner(glm::floor(at));
-    const glm::dvec2 part = at - glm::dvec2(corner);
     std::array<std::uint32_t, 4> charts{};
-    std::array<glm::dvec3, lighting::kShCount> sum{};
-    double weights = 0;
     for (int i = 0; i < 4; ++i) {
         const int x = std::clamp(corner.x + i % 2, 0, texels.sh.width() - 1),
                   y = std::clamp(corner.y + i / 2 - texels.firstRow, 0, texels.sh.height() - 1);
         charts[static_cast<std::size_t>(i)] = texels.chart.width() > 0 ? texels.chart.at(x, y) : formats::kAnyChart;
-        if (texels.covered.at(x, y) == 0) continue;
-        const double weight = (i % 2 == 1 ? part.x : 1 - part.x) * (i / 2 == 1 ? part.y : 1 - part.y);
-        for (std::size_t k = 0; k < lighting::kShCount; ++k) sum[k] += weight * glm::dvec3(texels.sh.at(x, y)[k]);
-        weights += weight;
     }
-    if (!(weights > 0) || !formats::mayHoldSurface(charts)) return std::nullopt;
+    return !formats::mayHoldSurface(charts);
+}
+
+/// Returns the bake at a place, filtered between covered texels. Nothing where charts meet.
+/// at  as for mayCrossCharts
+std::optional<lighting::ShRgb> bakeAt(const formats::LightMapStrip& texels, const glm::dvec2& at) {
+    if (mayCrossCharts(texels, at)) return std::nullopt;
+    std::array<glm::dvec3, lighting::kShCount> sum{};
+    double weights = 0;
+    forEachCoveredAround(texels, at, [&](int x, int row, double weight) {
+        for (std::size_t k = 0; k < lighting::kShCount; ++k) sum[k] += weight * glm::dvec3(texels.sh.at(x, row)[k]);
+        weights += weight;
+    });
+    if (!(weights > 0)) return std::nullopt;
     lighting::ShRgb bake;
     for (std::size_t k = 0; k < lighting::kShCount; ++k) bake[k] = glm::vec3(sum[k] / weights);
     return bake;

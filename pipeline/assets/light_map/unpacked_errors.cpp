@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "formats/gltf_scene.h"
+#include "pipeline/assets/light_map/bake_filter.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/graph/parallel_for.h"
@@ -53,18 +54,13 @@ double offset(std::mt19937_64& random) {
 
 /// Returns the light of the bake at a place, filtered between covered texels alone; nothing if none of them is covered.
 /// rows  the rows around the place, as far as the map has them
-std::optional<ShRgb> filtered(const LightMapStrip& rows, int height, const glm::dvec2& texel) {
-    const glm::dvec2 floor = glm::floor(texel), weight = texel - floor;
+std::optional<ShRgb> filtered(const LightMapStrip& rows, const glm::dvec2& texel) {
     ShRgb sum{};
     double total = 0;
-    for (int corner = 0; corner < 4; ++corner) {
-        const int x = std::clamp(static_cast<int>(floor.x) + corner % 2, 0, rows.sh.width() - 1);
-        const int y = std::clamp(static_cast<int>(floor.y) + corner / 2, 0, height - 1) - rows.firstRow;
-        const double w = (corner % 2 != 0 ? weight.x : 1 - weight.x) * (corner / 2 != 0 ? weight.y : 1 - weight.y);
-        if (!(w > 0) || rows.covered.at(x, y) == 0) continue;
-        total += w;
-        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<float>(w) * rows.sh.at(x, y)[i];
-    }
+    forEachCoveredAround(rows, texel, [&](int x, int row, double weight) {
+        total += weight;
+        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += static_cast<float>(weight) * rows.sh.at(x, row)[i];
+    });
     if (!(total > 0)) return std::nullopt;
     for (glm::vec3& coefficient : sum) coefficient /= static_cast<float>(total);
     return sum;
@@ -120,7 +116,7 @@ private:
         if (!decoded) return tl::make_unexpected(decoded.error());
         std::vector<verify::LightMapScore::Place> shaded;
         for (std::size_t i = 0; i < places.size(); ++i)
-            if (const auto light = filtered(rows, bake_.height(), places[i]))
+            if (const auto light = filtered(rows, places[i]))
                 shaded.push_back({places[i], *light, (*decoded)[i], rows.normal.at(texels[i].x, texels[i].y - rows.firstRow)});
         // Parts are merged in order.
         constexpr std::size_t kPart = 4096;

@@ -22,6 +22,7 @@
 #include "pipeline/assets/light_map/worst_places.h"
 #include "pipeline/assets/lut/light_moments.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
@@ -266,6 +267,56 @@ void checkLayout(const std::string& name, const verify::LightMapShading& shading
          "false)"});
 }
 
+/// The bake from before its charts were packed. The verdict on a repacked map is against it, and so are key and display.
+struct BakeBefore {
+    LightMapSource& source;
+    UnpackedBake unpacked;
+};
+/// Opens it. Empty where charts are those of the bake, and for a map of constant light.
+Result<std::optional<BakeBefore>> openBakeBefore(const ActionContext& context, const formats::LightMapDescription& description) {
+    auto parameter = parametersOf<UnpackedParameter>(context);
+    if (!parameter) return tl::make_unexpected(parameter.error());
+    if (!parameter->unpacked || description.constantOf) return std::optional<BakeBefore>();
+    const auto source = openUnpacked(*parameter->unpacked, context);
+    if (!source) return tl::make_unexpected(source.error());
+    return std::optional(BakeBefore{**source, std::move(*parameter->unpacked)});
+}
+
+/// Compares all strips of a cooked map with the bake.
+Result<LightMapPart> compareStrips(const Comparison& comparison, const ActionContext& context) {
+    LightMapPart whole{comparison.cooked.verifier().noErrors(), verify::BlockErrors(comparison.bake.width(), 0), {}, {}, {}, {}};
+    const auto compared = foldInOrder<LightMapPart>(
+        comparison.bake.stripCount(), context, "verify " + context.action.asset, [&](int index) { return compareStrip(comparison, index); },
+        [&](const LightMapPart& part) { whole.merge(part); });
+    if (!compared) return tl::make_unexpected(compared.error());
+    return whole;
+}
+
+/// Returns the verdict on a map: on its stages, with that against the bake from before packing, and on its mip levels.
+Result<VerifyResult> judgeMap(const MippedLightMap& map, const LightMapPart& whole, const std::optional<BakeBefore>& before,
+                              const CookedLightMapReader& cooked, const Stopwatch& watch, const ActionContext& context) {
+    const LightMapVerifyParameters& parameters = map.parameters;
+    std::vector<verify::StageError> stages = whole.errors.figures();
+    Json measures;
+    if (before) {
+        auto errors = unpackedErrors({before->source, map.bake, map.key, map.viewing}, before->unpacked, parameters, cooked, context);
+        if (!errors) return tl::make_unexpected(errors.error());
+        measures = {{note_keys::kUnreadTexels, errors->unreadTexels}};
+        addUnpackedStage(stages, std::move(errors->total), before->unpacked.packing.reducedCharts == 0);
+    }
+    auto violations = violationsOf(map.asset.layout, whole, stages, map.maxError, map.bake, cooked, map.key);
+    if (!violations) return tl::make_unexpected(violations.error());
+    checkLayout(map.asset.layout, parameters.shading, stages.back(), map.maxError, *violations);
+    auto mips = mipErrors(map, *violations, context);
+    if (!mips) return tl::make_unexpected(mips.error());
+    VerifyResult result = judged(stages, map.maxError, watch, std::move(*violations), parameters.maxVisible, parameters.maxVisibleBound);
+    result.key = map.key;
+    result.mips = std::move(*mips);
+    if (!measures.is_null()) result.measures = std::move(measures);
+    result.light = lightOf(map.bake, whole.errors, map.key, whole.light);
+    return result;
+}
+
 }  // namespace
 
 Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
@@ -281,16 +332,9 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const auto source = openBake(context, *asset, *description);
     if (!source) return tl::make_unexpected(source.error());
     LightMapSource& bake = **source;
-    // The verdict on a repacked map is against the bake from before, and so are key and display.
-    LightMapSource* unpacked = nullptr;
-    const auto before = parametersOf<UnpackedParameter>(context);
+    const auto before = openBakeBefore(context, *description);
     if (!before) return tl::make_unexpected(before.error());
-    if (before->unpacked && !description->constantOf) {
-        const auto opened = openUnpacked(*before->unpacked, context);
-        if (!opened) return tl::make_unexpected(opened.error());
-        unpacked = *opened;
-    }
-    const auto surveyed = surveyKey(unpacked != nullptr ? *unpacked : bake, context);
+    const auto surveyed = surveyKey(*before ? (*before)->source : bake, context);
     if (!surveyed) return tl::make_unexpected(surveyed.error());
     const double key = surveyed->key();
     const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
@@ -309,43 +353,24 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     // A map of constant light stands for texels that no chart names.
     const auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
     const auto tilt = hasNormalMaps ? std::optional(parameters->shading.normalMapTilt) : std::nullopt;
-    const Comparison comparison{bake, *cooked, *truth, viewing, isFlat, tilt, charts, preview};
-    LightMapPart whole{cooked->verifier().noErrors(), verify::BlockErrors(bake.width(), 0), {}, {}, {}, {}};
-    const auto compared = foldInOrder<LightMapPart>(
-        bake.stripCount(), context, "verify " + context.action.asset, [&](int index) { return compareStrip(comparison, index); },
-        [&](const LightMapPart& part) { whole.merge(part); });
-    if (!compared) return tl::make_unexpected(compared.error());
+    const auto whole = compareStrips({bake, *cooked, *truth, viewing, isFlat, tilt, charts, preview}, context);
+    if (!whole) return tl::make_unexpected(whole.error());
 
-    std::vector<verify::StageError> stages = whole.errors.figures();
-    Json measures;
-    if (unpacked != nullptr) {
-        auto errors = unpackedErrors({*unpacked, bake, key, viewing}, *before->unpacked, *parameters, *cooked, context);
-        if (!errors) return tl::make_unexpected(errors.error());
-        measures = {{"unread_texels", errors->unreadTexels}};
-        addUnpackedStage(stages, std::move(errors->total), before->unpacked->packing.reducedCharts == 0);
-    }
-    auto violations = violationsOf(asset->layout, whole, stages, *maxError, bake, *cooked, key);
-    if (!violations) return tl::make_unexpected(violations.error());
-    checkLayout(asset->layout, parameters->shading, stages.back(), *maxError, *violations);
-    auto mips = mipErrors({context.upstreamFolder, *asset, bake, *parameters, *maxError, key, viewing}, *violations, context);
-    if (!mips) return tl::make_unexpected(mips.error());
-    VerifyResult result = judged(stages, *maxError, watch, std::move(*violations), parameters->maxVisible, parameters->maxVisibleBound);
-    result.key = key;
-    result.mips = std::move(*mips);
-    if (!measures.is_null()) result.measures = std::move(measures);
-    result.light = lightOf(bake, whole.errors, key, whole.light);
-    if (!truth->isEmpty()) result.groundTruth = toJson(verify::lightMapTruth(whole.truthPlaces, parameters->shading.lobe, viewing));
-    if (charts) result.charts = whole.charts.summary(*charts, asset->totalBytesGpu(), std::int64_t{bake.width()} * bake.height());
+    const MippedLightMap map{context.upstreamFolder, *asset, bake, *parameters, *maxError, key, viewing};
+    auto result = judgeMap(map, *whole, *before, *cooked, watch, context);
+    if (!result) return tl::make_unexpected(result.error());
+    if (!truth->isEmpty()) result->groundTruth = toJson(verify::lightMapTruth(whole->truthPlaces, parameters->shading.lobe, viewing));
+    if (charts) result->charts = whole->charts.summary(*charts, asset->totalBytesGpu(), std::int64_t{bake.width()} * bake.height());
     const auto triangles = mesh ? litTriangles(*mesh) : std::vector<verify::SurfaceTriangle>();
-    auto pictures = writeWorstPlaces(whole.worst, bake, *cooked, viewing, triangles, context);
+    auto pictures = writeWorstPlaces(whole->worst, bake, *cooked, viewing, triangles, context);
     if (!pictures) return tl::make_unexpected(pictures.error());
     auto seams = measureSeams(mesh.has_value(), triangles, bake, *cooked, context);
     if (!seams) return tl::make_unexpected(seams.error());
-    result.seams = std::move(*seams);
-    holdToSeamLimit(result, parameters->maxSeam);
-    auto seamViews = writeSeamViews(*result.seams, triangles, bake, *cooked, viewing, context);
+    result->seams = std::move(*seams);
+    holdToSeamLimit(*result, parameters->maxSeam);
+    auto seamViews = writeSeamViews(*result->seams, triangles, bake, *cooked, viewing, context);
     if (!seamViews) return tl::make_unexpected(seamViews.error());
-    return outcomeWithPreview(std::move(result), preview, context, std::move(*pictures), std::move(*seamViews));
+    return outcomeWithPreview(std::move(*result), preview, context, std::move(*pictures), std::move(*seamViews));
 }
 
 }  // namespace lightcook::pipeline

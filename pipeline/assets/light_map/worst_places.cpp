@@ -43,8 +43,7 @@ Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, LightMapSource
               top = std::clamp(texel.y - height / 2, 0, bake.height() - height);
     const auto reference = bake.rows(top, height);
     if (!reference) return tl::make_unexpected(reference.error());
-    constexpr int kAligned = 16;
-    const int firstRead = top / kAligned * kAligned;
+    const int firstRead = top / kRowAlignment * kRowAlignment;
     const auto texels = cooked.read(firstRead, top + height - firstRead);
     if (!texels) return tl::make_unexpected(texels.error());
     const auto seen = cooked.verifier().reconstruct(*texels, top, height);

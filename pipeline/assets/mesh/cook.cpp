@@ -2,6 +2,7 @@
 
 #include "pipeline/assets/mesh/bit_choice.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/results.h"
 
 namespace lightcook::pipeline {
@@ -106,8 +107,9 @@ Result<ActionOutcome> cookMesh(const ActionContext& context) {
         result.asset.basis = {formats::kBasisAttribute, lightMap->name};
     }
     if (parameters->draco)
-        result.notes = {
-            {"light_map_uv_bits", bits.options.lightMapUvBits}, {"normal_bits", bits.options.normalBits}, {"bound_of_rel_rms", bits.bound}};
+        result.notes = {{note_keys::kLightMapUvBits, bits.options.lightMapUvBits},
+                        {note_keys::kNormalBits, bits.options.normalBits},
+                        {note_keys::kBoundOfRelRms, bits.bound}};
     return outcomeWith(result, {file});
 }
 

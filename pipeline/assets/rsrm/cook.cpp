@@ -5,6 +5,7 @@
 
 #include "fit/azimuthal_average.h"
 #include "formats/vocabulary.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/rsrm/comparison.h"
 #include "pipeline/assets/rsrm/rsrm.h"
 #include "pipeline/assets/source_colors.h"
@@ -230,9 +231,9 @@ Result<ActionOutcome> cookRsrm(const ActionContext& context) {
         return tl::make_unexpected(written.error());
 
     CookResult result{makeCookedAsset(name, AssetKind::Rsrm, "rsrm", shape.width, shape.height), std::filesystem::file_size(file),
-                      Json{{"zones", gradient->zones.size()}}};
-    if (search.tried().size() > 1) (*result.notes)["formats_tried"] = search.tried();
-    (*result.notes)["repaired_texels"] = gradient->repairedTexels;
+                      Json{{note_keys::kZones, gradient->zones.size()}}};
+    if (search.tried().size() > 1) (*result.notes)[note_keys::kFormatsTried] = search.tried();
+    (*result.notes)[note_keys::kRepairedTexels] = gradient->repairedTexels;
     result.asset.dither = options->dither;
     result.asset.constants = constants;
     result.asset.axis = parameters->north;

@@ -6,6 +6,7 @@
 
 #include "fit/azimuthal_average.h"
 #include "formats/vocabulary.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/rsrm/comparison.h"
 #include "pipeline/assets/rsrm/rsrm.h"
@@ -72,8 +73,8 @@ Result<VerifiedSource> loadVerified(const ActionContext& context, const AssetSou
     float largest = 0;
     for (const glm::vec3& zone : found.gradient) largest = std::max({largest, zone.x, zone.y, zone.z});
     const double uncertainty = std::max({found.uncertainty.x, found.uncertainty.y, found.uncertainty.z});
-    verified.measures = {{"asymmetric_energy", found.asymmetricEnergy},
-                         {"gradient_uncertainty", largest > 0 ? uncertainty / static_cast<double>(largest) : 0.0}};
+    verified.measures = {{note_keys::kAsymmetricEnergy, found.asymmetricEnergy},
+                         {note_keys::kGradientUncertainty, largest > 0 ? uncertainty / static_cast<double>(largest) : 0.0}};
     verified.source = {std::move(found.gradient), found.uncertainty};
     return verified;
 }
@@ -123,10 +124,10 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     const std::vector<verify::RsrmRow>& rows = comparison->rows;
     VerifyResult result = judged(std::move(comparison->stages), *maxError, watch, std::move(comparison->violations), visible->maxVisible);
     const verify::RsrmBanding banding = verify::rsrmBanding(*map, rows, luminanceWeights);
-    result.measures = {{"code_error", banding.codeError},
-                       {"step_codes", banding.stepCodes},
-                       {"step_contrast", banding.stepContrast},
-                       {"band_codes", banding.bandCodes}};
+    result.measures = {{note_keys::kCodeError, banding.codeError},
+                       {note_keys::kStepCodes, banding.stepCodes},
+                       {note_keys::kStepContrast, banding.stepContrast},
+                       {note_keys::kBandCodes, banding.bandCodes}};
     result.measures->update(verified->measures);
     return outcomeWithPreview(std::move(result), drawRows(*map, rows, luminanceWeights), context);
 }

@@ -44,6 +44,19 @@ TEST(BakeFormat, ChannelsIdentifyAFile) {
     }
 }
 
+TEST(BakeFormat, WhatIsCompleteIsNoPartOfAnotherFormat) {
+    std::vector<std::string> channels = sh9Channels();
+    channels.resize(12);
+    const auto found = findBakeFormat(std::string(kAutoBake), "map.exr", fileOf(channels));
+    ASSERT_TRUE(found) << found.error().line();
+    EXPECT_EQ(found->format->name, "sh4");
+    EXPECT_THAT(found->incompleteSets, testing::IsEmpty()) << "12 of the 27 channels of sh9";
+    const auto alone = findBakeFormat(std::string(kAutoBake), "absent/room_L0.exr", fileOf({"B", "G", "R"}));
+    ASSERT_TRUE(alone) << alone.error().line();
+    EXPECT_EQ(alone->format->name, "flat");
+    EXPECT_THAT(alone->incompleteSets, testing::Contains(HasSubstr("1 of the 4 files of bake format bakery-sh")));
+}
+
 TEST(BakeFormat, ReaderSaysWhichFormatItChose) {
     const MapFile map(seededMap(4, 4));
     const auto reader = LightMapReader::open(map.path, {});

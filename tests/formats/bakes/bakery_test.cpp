@@ -81,6 +81,7 @@ TEST(BakerySh, ATexelShadesAsTheShaderOfTheBakerShowsIt) {
     ASSERT_TRUE(reader) << reader.error().line();
     EXPECT_EQ(reader->bake(), "bakery-sh");
     EXPECT_EQ(reader->recognition().evidence, "the 4 files room_L0.exr to room_L1z.png");
+    EXPECT_THAT(reader->recognition().incompleteSets, testing::IsEmpty()) << "sh-baker and mono-sh have a file of this name too";
     EXPECT_EQ(bakeFilesBeside(folder / "room_L0.exr", kAutoBake).size(), 3u);
     const LightMapStrip strip = readAll(folder / "room_L0.exr");
     ASSERT_EQ(strip.sh.height(), kBakeryHeight);
@@ -127,6 +128,7 @@ TEST(BakeryMonoSh, ATexelShadesAsTheShaderOfTheBakerShowsIt) {
     EXPECT_EQ(reader->bake(), "bakery-mono-sh");
     EXPECT_EQ(reader->recognition().evidence, "the 2 files room_L0.exr to room_L1.png");
     EXPECT_THAT(reader->recognition().otherReadings, testing::ElementsAre("flat"));
+    EXPECT_THAT(reader->recognition().incompleteSets, testing::IsEmpty());
     EXPECT_THAT(bakeFilesBeside(folder / "room_L0.exr", kAutoBake), testing::ElementsAre(folder / "room_L1.png"));
     const LightMapStrip strip = readAll(folder / "room_L0.exr");
     ASSERT_EQ(strip.sh.height(), kBakeryHeight);

@@ -65,6 +65,25 @@ TEST(PendingFile, ReplacesWhatASymbolicLinkNames) {
     EXPECT_EQ(filesIn(folder / "real"), 1);
 }
 
+TEST(PendingFile, ReplacesALinkWhereItMayNotBeFollowed) {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "mine.txt") << "mine";
+    std::filesystem::create_directory(folder / "out");
+    const std::string text = "new";
+    for (const char* target : {"../mine.txt", "../absent.txt", "a.bin"}) {
+        std::filesystem::create_symlink(target, folder / "out/a.bin");
+        ASSERT_TRUE(writeWholeFile(folder / "out/a.bin", std::as_bytes(std::span(text)), OutputLink::Replace)) << target;
+        EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(folder / "out/a.bin"))) << target;
+        EXPECT_EQ(contentOf(folder / "out/a.bin"), "new");
+        std::filesystem::remove(folder / "out/a.bin");
+    }
+    EXPECT_EQ(contentOf(folder / "mine.txt"), "mine");
+    EXPECT_FALSE(std::filesystem::exists(folder / "absent.txt"));
+    const auto device = findOutputPlace("/dev/null", OutputLink::Replace);
+    ASSERT_TRUE(device);
+    EXPECT_TRUE(device->isStream);
+}
+
 TEST(PendingFile, RefusesFoldersLoopsAndNamesThatAreTooLong) {
     const TemporaryFolder folder;
     std::filesystem::create_symlink("b", folder / "a");

@@ -229,6 +229,21 @@ TEST(CookScene, OnlyLeavesTheOtherAssetsAsTheyWere) {
     EXPECT_EQ(outcome.report.at("assets").size(), 5u);
 }
 
+TEST(CookScene, OnlyRefusesAssetsThatAnotherTargetLeft) {
+    const SmallScene scene(Parts::All);
+    CookOptions options = scene.options();
+    ASSERT_TRUE(cook(options).errors.empty());
+    const auto before = digestsOf(scene / "out");
+    options.only = "sky";
+    options.target = Target::Astc;
+    const Outcome outcome = cook(options);
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(outcome.errors[0].line(), testing::MatchesRegex("--only: found '.*' of an earlier cook with target = \"bc\", expected "
+                                                                "\"astc\" of this one: cook the whole scene, without --only"));
+    EXPECT_EQ(digestsOf(scene / "out"), before);
+}
+
 TEST(CookScene, AFailureLeavesNothingBehind) {
     const SmallScene scene(Parts::All);
     std::filesystem::remove(scene / "probe.exr");

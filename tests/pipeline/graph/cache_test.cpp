@@ -53,6 +53,24 @@ TEST(Cache, ADamagedRecordOrContentIsAMiss) {
     EXPECT_FALSE(cache.find("key").has_value());
 }
 
+TEST(Cache, TheRecordOfAnotherKeyIsAMiss) {
+    const formats::TemporaryFolder folder;
+    const Cache cache(folder / "cache", 1 << 20);
+    storeOneFile(cache, folder.path(), "key", "content");
+    storeOneFile(cache, folder.path(), "other", "content");
+    std::filesystem::copy_file(folder / "cache/ac/other", folder / "cache/ac/key", std::filesystem::copy_options::overwrite_existing);
+    EXPECT_FALSE(cache.find("key").has_value());
+    EXPECT_TRUE(cache.find("other").has_value());
+    RunRecord run;
+    for (const char* at : {"2024-01-01T00:00:00.000Z", "2024-01-02T00:00:00.000Z"}) {
+        run.at = at;
+        cache.storeRun(run);
+        ASSERT_TRUE(cache.findRun(at).has_value());
+    }
+    std::filesystem::rename(folder / "cache/runs/2024-01-02T00:00:00.000Z", folder / "cache/runs/2024-01-01T00:00:00.000Z");
+    EXPECT_FALSE(cache.findRun("2024-01-01T00:00:00.000Z").has_value());
+}
+
 TEST(Cache, PruningForgetsTheLeastRecentlyUsedFirst) {
     const formats::TemporaryFolder folder;
     const Cache cache(folder / "cache", 250);

@@ -65,6 +65,23 @@ TEST_F(Executor, OnlyChangedActionsAndTheirDependantsRunAgain) {
     EXPECT_EQ(*readFile(folder_ / "out" / "c.txt"), "three uno ");
 }
 
+TEST_F(Executor, LinksInTheOutputFolderAreReplacedAndTheirTargetsStay) {
+    namespace fs = std::filesystem;
+    ASSERT_TRUE(writeFile(folder_ / "mine.txt", "mine").has_value());
+    fs::create_directories(folder_ / "out");
+    fs::create_directories(folder_ / "elsewhere");
+    ASSERT_TRUE(writeFile(folder_ / "elsewhere/b.txt", "also mine").has_value());
+    fs::create_symlink("../mine.txt", folder_ / "out/a.txt");
+    fs::create_directory_symlink("../elsewhere", folder_ / "out/sub");
+    run({action("a", "one "), action("sub/b", "two ")});
+    EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(folder_ / "out/a.txt")));
+    EXPECT_TRUE(fs::is_directory(fs::symlink_status(folder_ / "out/sub")));
+    EXPECT_EQ(*readFile(folder_ / "out/a.txt"), "one ");
+    EXPECT_EQ(*readFile(folder_ / "out/sub/b.txt"), "two ");
+    EXPECT_EQ(*readFile(folder_ / "mine.txt"), "mine");
+    EXPECT_EQ(*readFile(folder_ / "elsewhere/b.txt"), "also mine");
+}
+
 TEST_F(Executor, ACacheThatCannotBeWrittenIsAWarning) {
     ASSERT_TRUE(writeFile(folder_ / "cache", "a file in place of the folder").has_value());
     const ExecutionResult result = run({action("a", "one "), action("b", "two ")});

@@ -69,7 +69,7 @@ TEST(Treemap, AreasAreAsTheValuesAndFillTheWhole) {
     }
 }
 
-TEST(Treemap, ExampleOfThePaper) {
+TEST(Treemap, FirstTilesLieAsInThePapersExample) {
     // Bruls, Huizing and van Wijk 2000, figure 4: 6, 6, 4, 3, 2, 2, 1 in 6 x 4. The first strip holds both sixes, 3 wide and 2 high each.
     const auto areas = squarified({0, 0, 6, 4}, {6, 6, 4, 3, 2, 2, 1});
     EXPECT_NEAR(areas[0].width, 3, 1e-9);
@@ -228,6 +228,8 @@ TEST(Shadings, RowsOfZerosAreLeftOut) {
     EXPECT_THAT(shadingsOf(assetOf(some, zero)), ElementsAre(testing::StrEq("diffuse")));
     EXPECT_EQ(shadingsOf(assetOf(zero, zero)).size(), 2u);
     EXPECT_EQ(shadingsOf(assetOf({{"rel_rms", nullptr}}, zero)).size(), 1u) << "not finite is not zero";
+    const Json measured = {{"rel_rms", 0.0}, {"visible", {{"p99", 0.0}}}};
+    EXPECT_EQ(shadingsOf(assetOf(some, measured)).size(), 2u) << "an error of 0 that was measured";
 }
 
 TEST(Script, FetchesNothing) {

@@ -73,13 +73,13 @@ std::vector<ReportRow> rowsOf(const std::vector<Json>& assets) {
     for (const Json& each : assets) rows.push_back(fromJson<ReportRow>(parseJson(each.dump()), "row").value());
     return rows;
 }
-/// Returns the whole error of rows of report.json, as the report has it; null without one.
+/// Returns the scene error of rows of report.json, as the report has it; null without one.
 Json wholeOf(const std::vector<Json>& assets) {
-    const auto whole = wholeError(rowsOf(assets));
+    const auto whole = sceneError(rowsOf(assets));
     return whole ? toJson(*whole) : Json();
 }
-WholeError readWhole(const Json& whole) {
-    return fromJson<WholeError>(whole, "whole").value();
+SceneError readWhole(const Json& whole) {
+    return fromJson<SceneError>(whole, "whole").value();
 }
 Json wholeReport(const std::vector<Json>& assets) {
     return toJson(makeReport({"scene", 1, 1, std::nullopt}, rowsOf(assets), {}));
@@ -101,7 +101,7 @@ const Json& partOf(const Json& whole, const std::string& name, const std::string
     return kNone;
 }
 
-TEST(WholeError, TwoPartsByHand) {
+TEST(SceneError, PartsAddUpAsSquaresAndAtMostAsTheyAre) {
     // Light 4 and 3: 5 in all. Errors 0.04 and 0.03: 0.05 as squares, 0.07 at worst.
     const Json whole = wholeOf({lightMap("map", 0.01, 0, 4, 0), dominant("map_dominant", 0.01, 3)});
     EXPECT_NEAR(at(whole, "rel_rms"), 0.05 / 5, 1e-15);
@@ -115,7 +115,7 @@ TEST(WholeError, TwoPartsByHand) {
     EXPECT_TRUE(whole.at("apart").empty());
 }
 
-TEST(WholeError, VisibleErrorsAddUpAsSquaresAndAtMostAsTheyAre) {
+TEST(SceneError, VisibleErrorsAddUpAsSquaresAndAtMostAsTheyAre) {
     const auto withVisible = [](Json row, const char* shading, double rms) {
         row["stages"].back()["error"][shading]["visible"] = {{"rms", rms}, {"p50", 0.1},  {"p95", 0.1},
                                                              {"p99", 0.1}, {"p999", 0.1}, {"max", 1.0}};
@@ -132,7 +132,7 @@ TEST(WholeError, VisibleErrorsAddUpAsSquaresAndAtMostAsTheyAre) {
     EXPECT_FALSE(wholeOf({map, dominant("a_dominant", 0.1, 1)}).contains("visible_rms")) << "a part without visible errors";
 }
 
-TEST(WholeError, APlainCubemapIsSeenWhateverTheAreaSpecular) {
+TEST(SceneError, APlainCubemapIsSeenWhateverTheAreaSpecular) {
     const Json plain = asset("room", "cubemap", 0, 0.02, {{"specular_rms", 3}});
     const Json whole = wholeOf({lightMap("map", 0, 0.1, 4, 0.5), plain});
     EXPECT_NEAR(at(whole.at("lights"), "environment"), 3, 1e-14);
@@ -145,7 +145,7 @@ TEST(WholeError, APlainCubemapIsSeenWhateverTheAreaSpecular) {
     EXPECT_NEAR(at(partOf(both, "room", "environment"), "rel_rms"), 0.02, 1e-14);
 }
 
-TEST(WholeError, EveryKindOfLightByHand) {
+TEST(SceneError, EveryKindOfLightTakesPartByItsOwnRms) {
     const Json whole =
         wholeOf({lightMap("map", 0.02, 0.03, 2, 1), dominant("map_dominant", 0.05, 3), mesh("room_mesh", 0.01, 1.5), probe("left", 0.04, 1),
                  probe("right", 0.08, 2), tables(0.002), asset("sky", "rsrm", 0.006, 0.004, nullptr)});
@@ -170,7 +170,7 @@ TEST(WholeError, EveryKindOfLightByHand) {
     EXPECT_THAT(adviceOf(readWhole(whole).shading), HasSubstr("the dominant light 'map_dominant', in analytic specular light"));
 }
 
-TEST(WholeError, TwiceAnErrorIsFourTimesItsSquare) {
+TEST(SceneError, TwiceAnErrorIsFourTimesItsSquare) {
     const auto whole = [](double relRms) {
         return wholeOf({lightMap("map", 0.01, 0.02, 4, 1), dominant("map_dominant", relRms, 3), tables(0.01)});
     };
@@ -181,7 +181,7 @@ TEST(WholeError, TwiceAnErrorIsFourTimesItsSquare) {
     EXPECT_NEAR(shareSum(twice), 1, 1e-14);
 }
 
-TEST(WholeError, SeveralLightMapsCountByTheirTexels) {
+TEST(SceneError, SeveralLightMapsCountByTheirTexels) {
     const Json whole = wholeOf({lightMap("map", 0.01, 0, 2, 0, 300), lightMap("map_b", 0.05, 0, 4, 0, 100, "b.exr"),
                                 dominant("map_dominant", 0.1, 1), dominant("map_b_dominant", 0.2, 3, "b.exr")});
     ASSERT_EQ(whole.at("light_maps").size(), 2u);
@@ -196,13 +196,13 @@ TEST(WholeError, SeveralLightMapsCountByTheirTexels) {
     EXPECT_EQ(whole.at("parts").size(), 4u);
 }
 
-TEST(WholeError, MapsOfOneBakeAreToldApartByName) {
+TEST(SceneError, MapsOfOneBakeAreToldApartByName) {
     const Json whole = wholeOf({lightMap("a", 0.01, 0, 1, 0), lightMap("a_b", 0.01, 0, 1, 0), dominant("a_b_dominant", 0.1, 1)});
     EXPECT_EQ(whole.at("light_maps").at(0).at("parts").size(), 1u);
     EXPECT_EQ(whole.at("light_maps").at(1).at("parts").size(), 2u);
 }
 
-TEST(WholeError, WhatIsMissingTakesNoPart) {
+TEST(SceneError, WhatIsMissingTakesNoPart) {
     EXPECT_TRUE(wholeOf({}).is_null());
     EXPECT_TRUE(wholeOf({probe("left", 0.04, 1), tables(0.01)}).is_null());
     EXPECT_TRUE(wholeOf({asset("map", "light-map", 0.1, 0.1, nullptr)}).is_null()) << "a row of an older tool";
@@ -213,7 +213,7 @@ TEST(WholeError, WhatIsMissingTakesNoPart) {
     EXPECT_EQ(whole.at("apart").size(), 2u);
 }
 
-TEST(WholeError, ABlackMapHasNoErrorUnlessItShines) {
+TEST(SceneError, ABlackMapHasNoErrorUnlessItShines) {
     const Json black = wholeOf({lightMap("map", 0, 0, 0, 0)});
     EXPECT_EQ(at(black, "rel_rms"), 0);
     EXPECT_EQ(shareSum(black), 0);
@@ -222,7 +222,7 @@ TEST(WholeError, ABlackMapHasNoErrorUnlessItShines) {
     EXPECT_TRUE(shines.at("rel_rms").is_null());
 }
 
-TEST(WholeError, WhatIsNotFiniteIsNull) {
+TEST(SceneError, WhatIsNotFiniteIsNull) {
     for (const double bad :
          {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), std::numeric_limits<double>::max()}) {
         const Json whole = wholeOf({lightMap("map", 0.01, 0, 4, 0), dominant("map_dominant", bad, 3)});
@@ -274,7 +274,7 @@ Simulated simulate(unsigned seed, bool areCorrelated) {
                                              dominant("map_dominant", rel(2), rms(light[2])), probe("probe", rel(3), rms(light[3]))})};
 }
 
-TEST(WholeError, SimulatedPixelsAreWithinIt) {
+TEST(SceneError, SimulatedPixelsAreWithinIt) {
     for (unsigned seed = 1; seed <= 3; ++seed) {
         const Simulated apart = simulate(seed, false), together = simulate(seed, true);
         // Independent errors: the estimate, whose light counts as squares and is therefore less than what the pixels show.
@@ -338,7 +338,7 @@ TEST(LightMoments, AreTheMeanSquareOverViewsAllAround) {
     EXPECT_EQ(LightMoments().moments(), Moments());
 }
 
-TEST(WholeError, TablesAreWorthWhatTheyDoToTheMapsOwnLight) {
+TEST(SceneError, TablesAreWorthWhatTheyDoToTheMapsOwnLight) {
     // All the tables' error is in coefficient 2: nothing to light from everywhere, all to a light in the zenith.
     Json zonal(10, 0.0), constant(10, 0.0), error(10, 0.0);
     constant[0] = 4.0;
@@ -357,7 +357,7 @@ TEST(WholeError, TablesAreWorthWhatTheyDoToTheMapsOwnLight) {
     EXPECT_TRUE(wholeOf({none, tables(0.1)}).at("rel_rms").is_null());
 }
 
-TEST(WholeError, AReportIsReadWithAndWithoutIt) {
+TEST(SceneError, AReportIsReadWithAndWithoutIt) {
     Json report = wholeReport({lightMap("map", 0.01, 0.02, 4, 1), lightMap("b", 0.01, 0.02, 4, 1), tables(0.01)});
     ASSERT_TRUE(report.contains("whole"));
     EXPECT_TRUE(fromJson<Report>(report, "report"));
@@ -378,7 +378,7 @@ TEST(WholeError, AReportIsReadWithAndWithoutIt) {
     }
 }
 
-TEST(WholeError, ThePageTellsWhatToBuy) {
+TEST(SceneError, ThePageTellsWhatToBuy) {
     Json report = wholeReport({lightMap("<b>", 0.01, 0.02, 4, 1), lightMap("b", 0.03, 0.02, 4, 1), tables(0.01)});
     const std::string page = renderReportHtml(report, ".");
     EXPECT_THAT(page, HasSubstr("Error of the whole shading"));
@@ -391,7 +391,7 @@ TEST(WholeError, ThePageTellsWhatToBuy) {
     EXPECT_EQ(renderReportHtml(report, ".").find("Error of the whole shading"), std::string::npos);
 }
 
-TEST(WholeError, OfACookedSceneLiesBetweenItsLargestPartAndTheirSum) {
+TEST(SceneError, OfACookedSceneLiesBetweenItsLargestPartAndTheirSum) {
     const SmallScene scene(SmallScene::Parts::All);
     const RunState state;
     const Outcome cooked = cookScene(scene.optionsWithSharedCache(), state);
@@ -419,7 +419,7 @@ TEST(WholeError, OfACookedSceneLiesBetweenItsLargestPartAndTheirSum) {
     EXPECT_EQ(verified.report.at("whole"), whole);
 }
 
-TEST(WholeError, OfGreyLightKnowsHowMuchThereIs) {
+TEST(SceneError, OfGreyLightKnowsHowMuchThereIs) {
     // Radiance 0.5 from everywhere: exit radiance 0.5, whatever the key is that the verifier works with.
     const SmallScene scene(SmallScene::Parts::LightMap, grey);
     const Outcome cooked = cookScene(scene.optionsWithSharedCache(), RunState());

@@ -1,4 +1,5 @@
 #include "pipeline/scene/scene.h"
+#include "pipeline/scene/byte_count.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -6,6 +7,7 @@
 #include <cmath>
 
 #include "pipeline/scene/checks.h"
+#include "pipeline/scene/settings.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
@@ -266,7 +268,7 @@ TEST(ReadScene, ColourSpacesThatNoneHasAreRefusedWhereTheyAreWritten) {
 TEST(ReadScene, FractionsMayBePercentages) {
     const auto scene = sceneFromText(kHead + "[output]\nmax_error = \"2%\"\nmax_converter_error = \"0.5 %\"\nrdo = \"1.5%\"\n");
     ASSERT_TRUE(scene.has_value()) << scene.error().line();
-    EXPECT_DOUBLE_EQ(scene->output.maxError, 0.02);
+    EXPECT_DOUBLE_EQ(scene->output.maxError.value_or(0), 0.02);
     EXPECT_DOUBLE_EQ(converterLimit(scene->output), 0.005) << "a limit that is given is the limit, also below max_error";
     EXPECT_DOUBLE_EQ(scene->output.rdo, 0.015);
     expectRefused(kHead + "[output]\nmax_error = \"0.02\"\n", "4:13", "found the string '0.02'");

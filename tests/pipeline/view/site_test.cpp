@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <glm/gtc/packing.hpp>
+#include <set>
 
 #include "formats/gpu_texture.h"
 #include "pipeline/json/json.h"
@@ -132,6 +133,87 @@ TEST_F(CookedSite, RefusesAChangedFileAndALinkOutOfTheFolder) {
     EXPECT_THAT(changed.error().line(), HasSubstr("lightcook.glsl"));
 }
 
+std::set<std::string> namesIn(const fs::path& folder) {
+    std::set<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (!entry.is_directory()) names.insert(entry.path().lexically_relative(folder).string());
+    return names;
+}
+std::set<std::string> namesOf(const Site& site) {
+    std::set<std::string> names;
+    for (const auto& [path, file] : site.files()) names.insert(path);
+    return names;
+}
+
+TEST_F(CookedSite, AnExportOverAnotherKeepsForeignFilesAndDropsItsOwn) {
+    static constexpr BundledFile kOldPage[] = {
+        {"index.html", "old"}, {"assets/old.js", "old"}, {"old/deep/x.css", "old"}, {"old/shared.css", "old"}};
+    const fs::path page = scene_ / "page";
+    {
+        const auto old = Site::open({folder(), {}, kOldPage}, state_);
+        ASSERT_TRUE(old.has_value()) << old.error().line();
+        ASSERT_TRUE(exportSite(*old, page, state_).has_value());
+    }
+    for (const char* name : {"CNAME", "docs/notes.txt", "assets/mine.css", "old/mine.txt"}) {
+        fs::create_directories((page / name).parent_path());
+        formats::writeContent(page / name, "mine");
+    }
+    formats::writeContent(scene_ / "outside.txt", "mine");
+    fs::create_symlink("../outside.txt", page / "link.txt");
+    const auto site = open();
+    ASSERT_TRUE(site.has_value()) << site.error().line();
+    const auto done = exportSite(*site, page, state_);
+    ASSERT_TRUE(done.has_value()) << done.error().line();
+    auto expected = namesOf(*site);
+    expected.insert({"CNAME", "docs/notes.txt", "assets/mine.css", "old/mine.txt", "link.txt"});
+    EXPECT_EQ(namesIn(page), expected);
+    EXPECT_FALSE(fs::exists(page / "old/deep")) << "a folder that is empty now";
+    EXPECT_EQ(formats::contentOf(page / "index.html"), kPage[0].bytes);
+    EXPECT_EQ(formats::contentOf(page / "docs/notes.txt"), "mine");
+}
+
+TEST_F(CookedSite, AnExportReplacesNothingOfTheUsers) {
+    const auto site = open();
+    ASSERT_TRUE(site.has_value()) << site.error().line();
+    const fs::path page = scene_ / "page";
+    ASSERT_TRUE(exportSite(*site, page, state_).has_value());
+    formats::writeContent(scene_ / "outside.txt", "mine");
+    // A link with the name of an exported file is replaced, and not followed.
+    fs::remove(page / "index.html");
+    fs::create_symlink("../outside.txt", page / "index.html");
+    ASSERT_TRUE(exportSite(*site, page, state_).has_value());
+    EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(page / "index.html")));
+    EXPECT_EQ(formats::contentOf(scene_ / "outside.txt"), "mine");
+
+    const auto refusal = [&](const fs::path& name) {
+        const auto refused = exportSite(*site, page, state_);
+        EXPECT_FALSE(refused.has_value());
+        if (refused.has_value()) return;
+        EXPECT_EQ(refused.error().code, ErrorCode::InvalidRequest);
+        EXPECT_EQ(refused.error().subject, (page / name).string());
+        EXPECT_EQ(formats::contentOf(page / "index.html"), "changed") << "nothing was written";
+    };
+    formats::writeContent(page / "index.html", "changed");
+    // A file that has the name of a new one, a folder in place of a file, a link in place of a folder.
+    const std::string list = formats::contentOf(page / "viewer/files.json");
+    formats::writeContent(page / "viewer/files.json", R"(["index.html", "viewer/files.json", "viewer/scene.json"])");
+    refusal("assets/page.js");
+    formats::writeContent(page / "viewer/files.json", list);
+    fs::remove(page / "assets/page.js");
+    fs::create_directory(page / "assets/page.js");
+    refusal("assets/page.js");
+    fs::remove_all(page / "assets");
+    fs::create_directory(scene_ / "elsewhere");
+    fs::create_directory_symlink("../elsewhere", page / "assets");
+    refusal("assets");
+    EXPECT_TRUE(fs::is_empty(scene_ / "elsewhere"));
+    // A list that names files outside is none.
+    fs::remove(page / "assets");
+    formats::writeContent(page / "viewer/files.json", R"(["../outside.txt", "index.html"])");
+    ASSERT_TRUE(exportSite(*site, page, state_).has_value());
+    EXPECT_EQ(formats::contentOf(scene_ / "outside.txt"), "mine");
+}
+
 TEST_F(CookedSite, IsExportedWholeAndReplacesAnEarlierExport) {
     const auto site = open();
     ASSERT_TRUE(site.has_value()) << site.error().line();
@@ -140,9 +222,13 @@ TEST_F(CookedSite, IsExportedWholeAndReplacesAnEarlierExport) {
     for (const auto& [path, file] : site->files()) EXPECT_TRUE(fs::is_regular_file(page / path)) << path;
     EXPECT_EQ(formats::contentOf(page / "index.html"), kPage[0].bytes);
     EXPECT_EQ(formats::contentOf(page / "cooked/cooked.json"), formats::contentOf(folder() / "cooked.json"));
-    formats::writeContent(page / "cooked/stale.ktx2", "left by an older scene");
+    EXPECT_EQ(namesIn(page), namesOf(*site));
     ASSERT_TRUE(exportSite(*site, page, state_).has_value());
-    EXPECT_FALSE(fs::exists(page / "cooked/stale.ktx2"));
+    EXPECT_EQ(namesIn(page), namesOf(*site));
+    // An empty folder and one with a slash at its end are no other places.
+    fs::create_directory(scene_ / "empty");
+    ASSERT_TRUE(exportSite(*site, (scene_ / "empty").string() + "/", state_).has_value());
+    EXPECT_EQ(namesIn(scene_ / "empty"), namesOf(*site));
 
     fs::create_directory(scene_ / "mine");
     formats::writeContent(scene_ / "mine/notes.txt", "not an export");

@@ -26,7 +26,7 @@ Worth worthOf(const LightMapCandidates& candidates, const std::map<std::string, 
     Worth worth;
     for (const auto& [map, layout] : layouts) {
         const LightMapCandidate& chosen = *std::ranges::find(candidates.at(map), layout, &LightMapCandidate::layout);
-        worth.error = std::max(worth.error, chosen.error);
+        worth.error = std::max(worth.error, chosen.usedOfLimits);
         worth.bytes += chosen.bytes;
     }
     return worth;
@@ -38,7 +38,7 @@ std::vector<Worth> allWorths(const LightMapCandidates& candidates) {
         std::vector<Worth> longer;
         for (const Worth& worth : worths)
             for (const LightMapCandidate& candidate : each)
-                longer.push_back({std::max(worth.error, candidate.error), worth.bytes + candidate.bytes});
+                longer.push_back({std::max(worth.error, candidate.usedOfLimits), worth.bytes + candidate.bytes});
         worths = std::move(longer);
     }
     return worths;
@@ -61,13 +61,21 @@ TEST(LayoutChoice, FindsWhatTryingEveryCombinationFinds) {
     }
 }
 
+/// Verification knows bounds, which no trial has: a layout that was never verified looks better than those that were.
+TEST(LayoutChoice, WhereNoneFitsALayoutThatMissedTheLimitsOfTheTrialIsNotTaken) {
+    const std::vector<LightMapCandidate> candidates = {
+        {"coarse", 10, 1.6, 1, 1.6}, {"fine", 100, 150, 9, 0.8}, {"finest", 1000, 120, 9, 0.1}, {"coarsest", 5, 3, 1, 3}};
+    EXPECT_EQ(cheapestWithin({{"map", candidates}}).at("map"), "finest");
+    EXPECT_EQ(cheapestWithin({{"map", {candidates[0], candidates[3]}}}).at("map"), "coarse");
+}
+
 TEST(LayoutChoice, ALayoutWithoutAFiniteErrorIsNeverChosen) {
     const TrialResult trial{{{"small", 10, 1, HUGE_VAL, 0, 0, 0}, {"large", 1000, 64, 0.5, 0.1, 1, 1}}, 1};
     const std::vector<LightMapCandidate> candidates = candidatesOf(trial, {1, {}});
-    EXPECT_EQ(candidates[0].error, HUGE_VAL);
-    EXPECT_EQ(candidates[1].error, 0.5);
+    EXPECT_EQ(candidates[0].usedOfLimits, HUGE_VAL);
+    EXPECT_EQ(candidates[1].usedOfLimits, 0.5);
     EXPECT_EQ(cheapestWithin({{"map", candidates}}, 0.01).at("map"), "large");
-    EXPECT_EQ(LayoutLimits({0.1, 5}).partOf(0.01, std::nan("")), HUGE_VAL);
+    EXPECT_EQ(LayoutLimits({0.1, 5}).usedBy(0.01, std::nan("")), HUGE_VAL);
 }
 
 /// A layout keeps the limits only if both errors do; without a limit on visible errors they do not count.
@@ -79,8 +87,8 @@ TEST(LayoutChoice, TheLargerPartOfTheTwoLimitsCounts) {
     EXPECT_EQ(chosen({0.02, 5}), "middle");
     EXPECT_EQ(chosen({0.05, 2}), "large");
     EXPECT_EQ(chosen({0.02, 2}), "large") << "none keeps both: the one that is least over";
-    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[0].error, 9.0 / 5);
-    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[2].error, 1.5);
+    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[0].usedOfLimits, 9.0 / 5);
+    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[2].usedOfLimits, 1.5);
 }
 
 /// A limit on the bound of visible errors is not kept by a stage that has none, or has one for a part of its light alone.
@@ -90,12 +98,12 @@ TEST(LayoutChoice, AnUnknownBoundKeepsNoLimitOnIt) {
     stage.diffuse.visible = verify::VisibleFigures{};
     stage.specular.visible = verify::VisibleFigures{};
     const LayoutLimits limited{0.1, {}, 4};
-    EXPECT_EQ(verifiedPart(stage, 0, limited), HUGE_VAL);
+    EXPECT_EQ(verifiedUse(stage, 0, limited), HUGE_VAL);
     stage.diffuse.visible->bound = 1;
-    EXPECT_EQ(verifiedPart(stage, 0, limited), HUGE_VAL) << "specular light has none";
-    EXPECT_DOUBLE_EQ(verifiedPart(stage, 0, {0.1, {}}), 0.1) << "without a limit it does not count";
+    EXPECT_EQ(verifiedUse(stage, 0, limited), HUGE_VAL) << "specular light has none";
+    EXPECT_DOUBLE_EQ(verifiedUse(stage, 0, {0.1, {}}), 0.1) << "without a limit it does not count";
     stage.specular.visible->bound = 2;
-    EXPECT_DOUBLE_EQ(verifiedPart(stage, 0, limited), 0.5);
+    EXPECT_DOUBLE_EQ(verifiedUse(stage, 0, limited), 0.5);
 }
 
 /// A layout is on the curve unless another has no more bytes and no more error.
@@ -106,7 +114,8 @@ TEST(LayoutChoice, TheCurveHasWhatNoOtherBeats) {
         std::vector<std::string> expected;
         for (const LightMapCandidate& each : candidates)
             if (std::ranges::none_of(candidates, [&](const LightMapCandidate& other) {
-                    return other.bytes <= each.bytes && other.error <= each.error && (other.bytes < each.bytes || other.error < each.error);
+                    return other.bytes <= each.bytes && other.usedOfLimits <= each.usedOfLimits &&
+                           (other.bytes < each.bytes || other.usedOfLimits < each.usedOfLimits);
                 }))
                 expected.push_back(each.layout);
         std::vector<std::string> found = layoutsOfCurve(candidates);

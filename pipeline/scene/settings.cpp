@@ -1,0 +1,175 @@
+#include "pipeline/scene/settings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "formats/light_map_layout.h"
+#include "formats/vocabulary.h"
+#include "pipeline/scene/rsrm_format.h"
+
+namespace lightcook::pipeline {
+namespace {
+
+std::string costOf(const formats::LightMapLayoutInfo& layout) {
+    return fmt::format("{} ({} fetches, {} operations)", layout.name, layout.tapCount(), layout.decodeOps);
+}
+
+/// Returns what is wrong with limits that no layout of a list keeps, or an empty text.
+std::string whyNoneKeeps(const formats::DecodeLimits& decode, const formats::LayoutList& layouts) {
+    std::string costs;
+    for (const formats::LightMapLayoutInfo& each : formats::allLightMapLayouts()) {
+        if (!formats::isCandidate(layouts, each)) continue;
+        if (decode.allow(each)) return "";
+        costs += (costs.empty() ? "" : ", ") + costOf(each);
+    }
+    return fmt::format("found limits on the decode that no layout keeps, expected those of one of {}", costs);
+}
+
+/// Returns what is wrong with the limits on the decode and the list of layouts beside the layout that the settings select, or an empty
+/// text.
+std::string whyNotDecode(const OutputSettings& output) {
+    const auto named = formats::lightMapLayoutFromName(layoutAsked(output));
+    if (!named) return whyNoneKeeps(output.decode, output.layouts);
+    if (!formats::mayTake(output.layouts, formats::info(*named)))
+        return fmt::format("found layout {} that the list of layouts ({}) lacks, expected one of the list, or \"auto\"",
+                           formats::info(*named).name, fmt::join(output.layouts, ", "));
+    if (output.decode.allow(formats::info(*named))) return "";
+    return fmt::format("found layout {} over the limits on the decode, expected a cheaper one, or \"auto\" with a limit on the error",
+                       costOf(formats::info(*named)));
+}
+
+ChartMode chartModeOf(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.charts.mode ? *entry.charts.mode : output.charts.mode.value_or(ChartMode::Keep);
+}
+
+}  // namespace
+
+std::string whyNotRsrm(const GradientEntry& entry, Target target) {
+    if (const RsrmFormatInfo* format = rsrmFormatFromName(entry.format); format != nullptr && !format->isFor(target)) {
+        std::string possible;
+        for (const RsrmFormatInfo& each : allRsrmFormats())
+            if (each.isFor(target)) possible += fmt::format("{}\"{}\"", possible.empty() ? "" : ", ", each.name);
+        return fmt::format("found format \"{}\" with target \"{}\", expected target \"bc\" or a format of {}", entry.format,
+                           formats::info(target).name, possible);
+    }
+    const std::string_view rgba8 = info(RsrmFormat::Rgba8).name;
+    if (entry.dither && !entry.format.empty() && entry.format != rgba8)
+        return fmt::format("found dither with format \"{}\", expected format \"{}\", whose codes alone are dithered", entry.format, rgba8);
+    return "";
+}
+
+std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given) {
+    return given.empty() ? std::filesystem::path(scene.name + ".cooked") : given;
+}
+
+std::string whyNothing(const Scene& scene) {
+    // Materials alone bring the specular tables.
+    const bool isEmpty = scene.lightMaps.empty() && scene.probes.empty() && scene.gradients.empty() && scene.materials.empty();
+    return isEmpty ? "found nothing to cook, expected at least one table [[light_map]], [[probe]], [[gradient]] or [[material]]" : "";
+}
+
+std::string whyNotSeams(const Scene& scene) {
+    if (!scene.output.maxSeam) return "";
+    const bool hasMesh = std::ranges::any_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); });
+    return hasMesh ? ""
+                   : "found a limit on seams where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]: seams are at its "
+                     "edges";
+}
+
+std::optional<SettingsConflict> conflictIn(const OutputSettings& output) {
+    using formats::Container;
+    const auto alike = [](const char* key, const char* option, const std::string& why) { return SettingsConflict{key, why, option, why}; };
+    if (output.target == Target::Astc && output.container == Container::Dds)
+        return alike("container", "--container dds",
+                     "found container dds with target astc, expected container ktx2: DDS has no ASTC formats");
+    if (output.zstd && output.container == Container::Dds)
+        return SettingsConflict{"zstd",
+                                "found zstd = true with container = \"dds\", expected container = \"ktx2\": DDS has no supercompression",
+                                "--container dds", "found zstd asked for as well, expected --container ktx2: DDS has no supercompression"};
+    if (output.rdo > 0 && output.target != Target::Bc)
+        return SettingsConflict{
+            "rdo", fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", formats::info(output.target).name),
+            "--rdo", "found a target other than bc, expected --target bc: only BC blocks repeat"};
+    if (const std::string why = whyNotDecode(output); !why.empty())
+        return alike(output.decode.maxFetches ? "max_fetches" : output.decode.maxDecodeOps ? "max_decode_ops" : "layouts", "--layout", why);
+    if (output.gltf && output.container != Container::Ktx2)
+        return alike("gltf", "--gltf", "found glTF with container dds, expected container ktx2");
+    return std::nullopt;
+}
+
+const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.layouts.empty() ? output.layouts : entry.layouts;
+}
+
+std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry) {
+    if (entry.layouts.empty()) return "";
+    const std::string asked = layoutAsked(output);
+    if (asked == kAutoLayout) return whyNoneKeeps(output.decode, entry.layouts);
+    if (std::ranges::find(entry.layouts, asked) != entry.layouts.end()) return "";
+    return fmt::format(
+        "found a list of layouts for light map '{}' without layout {}, which the scene asks for, expected "
+        "light_map_layout = \"auto\" in [output], or that layout in the list",
+        entry.name, asked);
+}
+
+double errorLimit(const OutputSettings& output) {
+    return output.maxError.value_or(kDefaultMaxError);
+}
+
+double lightMapErrorLimit(const OutputSettings& output) {
+    return output.isChosenByWhole() && !output.maxError ? kNoErrorLimit : errorLimit(output);
+}
+
+double converterLimit(const OutputSettings& output) {
+    return output.maxConverterError.value_or(std::max(errorLimit(output), kDefaultMaxError));
+}
+
+std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset) {
+    return ofAsset ? ofAsset : output.maxConverterVisible;
+}
+
+int viewCountOf(const TableSettings& tables, const OutputSettings& output) {
+    return tables.viewCount.value_or(output.isChosenByWhole() ? kFineViewCount : kUsualViewCount);
+}
+
+std::string layoutAsked(const OutputSettings& output) {
+    if (!output.lightMapLayout.empty()) return output.lightMapLayout;
+    return output.isErrorLimited() || output.isChosenByWhole() || !output.layouts.empty() ? kAutoLayout : "ratio";
+}
+
+std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap) {
+    if (ofLightMap) return ofLightMap;
+    if (output.maxVisible) return output.maxVisible;
+    const bool isNothingAsked = layoutAsked(output) == kAutoLayout && !output.isErrorLimited() && !output.isChosenByWhole();
+    return isNothingAsked ? std::optional(kDefaultMaxVisible) : std::nullopt;
+}
+
+std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry) {
+    if (entry.maxSeam) return entry.maxSeam;
+    return entry.mesh ? output.maxSeam : std::nullopt;
+}
+
+lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry) {
+    lighting::DisplaySettings display = scene.display;
+    if (!display.white) display.white = entry.white;
+    return display;
+}
+
+bool hasMips(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.mips.value_or(output.mips);
+}
+
+bool isPacked(const OutputSettings& output, const LightMapEntry& entry) {
+    return chartModeOf(output, entry) != ChartMode::Keep;
+}
+
+bool isSplit(const OutputSettings& output, const LightMapEntry& entry) {
+    return chartModeOf(output, entry) == ChartMode::Split;
+}
+
+double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.charts.maxVisible ? *entry.charts.maxVisible : output.charts.maxVisible.value_or(0);
+}
+
+}  // namespace lightcook::pipeline

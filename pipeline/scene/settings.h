@@ -1,0 +1,91 @@
+// Settings of a scene, resolved: defaults that depend on other settings, settings of the output that an asset overrides, and settings that
+// cannot be combined.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "formats/layout_cost.h"
+#include "lighting/display.h"
+#include "pipeline/scene/scene.h"
+
+namespace lightcook::pipeline {
+
+inline constexpr double kDefaultMaxError = 0.1;
+inline constexpr double kDefaultMaxVisible = 5;  ///< of layout "auto" where nothing else is asked for
+/// Limit on rel_rms in the parameters of an asset that has none: a budget, or a limit on what a pixel shows, chooses its layout or decides
+/// in place of max_error. Light that is lost has an error of 1.
+inline constexpr double kNoErrorLimit = 2;
+
+/// Returns max_error, or its default.
+double errorLimit(const OutputSettings& output);
+
+/// Returns the limit on rel_rms of a scene's light maps: max_error. Without it kNoErrorLimit, if there is a budget or a limit on what a
+/// pixel shows, else the default of max_error.
+double lightMapErrorLimit(const OutputSettings& output);
+
+/// Returns the limit on the 99th percentile of visible errors: that of the light map or else that of the output; without either, the
+/// default if the layout is "auto" and neither an error nor a budget is asked for. Empty: no limit.
+std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap);
+
+/// Returns the limit of dominant lights, cubemaps, tables and reflection maps: maxConverterError if it is given, else the larger of the
+/// default and maxError.
+double converterLimit(const OutputSettings& output);
+
+/// Returns the limit on the visible errors of one of them: its own, or else that of the output. Empty: no limit.
+std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset);
+
+/// Returns the limit on the largest step that cooking adds to an edge: that of the light map or else, if it has a mesh, that of the output.
+/// Empty: no limit.
+std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry);
+
+/// Returns the layout that the settings select: the named one; else "auto" if an error, a visible error, a budget or a list of layouts is
+/// given, else "ratio".
+std::string layoutAsked(const OutputSettings& output);
+
+/// Returns the layouts that "auto" may take for a light map: its own list, or else that of the output.
+const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightMapEntry& entry);
+
+/// Returns true if a light map gets mip levels.
+bool hasMips(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns true if the charts of a light map are packed anew, into one map or two.
+bool isPacked(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns true if the charts of a light map are split between two maps where that takes fewer bytes.
+bool isSplit(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns the visible error that fewer texels of its charts may add.
+double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry);
+
+/// Returns the views of the tables: their own or, without, those of the output.
+int viewCountOf(const TableSettings& tables, const OutputSettings& output);
+
+/// Returns the display that a light map and its assets are judged on.
+lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry);
+
+/// Returns the folder that a scene is cooked to: the one that was given, or without one (empty) that of its name.
+std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given);
+
+/// Settings of [output] that cannot be combined.
+struct SettingsConflict {
+    const char* key;        ///< of [output], whose value a scene file is refused at
+    std::string inScene;    ///< what is wrong, in the words of a scene file
+    const char* option;     ///< of the command line
+    std::string inOptions;  ///< what is wrong, in the words of the command line
+};
+/// Returns the first conflict of the settings, of a scene file or with the overrides of the command line: formats and containers of the
+/// target, and limits on the decode that no layout keeps.
+std::optional<SettingsConflict> conflictIn(const OutputSettings& output);
+
+/// Returns what is wrong with the list of a light map beside the settings of the output, or an empty text.
+std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry);
+
+/// Returns the reason why the format, or its dithering, is not possible for a target; empty if it is possible.
+std::string whyNotRsrm(const GradientEntry& entry, Target target);
+
+/// Returns what is wrong with a scene without anything to cook, or an empty text.
+std::string whyNothing(const Scene& scene);
+
+/// Returns what is wrong with a limit on seams for all light maps, or an empty text.
+std::string whyNotSeams(const Scene& scene);
+
+}  // namespace lightcook::pipeline
