@@ -88,6 +88,7 @@ TEST(LayoutChoice, TheLargerPartOfTheTwoLimitsCounts) {
     EXPECT_EQ(chosen({0.05, 2}), "large");
     EXPECT_EQ(chosen({0.02, 2}), "large") << "none keeps both: the one that is least over";
     EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[0].usedOfLimits, 9.0 / 5);
+    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[0].usedInTrial, 9.0 / 5);
     EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[2].usedOfLimits, 1.5);
 }
 
