@@ -1,4 +1,3 @@
-#include "formats/plain_image.h"
 #include "pipeline/assets/preview.h"
 
 #include <gtest/gtest.h>
@@ -6,6 +5,7 @@
 
 #include <array>
 
+#include "formats/plain_image.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {

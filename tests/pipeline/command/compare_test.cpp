@@ -1,4 +1,3 @@
-#include "formats/plain_image.h"
 #include "pipeline/command/compare.h"
 
 #include <gmock/gmock.h>
@@ -9,6 +8,7 @@
 
 #include "formats/gpu_texture.h"
 #include "formats/light_map.h"
+#include "formats/plain_image.h"
 #include "lighting/sh.h"
 #include "tests/formats/temporary_folder.h"
 

@@ -1,8 +1,8 @@
-#include "formats/plain_image.h"
 #include "pipeline/command/cubemap.h"
 
 #include <gtest/gtest.h>
 
+#include "formats/plain_image.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {

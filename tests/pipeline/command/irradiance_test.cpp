@@ -1,4 +1,3 @@
-#include "formats/plain_image.h"
 #include "pipeline/command/irradiance.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 #include <numbers>
 
 #include "formats/environment.h"
+#include "formats/plain_image.h"
 #include "tests/formats/temporary_folder.h"
 #include "verify/cubemap.h"
 

@@ -1,8 +1,8 @@
-#include "formats/plain_image.h"
 #include "pipeline/draft/inputs.h"
 
 #include <gmock/gmock.h>
 
+#include "formats/plain_image.h"
 #include "pipeline/json/json.h"
 #include "tests/pipeline/small_scene.h"
 

@@ -1,4 +1,3 @@
-#include "formats/plain_image.h"
 #include "pipeline/assets/light_map/worst_places.h"
 
 #include <gmock/gmock.h>
@@ -6,6 +5,7 @@
 #include <algorithm>
 #include <random>
 
+#include "formats/plain_image.h"
 #include "lighting/display.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/cook/cook.h"
