@@ -21,6 +21,8 @@ bool isPngFile(const std::filesystem::path& file);
 /// Reads a PNG as it is stored: without colour conversion or multiplication by alpha. Any number of bits becomes [0, 1].
 /// subject  names it in errors
 Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& subject);
+/// Does the same with a file.
+Result<PlainImage> readPng(const std::filesystem::path& file);
 
 /// Returns a PNG of 8 bits a channel. Colours are stored as they are, not multiplied by alpha.
 Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels);

@@ -78,7 +78,7 @@ public:
         return raw;
     }
 
-    /// Of all numbers of a texel, alpha in the upper half of the image is the logarithm of its light.
+    /// Names alpha in the upper half of the image, which stores the logarithm of the light. The other numbers are its colour and direction.
     std::optional<StoredNumber> placeOf(std::size_t, int, int x, int y) const override { return StoredNumber{subject_, "A", x, y}; }
 
     /// Decodes the texels of a box.

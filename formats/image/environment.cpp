@@ -34,7 +34,7 @@ std::optional<Image<glm::vec3>> readFlatExr(const Result<ExrReader>& reader) {
         if (!info.has(name)) return std::nullopt;
     for (const char* name : {"r", "g", "b"})
         if (info.has(name)) return std::nullopt;
-    if (!checkExtent(info.width, info.height, 3, "")) return std::nullopt;
+    if (!checkExtent(info.width, info.height, 3, 3, "")) return std::nullopt;
     Image<glm::vec3> texels(info.width, info.height);
     float* const first = &texels.texels().data()->x;
     const std::array<ExrPlane, 3> planes = {ExrPlane{"R", first, 3, 3 * info.width}, ExrPlane{"G", first + 1, 3, 3 * info.width},
@@ -44,7 +44,7 @@ std::optional<Image<glm::vec3>> readFlatExr(const Result<ExrReader>& reader) {
 }
 
 Result<Image<glm::vec3>> readRgbPng(const std::filesystem::path& file) {
-    const Result<PlainImage> image = readImage(file);
+    const Result<PlainImage> image = readPng(file);
     if (!image) return tl::make_unexpected(image.error());
     if (image->channelCount < 3)
         return failure(ErrorCode::WrongShape, file.string(),

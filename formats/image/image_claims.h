@@ -1,4 +1,4 @@
-// Checks of what a file claims to be, before memory is taken for its texels.
+// These functions check what the header of an image file claims, before memory is allocated for its texels.
 #pragma once
 
 #include <fmt/format.h>
@@ -14,6 +14,8 @@
 
 namespace lightcook::formats {
 
+/// Floats that a texel takes while a library reads an image as RGBA: four of the library and four of the caller.
+inline constexpr int kFloatsThroughLibrary = 8;
 /// Most texels of an image that is read as a whole: 4 GiB as RGBA float. The largest panoramas in use, 16k x 8k, have half as many.
 inline constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
 
@@ -21,18 +23,20 @@ inline constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
 /// windows. The functions that read the image report other errors. OpenImageIO reads textures in DDS.
 Result<void> checkClaims(const std::filesystem::path& file, const Result<ExrReader>& reader);
 
-/// Refuses an image of no or too many texels, or one for which the memory does not suffice: each texel takes four floats for the caller
-/// and as much for the library that reads it.
+/// Refuses an image of no or too many texels, or one for which the memory does not suffice.
 /// Inline, because the image module calls it and is not linked with formats.
-/// subject  names the image in errors
-inline Result<void> checkExtent(int width, int height, int channelCount, const std::string& subject) {
+/// floatsPerTexel  of the memory that reading takes
+/// subject         names the image in errors
+inline Result<void> checkExtent(int width, int height, int channelCount, int floatsPerTexel, const std::string& subject) {
     if (width < 1 || height < 1 || channelCount < 1 || std::max(width, height) > kLargestExtent ||
         std::int64_t{width} * height > kMostTexels) {
         return failure(ErrorCode::WrongShape, subject,
                        fmt::format("found {} x {} texels of {} channels, expected 1 to {} a side and at most {} in all", width, height,
                                    channelCount, kLargestExtent, kMostTexels));
     }
-    return checkMemory(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * 8 * sizeof(float), subject);
+    const std::uint64_t floats =
+        static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * static_cast<std::uint64_t>(floatsPerTexel);
+    return checkMemory(floats * sizeof(float), subject);
 }
 
 }  // namespace lightcook::formats

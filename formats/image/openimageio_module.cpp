@@ -49,7 +49,7 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
     image.height = spec.height;
     image.channelCount = spec.nchannels;
     image.channels = spec.channelnames;
-    if (const auto believable = checkExtent(spec.width, spec.height, spec.nchannels, file.string()); !believable)
+    if (const auto believable = checkExtent(spec.width, spec.height, spec.nchannels, kFloatsThroughLibrary, file.string()); !believable)
         return tl::make_unexpected(believable.error());
     if (spec.depth > 1 || spec.deep) {
         return failure(ErrorCode::FormatUnsupported, file.string(), "found a volume or a deep image, expected a flat one");

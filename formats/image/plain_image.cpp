@@ -16,7 +16,6 @@
 #include "formats/image/radiance_file.h"
 #include "formats/lower_extension.h"
 #include "formats/png.h"
-#include "formats/read_file.h"
 
 namespace lightcook::formats {
 namespace {
@@ -28,7 +27,7 @@ constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
 std::optional<PlainImage> readRgbaExr(const Result<ExrReader>& reader) {
     if (!reader) return std::nullopt;
     const ExrInfo& info = reader->info();
-    if (!info.has("R") || (info.has("B") && !info.has("G")) || !checkExtent(info.width, info.height, 4, "")) return std::nullopt;
+    if (!info.has("R") || (info.has("B") && !info.has("G")) || !checkExtent(info.width, info.height, 4, 4, "")) return std::nullopt;
     PlainImage image{Image<glm::vec4>(info.width, info.height, glm::vec4(0, 0, 0, 1)), static_cast<int>(info.channels.size())};
     std::vector<ExrPlane> planes;
     for (const std::string& channel : info.channels) {
@@ -70,8 +69,7 @@ Result<PlainImage> readImage(const std::filesystem::path& file) {
     const Result<ExrReader> exr = ExrReader::open(file);
     if (const auto believable = checkClaims(file, exr); !believable) return tl::make_unexpected(believable.error());
     if (auto image = readRgbaExr(exr)) return std::move(*image);
-    if (!isPngFile(file)) return readByOpenImageIo(file);
-    return readWholeFile(file).and_then([&](const std::vector<std::byte>& bytes) { return decodePng(bytes, file.string()); });
+    return isPngFile(file) ? readPng(file) : readByOpenImageIo(file);
 }
 
 Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount) {

@@ -16,7 +16,7 @@
 
 #include "formats/file/one_line.h"
 #include "formats/image/image_claims.h"
-#include "formats/memory.h"
+#include "formats/read_file.h"
 
 namespace lightcook::formats {
 namespace {
@@ -58,7 +58,7 @@ void appendBytes(png_structp png, png_bytep bytes, std::size_t count) {
     }
 }
 
-/// How the rows of a PNG lie in memory: channels interleaved, rows packed.
+/// Describes the decoded rows of a PNG. Channels are interleaved, and no bytes lie between rows.
 struct PngRows {
     int width = 0, height = 0, channelCount = 0;
     int bytesPerChannel = 1;
@@ -207,7 +207,8 @@ Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& 
     };
     PngRows rows;
     if (!reading.readHeader(rows)) return damaged();
-    if (const auto fits = checkExtent(rows.width, rows.height, rows.channelCount, subject); !fits) return tl::make_unexpected(fits.error());
+    if (const auto fits = checkExtent(rows.width, rows.height, rows.channelCount, kFloatsThroughLibrary, subject); !fits)
+        return tl::make_unexpected(fits.error());
     const auto height = static_cast<std::size_t>(rows.height);
     std::vector<std::byte> bytes(rows.rowBytes() * height);
     std::vector<png_bytep> rowStarts(height);
@@ -219,6 +220,10 @@ Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& 
     else
         unpack<std::uint8_t>(bytes, rows, image.texels.texels());
     return image;
+}
+
+Result<PlainImage> readPng(const std::filesystem::path& file) {
+    return readWholeFile(file).and_then([&](const std::vector<std::byte>& bytes) { return decodePng(bytes, file.string()); });
 }
 
 Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels) {

@@ -6,7 +6,6 @@
 #include <memory>
 #include <utility>
 
-#include "formats/pending_file.h"
 #include "formats/vocabulary.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
@@ -107,14 +106,6 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
         // Read once: between two reads the file could become another scene.
         auto scene = readScene(options->cook.scene);
-        // A link that the user names stays; those of the output folder are replaced.
-        if (std::optional<std::filesystem::path>& depfile = options->cook.depfile; depfile) {
-            const auto place = formats::findOutputPlace(*depfile);
-            if (place)
-                depfile = place->path;
-            else if (scene)
-                scene = tl::make_unexpected(place.error());
-        }
         if (scene)
             if (auto checked = session.paths.checkAgainstScene(*scene, cookedFolder(*scene, options->cook.output)); !checked)
                 return session.finish(checked);

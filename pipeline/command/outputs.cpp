@@ -147,8 +147,9 @@ ScannedArguments scanArguments(std::span<const std::string> arguments) {
     return scanned;
 }
 
-/// Returns true for a file that is empty or an older document of the option. A JSON file that a scene may read is none: a glTF, or the SH
-/// of probes. Also true for a new file in a folder that exists, if its name says what it is: the name may be the mistake.
+/// Returns true if a document may take the place of its file: the file is empty or an older document of the option. A glTF and the SH of
+/// probes are JSON that a scene may read, and stay. A file that does not exist may be created if its folder exists and its extension is
+/// that of the document: any other name may be the mistake.
 bool isReplaceable(const AskedDocument& document) {
     std::error_code code;
     const std::filesystem::path file = document.file;

@@ -190,11 +190,6 @@ private:
         if (auto added = addContents(contents, needs); !added) return added;
         auto plan = planScene(planned, needs, planOptions_);
         if (!plan) return tl::make_unexpected(plan.error());
-        if (const std::string left = options_.only ? leftWithOtherCharts(*plan, outcome_.output) : ""; !left.empty())
-            return failure(
-                ErrorCode::InvalidRequest, "--only",
-                fmt::format("found '{}' of an earlier cook with packed charts, expected the whole light map to be cooked: --only {}", left,
-                            plan->lightMaps.front()));
         if (const std::string why = options_.only ? whyNotLeft(scene_, *plan, outcome_.output) : ""; !why.empty())
             return failure(ErrorCode::InvalidRequest, "--only", why);
         if (options_.keepCandidates && plan->undecided.empty())
@@ -376,7 +371,7 @@ private:
         // Files of the cook's own are no inputs: those that they were made of are.
         for (Action& action : all)
             std::erase_if(action.inputs, [&](const auto& input) { return input.second.string().starts_with(packedFolder().string()); });
-        return writeFile(*options_.depfile, depfileText(scene_, outcome_.output, all));
+        return writeFile(*options_.depfile, depfileText(scene_, outcome_.output, all), OutputLink::Follow);
     }
 
     /// Returns the runs that made the results, the first one first. A run that the cache has lost is left out.

@@ -97,7 +97,7 @@ bool isMeshWanted(const Scene& scene, const PlanOptions& options, const LightMap
 constexpr int kTableTexelBytes = 24;
 constexpr int kTableRows = 16;
 
-/// What only assets of a light map have.
+/// Holds what the actions of an asset get only if it belongs to a light map.
 struct OfLightMap {
     std::optional<UnpackedBake> unpacked = {};   ///< parameter of the verification, of a repacked light map
     std::vector<std::string> dependencies = {};  ///< ids of actions that both actions wait for

@@ -1,4 +1,4 @@
-// What a cook leaves out, with the memory and time that this saves.
+// Skip records something that a cook leaves out, with the memory and time that this saves.
 #pragma once
 
 #include <cstdint>

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "formats/light_map_layout.h"
 #include "formats/pixel_format.h"
@@ -156,26 +157,22 @@ void describeSources(const PackedLightMap& packed, const CookedAsset& asset, Rep
 
 }  // namespace
 
-std::string leftWithOtherCharts(const Plan& plan, const std::filesystem::path& folder) {
-    const auto old = loadManifest(folder);
-    if (!old) return {};
-    for (const CookedAsset& asset : old->assets)
-        if (plan.unwanted.contains(asset.name) && std::ranges::find(plan.lightMaps, lightMapOf(asset)) != plan.lightMaps.end() &&
-            asset.verify && asset.verify->contains(kUnpackedKey))
-            return asset.name;
-    return {};
-}
-
 std::string whyNotLeft(const Scene& scene, const Plan& plan, const std::filesystem::path& folder) {
-    const auto old = loadManifest(folder);
+    auto old = loadManifest(folder);
     if (!old) return {};
-    const auto left = std::ranges::find_if(old->assets, [&](const CookedAsset& asset) { return plan.unwanted.contains(asset.name); });
-    if (left == old->assets.end()) return {};
+    std::erase_if(old->assets, [&](const CookedAsset& asset) { return !plan.unwanted.contains(asset.name); });
+    if (old->assets.empty()) return {};
+    for (const CookedAsset& asset : old->assets)
+        if (std::ranges::find(plan.lightMaps, lightMapOf(asset)) != plan.lightMaps.end() && asset.verify &&
+            asset.verify->contains(kUnpackedKey))
+            return fmt::format("found '{}' of an earlier cook with packed charts, expected the whole light map to be cooked: --only {}",
+                               asset.name, plan.lightMaps.front());
+    const std::string left = std::exchange(old->assets, {}).front().name;
     const Json before = toJson(*old), now = toJson(makeManifest(scene, folder, {}, {}, ""));
     for (const char* key : {"target", "color", "lobe", "up_axis"})
         if (before.at(key) != now.at(key))
             return fmt::format("found '{}' of an earlier cook with {} = {}, expected {} of this one: cook the whole scene, without --only",
-                               left->name, key, before.at(key).dump(), now.at(key).dump());
+                               left, key, before.at(key).dump(), now.at(key).dump());
     return {};
 }
 

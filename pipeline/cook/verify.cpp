@@ -44,7 +44,8 @@ CookFacts cookFactsOf(const std::optional<Report>& report, const std::string& as
     return facts;
 }
 
-/// Returns what a manifest says that its cook left out. The errors of that cook are in the report alone, which a folder need not have.
+/// Returns the assets that a cook left out, as its manifest lists them. Only the report has the errors of that cook, and a folder may lack
+/// it.
 std::optional<IncompleteCook> leftOut(const std::string& file, const Manifest& manifest) {
     if (!manifest.incomplete) return {};
     std::string found = "found a cook that went on after an error";
@@ -93,7 +94,7 @@ private:
             rows.push_back(std::move(*row));
         }
         if (auto linted = lint(*manifest, scratch->path()); !linted) return linted;
-        // What is not in the folder cannot be verified.
+        // A folder that lacks assets of its scene does not pass.
         std::optional<IncompleteCook> incomplete = previous ? previous->incomplete : leftOut(manifestFile(), *manifest);
         const Report report = makeReport({manifest->scene,
                                           watch_.seconds(),

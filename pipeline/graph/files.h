@@ -30,7 +30,7 @@ formats::Result<void> copyFile(const std::filesystem::path& source, const std::f
 /// Moves a file. A symbolic link of the destination's name is replaced.
 formats::Result<void> moveFile(const std::filesystem::path& source, const std::filesystem::path& destination);
 formats::Result<void> makeFolder(const std::filesystem::path& folder);
-/// Makes the folders above a file of an output folder. One that is a symbolic link is replaced: what it names stays as it is.
+/// Makes the folders above a file of an output folder. A folder takes the place of a symbolic link among them; what the link names stays.
 /// name   of the file, relative to the folder
 formats::Result<void> makeFoldersOf(const std::filesystem::path& folder, const std::filesystem::path& name);
 

@@ -243,7 +243,7 @@ TEST_F(CommandLine, AMistakeIsInTheFilesThatWereAskedForToo) {
     EXPECT_THAT(contentOf(scene_ / "st.xml"), HasSubstr("<failure type=\"request\" message=\"--samples: found '0x'"));
     EXPECT_NE(contentOf(scene_ / "st.sarif"), sarif);
 
-    // What may be an input stays as it is, and so does every file that is no such document.
+    // A file stays as it is if it may be an input, or if it holds no such document.
     formats::writeContent(scene_ / "st.json", passed);
     formats::writeContent(scene_ / "room.gltf", R"({"asset": {"version": "2.0"}})");
     formats::writeContent(scene_ / "notes.txt", "mine");

@@ -49,8 +49,8 @@ double verifiedUse(const verify::StageError& stage, double seam, const LayoutLim
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits) {
     std::vector<LightMapCandidate> candidates;
     for (const TrialCandidate& each : trial.candidates)
-        if (!each.isExcluded)
-            candidates.push_back({each.layout, each.bytesGpu, triedUse(each, limits), each.fetches, triedUse(each, limits)});
+        if (const double used = triedUse(each, limits); !each.isExcluded)
+            candidates.push_back({each.layout, each.bytesGpu, used, each.fetches, used});
     return candidates;
 }
 

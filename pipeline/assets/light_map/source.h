@@ -21,7 +21,7 @@ namespace lightcook::pipeline {
 
 /// Rows of a chunk, which is read and kept as a whole: one row of the usual tiles, and a whole number of blocks of every format.
 inline constexpr int kChunkRows = 64;
-/// First rows of strips, and of what is decoded of a cooked map, are multiples of this: whole blocks of every format.
+/// Strips of a bake, and decoded parts of a cooked map, begin at multiples of this many rows: they hold whole blocks of every format.
 inline constexpr int kRowAlignment = 16;
 /// Largest number of texels of a strip, which is the work of one task: the strips of a wide map are parts of a chunk.
 inline constexpr int kStripTexels = 1 << 18;
