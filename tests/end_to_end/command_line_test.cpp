@@ -552,6 +552,7 @@ TEST_F(CommandLine, VerboseNamesEachActionAndQuietNothing) {
 TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
     if (!hasScript()) GTEST_SKIP() << "no script (util-linux) for a pseudo-terminal";
     startWithoutCache();
+    scene_.writeSceneFile("light_map_layout = \"ratio\"");  // all layouts would be tried
     const std::string cook = onTerminal("cook scene.toml -o out");
     EXPECT_THAT(cook, AllOf(HasSubstr("\r\x1b[K["), HasSubstr(" %  "), testing::ContainsRegex("[0-9]+/[0-9]+ ")));
     EXPECT_THAT(cook, HasSubstr("\x1b[32mpassed\x1b[0m: 5 assets"));

@@ -107,7 +107,8 @@ protected:
     const formats::TemporaryFolder folder_;
 };
 
-TEST_F(ShippedScene, KeepsTheSchemasUnderEveryTarget) {
+using ShippedSceneSoak = ShippedScene;
+TEST_F(ShippedSceneSoak, KeepsTheSchemasUnderEveryTarget) {
     if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
     for (const auto& [target, layout] : {std::pair(formats::Target::Bc, "basis-8"), std::pair(formats::Target::Astc, "basis-8"),
                                          std::pair(formats::Target::Float, "luvw")}) {
@@ -266,12 +267,6 @@ protected:
 };
 using EnginesSoak = Engines;
 
-TEST_F(Engines, ManifestAndReportKeepTheirSchemasForEachKindOfLayout) {
-    if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
-    for (const char* name : {"raw", "luvw", "godot"})
-        expectLayoutKeepsSchemas("lightmap map.exr out", formats::info(*formats::lightMapLayoutFromName(name)));
-}
-
 TEST_F(EnginesSoak, ManifestAndReportKeepTheirSchemasForEveryLayout) {
     if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
@@ -357,7 +352,7 @@ TEST_F(Engines, UnrealShowsTheLightMapByItsOwnFormula) {
     EXPECT_GE(relRms, stated * 0.8);
 }
 
-TEST_F(Engines, ManifestAndReportKeepTheirSchemasForEveryConverter) {
+TEST_F(EnginesSoak, ManifestAndReportKeepTheirSchemasForEveryConverter) {
     if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
     for (const char* arguments : {"lightmap map.exr out --max-error 1", "dominant map.exr out --max-error 9", "cubemap probe.exr out",
                                   "cubemap probe.exr out --layout prefiltered --max-error 1", "lut out",

@@ -117,7 +117,8 @@ TEST_F(Figures, OfNotesAndMeasuresHaveCaptions) {
     EXPECT_GT(count, 0);
 }
 
-TEST_F(Figures, OfMemoryAddUpWithoutAMeshOrDirections) {
+using FiguresSoak = Figures;
+TEST_F(FiguresSoak, OfMemoryAddUpWithoutAMeshOrDirections) {
     const SmallScene scene(SmallScene::Parts::All);
     const RunState state;
     for (const char* output :

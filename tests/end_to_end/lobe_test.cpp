@@ -43,7 +43,7 @@ private:
     Outcome outcome_;
 };
 
-TEST(Lobe, OfASceneIsThatOfEveryAssetAndTheWholeErrorIsAlike) {
+TEST(LobeSoak, OfASceneIsThatOfEveryAssetAndTheWholeErrorIsAlike) {
     const LobeScene beckmann(""), ggx("lobe = \"ggx\"\n");
     for (const formats::Error& error : ggx.outcome().errors) ADD_FAILURE() << error.line();
     EXPECT_EQ(beckmann.manifest().at("lobe"), "beckmann");

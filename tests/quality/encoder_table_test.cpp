@@ -76,11 +76,22 @@ TEST_P(EncoderTable, NoRowIsWorseAndEveryEffortIsBetterThanTheOneBefore) {
         before = mean;
     }
 }
-INSTANTIATE_TEST_SUITE_P(Quality, EncoderTable, testing::ValuesIn(tableFormats()), [](const auto& instance) {
+/// ASTC comes from a library, and its larger blocks take longer than all other formats: CI has one format of it.
+std::vector<PixelFormat> formatsOf(bool isSoak) {
+    std::vector<PixelFormat> formats = tableFormats();
+    std::erase_if(formats, [&](PixelFormat format) {
+        const std::string_view name = formats::info(format).name;
+        return (name.starts_with("astc") && name != "astc-4x4-hdr") != isSoak;
+    });
+    return formats;
+}
+std::string nameOfFormat(const testing::TestParamInfo<PixelFormat>& instance) {
     std::string name(formats::info(instance.param).name);
-    std::replace(name.begin(), name.end(), '-', '_');
+    std::ranges::replace(name, '-', '_');
     return name;
-});
+}
+INSTANTIATE_TEST_SUITE_P(Quality, EncoderTable, testing::ValuesIn(formatsOf(false)), nameOfFormat);
+INSTANTIATE_TEST_SUITE_P(Soak, EncoderTable, testing::ValuesIn(formatsOf(true)), nameOfFormat);
 
 TEST(EncoderTableFile, HoldsNothingElse) {
     std::set<std::string> known;

@@ -5,6 +5,7 @@
 
 #include "lighting/brdf.h"
 #include "lighting/radiometry.h"
+#include "tests/formats/light_map_layouts.h"
 #include "tests/samplers/cooked_scene.h"
 #include "tests/samplers/layout_glsl.h"
 #include "verify/light_map.h"
@@ -228,22 +229,15 @@ vec3 harshLight(const glm::dvec3& direction, const glm::dvec2& place) {
     return vec3(lamp * towards * glm::dvec3(1.0, 0.7, 0.4) + glm::dvec3(0.02, 0.03, 0.05));
 }
 
-class CertifiedBoundsOf : public CertifiedBounds, public testing::WithParamInterface<const char*> {};
-const std::array kLayouts = {"raw",     "ratio",   "zh3",          "sh4",      "luvw",     "luvw-linear", "basis-3",
-                             "basis-4", "basis-8", "basis-12",     "basis-16", "basis-24", "godot",       "mono-sh",
-                             "bakery",  "halo3",   "halo3-linear", "hdr",      "hdr-2",    "hdr-rgb9e5",  "unreal-hq"};
-
+class CertifiedBoundsOf : public CertifiedBounds, public testing::WithParamInterface<formats::LightMapLayout> {};
 TEST_P(CertifiedBoundsOf, HoldForWhatMesaShadesBetweenTexels) {
-    const std::string layout = GetParam();
+    const std::string layout(formats::info(GetParam()).name);
     const SmallScene made(SmallScene::Parts::LightMap, harshLight);
     const CookedScene scene(made.sceneFile(), layout, "light-map", 1.0);
     expectInside(scene, "map", made / "map.exr", 400, layout);
 }
-INSTANTIATE_TEST_SUITE_P(All, CertifiedBoundsOf, testing::ValuesIn(kLayouts), [](const auto& each) {
-    std::string name = each.param;
-    std::ranges::replace(name, '-', '_');
-    return name;
-});
+INSTANTIATE_TEST_SUITE_P(EveryFamily, CertifiedBoundsOf, testing::ValuesIn(test::layoutsOfEveryFamily()), test::nameOfLayout);
+INSTANTIATE_TEST_SUITE_P(Soak, CertifiedBoundsOf, testing::ValuesIn(test::otherLayouts()), test::nameOfLayout);
 
 class CertifiedBoundsSoak : public CertifiedBounds, public testing::WithParamInterface<const char*> {};
 TEST_P(CertifiedBoundsSoak, HoldForWhatMesaShadesOfAPublicScene) {
@@ -253,9 +247,9 @@ TEST_P(CertifiedBoundsSoak, HoldForWhatMesaShadesOfAPublicScene) {
     const formats::TemporaryFolder folder;
     formats::writeContent(folder / "scene.toml", fmt::format("schema = 1\nname = \"{}\"\n[[light_map]]\nname = \"map\"\nfile = \"{}\"\n",
                                                              GetParam(), bake.string()));
-    for (const char* layout : kLayouts)
-        expectInside(CookedScene(folder / "scene.toml", layout, "light-map", 1.0), "map", bake, 2000,
-                     fmt::format("{} {}", GetParam(), layout));
+    for (const formats::LightMapLayoutInfo& layout : formats::kLightMapLayouts)
+        expectInside(CookedScene(folder / "scene.toml", std::string(layout.name), "light-map", 1.0), "map", bake, 2000,
+                     fmt::format("{} {}", GetParam(), layout.name));
 }
 INSTANTIATE_TEST_SUITE_P(Public, CertifiedBoundsSoak, testing::Values("cornell", "interior", "outdoor", "zdm2_sun"),
                          [](const auto& each) { return std::string(each.param); });

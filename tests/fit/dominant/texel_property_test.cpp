@@ -283,7 +283,7 @@ TEST(TexelProperties, IrradianceStaysInRangeAndMatchesBruteForce) {
 TEST(TexelProperties, TablesDecodeWithinHalfAStepAndBetweenTheirNodes) {
     tablesOfAnything(kCases, 205);
 }
-TEST(TexelProperties, TwoLightsAreNoWorseThanOneAndExplainedLightIsNoBrighter) {
+TEST(TexelPropertiesSoak, TwoLightsAreNoWorseThanOneAndExplainedLightIsNoBrighter) {
     lightsOfAnything(kCases, 206);
 }
 TEST(TexelProperties, WrappedDiffuseAndGameLightsAreTheirFormulas) {

@@ -71,7 +71,7 @@ TEST(ReadRadiancePicture, ChangedFilesAreReadAlikeOrNotAtAll) {
     const auto file = folder / "p.hdr";
     std::mt19937 random(2);
     int readCount = 0;
-    for (int trial = 0; trial < 4000; ++trial) {
+    for (int trial = 0; trial < 1000; ++trial) {
         if (trial % 40 == 0)
             writePicture(folder / "whole.hdr", 8 + static_cast<int>(random() % 40), 1 + static_cast<int>(random() % 6), random);
         std::string content = contentOf(folder / "whole.hdr");
@@ -85,7 +85,7 @@ TEST(ReadRadiancePicture, ChangedFilesAreReadAlikeOrNotAtAll) {
         expectEqual(*ours, *theirs);
         if (testing::Test::HasFatalFailure()) FAIL() << trial;
     }
-    EXPECT_GT(readCount, 1000);
+    EXPECT_GT(readCount, 250);
 }
 
 TEST(ReadRadiancePicture, CutFilesAreNone) {

@@ -118,8 +118,8 @@ double errorAt(double NoV, double m, bool isGgx) {
 
 TEST(AreaSpecular, MatchesAdaptiveLongDouble) {
     for (const bool isGgx : {false, true})
-        for (const double m : {1e-4, 1.0 / 16, 0.3, 1.0})
-            for (const double NoV : {1e-3, 0.1, 0.6, 1.0}) EXPECT_LT(errorAt(NoV, m, isGgx), 1e-7) << NoV << " " << m << " ggx " << isGgx;
+        for (const double m : {1e-4, 0.3, 1.0})
+            for (const double NoV : {1e-3, 0.6}) EXPECT_LT(errorAt(NoV, m, isGgx), 1e-7) << NoV << " " << m << " ggx " << isGgx;
 }
 
 TEST(AreaSpecularSoak, MatchesAdaptiveLongDoubleAnywhere) {

@@ -249,7 +249,8 @@ TEST_F(WholeLimit, BesideALimitOfTheMapTakesAFinerLayoutWhereItMust) {
     EXPECT_LE(finer.at("whole").at("rel_rms").get<double>(), limit);
 }
 
-TEST_F(WholeLimit, OnRelRmsThatNothingKeepsIsRefusedByWhatWasFound) {
+using WholeLimitSoak = WholeLimit;
+TEST_F(WholeLimitSoak, OnRelRmsThatNothingKeepsIsRefusedByWhatWasFound) {
     const Outcome outcome = cookWithin(scene_, "max_whole_error = 0.000001");
     ASSERT_EQ(outcome.errors.size(), 1u);
     EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::Verification);
@@ -350,7 +351,7 @@ LightField bandTwo() {
     };
 }
 
-TEST(CookScene, ABudgetWithoutAnErrorLimitsNoError) {
+TEST(CookSceneSoak, ABudgetWithoutAnErrorLimitsNoError) {
     const SmallScene scene(Parts::LightMap, bandTwo());
     scene.writeSceneFile("light_map_layout = \"sh4\"\nbudget = \"1 MiB\"");
     const Outcome budget = cookScene(scene.options(), RunState());

@@ -160,7 +160,7 @@ TEST(Contents, AConstantTakesALayoutWithinItsLimits) {
     EXPECT_LE(formats::info(*taken).tapCount(), 4) << quick.at("layout");
 }
 
-TEST(Contents, ALayoutByNameAndKeepUnusedAreObeyed) {
+TEST(ContentsSoak, ALayoutByNameAndKeepUnusedAreObeyed) {
     const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
     EXPECT_EQ(assetOf(cook(fog, "light_map_layout = \"luvw\"").report, "map").at("layout"), "luvw");
     for (const char* layout : {"godot", "mono-sh", "bakery", "unreal-hq"})

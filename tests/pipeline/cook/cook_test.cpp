@@ -75,7 +75,7 @@ const Json& assetNamed(const Json& report, const std::string& name) {
     throw std::out_of_range(name);
 }
 
-TEST(CookScene, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLight) {
+TEST(CookSceneSoak, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLight) {
     const SmallScene scene(Parts::LightMap, twoLamps);
     std::map<std::string, double> unexplained;
     for (const std::string fit : {"halo3", "refined", "explained", "refined-ambient"}) {

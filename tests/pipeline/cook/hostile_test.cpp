@@ -108,7 +108,7 @@ TEST(Light, TheLargestFloatIsRefused) {
 /// Light is measured in units of the map's key, which one bright texel in the dark hardly raises: 1e24 is still light like other light,
 /// but for layouts whose ranges multiply, and for those of engines, whose halves hold light in the engine's unit. Those of luvw filter two
 /// textures, and where one texel is a million times as bright as those beside it the product is far off between them.
-TEST(Light, OneTexelFarBeyondTheSunIsCooked) {
+TEST(LightSoak, OneTexelFarBeyondTheSunIsCooked) {
     const auto isForEngine = [](const std::string& layout) { return formats::info(*formats::lightMapLayoutFromName(layout)).isForEngine; };
     for (const auto& [layout, line] : cookOneTexel(1e24f)) {
         EXPECT_TRUE(layout.starts_with("luvw") || isForEngine(layout)) << layout << ": " << line;

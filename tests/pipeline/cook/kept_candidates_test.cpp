@@ -75,7 +75,8 @@ TEST_F(KeptCandidates, AreThoseOfABudgetToo) {
         EXPECT_FALSE(loadReport(candidateFolder(folder(), layout) / kReportName)->budget.limitBytes) << "a budget is that of the scene";
 }
 
-TEST_F(KeptCandidates, HaveTheirLayoutsAlsoWhereABudgetAloneChooses) {
+using KeptCandidatesSoak = KeptCandidates;
+TEST_F(KeptCandidatesSoak, HaveTheirLayoutsAlsoWhereABudgetAloneChooses) {
     for (const char* limits : {"budget = \"1 MiB\"", "max_whole_visible = 10"}) {
         const Outcome outcome = cook(true, limits);
         EXPECT_GE(outcome.candidates.size(), 2u);

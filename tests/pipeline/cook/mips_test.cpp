@@ -56,7 +56,7 @@ const Json& mapOf(const Outcome& outcome) {
     return outcome.report.at("assets").at(0);
 }
 
-TEST(LightMapMips, EachLevelIsVerifiedInLayoutsOfEveryKind) {
+TEST(LightMapMipsSoak, EachLevelIsVerifiedInLayoutsOfEveryKind) {
     const MippedScene scene(8);
     constexpr std::array<std::array<const char*, 2>, 6> kCooks = {
         {{"hdr", "ktx2"}, {"basis-4", "dds"}, {"godot", "dds"}, {"ratio", "ktx2"}, {"raw", "ktx2"}, {"raw", "dds"}}};
@@ -147,7 +147,7 @@ TEST(LightMapMips, WithoutThemTheBytesAreTheSame) {
     EXPECT_EQ(level0("out"), level0("outmips = true"));
 }
 
-TEST(LightMapMips, OneThreadAndTwoGiveTheSameBytes) {
+TEST(LightMapMipsSoak, OneThreadAndTwoGiveTheSameBytes) {
     const MippedScene scene(8);
     std::vector<std::string> bytes;
     for (const int threads : {1, 2}) {

@@ -230,7 +230,8 @@ TEST_F(PackedCook, TheCommandLineKeepsUvs) {
     EXPECT_LT(assetOf(cooked({ChartMode::Pack, {}}).at("assets"), "map").at("width"), 256) << "the command line before both";
 }
 
-TEST_F(PackedCook, LayoutsAndBudgetsAreChosenForTheRepackedMap) {
+using PackedCookSoak = PackedCook;
+TEST_F(PackedCookSoak, LayoutsAndBudgetsAreChosenForTheRepackedMap) {
     // Layouts of more fetches are not tried, since each trial takes seconds.
     writeScene("charts = \"pack\"\ncharts_max_visible = 1\nbudget = \"300 KiB\"\nmax_fetches = 5");
     const Json report = cooked();
@@ -254,7 +255,7 @@ TEST_F(PackedCook, WhatCannotBePackedIsRefused) {
     EXPECT_THAT(mistake(), HasSubstr("expected one of: keep, pack"));
 }
 
-TEST_F(PackedCook, UvsThatAreKeptDoNotHelpTrianglesWithoutAny) {
+TEST_F(PackedCookSoak, UvsThatAreKeptDoNotHelpTrianglesWithoutAny) {
     std::string bytes = formats::contentOf(folder_ / "cornell.glb");
     for (std::size_t at = 0; (at = bytes.find("\"TEXCOORD_1\"", at)) != std::string::npos;) bytes.replace(at, 12, "\"TEXCOORD_9\"");
     formats::writeContent(folder_ / "cornell.glb", bytes);

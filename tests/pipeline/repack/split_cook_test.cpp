@@ -109,7 +109,8 @@ protected:
 
 constexpr const char* kSplit = "charts = \"split\"\nmax_visible = 3";
 
-TEST_F(SplitCook, ChartsWithHardLightGetAMapOfTheirOwn) {
+using SplitCookSoak = SplitCook;
+TEST_F(SplitCookSoak, ChartsWithHardLightGetAMapOfTheirOwn) {
     writeMap(smoothLight, hardLight);
     const Json packed = cooked("charts = \"pack\"\nmax_visible = 3");
     const Json report = cooked(kSplit);
@@ -345,7 +346,7 @@ TEST_F(SplitCook, OnlyLeavesNoAssetsOfOtherCharts) {
     EXPECT_EQ(namesAfter("charts = \"keep\"\ndraco = false\nlight_map_layout = \"ratio\""), std::set<std::string>{"map"});
 }
 
-TEST_F(SplitCook, BytesDoNotDependOnThreads) {
+TEST_F(SplitCookSoak, BytesDoNotDependOnThreads) {
     writeMap(smoothLight, hardLight);
     std::array<std::string, 2> manifests;
     for (const int threads : {1, 3}) {

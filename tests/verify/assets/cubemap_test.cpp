@@ -130,7 +130,7 @@ TEST(CubemapReference, PrefiltersGgxOverTheWholeHemisphere) {
         }
 }
 
-TEST(CubemapReference, LargePiecesOfTheTailOfGgxCostNothing) {
+TEST(CubemapReferenceSoak, LargePiecesOfTheTailOfGgxCostNothing) {
     // Texels of 7 degrees and a lobe of 1 to 6: pieces grow from the peak outwards. The truth splits every texel alike.
     const Environment environment = panorama(24, withSun);
     const CubemapReference reference(environment);

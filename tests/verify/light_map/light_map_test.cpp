@@ -132,7 +132,7 @@ TEST(LightMapVerifier, PlacesBetweenChartsAreNotJudged) {
     EXPECT_GT(surface().relRms, 0.1);
 }
 
-TEST(LightMapVerifier, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
+TEST(LightMapVerifierSoak, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
     for (const LightMapLayout layout : kEveryLayout)
         for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
             Cooked cooked = cook(Kind::Grey, layout, target);
@@ -688,7 +688,7 @@ double largestBoundInside(Cooked& cooked) {
     return largest;
 }
 
-TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLightSource) {
+TEST(LightMapVerifierSoak, ZonalLayoutsAreExactForOneLightSource) {
     formats::LightMapStrip reference = synthetic::makeBand(Kind::Gradient, kMapWidth, 0, kMapHeight);
     for (int y = 0; y < kMapHeight; ++y)
         for (int x = 0; x < kMapWidth; ++x) {
@@ -712,7 +712,7 @@ TEST(LightMapVerifier, ZonalLayoutsAreExactForOneLightSource) {
         }
 }
 
-TEST(LightMapVerifier, NightIsCookedAsWellAsDay) {
+TEST(LightMapVerifierSoak, NightIsCookedAsWellAsDay) {
     // Ranges follow the map: only the unit differs, so the errors must be equal. Scaling by a power of two does not change rounding.
     for (const LightMapLayout layout : kEveryLayout) {
         const std::string_view name = formats::info(layout).name;

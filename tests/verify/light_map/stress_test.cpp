@@ -132,12 +132,6 @@ void expectSoundResults(LightMapLayout layout) {
             }
 }
 
-std::string nameOf(const testing::TestParamInfo<LightMapLayout>& tested) {
-    std::string name(formats::info(tested.param).name);
-    std::ranges::replace(name, '-', '_');
-    return name;
-}
-
 class Stress : public testing::TestWithParam<LightMapLayout> {};
 class StressSoak : public testing::TestWithParam<LightMapLayout> {};
 
@@ -148,8 +142,8 @@ TEST_P(StressSoak, ResultsAreFiniteAndWithinTheBound) {
     expectSoundResults(GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(Layouts, Stress, testing::ValuesIn(test::layoutsOfEveryFamily()), nameOf);
-INSTANTIATE_TEST_SUITE_P(Layouts, StressSoak, testing::ValuesIn(test::otherLayouts()), nameOf);
+INSTANTIATE_TEST_SUITE_P(Layouts, Stress, testing::ValuesIn(test::layoutsOfEveryFamily()), test::nameOfLayout);
+INSTANTIATE_TEST_SUITE_P(Layouts, StressSoak, testing::ValuesIn(test::otherLayouts()), test::nameOfLayout);
 
 }  // namespace
 }  // namespace lightcook

@@ -98,11 +98,6 @@ TEST_P(VisibleBoundOfLayout, IsNeverExceeded) {
     EXPECT_EQ(above, 0);
     EXPECT_GE(shadings, 1'000'000);
 }
-std::string nameOfLayout(const testing::TestParamInfo<LightMapLayout>& tested) {
-    std::string name(formats::info(tested.param).name);
-    std::ranges::replace(name, '-', '_');
-    return name;
-}
 /// Without normal maps, visible errors of diffuse light are of the texels' own normals, beside specular light too.
 TEST(VisibleBound, WithoutATiltIsOfTheOwnNormalAlone) {
     const Cooked cooked = test::cook(harsh(), LightMapLayout::Ratio, formats::Target::Bc, 1);
@@ -122,8 +117,8 @@ TEST(VisibleBound, WithoutATiltIsOfTheOwnNormalAlone) {
     EXPECT_EQ(own.specular.visible->p99, cap.specular.visible->p99);
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryFamily, VisibleBoundOfLayout, testing::ValuesIn(test::layoutsOfEveryFamily()), nameOfLayout);
-INSTANTIATE_TEST_SUITE_P(Soak, VisibleBoundOfLayout, testing::ValuesIn(test::otherLayouts()), nameOfLayout);
+INSTANTIATE_TEST_SUITE_P(EveryFamily, VisibleBoundOfLayout, testing::ValuesIn(test::layoutsOfEveryFamily()), test::nameOfLayout);
+INSTANTIATE_TEST_SUITE_P(Soak, VisibleBoundOfLayout, testing::ValuesIn(test::otherLayouts()), test::nameOfLayout);
 
 }  // namespace
 }  // namespace lightcook

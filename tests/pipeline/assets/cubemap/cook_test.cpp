@@ -82,11 +82,11 @@ protected:
     int count_ = 0;
 };
 
-TEST_F(CookCubemap, EverySizeHasItsLevelsAndIsVerified) {
+using CookCubemapSoak = CookCubemap;
+TEST_F(CookCubemapSoak, EverySizeHasItsLevelsAndIsVerified) {
     for (const int size : {16, 32, 128}) expectCooked(size, size == 32 ? "prefiltered" : "pre-divided");
 }
 
-using CookCubemapSoak = CookCubemap;
 TEST_F(CookCubemapSoak, TheLargestSizesAreVerified) {
     expectCooked(512, "pre-divided");
     expectCooked(2048, "prefiltered");

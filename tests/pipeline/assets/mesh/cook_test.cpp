@@ -174,7 +174,8 @@ protected:
     std::filesystem::path cache_ = LIGHTCOOK_TEST_CACHE;  ///< many tests cook the same
 };
 
-TEST_F(TwoSquares, TheirClustersDifferUnlessAnIslandJoinsThem) {
+using TwoSquaresSoak = TwoSquares;
+TEST_F(TwoSquaresSoak, TheirClustersDifferUnlessAnIslandJoinsThem) {
     writeMesh(Neck::Absent);
     writeScene("light_map_layout = \"basis-4\"");
     expectCooksAndVerifies();
@@ -216,7 +217,7 @@ TEST_F(TwoSquares, WhoseVerticesBearTheClusterNeedNoIndexInMemory) {
 }
 
 /// A mesh of many vertices costs more than an index of one byte a block, which an engine then fetches in place of an attribute.
-TEST_F(TwoSquares, OfManyVerticesAreNamedByTheSmallerIndexTexture) {
+TEST_F(TwoSquaresSoak, OfManyVerticesAreNamedByTheSmallerIndexTexture) {
     writeMesh(Neck::Absent, 40);
     writeScene("light_map_layout = \"basis-8\"\ndraco = false");
     expectCooksAndVerifies();
@@ -328,7 +329,7 @@ TEST_F(TwoSquares, EveryVertexBearsTheClusterOfItsSquareInDracoAndPlain) {
     }
 }
 
-TEST_F(TwoSquares, OtherLayoutsHaveNoBasisToName) {
+TEST_F(TwoSquaresSoak, OtherLayoutsHaveNoBasisToName) {
     writeMesh(Neck::Present);
     for (const char* layout : {"ratio", "luvw"}) {
         writeScene(fmt::format("light_map_layout = \"{}\"", layout));
@@ -385,7 +386,7 @@ TEST_F(TwoSquares, AManifestThatNamesNoSuchLightMapIsRefused) {
             << runs;
 }
 
-TEST_F(TwoSquares, TheMeshIsAnInputOfTheLightMapOnlyWhereBasesAreLearned) {
+TEST_F(TwoSquaresSoak, TheMeshIsAnInputOfTheLightMapOnlyWhereBasesAreLearned) {
     cache_ = folder_ / "cache";  // nothing is known from elsewhere
     writeMesh(Neck::Absent);
     const auto again = [&](Neck neck) {

@@ -1,0 +1,47 @@
+// Lists of light-map layouts that tests run over.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "formats/light_map_layout.h"
+
+namespace lightcook::test {
+
+/// Every layout, in the order of the table.
+inline constexpr auto kEveryLayout = [] {
+    std::array<formats::LightMapLayout, formats::kLightMapLayouts.size()> layouts{};
+    for (std::size_t i = 0; i < layouts.size(); ++i) layouts[i] = formats::kLightMapLayouts[i].id;
+    return layouts;
+}();
+
+/// The first layout of each family, and the first with residual layers: each has a decoder of its own. ./dev soak takes the others.
+inline std::vector<formats::LightMapLayout> layoutsOfEveryFamily() {
+    std::vector<formats::LightMapLayout> first;
+    std::set<std::pair<formats::LightMapFamily, bool>> seen;
+    for (const formats::LightMapLayoutInfo& layout : formats::kLightMapLayouts)
+        if (seen.emplace(layout.family, layout.residualCount() > 0).second) first.push_back(layout.id);
+    return first;
+}
+inline std::vector<formats::LightMapLayout> otherLayouts() {
+    const std::vector<formats::LightMapLayout> first = layoutsOfEveryFamily();
+    std::vector<formats::LightMapLayout> others;
+    for (const formats::LightMapLayout layout : kEveryLayout)
+        if (std::ranges::find(first, layout) == first.end()) others.push_back(layout);
+    return others;
+}
+
+/// Returns the name of a parameterised test; GoogleTest takes letters, digits and underscores only.
+inline std::string nameOfLayout(const testing::TestParamInfo<formats::LightMapLayout>& tested) {
+    std::string name(formats::info(tested.param).name);
+    std::ranges::replace(name, '-', '_');
+    return name;
+}
+
+}  // namespace lightcook::test
