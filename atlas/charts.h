@@ -1,7 +1,7 @@
 // The charts of a light map: the parts of the map that triangles use, which can be moved and resized apart from each other.
 //
 // "Chart" means here a connected piece of the meshes in UV space. Two other modules find charts without meshes: atlas::findMipCharts()
-// (mips.h) as covered texels that touch, compress::LightMapBlocks::charts() as covered texels that touch or share a 4 x 4 block.
+// (mips.h) as covered texels that touch, compress::LightMapBlocks::chartOfBlock() as covered texels that touch or share a 4 x 4 block.
 #pragma once
 
 #include <cstddef>

@@ -184,8 +184,8 @@ void benchRsrm(const fs::path& data, const fs::path& csv, int runs, FitCurves& c
     Table table(csv, curves);
     benchGradient("made", madeGradient(), runs, table);
     for (const char* name : {"clear_sky_256x1", "sun_glow_256x1"})
-        if (const auto gradient = formats::loadGradient(data / "gradients" / (std::string(name) + ".exr"), {}))
-            benchGradient(name, *gradient, runs, table);
+        if (const auto gradient = formats::loadPaintedGradient(data / "gradients" / (std::string(name) + ".exr"), {}))
+            benchGradient(name, gradient->zones, runs, table);
     fmt::print("\nAveraging a panorama around an axis, 256 zones.\n\n");
     printTableHead({"panorama", "axis", ">s", ">energy lost %"});
     for (const char* name : {"kiara_1_dawn_1k", "potsdamer_platz_1k", "rooitou_park_1k", "st_fagans_interior_1k"}) {

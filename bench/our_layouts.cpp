@@ -9,6 +9,7 @@
 #include "formats/temporary_folder.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/planner.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/scene/scene.h"
 
@@ -64,19 +65,19 @@ compress::LightMapPlan uncodedPlan(const Bake& bake, const std::string& name, in
     using formats::Target;
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
     const int width = bake.width(), height = bake.height();
-    if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, Target::Float, width, height, bake.measure);
+    compress::MeasuredLightMap measured{Target::Float, width, height, bake.measure};
+    if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, measured);
     compress::LightMapBlocks blocks(width, height);
     blocks.add(bake.strip, 0, height);
-    const std::vector<int> charts = blocks.charts();
-    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(effort, width, height)), blocks.across());
+    const std::vector<int> chartOfBlock = blocks.chartOfBlock();
+    compress::LightMapSamples samples(blocks.choose(chartOfBlock, compress::learningBlocks(effort, width, height)), blocks.across());
     samples.add(bake.strip, 0, height);
     compress::EncodeOptions options;
     options.effort = effort;
     verify::LightMapKey key;
     key.add(bake.strip, 0, height);
-    const auto objective = pipeline::objectiveFor({}, key.displayKey(), lighting::bt2020FromRec709());
-    return compress::planLearnedLightMap(layout, Target::Float, width, height, bake.measure, blocks, charts, samples, clusters, options,
-                                         objective);
+    measured.objective = pipeline::objectiveFor({}, key.displayKey(), lighting::bt2020FromRec709());
+    return compress::planLearnedLightMap(layout, measured, {chartOfBlock, samples, clusters}, options);
 }
 
 }  // namespace

@@ -147,7 +147,7 @@ public:
     /// These are charts of texels, found without meshes; those of atlas::findCharts() are pieces of meshes.
     /// islands  of meshes that read the map. All blocks that an island holds texel centres of, and all covered texels that it is filtered
     ///          from, become one chart, however narrow their connection. A block that holds only texel centres has a chart, too.
-    std::vector<int> charts(std::span<const formats::IslandRun> islands = {}) const;
+    std::vector<int> chartOfBlock(std::span<const formats::IslandRun> islands = {}) const;
 
     /// A block to learn from.
     struct Choice {
@@ -156,8 +156,7 @@ public:
     };
     /// Returns about `budget` blocks, in ascending order, at least one of every chart, spread evenly over each chart.
     /// A quarter of the budget goes by covered area, a quarter by light, and half by charts, in proportion to the root of a chart's light.
-    /// charts  of this map
-    std::vector<Choice> choose(const std::vector<int>& charts, int budget) const;
+    std::vector<Choice> choose(const std::vector<int>& chartOfBlock, int budget) const;
 
 private:
     /// Calls visit(block) for the blocks of a run that hold a covered texel of it; for all its blocks if its centres lie inside the island.
@@ -174,12 +173,13 @@ private:
 class LightMapSamples {
 public:
     LightMapSamples() = default;
-    LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int across);
+    LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int blocksAcross);
     /// Copies the chosen blocks of the rows [firstRow, firstRow + rowCount): whole block rows, except at the map's end. The strip must hold
     /// those rows and kLightMapPaddingRows more on either side where the map has them. Threads may add different rows at once.
     void add(const formats::LightMapStrip& strip, int firstRow, int rowCount);
 
     const std::vector<LightMapBlocks::Choice>& choices() const { return choices_; }
+    int blocksAcross() const { return across_; }  ///< of the map
     /// Has kSide rows. Choice i has the columns [kSide i, kSide (i + 1)); its block lies kMargin from each side of that square.
     const formats::LightMapStrip& texels() const { return texels_; }
     static constexpr int kMargin = kLightMapPaddingRows, kSide = kChartBlock + 2 * kMargin;
@@ -247,22 +247,28 @@ struct LightMapPlan {
     std::size_t indexBytes() const;
 };
 
+/// A map as its plans take it.
+struct MeasuredLightMap {
+    formats::Target target;
+    int width, height;                                          ///< [texels]
+    const LightMapMeasure& measure;                             ///< of all rows
+    std::optional<LightMapObjective> objective = std::nullopt;  ///< empty: energy
+};
+
+/// What the decode of a learned layout is fitted to.
+struct LightMapLesson {
+    const std::vector<int>& chartOfBlock;  ///< LightMapBlocks::chartOfBlock()
+    const LightMapSamples& samples;        ///< of LightMapBlocks::choose(chartOfBlock, learningBlocks(...)), filled from the whole map
+    int clusters = 0;  ///< largest number of bases, 1 to 256; 0: as many as cost a sixth of textures "l0" and "code", at most 64
+};
+
 /// Plans a layout that is not learned.
-/// objective  empty: energy
-LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure,
-                          const std::optional<LightMapObjective>& objective = std::nullopt);
+LightMapPlan planLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map);
 
 /// Plans a learned layout: fits its decode to a sample of the map, on the threads of the caller's TBB arena. The result is the same for
 /// any number of them.
-/// blocks     of the whole map
-/// charts     blocks.charts()
-/// samples    of blocks.choose(charts, learningBlocks(...)), filled from the whole map
-/// clusters   largest number of bases, 1 to 256; 0: as many as cost a sixth of textures "l0" and "code", at most 64
-/// objective  empty: energy
-LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height,
-                                 const LightMapMeasure& measure, const LightMapBlocks& blocks, const std::vector<int>& charts,
-                                 const LightMapSamples& samples, int clusters, const EncodeOptions& options,
-                                 const std::optional<LightMapObjective>& objective = std::nullopt);
+LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map, const LightMapLesson& lesson,
+                                 const EncodeOptions& options);
 
 /// Returns the budget for LightMapBlocks::choose: 1000 blocks and 500 for each step of effort, times the map's megapixels, at least once
 /// and at most four times.

@@ -52,18 +52,16 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
 /// negx posy negy posz negz. Empty if the name of `file` ends in none of these. The files need not exist.
 std::vector<std::filesystem::path> faceFiles(const std::filesystem::path& file);
 
-/// Loads N x 1 texels of equal solid angle, north to south: texel i covers z in [1 - 2(i + 1)/N, 1 - 2i/N].
-Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options);
-
 /// Encoding of the values of a painted gradient. Auto: sRGB for PNG, JPEG, TGA and BMP files, else linear.
 enum class GradientEncoding { Auto, Linear, Srgb };
 struct PaintedGradient {
-    std::vector<glm::vec3> zones;
+    std::vector<glm::vec3> zones;  ///< of equal solid angle, north to south: zone i covers z in [1 - 2(i + 1)/N, 1 - 2i/N]
     std::int64_t repairedTexels = 0;
 };
-/// Loads a painted gradient. Values under the sRGB curve must lie in [0, 1]; their primaries are those of options.colors.source.
+/// Loads a painted gradient, N x 1 texels. Values under the sRGB curve must lie in [0, 1]; their primaries are those of
+/// options.colors.source.
 Result<PaintedGradient> loadPaintedGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
-                                            GradientEncoding encoding);
+                                            GradientEncoding encoding = GradientEncoding::Linear);
 
 /// Loads the SH that a probes.json holds for the probe whose "file" has this name: nine RGB coefficients of radiance in canonical form.
 Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName);

@@ -14,7 +14,7 @@
 namespace lightcook::formats {
 
 /// "auto" takes the cheapest of the layouts that keep the limits.
-enum class LayoutCost { Bytes, Taps };
+enum class LayoutCost { Bytes, Fetches };
 
 struct LayoutCostInfo {
     LayoutCost id;
@@ -24,9 +24,9 @@ struct LayoutCostInfo {
 
 inline constexpr std::array kLayoutCosts = {
     LayoutCostInfo{LayoutCost::Bytes, "bytes", "GPU memory"},
-    LayoutCostInfo{LayoutCost::Taps, "taps", "texture fetches of a sample; of layouts with as many, GPU memory"},
+    LayoutCostInfo{LayoutCost::Fetches, "taps", "texture fetches of a sample; of layouts with as many, GPU memory"},
 };
-static_assert(isCompleteTable(kLayoutCosts, LayoutCost::Taps));
+static_assert(isCompleteTable(kLayoutCosts, LayoutCost::Fetches));
 
 /// Returns every cost, the default first.
 inline std::span<const LayoutCostInfo> allLayoutCosts() {
@@ -43,7 +43,8 @@ struct DecodeLimits {
     std::optional<int> maxDecodeOps;  ///< scalar multiply-adds of a sample
 
     constexpr bool allow(const LightMapLayoutInfo& layout) const {
-        return layout.tapCount() <= maxFetches.value_or(layout.tapCount()) && layout.decodeOps <= maxDecodeOps.value_or(layout.decodeOps);
+        return layout.fetchCount() <= maxFetches.value_or(layout.fetchCount()) &&
+               layout.decodeOps <= maxDecodeOps.value_or(layout.decodeOps);
     }
     friend bool operator==(const DecodeLimits&, const DecodeLimits&) = default;
 };

@@ -100,10 +100,10 @@ struct LightMapLayoutInfo {
         return first == TexelRole::Half || first == TexelRole::HdrFine || hasSecondHdr || residualCount() > 0;
     }
     /// Texture fetches of a sample: one a layer.
-    constexpr int tapCount() const {
-        int taps = 0;
-        for (const LightMapTextureInfo& texture : textures) taps += texture.layerCount;
-        return taps;
+    constexpr int fetchCount() const {
+        int fetches = 0;
+        for (const LightMapTextureInfo& texture : textures) fetches += texture.layerCount;
+        return fetches;
     }
     /// RGB factors of one cluster of charts, each a texel of texture "tables" of a learned layout: first quadratic polynomials of the codes
     /// for eight coefficients, then four directions of nine coefficients for each residual layer.
@@ -156,7 +156,7 @@ inline constexpr std::array<std::string_view, 1> kRawStages = {"half"};
 inline constexpr std::array<std::string_view, 1> kFlatStages = {"exit"};
 inline constexpr std::array<std::string_view, 2> kLuvwStages = {"stage 1", "stage 2"};
 inline constexpr std::array<std::string_view, 2> kRatioStages = {"l0", "ratio"};
-inline constexpr std::array<std::string_view, 2> kEngineStages = {"l0", "l1"};
+inline constexpr std::array<std::string_view, 2> kBandStages = {"l0", "l1"};  // bands 0 and 1
 inline constexpr std::array<std::string_view, 3> kZh3Stages = {"l0", "ratio", "zonal"};
 inline constexpr std::array<std::string_view, 7> kBasisStages = {"l0",         "code",       "residual 1", "residual 2",
                                                                  "residual 3", "residual 4", "residual 5"};
@@ -351,7 +351,7 @@ inline constexpr std::array kLightMapLayouts = {
                        .family = LightMapFamily::Godot,
                        .caption = "the light maps of Godot 4.4 and later: L0 and L1 by colour, four HDR slices",
                        .textures = layout_tables::kGodot,
-                       .stages = layout_tables::kEngineStages,
+                       .stages = layout_tables::kBandStages,
                        .codeCount = 0,
                        .isZonal = false,
                        .decodeDegree = 2,
@@ -365,7 +365,7 @@ inline constexpr std::array kLightMapLayouts = {
                        .family = LightMapFamily::Bakery,
                        .caption = "the MonoSH light maps of Bakery for Unity: L0, and one L1 that the colours share",
                        .textures = layout_tables::kMonoSh,
-                       .stages = layout_tables::kEngineStages,
+                       .stages = layout_tables::kBandStages,
                        .codeCount = 0,
                        .isZonal = false,
                        .decodeDegree = 2,
@@ -379,7 +379,7 @@ inline constexpr std::array kLightMapLayouts = {
                        .family = LightMapFamily::Bakery,
                        .caption = "the SH light maps of Bakery for Unity: L0, and three maps of L1 by colour",
                        .textures = layout_tables::kBakery,
-                       .stages = layout_tables::kEngineStages,
+                       .stages = layout_tables::kBandStages,
                        .codeCount = 0,
                        .isZonal = false,
                        .decodeDegree = 2,
@@ -474,7 +474,7 @@ inline constexpr std::array kLightMapLayouts = {
         .family = LightMapFamily::Unreal,
         .caption = "the high-quality light maps of Unreal: colour times log luminance, and one direction that the colours share",
         .textures = layout_tables::kUnrealHq,
-        .stages = layout_tables::kEngineStages,
+        .stages = layout_tables::kBandStages,
         .codeCount = 0,
         .isZonal = false,
         .decodeDegree = 0,

@@ -19,15 +19,15 @@ namespace lightcook::verify {
 /// Cubemaps: `normal` is the direction. Reflection maps: x runs along the angle, y is the row, `normal` is the reflected direction about
 /// +Z. Tables: shaded in the frame of their surface, where `normal` is +Z and view.z is NoV.
 struct ErrorPlace {
-    double x = -1, y = -1;    ///< [texels] integers are texel centres
-    int mip = -1, face = -1;  ///< of a cubemap's texel; mip alone: a bound of the whole mip
-    int channel = 0;          ///< red, green, blue; -1 without channels
-    glm::dvec3 normal{0};     ///< unit shading normal; of a specular bound the lobe's axis, as the bound covers all views and materials
-    glm::dvec3 view{0};       ///< unit, to the viewer; specular samples only
-    double m = 0, f0 = 0;     ///< specular samples only
-    double reference = 0;     ///< light of the reference
-    double found = 0;         ///< light of the cooked asset
-    double local = 0;         ///< local relative error; for a bound, the bound itself, sampler tolerance included
+    double x = -1, y = -1;           ///< [texels] integers are texel centres
+    int mip = -1, face = -1;         ///< of a cubemap's texel; mip alone: a bound of the whole mip
+    std::optional<int> channel = 0;  ///< red, green, blue; empty: all channels together
+    glm::dvec3 normal{0};  ///< unit shading normal; of a specular bound the lobe's axis, as the bound covers all views and materials
+    glm::dvec3 view{0};    ///< unit, to the viewer; specular samples only
+    double m = 0, f0 = 0;  ///< specular samples only
+    double reference = 0;  ///< light of the reference
+    double found = 0;      ///< light of the cooked asset
+    double local = 0;      ///< local relative error; for a bound, the bound itself, sampler tolerance included
     bool isKnown() const { return x >= 0 || mip >= 0; }
     /// Returns the largest |found - reference| whose local relative error is within `limit`.
     double allowed(double limit, double key) const {

@@ -70,12 +70,21 @@ struct PlaceGroups {
     std::uint32_t at(int x, int y) const { return count > 0 ? ofTexel.at(x, y) : kNone; }
 };
 
+/// What a verifier measures of a map.
+enum class LightMapFigures {
+    All,      ///< errors at texel centres and at places on the surface, and bounds
+    Sampled,  ///< the same without bounds
+    Trial     ///< errors of every stage at places on the surface: none at texel centres, no bounds
+};
+
 struct LightMapSampling {
     std::uint64_t seed = 1;
-    int placesPerTexel = 1;   ///< random places on the surface of each covered texel, in the mean; 0: none
-    bool bounds = true;       ///< false: no bounds
-    bool isForTrial = false;  ///< true: every stage is measured at the places on the surface, none at texel centres, and no bounds
+    int placesPerTexel = 1;  ///< random places on the surface of each covered texel, in the mean; 0: none
+    LightMapFigures figures = LightMapFigures::All;
     PlaceGroups groups = {};  ///< of a trial
+
+    bool hasBounds() const { return figures == LightMapFigures::All; }
+    bool isForTrial() const { return figures == LightMapFigures::Trial; }
 };
 
 /// The key of a map: log-average luminance of the reference's exit radiance at the texels' own normals (docs/theory/error.md).

@@ -35,7 +35,7 @@ void addMeshShiftVisible(const formats::LightMapStrip& strip, int firstRow, int 
 /// the map over that of the triangles themselves. 0 without either.
 double texelsPerUnit(std::span<const formats::TriangleMesh* const> meshes, int width, int height);
 
-/// Sets the primitive and the triangle of a place: the first one that the place lies in by light-map UV, or none.
+/// Sets the triangle of a place: the first one that the place lies in by light-map UV, or none.
 /// meshes  in the order of the file; width, height: of the light map [texels]
 void findTriangle(std::span<const formats::TriangleMesh* const> meshes, int width, int height, VisiblePlace& place);
 

@@ -15,18 +15,23 @@
 
 namespace lightcook::verify {
 
+/// A triangle of a mesh: its primitive, and its index there. Both count from 0 in the order of the file.
+struct MeshTriangle {
+    std::int64_t primitive, index;
+    bool operator==(const MeshTriangle&) const = default;
+};
+
 /// The place and the two colours of a largest visible error. Unknown while x is negative.
 struct VisiblePlace {
-    double x = -1, y = -1;    ///< [texels] integers are texel centres
-    int mip = -1, face = -1;  ///< of a cubemap
-    /// Primitive and triangle of a mesh, counted from 0 in the order of the file. -1: the asset is no mesh.
-    std::int64_t primitive = -1, triangle = -1;
-    glm::dvec3 normal{0};     ///< unit shading normal, or the reflected direction of cubemaps and reflection maps
-    glm::dvec3 view{0};       ///< unit, to the viewer; specular light only
-    double m = 0, f0 = 0;     ///< specular light only
-    glm::dvec3 reference{0};  ///< light of the reference
-    glm::dvec3 found{0};      ///< light of the cooked asset
-    double difference = 0;    ///< Delta E ITP
+    double x = -1, y = -1;                      ///< [texels] integers are texel centres
+    int mip = -1, face = -1;                    ///< of a cubemap
+    std::optional<MeshTriangle> triangle = {};  ///< of a mesh
+    glm::dvec3 normal{0};                       ///< unit shading normal, or the reflected direction of cubemaps and reflection maps
+    glm::dvec3 view{0};                         ///< unit, to the viewer; specular light only
+    double m = 0, f0 = 0;                       ///< specular light only
+    glm::dvec3 reference{0};                    ///< light of the reference
+    glm::dvec3 found{0};                        ///< light of the cooked asset
+    double difference = 0;                      ///< Delta E ITP
     bool isKnown() const { return x >= 0; }
 };
 

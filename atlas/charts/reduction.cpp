@@ -241,8 +241,7 @@ public:
             }
         }
         ReducedChart made = best ? reduced(*best) : whole();
-        const Image<std::uint8_t> read = readTexels(Grid(chart_.texels(), glm::ivec2(1)), glm::ivec2(1));
-        made.readBefore = std::count(read.texels().begin(), read.texels().end(), 1);
+        made.readBefore = countOfRead();
         return made;
     }
 
@@ -353,6 +352,15 @@ private:
                         isRead.at(std::min(x / step.x + corner % 2, grid.size().x - 1),
                                   std::min(y / step.y + corner / 2, grid.size().y - 1)) = 1;
         return isRead;
+    }
+
+    /// Returns the number of texels of the map that filters read. A filter at the border of the map reads a texel of it twice.
+    std::int64_t countOfRead() const {
+        const Image<std::uint8_t> read = readTexels(Grid(chart_.texels(), glm::ivec2(1)), glm::ivec2(1));
+        std::int64_t count = 0;
+        for (int y = 0; y < read.height(); ++y)
+            for (int x = 0; x < read.width(); ++x) count += read.at(x, y) != 0 && source(x, y) == chart_.first + glm::ivec2(x, y) ? 1 : 0;
+        return count;
     }
 
     /// Returns the chart as the bake has it.

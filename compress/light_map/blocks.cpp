@@ -1,7 +1,8 @@
 // A map by its 4 x 4 blocks (LightMapBlocks) and the blocks that a learned layout learns from (LightMapSamples).
 //
 // 1. add() records the covered texels and the light of each block, strip by strip.
-// 2. charts() joins blocks whose covered texels touch (compared as 16-bit masks), and blocks of one island of a mesh, by union-find. Charts
+// 2. chartOfBlock() joins blocks whose covered texels touch (compared as 16-bit masks), and blocks of one island of a mesh, by union-find.
+// Charts
 //    are numbered in the order of their first blocks.
 // 3. choose() walks the blocks in order and adds up the chance of each, chart by chart; a block is chosen each time the sum passes 1. So
 //    the choice is spread evenly, and needs no random numbers.
@@ -96,7 +97,7 @@ void LightMapBlocks::forEachBlock(const formats::IslandRun& run, Visit visit) co
     }
 }
 
-std::vector<int> LightMapBlocks::charts(std::span<const formats::IslandRun> islands) const {
+std::vector<int> LightMapBlocks::chartOfBlock(std::span<const formats::IslandRun> islands) const {
     formats::DisjointSets sets(covered_.size());
     const auto join = [&](int a, int b) { sets.join(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)); };
     const auto mask = [&](int block) { return covered_[static_cast<std::size_t>(block)]; };
@@ -132,12 +133,12 @@ struct ChartLight {
     double brightestChosen = -1;
 };
 
-std::vector<ChartLight> lightOfCharts(const std::vector<int>& charts, const std::vector<std::uint16_t>& covered,
+std::vector<ChartLight> lightOfCharts(const std::vector<int>& chartOfBlock, const std::vector<std::uint16_t>& covered,
                                       const std::vector<double>& light) {
     std::vector<ChartLight> out;
     for (std::size_t i = 0; i < covered.size(); ++i) {
         if (covered[i] == 0) continue;
-        const auto index = static_cast<std::size_t>(charts[i]);
+        const auto index = static_cast<std::size_t>(chartOfBlock[i]);
         if (index >= out.size()) out.resize(index + 1);
         ChartLight& chart = out[index];
         ++chart.blockCount;
@@ -152,9 +153,9 @@ std::vector<ChartLight> lightOfCharts(const std::vector<int>& charts, const std:
 
 }  // namespace
 
-std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int>& charts, int budget) const {
-    assert(charts.size() == covered_.size());
-    std::vector<ChartLight> lights = lightOfCharts(charts, covered_, light_);
+std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int>& chartOfBlock, int budget) const {
+    assert(chartOfBlock.size() == covered_.size());
+    std::vector<ChartLight> lights = lightOfCharts(chartOfBlock, covered_, light_);
     double coveredBlocks = 0, light = 0, roots = 0;
     for (std::size_t i = 0; i < covered_.size(); ++i) {
         if (covered_[i] == 0) continue;
@@ -165,7 +166,7 @@ std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int
     std::vector<Choice> choices;
     for (std::size_t i = 0; i < covered_.size(); ++i) {
         if (covered_[i] == 0) continue;
-        ChartLight& chart = lights[static_cast<std::size_t>(charts[i])];
+        ChartLight& chart = lights[static_cast<std::size_t>(chartOfBlock[i])];
         const double byArea = 1 / coveredBlocks, byLight = light > 0 ? light_[i] / light : byArea;
         const double byChart = roots > 0 ? std::sqrt(chart.light) / roots / chart.blockCount : byArea;
         const double chance = std::min(1.0, budget * (0.25 * byArea + 0.25 * byLight + 0.5 * byChart));
@@ -183,7 +184,8 @@ std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int
     return choices;
 }
 
-LightMapSamples::LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int across) : across_(across), choices_(std::move(choices)) {
+LightMapSamples::LightMapSamples(std::vector<LightMapBlocks::Choice> choices, int blocksAcross)
+    : across_(blocksAcross), choices_(std::move(choices)) {
     const int width = kSide * static_cast<int>(choices_.size());
     texels_.sh = formats::Image<lighting::ShRgb>(width, kSide, lighting::ShRgb{});
     texels_.covered = formats::Image<std::uint8_t>(width, kSide, 0);

@@ -10,7 +10,7 @@
 namespace lightcook::compress::rows {
 
 /// Returns a plan with everything but the constants, its textures as in the table of layouts.
-LightMapPlan emptyPlan(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure);
+LightMapPlan emptyPlan(formats::LightMapLayout layout, const MeasuredLightMap& map);
 /// Returns the power of two that brings the largest value into (8192, 16384]. Encoders that overshoot have two octaves above it, and the
 /// 27 octaves below it are free of the subnormals of half floats, whatever the map's unit.
 float halfRange(float largest);

@@ -12,15 +12,17 @@ using formats::LightMapFamily;
 
 namespace rows {
 
-LightMapPlan emptyPlan(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure) {
+LightMapPlan emptyPlan(formats::LightMapLayout layout, const MeasuredLightMap& map) {
     LightMapPlan plan;
     plan.layout = layout;
-    plan.target = target;
-    plan.width = width;
-    plan.height = height;
-    plan.key = measure.key();
+    plan.target = map.target;
+    plan.width = map.width;
+    plan.height = map.height;
+    plan.objective = map.objective;
+    plan.key = map.measure.key();
     for (const formats::LightMapTextureInfo& texture : formats::info(layout).textures)
-        plan.textures.push_back({std::string(texture.name), formats::formatFor(texture.role, formats::info(target)), texture.layerCount});
+        plan.textures.push_back(
+            {std::string(texture.name), formats::formatFor(texture.role, formats::info(map.target)), texture.layerCount});
     return plan;
 }
 
@@ -107,10 +109,9 @@ std::vector<std::byte> LightMapPlan::indexTexels() const {
     return texels;
 }
 
-LightMapPlan planLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height, const LightMapMeasure& measure,
-                          const std::optional<LightMapObjective>& objective) {
-    LightMapPlan plan = rows::emptyPlan(layout, target, width, height, measure);
-    plan.objective = objective;
+LightMapPlan planLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map) {
+    LightMapPlan plan = rows::emptyPlan(layout, map);
+    const LightMapMeasure& measure = map.measure;
     switch (formats::info(layout).family) {
         case LightMapFamily::Raw: {
             float largest = 0;

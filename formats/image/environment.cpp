@@ -251,12 +251,6 @@ Result<void> linearize(Image<glm::vec3>& texels, const std::filesystem::path& fi
 
 }  // namespace
 
-Result<std::vector<glm::vec3>> loadGradient(const std::filesystem::path& file, const EnvironmentOptions& options) {
-    return loadPaintedGradient(file, options, GradientEncoding::Linear).map([](PaintedGradient painted) {
-        return std::move(painted.zones);
-    });
-}
-
 Result<PaintedGradient> loadPaintedGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
                                             GradientEncoding encoding) {
     Result<Image<glm::vec3>> texels = readRgb(file);

@@ -11,10 +11,10 @@ namespace {
 const std::vector<std::string> kFaces = {"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
 const std::vector<std::string> kChannels = {"red", "green", "blue"};
 
-/// Returns the index of a name, -1 for none.
-int indexOf(const std::vector<std::string>& names, const std::optional<std::string>& name) {
+/// Returns the index of a name. Empty: there is none.
+std::optional<int> indexOf(const std::vector<std::string>& names, const std::optional<std::string>& name) {
     const auto found = name ? std::ranges::find(names, *name) : names.end();
-    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+    return found == names.end() ? std::nullopt : std::optional(static_cast<int>(found - names.begin()));
 }
 
 }  // namespace
@@ -59,9 +59,9 @@ VisiblePlaceFields FieldMirror<verify::VisiblePlace>::of(const verify::VisiblePl
     fields.found = place.found;
     if (place.mip >= 0) fields.mip = place.mip;
     if (place.face >= 0) fields.face = kFaces.at(static_cast<std::size_t>(place.face));
-    if (place.triangle >= 0) {
-        fields.primitive = place.primitive;
-        fields.triangle = place.triangle;
+    if (place.triangle) {
+        fields.primitive = place.triangle->primitive;
+        fields.triangle = place.triangle->index;
     }
     if (place.view != glm::dvec3(0)) fields.view = place.view;
     if (fields.view || fields.mip) {
@@ -75,9 +75,9 @@ verify::VisiblePlace FieldMirror<verify::VisiblePlace>::from(const VisiblePlaceF
     return {.x = fields.texel[0],
             .y = fields.texel[1],
             .mip = fields.mip.value_or(-1),
-            .face = indexOf(kFaces, fields.face),
-            .primitive = fields.primitive.value_or(-1),
-            .triangle = fields.triangle.value_or(-1),
+            .face = indexOf(kFaces, fields.face).value_or(-1),
+            .triangle = fields.primitive && fields.triangle ? std::optional(verify::MeshTriangle{*fields.primitive, *fields.triangle})
+                                                            : std::nullopt,
             .normal = fields.normal,
             .view = fields.view.value_or(glm::dvec3(0)),
             .m = fields.m.value_or(0),
@@ -91,7 +91,7 @@ ErrorPlaceFields FieldMirror<verify::ErrorPlace>::of(const verify::ErrorPlace& p
     if (place.mip >= 0) fields.mip = place.mip;
     if (place.face >= 0) fields.face = kFaces.at(static_cast<std::size_t>(place.face));
     if (place.x >= 0) fields.texel = {place.x, place.y};
-    if (place.channel >= 0) fields.channel = kChannels.at(static_cast<std::size_t>(place.channel));
+    if (place.channel) fields.channel = kChannels.at(static_cast<std::size_t>(*place.channel));
     if (place.normal != glm::dvec3(0)) fields.normal = place.normal;
     if (place.view != glm::dvec3(0)) {
         fields.view = place.view;
@@ -109,7 +109,7 @@ ErrorPlaceFields FieldMirror<verify::ErrorPlace>::of(const verify::ErrorPlace& p
 verify::ErrorPlace FieldMirror<verify::ErrorPlace>::from(const ErrorPlaceFields& fields) {
     verify::ErrorPlace place;
     place.mip = fields.mip.value_or(-1);
-    place.face = indexOf(kFaces, fields.face);
+    place.face = indexOf(kFaces, fields.face).value_or(-1);
     if (fields.texel) {
         place.x = (*fields.texel)[0];
         place.y = (*fields.texel)[1];

@@ -1,14 +1,16 @@
 #include "pipeline/assets/verification.h"
 
+#include "pipeline/scene/settings.h"
+
 namespace lightcook::pipeline {
 namespace {
 
 struct LimitParameter {
-    double maxError = 0;
+    std::optional<double> maxError;
 };
 template <class Fields, Is<LimitParameter> Self>
 void describe(Fields& fields, Self& limit) {
-    fields.required("max_error", limit.maxError, "limit on rel_rms");
+    fields.optional("max_error", limit.maxError, "limit on rel_rms; absent: none");
 }
 
 }  // namespace
@@ -20,7 +22,7 @@ verify::Viewing VisibleParameters::viewing(double key, const glm::dmat3& bt2020F
 formats::Result<double> maxErrorOf(const ActionContext& context) {
     const auto limit = parametersOf<LimitParameter>(context);
     if (!limit) return tl::make_unexpected(limit.error());
-    return limit->maxError;
+    return limit->maxError.value_or(kNoErrorLimit);
 }
 
 VerifyResult judged(std::vector<verify::StageError> stages, double maxError, const Stopwatch& watch,

@@ -36,7 +36,7 @@ void describe(Fields& fields, Self& visible) {
     fields.optional("max_visible", visible.maxVisible, "limit on the 99th percentile of visible errors");
 }
 
-/// Returns the limit on rel_rms that the asset is held to: parameter "max_error" of its verify action.
+/// Returns the limit on rel_rms that the asset is held to: parameter "max_error" of its verify action, else kNoErrorLimit.
 formats::Result<double> maxErrorOf(const ActionContext& context);
 
 /// Returns a result with the verdict on these stages. The last stage gets the time since the watch was made.

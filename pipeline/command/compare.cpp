@@ -227,6 +227,15 @@ std::optional<double> figureOf(const Json& differences, const std::string& metri
     return std::max(figure("diffuse"), figure("specular"));
 }
 
+/// Returns the error of a metric that what was compared does not have.
+formats::Error unknownMetric(const Json& differences, const std::string& metric) {
+    const auto [things, expected] = differences.contains("assets") ? std::pair("cooked scenes", "no --metric: --json has all figures")
+                                    : differences.contains("diffuse")
+                                        ? std::pair("light maps", "rel_rms or visible_p99")
+                                        : std::pair("images and textures", "rmse, rel_rmse, log2_psnr_db or max_abs");
+    return {ErrorCode::InvalidRequest, "--metric", fmt::format("found {}, which {} do not have, expected {}", metric, things, expected)};
+}
+
 }  // namespace
 
 Result<Comparison> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state) {
@@ -269,12 +278,7 @@ CommandFunction defineCompare(CLI::App& app) {
         else if (const auto figure = figureOf(differences, options->metric))
             session.terminal.say(fmt::format("{}", *figure));
         else
-            return options->json.finish(session, differences,
-                                        {{ErrorCode::InvalidRequest, "--metric",
-                                          fmt::format("found {}, which {} do not have", options->metric,
-                                                      differences.contains("assets")    ? "cooked scenes"
-                                                      : differences.contains("diffuse") ? "light maps"
-                                                                                        : "images and textures")}});
+            return options->json.finish(session, differences, {unknownMetric(differences, options->metric)});
         return options->json.finish(session, differences, changed);
     };
 }

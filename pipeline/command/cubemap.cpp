@@ -16,6 +16,7 @@
 #include "pipeline/command/texture_file.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -53,6 +54,7 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
         {.name = "--zstd", .isGiven = cook.zstd.has_value(), .filters = textures},
         {.name = "--budget", .isGiven = cook.budgetBytes.has_value(), .filters = textures},
         {.name = "--max-error", .isGiven = cook.maxError.has_value(), .filters = textures},
+        {.name = "--max-visible", .isGiven = cook.maxVisible.has_value(), .filters = {"specular"}},
         {.name = "--effort", .isGiven = cook.effort.has_value(), .filters = textures},
         {.name = "--rdo", .isGiven = cook.rdo.has_value(), .filters = textures},
     };
@@ -66,6 +68,11 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
 /// Runs --filter irradiance.
 formats::Result<Json> runIrradiance(const CommandLine& options) {
     if (auto checked = checkContainer(options.cook, options.output); !checked) return tl::make_unexpected(checked.error());
+    OutputSettings output;
+    output.target = options.cook.target.value_or(output.target);
+    output.rdo = options.cook.rdo.value_or(output.rdo);
+    if (const auto conflict = conflictIn(output))
+        return formats::failure(formats::ErrorCode::InvalidRequest, conflict->option, conflict->inOptions);
     if (options.size && (*options.size < 1 || *options.size > kMostIrradianceSize))
         return formats::failure(formats::ErrorCode::InvalidRequest, "--size",
                                 fmt::format("found {}, expected 1 to {}", *options.size, kMostIrradianceSize));

@@ -37,8 +37,8 @@ CommandFunction defineDecode(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->input, "A .ktx2 or .dds file")->required();
     declareWritten(addFileOption(app, "output", options->output, "The EXR to write"), Written::File)->required();
-    app.add_option("--mip", options->mip, "Level of the texture")->check(CLI::NonNegativeNumber)->type_name("N")->capture_default_str();
-    app.add_option("--layer", options->layer, "Layer of an array")->check(CLI::NonNegativeNumber)->type_name("N")->capture_default_str();
+    app.add_option("--mip", options->mip, "Level of the texture")->check(CLI::NonNegativeNumber)->capture_default_str();
+    app.add_option("--layer", options->layer, "Layer of an array")->check(CLI::NonNegativeNumber)->capture_default_str();
     options->json.add(app, "what was written");
     app.footer("A cubemap is written as a vertical strip of its six faces. The values are float, so only EXR can hold them.");
     return [options](Session& session) {

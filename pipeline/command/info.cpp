@@ -6,6 +6,7 @@
 #include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 
@@ -146,16 +147,14 @@ Json describeAsset(const CookedAsset& asset, const ReportRow* row) {
 }
 
 /// Returns the assets of a cooked folder, with what its report says of them where it has one.
-Result<Json> describeFolder(const std::filesystem::path& folder) {
-    const auto manifest = loadManifest(folder);
-    if (!manifest) return tl::make_unexpected(manifest.error());
+Result<Json> describeFolder(const std::filesystem::path& folder, const Manifest& manifest) {
     Result<Report> report;
     std::error_code code;
     const std::filesystem::path file = folder / kReportName;
     if (std::filesystem::exists(file, code)) report = loadReport(file);
     if (!report) return tl::make_unexpected(report.error());
-    Json json = {{"scene", manifest->scene}, {"tool", toJson(manifest->tool)}, {"target", manifest->target}, {"assets", Json::array()}};
-    for (const CookedAsset& asset : manifest->assets) {
+    Json json = {{"scene", manifest.scene}, {"tool", toJson(manifest.tool)}, {"target", manifest.target}, {"assets", Json::array()}};
+    for (const CookedAsset& asset : manifest.assets) {
         const auto row = std::ranges::find(report->assets, asset.name, &ReportRow::name);
         json["assets"].push_back(describeAsset(asset, row == report->assets.end() ? nullptr : &*row));
     }
@@ -182,7 +181,8 @@ Json briefly(const Json& maps) {
 
 Result<Json> describeFile(const std::filesystem::path& file) {
     std::error_code code;
-    if (std::filesystem::is_directory(file, code)) return describeFolder(file);
+    if (std::filesystem::is_directory(file, code))
+        return loadManifest(file).and_then([&](const Manifest& manifest) { return describeFolder(file, manifest); });
     const std::string extension = formats::lowerExtension(file);
     if (isTextureFile(file)) return formats::TextureReader::open(file).map(describeTexture);
     if (extension == ".toml") return readScene(file).map(describeScene);
@@ -239,10 +239,16 @@ Result<std::vector<std::filesystem::path>> expandPatterns(const std::vector<std:
 
 namespace {
 
-/// Returns an error for each file of a cooked folder that is not the one that was cooked.
-std::vector<formats::Error> changedFilesOf(const std::filesystem::path& folder) {
-    const auto manifest = loadManifest(folder);
-    return manifest ? checkDigests(folder, *manifest) : std::vector{manifest.error()};
+/// Describes a file or a cooked folder.
+/// changed  gets an error for each file of a folder that is not the one that was cooked
+Result<Json> describeAndCheck(const std::filesystem::path& file, std::vector<formats::Error>& changed) {
+    std::error_code code;
+    if (!std::filesystem::is_directory(file, code)) return describeFile(file);
+    const auto manifest = loadManifest(file);
+    if (!manifest) return tl::make_unexpected(manifest.error());
+    auto facts = describeFolder(file, *manifest);
+    if (facts) changed = checkDigests(file, *manifest);
+    return facts;
 }
 
 /// Describes every file. One that cannot be read does not keep the others from being described. A cooked folder with files that were
@@ -255,14 +261,13 @@ int runInfo(const std::vector<std::string>& names, const JsonOutput& json, Sessi
     Json all = Json::array();
     std::vector<formats::Error> errors;
     for (const std::filesystem::path& file : *files) {
-        const auto facts = describeFile(file);
+        std::vector<formats::Error> changed;
+        const auto facts = describeAndCheck(file, changed);
         if (!facts) {
             errors.push_back(facts.error());
             continue;
         }
-        std::error_code code;
-        if (std::filesystem::is_directory(file, code))
-            for (formats::Error& error : changedFilesOf(file)) errors.push_back(std::move(error));
+        std::ranges::move(changed, std::back_inserter(errors));
         Json entry = *facts;
         if (files->size() > 1) {
             entry = {{"file", file.string()}};

@@ -187,7 +187,7 @@ std::string optionOfLast(const Syntax& syntax, std::span<const std::string> argu
 }
 
 std::string expectedValue(const OptionDoc& option, const std::string& found) {
-    if (option.choices.empty()) return option.placeholder;
+    if (option.choices.empty()) return option.meaning.empty() ? option.placeholder : option.meaning;
     return fmt::format("one of: {}{}", fmt::join(option.choices, ", "), nearestWords(found, option.choices));
 }
 

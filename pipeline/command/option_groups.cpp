@@ -4,11 +4,13 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <utility>
 
+#include "formats/gltf_scene.h"
 #include "formats/light_map_conventions.h"
 #include "formats/target.h"
 #include "pipeline/scene/byte_count.h"
@@ -33,6 +35,16 @@ void addConvention(CLI::App& app, const char* name, std::string& value, const ch
     app.add_option(name, value, fmt::format("{} ({})", what, captionsOf(rows)))
         ->check(CLI::IsMember(formats::namesOf(rows)))
         ->capture_default_str();
+}
+
+/// Fails if a file is no mesh that a light map lies on. A bake that has normals and coverage does not read it, and would not tell.
+formats::Result<void> checkMesh(const std::filesystem::path& file) {
+    const auto mesh = formats::GltfScene::load(file);
+    if (!mesh) return tl::make_unexpected(mesh.error());
+    const auto hasUvs = [](const formats::GltfScene::Placed& placed) { return placed.mesh->find("TEXCOORD_1") != nullptr; };
+    if (std::ranges::any_of(mesh->placedMeshes(), hasUvs)) return {};
+    return formats::failure(formats::ErrorCode::WrongShape, file.string(),
+                            "found no triangles with TEXCOORD_1, expected the light-map UVs of the surfaces that the bake lies on");
 }
 
 }  // namespace
@@ -318,7 +330,8 @@ formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& des
     description.image = image_;
     description.mesh = mesh_;
     description.fireflyLimit = fireflyLimit_;
-    return checkOption("--firefly-limit", objectionToFireflyLimit(fireflyLimit_));
+    if (auto checked = checkOption("--firefly-limit", objectionToFireflyLimit(fireflyLimit_)); !checked) return checked;
+    return mesh_.empty() ? formats::Result<void>() : checkMesh(mesh_);
 }
 
 }  // namespace lightcook::pipeline

@@ -93,7 +93,8 @@ private:
 class ConventionOptions {
 public:
     void add(CLI::App& app);
-    /// Copies the conventions to `description`; fails if the firefly limit is out of range.
+    /// Copies the conventions to `description`; fails if the firefly limit is out of range, and for a file that is no mesh with light-map
+    /// UVs.
     formats::Result<void> apply(formats::LightMapDescription& description) const;
 
 private:

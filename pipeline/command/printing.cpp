@@ -79,6 +79,11 @@ std::string changeOf(const std::optional<AssetFigures>& before, const std::optio
     return fmt::format("{} -> {}", one(before), one(now));
 }
 
+/// Returns a line that names what a folder lacks of its scene.
+std::string partialLine(const std::string& scene, const std::vector<std::string>& partial) {
+    return fmt::format("not the whole scene {}: --only left out {}", scene, fmt::join(partial, ", "));
+}
+
 /// Says what the next smaller and the next larger scene would be.
 void printFrontier(Terminal& terminal, const std::vector<FrontierPoint>& frontier) {
     const auto chosen = std::ranges::find(frontier, true, &FrontierPoint::isChosen);
@@ -113,6 +118,7 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
                               {"passed", passed},
                               {"assets", report.assets.size()},
                               {"assets_failed", failed},
+                              {"partial", report.partial},
                               {"bytes_gpu", report.budget.usedBytes},
                               {"bytes_disk", disk},
                               {"actions", actions},
@@ -128,14 +134,17 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
         if (row.notes->contains(note_keys::kPacking))
             terminal.say(fmt::format("charts of {} packed anew: {}", row.name, (*row.notes)[note_keys::kPacking].get<std::string>()));
     }
+    // On a terminal the table has said it.
+    if (!report.partial.empty() && !terminal.isInteractive()) terminal.say(partialLine(report.scene, report.partial));
     if (!outcome.candidates.empty()) terminal.say(fmt::format("candidates kept for view: {}", fmt::join(outcome.candidates, ", ")));
     const std::string assets = fmt::format("{}{} asset{}", failed > 0 ? fmt::format("{} of ", failed) : "", report.assets.size(),
                                            report.assets.size() == 1 ? "" : "s");
+    const std::string without = report.partial.empty() ? "" : fmt::format(" (without {} of the scene)", report.partial.size());
     const std::string budget = report.budget.limitBytes ? fmt::format(" of {}", sizeWords(*report.budget.limitBytes)) : "";
     terminal.say(StyledLine{verdictWord(passed),
-                            {Style::Plain, fmt::format(": {}, {}{} of GPU memory, {} on disk, {} of {} actions from the cache: {}", assets,
-                                                       sizeWords(report.budget.usedBytes), budget, sizeWords(disk), outcome.actionsReused,
-                                                       actions, outcome.output.string())}});
+                            {Style::Plain, fmt::format(": {}{}, {}{} of GPU memory, {} on disk, {} of {} actions from the cache: {}",
+                                                       assets, without, sizeWords(report.budget.usedBytes), budget, sizeWords(disk),
+                                                       outcome.actionsReused, actions, outcome.output.string())}});
 }
 
 void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
@@ -187,6 +196,7 @@ void printReport(Terminal& terminal, const Report& report) {
     terminal.say(fmt::format("{} bytes of GPU memory{}, {:.2f} s{}, {:.0f} MiB resident at most", report.budget.usedBytes, limit,
                              report.seconds, runs, static_cast<double>(report.peakRssBytes) / 0x1p20));
     if (report.whole) terminal.say(lineOf(*report.whole));
+    if (!report.partial.empty()) terminal.say(partialLine(report.scene, report.partial));
 }
 
 void printPlatforms(Terminal& terminal, const std::vector<PlatformUse>& platforms) {
@@ -216,6 +226,8 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
                                        scene.bytesDisk, percent(worst.diffuse), percent(worst.specular), visibleWord(worst.visible))},
             verdictWord(scene.passed)});
     }
+    for (const SceneSummary& scene : report.scenes)
+        if (!scene.partial.empty()) terminal.say(partialLine(scene.name, scene.partial));
     if (report.platforms) printPlatforms(terminal, *report.platforms);
     if (report.baseline) {
         const CollectionComparison& baseline = *report.baseline;

@@ -60,6 +60,9 @@ Outcome convertRsrm(const RsrmOptions& options, const RunState& state) {
     if (!options.axis.empty()) {
         if (auto checked = checkOption("--axis", objectionToAxis(options.axis)); !checked) return failedOutcome(checked.error());
         entry.axis = directionOfAxis(options.axis);
+        if (options.encoding != GradientEntry{}.encoding)
+            return failedOutcome(
+                {formats::ErrorCode::InvalidRequest, "--encoding", "found it beside --axis, expected it for painted gradients alone"});
     }
     entry.encoding = options.encoding;
     entry.zones = options.zones;

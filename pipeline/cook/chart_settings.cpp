@@ -44,8 +44,8 @@ std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
         return fmt::format("found charts to split beside a {0} '{1}', expected another name for that one: '{1}' is the second map", kind,
                            fine);
     if (layoutAsked(output) != kAutoLayout || !(output.maxError || visibleLimit(output, entry.maxVisible)))
-        return "found charts to split without a limit within which both maps get a layout, expected max_visible or max_error, and "
-               "light_map_layout = \"auto\" or none";
+        return fmt::format("found charts to split without a limit within which both maps get a layout, expected max_visible or max_error{}",
+                           layoutAsked(output) == kAutoLayout ? "" : ", and light_map_layout = \"auto\" or none");
     if (output.cost != formats::LayoutCost::Bytes)
         return fmt::format("found charts to split beside cost = \"{}\", expected cost = \"bytes\": two maps save bytes alone",
                            formats::info(output.cost).name);

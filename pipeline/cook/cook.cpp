@@ -69,12 +69,18 @@ void applyOverrides(const CookOptions& options, Scene& scene) {
     }
 }
 
-/// Returns the place of a table or key in the scene file, "scene.toml:7"; without a scene file `otherwise`.
-std::string placeIn(const Scene& scene, std::string_view section, std::string_view name, std::string_view key,
-                    const std::string& otherwise) {
-    if (scene.file.empty()) return otherwise;
-    const auto line = scene.lines.find(section, name, key);
-    return line ? fmt::format("{}:{}", scene.file.string(), *line) : scene.file.string();
+/// Refuses a limit of the scene file on charts with fewer texels where no charts are packed. The command line may say otherwise of charts.
+Result<void> checkChartsMaxVisible(const Scene& scene, const CookOptions& options) {
+    if (options.charts.mode) return {};
+    const auto refuse = [&](std::string_view section, const std::string& name) {
+        return failure(ErrorCode::InvalidRequest, placeIn(scene, section, name, "charts_max_visible", "--charts-max-visible"),
+                       "found charts_max_visible where no charts are packed, expected charts = \"pack\" or \"split\"");
+    };
+    const auto hasPacked = [&](const LightMapEntry& entry) { return isPacked(scene.output, entry); };
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (entry.charts.maxVisible && !hasPacked(entry)) return refuse("light_map", entry.name);
+    if (scene.output.charts.maxVisible && std::ranges::none_of(scene.lightMaps, hasPacked)) return refuse("output", "");
+    return {};
 }
 
 /// Refuses scenes without anything to cook, and settings that cannot be combined.
@@ -102,6 +108,7 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
         std::ranges::none_of(scene.lightMaps, [&](const LightMapEntry& entry) { return isPacked(output, entry); }))
         return failure(ErrorCode::InvalidRequest, "--charts-max-visible",
                        "found it where the charts of no light map are packed, expected --charts pack or split");
+    if (auto checked = checkChartsMaxVisible(scene, options); !checked) return checked;
     for (const LightMapEntry& entry : scene.lightMaps)
         if (isSplit(output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
             if (auto checked = formats::checkNoMorphTargets(*entry.mesh); !checked) return checked;
@@ -194,8 +201,10 @@ private:
             return failure(ErrorCode::InvalidRequest, "--only", why);
         if (options_.keepCandidates && plan->undecided.empty())
             return failure(ErrorCode::InvalidRequest, "--keep-candidates",
-                           "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, --max-error) or "
-                           "a budget");
+                           layoutAsked(scene_.output) == kAutoLayout
+                               ? "found no light map whose layout is tried, expected at least one that leaves a choice"
+                               : "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, "
+                                 "--max-error) or a budget");
         if (auto linted = lint(*plan, materials); !linted) return linted;
         if (isStopped()) return {};
         ExecutionResult result = execute(plan->actions);
@@ -208,6 +217,7 @@ private:
         outcome_.actionsReused += materials.actionsReused + result.actionsReused;
         addErrors(result);
         if (isStopped(result)) return {};
+        if (options_.only) sceneAssets_ = assetsOfScene(*plan, planned, needs);
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
         if (auto kept = cookAlternatives(); !kept) return kept;
@@ -301,7 +311,7 @@ private:
             options.output = candidateFolder(outcome_.output, layout);
             options.keepCandidates = false;
             options.depfile = {};
-            if (auto made = makeFolder(options.output); !made) return made;
+            if (auto made = makeFoldersOf(outcome_.output, candidateFolder({}, layout) / kManifestName); !made) return made;
             Scene scene = asked_;
             scene.output.budgetBytes = options.budgetBytes = {};
             scene.output.maxWholeVisible = options.maxWholeVisible = {};
@@ -328,6 +338,17 @@ private:
         return rest;
     }
 
+    /// Returns the assets that a cook without --only would make. A light map whose layout is open stands for its mesh too.
+    std::vector<std::string> assetsOfScene(const Plan& plan, const Scene& planned, const Needs& needs) const {
+        PlanOptions options = planOptions_;
+        options.only = {};
+        auto whole = planScene(planned, needs, options);
+        if (!whole) return {plan.unwanted.begin(), plan.unwanted.end()};  // a mistake in what this cook leaves alone
+        std::vector<std::string> assets = std::move(whole->assets);
+        assets.insert(assets.end(), whole->undecided.begin(), whole->undecided.end());
+        return assets;
+    }
+
     /// Publishes files and manifest together: an interrupt comes before or after both.
     Result<Report> publishWithSummaries(const Plan& plan, const ExecutionResult& result) {
         const auto transaction = formats::OutputTransaction::begin();
@@ -342,6 +363,7 @@ private:
         writer.addNotes(notes_);
         writer.addNotes(plan.notes);
         writer.addFailed(failed_);
+        writer.setSceneAssets(sceneAssets_);
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
@@ -421,6 +443,7 @@ private:
     std::map<std::string, std::map<std::string, std::string>> alternatives_;  ///< to cook as well: LayoutDecision::alternatives
     std::map<std::string, Json> preparationNotes_;                            ///< by light map
     std::vector<Action> packGraph_;
+    std::vector<std::string> sceneAssets_;  ///< of the whole scene, in a cook with --only
     std::filesystem::path staging_;
     std::vector<Error> failed_;  ///< of actions, which with --keep-going do not stop the cook
     Outcome outcome_;

@@ -17,7 +17,7 @@ std::filesystem::path candidateFolder(const std::filesystem::path& cooked, const
 /// Returns the layouts whose candidates lie in a cooked folder, in the order of the table. Nothing is said of what they hold.
 std::vector<std::string> candidatesIn(const std::filesystem::path& cooked);
 
-/// Removes the candidates of an earlier cook, but for these layouts.
+/// Removes the candidates of an earlier cook, but for these layouts. Nothing behind a symbolic link is removed.
 void removeCandidates(const std::filesystem::path& cooked, const std::set<std::string>& kept);
 
 /// Returns true if a candidate was cooked of the same scene and of the same bakes.

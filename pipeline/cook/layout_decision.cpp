@@ -43,7 +43,8 @@ void keepWithin(double limit, std::vector<AllocationChoice>& choices) {
 LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
     const auto entry = std::ranges::find(scene.lightMaps, map, &LightMapEntry::name);
     const bool isKnown = entry != scene.lightMaps.end();
-    return {lightMapErrorLimit(scene.output), visibleLimit(scene.output, isKnown ? entry->maxVisible : std::nullopt),
+    return {lightMapErrorLimit(scene.output).value_or(kNoErrorLimit),
+            visibleLimit(scene.output, isKnown ? entry->maxVisible : std::nullopt),
             isKnown && entry->maxVisibleBound ? entry->maxVisibleBound : scene.output.maxVisibleBound,
             isKnown ? seamLimit(scene.output, *entry) : scene.output.maxSeam};
 }
@@ -113,11 +114,10 @@ AllocationChoices LayoutDecision::allowedChoices() const {
 }
 
 std::map<std::string, std::string> LayoutDecision::choose() {
-    chosen_ = {};
-    if (choices_.empty()) {
-        chosen_ = cheapestWithin(candidates_, 1, scene_.output.cost);
-        return chosen_;
-    }
+    auto alone = candidates_;  // maps that no budget or limit on the whole trades
+    std::erase_if(alone, [&](const auto& entry) { return choices_.contains(entry.first); });
+    chosen_ = cheapestWithin(alone, 1, scene_.output.cost);
+    if (choices_.empty()) return chosen_;
     frontier_ = allocationFrontier(allowedChoices(), otherBytes_);
     const OutputSettings& output = scene_.output;
     chosenPoint_ = output.budgetBytes ? pointWithin(frontier_, *output.budgetBytes) : frontier_.size() - 1;

@@ -164,21 +164,21 @@ private:
         plan_.actions.push_back({actionId(ActionStep::Cook, asset), std::string(info(kind).name), asset, toJson(parameters),
                                  std::move(inputs), ofLightMap.dependencies});
         Json verification = toJson(verifyParameters);
-        verification["max_error"] = limitOf(kind, parameters);
+        if (const auto limit = limitOf(kind, parameters)) verification["max_error"] = *limit;
         if (ofLightMap.unpacked) verification[kUnpackedKey] = toJson(*ofLightMap.unpacked);
         Action verify = verifyAction(asset, kind, verifyInputs, std::move(verification));
         verify.dependencies.insert(verify.dependencies.end(), ofLightMap.dependencies.begin(), ofLightMap.dependencies.end());
         plan_.actions.push_back(std::move(verify));
     }
 
-    /// Returns the limit on the error of an asset.
+    /// Returns the limit on rel_rms of an asset. Empty: none, a budget or a limit on what a pixel shows decides.
     template <class Parameters>
-    double limitOf(AssetKind kind, [[maybe_unused]] const Parameters& parameters) const {
+    std::optional<double> limitOf(AssetKind kind, [[maybe_unused]] const Parameters& parameters) const {
         const OutputSettings& output = scene_.output;
         if constexpr (std::is_same_v<Parameters, LightMapParameters>) return lightMapErrorLimit(output);
         // The parameters of a dominant light leave out the layout if it is the first one, so they do not tell whether a budget chose it.
         if constexpr (std::is_same_v<Parameters, DominantParameters>)
-            if ((parameters.layout || output.isChosenByWhole()) && !output.maxConverterError) return kNoErrorLimit;
+            if ((parameters.layout || output.isChosenByWhole()) && !output.maxConverterError) return std::nullopt;
         return info(kind).isHeldToMaxError ? errorLimit(output) : converterLimit(output);
     }
 
@@ -431,7 +431,9 @@ private:
         if (unread == 0) return 0;
         const std::uint64_t bytes = cubemapBytes(entry.size, scene_.output.target) - cubemapBytes(size, scene_.output.target);
         if (scene_.output.keepUnused || !entry.readLevelsOnly.value_or(scene_.output.isChosenByWhole())) {
-            plan_.notes[entry.name] = {{note_keys::kUnreadLevels, unread}, {note_keys::kUnreadBytes, bytes}};
+            // Where the size is "auto" already, keep_unused asks for them.
+            if (!entry.readLevelsOnly.value_or(false))
+                plan_.notes[entry.name] = {{note_keys::kUnreadLevels, unread}, {note_keys::kUnreadBytes, bytes}};
             return 0;
         }
         skip(fmt::format("{} of {} levels of cubemap '{}'", unread, lastCubemapLevel(entry.size) + 1, entry.name),
@@ -480,7 +482,7 @@ private:
         const std::vector<double> exponents = neededExponents(entry);
         if (exponents.empty()) return;
         if (const std::string why = whyNotRsrm(entry, scene_.output.target); !why.empty() && !mistake_)
-            mistake_ = {formats::ErrorCode::InvalidRequest, fmt::format("gradient '{}'", entry.name), why};
+            mistake_ = {formats::ErrorCode::InvalidRequest, placeIn(scene_, "gradient", entry.name, "format", "--format"), why};
         RsrmParameters parameters{
             .colors = scene_.colors,
             .exponents = exponents,

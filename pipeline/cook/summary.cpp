@@ -56,10 +56,8 @@ bool isLeft(const Plan& plan, const CookedAsset& asset) {
 void removeStale(const std::filesystem::path& folder, const Manifest& oldManifest, const Manifest& manifest) {
     std::set<std::string> current;
     for (const FileRecord& file : filesOf(manifest)) current.insert(file.name);
-    for (const FileRecord& file : filesOf(oldManifest)) {
-        std::error_code ignored;
-        if (!current.contains(file.name)) std::filesystem::remove(folder / file.name, ignored);
-    }
+    for (const FileRecord& file : filesOf(oldManifest))
+        if (!current.contains(file.name)) removeFileOf(folder, file.name);
 }
 
 /// Removes the pictures of an earlier report that the new one does not name: of assets that are gone, and of places that were among the
@@ -73,12 +71,9 @@ void removeStalePictures(const std::filesystem::path& folder, const std::vector<
     }
     for (const ReportRow& row : oldRows) {
         if (!row.preview) continue;
-        for (const std::string& file : row.preview->all()) {
-            std::error_code ignored;
-            // A report may have been edited: nothing outside the folder of pictures is removed.
-            if (std::filesystem::path(file).parent_path() == "preview" && !current.contains(file))
-                std::filesystem::remove(folder / file, ignored);
-        }
+        // A report may have been edited: nothing outside the folder of pictures is removed.
+        for (const std::string& file : row.preview->all())
+            if (std::filesystem::path(file).parent_path() == "preview" && !current.contains(file)) removeFileOf(folder, file);
     }
 }
 
@@ -208,18 +203,33 @@ Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& res
                                     const WorkRates& rates) {
     if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
     frame.incomplete = incompleteOf(plan);
-    if (auto written = writeManifest(frame.incomplete); !written) return tl::make_unexpected(written.error());
+    frame.partial = leftOut(frame.incomplete);
+    if (auto written = writeManifest(frame); !written) return tl::make_unexpected(written.error());
     if (!isAnythingRun && isReportCurrent(frame)) return *oldReport_;
     addRunsOfKeptRows(frame.runs);
     return writeReport(makeReport(frame, rows_, skipsOf(plan, result, assets_, rates)));
 }
 
+bool SummaryWriter::isInFolder(const std::string& asset) const {
+    return std::ranges::find(assets_, asset, &CookedAsset::name) != assets_.end();
+}
+
+/// Returns the assets of the scene that are not in the folder because nobody asked for them.
+std::vector<std::string> SummaryWriter::leftOut(const std::optional<IncompleteCook>& incomplete) const {
+    std::vector<std::string> names;
+    const auto isFailed = [&](const std::string& name) {
+        return incomplete && std::ranges::find(incomplete->assets, name) != incomplete->assets.end();
+    };
+    for (const std::string& name : sceneAssets_)
+        if (!isInFolder(name) && !isFailed(name)) names.push_back(name);
+    return names;
+}
+
 /// Returns what this cook could not make and, of a cook of some assets, what the one before could not and this one did not try.
 std::optional<IncompleteCook> SummaryWriter::incompleteOf(const Plan& plan) const {
     IncompleteCook incomplete;
-    const auto isMade = [&](const std::string& name) { return std::ranges::find(assets_, name, &CookedAsset::name) != assets_.end(); };
     const auto add = [&](const std::string& name) {
-        if (!isMade(name) && std::ranges::find(incomplete.assets, name) == incomplete.assets.end()) incomplete.assets.push_back(name);
+        if (!isInFolder(name) && std::ranges::find(incomplete.assets, name) == incomplete.assets.end()) incomplete.assets.push_back(name);
     };
     const auto addError = [&](const FailedAction& failed) {
         if (std::ranges::find(incomplete.errors, failed) == incomplete.errors.end()) incomplete.errors.push_back(failed);
@@ -312,10 +322,11 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
 }
 
 /// Writes manifest and shader, and removes files of an earlier cook.
-Result<void> SummaryWriter::writeManifest(const std::optional<IncompleteCook>& incomplete) {
+Result<void> SummaryWriter::writeManifest(const ReportFrame& frame) {
     const std::string shader = shaderTextOf(assets_, scene_.lobe);
     Manifest manifest = makeManifest(scene_, folder_, assets_, gltf_, digestOfText(shader));
-    if (incomplete) manifest.incomplete = incomplete->assets;
+    if (frame.incomplete) manifest.incomplete = frame.incomplete->assets;
+    manifest.partial = frame.partial;
     manifestText_ = withSelfDigest(toJson(manifest));
     if (oldManifest_) removeStale(folder_, *oldManifest_, manifest);
     if (auto written = writeFileIfChanged(folder_ / kShaderName, shader); !written) return written;
@@ -327,7 +338,8 @@ bool SummaryWriter::isReportCurrent(const ReportFrame& frame) const {
     if (!oldReport_ || !oldManifest_ || withSelfDigest(toJson(*oldManifest_)) != manifestText_) return false;
     return jsonOf(oldReport_->assets) == jsonOf(rows_) && jsonOf(oldReport_->findings) == jsonOf(frame.findings) &&
            jsonOf(oldReport_->budget.frontier) == jsonOf(frame.frontier) && oldReport_->incomplete == frame.incomplete &&
-           oldReport_->budget.limitBytes == scene_.output.budgetBytes && checkReportFiles(folder_, manifestText_, *oldReport_).empty();
+           oldReport_->partial == frame.partial && oldReport_->budget.limitBytes == scene_.output.budgetBytes &&
+           checkReportFiles(folder_, manifestText_, *oldReport_).empty();
 }
 
 /// Writes the page and the report with the digests of all files that go with it. Returns the report with its own digest.

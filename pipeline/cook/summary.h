@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "pipeline/cook/plan.h"
@@ -36,6 +37,8 @@ public:
     }
     /// Adds the errors of actions that failed in a cook that went on with the others.
     void addFailed(const std::vector<formats::Error>& errors) { failed_.insert(failed_.end(), errors.begin(), errors.end()); }
+    /// Says which assets the whole scene has, in a cook of some: those that are not in the folder then are named.
+    void setSceneAssets(std::vector<std::string> assets) { sceneAssets_ = std::move(assets); }
     /// Writes all files, and returns the report. The report of an earlier cook stays if nothing was run and it says the same.
     /// frame   of a new report
     /// rates   of this machine, for what was skipped
@@ -45,9 +48,11 @@ public:
 private:
     formats::Result<void> collect(const Plan& plan, const ExecutionResult& result);
     formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
+    bool isInFolder(const std::string& asset) const;
     std::optional<IncompleteCook> incompleteOf(const Plan& plan) const;
+    std::vector<std::string> leftOut(const std::optional<IncompleteCook>& incomplete) const;
     void addRunsOfKeptRows(std::vector<RunRecord>& runs) const;
-    formats::Result<void> writeManifest(const std::optional<IncompleteCook>& incomplete);
+    formats::Result<void> writeManifest(const ReportFrame& frame);
     bool isReportCurrent(const ReportFrame& frame) const;
     formats::Result<Report> writeReport(Report report);
 
@@ -62,6 +67,7 @@ private:
     std::vector<GltfFile> gltf_;
     std::map<std::string, Json> notes_;  ///< by asset, beside those of its cook
     std::vector<formats::Error> failed_;
+    std::vector<std::string> sceneAssets_;
     std::string manifestText_;
 };
 

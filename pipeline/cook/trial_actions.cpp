@@ -16,6 +16,7 @@ TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const 
         reduction.isFlatTried,     reduction.hasDirections, output.decode,
         layoutsFor(output, entry), hasMips(output, entry)};
     parameters.description.repair = repair;
+    parameters.description.constantOf = reduction.constantOf;
     return parameters;
 }
 

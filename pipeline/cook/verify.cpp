@@ -103,7 +103,8 @@ private:
                                           {},
                                           outcome_.findings,
                                           {},
-                                          std::move(incomplete)},
+                                          std::move(incomplete),
+                                          manifest->partial},
                                          std::move(rows), {});
         for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
         appendVerdicts(report, manifestFile() + ", budget_bytes", outcome_.errors);
@@ -211,7 +212,7 @@ private:
     Result<void> noteSources(const CookedAsset& asset, const std::map<std::string, std::filesystem::path>& sources) {
         const auto source = sources.find("source");
         if (asset.verify && asset.verify->contains("max_error") && info(asset.kind).isHeldToMaxError)
-            if (const double limit = asset.verify->at("max_error").get<double>(); limit != kNoErrorLimit) scene_.output.maxError = limit;
+            scene_.output.maxError = asset.verify->at("max_error").get<double>();
         if (source == sources.end()) return {};
         if (asset.kind == AssetKind::Cubemap) {
             ProbeEntry entry{asset.name, source->second, {}};

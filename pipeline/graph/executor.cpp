@@ -69,7 +69,11 @@ private:
         for (const FileRecord& file : record.files) {
             std::error_code code;
             const std::filesystem::path present = options_.outputFolder / file.name;
-            if (std::filesystem::is_regular_file(present, code) && digests_.of(present) == file.digest) continue;
+            if (std::filesystem::is_regular_file(present, code) && digests_.of(present) == file.digest) {
+                // An earlier graph may have staged another file of this name, such as the texture of a layout that was refuted.
+                if (staging_ != options_.outputFolder) std::filesystem::remove(staging_ / file.name, code);
+                continue;
+            }
             if (!cache_.restore(file.digest, staging_ / file.name)) return false;
         }
         return true;
@@ -129,6 +133,16 @@ private:
     std::mutex gatherMutex_;
 };
 
+/// Removes the links that an earlier graph gathered in the staging folder: an action that writes a file of such a name, as another layout
+/// does, would write through it into the output folder.
+void removeLinks(const std::filesystem::path& staging) {
+    std::error_code code;
+    std::vector<std::filesystem::path> links;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(staging, code))
+        if (std::error_code each; entry.is_symlink(each)) links.push_back(entry.path());
+    for (const std::filesystem::path& link : links) std::filesystem::remove(link, code);
+}
+
 /// Returns the indices of the actions in waves: the dependencies of an action are all in earlier waves.
 std::vector<std::vector<std::size_t>> waves(const std::vector<Action>& graph) {
     std::map<std::string, std::size_t> waveOf;
@@ -176,6 +190,7 @@ void ExecutionResult::add(ExecutionResult later) {
 
 ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& options, const std::filesystem::path& staging,
                         const ExecutionContext& context) {
+    removeLinks(staging);
     Execution execution(options, staging, context);
     std::vector<std::optional<Result<Execution::Done>>> done(graph.size());
     std::map<std::string, std::size_t> indexOf;

@@ -46,6 +46,22 @@ Result<void> makeFoldersOf(const std::filesystem::path& folder, const std::files
     return makeFolder(place);
 }
 
+std::optional<std::filesystem::path> inPlaceOfFolder(const std::filesystem::path& folder, const std::filesystem::path& name) {
+    std::filesystem::path place = folder;
+    for (const std::filesystem::path& part : name.parent_path()) {
+        place /= part;
+        std::error_code code;
+        const std::filesystem::file_status status = std::filesystem::symlink_status(place, code);
+        if (std::filesystem::exists(status) && !std::filesystem::is_directory(status)) return place;
+    }
+    return std::nullopt;
+}
+
+void removeFileOf(const std::filesystem::path& folder, const std::filesystem::path& name) {
+    std::error_code ignored;
+    if (!inPlaceOfFolder(folder, name)) std::filesystem::remove(folder / name, ignored);
+}
+
 Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content, OutputLink link) {
     if (auto made = makeFolder(file.parent_path()); !made) return made;
     return formats::writeWholeFile(file, content, link);

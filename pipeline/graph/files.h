@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -33,5 +34,11 @@ formats::Result<void> makeFolder(const std::filesystem::path& folder);
 /// Makes the folders above a file of an output folder. A folder takes the place of a symbolic link among them; what the link names stays.
 /// name   of the file, relative to the folder
 formats::Result<void> makeFoldersOf(const std::filesystem::path& folder, const std::filesystem::path& name);
+/// Returns what stands in place of one of the folders above a file: a file or a symbolic link. Nothing if all are folders or missing.
+/// name   of the file, relative to the folder
+std::optional<std::filesystem::path> inPlaceOfFolder(const std::filesystem::path& folder, const std::filesystem::path& name);
+/// Removes a file of an output folder, if it is there. Of a symbolic link of that name only the link goes; nothing is removed behind a link
+/// in place of one of the folders above it.
+void removeFileOf(const std::filesystem::path& folder, const std::filesystem::path& name);
 
 }  // namespace lightcook::pipeline

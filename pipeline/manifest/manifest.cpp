@@ -24,7 +24,7 @@ struct ShadingLimits {
     std::vector<double> m, f0;
 };
 struct VerifyLimits {
-    double maxError = 0;
+    std::optional<double> maxError;
     std::optional<int> samples;
     std::optional<ShadingLimits> shading;
 };
@@ -39,7 +39,7 @@ void describe(Fields& fields, Self& shading) {
 }
 template <class Fields, Is<VerifyLimits> Self>
 void describe(Fields& fields, Self& limits) {
-    fields.required("max_error", limits.maxError, between(0, 1e30), "limit on rel_rms");
+    fields.optional("max_error", limits.maxError, between(0, 1e30), "limit on rel_rms; absent: none");
     fields.optional("samples", limits.samples, between(0, kLargestSampleCount), "random positions of each texel quad");
     fields.optional("shading", limits.shading, "materials that are shaded");
 }

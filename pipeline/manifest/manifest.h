@@ -17,6 +17,10 @@ namespace lightcook::pipeline {
 inline constexpr const char* kManifestName = "cooked.json";
 inline constexpr const char* kShaderName = "lightcook.glsl";
 
+/// Meaning of key `partial` of manifest and report.
+inline constexpr const char* kPartialCaption =
+    "assets of the scene that are not in the folder because `cook --only` left them out; absent if it left out none";
+
 struct Tool {
     std::string name, version;
 };
@@ -61,6 +65,7 @@ struct Manifest {
     std::vector<Allowance> allowances;
     std::optional<std::uint64_t> budgetBytes;
     std::optional<std::vector<std::string>> incomplete;
+    std::vector<std::string> partial = {};
     std::vector<CookedAsset> assets;
 };
 template <class Fields, Is<Manifest> Self>
@@ -81,6 +86,7 @@ void describe(Fields& fields, Self& manifest) {
     fields.optional("budget_bytes", manifest.budgetBytes, between(0, kLargestBytes),
                     "GPU memory that the scene may take [bytes]; absent without a budget");
     fields.optional("incomplete", manifest.incomplete, "assets that `cook --keep-going` could not cook; absent if the folder is complete");
+    fields.presentIf(!manifest.partial.empty(), "partial", manifest.partial, kPartialCaption);
     fields.required("assets", manifest.assets, "assets, in the order of the report");
 }
 

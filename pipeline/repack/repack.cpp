@@ -344,6 +344,15 @@ Result<ChartArrangement> placeCharts(const RepackRequest& request, const atlas::
     return ChartArrangement{sizeBefore, std::move(reduced), firstTexelsOf(found)};
 }
 
+/// Returns the number of texels of a map that filters read of a chart. One that stays where it is may reach beyond the border, where the
+/// map is clamped.
+std::int64_t readInside(const atlas::ReducedChart& chart, const glm::ivec2& place, const glm::ivec2& size) {
+    std::int64_t count = 0;
+    for (int y = std::max(0, -place.y); y < std::min(chart.isRead.height(), size.y - place.y); ++y)
+        for (int x = std::max(0, -place.x); x < std::min(chart.isRead.width(), size.x - place.x); ++x) count += chart.isRead.at(x, y);
+    return count;
+}
+
 /// Adds the places of charts, and the sums and errors over all of them.
 void addFigures(const atlas::ChartSet& found, const ChartArrangement& arrangement, Repacked& result) {
     verify::VisibleAccumulator visible;
@@ -354,7 +363,7 @@ void addFigures(const atlas::ChartSet& found, const ChartArrangement& arrangemen
         visible.add(chart.visible);
         squaredError += chart.squaredError;
         squaredLight += chart.squaredLight;
-        result.read += std::count(chart.isRead.texels().begin(), chart.isRead.texels().end(), 1);
+        result.read += readInside(chart, arrangement.places[i], arrangement.size);
         result.readBefore += chart.readBefore;
         result.reducedCharts += chart.step != glm::ivec2(1) ? 1 : 0;
     }

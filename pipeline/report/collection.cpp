@@ -17,6 +17,7 @@ SceneSummary summaryOf(const Report& report) {
     SceneSummary scene;
     scene.name = report.scene;
     scene.passed = report.passed;
+    scene.partial = report.partial;
     scene.seconds = report.seconds;
     scene.budget = report.budget;
     if (report.whole) scene.sceneError = report.whole->shading.relRms;

@@ -42,7 +42,8 @@ struct SceneSummary {
     std::optional<double> sceneError;  ///< SceneError::relRms
     int findingCount = 0;
     std::vector<AssetSummary> assets;
-    std::vector<std::string> errors;  ///< lines of why it did not pass
+    std::vector<std::string> errors;   ///< lines of why it did not pass
+    std::vector<std::string> partial;  ///< Report::partial
 };
 template <class Fields, Is<SceneSummary> Self>
 void describe(Fields& fields, Self& scene) {
@@ -58,6 +59,7 @@ void describe(Fields& fields, Self& scene) {
     fields.required("findings", scene.findingCount, "number of findings of lint that are not allowed");
     fields.required("assets", scene.assets, "assets with the figures of their last stages");
     fields.required("errors", scene.errors, "why the scene did not pass");
+    fields.presentIf(!scene.partial.empty(), "partial", scene.partial, kPartialCaption);
 }
 
 /// Change of a scene since a baseline.

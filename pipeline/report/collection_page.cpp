@@ -1,5 +1,6 @@
 // The page of several scenes: verdict, budgets, growth, trend, memory, and a table of the scenes.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -48,12 +49,15 @@ WorstAsset worstOf(const SceneSummary& scene) {
     return worst;
 }
 
-double visibleOf(const SceneSummary& scene) {
-    double visible = -1;
+/// Returns the largest visible error of the assets. Empty: they have none.
+std::optional<double> visibleOf(const SceneSummary& scene) {
+    std::optional<double> visible;
     for (const AssetSummary& asset : scene.assets)
-        if (asset.figures.visible) visible = std::max(visible, *asset.figures.visible);
+        if (asset.figures.visible) visible = std::max(visible.value_or(0), *asset.figures.visible);
     return visible;
 }
+
+constexpr double kSortedFirst = -1;  ///< value of a cell without a figure
 
 Html valueCell(double value, const Html& content, const char* kind = "num") {
     return element("td", {{"class", kind}, {"data-value", fmt::format("{}", std::isfinite(value) ? value : 1e300)}}, content);
@@ -145,26 +149,29 @@ Html sceneRow(const SceneSummary& scene, std::uint64_t most, const std::filesyst
     const std::string link = linkOf(scene, page);
     const Html name = link.empty() ? text(scene.name) : element("a", {{"href", link}}, text(scene.name));
     const WorstAsset worst = worstOf(scene);
-    const double visible = visibleOf(scene);
+    const std::optional<double> visible = visibleOf(scene);
     const double share = most > 0 ? static_cast<double>(scene.budget.usedBytes) / static_cast<double>(most) : 0;
     const Html bar = element("span", {{"class", "meter long"}}, element("i", {{"style", fmt::format("width:{:.1f}%", 100 * share)}}, {}));
-    const double ofBudget = scene.budget.limitBytes && *scene.budget.limitBytes > 0
-                                ? static_cast<double>(scene.budget.usedBytes) / static_cast<double>(*scene.budget.limitBytes)
-                                : -1;
-    return element("tr", element("th", {{"scope", "row"}}, name + element("span", {{"class", "sub"}}, text(scene.folder))) +
-                             element("td", text(scene.target)) +
-                             valueCell(static_cast<double>(scene.budget.usedBytes), bytesMarkup(scene.budget.usedBytes) + bar) +
-                             valueCell(ofBudget, text(ofBudget < 0 ? "none" : humanPercent(ofBudget)), ofBudget > 1 ? "num over" : "num") +
-                             valueCell(worst.share,
-                                       worst.asset == nullptr
-                                           ? text(kDash)
-                                           : text(humanPercent(worst.share)) + element("span", {{"class", "sub"}}, text(worst.asset->name)),
-                                       worst.share > 1 ? "num over" : "num") +
-                             valueCell(visible, text(visible < 0 ? kDash : humanNumber(visible))) +
-                             valueCell(scene.sceneError.value_or(-1), text(scene.sceneError ? humanPercent(*scene.sceneError) : kDash)) +
-                             valueCell(static_cast<double>(scene.bytesDisk), bytesMarkup(scene.bytesDisk)) +
-                             valueCell(scene.findingCount, text(groupedCount(static_cast<std::uint64_t>(scene.findingCount)))) +
-                             element("td", verdictChip(scene.passed)));
+    std::optional<double> ofBudget;
+    if (scene.budget.limitBytes && *scene.budget.limitBytes > 0)
+        ofBudget = static_cast<double>(scene.budget.usedBytes) / static_cast<double>(*scene.budget.limitBytes);
+    const std::string folder = scene.folder + (scene.partial.empty() ? "" : fmt::format(", without {}", fmt::join(scene.partial, ", ")));
+    return element(
+        "tr", element("th", {{"scope", "row"}}, name + element("span", {{"class", "sub"}}, text(folder))) +
+                  element("td", text(scene.target)) +
+                  valueCell(static_cast<double>(scene.budget.usedBytes), bytesMarkup(scene.budget.usedBytes) + bar) +
+                  valueCell(ofBudget.value_or(kSortedFirst), text(ofBudget ? humanPercent(*ofBudget) : "none"),
+                            ofBudget.value_or(0) > 1 ? "num over" : "num") +
+                  valueCell(worst.share,
+                            worst.asset == nullptr
+                                ? text(kDash)
+                                : text(humanPercent(worst.share)) + element("span", {{"class", "sub"}}, text(worst.asset->name)),
+                            worst.share > 1 ? "num over" : "num") +
+                  valueCell(visible.value_or(kSortedFirst), text(visible ? humanNumber(*visible) : kDash)) +
+                  valueCell(scene.sceneError.value_or(kSortedFirst), text(scene.sceneError ? humanPercent(*scene.sceneError) : kDash)) +
+                  valueCell(static_cast<double>(scene.bytesDisk), bytesMarkup(scene.bytesDisk)) +
+                  valueCell(scene.findingCount, text(groupedCount(static_cast<std::uint64_t>(scene.findingCount)))) +
+                  element("td", verdictChip(scene.passed)));
 }
 
 Html scenes(const CollectionReport& report, const std::filesystem::path& page) {

@@ -48,6 +48,12 @@ Html runsMarkup(const Json& runs) {
     return text(names.empty() ? "this run" : names);
 }
 
+std::string namesIn(const Json& assets) {
+    std::string names;
+    for (const Json& name : assets) names += (names.empty() ? "" : ", ") + words(name);
+    return names;
+}
+
 /// Returns the verdict in a sentence: assets, the one nearest to its limit, memory.
 std::string verdictSentence(const Json& report) {
     const Json& assets = list(report, "assets");
@@ -55,9 +61,9 @@ std::string verdictSentence(const Json& report) {
     std::string sentence = passedCount == assets.size() ? "Every asset keeps its limit"
                                                         : fmt::format("{} of {} assets failed", assets.size() - passedCount, assets.size());
     const Json& missing = list(member(report, "incomplete"), "assets");
-    std::string names;
-    for (const Json& name : missing) names += (names.empty() ? "" : ", ") + words(name);
-    if (!names.empty()) sentence = "Not cooked: " + names + ". " + sentence;
+    if (const std::string names = namesIn(missing); !names.empty()) sentence = "Not cooked: " + names + ". " + sentence;
+    if (const std::string names = namesIn(list(report, "partial")); !names.empty())
+        sentence = "This is a part of the scene; cook --only left out: " + names + ". " + sentence;
     const Json* nearest = nullptr;
     double most = 0;
     for (const Json& asset : assets)

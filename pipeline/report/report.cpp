@@ -109,6 +109,7 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
     report.findings = frame.findings;
     const bool isPlausible = std::ranges::none_of(frame.findings, [](const Finding& finding) { return finding.isFailure(); });
     report.incomplete = frame.incomplete;
+    report.partial = frame.partial;
     report.passed = report.passed && report.budget.isKept() && isPlausible && !report.incomplete;
     report.whole = sceneError(rows);
     report.assets = std::move(rows);

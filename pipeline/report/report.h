@@ -93,6 +93,7 @@ struct Report {
     std::vector<ReportRow> assets;
     std::vector<Skip> skipped;
     std::optional<IncompleteCook> incomplete;
+    std::vector<std::string> partial;  ///< assets of the scene that `cook --only` left out
     MemoryBudget budget;
     std::vector<Finding> findings;
     std::optional<SceneError> whole;
@@ -113,6 +114,7 @@ void describe(Fields& fields, Self& report) {
     fields.required("assets", report.assets, "a row for each asset");
     fields.required("skipped", report.skipped, "assets that were not cooked, and actions whose results were reused");
     fields.optional("incomplete", report.incomplete, "what `cook --keep-going` could not cook; absent if the folder is complete");
+    fields.presentIf(!report.partial.empty(), "partial", report.partial, kPartialCaption);
     fields.required("budget", report.budget, "GPU memory");
     fields.presentIf(true, "findings", report.findings, "what lint found in the inputs");
     fields.optional("whole", report.whole, "error of the whole shading of the scene");
@@ -137,8 +139,9 @@ struct ReportFrame {
     std::vector<Finding> findings = {};
     std::vector<FrontierPoint> frontier = {};  ///< of the budget
     std::optional<IncompleteCook> incomplete = {};
+    std::vector<std::string> partial = {};
 };
-/// Returns a report. `passed` is true if every asset was cooked and passed, and the memory is within the budget.
+/// Returns a report. `passed` is true if every asset that was asked for was cooked and passed, and the memory is within the budget.
 Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::vector<Skip> skipped);
 
 /// Reads a report, and refuses one of another shape.

@@ -106,8 +106,9 @@ void refuseUnusedCost(TableReader& reader, const OutputSettings& output) {
     const bool isAuto = layoutAsked(output) == kAutoLayout;
     if (reader.has("cost") && !(isAuto && (output.isErrorLimited() || !output.budgetBytes)))
         reader.fail(reader.node("cost"),
-                    fmt::format("found output.cost where {}, expected light_map_layout = \"auto\" with max_error or max_visible",
-                                isAuto ? "a budget chooses the layouts" : "the layout is named"));
+                    isAuto ? "found output.cost where a budget chooses the layouts, expected max_error or max_visible as well"
+                           : "found output.cost where the layout is named, expected light_map_layout = \"auto\" with max_error or "
+                             "max_visible");
 }
 
 /// Reads the key `mips`. A number of levels is refused: charts decide it.
@@ -286,6 +287,12 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
     }
     entry.charts = readChartSettings(reader);
     if (reader.has("dominant_layout")) entry.dominantLayout = reader.oneOf("dominant_layout", formats::namesOf(allDominantLayouts()), "");
+    const DominantLayoutInfo* const dominant = dominantLayoutFromName(entry.dominantLayout.value_or(""));
+    if (reader.has("dominant_fit") && dominant != nullptr && dominant->divisor == 0)
+        reader.fail(reader.node("dominant_fit"),
+                    fmt::format("found light_map.dominant_fit beside dominant_layout = \"{}\", expected one of "
+                                "them: there is no dominant light",
+                                dominant->name));
     return entry;
 }
 
@@ -518,10 +525,13 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     }
     if (const toml::array* allowances = reader.array("allow", "a list of codes"))
         for (const toml::node& node : *allowances) scene.allowances.push_back(readAllowance(reader, node, assetNames(scene)));
-    if (const std::string why = whyNotSeams(scene); !why.empty()) {
+    const auto refuseOutput = [&](const char* key, const std::string& why) {
         const TableReader output(*reader.table("output"), file, "output");
-        output.fail(output.node("max_seam"), why);
-    }
+        output.fail(output.node(key), why);
+    };
+    if (const std::string why = whyNotSeams(scene); !why.empty()) refuseOutput("max_seam", why);
+    if (scene.output.gltf && std::ranges::none_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); }))
+        refuseOutput("gltf", "found output.gltf where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]");
     refuseRepeatedNames(scene);
     return scene;
 }
@@ -556,6 +566,13 @@ std::vector<std::string> viewAxisNames() {
 
 std::vector<std::string> roughnessAxisNames() {
     return axisNames(fit::roughnessMappings());
+}
+
+std::string placeIn(const Scene& scene, std::string_view section, std::string_view name, std::string_view key,
+                    const std::string& otherwise) {
+    if (scene.file.empty()) return otherwise;
+    const auto line = scene.lines.find(section, name, key);
+    return line ? fmt::format("{}:{}", scene.file.string(), *line) : scene.file.string();
 }
 
 Result<Scene> readScene(const std::filesystem::path& file) {

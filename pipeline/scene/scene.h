@@ -177,4 +177,8 @@ struct Scene {
 /// Reads a scene file. Unknown keys are refused with the nearest known one. Errors name file, line and column, found and expected.
 formats::Result<Scene> readScene(const std::filesystem::path& file);
 
+/// Returns the place of a table or key in the scene file, "scene.toml:7"; without a scene file `otherwise`.
+std::string placeIn(const Scene& scene, std::string_view section, std::string_view name, std::string_view key,
+                    const std::string& otherwise);
+
 }  // namespace lightcook::pipeline

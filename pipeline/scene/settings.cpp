@@ -12,7 +12,7 @@ namespace lightcook::pipeline {
 namespace {
 
 std::string costOf(const formats::LightMapLayoutInfo& layout) {
-    return fmt::format("{} ({} fetches, {} operations)", layout.name, layout.tapCount(), layout.decodeOps);
+    return fmt::format("{} ({} fetches, {} operations)", layout.name, layout.fetchCount(), layout.decodeOps);
 }
 
 /// Returns what is wrong with limits that no layout of a list keeps, or an empty text.
@@ -117,8 +117,8 @@ double errorLimit(const OutputSettings& output) {
     return output.maxError.value_or(kDefaultMaxError);
 }
 
-double lightMapErrorLimit(const OutputSettings& output) {
-    return output.isChosenByWhole() && !output.maxError ? kNoErrorLimit : errorLimit(output);
+std::optional<double> lightMapErrorLimit(const OutputSettings& output) {
+    return output.isChosenByWhole() ? output.maxError : errorLimit(output);
 }
 
 double converterLimit(const OutputSettings& output) {

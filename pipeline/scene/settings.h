@@ -14,16 +14,15 @@ namespace lightcook::pipeline {
 
 inline constexpr double kDefaultMaxError = 0.1;
 inline constexpr double kDefaultMaxVisible = 5;  ///< of layout "auto" where nothing else is asked for
-/// Limit on rel_rms in the parameters of an asset that has none: a budget, or a limit on what a pixel shows, chooses its layout or decides
-/// in place of max_error. Light that is lost has an error of 1.
+/// Largest rel_rms that passes where no limit is given. Light that is lost has an error of 1.
 inline constexpr double kNoErrorLimit = 2;
 
 /// Returns max_error, or its default.
 double errorLimit(const OutputSettings& output);
 
-/// Returns the limit on rel_rms of a scene's light maps: max_error. Without it kNoErrorLimit, if there is a budget or a limit on what a
-/// pixel shows, else the default of max_error.
-double lightMapErrorLimit(const OutputSettings& output);
+/// Returns the limit on rel_rms of a scene's light maps: max_error. Without it none, if there is a budget or a limit on what a pixel shows,
+/// else the default of max_error.
+std::optional<double> lightMapErrorLimit(const OutputSettings& output);
 
 /// Returns the limit on the 99th percentile of visible errors: that of the light map or else that of the output; without either, the
 /// default if the layout is "auto" and neither an error nor a budget is asked for. Empty: no limit.

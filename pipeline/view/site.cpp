@@ -92,18 +92,6 @@ std::optional<FileNames> earlierFiles(const fs::path& folder) {
     return names;
 }
 
-/// Returns what stands in place of one of the folders above a file: a file or a symbolic link. Nothing if all are folders or missing.
-std::optional<fs::path> inPlaceOfFolder(const fs::path& folder, const fs::path& name) {
-    fs::path place = folder;
-    for (const fs::path& part : name.parent_path()) {
-        place /= part;
-        std::error_code code;
-        const fs::file_status status = fs::symlink_status(place, code);
-        if (fs::exists(status) && !fs::is_directory(status)) return place;
-    }
-    return std::nullopt;
-}
-
 /// Fails if a file of the site would replace something that no export wrote.
 /// earlier   files of the earlier export; nothing: of an export without a list, whose files have the names of this one
 Result<void> checkReplaced(const Site& site, const fs::path& folder, const std::optional<FileNames>& earlier) {

@@ -10,16 +10,18 @@ inline compress::LightMapPlan planOf(formats::LightMapLayout layout, formats::Ta
     const int width = map.sh.width(), height = map.sh.height();
     compress::LightMapMeasure measure;
     measure.add(map);
-    if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, target, width, height, measure);
+    compress::MeasuredLightMap measured{target, width, height, measure};
+    if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, measured);
     compress::LightMapBlocks blocks(width, height);
     blocks.add(map, 0, height);
-    const std::vector<int> charts = blocks.charts();
-    compress::LightMapSamples samples(blocks.choose(charts, compress::learningBlocks(options.effort, width, height)), blocks.across());
+    const std::vector<int> chartOfBlock = blocks.chartOfBlock();
+    compress::LightMapSamples samples(blocks.choose(chartOfBlock, compress::learningBlocks(options.effort, width, height)),
+                                      blocks.across());
     samples.add(map, 0, height);
     // Visible errors on a display that shows the key as a grey card.
-    compress::LightMapObjective objective;
+    compress::LightMapObjective& objective = measured.objective.emplace();
     objective.display.nitsPerUnit = lighting::DisplaySettings{}.of(measure.key()).nitsPerUnit;
-    return compress::planLearnedLightMap(layout, target, width, height, measure, blocks, charts, samples, clusters, options, objective);
+    return compress::planLearnedLightMap(layout, measured, {chartOfBlock, samples, clusters}, options);
 }
 
 }  // namespace lightcook::synthetic

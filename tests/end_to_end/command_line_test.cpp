@@ -169,6 +169,18 @@ TEST_F(CommandLine, ConvertersKeepABudgetAndRefuseWhatWouldNotAct) {
     for (const char* option : {"--target bc", "--container ktx2", "--zstd", "--budget 16", "--max-error 1%", "--effort 3", "--rdo 1%"})
         expectRefused(std::string("cubemap probe.exr sh.json --filter sh ") + option, 2,
                       {"--filter sh", "expected --filter specular or irradiance"});
+    for (const char* filter : {"sh", "irradiance"})
+        expectRefused(fmt::format("cubemap probe.exr sh.{0} --filter {1} --max-visible 1e-9", filter[0] == 's' ? "json" : "ktx2", filter),
+                      2, {"--max-visible: found it with --filter ", "expected --filter specular"});
+    for (const char* target : {"astc", "float"})
+        expectRefused(fmt::format("cubemap probe.exr x.ktx2 --filter irradiance --rdo 1% --target {}", target), 2,
+                      {"--rdo: found a target other than bc"});
+    expectRefused("rsrm probe.exr x --axis 0,1,0 --encoding srgb", 2, {"--encoding: found it beside --axis", "painted gradients alone"});
+    // The bake has normals: no action would read the mesh.
+    for (const char* command : {"lightmap", "dominant"}) {
+        expectRefused(fmt::format("{} map.exr x --mesh nowhere.glb", command), 3, {"nowhere.glb: found \"No such file or directory\""});
+        expectRefused(fmt::format("{} map.exr x --mesh scene.toml", command), 3, {"scene.toml"});
+    }
     expectRefused("cubemap probe.exr x.dds --container ktx2", 2, {"--container", "x.dds"});
     expectRefused("cubemap probe.exr x.dds --filter irradiance --container ktx2", 2, {"--container", "x.dds"});
     expectRefused("rsrm sky.exr x --effort 3", 2, {"--effort", "--format rgba8", "bc7, bc4, bc6h, or auto"});
@@ -575,7 +587,8 @@ TEST_F(CommandLine, AFileThatIsNoLightMapIsToldWhatItHolds) {
 TEST_F(CommandLine, CompareTakesTwoLightMaps) {
     EXPECT_EQ(run("compare map.exr map.exr --metric visible_p99").out, "0\n");
     EXPECT_THAT(run("compare map.exr map.exr").out, HasSubstr("specular"));
-    expectRefused("compare map.exr map.exr --metric rmse", 2, {"--metric: found rmse, which light maps do not have"});
+    expectRefused("compare map.exr map.exr --metric rmse", 2,
+                  {"--metric: found rmse, which light maps do not have, expected rel_rms or visible_p99"});
     expectRefused("compare map.exr probe.exr", 3, {"probe.exr: found no light map"});
 }
 

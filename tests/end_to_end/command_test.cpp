@@ -45,6 +45,20 @@ TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
     EXPECT_THAT(table, testing::ContainsRegex("light-map +[a-z0-9-]+ +[0-9]+ +[0-9.]+ +[0-9.]+ % +[0-9.]+ %"));
 }
 
+TEST_F(Command, ACookOfOneAssetSaysThatItIsNotTheWholeScene) {
+    const std::string line = "not the whole scene small: --only left out map, map_dominant, probe, specular\n";
+    const Ended cook = run("cook scene.toml -o part --only sky");
+    EXPECT_EQ(cook.code, 0) << cook.err;
+    EXPECT_THAT(cook.out, StartsWith(line + "passed: 1 asset (without 4 of the scene), "));
+    for (const char* command : {"verify part", "report part"}) {
+        const Ended said = run(command);
+        EXPECT_EQ(said.code, 0) << said.err;
+        EXPECT_THAT(said.out, HasSubstr(line)) << command;
+    }
+    const auto summary = nlohmann::json::parse(run("--log json cook scene.toml -o part --only sky").err);
+    EXPECT_EQ(summary.at("partial").size(), 4u);
+}
+
 /// 8 bits hold a gradient of one colour exactly.
 TEST_F(Command, AMeasuredErrorOfZeroIsNoDash) {
     std::string gradient = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 64\n";
@@ -65,6 +79,13 @@ TEST_F(Command, CookAndLintReadTheSceneFileOnce) {
     EXPECT_GT(once, 0);
     EXPECT_EQ(opensOf("cook scene.toml -o out"), once);
     EXPECT_EQ(opensOf("lint scene.toml"), once);
+}
+
+TEST_F(Command, InfoParsesTheManifestOfAFolderOnce) {
+    ASSERT_EQ(run("cook scene.toml -o out").code, 0);
+    const formats::Opens opens(scene_ / "out/cooked.json");
+    EXPECT_EQ(run("info out").code, 0);
+    EXPECT_EQ(opens.count(), 2) << "for its content and for its digest";
 }
 
 /// Ninja is what builds this project, so that it is there.

@@ -37,8 +37,7 @@ TEST_F(LackingLayout, FlatFailsItsLimitWhereMaterialsNeedDirections) {
         EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
         EXPECT_EQ(outcome.errors.front().line(),
                   "map, layout flat: found a layout without directions: normal maps see one radiance a texel, specular light a grey sky, "
-                  "expected light_map_layout = \"auto\" or a layout that has it, or materials that do not need it (normal_map = false, "
-                  "specular = false)");
+                  "expected a layout that has it, or materials that do not need it (normal_map = false, specular = false)");
         EXPECT_FALSE(outcome.report.at("passed").get<bool>());
         EXPECT_GT(errorOf(outcome).at("diffuse").at("rel_rms").get<double>(), 0.1);
         EXPECT_EQ(errorOf(outcome).at("specular").at("rel_rms").get<double>() > 0.1, specular);
@@ -65,16 +64,20 @@ TEST_F(LackingLayout, AutoNeverPicksALayoutWhoseLossItHasNotMeasured) {
 }
 
 TEST_F(LackingLayout, ABandThatIsMissingIsNamedWhereTheLimitIsMissed) {
-    for (const auto& [layout, lacks] :
-         {std::pair("sh4", "a layout without band 2, expected"), std::pair("godot", "a layout without band 2, expected"),
-          std::pair("unreal-hq", "a layout without band 2, expected"), std::pair("mono-sh", "a layout without band 2, expected"),
-          std::pair("bakery", "a layout without band 2, expected"),
-          std::pair("zh3", "a layout without band 2, except for one zonal lobe")}) {
-        const Outcome outcome = cook(fmt::format("max_error = 0.002\nlight_map_layout = \"{}\"\n", layout), needs(true, true));
-        ASSERT_FALSE(outcome.errors.empty()) << layout;
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
+        if (layout.isFlat() || layout.lacks.empty()) continue;
+        const Outcome outcome = cook(fmt::format("max_error = 0.002\nlight_map_layout = \"{}\"\n", layout.name), needs(true, true));
+        ASSERT_FALSE(outcome.errors.empty()) << layout.name;
         EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
-        EXPECT_THAT(outcome.errors.front().line(), HasSubstr(lacks));
+        EXPECT_THAT(outcome.errors.front().line(), HasSubstr(fmt::format("a layout without {}, expected", layout.lacks)));
     }
+}
+
+TEST_F(LackingLayout, AutoIsNoAdviceWhereItChose) {
+    const Outcome outcome = cook("max_error = 0.002\nlight_map_layout = \"auto\"\nlayouts = [\"zh3\"]\n", needs(true, true));
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_THAT(outcome.errors.front().line(), HasSubstr("layout zh3: found a layout without band 2, except for one zonal lobe"));
+    EXPECT_THAT(outcome.errors.front().line(), testing::Not(HasSubstr("auto")));
 }
 
 TEST_F(LackingLayout, TheConverterTakesTheNeedsOfTheSurfaces) {

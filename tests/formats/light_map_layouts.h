@@ -21,6 +21,21 @@ inline constexpr auto kEveryLayout = [] {
     return layouts;
 }();
 
+/// Returns the layouts with a property, in the order of the table.
+/// has  called with the row of each
+template <class Has>
+std::vector<formats::LightMapLayout> layoutsWhere(Has has) {
+    std::vector<formats::LightMapLayout> layouts;
+    for (const formats::LightMapLayoutInfo& row : formats::allLightMapLayouts())
+        if (has(row)) layouts.push_back(row.id);
+    return layouts;
+}
+
+/// Returns the layouts that hold light of several directions.
+inline std::vector<formats::LightMapLayout> directionalLayouts() {
+    return layoutsWhere([](const formats::LightMapLayoutInfo& row) { return !row.isFlat(); });
+}
+
 /// The first layout of each family, and the first with residual layers: each has a decoder of its own. ./dev soak takes the others.
 inline std::vector<formats::LightMapLayout> layoutsOfEveryFamily() {
     std::vector<formats::LightMapLayout> first;
@@ -35,6 +50,13 @@ inline std::vector<formats::LightMapLayout> otherLayouts() {
     for (const formats::LightMapLayout layout : kEveryLayout)
         if (std::ranges::find(first, layout) == first.end()) others.push_back(layout);
     return others;
+}
+
+/// Returns the names of layouts.
+inline std::vector<std::string> namesOf(const std::vector<formats::LightMapLayout>& layouts) {
+    std::vector<std::string> names;
+    for (const formats::LightMapLayout layout : layouts) names.emplace_back(formats::info(layout).name);
+    return names;
 }
 
 /// Returns the name of a parameterised test; GoogleTest takes letters, digits and underscores only.

@@ -127,7 +127,7 @@ ErrorPlace lutPlace(const CookedLut& tables, double NoV, double m) {
         return std::clamp(coordinate * axis.count - 0.5, 0.0, std::max(0.0, axis.count - 1.0));
     };
     ErrorPlace place;
-    place.channel = -1;
+    place.channel.reset();
     place.x = texelOf(tables.view, NoV);
     place.y = texelOf(tables.roughness, m);
     place.normal = {0, 0, 1};

@@ -188,8 +188,7 @@ void findTriangle(std::span<const formats::TriangleMesh* const> meshes, int widt
         if (!lit) continue;
         for (std::size_t triangle = 0; triangle < lit.mesh->triangleCount(); ++triangle) {
             if (!lit.isInside(triangle, uv)) continue;
-            place.primitive = static_cast<std::int64_t>(primitive);
-            place.triangle = static_cast<std::int64_t>(triangle);
+            place.triangle = {static_cast<std::int64_t>(primitive), static_cast<std::int64_t>(triangle)};
             return;
         }
     }

@@ -287,7 +287,7 @@ void addRow(const RsrmRow& row, int index, double exponent, const Ends& ends, do
     }
     const auto addBetween = [&](const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double z) {
         const ErrorPlace bound = boundBetween(a, b, arc, exponent, ends, key);
-        errors.total.energy.addBound(bound.local, at(z, bound.channel, bound.local));
+        errors.total.energy.addBound(bound.local, at(z, *bound.channel, bound.local));
     };
     const auto angle = [](const RsrmRow::Point& point) { return std::acos(point.z); };
     for (std::size_t i = 0; i + 1 < centres.size(); ++i)

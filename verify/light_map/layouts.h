@@ -49,7 +49,7 @@ ShaderTexels shaderTexels(const Texels<kLayers>& texels) {
 template <LightMapLayout kId>
 struct LayoutRow {
     static constexpr LightMapLayout kLayout = kId;
-    static constexpr auto kLayers = static_cast<std::size_t>(formats::info(kId).tapCount());
+    static constexpr auto kLayers = static_cast<std::size_t>(formats::info(kId).fetchCount());
     /// Degree of the decode as a polynomial of the filtered texels; for zonal layouts the degree of bands(), for curved ones 1: that of the
     /// bilinear blend which they are near to.
     static constexpr int kDegree = std::max(formats::info(kId).decodeDegree, 1);

@@ -189,14 +189,14 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
         setup.matrices.diffuse = flatMatrix();
         if (setup.matrices.visible) setup.matrices.visible->cap = flatMatrix();
     } else {
-        if (shading.specular && sampling.bounds) {
+        if (shading.specular && sampling.hasBounds()) {
             scanned.emplace(shading);
             setup.responses = specularResponses(shading, *scanned);
         }
         for (const Response& response : setup.responses)
             for (std::size_t l = 0; l < 3; ++l) setup.largestResponse[l] = std::max(setup.largestResponse[l], response.norms()[l]);
     }
-    if (viewing && sampling.bounds) {
+    if (viewing && sampling.hasBounds()) {
         const bool hasCap = shading.normalCount > 1 && !isOwnNormalOnly;
         setup.visible = visibleBoundSetup(shading, *viewing, 1 / static_cast<double>(state->perKey), hasCap ? shading.normalMapTilt : 0,
                                           scanned ? &*scanned : nullptr);
@@ -228,7 +228,7 @@ LightMapErrors LightMapVerifier::noErrors() const {
 
 LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int firstRow,
                                             int rowCount) const {
-    [[maybe_unused]] const bool needsRowBelow = state_->sampling.bounds || state_->sampling.placesPerTexel > 0;
+    [[maybe_unused]] const bool needsRowBelow = state_->sampling.hasBounds() || state_->sampling.placesPerTexel > 0;
     assert(texels.textures.size() == state_->textures.size());
     assert(reference.sh.width() == state_->map.width && firstRow >= reference.firstRow && firstRow >= texels.firstRow);
     assert(reference.firstRow + reference.sh.height() >= std::min(state_->map.height, firstRow + rowCount + needsRowBelow));

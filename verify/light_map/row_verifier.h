@@ -41,14 +41,14 @@ public:
           shader_(inputs.setup.matrices, 1 / static_cast<double>(inputs.perKey), inputs.sampling.groups.maxVisible) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
-        if (!sampling_.isForTrial) rows_.forEachTexel(firstRow, rowCount, [&](const Row& row, int x, int y) { shadeCentre(row, x, y); });
+        if (!sampling_.isForTrial()) rows_.forEachTexel(firstRow, rowCount, [&](const Row& row, int x, int y) { shadeCentre(row, x, y); });
         if (sampling_.placesPerTexel > 0)
             forEachCoveredQuad(rows_, firstRow, rowCount, [&](const Quad& quad) {
                 for (int sample = 0; sample < sampling_.placesPerTexel; ++sample) shadePlace(quad, sample);
             });
-        if (sampling_.isForTrial) return std::move(errors_);
+        if (sampling_.isForTrial()) return std::move(errors_);
         for (std::size_t stage = 0; stage < kStages; ++stage) addBounds(errors_.stages[stage].errors, largest_[stage]);
-        if (!sampling_.bounds) return std::move(errors_);
+        if (!sampling_.hasBounds()) return std::move(errors_);
         LargestBounds bounds = boundPlaces(firstRow, rowCount);
         decodeAt(bounds.diffuse);
         decodeAt(bounds.specular);
@@ -130,7 +130,8 @@ private:
         withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
             const int nearest = nearestOf(at);
             const auto light = [&](const LcSh& sh) {
-                return shadedAbout(channelsOf(sh)[index(place.channel)], largest.bands, place.normal) / static_cast<double>(rows_.perKey());
+                return shadedAbout(channelsOf(sh)[index(*place.channel)], largest.bands, place.normal) /
+                       static_cast<double>(rows_.perKey());
             };
             place.reference = light(quad.referenceAt(at).first);
             place.found = light(rows_.decoded(quad.texelsAt(at), quad.texelX(nearest), quad.texelY(nearest)));
@@ -157,7 +158,7 @@ private:
         shader_.setReference(reference, rows_.normalAt(x, y), {x, y});
         forEachStage(texels, reference, x, y, [&](std::size_t stage, const LcSh& error) {
             shader_.add(error, errors_.stages[stage].errors);
-            if (!sampling_.bounds) return;
+            if (!sampling_.hasBounds()) return;
             // Bounds of earlier stages are those of an ideal sampler.
             const bool isLast = stage == Layout::kEarlyStages;
             boundCentre(largest_[stage], error, reference, isLast ? tolerance_.centreSlack(texels, x, y) : ChannelSlack{}, x, y);
@@ -193,7 +194,7 @@ private:
         const LcSh reference = quad.referenceAt(at).first;
         const auto texels = quad.texelsAt(at);
         shader_.setReference(reference, rows_.normalAt(x, y), quad.inMap(glm::dvec2(at)));
-        if (sampling_.isForTrial) {
+        if (sampling_.isForTrial()) {
             const std::uint32_t group = sampling_.groups.at(x, y);
             forEachStage(texels, reference, x, y, [&](std::size_t stage, const LcSh& error) {
                 LightMapErrors::Stage& tried = errors_.stages[stage];

@@ -14,8 +14,7 @@ namespace lightcook::compress {
 
 /// Assigns charts to at most clusterCount clusters (1 to 256) and fits the tables of every cluster.
 /// plan    of the map: textures, range and key are read
-/// charts  of the blocks that the samples were chosen from (LightMapBlocks::charts)
-BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const LightMapSamples& samples, const std::vector<int>& charts,
-                    int blocksAcross, int clusterCount, const EncodeOptions& options);
+BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const LightMapLesson& lesson, int clusterCount,
+                    const EncodeOptions& options);
 
 }  // namespace lightcook::compress

@@ -109,17 +109,14 @@ int learningBlocks(int effort, int width, int height) {
     return static_cast<int>((1000 + 500 * effort) * std::clamp(megapixels, 1.0, 4.0));
 }
 
-LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, formats::Target target, int width, int height,
-                                 const LightMapMeasure& measure, const LightMapBlocks& blocks, const std::vector<int>& charts,
-                                 const LightMapSamples& samples, int clusters, const EncodeOptions& options,
-                                 const std::optional<LightMapObjective>& objective) {
+LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map, const LightMapLesson& lesson,
+                                 const EncodeOptions& options) {
     assert(formats::info(layout).isLearned());
     const BasisShape shape = shapeOf(layout);
-    LightMapPlan plan = rows::emptyPlan(layout, target, width, height, measure);
-    plan.objective = objective;
-    plan.constants["range"] = {rows::halfRange(measure.maximumAbsolute(0))};
-    if (clusters == 0) clusters = defaultClusterCount(plan, shape);
-    auto model = std::make_shared<BasisModel>(fitBasis(plan, shape, samples, charts, blocks.across(), clusters, options));
+    LightMapPlan plan = rows::emptyPlan(layout, map);
+    plan.constants["range"] = {rows::halfRange(map.measure.maximumAbsolute(0))};
+    const int clusters = lesson.clusters == 0 ? defaultClusterCount(plan, shape) : lesson.clusters;
+    auto model = std::make_shared<BasisModel>(fitBasis(plan, shape, lesson, clusters, options));
     writeConstants(*model, plan.constants);
     plan.basis = std::move(model);
     return plan;

@@ -156,7 +156,7 @@ std::vector<verify::Violation> violationsOf(const DominantPart& whole, bool hasR
             verify::ErrorPlace& at = violations.back().at;
             at.x = texels->front().x;
             at.y = texels->front().y;
-            at.channel = -1;
+            at.channel.reset();
             at.normal = glm::dvec3(texels->front().normal);
         }
     const ResidualGain& gain = whole.gain;

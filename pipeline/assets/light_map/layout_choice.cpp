@@ -19,7 +19,9 @@ double triedUse(const TrialCandidate& candidate, const LayoutLimits& limits) {
 
 /// Returns the cheapest candidate that uses at most `mostUsed` of the limits; else see cheapestWithin().
 const LightMapCandidate& cheapestOf(const std::vector<LightMapCandidate>& candidates, double mostUsed, LayoutCost cost) {
-    const auto costOf = [&](const LightMapCandidate& each) { return std::pair(cost == LayoutCost::Taps ? each.fetches : 0, each.bytes); };
+    const auto costOf = [&](const LightMapCandidate& each) {
+        return std::pair(cost == LayoutCost::Fetches ? each.fetches : 0, each.bytes);
+    };
     const auto isBetter = [&](const LightMapCandidate& each, const LightMapCandidate& other) {
         const bool fits = each.usedOfLimits <= mostUsed, otherFits = other.usedOfLimits <= mostUsed;
         if (fits != otherFits) return fits;

@@ -41,12 +41,11 @@ Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout) 
 
 Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& name) {
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
-    if (!formats::info(layout).isLearned())
-        return compress::planLightMap(layout, target_, source_.width(), source_.height(), measure_, objective_);
+    const compress::MeasuredLightMap map{target_, source_.width(), source_.height(), measure_, objective_};
+    if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, map);
     if (!samples_)
         if (auto gathered = gather(); !gathered) return tl::make_unexpected(gathered.error());
-    compress::LightMapPlan plan = compress::planLearnedLightMap(layout, target_, source_.width(), source_.height(), measure_, blocks_,
-                                                                charts_, *samples_, 0, options_, objective_);
+    compress::LightMapPlan plan = compress::planLearnedLightMap(layout, map, {chartOfBlock_, *samples_}, options_);
     // The smaller of the two names the clusters.
     const std::size_t attribute = meshVertices_ * kBasisBytes;
     if (!islands_.empty() && (attribute < plan.indexBytes() || !doesIndexServe(plan))) plan.vertexBytes = attribute;
@@ -90,7 +89,7 @@ Result<void> LightMapPlanner::surveyCharts() {
                                           });
     if (!surveyed) return tl::make_unexpected(surveyed.error());
     readIslands();
-    charts_ = blocks_.charts(islands_);
+    chartOfBlock_ = blocks_.chartOfBlock(islands_);
     return {};
 }
 
@@ -107,8 +106,8 @@ void LightMapPlanner::readIslands() {
 
 /// Gathers the texels of the blocks that layouts learn from.
 Result<void> LightMapPlanner::sample() {
-    compress::LightMapSamples samples(blocks_.choose(charts_, compress::learningBlocks(options_.effort, source_.width(), source_.height())),
-                                      blocks_.across());
+    compress::LightMapSamples samples(
+        blocks_.choose(chartOfBlock_, compress::learningBlocks(options_.effort, source_.width(), source_.height())), blocks_.across());
     constexpr int kMargin = compress::LightMapSamples::kMargin;
     const auto sampled =
         mapInOrder<int>(source_.stripCount(), context_, fmt::format("sample {}", context_.action.asset), [&](int index) -> Result<int> {

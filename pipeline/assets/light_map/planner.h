@@ -42,7 +42,7 @@ private:
     int mipCount_;
     compress::EncodeOptions options_;
     compress::LightMapBlocks blocks_;
-    std::vector<int> charts_;
+    std::vector<int> chartOfBlock_;
     std::vector<formats::IslandRun> islands_;  ///< of the map's mesh, if it can be read
     std::size_t meshVertices_ = 0;
     std::optional<compress::LightMapSamples> samples_;

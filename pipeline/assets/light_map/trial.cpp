@@ -49,6 +49,7 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
         const bool isUsual = layout.trialLayout || (layout.isFlat() && parameters.isFlatTried);
         const bool isTaken = parameters.layouts.empty() ? isUsual : formats::mayTake(parameters.layouts, layout);
         if (!parameters.decode.allow(layout) || !(isTaken || isUsual)) continue;
+        if (parameters.description.constantOf && layout.isLearned()) continue;  // its mesh would name clusters of the bake
         trials.push_back({&layout, !isTaken});
         if (isTaken) measured.insert(trialOf(layout));
     }
@@ -126,7 +127,7 @@ public:
         if (trial == nullptr) return shader;
         verify::LightMapSampling sampling;
         sampling.placesPerTexel = 0;
-        sampling.bounds = false;
+        sampling.figures = verify::LightMapFigures::Sampled;
         for (const Trial& each : group.layouts) {
             auto verifier = verify::LightMapVerifier::create(cookedAs(*each.layout, plan), shading, sampling, plan.key);
             if (!verifier) return tl::make_unexpected(verifier.error());
@@ -171,8 +172,7 @@ Result<TriedPlan> tryPlan(LightMapSource& source, const compress::LightMapPlan& 
     const std::string layout(formats::info(plan.layout).name);
     const compress::EncodeOptions options = parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
-    sampling.isForTrial = true;
-    sampling.bounds = false;
+    sampling.figures = verify::LightMapFigures::Trial;
     sampling.groups = places;
     const auto verifier = verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, parameters.shading, sampling,
                                                            plan.key, viewing);
@@ -227,7 +227,7 @@ TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const comp
             error.specular.relRms,
             error.diffuse.visible->p99,
             error.specular.visible ? error.specular.visible->p99 : 0,
-            layout.tapCount(),
+            layout.fetchCount(),
             layout.decodeOps,
             plan.tableBytesAs(layout.id)};
 }

@@ -80,9 +80,12 @@ Result<verify::ErrorPlace> worstInBlock(LightMapSource& bake, const CookedLightM
 /// Returns the RMS of the light that the map's errors are a part of. The verifier works in units of the key, where there is one.
 LightFigures lightOf(const LightMapSource& bake, const verify::LightMapErrors& errors, double key, const LightMoments& light) {
     const double unit = key > 0 ? key : 1.0;
+    // Without places on the surface the verdict is that of the texel centres.
+    const bool isOnSurface = errors.surface.diffuse.sampleCount() > 0 || errors.stages.empty();
+    const verify::ShadedErrors& shaded = isOnSurface ? errors.surface : errors.stages.back().errors;
     LightFigures figures;
-    figures.diffuseRms = unit * errors.surface.diffuse.referenceRms();
-    figures.specularRms = unit * errors.surface.specular.referenceRms();
+    figures.diffuseRms = unit * shaded.diffuse.referenceRms();
+    figures.specularRms = unit * shaded.specular.referenceRms();
     const Moments moments = light.moments();
     figures.moments.emplace(moments.begin(), moments.end());
     figures.texels = bake.constantTexels().value_or(light.texels());
@@ -260,11 +263,9 @@ void checkLayout(const std::string& name, const verify::LightMapShading& shading
     if (!layout || std::max(total.diffuse.relRms, total.specular.relRms) <= maxError || !shading.needsDirections()) return;
     const std::string lacks(formats::info(*layout).lacks);
     if (lacks.empty()) return;
-    violations.insert(
-        violations.begin(),
-        {fmt::format("layout {}", name), fmt::format("a layout without {}", lacks),
-         "light_map_layout = \"auto\" or a layout that has it, or materials that do not need it (normal_map = false, specular = "
-         "false)"});
+    violations.insert(violations.begin(),
+                      {fmt::format("layout {}", name), fmt::format("a layout without {}", lacks),
+                       "a layout that has it, or materials that do not need it (normal_map = false, specular = false)"});
 }
 
 /// The bake from before its charts were packed. The verdict on a repacked map is against it, and so are key and display.

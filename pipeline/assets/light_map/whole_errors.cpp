@@ -127,7 +127,7 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     }
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = 0;
-    sampling.bounds = false;
+    sampling.figures = verify::LightMapFigures::Sampled;
     const auto lightMap = CookedLightMapReader::open(context.upstreamFolder, *asset, parameters->view.shading, sampling, surveyed->key());
     if (!lightMap) return tl::make_unexpected(lightMap.error());
     const auto dominant = openDominant(context, bake);

@@ -28,13 +28,14 @@ struct Map {
     Image<glm::vec3> normal{kSize, kSize, glm::vec3(0, 0, 1)};
     Chart chart;
 
-    explicit Map(const std::function<double(int x, int y)>& light) {
+    /// rim  texels between the mesh and the border of the map
+    explicit Map(const std::function<double(int x, int y)>& light, float rim = 0.6f) {
         for (int y = 0; y < kSize; ++y)
             for (int x = 0; x < kSize; ++x) {
                 sh.at(x, y)[0] = glm::vec3(static_cast<float>(light(x, y)));
                 sh.at(x, y)[2] = 0.5f * sh.at(x, y)[0];
             }
-        const formats::TriangleMesh mesh = rectangle(glm::vec2(0.6f / kSize), glm::vec2((kSize - 0.6f) / kSize));
+        const formats::TriangleMesh mesh = rectangle(glm::vec2(rim / kSize), glm::vec2((kSize - rim) / kSize));
         const formats::TriangleMesh* pointer = &mesh;
         const std::string name = "mesh";
         chart = findCharts({&pointer, 1}, {&name, 1}, kSize, kSize)->charts.front();
@@ -96,6 +97,12 @@ TEST(ReduceChart, ConstantAndLinearLightTakeTwoTexelsASide) {
         EXPECT_LT(*std::max_element(chart.visible.begin(), chart.visible.end()), 0.1f);
         EXPECT_EQ(chart.readBefore, kSize * kSize);
     }
+}
+
+TEST(ReduceChart, AChartUpToTheBorderReadsNoMoreTexelsThanTheMapHas) {
+    const Map map([](int, int) { return 1.0; }, 0);
+    EXPECT_EQ(map.chart.texels(), glm::ivec2(kSize + 2)) << "filters at the border read beyond it, where the map is clamped";
+    EXPECT_EQ(map.reduced(0).readBefore, kSize * kSize);
 }
 
 TEST(ReduceChart, HardEdgesAndALimitOfZeroKeepEveryBit) {

@@ -66,7 +66,7 @@ TEST(LightMapBlocks, ChartsAreThoseOfAFloodTexelByTexel) {
         for (std::uint8_t& covered : band.covered.texels()) covered = random() % 100 < share;
         compress::LightMapBlocks blocks(width, height);
         blocks.add(band, 0, height);
-        EXPECT_EQ(blocks.charts(), floodedCharts(band)) << round;
+        EXPECT_EQ(blocks.chartOfBlock(), floodedCharts(band)) << round;
     }
 }
 
@@ -123,7 +123,7 @@ TEST(LightMapBlocks, AnIslandOfAMeshIsOneChart) {
         }
         compress::LightMapBlocks blocks(width, height);
         blocks.add(band, 0, height);
-        const std::vector<int> charts = blocks.charts(islands), truth = spreadLabels(band, islands), covered = blocks.charts();
+        const std::vector<int> charts = blocks.chartOfBlock(islands), truth = spreadLabels(band, islands), covered = blocks.chartOfBlock();
         const bool anyLight = std::ranges::any_of(covered, [](int chart) { return chart >= 0; });
         std::map<int, int> chartOf, labelOf;  // labelOf: of sets with light
         int next = 0;
@@ -145,7 +145,7 @@ TEST(LightMapBlocks, ChosenBlocksStandForTheWholeMap) {
     const formats::LightMapStrip band = synthetic::makeBand(synthetic::Kind::Gradient, kSize, 0, kSize);
     compress::LightMapBlocks blocks(kSize, kSize);
     for (int row = 0; row < kSize; row += 64) blocks.add(band, row, 64);
-    const std::vector<int> charts = blocks.charts();
+    const std::vector<int> charts = blocks.chartOfBlock();
     const auto choices = blocks.choose(charts, 3000);
     EXPECT_NEAR(static_cast<double>(choices.size()), 3000, 600);
     std::set<int> seen;
@@ -177,7 +177,7 @@ TEST(LightMapBlocks, TheOneBrightBlockOfADarkChartIsChosen) {
     compress::LightMapBlocks blocks(kSize, kSize);
     blocks.add(band, 0, kSize);
     bool found = false;
-    for (const auto& choice : blocks.choose(blocks.charts(), 20)) found = found || choice.block == 77 / 4 * (kSize / 4) + 201 / 4;
+    for (const auto& choice : blocks.choose(blocks.chartOfBlock(), 20)) found = found || choice.block == 77 / 4 * (kSize / 4) + 201 / 4;
     EXPECT_TRUE(found);
 }
 
@@ -187,7 +187,7 @@ TEST(LightMapSamples, HoldTheirBlocksAndMarginsForAnyCut) {
     const formats::LightMapStrip band = synthetic::makeBand(synthetic::Kind::Gradient, kWidth, 0, kHeight);
     compress::LightMapBlocks blocks(kWidth, kHeight);
     blocks.add(band, 0, kHeight);
-    LightMapSamples samples(blocks.choose(blocks.charts(), 40), blocks.across());
+    LightMapSamples samples(blocks.choose(blocks.chartOfBlock(), 40), blocks.across());
     for (const int row : {32, 0, 16, 48}) {
         const int first = std::max(row - LightMapSamples::kMargin, 0), end = std::min(row + 16 + LightMapSamples::kMargin, kHeight);
         samples.add(synthetic::makeBand(synthetic::Kind::Gradient, kWidth, first, end - first), row, std::min(16, kHeight - row));

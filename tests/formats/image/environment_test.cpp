@@ -303,19 +303,19 @@ TEST(LoadEnvironment, EveryTruncatedLengthIsAnErrorAndNeverACrash) {
     }
 }
 
-TEST(LoadGradient, ReadsOneRowAndRefusesMore) {
+TEST(LoadPaintedGradient, ReadsOneRowAndRefusesMore) {
     const TemporaryFolder folder;
     writeRecipe(folder / "sky.exr", colored(256, 1));
-    const auto gradient = loadGradient(folder / "sky.exr", {});
+    const auto gradient = loadPaintedGradient(folder / "sky.exr", {});
     ASSERT_TRUE(gradient) << gradient.error().line();
-    ASSERT_EQ(gradient->size(), 256u);
-    EXPECT_EQ((*gradient)[200], glm::vec3(200, 400.5f, 0.25f));
+    ASSERT_EQ(gradient->zones.size(), 256u);
+    EXPECT_EQ(gradient->zones[200], glm::vec3(200, 400.5f, 0.25f));
     writeRecipe(folder / "two.exr", colored(256, 2));
-    EXPECT_THAT(loadGradient(folder / "two.exr", {}).error().line(), HasSubstr("found 256 x 2 texels, expected N x 1"));
+    EXPECT_THAT(loadPaintedGradient(folder / "two.exr", {}).error().line(), HasSubstr("found 256 x 2 texels, expected N x 1"));
     ExrRecipe negative = colored(256, 1);
     poke(negative, "B", 255, 0, -1e-6f);
     writeRecipe(folder / "sky.exr", negative);
-    EXPECT_THAT(loadGradient(folder / "sky.exr", {}).error().line(), HasSubstr("texel (255, 0)"));
+    EXPECT_THAT(loadPaintedGradient(folder / "sky.exr", {}).error().line(), HasSubstr("texel (255, 0)"));
 }
 
 std::string probesJson(const std::string& rows) {
@@ -368,9 +368,9 @@ TEST(LoadEnvironment, TheSharedPanoramasProbesAndGradientsAreReadWhole) {
     ASSERT_TRUE(probe) << probe.error().line();
     EXPECT_EQ(probe->environment.projection, Environment::Projection::CubeStrip);
     EXPECT_TRUE(loadProbeSh(data / "scenes/interior_probes.json", "interior_probe3.exr"));
-    const auto gradient = loadGradient(data / "gradients/sun_glow_256x1.exr", {});
+    const auto gradient = loadPaintedGradient(data / "gradients/sun_glow_256x1.exr", {});
     ASSERT_TRUE(gradient) << gradient.error().line();
-    EXPECT_EQ(gradient->size(), 256u);
+    EXPECT_EQ(gradient->zones.size(), 256u);
 }
 
 }  // namespace

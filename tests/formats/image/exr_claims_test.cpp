@@ -103,7 +103,7 @@ protected:
         const auto image = readImage(folder_ / "a.exr");
         ASSERT_FALSE(image);
         EXPECT_EQ(lineOf(image.error()), lineOf(reader.error()));
-        const auto gradient = loadGradient(folder_ / "a.exr", {});
+        const auto gradient = loadPaintedGradient(folder_ / "a.exr", {});
         ASSERT_FALSE(gradient);
         EXPECT_EQ(lineOf(gradient.error()), lineOf(reader.error()));
     }
@@ -173,7 +173,7 @@ TEST_F(ExrClaims, DataWindowsThatAreNotTheDisplayWindowAreRefused) {
         };
         expectLine(ExrReader::open(folder_ / "a.exr"));
         expectLine(readImage(folder_ / "a.exr"));
-        expectLine(loadGradient(folder_ / "a.exr", {}));
+        expectLine(loadPaintedGradient(folder_ / "a.exr", {}));
         expectLine(loadEnvironment(folder_ / "a.exr", {}));
         const auto module = imageModule();
         ASSERT_TRUE(module) << module.error().line();

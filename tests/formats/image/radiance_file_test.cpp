@@ -150,14 +150,14 @@ TEST(RadianceFactors, EveryReaderDividesByThemOnce) {
         const auto image = readImage(file);
         ASSERT_TRUE(image) << image.error().line();
         EXPECT_EQ(image->texels.at(1, 0), glm::vec4(header.expected, 1));
-        const auto gradient = loadGradient(file, {});
+        const auto gradient = loadPaintedGradient(file, {});
         ASSERT_TRUE(gradient) << gradient.error().line();
-        EXPECT_EQ((*gradient)[1], header.expected);
+        EXPECT_EQ(gradient->zones[1], header.expected);
         writeFlat(file, header.lines, 8);  // flat although rows of 8 can be encoded: left to OpenImageIO
         EXPECT_FALSE(readRadiancePicture(file));
-        const auto wide = loadGradient(file, {});
+        const auto wide = loadPaintedGradient(file, {});
         ASSERT_TRUE(wide) << wide.error().line();
-        EXPECT_EQ((*wide)[7], header.expected);
+        EXPECT_EQ(wide->zones[7], header.expected);
     }
 }
 
@@ -166,7 +166,7 @@ void expectRefused(const std::filesystem::path& file, ErrorCode code, const std:
     EXPECT_FALSE(readRadiancePicture(file));
     const auto factors = radianceFactors(file);
     const auto image = readImage(file);
-    const auto gradient = loadGradient(file, {});
+    const auto gradient = loadPaintedGradient(file, {});
     ASSERT_TRUE(!factors && !image && !gradient);
     for (const Error& error : {factors.error(), image.error(), gradient.error()}) {
         EXPECT_EQ(error.code, code);

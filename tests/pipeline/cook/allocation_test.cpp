@@ -366,6 +366,13 @@ TEST(CookSceneSoak, ABudgetWithoutAnErrorLimitsNoError) {
     const Outcome limited = cookScene(scene.options(), RunState());
     ASSERT_FALSE(limited.errors.empty());
     EXPECT_EQ(limited.errors.front().code, formats::ErrorCode::Verification);
+
+    scene.writeSceneFile("light_map_layout = \"sh4\"\nbudget = \"1 MiB\"\nmax_error = 2");
+    const Outcome loose = cookScene(scene.options(), RunState()), verified = verifyCooked({scene / "out", {}, {}}, RunState());
+    for (const Outcome* outcome : {&loose, &verified}) {
+        ASSERT_EQ(outcome->findings.size(), 1u) << "as any limit that somebody wrote";
+        EXPECT_EQ(outcome->findings[0].check, LintCheck::LimitAboveOne);
+    }
 }
 
 /// The limit of one light map leaves the others to the budget.
@@ -380,6 +387,18 @@ TEST(CookScene, ALimitOfOneLightMapIsNoneOfAnother) {
             layouts[each.at("light_map").get<std::string>()].insert(each.at("layout").get<std::string>());
     EXPECT_EQ(layouts.at("other").size(), 1u);
     EXPECT_GT(layouts.at("map").size(), 1u);
+}
+
+/// A map of constant light is not traded, and gets its layout where the list has neither raw nor ratio.
+TEST(CookScene, AMapThatNoBudgetTradesGetsALayoutOfTheList) {
+    const SmallScene scene(Parts::LightMap), constant(Parts::LightMap, grey);
+    std::filesystem::copy_file(constant / "map.exr", scene / "even.exr");
+    scene.writeSceneFile("budget = \"1 MiB\"\nlayouts = [\"hdr\"]", "[[light_map]]\nname = \"even\"\nfile = \"even.exr\"\n");
+    const Outcome outcome = cookScene(scene.options(), RunState());
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+    EXPECT_EQ(mapRow(outcome, "map").at("layout"), "hdr");
+    EXPECT_EQ(mapRow(outcome, "even").at("layout"), "hdr");
+    EXPECT_EQ(mapRow(outcome, "even").at("width"), 4);
 }
 
 /// A limit on the error decides the light map as without a budget, and the budget is for the dominant light.

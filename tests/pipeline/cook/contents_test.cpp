@@ -149,7 +149,19 @@ TEST(Contents, WhereNobodySeesDirectionsAutoTakesAsManyFlatTexturesAsALimitAsksF
 
 TEST(Contents, AConstantTakesALayoutWithinItsLimits) {
     const SmallScene scene(SmallScene::Parts::LightMap, sky);
-    EXPECT_EQ(assetOf(cook(scene, "max_error = 0.02").report, "map").at("layout"), "raw") << "exact, and one block";
+    const Json cheap = assetOf(cook(scene, "max_error = 0.02").report, "map");
+    EXPECT_EQ(cheap.at("width"), 4);
+    EXPECT_LT(cheap.at("bytes_gpu"), 9 * 128) << "raw is exact, but others keep the limit too";
+    const Json few = assetOf(cook(scene, "max_error = 0.02\ncost = \"taps\"").report, "map");
+    const auto fetchesOf = [](const Json& map) {
+        return formats::info(*formats::lightMapLayoutFromName(map.at("layout").get<std::string>())).fetchCount();
+    };
+    EXPECT_EQ(few.at("width"), 4);
+    EXPECT_LE(fetchesOf(few), fetchesOf(cheap));
+    for (const Json& candidate : few.at("trial_candidates"))
+        if (std::max(candidate.at("diffuse").get<double>(), candidate.at("specular").get<double>()) <= 0.02) {
+            EXPECT_LE(fetchesOf(few), candidate.at("fetches").get<int>()) << candidate.at("layout");
+        }
     const std::string bumped = "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = false\n";
     const Json small = assetOf(cook(scene, "max_error = 0.02\nbudget = \"1 KiB\"", bumped).report, "map");
     EXPECT_EQ(small.at("layout"), "ratio");
@@ -157,7 +169,7 @@ TEST(Contents, AConstantTakesALayoutWithinItsLimits) {
     const Json quick = assetOf(cook(scene, "max_error = 0.02\nmax_fetches = 4").report, "map");
     const auto taken = formats::lightMapLayoutFromName(quick.at("layout").get<std::string>());
     ASSERT_TRUE(taken);
-    EXPECT_LE(formats::info(*taken).tapCount(), 4) << quick.at("layout");
+    EXPECT_LE(formats::info(*taken).fetchCount(), 4) << quick.at("layout");
 }
 
 TEST(ContentsSoak, ALayoutByNameAndKeepUnusedAreObeyed) {

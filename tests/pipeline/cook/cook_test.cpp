@@ -10,6 +10,7 @@
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/manifest/self_digest.h"
+#include "pipeline/report/collection.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
@@ -130,6 +131,18 @@ TEST(CookScene, TheReportHoldsWhatTheProductPromises) {
     EXPECT_EQ(*readReport(scene / "out" / kReportName), report);
 }
 
+/// Errors are then those of texel centres, and so is the light that they are a part of.
+TEST(CookScene, WithoutPlacesOnTheSurfaceTheWholeShadingHasTheErrorOfTheTexels) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    scene.writeSceneFile("light_map_layout = \"ratio\"");
+    CookOptions options = scene.optionsWithSharedCache();
+    options.samples = 0;
+    const Outcome outcome = cook(options);
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    EXPECT_GT(outcome.report.at("whole").at("lights").at("diffuse").get<double>(), 0.05);
+    EXPECT_GT(outcome.report.at("whole").at("rel_rms").get<double>(), 0);
+}
+
 TEST(CookScene, OneThreadAndThreeGiveTheSameBytes) {
     const SmallScene scene(Parts::All);
     CookOptions options = scene.options();
@@ -206,6 +219,20 @@ TEST(CookScene, NothingButPicturesIsRemovedForAnOldReport) {
     EXPECT_TRUE(std::filesystem::exists(scene / "out" / "notes.png"));
 }
 
+TEST(CookScene, PicturesBehindALinkStay) {
+    const SmallScene scene(Parts::All);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    std::filesystem::rename(scene / "out" / "preview", scene / "elsewhere");
+    std::filesystem::create_directory_symlink("../elsewhere", scene / "out" / "preview");
+    const auto before = filesIn(scene / "elsewhere");
+    // Without the gradient its pictures belong to no asset.
+    std::string text = formats::contentOf(scene.sceneFile());
+    const std::size_t begin = text.find("[[gradient]]");
+    formats::writeContent(scene.sceneFile(), text.erase(begin, text.find("\n\n", begin) - begin));
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    EXPECT_EQ(filesIn(scene / "elsewhere"), before);
+}
+
 TEST(CookScene, ALostOrDamagedOutputComesBack) {
     const SmallScene scene(Parts::All);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
@@ -227,6 +254,43 @@ TEST(CookScene, OnlyLeavesTheOtherAssetsAsTheyWere) {
     EXPECT_EQ(outcome.actionsRun, 2);
     EXPECT_EQ(readManifest(scene / "out")->at("assets").size(), 5u);
     EXPECT_EQ(outcome.report.at("assets").size(), 5u);
+}
+
+TEST(CookScene, OnlyNamesWhatTheFolderLacksOfTheScene) {
+    const SmallScene scene(Parts::All);
+    CookOptions options = scene.options();
+    options.only = "sky";
+    const Outcome outcome = cook(options);
+    ASSERT_TRUE(outcome.errors.empty());
+    EXPECT_EQ(outcome.report.at("passed"), true);
+    const Json others = Json::array({"map", "map_dominant", "probe", "specular"});
+    EXPECT_EQ(outcome.report.at("partial"), others);
+    EXPECT_EQ(readManifest(scene / "out")->at("partial"), others);
+    EXPECT_THAT(formats::contentOf(scene / "out" / kReportHtmlName), HasSubstr("left out: map, map_dominant, probe, specular."));
+    const auto folder = readCookedFolder(scene / "out");
+    ASSERT_TRUE(folder) << folder.error().line();
+    EXPECT_TRUE(folder->errors.empty());
+    EXPECT_EQ(summaryOf(*folder).partial, folder->report.partial);
+    EXPECT_THAT(renderCollectionHtml(makeCollection({*folder}), {}, {}), HasSubstr("without map, map_dominant, probe, specular"));
+    const Outcome verified = verifyCooked({scene / "out", {}, {}}, RunState());
+    EXPECT_TRUE(verified.errors.empty());
+    EXPECT_EQ(verified.report.at("partial"), others);
+    // Each cook of another asset shortens the list.
+    options.only = "map";
+    EXPECT_EQ(cook(options).report.at("partial"), Json::array({"probe", "specular"}));
+    options.only = {};
+    const Outcome whole = cook(options);
+    EXPECT_TRUE(whole.errors.empty());
+    EXPECT_FALSE(whole.report.contains("partial"));
+    EXPECT_FALSE(readManifest(scene / "out")->contains("partial"));
+}
+
+TEST(CookScene, OnlyDoesNotMissWhatTheSceneDoesNotNeed) {
+    const SmallScene scene(Parts::All);
+    scene.writeSceneFile("", "[[material]]\nname = \"*\"\nspecular = false\n");
+    CookOptions options = scene.options();
+    options.only = "map";
+    EXPECT_EQ(cook(options).report.at("partial"), Json::array({"sky"})) << "nothing reflects: no dominant light, probe or tables";
 }
 
 TEST(CookScene, OnlyRefusesAssetsThatAnotherTargetLeft) {

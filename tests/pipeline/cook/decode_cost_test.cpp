@@ -40,7 +40,7 @@ TEST_F(DecodeCost, TapsTakesTheLayoutOfFewestFetchesWithinTheLimit) {
     for (const Json& each : candidates) {
         const int fetches = each.at("fetches").get<int>();
         const auto layout = formats::lightMapLayoutFromName(each.at("layout").get<std::string>());
-        EXPECT_EQ(fetches, formats::info(*layout).tapCount());
+        EXPECT_EQ(fetches, formats::info(*layout).fetchCount());
         EXPECT_EQ(each.at("decode_ops").get<int>(), formats::info(*layout).decodeOps);
         EXPECT_EQ(each.at("table_bytes").get<std::uint64_t>() > 0, formats::info(*layout).isLearned()) << each.dump();
         if (each.at("layout") == mapOf(outcome).at("layout")) chosen = fetches;
@@ -79,7 +79,8 @@ TEST_F(DecodeCost, WhatNoLayoutKeepsOrNothingUsesIsRefused) {
     ASSERT_EQ(overridden.errors.size(), 1u);
     EXPECT_THAT(overridden.errors.front().line(), HasSubstr("--layout: found layout ratio (9 fetches, "));
     expectRefused("light_map_layout = \"ratio\"\ncost = \"taps\"", HasSubstr("the layout is named"));
-    expectRefused("budget = \"1 MiB\"\ncost = \"taps\"", HasSubstr("a budget chooses"));
+    expectRefused("budget = \"1 MiB\"\ncost = \"taps\"",
+                  HasSubstr("a budget chooses the layouts, expected max_error or max_visible as well"));
     expectRefused("max_error = 0.9\nmax_fetches = 0", HasSubstr("found 0 for output.max_fetches"));
     expectRefused("max_error = 0.9\ncost = \"time\"", HasSubstr("bytes, taps"));
 }

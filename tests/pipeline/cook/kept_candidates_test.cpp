@@ -137,6 +137,21 @@ TEST_F(KeptCandidates, ThePageLeavesOutThoseOfAnotherCook) {
     EXPECT_TRUE(site->files().contains("cooked/candidates/raw/cooked.json"));
 }
 
+TEST_F(KeptCandidates, BehindALinkStayAndAreNotWritten) {
+    cook(true);
+    const fs::path elsewhere = scene_ / "elsewhere";
+    fs::rename(folder() / "candidates", elsewhere);
+    fs::create_directory_symlink("../elsewhere", folder() / "candidates");
+    cook(false);
+    EXPECT_TRUE(fs::exists(elsewhere / "raw" / kManifestName));
+    EXPECT_TRUE(fs::is_symlink(folder() / "candidates"));
+    fs::remove(elsewhere / "raw" / kManifestName);
+    cook(true);
+    EXPECT_TRUE(fs::is_directory(fs::symlink_status(folder() / "candidates"))) << "in place of the link";
+    EXPECT_THAT(candidatesIn(folder()), ElementsAre("raw", "hdr-2"));
+    EXPECT_FALSE(fs::exists(elsewhere / "raw" / kManifestName));
+}
+
 TEST_F(KeptCandidates, ADamagedOneIsRefusedByName) {
     cook(true);
     formats::writeContent(candidateFolder(folder(), "raw") / "map_sh.ktx2", "no texture");

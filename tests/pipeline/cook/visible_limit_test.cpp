@@ -4,6 +4,8 @@
 #include <algorithm>
 
 #include "pipeline/cook/cook.h"
+#include "pipeline/cook/integrity.h"
+#include "pipeline/manifest/manifest.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -76,6 +78,17 @@ TEST_F(VisibleLimit, OnTheProvenBoundFailsAMapAndNamesItsPlace) {
     }
     EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("(proven bound)"));
     EXPECT_TRUE(cook("light_map_layout = \"ratio\"\nmax_visible_bound = 1e6").errors.empty());
+}
+
+/// The verification refutes layouts that the trial takes for fine. Their textures have names that those of the chosen one have too.
+TEST_F(VisibleLimit, OnTheProvenBoundLeavesTheTexturesOfTheChosenLayoutHoweverOftenItCooks) {
+    for (int run = 0; run < 3; ++run) {
+        const Outcome outcome = cook("light_map_layout = \"auto\"\nmax_visible_bound = 0.5");
+        ASSERT_TRUE(outcome.report.is_object());
+        const auto manifest = loadManifest(scene_ / "out");
+        ASSERT_TRUE(manifest.has_value());
+        for (const formats::Error& error : checkDigests(scene_ / "out", *manifest)) ADD_FAILURE() << run << ": " << error.line();
+    }
 }
 
 TEST_F(VisibleLimit, IsFiveForAutoWhereNothingElseIsAsked) {

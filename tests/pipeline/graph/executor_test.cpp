@@ -20,7 +20,8 @@ formats::Result<ActionOutcome> writeText(const ActionContext& context) {
     for (const ActionRecord* record : context.upstream)
         for (const FileRecord& file : record->files) text += *readFile(context.upstreamFolder / file.name);
     const std::string name = context.action.asset + ".txt";
-    if (auto written = writeFile(context.folder / name, text); !written) return tl::make_unexpected(written.error());
+    // A link is followed, as those who write textures do.
+    if (auto written = writeFile(context.folder / name, text, OutputLink::Follow); !written) return tl::make_unexpected(written.error());
     return ActionOutcome{{{"length", text.size()}}, {name}};
 }
 ActionFunction functionOf(const std::string&) {
@@ -65,6 +66,48 @@ TEST_F(Executor, OnlyChangedActionsAndTheirDependantsRunAgain) {
     EXPECT_EQ(*readFile(folder_ / "out" / "c.txt"), "three uno ");
 }
 
+TEST_F(Executor, AFileThatAnEarlierGraphStagedDoesNotReplaceTheOneOfTheResult) {
+    const std::vector<Action> kept = {action("a", "one "), action("c", "three ", {"a"})};
+    run(kept);
+    const auto staging = TemporaryFolder::create(folder_ / "");
+    const Cache cache(folder_ / "cache", 1 << 20);
+    DigestMemo digests(folder_ / "memo");
+    const RunState state;
+    const ExecutionContext context{functionOf, cache, digests, state};
+    execute({action("a", "refuted ")}, {folder_ / "out"}, staging->path(), context);
+    EXPECT_TRUE(std::filesystem::exists(staging->path() / "a.txt"));
+    execute({action("a", "one "), action("d", "four ", {"a"})}, {folder_ / "out"}, staging->path(), context);
+    EXPECT_EQ(*readFile(staging->path() / "d.txt"), "four one ") << "an action reads the file of its dependency";
+    const ExecutionResult result = execute(kept, {folder_ / "out"}, staging->path(), context);
+    EXPECT_EQ(result.actionsReused, 2);
+    EXPECT_TRUE(publish(result, staging->path(), folder_ / "out").has_value());
+    EXPECT_EQ(*readFile(folder_ / "out" / "a.txt"), "one ");
+}
+
+TEST_F(Executor, NothingIsWrittenIntoTheOutputFolderBeforeItIsPublished) {
+    run({action("a", "one ")});
+    const auto staging = TemporaryFolder::create(folder_ / "");
+    const Cache cache(folder_ / "cache", 1 << 20);
+    DigestMemo digests(folder_ / "memo");
+    const RunState state;
+    const ExecutionContext context{functionOf, cache, digests, state};
+    execute({action("a", "one "), action("b", "two ", {"a"})}, {folder_ / "out"}, staging->path(), context);
+    execute({action("a", "another layout ")}, {folder_ / "out"}, staging->path(), context);
+    EXPECT_EQ(*readFile(staging->path() / "a.txt"), "another layout ");
+    EXPECT_EQ(*readFile(folder_ / "out" / "a.txt"), "one ");
+}
+
+TEST_F(Executor, AnActionWhoseOutputFolderIsTheStagingFolderKeepsItsFiles) {
+    const Cache cache(folder_ / "cache", 1 << 20);
+    DigestMemo digests(folder_ / "memo");
+    const RunState state;
+    const ExecutionContext context{functionOf, cache, digests, state};
+    for (const int reused : {0, 1}) {
+        EXPECT_EQ(execute({action("a", "one ")}, {folder_ / "out"}, folder_ / "out", context).actionsReused, reused);
+        EXPECT_EQ(*readFile(folder_ / "out" / "a.txt"), "one ");
+    }
+}
+
 TEST_F(Executor, LinksInTheOutputFolderAreReplacedAndTheirTargetsStay) {
     namespace fs = std::filesystem;
     ASSERT_TRUE(writeFile(folder_ / "mine.txt", "mine").has_value());
@@ -80,6 +123,20 @@ TEST_F(Executor, LinksInTheOutputFolderAreReplacedAndTheirTargetsStay) {
     EXPECT_EQ(*readFile(folder_ / "out/sub/b.txt"), "two ");
     EXPECT_EQ(*readFile(folder_ / "mine.txt"), "mine");
     EXPECT_EQ(*readFile(folder_ / "elsewhere/b.txt"), "also mine");
+}
+
+TEST_F(Executor, NothingBehindALinkInTheOutputFolderIsRemoved) {
+    namespace fs = std::filesystem;
+    for (const char* name : {"mine.txt", "elsewhere/b.txt", "out/c.txt", "out/own/d.txt"})
+        ASSERT_TRUE(writeFile(folder_ / name, "mine").has_value());
+    fs::create_symlink("../mine.txt", folder_ / "out/a.txt");
+    fs::create_directory_symlink("../elsewhere", folder_ / "out/sub");
+    for (const char* name : {"a.txt", "sub/b.txt", "c.txt", "own/d.txt", "missing/e.txt"}) removeFileOf(folder_ / "out", name);
+    EXPECT_FALSE(fs::exists(fs::symlink_status(folder_ / "out/a.txt"))) << "the link itself goes";
+    EXPECT_TRUE(fs::exists(folder_ / "mine.txt"));
+    EXPECT_TRUE(fs::exists(folder_ / "elsewhere/b.txt"));
+    EXPECT_FALSE(fs::exists(folder_ / "out/c.txt"));
+    EXPECT_FALSE(fs::exists(folder_ / "out/own/d.txt"));
 }
 
 TEST_F(Executor, ACacheThatCannotBeWrittenIsAWarning) {

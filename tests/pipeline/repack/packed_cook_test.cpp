@@ -251,6 +251,10 @@ TEST_F(PackedCook, WhatCannotBePackedIsRefused) {
     EXPECT_THAT(mistake(), HasSubstr("expected charts_max_visible = 0"));
     writeScene("charts = \"pack\"\ncharts_max_visible = -1");
     EXPECT_THAT(mistake(), HasSubstr("found -1 for charts_max_visible, expected a number from 0"));
+    writeScene("charts_max_visible = 1");
+    EXPECT_THAT(mistake(), HasSubstr("scene.toml:5: found charts_max_visible where no charts are packed, expected charts = \"pack\" or"));
+    writeScene("charts = \"pack\"", "mesh = \"cornell.glb\"\ncharts = \"keep\"\ncharts_max_visible = 1\n");
+    EXPECT_THAT(mistake(), HasSubstr("found charts_max_visible where no charts are packed"));
     writeScene("charts = \"packed\"");
     EXPECT_THAT(mistake(), HasSubstr("expected one of: keep, pack"));
 }

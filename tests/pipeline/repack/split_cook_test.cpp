@@ -396,6 +396,8 @@ TEST_F(SplitCook, WhatCannotBeSplitIsRefused) {
     writeMap(smoothLight, hardLight);
     writeScene("charts = \"split\"\nlight_map_layout = \"ratio\"");
     EXPECT_THAT(mistake(), HasSubstr("light map 'map': found charts to split without a limit within which both maps get a layout"));
+    writeScene("charts = \"split\"\nlight_map_layout = \"auto\"\nbudget = \"1 MiB\"");
+    EXPECT_THAT(mistake(), testing::EndsWith("expected max_visible or max_error"));
     writeScene("charts = \"split\"\nbudget = \"1 MiB\"");
     EXPECT_THAT(mistake(), HasSubstr("expected max_visible or max_error"));
     writeScene("charts = \"split\"\nmax_visible = 3\nmax_seam = 2");

@@ -195,6 +195,10 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
                   "6:", "expected one of: explained, halo3, refined, refined-ambient");
     expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_layout = \"third\"\n",
                   "6:", "expected one of: full, full-coarse, half, half-coarse, quarter, quarter-coarse, none");
+    expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_layout = \"none\"\ndominant_fit = \"halo3\"\n", "7:16",
+                  "found light_map.dominant_fit beside dominant_layout = \"none\", expected one of them");
+    expectRefused(kHead + "[output]\ngltf = true\n[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\n", "4:8",
+                  "found output.gltf where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]");
     for (const char* limit : {"0.5", "-1", "nan", "inf"})
         expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nfirefly_limit = " + limit + "\n",
                       "6:", "expected a number from 1, or 0 for no check");

@@ -303,11 +303,11 @@ TEST(VisibleMesh, TrianglesHaveTheirTexelsAndAreFoundByPlace) {
     const auto triangleAt = [&](double x, double y) {
         VisiblePlace place{.x = x, .y = y};
         findTriangle(meshes, 64, 32, place);
-        return std::pair(place.primitive, place.triangle);
+        return place.triangle;
     };
-    EXPECT_EQ(triangleAt(4, 3), std::pair(std::int64_t{1}, std::int64_t{0}));
-    EXPECT_EQ(triangleAt(30, 14), std::pair(std::int64_t{1}, std::int64_t{1}));
-    EXPECT_EQ(triangleAt(50, 3), std::pair(std::int64_t{-1}, std::int64_t{-1}));
+    EXPECT_EQ(triangleAt(4, 3), (MeshTriangle{1, 0}));
+    EXPECT_EQ(triangleAt(30, 14), (MeshTriangle{1, 1}));
+    EXPECT_EQ(triangleAt(50, 3), std::nullopt);
 }
 
 }  // namespace

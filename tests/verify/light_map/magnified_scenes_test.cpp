@@ -17,6 +17,7 @@
 #include "lighting/brdf.h"
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
+#include "tests/formats/light_map_layouts.h"
 #include "tests/verify/cooked_light_map.h"
 #include "tests/verify/on_all_cores.h"
 #include "tests/verify/public_scenes.h"
@@ -432,14 +433,7 @@ TEST_P(MagnifiedScenesSoak, NoShadingExceedsTheBoundOfItsQuad) {
 }
 /// A thousand million in total.
 INSTANTIATE_TEST_SUITE_P(Scenes, MagnifiedScenesSoak,
-                         testing::Combine(testing::ValuesIn(test::kPublicScenes),
-                                          testing::Values(LightMapLayout::Raw, LightMapLayout::Luvw, LightMapLayout::LuvwLinear,
-                                                          LightMapLayout::Ratio, LightMapLayout::Zh3, LightMapLayout::Sh4,
-                                                          LightMapLayout::Basis3, LightMapLayout::Basis4, LightMapLayout::Basis8,
-                                                          LightMapLayout::Basis12, LightMapLayout::Basis16, LightMapLayout::Basis24,
-                                                          LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery,
-                                                          LightMapLayout::Halo3, LightMapLayout::Halo3Linear, LightMapLayout::Hdr,
-                                                          LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5, LightMapLayout::UnrealHq)),
+                         testing::Combine(testing::ValuesIn(test::kPublicScenes), testing::ValuesIn(test::directionalLayouts())),
                          test::nameOfSceneAndLayout);
 
 class TightBoundsSoak : public testing::TestWithParam<SceneAndLayout> {};

@@ -17,17 +17,10 @@
 namespace lightcook {
 namespace {
 
-using formats::LightMapLayout;
 using verify::Random;
 using verify::lightmap::ErrorBound;
 
 constexpr int kQuadsWidth = 29, kQuadsHeight = 21;
-constexpr LightMapLayout kLayouts[] = {
-    LightMapLayout::Raw,     LightMapLayout::Flat,        LightMapLayout::Ratio,  LightMapLayout::Luvw,      LightMapLayout::LuvwLinear,
-    LightMapLayout::Zh3,     LightMapLayout::Basis3,      LightMapLayout::Basis4, LightMapLayout::Basis12,   LightMapLayout::Basis16,
-    LightMapLayout::Basis24, LightMapLayout::Sh4,         LightMapLayout::Godot,  LightMapLayout::MonoSh,    LightMapLayout::Bakery,
-    LightMapLayout::Halo3,   LightMapLayout::Halo3Linear, LightMapLayout::Hdr2,   LightMapLayout::HdrRgb9e5, LightMapLayout::Flat2,
-    LightMapLayout::UnrealHq};
 
 /// Replaces the texels by random ones: anywhere in [0, 1], at its ends, or near 1/2; light of any magnitude.
 void scramble(test::Cooked& cooked, Random& random) {
@@ -152,9 +145,9 @@ Compared compareAny(const test::Cooked& cooked, bool isIdeal) {
 
 TEST(LightMapCoarseBound, IsNeverBelowTheRefinedBound) {
     Random random(31);
-    for (const LightMapLayout layout : kLayouts)
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
         for (const synthetic::Kind kind : {synthetic::Kind::Gradient, synthetic::Kind::NegativeBands}) {
-            test::Cooked cooked = test::cook(synthetic::makeBand(kind, kQuadsWidth, 0, kQuadsHeight), layout, formats::Target::Bc, 1);
+            test::Cooked cooked = test::cook(synthetic::makeBand(kind, kQuadsWidth, 0, kQuadsHeight), layout.id, formats::Target::Bc, 1);
             for (int round = 0; round < (kind == synthetic::Kind::Gradient ? 1 : 2); ++round) {
                 for (const bool isIdeal : {true, false}) {
                     const Compared compared = compareAny(cooked, isIdeal);
@@ -167,11 +160,11 @@ TEST(LightMapCoarseBound, IsNeverBelowTheRefinedBound) {
 }
 
 TEST(LightMapCoarseBound, IsNotFarAboveTheRefinedBound) {
-    for (const LightMapLayout layout : kLayouts) {
+    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
         // Their refined bound is exact, not one by lengths, and much smaller.
-        if (formats::info(layout).isZonal || formats::info(layout).decodeDegree == 0) continue;
+        if (layout.isZonal || layout.decodeDegree == 0) continue;
         const test::Cooked cooked =
-            test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kQuadsWidth, 0, kQuadsHeight), layout, formats::Target::Bc, 1);
+            test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kQuadsWidth, 0, kQuadsHeight), layout.id, formats::Target::Bc, 1);
         Compared compared = compareAny(cooked, false);
         std::ranges::sort(compared.ratios);
         EXPECT_LT(compared.ratios[compared.ratios.size() / 2], 6) << cooked.map.layout;

@@ -115,7 +115,7 @@ private:
     }
     static LightMapVerifier verifierOf(const Viewing& viewing, const LightMapShading& shading, double key) {
         LightMapSampling sampling;
-        sampling.bounds = false;
+        sampling.figures = LightMapFigures::Sampled;
         CookedLightMap map{"raw", {{"range", {1.0f}}}, kSeamsWidth, kSeamsHeight};
         return std::move(*LightMapVerifier::create(map, shading, sampling, key, viewing));
     }

@@ -207,8 +207,7 @@ TEST(LightMapTrial, MeasuresEveryStageOnTheSurface) {
         const test::Cooked cooked =
             test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight), layout, formats::Target::Bc, 1);
         LightMapSampling trial;
-        trial.isForTrial = true;
-        trial.bounds = false;
+        trial.figures = LightMapFigures::Trial;
         const auto tried = cooked.stages({}, trial), verified = cooked.stages();
         ASSERT_EQ(tried.size(), verified.size());
         EXPECT_EQ(tried[tried.size() - 2].diffuse.relRms, verified.back().diffuse.relRms);
@@ -231,8 +230,7 @@ protected:
     }
     LightMapVerifier verifier(bool isGrouped = true) const {
         LightMapSampling trial;
-        trial.isForTrial = true;
-        trial.bounds = false;
+        trial.figures = LightMapFigures::Trial;
         trial.placesPerTexel = 4;
         if (isGrouped) trial.groups = {groupOf_.view(), kGroups, kBelowOne};
         auto created = LightMapVerifier::create(cooked_.map, {}, trial, cooked_.key, Viewing{});
@@ -331,7 +329,7 @@ TEST(LightMapStages, HaveTheSquaresOfTheSurface) {
     test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight),
                                      formats::LightMapLayout::Basis8, formats::Target::Bc, 1);
     LightMapSampling sampling;
-    sampling.bounds = false;
+    sampling.figures = LightMapFigures::Sampled;
     const LightMapErrors errors = cooked.verifier({}, sampling).verifyRows(cooked.texels, cooked.reference, 0, kVisibleHeight);
     const double onSurface = errors.surface.diffuseFigures().relRms;
     EXPECT_NEAR(errors.stages[2].surface.relRms(), onSurface, 0.3 * onSurface) << "hemispheres of the normals beside the sphere";
@@ -350,7 +348,7 @@ TEST(SurfacePlaces, LieEvenlyOnTheFootprintsOfCoveredTexels) {
     for (const std::uint8_t each : cooked.reference.covered.texels()) covered += each != 0;
     LightMapSampling sampling;
     sampling.placesPerTexel = 64;
-    sampling.bounds = false;
+    sampling.figures = LightMapFigures::Sampled;
     const LightMapErrors errors = cooked.verifier({}, sampling).verifyRows(cooked.texels, cooked.reference, 0, kVisibleHeight);
     const double texels = static_cast<double>(errors.surface.diffuse.sampleCount()) /
                           static_cast<double>(errors.stages[0].errors.diffuse.sampleCount()) * static_cast<double>(covered) / 64;
