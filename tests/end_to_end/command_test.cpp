@@ -331,8 +331,9 @@ TEST_F(Command, EachConverterStandsAlone) {
     EXPECT_EQ(run("lut tables.ktx2").code, 2) << "three textures do not fit one file";
 }
 
+using CommandSoak = Command;
 /// Engines that read a layout load its files: Godot one DDS file with an array of four slices.
-TEST_F(Command, LayoutsOfEnginesAreFilesThatTheyLoad) {
+TEST_F(CommandSoak, LayoutsOfEnginesAreFilesThatTheyLoad) {
     ASSERT_EQ(run("lightmap map.exr room.dds --layout godot --max-error 1 --no-specular").code, 0);
     EXPECT_THAT(run("info room.dds").out, testing::AllOf(HasSubstr("bc6h-uf16"), HasSubstr("layers: 4")));
     EXPECT_EQ(run("decode room.dds slice.exr --layer 3").code, 0);

@@ -78,7 +78,7 @@ public:
     void writeSceneFile(const std::string& output, const std::string& materials = "", const std::string& root = "") const {
         const std::string others = parts_ == Parts::LightMap
                                        ? ""
-                                       : "[[probe]]\nname = \"probe\"\nfile = \"probe.exr\"\n\n"
+                                       : "[[probe]]\nname = \"probe\"\nfile = \"probe.exr\"\nsize = 16\n\n"
                                          "[[gradient]]\nname = \"sky\"\nfile = \"sky.exr\"\nexponents = [1, 16, 256]\n\n";
         formats::writeContent(sceneFile(), fmt::format("schema = 1\nname = \"small\"\n{}\n[output]\n{}\n\n"
                                                        "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\n\n{}{}\n",

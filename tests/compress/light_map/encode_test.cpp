@@ -39,7 +39,7 @@ std::vector<std::vector<std::byte>> encode(Kind kind, const compress::LightMapPl
     return layers;
 }
 
-TEST(EncodeLightMap, CutsBetweenBlockRowsGiveTheSameBytes) {
+TEST(EncodeLightMapSoak, CutsBetweenBlockRowsGiveTheSameBytes) {
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
         for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
             const compress::LightMapPlan plan = planOf(Kind::Gradient, layout.id, target);

@@ -74,10 +74,10 @@ void checkChain(const std::filesystem::path& file, fit::PrefilterKernel kernel, 
 TEST(EnvironmentFiles, BeckmannLevelsOfKiaraKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/kiara_1_dawn_1k.hdr", fit::PrefilterKernel::Beckmann, "Beckmann");
 }
-TEST(EnvironmentFiles, GgxLevelsOfKiaraKeepTheMeanAndMatchBruteForce) {
+TEST(EnvironmentFilesSoak, GgxLevelsOfKiaraKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/kiara_1_dawn_1k.hdr", fit::PrefilterKernel::Ggx, "GGX");
 }
-TEST(EnvironmentFiles, BeckmannLevelsOfRooitouKeepTheMeanAndMatchBruteForce) {
+TEST(EnvironmentFilesSoak, BeckmannLevelsOfRooitouKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/rooitou_park_1k.hdr", fit::PrefilterKernel::Beckmann, "Beckmann");
 }
 TEST(EnvironmentFiles, GgxLevelsOfRooitouKeepTheMeanAndMatchBruteForce) {

@@ -390,7 +390,7 @@ TEST(CookScene, ALimitOfOneLightMapIsNoneOfAnother) {
 }
 
 /// A map of constant light is not traded, and gets its layout where the list has neither raw nor ratio.
-TEST(CookScene, AMapThatNoBudgetTradesGetsALayoutOfTheList) {
+TEST(CookSceneSoak, AMapThatNoBudgetTradesGetsALayoutOfTheList) {
     const SmallScene scene(Parts::LightMap), constant(Parts::LightMap, grey);
     std::filesystem::copy_file(constant / "map.exr", scene / "even.exr");
     scene.writeSceneFile("budget = \"1 MiB\"\nlayouts = [\"hdr\"]", "[[light_map]]\nname = \"even\"\nfile = \"even.exr\"\n");

@@ -108,7 +108,7 @@ TEST(Contents, BandsThatNobodySeesAreLeftOut) {
     EXPECT_EQ(assetOf(cook(sun).report, "map").at("layout"), "ratio");
 }
 
-TEST(Contents, AutoTriesTheFlatLayoutWhereItMayBeEnough) {
+TEST(ContentsSoak, AutoTriesTheFlatLayoutWhereItMayBeEnough) {
     const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
     const Json foggy = cook(fog, "max_error = 0.02").report;
     EXPECT_EQ(assetOf(foggy, "map").at("layout"), "flat");

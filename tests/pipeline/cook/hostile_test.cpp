@@ -99,7 +99,7 @@ std::map<std::string, std::string> cookOneTexel(float value) {
 }
 
 /// The largest float is beyond all floats in units of the map's key: nothing can be said of its error, and every layout is refused by name.
-TEST(Light, TheLargestFloatIsRefused) {
+TEST(LightSoak, TheLargestFloatIsRefused) {
     const std::map<std::string, std::string> lines = cookOneTexel(3.4e38f);
     EXPECT_THAT(lines, SizeIs(lightMapLayoutNames().size()));
     for (const auto& [layout, line] : lines) EXPECT_THAT(line, HasSubstr("map, ")) << layout;

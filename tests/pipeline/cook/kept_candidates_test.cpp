@@ -61,21 +61,21 @@ TEST_F(KeptCandidates, TheSceneItselfHasTheSameBytes) {
     EXPECT_FALSE(fs::exists(folder() / "candidates"));
 }
 
-TEST_F(KeptCandidates, MayMissTheLimitsOfTheScene) {
+using KeptCandidatesSoak = KeptCandidates;
+TEST_F(KeptCandidatesSoak, MayMissTheLimitsOfTheScene) {
     const Outcome outcome = cook(true, "layouts = [\"sh4\", \"raw\"]\nmax_error = 0.001");
     ASSERT_THAT(outcome.candidates, ElementsAre("sh4"));
     EXPECT_TRUE(loadReport(folder() / kReportName)->passed);
     EXPECT_FALSE(loadReport(candidateFolder(folder(), "sh4") / kReportName)->passed);
 }
 
-TEST_F(KeptCandidates, AreThoseOfABudgetToo) {
+TEST_F(KeptCandidatesSoak, AreThoseOfABudgetToo) {
     const Outcome outcome = cook(true, "layouts = [\"hdr\", \"hdr-2\", \"raw\"]\nbudget = \"16 KiB\"");
     EXPECT_EQ(outcome.candidates.size(), 2u);
     for (const std::string& layout : outcome.candidates)
         EXPECT_FALSE(loadReport(candidateFolder(folder(), layout) / kReportName)->budget.limitBytes) << "a budget is that of the scene";
 }
 
-using KeptCandidatesSoak = KeptCandidates;
 TEST_F(KeptCandidatesSoak, HaveTheirLayoutsAlsoWhereABudgetAloneChooses) {
     for (const char* limits : {"budget = \"1 MiB\"", "max_whole_visible = 10"}) {
         const Outcome outcome = cook(true, limits);

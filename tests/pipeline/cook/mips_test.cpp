@@ -135,7 +135,7 @@ TEST(LightMapMips, ALimitHoldsForEachLevel) {
     for (const char* mip : {"mip 1, diffuse", "mip 3, diffuse"}) EXPECT_THAT(all, HasSubstr(mip));
 }
 
-TEST(LightMapMips, WithoutThemTheBytesAreTheSame) {
+TEST(LightMapMipsSoak, WithoutThemTheBytesAreTheSame) {
     const MippedScene scene(8);
     for (const char* keys : {"", "mips = false", "mips = true"}) {
         const Outcome outcome = scene.cook(fmt::format("light_map_layout = \"basis-4\"\n{}", keys), fmt::format("out{}", keys));

@@ -80,8 +80,9 @@ TEST_F(VisibleLimit, OnTheProvenBoundFailsAMapAndNamesItsPlace) {
     EXPECT_TRUE(cook("light_map_layout = \"ratio\"\nmax_visible_bound = 1e6").errors.empty());
 }
 
+using VisibleLimitSoak = VisibleLimit;
 /// The verification refutes layouts that the trial takes for fine. Their textures have names that those of the chosen one have too.
-TEST_F(VisibleLimit, OnTheProvenBoundLeavesTheTexturesOfTheChosenLayoutHoweverOftenItCooks) {
+TEST_F(VisibleLimitSoak, OnTheProvenBoundLeavesTheTexturesOfTheChosenLayoutHoweverOftenItCooks) {
     for (int run = 0; run < 3; ++run) {
         const Outcome outcome = cook("light_map_layout = \"auto\"\nmax_visible_bound = 0.5");
         ASSERT_TRUE(outcome.report.is_object());

@@ -82,8 +82,9 @@ TEST_F(PackedCook, MovedChartsKeepTheErrorAtTexelsAndTheBound) {
     EXPECT_EQ(map.at("bytes_in").get<std::uint64_t>(), fs::file_size(folder_ / "cornell_lightmap.exr"));
 }
 
+using PackedCookSoak = PackedCook;
 /// The bake before its charts were packed reads its mesh for coverage; the packed one has channels for it.
-TEST_F(PackedCook, CoverageMayComeFromTheMesh) {
+TEST_F(PackedCookSoak, CoverageMayComeFromTheMesh) {
     writeScene("light_map_layout = \"hdr\"\ncharts = \"pack\"", "mesh = \"cornell.glb\"\ncoverage = \"mesh\"\n");
     const Json report = cooked();
     const Json& map = assetOf(report.at("assets"), "map");
@@ -230,7 +231,6 @@ TEST_F(PackedCook, TheCommandLineKeepsUvs) {
     EXPECT_LT(assetOf(cooked({ChartMode::Pack, {}}).at("assets"), "map").at("width"), 256) << "the command line before both";
 }
 
-using PackedCookSoak = PackedCook;
 TEST_F(PackedCookSoak, LayoutsAndBudgetsAreChosenForTheRepackedMap) {
     // Layouts of more fetches are not tried, since each trial takes seconds.
     writeScene("charts = \"pack\"\ncharts_max_visible = 1\nbudget = \"300 KiB\"\nmax_fetches = 5");

@@ -654,7 +654,7 @@ TEST(LightMapVerifier, TheSecondAlphaOfUnrealHqRefinesTheFirst) {
     EXPECT_GT(cooked.idealTotal().diffuse.relRms, with);
 }
 
-TEST(LightMapVerifier, FloatTargetsAreFarMoreExactThanBlocks) {
+TEST(LightMapVerifierSoak, FloatTargetsAreFarMoreExactThanBlocks) {
     for (const LightMapLayout layout : kEveryLayout) {
         // A flat map is exact for what it holds: the texel's own normal.
         verify::LightMapShading shading;

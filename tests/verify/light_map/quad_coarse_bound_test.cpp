@@ -145,9 +145,9 @@ Compared compareAny(const test::Cooked& cooked, bool isIdeal) {
 
 TEST(LightMapCoarseBound, IsNeverBelowTheRefinedBound) {
     Random random(31);
-    for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
+    for (const LightMapLayout layout : test::layoutsOfEveryFamily())
         for (const synthetic::Kind kind : {synthetic::Kind::Gradient, synthetic::Kind::NegativeBands}) {
-            test::Cooked cooked = test::cook(synthetic::makeBand(kind, kQuadsWidth, 0, kQuadsHeight), layout.id, formats::Target::Bc, 1);
+            test::Cooked cooked = test::cook(synthetic::makeBand(kind, kQuadsWidth, 0, kQuadsHeight), layout, formats::Target::Bc, 1);
             for (int round = 0; round < (kind == synthetic::Kind::Gradient ? 1 : 2); ++round) {
                 for (const bool isIdeal : {true, false}) {
                     const Compared compared = compareAny(cooked, isIdeal);

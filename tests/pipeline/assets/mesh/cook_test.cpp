@@ -406,7 +406,7 @@ TEST_F(TwoSquaresSoak, TheMeshIsAnInputOfTheLightMapOnlyWhereBasesAreLearned) {
     EXPECT_EQ(cook().actionsRun, 3) << "of a picture the light map knows nothing";
 }
 
-TEST_F(TwoSquares, AMeshAloneBringsTheLightMapThatItsVerticesSpeakOf) {
+TEST_F(TwoSquaresSoak, AMeshAloneBringsTheLightMapThatItsVerticesSpeakOf) {
     writeMesh(Neck::Present);
     for (const char* output : {"light_map_layout = \"basis-3\"", "max_error = 0.05"}) {
         writeScene(output);
