@@ -129,7 +129,7 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
         addPlaced(each, facts);
     }
     for (const formats::TriangleMesh* mesh : meshes)
-        if (!addMesh(*mesh, raster, facts, context)) return interrupted(context);
+        if (draws.contains(mesh) && !addMesh(*mesh, raster, facts, context)) return interrupted(context);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             if (!raster.read().has(x, y)) continue;

@@ -31,7 +31,7 @@ struct StageShare {
 template <class Fields, Is<StageShare> Self>
 void describe(Fields& fields, Self& stage) {
     fields.required("name", stage.name, "name of the stage");
-    fields.required("share", stage.share, kFigure, "share of the squared error");
+    fields.required("share", stage.share, kFigure, "share of the squared error if the stage were alone: shares of stages do not add up");
 }
 
 /// One asset in one kind of shading.

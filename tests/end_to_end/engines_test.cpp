@@ -368,6 +368,7 @@ TEST_F(EnginesSoak, ManifestAndReportKeepTheirSchemasForEveryConverter) {
 TEST_F(Engines, SchemasRefuseWhatTheProgramDoesNotWrite) {
     if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
     ASSERT_EQ(run("cook scene.toml -o out --effort 0").code, 0);
+    expectKeepSchemas(scene_ / "out");
     const Json manifest = readManifest(scene_ / "out").value();
     const auto refuses = [&](const std::function<void(Json&)>& change) {
         Json changed = manifest;

@@ -177,13 +177,14 @@ Result<LightMapSource*> openBake(const ActionContext& context, const CookedAsset
 }
 
 /// Returns the error that the codes of a residual stage have beside a first stage that is exact. No code of halo3's second texture leaves
-/// the first one as it is: the nearest to 1/2 are half a step of 8 bits away, of a residual from -1 to 1.
+/// the first one as it is: the nearest to 1/2 are half a step of 8 bits away, of a residual from -1 to 1 in units of coefficient 0. Over
+/// all directions, nine coefficients of an orthonormal basis that are off by half a step each miss by three of them.
 double roundingOfResidual(const std::string& name) {
     const auto layout = formats::lightMapLayoutFromName(name);
     const bool hasNeutralCode =
         !layout || formats::info(*layout).family != formats::LightMapFamily::Luvw || !formats::info(*layout).isForEngine;
     constexpr double kHalfStep = 1.0 / 255;
-    return hasNeutralCode ? 0 : kHalfStep;
+    return hasNeutralCode ? 0 : 3 * kHalfStep;
 }
 
 /// Returns true if stage `after` was measured on the surface, and does not add to the error of stage `before` there: a residual that is

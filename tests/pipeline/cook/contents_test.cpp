@@ -34,6 +34,12 @@ vec3 growingSlope(const dvec3& direction, const dvec2& place) {
     return vec3(0.2f, 0.3f, 0.4f) * static_cast<float>((1 + 3 * place.x) * (1 + 0.5 * direction.z));
 }
 
+/// Light of another colour from each axis.
+vec3 colouredAxes(const dvec3& direction, const dvec2&) {
+    return vec3(glm::dvec3(1, 0.9, 0.8) + direction.x * glm::dvec3(0.21, -0.17, 0.33) + direction.y * glm::dvec3(-0.12, 0.26, 0.07) +
+                direction.z * glm::dvec3(0.31, 0.11, -0.23));
+}
+
 const Json& assetOf(const Json& report, const std::string& name) {
     for (const Json& asset : report.at("assets"))
         if (asset.at("name") == name) return asset;
@@ -170,6 +176,15 @@ TEST(Contents, AConstantTakesALayoutWithinItsLimits) {
     const auto taken = formats::lightMapLayoutFromName(quick.at("layout").get<std::string>());
     ASSERT_TRUE(taken);
     EXPECT_LE(formats::info(*taken).fetchCount(), 4) << quick.at("layout");
+}
+
+/// Every code of the second texture is off by half a step there, each in its own direction, with no other block to make up for it.
+TEST(Contents, AConstantKeepsTheSecondTextureOfHalo3) {
+    const SmallScene scene(SmallScene::Parts::LightMap, colouredAxes);
+    for (const char* layout : {"halo3", "halo3-linear"}) {
+        const Json map = assetOf(cook(scene, fmt::format("max_error = 0.2\nlight_map_layout = \"{}\"", layout)).report, "map");
+        EXPECT_EQ(map.at("passed"), true) << layout;
+    }
 }
 
 TEST(ContentsSoak, ALayoutByNameAndKeepUnusedAreObeyed) {

@@ -235,6 +235,11 @@ inline void overlappingUvs(const PlantedScene& scene) {
     });
 }
 
+/// No fault: a second mesh in the same place of the map, which no node draws.
+inline void undrawnMesh(const PlantedScene& scene) {
+    scene.editMesh([](Glb& glb) { glb.json["meshes"].push_back(glb.json["meshes"][0]); });
+}
+
 inline void drawnTwice(const PlantedScene& scene) {
     scene.editMesh([](Glb& glb) {
         glb.json["nodes"].push_back(glb.json["nodes"][0]);

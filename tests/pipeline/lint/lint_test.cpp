@@ -417,6 +417,12 @@ TEST(Lint, NamesOverlappingUvs) {
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("uv-overlap"));
 }
 
+TEST(Lint, MeshesThatNoNodeDrawsDoNotOverlap) {
+    const PlantedScene scene;
+    faults::undrawnMesh(scene);
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre());
+}
+
 TEST(Lint, NamesAMaterialThatNoMeshHas) {
     const PlantedScene scene;
     faults::unknownMaterial(scene);
