@@ -255,7 +255,7 @@ struct MeasuredLightMap {
     std::optional<LightMapObjective> objective = std::nullopt;  ///< empty: energy
 };
 
-/// What the decode of a learned layout is fitted to.
+/// The decode of a learned layout is fitted to these samples of the map.
 struct LightMapLesson {
     const std::vector<int>& chartOfBlock;  ///< LightMapBlocks::chartOfBlock()
     const LightMapSamples& samples;        ///< of LightMapBlocks::choose(chartOfBlock, learningBlocks(...)), filled from the whole map

@@ -19,7 +19,7 @@ struct OutputPlace {
     std::filesystem::path path;  ///< no symbolic link, except for a descriptor of a process (/dev/stdout)
     bool isStream = false;       ///< a device, FIFO, socket or descriptor: to be written into, not to be replaced
 };
-/// Says what a write does with a symbolic link that has the name of its output.
+/// If a symbolic link has the name of an output, the write follows or replaces it.
 enum class OutputLink {
     Follow,   ///< it stays, and the file that it names is replaced: for files that the user names
     Replace,  ///< the output takes its place, and the file that it names stays: for files of an output folder

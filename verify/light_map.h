@@ -70,7 +70,7 @@ struct PlaceGroups {
     std::uint32_t at(int x, int y) const { return count > 0 ? ofTexel.at(x, y) : kNone; }
 };
 
-/// What a verifier measures of a map.
+/// A verifier computes these figures of a map.
 enum class LightMapFigures {
     All,      ///< errors at texel centres and at places on the surface, and bounds
     Sampled,  ///< the same without bounds

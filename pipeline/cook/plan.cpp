@@ -431,7 +431,7 @@ private:
         if (unread == 0) return 0;
         const std::uint64_t bytes = cubemapBytes(entry.size, scene_.output.target) - cubemapBytes(size, scene_.output.target);
         if (scene_.output.keepUnused || !entry.readLevelsOnly.value_or(scene_.output.isChosenByWhole())) {
-            // Where the size is "auto" already, keep_unused asks for them.
+            // The note advises size = "auto". Beside that, keep_unused asked for the unread levels.
             if (!entry.readLevelsOnly.value_or(false))
                 plan_.notes[entry.name] = {{note_keys::kUnreadLevels, unread}, {note_keys::kUnreadBytes, bytes}};
             return 0;
