@@ -43,8 +43,7 @@ void keepWithin(double limit, std::vector<AllocationChoice>& choices) {
 LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
     const auto entry = std::ranges::find(scene.lightMaps, map, &LightMapEntry::name);
     const bool isKnown = entry != scene.lightMaps.end();
-    return {lightMapErrorLimit(scene.output).value_or(kNoErrorLimit),
-            visibleLimit(scene.output, isKnown ? entry->maxVisible : std::nullopt),
+    return {layoutErrorLimit(scene.output), visibleLimit(scene.output, isKnown ? entry->maxVisible : std::nullopt),
             isKnown && entry->maxVisibleBound ? entry->maxVisibleBound : scene.output.maxVisibleBound,
             isKnown ? seamLimit(scene.output, *entry) : scene.output.maxSeam};
 }

@@ -54,8 +54,8 @@ std::optional<Action> splitAction(const Scene& scene, const Needs& needs, const 
                                   bool repair) {
     auto trial = trialOf(scene, needs, entry, repair);
     if (!trial) return std::nullopt;
-    const SplitParameters parameters{std::move(*trial), lightMapErrorLimit(scene.output).value_or(kNoErrorLimit),
-                                     visibleLimit(scene.output, entry.maxVisible), packed.bake.places, packed.boxes};
+    const SplitParameters parameters{std::move(*trial), layoutErrorLimit(scene.output), visibleLimit(scene.output, entry.maxVisible),
+                                     packed.bake.places, packed.boxes};
     return Action{actionId(ActionStep::Split, entry.name), kSplitChartsKind, entry.name, toJson(parameters), learnedInputsOf(entry), {}};
 }
 
@@ -80,7 +80,7 @@ std::optional<std::uint64_t> leastBytes(const TrialResult& trial, const ChartPac
                                         const LightMapEntry& entry) {
     std::optional<std::uint64_t> least;
     for (const LightMapCandidate& each :
-         candidatesOf(trial, {lightMapErrorLimit(scene.output).value_or(kNoErrorLimit), visibleLimit(scene.output, entry.maxVisible)}))
+         candidatesOf(trial, {layoutErrorLimit(scene.output), visibleLimit(scene.output, entry.maxVisible)}))
         if (each.usedOfLimits <= 1 && each.bytes < least.value_or(UINT64_MAX)) least = each.bytes;
     if (least && needs.specular) *least += dominantBytes(entry, scene.output.target, {packing.width, packing.height});
     return least;

@@ -121,6 +121,10 @@ std::optional<double> lightMapErrorLimit(const OutputSettings& output) {
     return output.isChosenByWhole() ? output.maxError : errorLimit(output);
 }
 
+double layoutErrorLimit(const OutputSettings& output) {
+    return lightMapErrorLimit(output).value_or(kNoErrorLimit);
+}
+
 double converterLimit(const OutputSettings& output) {
     return output.maxConverterError.value_or(std::max(errorLimit(output), kDefaultMaxError));
 }

@@ -24,6 +24,9 @@ double errorLimit(const OutputSettings& output);
 /// else the default of max_error.
 std::optional<double> lightMapErrorLimit(const OutputSettings& output);
 
+/// Returns the limit on rel_rms that the layouts of light maps are chosen by: lightMapErrorLimit, or kNoErrorLimit without one.
+double layoutErrorLimit(const OutputSettings& output);
+
 /// Returns the limit on the 99th percentile of visible errors: that of the light map or else that of the output; without either, the
 /// default if the layout is "auto" and neither an error nor a budget is asked for. Empty: no limit.
 std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap);
