@@ -13,7 +13,6 @@
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/lint/gamma.h"
-#include "verify/light_map.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -85,8 +84,9 @@ ShRgb decodedGamma(const ShRgb& sh) {
 /// Facts of some rows, and what the scanner of charts needs of them.
 struct Part {
     LightMapFacts facts;
-    verify::LightMapKey key;
     double radianceSum = 0;
+    std::int64_t lit = 0;                   ///< texels whose white surface has a positive luminance
+    double logSum = 0;                      ///< of the logarithms of these
     std::vector<std::vector<float>> light;  ///< by row: the largest channel of sh00; negative where it is not covered
 };
 
@@ -104,8 +104,6 @@ public:
 
     Part count(const formats::LightMapStrip& strip, bool hasNormals) const {
         Part part;
-        part.key = verify::LightMapKey(weights_);
-        part.key.add(strip, strip.firstRow, strip.sh.height());
         part.facts.coverage = strip.coverage;
         for (int y = 0; y < strip.sh.height(); ++y) {
             std::vector<float>& light = part.light.emplace_back(static_cast<std::size_t>(strip.sh.width()), -1.0f);
@@ -124,6 +122,11 @@ private:
         LightMapFacts& facts = part.facts;
         ++facts.covered;
         facts.black += sh == ShRgb{} ? 1 : 0;
+        const ShRgb exit = lighting::convolve(sh, lighting::kExitRadianceBands);
+        if (const double exitLuminance = glm::dot(glm::dvec3(lighting::evaluate(exit, glm::vec3(normal))), weights_); exitLuminance > 0) {
+            ++part.lit;
+            part.logSum += std::log(exitLuminance);
+        }
         const Luminances values = luminances(sh, weights_);
         // Light of radiance 1 from a hemisphere has an sh00 of sqrt(pi).
         part.radianceSum += values[0] / std::sqrt(std::numbers::pi);
@@ -198,8 +201,8 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     facts.reading.lightMap = context.action.asset;
     const PartCounter counter(*parameters, source.luminanceWeights());
     ChartScanner scanner(source.width(), parameters->description.fireflyLimit);
-    verify::LightMapKey key(source.luminanceWeights());
-    double radianceSum = 0;
+    double radianceSum = 0, logSum = 0;
+    std::int64_t lit = 0;
     const auto merged = foldInOrder<Part>(
         source.chunkCount(), context, "lint " + context.action.asset,
         [&](int index) -> Result<Part> {
@@ -209,12 +212,13 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
         },
         [&](Part&& part) {
             merge(facts, part.facts);
-            key.merge(part.key);
             radianceSum += part.radianceSum;
+            logSum += part.logSum;
+            lit += part.lit;
             for (std::vector<float>& row : part.light) scanner.addRow(std::move(row));
         });
     if (!merged) return tl::make_unexpected(merged.error());
-    facts.key = key.key();
+    facts.key = lit > 0 ? std::exp(logSum / static_cast<double>(lit)) : 0.0;
     facts.meanRadiance = facts.covered > facts.black ? radianceSum / static_cast<double>(facts.covered - facts.black) : 0.0;
     facts.charts = scanner.finish();
     return outcomeWith(facts);

@@ -49,7 +49,7 @@ struct LightMapFacts {
     formats::LightMapCoverage coverage;
     std::int64_t covered = 0;
     std::int64_t black = 0;                           ///< covered texels without any light
-    double key = 0;                                   ///< log-average luminance of the exit radiance of a white surface
+    double key = 0;                                   ///< log-average luminance of the exit radiance of a white surface, where lit
     double meanRadiance = 0;                          ///< mean luminance of the incident radiance over the hemisphere, where there is light
     std::int64_t directional = 0;                     ///< texels whose band 1 is not too short to have a direction
     std::array<std::int64_t, kAxisChoices> behind{};  ///< of these, those that are lit from behind under each choice of axes
@@ -73,7 +73,7 @@ void describe(Fields& fields, Self& facts) {
     fields.required("smallest_coverage", facts.coverage.smallest, "smallest coverage.Y");
     fields.required("largest_coverage", facts.coverage.largest, "largest coverage.Y");
     fields.required("black", facts.black, "covered texels without any light");
-    fields.required("key", facts.key, kNumberOrNull, "log-average luminance of the exit radiance of a white surface");
+    fields.required("key", facts.key, kNumberOrNull, "log-average luminance of the exit radiance of a white surface, where lit");
     fields.required("mean_radiance", facts.meanRadiance, kNumberOrNull,
                     "mean luminance of the incident radiance over the hemisphere, where there is light");
     fields.required("directional", facts.directional, "texels whose light has a direction");

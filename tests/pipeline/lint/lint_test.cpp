@@ -351,6 +351,15 @@ TEST(Lint, NamesAnExposureThatNoScreenShows) {
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("exposure"));
 }
 
+TEST(Lint, PrintsTheExposureOfTheDarkestLight) {
+    const PlantedScene bright, dark;
+    faults::faintLight(bright);
+    dark.editLightMap([](Channels& map) { map.forEachCoefficient([](int, float& value) { value *= 1e-17f; }); });
+    const Outcome expected = bright.lint(), outcome = dark.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("exposure"));
+    EXPECT_NEAR(outcome.findings[0].figures.at("key") / expected.findings.at(0).figures.at("key"), 1e-10, 1e-12);
+}
+
 // Mesh
 
 TEST(Lint, NamesAMeshThatSeveralNodesDraw) {
