@@ -171,7 +171,7 @@ void addRepairOption(CLI::App& app, bool& repair) {
 
 void addSamplesOption(CLI::App& app, std::optional<int>& samples) {
     app.add_option("--samples", samples, "Random places on the surface at which the verifier shades, per texel")
-        ->check(CLI::Range(0, 1000000));
+        ->check(CLI::Range(0, kMostSamples));
 }
 
 formats::Result<void> checkOption(const char* option, const Objection& objection) {
