@@ -127,5 +127,10 @@ std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& 
 /// Fails for a glTF whose triangles have morph targets, as GltfScene::part() does. Reads no buffers. Succeeds for a scene that cannot be
 /// read; load() says why.
 Result<void> checkNoMorphTargets(const std::filesystem::path& file);
+/// Fails for a file that is no glTF, and for one without triangles that a bake can lie on: none that a node draws has TEXCOORD_1. Reads no
+/// buffers.
+Result<void> checkLightMapUvs(const std::filesystem::path& file);
+/// Returns the error of such a glTF.
+Error withoutLightMapUvs(const std::filesystem::path& file);
 
 }  // namespace lightcook::formats

@@ -170,9 +170,7 @@ Result<SurfaceFrames> SurfaceFrames::load(const std::filesystem::path& mesh, int
     SurfaceBuilder builder(width, height);
     for (const GltfScene::Placed& placed : scene->placedMeshes()) builder.add(placed);
     std::vector<Triangle> triangles = builder.take();
-    if (triangles.empty())
-        return failure(ErrorCode::WrongShape, mesh.string(),
-                       "found no triangles with TEXCOORD_1, expected the light-map UVs of the surfaces that the bake lies on");
+    if (triangles.empty()) return tl::make_unexpected(withoutLightMapUvs(mesh));
     return SurfaceFrames(std::move(triangles), width);
 }
 

@@ -193,6 +193,22 @@ Result<void> checkNoMorphTargets(const std::filesystem::path& file) {
     return failure(ErrorCode::FormatUnsupported, fmt::format("{}, {}", file.string(), **place), kFoundMorphTargets);
 }
 
+Result<void> checkLightMapUvs(const std::filesystem::path& file) {
+    const auto hasUvs = resultOf(file, [&] {
+        const GltfDocument document = GltfDocument::withoutBuffers(file);
+        const std::set<std::uint64_t> meshes = meshesWith(document, "TEXCOORD_1");
+        return std::ranges::any_of(placesOfMeshes(document.json()), [&](const auto& placed) { return meshes.contains(placed.first); });
+    });
+    if (!hasUvs) return tl::make_unexpected(hasUvs.error());
+    if (!*hasUvs) return tl::make_unexpected(withoutLightMapUvs(file));
+    return {};
+}
+
+Error withoutLightMapUvs(const std::filesystem::path& file) {
+    return {ErrorCode::WrongShape, file.string(),
+            "found no triangles with TEXCOORD_1, expected the light-map UVs of the surfaces that the bake lies on"};
+}
+
 Result<GltfScene> GltfScene::load(const std::filesystem::path& file) {
     return resultOf(file, [&] { return GltfScene(std::make_unique<State>(GltfDocument(file))); });
 }

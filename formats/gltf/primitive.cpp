@@ -214,20 +214,35 @@ private:
     std::uint64_t geometryBytes_ = 0;  ///< of the primitives so far, with what they share
 };
 
-}  // namespace
-
-std::optional<std::string> placeOfMorphTargets(const GltfDocument& document) {
+/// Calls visit(primitive, json) for each triangle primitive. Reads no buffers: of the primitive only the place is known.
+template <class Visit>
+void visitTriangles(const GltfDocument& document, Visit visit) {
     Primitive primitive;
     const Json meshes = document.json().value("meshes", Json::array());
     for (primitive.mesh = 0; primitive.mesh < meshes.size(); ++primitive.mesh) {
         const Json list = meshes[primitive.mesh].value("primitives", Json::array());
-        for (primitive.index = 0; primitive.index < list.size(); ++primitive.index) {
-            const Json& json = list[primitive.index];
-            if (areTriangles(document.number(json, "mode", kTriangles, primitive.place())) && hasMorphTargets(json))
-                return primitive.place();
-        }
+        for (primitive.index = 0; primitive.index < list.size(); ++primitive.index)
+            if (const Json& json = list[primitive.index]; areTriangles(document.number(json, "mode", kTriangles, primitive.place())))
+                visit(primitive, json);
     }
-    return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::string> placeOfMorphTargets(const GltfDocument& document) {
+    std::optional<std::string> place;
+    visitTriangles(document, [&](const Primitive& primitive, const Json& json) {
+        if (!place && hasMorphTargets(json)) place = primitive.place();
+    });
+    return place;
+}
+
+std::set<std::uint64_t> meshesWith(const GltfDocument& document, const std::string& semantic) {
+    std::set<std::uint64_t> meshes;
+    visitTriangles(document, [&](const Primitive& primitive, const Json& json) {
+        if (json.value("attributes", Json::object()).contains(semantic)) meshes.insert(primitive.mesh);
+    });
+    return meshes;
 }
 
 bool mustBeFinite(const MeshAttribute& attribute) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,8 @@ inline constexpr const char* kFoundMorphTargets =
     "found morph targets, expected none in a mesh whose charts are split: charts = \"pack\" keeps them";
 /// Returns the place of the first triangle primitive that has morph targets.
 std::optional<std::string> placeOfMorphTargets(const GltfDocument& document);
+/// Returns the meshes, by their indices, that have triangles with an attribute.
+std::set<std::uint64_t> meshesWith(const GltfDocument& document, const std::string& semantic);
 
 /// Returns true for attributes whose values are checked, and which Draco may quantize: float positions, normals and UVs.
 bool mustBeFinite(const MeshAttribute& attribute);

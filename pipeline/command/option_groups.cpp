@@ -37,16 +37,6 @@ void addConvention(CLI::App& app, const char* name, std::string& value, const ch
         ->capture_default_str();
 }
 
-/// Fails if a file is no mesh that a light map lies on. A bake that has normals and coverage does not read it, and would not tell.
-formats::Result<void> checkMesh(const std::filesystem::path& file) {
-    const auto mesh = formats::GltfScene::load(file);
-    if (!mesh) return tl::make_unexpected(mesh.error());
-    const auto hasUvs = [](const formats::GltfScene::Placed& placed) { return placed.mesh->find("TEXCOORD_1") != nullptr; };
-    if (std::ranges::any_of(mesh->placedMeshes(), hasUvs)) return {};
-    return formats::failure(formats::ErrorCode::WrongShape, file.string(),
-                            "found no triangles with TEXCOORD_1, expected the light-map UVs of the surfaces that the bake lies on");
-}
-
 }  // namespace
 
 CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description) {
@@ -331,7 +321,8 @@ formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& des
     description.mesh = mesh_;
     description.fireflyLimit = fireflyLimit_;
     if (auto checked = checkOption("--firefly-limit", objectionToFireflyLimit(fireflyLimit_)); !checked) return checked;
-    return mesh_.empty() ? formats::Result<void>() : checkMesh(mesh_);
+    // A bake that has normals and coverage does not read its mesh, and would not tell.
+    return mesh_.empty() ? formats::Result<void>() : formats::checkLightMapUvs(mesh_);
 }
 
 }  // namespace lightcook::pipeline

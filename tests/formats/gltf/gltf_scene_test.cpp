@@ -581,6 +581,29 @@ TEST(GltfScene, APartOfMorphTargetsIsRefused) {
     EXPECT_TRUE(formats::checkNoMorphTargets(folder / "none.glb")) << "load() says why";
 }
 
+TEST(GltfScene, LightMapUvsAreThoseOfTrianglesThatANodeDraws) {
+    const TemporaryFolder folder;
+    const auto refusalOf = [&](const GltfMaker& maker) {
+        maker.writeGlb(folder / "scene.glb");
+        const auto checked = formats::checkLightMapUvs(folder / "scene.glb");
+        return checked ? std::string() : checked.error().line();
+    };
+    EXPECT_EQ(refusalOf(cube()), "");
+    GltfMaker plain = cube();
+    for (json& primitive : plain.primitives()) primitive["attributes"].erase("TEXCOORD_1");
+    EXPECT_THAT(refusalOf(plain), HasSubstr("scene.glb: found no triangles with TEXCOORD_1, expected the light-map UVs"));
+    GltfMaker lines = cube();
+    for (json& primitive : lines.primitives()) primitive["mode"] = 1;
+    EXPECT_THAT(refusalOf(lines), HasSubstr("found no triangles with TEXCOORD_1"));
+    GltfMaker undrawn = cube();
+    for (json& node : undrawn.document["nodes"]) node.erase("mesh");
+    EXPECT_THAT(refusalOf(undrawn), HasSubstr("found no triangles with TEXCOORD_1"));
+    formats::writeContent(folder / "scene.glb", "no glTF");
+    const auto unreadable = formats::checkLightMapUvs(folder / "scene.glb");
+    ASSERT_FALSE(unreadable);
+    EXPECT_EQ(unreadable.error().line(), GltfScene::load(folder / "scene.glb").error().line());
+}
+
 TEST(GltfScene, APartOfASkinIsRefusedIfItIsCut) {
     const TemporaryFolder folder;
     GltfMaker maker = cube();
