@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -35,20 +34,16 @@ struct ErrorPlace {
     }
 };
 
-/// ErrorFigures::maxBound where none is known: not a number.
-inline constexpr double kNoBound = std::numeric_limits<double>::quiet_NaN();
-
 /// Errors of shaded exit radiance of a white surface against the float reference, as fractions.
 struct ErrorFigures {
     double relRms = 0;      ///< RMS of the error over RMS of the reference, over texels, directions and channels
     double p99 = 0;         ///< 99th percentile of the local relative error |error| / (|reference| + 0.02 key)
     double maxSampled = 0;  ///< largest local relative error of the samples
-    /// Proven upper bound of the local relative error for every normal, view, material and position; kNoBound: none is known.
-    double maxBound = 0;
+    /// Proven upper bound of the local relative error for every normal, view, material and position; empty: none is known.
+    std::optional<double> maxBound = 0;
     /// Places of maxSampled and maxBound, for assets that record them. Ties go to the first row, column, channel and direction.
     ErrorPlace sampledAt, boundAt;
     std::optional<VisibleFigures> visible;  ///< of the same light on a display; empty where none was asked for
-    bool hasBound() const { return maxBound == maxBound; }
 };
 
 /// Raises maxSampled, maxBound and the visible errors of `figures` to those of `other`, with their places: for a stage that summarizes

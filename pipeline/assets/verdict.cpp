@@ -48,7 +48,7 @@ verify::Violation unknownBound(const std::string& stage, double maxVisibleBound)
 
 bool isFinite(const verify::ErrorFigures& figures) {
     return std::isfinite(figures.relRms) && std::isfinite(figures.p99) && std::isfinite(figures.maxSampled) &&
-           (!figures.hasBound() || std::isfinite(figures.maxBound)) && (!figures.visible || std::isfinite(figures.visible->max));
+           (!figures.maxBound || std::isfinite(*figures.maxBound)) && (!figures.visible || std::isfinite(figures.visible->max));
 }
 
 VisiblePlaceFields FieldMirror<verify::VisiblePlace>::of(const verify::VisiblePlace& place) {

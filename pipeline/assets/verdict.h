@@ -140,13 +140,10 @@ void describe(Fields& fields, Self& figures) {
 
 template <class Fields, Is<verify::ErrorFigures> Self>
 void describe(Fields& fields, Self& figures) {
-    std::optional<double> maxBound;
-    if (figures.hasBound()) maxBound = figures.maxBound;
     fields.required("rel_rms", figures.relRms, kFigure, "RMS of the error over RMS of the reference");
     fields.required("p99", figures.p99, kFigure, "99th percentile of the local relative error");
     fields.required("max_sampled", figures.maxSampled, kFigure, "largest local relative error of a sample");
-    fields.optional("max_bound", maxBound, kFigure, "certified bound on the local relative error; absent: none is known");
-    if constexpr (!std::is_const_v<Self>) figures.maxBound = maxBound.value_or(verify::kNoBound);
+    fields.optional("max_bound", figures.maxBound, kFigure, "certified bound on the local relative error; absent: none is known");
     fields.presentIf(figures.sampledAt.isKnown(), "sampled_at", figures.sampledAt, "place of max_sampled");
     fields.presentIf(figures.boundAt.isKnown(), "bound_at", figures.boundAt, "place of max_bound");
     fields.optional("visible", figures.visible, "visible error, in just noticeable differences (Delta E ITP)");

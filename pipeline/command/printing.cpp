@@ -62,7 +62,7 @@ std::string mipLine(const ReportRow& row) {
 /// Returns the proven bound: of visible errors, or of assets without any the local relative one.
 std::string boundWord(const verify::StageError& error, const verify::ErrorFigures& worse) {
     const auto visible = visibleBound(error);
-    return visible ? fmt::format("{:.2f}", *visible) : worse.hasBound() ? percent(worse.maxBound) : "none known";
+    return visible ? fmt::format("{:.2f}", *visible) : worse.maxBound ? percent(*worse.maxBound) : "none known";
 }
 
 StyledText verdictWord(bool passed) {

@@ -148,7 +148,7 @@ void takeLargerMaxima(ErrorFigures& figures, const ErrorFigures& other) {
         figures.maxSampled = other.maxSampled;
         figures.sampledAt = other.sampledAt;
     }
-    if (other.maxBound > figures.maxBound) {
+    if (figures.maxBound && other.maxBound && *other.maxBound > *figures.maxBound) {
         figures.maxBound = other.maxBound;
         figures.boundAt = other.boundAt;
     }

@@ -6,6 +6,8 @@
 // At another code the slope changes by at most |code - 1/2| times the second derivatives.
 #pragma once
 
+#include <limits>
+
 #include "verify/light_map/coarse_bound.h"
 
 namespace lightcook::verify::layouts {

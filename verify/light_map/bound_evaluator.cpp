@@ -1,5 +1,6 @@
 #include "verify/light_map/bound_evaluator.h"
 
+#include <limits>
 #include <tuple>
 
 namespace lightcook::verify::lightmap {

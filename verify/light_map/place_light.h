@@ -7,6 +7,8 @@
 // the same weights, B_jk W_jk / W. Without uncovered texels W is 1, and the degree d is enough.
 #pragma once
 
+#include <limits>
+
 #include "verify/light_map/controls.h"
 #include "verify/light_map/covered_quad.h"
 #include "verify/light_map/curvature.h"

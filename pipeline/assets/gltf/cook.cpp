@@ -24,7 +24,7 @@ Result<Json> boundOf(const ActionRecord& verification) {
     const verify::StageError& total = result->verdict.stages.back();
     const auto add = [&](const char* key, const verify::ErrorFigures& figures) {
         bound[key] = {{"rel_rms", jsonOf(figures.relRms)}};
-        if (figures.hasBound()) bound[key]["max_bound"] = jsonOf(figures.maxBound);
+        if (figures.maxBound) bound[key]["max_bound"] = jsonOf(*figures.maxBound);
         if (figures.visible && figures.visible->bound) bound[key]["visible_bound"] = jsonOf(*figures.visible->bound);
     };
     add("diffuse", total.diffuse);

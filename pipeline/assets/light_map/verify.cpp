@@ -241,7 +241,7 @@ void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam)
 void addUnpackedStage(std::vector<verify::StageError>& stages, verify::StageError total, bool isMovedOnly) {
     verify::StageError& repacked = stages.back();
     const auto takeBound = [&](verify::ErrorFigures& figures, const verify::ErrorFigures& known) {
-        figures.maxBound = isMovedOnly ? known.maxBound : verify::kNoBound;
+        figures.maxBound = isMovedOnly ? known.maxBound : std::nullopt;
     };
     const auto takeBounds = [&](verify::ErrorFigures& figures, const verify::ErrorFigures& known) {
         takeBound(figures, known);

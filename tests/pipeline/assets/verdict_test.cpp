@@ -54,7 +54,7 @@ TEST(Verdict, IsReadAsItWasWritten) {
 
 TEST(Verdict, ABoundThatIsNotKnownIsAbsent) {
     verify::StageError stage = stageWith(0.25, 0.125);
-    stage.diffuse.maxBound = verify::kNoBound;
+    stage.diffuse.maxBound.reset();
     const Verdict verdict = makeVerdict({stage}, 0.5);
     EXPECT_TRUE(verdict.passed) << "it is no figure that is not finite";
     const Json json = toJson(verdict);
@@ -62,8 +62,8 @@ TEST(Verdict, ABoundThatIsNotKnownIsAbsent) {
     EXPECT_EQ(json["stages"][0]["error"]["specular"]["max_bound"], 0);
     const auto read = fromJson<Verdict>(Json::parse(json.dump()), "record");
     ASSERT_TRUE(read.has_value()) << read.error().line();
-    EXPECT_FALSE(read->stages[0].diffuse.hasBound());
-    EXPECT_TRUE(read->stages[0].specular.hasBound());
+    EXPECT_FALSE(read->stages[0].diffuse.maxBound.has_value());
+    EXPECT_TRUE(read->stages[0].specular.maxBound.has_value());
     EXPECT_EQ(toJson(*read), json);
 }
 

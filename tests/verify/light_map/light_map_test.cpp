@@ -290,8 +290,8 @@ TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
     const int x = static_cast<int>(place.x), y = static_cast<int>(place.y);
     const double reference = exitRadiance(channelOf(cooked.reference.sh.at(x, y), *place.channel), place.normal),
                  found = exitRadiance(channelOf(decoded.at(x, y), *place.channel), place.normal);
-    EXPECT_NEAR(std::abs(found - reference) / (std::abs(reference) + lighting::kLocalErrorFloor * cooked.key), last.maxBound,
-                1e-3 * last.maxBound);
+    EXPECT_NEAR(std::abs(found - reference) / (std::abs(reference) + lighting::kLocalErrorFloor * cooked.key), *last.maxBound,
+                1e-3 * *last.maxBound);
     EXPECT_NEAR(place.reference, reference, 1e-4 * cooked.key);
     EXPECT_NEAR(place.found, found, 1e-4 * cooked.key);
     // A bound of a quad: inside the quad, or on its edge.
@@ -369,7 +369,7 @@ TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
             EXPECT_LE(worst, total.diffuse.maxBound) << cooked.map.layout << ", kind " << static_cast<int>(kind);
             EXPECT_LE(total.diffuse.maxSampled, total.diffuse.maxBound) << cooked.map.layout;
             EXPECT_LE(total.specular.maxSampled, total.specular.maxBound) << cooked.map.layout;
-            EXPECT_TRUE(std::isfinite(total.diffuse.maxBound));
+            EXPECT_TRUE(std::isfinite(*total.diffuse.maxBound));
         }
 }
 
@@ -378,7 +378,7 @@ TEST(LightMapVerifier, NoMaterialInTheRangeExceedsTheSpecularBound) {
     std::normal_distribution<double> gauss;
     std::uniform_real_distribution<double> uniform(0, 1);
     const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Luvw);
-    const double bound = cooked.total().specular.maxBound;
+    const double bound = *cooked.total().specular.maxBound;
     const Filtered filtered = filterAt(cooked, 200, random);
     for (int material = 0; material < 40; ++material) {
         const double m = 0.1 + 0.4 * uniform(random), f0 = 0.04 + 0.56 * uniform(random), NoV = std::max(1e-3, uniform(random));
@@ -795,7 +795,7 @@ TEST(LightMapVerifier, FindsAKnownError) {
     const verify::StageError total = cooked.idealTotal();
     EXPECT_NEAR(total.diffuse.relRms, 0.01, 3e-4);
     EXPECT_NEAR(total.diffuse.maxSampled, 0.01 / 1.02, 3e-4);
-    EXPECT_NEAR(total.diffuse.maxBound, 0.01 / 1.02, 3e-4);
+    EXPECT_NEAR(*total.diffuse.maxBound, 0.01 / 1.02, 3e-4);
     EXPECT_NEAR(total.specular.relRms, 0.01, 3e-4);
 }
 

@@ -102,7 +102,7 @@ formats::LightMapStrip makeBand(const Light& light, const Shape& shape) {
 }
 
 void expectSound(const verify::ErrorFigures& figures) {
-    for (const double figure : {figures.relRms, figures.p99, figures.maxSampled, figures.maxBound}) EXPECT_TRUE(std::isfinite(figure));
+    for (const double figure : {figures.relRms, figures.p99, figures.maxSampled, *figures.maxBound}) EXPECT_TRUE(std::isfinite(figure));
     EXPECT_LE(figures.maxSampled, figures.maxBound);
 }
 
