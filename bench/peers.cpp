@@ -16,6 +16,7 @@
 #include "bench/curve.h"
 #include "bench/our_layouts.h"
 #include "bench/peer_layouts.h"
+#include "bench/scene_files.h"
 #include "pipeline/graph/files.h"
 #include "verify/light_map.h"
 
@@ -139,20 +140,9 @@ CurvePanel panelOf(const std::string& scene, const std::vector<Row>& rows) {
     return panel;
 }
 
-/// Scene name -> light map. Without the shared data, the map that ships with the program.
+/// Returns the light maps to measure. Throws if there is none.
 std::map<std::string, fs::path> findScenes(const Options& options) {
-    const std::string ending = "_lightmap.exr";
-    std::map<std::string, fs::path> scenes;
-    if (fs::is_directory(options.data / "scenes")) {
-        for (const auto& entry : fs::directory_iterator(options.data / "scenes")) {
-            const std::string name = entry.path().filename();
-            if (name.ends_with(ending)) scenes[name.substr(0, name.size() - ending.size())] = entry.path();
-        }
-    } else {
-        fmt::print("no scenes in {}: skipped; only the example's light map is measured\n", options.data.string());
-        scenes["cornell (half)"] = fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/cornell_lightmap.exr";
-    }
-    std::erase_if(scenes, [&](const auto& scene) { return scene.first.find(options.scene) == std::string::npos; });
+    auto scenes = sceneFiles(options.data, options.scene);
     if (scenes.empty()) throw std::runtime_error("--scene: found no scene whose name holds '" + options.scene + "', expected one at least");
     return scenes;
 }

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "bench/markdown_table.h"
+#include "bench/scene_files.h"
 #include "formats/temporary_folder.h"
 
 namespace lightcook::bench {
@@ -153,23 +154,6 @@ Json toJson(const Row& row) {
             {"light_map", row.lightMap}};
 }
 
-/// Scene name -> light map. Without the shared data, the map that ships with the program.
-std::map<std::string, fs::path> findScenes(const Options& options) {
-    const std::string ending = "_lightmap.exr";
-    std::map<std::string, fs::path> scenes;
-    if (fs::is_directory(options.data / "scenes")) {
-        for (const auto& entry : fs::directory_iterator(options.data / "scenes")) {
-            const std::string name = entry.path().filename();
-            if (name.ends_with(ending)) scenes[name.substr(0, name.size() - ending.size())] = entry.path();
-        }
-    } else {
-        fmt::print("no scenes in {}: only the example's light map\n\n", options.data.string());
-        scenes["cornell (half)"] = fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/cornell_lightmap.exr";
-    }
-    std::erase_if(scenes, [&](const auto& scene) { return scene.first.find(options.scene) == std::string::npos; });
-    return scenes;
-}
-
 int benchScenes(const Options& options) {
     const fs::path program = fs::canonical("/proc/self/exe").parent_path() / "lightcook";
     if (!fs::exists(program)) throw std::runtime_error(program.string() + " is missing: build it first");
@@ -178,7 +162,7 @@ int benchScenes(const Options& options) {
         ::sysconf(_SC_NPROCESSORS_ONLN), options.runs == 1 ? "one run" : fmt::format("median of {} runs", options.runs));
     printHead();
     Json rows = Json::array();
-    for (const auto& [scene, lightMap] : findScenes(options)) {
+    for (const auto& [scene, lightMap] : sceneFiles(options.data, options.scene)) {
         for (const std::string& layout : options.layouts) {
             const Row row = cook(options, program, scene, lightMap, layout);
             printRow(row);

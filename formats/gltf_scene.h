@@ -93,6 +93,8 @@ public:
     /// bit for bit, and so is the order of vertices and triangles: Draco streams are written plain. uvs  new UVs of the vertices of each of
     /// triangleMeshes()
     Result<MeshSize> writeLightMapUvs(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs) const;
+    /// Returns the attribute that writeLightMapUvs() keeps the old UVs in.
+    std::string oldUvsAttribute() const;
     /// Returns the scene with other triangles, in memory. The mesh of each triangle primitive is cut() of the one that it had; Draco
     /// streams become plain. Primitives and meshes without triangles are left out, and nodes draw none in their place. All else is kept.
     /// Images beside this scene are still found there when the part is written. Fails with ErrorCode::FormatUnsupported for morph targets,

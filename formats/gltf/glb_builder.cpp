@@ -27,15 +27,6 @@ bool isFurtherUv(const std::string& semantic) {
     return semantic.starts_with("TEXCOORD_") && semantic != "TEXCOORD_0" && semantic != "TEXCOORD_1";
 }
 
-/// Returns the first of TEXCOORD_2, TEXCOORD_3, ... that no triangle primitive has.
-std::string freeUv(const std::vector<Primitive>& primitives) {
-    for (int set = 2;; ++set) {
-        std::string name = fmt::format("TEXCOORD_{}", set);
-        const auto has = [&](const Primitive& primitive) { return primitive.isTriangles && primitive.geometry.find(name) != nullptr; };
-        if (std::ranges::none_of(primitives, has)) return name;
-    }
-}
-
 std::optional<Quantization> quantizationOf(const MeshAttribute& attribute, const DracoOptions& options,
                                            const std::map<std::string, AttributeBounds>& bounds) {
     if (!mustBeFinite(attribute)) return std::nullopt;  // integers, colours, weights and tangents are kept bit for bit

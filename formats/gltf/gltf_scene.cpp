@@ -220,6 +220,10 @@ std::vector<const TriangleMesh*> GltfScene::triangleMeshes() const {
     return meshes;
 }
 
+std::string GltfScene::oldUvsAttribute() const {
+    return freeUv(state_->primitives);
+}
+
 std::vector<GltfScene::Placed> GltfScene::placedMeshes() const {
     const auto places = placesOfMeshes(state_->document.json());
     std::vector<Placed> placed;

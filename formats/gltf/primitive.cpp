@@ -245,6 +245,14 @@ std::set<std::uint64_t> meshesWith(const GltfDocument& document, const std::stri
     return meshes;
 }
 
+std::string freeUv(const std::vector<Primitive>& primitives) {
+    for (int set = 2;; ++set) {
+        std::string name = fmt::format("TEXCOORD_{}", set);
+        const auto has = [&](const Primitive& primitive) { return primitive.isTriangles && primitive.geometry.find(name) != nullptr; };
+        if (std::ranges::none_of(primitives, has)) return name;
+    }
+}
+
 bool mustBeFinite(const MeshAttribute& attribute) {
     return attribute.isFloat() &&
            (attribute.semantic == "POSITION" || attribute.semantic == "NORMAL" || attribute.semantic.starts_with("TEXCOORD_"));

@@ -37,6 +37,9 @@ std::optional<std::string> placeOfMorphTargets(const GltfDocument& document);
 /// Returns the meshes, by their indices, that have triangles with an attribute.
 std::set<std::uint64_t> meshesWith(const GltfDocument& document, const std::string& semantic);
 
+/// Returns the first of TEXCOORD_2, TEXCOORD_3, ... that no triangle primitive has.
+std::string freeUv(const std::vector<Primitive>& primitives);
+
 /// Returns true for attributes whose values are checked, and which Draco may quantize: float positions, normals and UVs.
 bool mustBeFinite(const MeshAttribute& attribute);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "formats/light_map_layout.h"
+#include "pipeline/graph/files.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -33,8 +34,8 @@ std::vector<std::string> candidatesIn(const fs::path& cooked) {
 }
 
 void removeCandidates(const fs::path& cooked, const std::set<std::string>& kept) {
+    if (inPlaceOfFolder(cooked, fs::path(kFolder) / kManifestName)) return;  // a link, or a file of somebody else
     std::error_code ignored;
-    if (fs::is_symlink(cooked / kFolder, ignored)) return;  // what lies behind it is no part of the output folder
     for (const std::string& layout : candidatesIn(cooked))
         if (!kept.contains(layout)) fs::remove_all(candidateFolder(cooked, layout), ignored);
     fs::remove(cooked / kFolder, ignored);  // if it is empty

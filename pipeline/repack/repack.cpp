@@ -152,15 +152,6 @@ Result<void> checkCoverage(const Meshes& meshes, const atlas::ChartSet& found, c
                                left, covered, file.filename().string()));
 }
 
-/// Returns the attribute that GltfScene::writeLightMapUvs() keeps the old UVs in.
-std::string freeUvOf(const GltfScene& scene) {
-    const auto meshes = scene.triangleMeshes();
-    for (int set = 2;; ++set) {
-        std::string name = fmt::format("TEXCOORD_{}", set);
-        if (std::ranges::none_of(meshes, [&](const auto* mesh) { return mesh->find(name) != nullptr; })) return name;
-    }
-}
-
 /// A chart with its place in the new map.
 struct PlacedChart {
     const atlas::Chart& chart;
@@ -432,7 +423,7 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
                     .size = arrangement->size,
                     .repairs = map->repairs,
                     .negativeAfterGamut = map->negativeAfterGamut,
-                    .uvBefore = freeUvOf(meshes->scenes.front())};
+                    .uvBefore = meshes->scenes.front().oldUvsAttribute()};
     addFigures(*found, *arrangement, result);
     if (auto written = writeOutputs(request, *outputs, *meshes, *found, *arrangement, sizeBefore, state); !written)
         return tl::make_unexpected(written.error());

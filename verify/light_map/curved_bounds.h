@@ -11,6 +11,7 @@
 
 #include "verify/light_map/controls.h"
 #include "verify/light_map/curvature.h"
+#include "verify/light_map/part_split.h"
 #include "verify/light_map/tolerance.h"
 
 namespace lightcook::verify::lightmap {
@@ -32,9 +33,6 @@ public:
     }
 
 private:
-    static constexpr int kDepth = 3;
-    static constexpr double kShare = 0.05;  ///< a part is split if the curvature causes more than this share of its error
-
     struct Place {
         const QuadTexels& texels;
         const QuadReferences& references;
@@ -72,16 +70,19 @@ private:
         if (!tolerance_.isNone()) addTolerance(place, reach, quad, ends, slack);
         if (evaluator_.cannotExceed(largest, squares, slack)) return;
         const auto pairs = quad.pairs();
-        if (depth < kDepth && isWorthSplitting(pairs, slack, curvature, largest)) {
-            const float half = 0.5f * part.size;
-            for (const float v : {0.0f, half})
-                for (const float u : {0.0f, half}) boundPart(place, {part.u + u, part.v + v, half}, depth + 1, largest);
+        if (depth < kPartDepth && isWorthSplitting(evaluator_, pairs, slack, exitOf(curvature), largest)) {
+            forEachQuarter(part, [&](const Part& quarter) { boundPart(place, quarter, depth + 1, largest); });
             return;
         }
         for (std::size_t c = 0; c < kChannels; ++c)
             evaluator_.raise(largest, pairs[c], slack[c],
                              {place.x + static_cast<double>(reach.u), place.y + static_cast<double>(reach.v),
                               static_cast<double>(reach.size), static_cast<std::size_t>(Quad::kNodes), static_cast<int>(c)});
+    }
+    static std::array<double, kChannels> exitOf(const ChannelSlack& slack) {
+        std::array<double, kChannels> exit{};
+        for (std::size_t c = 0; c < kChannels; ++c) exit[c] = bandSum(slack[c], kExitNorm);
+        return exit;
     }
     /// Adds the sampler tolerance over a widened part.
     void addTolerance(const Place& place, const Part& reach, const Quad& quad, const QuadTexels& ends, ChannelSlack& slack) const {
@@ -96,18 +97,6 @@ private:
         constexpr double kSteepest = kOutward * kFractionTolerance;
         addSteps([&](std::size_t i) -> const LcSh& { return quad.values[i]; }, kSteepest / static_cast<double>(reach.size));
         addSteps([&](std::size_t i) -> const LcSh& { return *place.references[i]; }, kSteepest);
-    }
-    /// Returns true if the curvature is a large share of the error and the part may exceed the maximum.
-    bool isWorthSplitting(const typename Quad::Pairs& pairs, const ChannelSlack& slack, const ChannelSlack& curvature,
-                          const LargestBounds& largest) const {
-        for (std::size_t c = 0; c < kChannels; ++c) {
-            double error = 0;
-            for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(lighting::bandLengths(pair.error), kExitNorm));
-            if (bandSum(curvature[c], kExitNorm) <= kShare * error) continue;
-            if (!verify::cannotExceed(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], largest.diffuse.bound)) return true;
-            if (!verify::cannotExceed(pairs[c], evaluator_.setup().responses, kFloor, slack[c], largest.specular.bound)) return true;
-        }
-        return false;
     }
 
     const MapRows<Layout>& rows_;

@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "verify/light_map/controls.h"
+#include "verify/light_map/part_split.h"
 #include "verify/light_map/tolerance.h"
 
 namespace lightcook::verify::lightmap {
@@ -32,8 +33,7 @@ public:
     }
 
 private:
-    static constexpr int kNodes = Quad::kNodes, kDepth = 3;
-    static constexpr double kShare = 0.05;  ///< a part is split if the turning axis causes more than this share of its error
+    static constexpr int kNodes = Quad::kNodes;
 
     /// Deviation of bands() and of the axis vector by the sampler tolerance.
     struct Tolerance {
@@ -106,10 +106,10 @@ private:
         for (std::size_t c = 0; c < kChannels; ++c) slack[c][2] += axisSlack[c];
         if (evaluator_.cannotExceed(largest, squares, slack)) return;
         const auto pairs = quad.pairs();
-        if (depth < kDepth && isWorthSplitting(pairs, slack, axisSlack, largest)) {
-            const float half = 0.5f * part.size;
-            for (const float v : {0.0f, half})
-                for (const float u : {0.0f, half}) boundPart(place, {part.u + u, part.v + v, half}, depth + 1, largest);
+        std::array<double, kChannels> axisExit{};
+        for (std::size_t c = 0; c < kChannels; ++c) axisExit[c] = kExitNorm[2] * axisSlack[c];
+        if (depth < kPartDepth && isWorthSplitting(evaluator_, pairs, slack, axisExit, largest)) {
+            forEachQuarter(part, [&](const Part& quarter) { boundPart(place, quarter, depth + 1, largest); });
             return;
         }
         for (std::size_t c = 0; c < kChannels; ++c)
@@ -126,18 +126,6 @@ private:
             for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(bands[k].c[i])));
         }
         return axisCone(vectors, kControlRounding * largest + tolerance);
-    }
-    /// Returns true if the slack of the axis is a large share of the error and the part may exceed the maximum.
-    bool isWorthSplitting(const typename Quad::Pairs& pairs, const ChannelSlack& slack, const std::array<double, kChannels>& axisSlack,
-                          const LargestBounds& largest) const {
-        for (std::size_t c = 0; c < kChannels; ++c) {
-            double error = 0;
-            for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(lighting::bandLengths(pair.error), kExitNorm));
-            if (kExitNorm[2] * axisSlack[c] <= kShare * error) continue;
-            if (!verify::cannotExceed(pairs[c], {&kExitResponse, 1}, kFloor, slack[c], largest.diffuse.bound)) return true;
-            if (!verify::cannotExceed(pairs[c], evaluator_.setup().responses, kFloor, slack[c], largest.specular.bound)) return true;
-        }
-        return false;
     }
 
     const MapRows<Layout>& rows_;

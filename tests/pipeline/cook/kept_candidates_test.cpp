@@ -152,6 +152,13 @@ TEST_F(KeptCandidates, BehindALinkStayAndAreNotWritten) {
     EXPECT_FALSE(fs::exists(elsewhere / "raw" / kManifestName));
 }
 
+TEST_F(KeptCandidates, AFileOfThatNameStays) {
+    fs::create_directories(folder());
+    formats::writeContent(folder() / "candidates", "notes");
+    cook(false);
+    EXPECT_EQ(formats::contentOf(folder() / "candidates"), "notes");
+}
+
 TEST_F(KeptCandidates, ADamagedOneIsRefusedByName) {
     cook(true);
     formats::writeContent(candidateFolder(folder(), "raw") / "map_sh.ktx2", "no texture");
