@@ -11,6 +11,7 @@
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
@@ -23,13 +24,22 @@ std::string_view nameOf(formats::LightMapLayout layout) {
     return formats::info(layout).name;
 }
 
-Action contentAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading, bool repair) {
-    formats::LightMapDescription description = entry.description;
-    description.repair = repair;
+/// Returns the fit of the dominant light of a map; nothing where it is not cooked.
+std::optional<std::string> dominantFitFor(const LightMapEntry& entry, bool isSpecular, const PlanOptions& options) {
+    if (!isSpecular || options.onlyKind.value_or(std::string(info(AssetKind::Dominant).name)) != info(AssetKind::Dominant).name)
+        return std::nullopt;
+    if (entry.dominantLayout && dominantLayoutFromName(*entry.dominantLayout)->divisor == 0) return std::nullopt;
+    return entry.dominantFit;
+}
+
+Action contentAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading, const PlanOptions& options) {
+    LightMapContentParameters parameters{entry.description, shading, errorLimit(scene.output),
+                                         dominantFitFor(entry, shading.specular, options)};
+    parameters.description.repair = options.repair;
     return {actionId(ActionStep::Content, entry.name),
             kContentKind,
             entry.name,
-            toJson(LightMapContentParameters{description, shading, errorLimit(scene.output)}),
+            toJson(parameters),
             bakeInputs(entry.file, entry.description),
             {}};
 }
@@ -71,7 +81,7 @@ std::vector<Action> planContents(const Scene& scene, const Needs& needs, const P
     if (scene.output.keepUnused) return actions;
     const verify::LightMapShading shading = shadingOf(scene, needs);
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (isAnyWanted(scene, options, entry)) actions.push_back(contentAction(scene, entry, shading, options.repair));
+        if (isAnyWanted(scene, options, entry)) actions.push_back(contentAction(scene, entry, shading, options));
     const auto isProbeWanted = [&](const ProbeEntry& entry) { return isWanted(options, entry.name, AssetKind::Cubemap, entry.name); };
     if (needs.specular && std::ranges::any_of(scene.probes, isProbeWanted))
         if (auto use = probeUseAction(scene)) actions.push_back(std::move(*use));
@@ -102,7 +112,7 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     const LightMapContent& content = found->second;
     const bool isAuto = asked == kAutoLayout, isNamed = !isAuto && !scene.output.lightMapLayout.empty();
     reduction.hasDirections = content.errorOfOrder0 != 0.0;
-    reduction.hasDominant = !content.isBlack && reduction.hasDirections;
+    reduction.hasDominant = !content.isBlack && reduction.hasDirections && content.hasDominant;
     reduction.isDominantConstant = content.isConstant && content.hasOneNormal;
     const formats::LayoutList& layouts = layoutsFor(scene.output, entry);
     const auto mayTake = [&](const formats::LightMapLayoutInfo& layout) {

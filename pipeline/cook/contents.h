@@ -21,7 +21,7 @@ formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs)
 struct LightMapReduction {
     std::string layout;                    ///< a layout, or "auto"
     std::optional<glm::ivec2> constantOf;  ///< see formats::LightMapDescription
-    bool hasDominant = true;               ///< false: the light is black, or has no direction anywhere
+    bool hasDominant = true;               ///< false: the light is black, has no direction anywhere, or its fit is 0 everywhere
     bool isDominantConstant = false;       ///< the dominant light of every texel is that of the first
     bool isFlatTried = false;              ///< for "auto": directions may not be needed
     bool hasDirections = true;             ///< false: bands 1 and 2 are zero

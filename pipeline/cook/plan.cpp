@@ -304,7 +304,10 @@ private:
         const glm::ivec2 size =
             content == needs_.contents.end() ? glm::ivec2(0) : glm::ivec2(content->second.width, content->second.height);
         if (!reduction.hasDominant)
-            return skip("dominant light of '" + entry.name + "'", "the light map has no directions", "dominant", entry.name, images, {});
+            return skip("dominant light of '" + entry.name + "'",
+                        reduction.hasDirections ? "no single light explains enough of any texel: all specular light is area specular"
+                                                : "the light map has no directions",
+                        "dominant", entry.name, images, {});
         const std::string layout = dominantLayoutOf(entry);
         if (dominantLayoutFromName(layout)->divisor == 0)
             return skip("dominant light of '" + entry.name + "'",

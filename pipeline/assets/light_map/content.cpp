@@ -4,16 +4,19 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
 #include <utility>
 
+#include "fit/dominant_light.h"
 #include "lighting/radiometry.h"
 #include "pipeline/assets/light_map/constant_light.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/scene/dominant_fit.h"
 #include "verify/light_map.h"
 
 namespace lightcook::pipeline {
@@ -58,6 +61,19 @@ private:
     }
 };
 
+/// Returns true if a fit gives some covered texel of a strip a light. A map that has any has them at most texels, so it looks at few first.
+bool hasDominantLight(const formats::LightMapStrip& strip, const fit::DominantLightOptions& options) {
+    constexpr std::size_t kStride = 61;
+    const auto isLit = [&](std::size_t i) {
+        return strip.covered.texels()[i] != 0 &&
+               fit::dominantLight(strip.sh.texels()[i], strip.normal.texels()[i], options).intensity != glm::vec3(0);
+    };
+    for (std::size_t first = 0; first < kStride; ++first)
+        for (std::size_t i = first; i < strip.sh.texels().size(); i += kStride)
+            if (isLit(i)) return true;
+    return false;
+}
+
 /// Returns the score that truncated maps are measured with.
 Result<verify::LightMapScore> scoreOf(LightMapSource& source, const LightMapContentParameters& parameters, const ActionContext& context) {
     const auto key = surveyKey(source, context);
@@ -94,6 +110,13 @@ Result<ActionOutcome> readLightMapContent(const ActionContext& context) {
     const auto opened = openLightMap(context, parameters->description);
     if (!opened) return tl::make_unexpected(opened.error());
     LightMapSource& source = **opened;
+    fit::DominantLightOptions light{.luminanceWeights = source.luminanceWeights()};
+    if (parameters->dominantFit) {
+        const auto fit = dominantFitOf(context.action.asset, *parameters->dominantFit);
+        if (!fit) return tl::make_unexpected(fit.error());
+        light.fit = (*fit)->cooked;
+    }
+    std::atomic<bool> hasDominant = !parameters->dominantFit;
     Survey survey;
     const auto surveyed = foldInOrder<Survey>(
         source.chunkCount(), context, fmt::format("survey the content of {}", context.action.asset),
@@ -102,6 +125,7 @@ Result<ActionOutcome> readLightMapContent(const ActionContext& context) {
             if (!chunk) return tl::make_unexpected(chunk.error());
             Survey part;
             part.add(**chunk);
+            if (!hasDominant && hasDominantLight(**chunk, light)) hasDominant = true;
             return part;
         },
         [&](const Survey& part) { survey.merge(part); });
@@ -114,6 +138,7 @@ Result<ActionOutcome> readLightMapContent(const ActionContext& context) {
     content.isConstant = survey.light.isConstant() && (survey.light.hasOneNormal() || survey.light.isIsotropic());
     content.isBlack = survey.light.isBlack();
     content.hasOneNormal = survey.light.hasOneNormal();
+    content.hasDominant = hasDominant;
     std::optional<verify::LightMapScore> score;
     for (const int order : {0, 1}) {
         std::optional<double>& result = order == 0 ? content.errorOfOrder0 : content.errorOfOrder1;

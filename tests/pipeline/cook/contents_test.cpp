@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "formats/light_map.h"
 #include "pipeline/cook/cook.h"
@@ -24,6 +25,10 @@ vec3 black(const dvec3&, const dvec2&) {
 /// The same sky from above at every place: constant, but not the same from every direction.
 vec3 sky(const dvec3& direction, const dvec2&) {
     return vec3(0.3f, 0.4f, 0.6f) * static_cast<float>(1 + 0.5 * direction.z);
+}
+/// A beam at every place, which is nearly one light.
+vec3 beam(const dvec3& direction, const dvec2&) {
+    return vec3(1.0f, 0.8f, 0.6f) * static_cast<float>(std::pow(std::max(0.0, glm::dot(direction, dvec3(0.6, 0, 0.8))), 12));
 }
 /// Light from every direction alike that grows over the map.
 vec3 growingFog(const dvec3&, const dvec2& place) {
@@ -77,7 +82,6 @@ TEST(Contents, ABlackMapBecomesOneBlockWithoutDominantLight) {
 TEST(Contents, TheConstantIsReconstructedAtTheSizeOfTheBake) {
     const SmallScene scene(SmallScene::Parts::LightMap, sky);
     const Outcome outcome = cook(scene);
-    EXPECT_EQ(assetOf(outcome.report, "map_dominant").at("width"), 4) << "one light and one normal everywhere";
     const RunState state;
     ASSERT_TRUE(reconstructLightMap(outcome.output, "map", scene / "back.exr", 1, state).has_value());
     const auto bake = formats::LightMapReader::open(scene / "map.exr", {}), back = formats::LightMapReader::open(scene / "back.exr", {});
@@ -90,6 +94,24 @@ TEST(Contents, TheConstantIsReconstructedAtTheSizeOfTheBake) {
             for (std::size_t i = 0; i < 9; ++i)
                 EXPECT_NEAR(found->sh.at(x, y)[i].g, expected->sh.at(x, y)[i].g, 0.01 * expected->sh.at(x, y)[0].g)
                     << x << ' ' << y << ' ' << i;
+}
+
+TEST(Contents, AConstantBeamHasADominantLightOfOneBlock) {
+    const SmallScene scene(SmallScene::Parts::LightMap, beam);
+    EXPECT_EQ(assetOf(cook(scene).report, "map_dominant").at("width"), 4) << "one light and one normal everywhere";
+}
+
+TEST(Contents, ADominantLightThatWouldBeBlackIsLeftOut) {
+    for (const auto& light : {sky, growingSlope}) {
+        const SmallScene scene(SmallScene::Parts::LightMap, light);
+        const Json report = cook(scene).report;
+        EXPECT_TRUE(assetOf(report, "map_dominant").is_null());
+        const Json& skip = skipOf(report, "dominant light of 'map'");
+        EXPECT_EQ(skip.at("why"), "no single light explains enough of any texel: all specular light is area specular");
+        EXPECT_EQ(skip.at("bytes_saved"), 3 * 16 * (3 * 18)) << "three textures of 12 x 72 texels";
+    }
+    const SmallScene sun(SmallScene::Parts::LightMap, sunAndSky);
+    EXPECT_FALSE(assetOf(cook(sun).report, "map_dominant").is_null()) << "some texels have one";
 }
 
 TEST(Contents, AConstantThatChangedFailsItsVerification) {
