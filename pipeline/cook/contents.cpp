@@ -118,8 +118,8 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     const auto mayTake = [&](const formats::LightMapLayoutInfo& layout) {
         return formats::mayTake(layouts, layout) && scene.output.decode.allow(layout);
     };
-    // A block of one light is tried like any map. Where a budget or a limit on the whole shading chooses, it is left out of the trade: raw
-    // holds it exactly or, under a budget, ratio in few bytes.
+    // A block of one light is tried like any map, and never traded: few bytes are to be had. Where a limit on the whole shading chooses,
+    // raw holds it exactly or, under a budget, ratio in few bytes. So does ratio under a budget without limits on the errors of light maps.
     using Layout = formats::LightMapLayout;
     std::vector<Layout> choices;
     if (!needs.needsDirections()) choices.push_back(Layout::Flat);
@@ -131,7 +131,9 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
                                                                                       })
                                      : hasLearnedBases(asked);
     if (content.isConstant && !mayBeLearned) {
-        if (choice != choices.end() && scene.output.isChosenByWhole()) reduction.layout = nameOf(*choice);
+        const OutputSettings& output = scene.output;
+        const bool isTried = !output.isWholeLimited() && (!output.budgetBytes || isErrorLimited(output, entry));
+        if (choice != choices.end() && !isTried) reduction.layout = nameOf(*choice);
         reduction.isFlatTried = isAuto && (reduction.isFlatTried || content.errorOfOrder0);
         reduction.constantOf = {content.width, content.height};
         reduction.why = fmt::format("all {} covered texels hold the same light: one block of {} x {} texels is enough", content.covered,

@@ -75,8 +75,7 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
 /// Returns true if a limit on the errors of this light map is given.
 bool LayoutDecision::isErrorLimited(const std::string& map) const {
     const auto entry = std::ranges::find(scene_.lightMaps, map, &LightMapEntry::name);
-    const bool isLimited = entry != scene_.lightMaps.end() && (entry->maxVisible || entry->maxVisibleBound || entry->maxSeam);
-    return isLimited || scene_.output.isErrorLimited();
+    return entry == scene_.lightMaps.end() ? scene_.output.isErrorLimited() : pipeline::isErrorLimited(scene_.output, *entry);
 }
 
 /// Adds the pairs of a joint trial, less dominant lights over a limit that was asked for or worse than none.

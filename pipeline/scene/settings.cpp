@@ -139,6 +139,10 @@ double layoutErrorLimit(const OutputSettings& output) {
     return lightMapErrorLimit(output).value_or(kNoErrorLimit);
 }
 
+bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry) {
+    return output.isErrorLimited() || entry.maxVisible || entry.maxVisibleBound || entry.maxSeam;
+}
+
 double converterLimit(const OutputSettings& output) {
     return output.maxConverterError.value_or(std::max(errorLimit(output), kDefaultMaxError));
 }

@@ -31,6 +31,9 @@ double layoutErrorLimit(const OutputSettings& output);
 /// default if the layout is "auto" and neither an error nor a budget is asked for. Empty: no limit.
 std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap);
 
+/// Returns true if a limit on the errors of a light map is given: its own or that of the output.
+bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry);
+
 /// Returns the limit of dominant lights, cubemaps, tables and reflection maps: maxConverterError if it is given, else the larger of the
 /// default and maxError.
 double converterLimit(const OutputSettings& output);

@@ -191,9 +191,15 @@ TEST(Contents, AConstantTakesALayoutWithinItsLimits) {
             EXPECT_LE(fetchesOf(few), candidate.at("fetches").get<int>()) << candidate.at("layout");
         }
     const std::string bumped = "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = false\n";
-    const Json small = assetOf(cook(scene, "max_error = 0.02\nbudget = \"1 KiB\"", bumped).report, "map");
+    const Json small = assetOf(cook(scene, "budget = \"1 KiB\"", bumped).report, "map");
     EXPECT_EQ(small.at("layout"), "ratio");
     EXPECT_EQ(small.at("bytes_gpu"), 9 * 16);
+    for (const double limit : {0.02, 5e-4}) {
+        const Json limited = assetOf(cook(scene, fmt::format("max_error = {}\nbudget = \"4 KiB\"", limit), bumped).report, "map");
+        const Json unlimited = assetOf(cook(scene, fmt::format("max_error = {}", limit), bumped).report, "map");
+        EXPECT_EQ(limited.at("layout"), unlimited.at("layout")) << "a budget that is met changes nothing";
+        EXPECT_EQ(limited.at("passed"), true);
+    }
     const Json quick = assetOf(cook(scene, "max_error = 0.02\nmax_fetches = 4").report, "map");
     const auto taken = formats::lightMapLayoutFromName(quick.at("layout").get<std::string>());
     ASSERT_TRUE(taken);
