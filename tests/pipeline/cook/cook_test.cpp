@@ -81,9 +81,10 @@ TEST(CookSceneSoak, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLigh
     std::map<std::string, double> unexplained;
     for (const std::string fit : {"halo3", "refined", "explained", "refined-ambient"}) {
         SCOPED_TRACE(fit);
-        formats::writeContent(scene.sceneFile(), fmt::format("schema = 1\nname = \"small\"\n[output]\nlight_map_layout = \"raw\"\n"
-                                                             "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"{}\"\n",
-                                                             fit));
+        formats::writeContent(scene.sceneFile(),
+                              fmt::format("schema = 1\nname = \"small\"\n[output]\nkeep_unused = true\nlight_map_layout = \"raw\"\n"
+                                          "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"{}\"\n",
+                                          fit));
         const Outcome outcome = cook(scene.options());
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
         const Json& asset = assetNamed(outcome.report, "map_dominant");
