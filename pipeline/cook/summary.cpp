@@ -321,16 +321,18 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
     return {};
 }
 
-/// Writes manifest and shader, and removes files of an earlier cook.
+/// Writes manifest and shader, then removes files of an earlier cook: a manifest that stays because the disk is full names no file that is
+/// gone.
 Result<void> SummaryWriter::writeManifest(const ReportFrame& frame) {
     const std::string shader = shaderTextOf(assets_, scene_.lobe);
     Manifest manifest = makeManifest(scene_, folder_, assets_, gltf_, digestOfText(shader));
     if (frame.incomplete) manifest.incomplete = frame.incomplete->assets;
     manifest.partial = frame.partial;
     manifestText_ = withSelfDigest(toJson(manifest));
-    if (oldManifest_) removeStale(folder_, *oldManifest_, manifest);
     if (auto written = writeFileIfChanged(folder_ / kShaderName, shader); !written) return written;
-    return writeFileIfChanged(folder_ / kManifestName, manifestText_);
+    if (auto written = writeFileIfChanged(folder_ / kManifestName, manifestText_); !written) return written;
+    if (oldManifest_) removeStale(folder_, *oldManifest_, manifest);
+    return {};
 }
 
 /// Returns true if the earlier report has the rows and the budget of this cook, and belongs to the files that are there.

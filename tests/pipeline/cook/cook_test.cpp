@@ -322,6 +322,24 @@ TEST(CookScene, AFailureLeavesNothingBehind) {
     EXPECT_EQ(after, before);
 }
 
+/// A full disk may end a cook between textures and manifest. A folder in place of the shader stands for it.
+TEST(CookScene, FilesOfTheManifestThatStaysAreNotRemoved) {
+    const SmallScene scene(Parts::LightMap);
+    ASSERT_TRUE(cook(scene.optionsWithSharedCache()).errors.empty());
+    const std::string manifest = formats::contentOf(scene / "out" / kManifestName);
+    std::filesystem::remove(scene / "out" / kShaderName);
+    std::filesystem::create_directories(scene / "out" / kShaderName / "in the way");
+    CookOptions other = scene.optionsWithSharedCache();
+    other.lightMapLayout = "luvw";
+    EXPECT_FALSE(cook(other).errors.empty());
+    EXPECT_EQ(formats::contentOf(scene / "out" / kManifestName), manifest);
+    for (const char* file : {"map_l0.ktx2", "map_ratio.ktx2"}) EXPECT_TRUE(std::filesystem::exists(scene / "out" / file)) << file;
+
+    std::filesystem::remove_all(scene / "out" / kShaderName);
+    ASSERT_TRUE(cook(other).errors.empty());
+    EXPECT_FALSE(std::filesystem::exists(scene / "out" / "map_ratio.ktx2"));
+}
+
 TEST(CookScene, KeepGoingDoesTheRest) {
     const SmallScene scene(Parts::All);
     std::filesystem::remove(scene / "probe.exr");
