@@ -10,6 +10,7 @@
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
+#include "pipeline/cook/chart_settings.h"
 #include "pipeline/cook/ninja.h"
 #include "pipeline/scene/settings.h"
 
@@ -34,6 +35,7 @@ formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
     if (!scene) return tl::make_unexpected(scene.error());
     if (const std::string why = whyNothing(*scene); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, options.scene.string(), why);
+    if (auto checked = checkCharts(*scene); !checked) return tl::make_unexpected(checked.error());
     const auto program = formats::programFile();
     if (!program) return tl::make_unexpected(program.error());
     scene->file = absolutePath(options.scene);

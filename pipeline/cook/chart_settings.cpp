@@ -62,4 +62,22 @@ std::string whyNotCharts(const Scene& scene, const LightMapEntry& entry) {
     return why.empty() && isSplit(scene.output, entry) ? whyNotSplit(scene, entry) : why;
 }
 
+formats::Result<void> checkCharts(const Scene& scene) {
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (const std::string why = whyNotCharts(scene, entry); !why.empty())
+            return formats::failure(
+                formats::ErrorCode::InvalidRequest,
+                fmt::format("{}, light map '{}'", placeIn(scene, "light_map", entry.name, "charts", "charts"), entry.name), why);
+    const auto refuse = [&](std::string_view section, const std::string& name) {
+        return formats::failure(formats::ErrorCode::InvalidRequest,
+                                placeIn(scene, section, name, "charts_max_visible", "--charts-max-visible"),
+                                "found charts_max_visible where no charts are packed, expected charts = \"pack\" or \"split\"");
+    };
+    const auto hasPacked = [&](const LightMapEntry& entry) { return isPacked(scene.output, entry); };
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (entry.charts.maxVisible && !hasPacked(entry)) return refuse("light_map", entry.name);
+    if (scene.output.charts.maxVisible && std::ranges::none_of(scene.lightMaps, hasPacked)) return refuse("output", "");
+    return {};
+}
+
 }  // namespace lightcook::pipeline

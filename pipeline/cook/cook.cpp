@@ -69,20 +69,6 @@ void applyOverrides(const CookOptions& options, Scene& scene) {
     }
 }
 
-/// Refuses a limit of the scene file on charts with fewer texels where no charts are packed. The command line may say otherwise of charts.
-Result<void> checkChartsMaxVisible(const Scene& scene, const CookOptions& options) {
-    if (options.charts.mode) return {};
-    const auto refuse = [&](std::string_view section, const std::string& name) {
-        return failure(ErrorCode::InvalidRequest, placeIn(scene, section, name, "charts_max_visible", "--charts-max-visible"),
-                       "found charts_max_visible where no charts are packed, expected charts = \"pack\" or \"split\"");
-    };
-    const auto hasPacked = [&](const LightMapEntry& entry) { return isPacked(scene.output, entry); };
-    for (const LightMapEntry& entry : scene.lightMaps)
-        if (entry.charts.maxVisible && !hasPacked(entry)) return refuse("light_map", entry.name);
-    if (scene.output.charts.maxVisible && std::ranges::none_of(scene.lightMaps, hasPacked)) return refuse("output", "");
-    return {};
-}
-
 /// Refuses scenes without anything to cook, and settings that cannot be combined.
 Result<void> checkSettings(const Scene& scene, const CookOptions& options, const std::filesystem::path& folder) {
     const OutputSettings& output = scene.output;
@@ -98,17 +84,17 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
     }
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
-    for (const LightMapEntry& entry : scene.lightMaps)
-        if (const std::string why = whyNotCharts(scene, entry); !why.empty())
-            return failure(ErrorCode::InvalidRequest,
-                           (options.charts.mode ? "--charts" : placeIn(scene, "light_map", entry.name, "charts", "charts")) +
-                               fmt::format(", light map '{}'", entry.name),
-                           why);
     if (options.charts.maxVisible &&
         std::ranges::none_of(scene.lightMaps, [&](const LightMapEntry& entry) { return isPacked(output, entry); }))
         return failure(ErrorCode::InvalidRequest, "--charts-max-visible",
                        "found it where the charts of no light map are packed, expected --charts pack or split");
-    if (auto checked = checkChartsMaxVisible(scene, options); !checked) return checked;
+    if (options.charts.mode) {
+        for (const LightMapEntry& entry : scene.lightMaps)
+            if (const std::string why = whyNotCharts(scene, entry); !why.empty())
+                return failure(ErrorCode::InvalidRequest, fmt::format("--charts, light map '{}'", entry.name), why);
+    } else if (auto checked = checkCharts(scene); !checked) {
+        return checked;
+    }
     for (const LightMapEntry& entry : scene.lightMaps)
         if (isSplit(output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
             if (auto checked = formats::checkNoMorphTargets(*entry.mesh); !checked) return checked;

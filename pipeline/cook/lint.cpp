@@ -1,6 +1,7 @@
 // The job of `lightcook lint`: the checks of plausibility alone, from the cache where the inputs have not changed.
 #include "pipeline/lint/lint.h"
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/cook/chart_settings.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/cache.h"
@@ -14,6 +15,7 @@ namespace {
 formats::Result<void> lint(const Scene& scene, const LintOptions& options, const RunState& state, Outcome& outcome) {
     if (const std::string why = whyNothing(scene); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, scene.file.string(), why);
+    if (auto checked = checkCharts(scene); !checked) return checked;
     auto staging = TemporaryFolder::create();
     if (!staging) return tl::make_unexpected(staging.error());
     const Cache cache(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes);

@@ -356,6 +356,17 @@ TEST_F(CommandLine, ControlCharactersDoNotReachTheTerminal) {
     expectRefused("lut tables --rows 1", 2, {"--rows: found 1, expected 2 to 1024"});
 }
 
+/// Settings of charts are checked by a cook before it works; plan and lint say the same beforehand.
+TEST_F(CommandLine, PlanAndLintRefuseChartsThatACookRefuses) {
+    std::string text = contentOf(scene_ / "scene.toml");
+    const std::string output = "[output]\n";
+    ASSERT_NE(text.find(output), std::string::npos);
+    formats::writeContent(scene_ / "charts.toml", text.insert(text.find(output) + output.size(), "charts_max_visible = 1\n"));
+    for (const char* command : {"cook charts.toml -o out", "plan charts.toml --ninja charts.ninja", "lint charts.toml"})
+        expectRefused(command, 2, {"found charts_max_visible where no charts are packed"});
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "charts.ninja"));
+}
+
 TEST_F(CommandLine, ReportFailsWhereTheFolderFailed) {
     EXPECT_EQ(run("cook scene.toml -o out --max-error 1e-7").code, 4);
     const Ended failed = run("report out");
