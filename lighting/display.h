@@ -28,6 +28,10 @@ struct DisplaySettings {
     Display of(double key) const;
 };
 inline constexpr double kLeastBlack = 0.005, kMostBlack = 100, kMostStops = 20;  ///< of DisplaySettings
+inline constexpr double kLeastWhite = 1e-9, kMostWhite = 1e9;                    ///< of DisplaySettings
+
+/// Largest luminance that PQ codes [cd/m^2]: light above it looks the same (SMPTE ST 2084).
+inline constexpr double kMostNits = 10000;
 
 /// Linear BT.2020 from linear Rec.709 (ITU-R BT.2087-0, section 2.2).
 glm::dmat3 bt2020FromRec709();

@@ -31,7 +31,7 @@ glm::dmat3 lmsFromBt2020() {
 
 double perceptualQuantizer(double nits) {
     constexpr double kM1 = 2610.0 / 16384, kM2 = 2523.0 / 32, kC1 = 3424.0 / 4096, kC2 = 2413.0 / 128, kC3 = 2392.0 / 128;
-    const double y = std::pow(std::clamp(nits, 0.0, 10000.0) / 10000, kM1);
+    const double y = std::pow(std::clamp(nits, 0.0, kMostNits) / kMostNits, kM1);
     return std::pow((kC1 + kC2 * y) / (1 + kC3 * y), kM2);
 }
 

@@ -74,6 +74,12 @@ constexpr std::array kLintChecks = {
     LintCheckInfo{LintCheck::Exposure, "exposure", Warning,
                   "the map is so dark or so bright that 16-bit textures cannot hold it, and no screen shows it without a large exposure",
                   "Scale the light of the bake, so that a lit surface has a radiance near 1, and set the exposure of the engine for it."},
+    LintCheckInfo{
+        LintCheck::DisplayExposure, "display-exposure", Warning,
+        "the display of the scene shows the map as black or beyond its brightest white, so no error of it is visible and every "
+        "limit on visible errors holds",
+        "Write the exit radiance that the game shows as diffuse white into `white` of `[display]`, not a luminance in cd/m^2, and "
+        "its exposure compensation into `stops`; or leave both out."},
     LintCheckInfo{LintCheck::WrongMesh, "wrong-mesh", Warning, "the mesh reads texels of the light map that no chart covers",
                   "Write the mesh that was baked into `mesh`. TEXCOORD_1 is its light-map UV."},
     LintCheckInfo{LintCheck::FlippedV, "flipped-v", Warning,

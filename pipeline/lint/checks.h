@@ -32,6 +32,7 @@ enum class LintCheck {
     RimFirefly,
     BlackCharts,
     Exposure,
+    DisplayExposure,
     WrongMesh,
     FlippedV,
     UvOutside,

@@ -277,6 +277,23 @@ private:
                 fmt::format("found an exit radiance of {:.3g} on average (log-average of a white surface), expected {} to {}", facts_.key,
                             kDarkestKey, kBrightestKey),
                 {{"key", facts_.key}});
+        if (findings_.empty() && !isAllBlack) judgeDisplay();
+    }
+
+    /// Compares grey of the map's key with black, as the display of the scene file shows both.
+    void judgeDisplay() {
+        const lighting::DisplaySettings& settings = scene_.display;
+        if (!settings.white && settings.stops == 0) return;
+        const lighting::Display display = settings.of(facts_.key);
+        const double nits = facts_.key * display.nitsPerUnit;
+        const bool isBlack = lighting::visibleDifference(glm::dvec3(facts_.key), glm::dvec3(0), display) < 1;
+        if (!isBlack && nits <= lighting::kMostNits) return;
+        findings_.push_back(
+            makeFinding(LintCheck::DisplayExposure, entry_.name, scene_.file, {"display", "", settings.white ? "white" : "stops"},
+                        fmt::format("found an average of light map '{}' shown at {:.3g} cd/m^2, expected {}", entry_.name, nits,
+                                    isBlack ? fmt::format("light that is visible beside a black of {} cd/m^2", settings.black)
+                                            : fmt::format("at most {} cd/m^2", lighting::kMostNits)),
+                        {{"luminance", nits}}));
     }
 
     const Scene& scene_;

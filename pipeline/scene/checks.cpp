@@ -88,8 +88,9 @@ Objection objectionToMaxVisible(double limit) {
 }
 
 Objection objectionToWhite(double white) {
-    if (white > 0 && std::isfinite(white)) return std::nullopt;
-    return ValueError{fmt::format("{}", white), "a positive exit radiance"};
+    if (white >= lighting::kLeastWhite && white <= lighting::kMostWhite) return std::nullopt;
+    return ValueError{fmt::format("{}", white),
+                      fmt::format("a positive exit radiance, from {} to {}", lighting::kLeastWhite, lighting::kMostWhite)};
 }
 
 Objection objectionToStops(double stops) {

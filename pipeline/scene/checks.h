@@ -53,7 +53,8 @@ inline constexpr int kLeastProbeSize = 16, kMostProbeSize = 2048;
 Objection objectionToProbeSize(std::int64_t size);
 /// A limit on visible errors is a positive number of just noticeable differences.
 Objection objectionToMaxVisible(double limit);
-/// Settings of the display: a positive exit radiance, an exposure compensation of at most 20 stops, and a black of 0.005 to 100 cd/m^2.
+/// Settings of the display: an exit radiance from 1e-9 to 1e9, an exposure compensation of at most 20 stops, and a black of 0.005 to 100
+/// cd/m^2.
 Objection objectionToWhite(double white);
 Objection objectionToStops(double stops);
 Objection objectionToBlack(double black);

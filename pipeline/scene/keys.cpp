@@ -169,7 +169,7 @@ SceneSectionInfo displaySection() {
     return {.name = "display",
             .isArray = false,
             .intro = "",
-            .keys = {{"white", "number", "none: the key of each light map is shown at 18 % of diffuse white",
+            .keys = {{"white", "number from 1e-9 to 1e9", "none: the key of each light map is shown at 18 % of diffuse white",
                       "exit radiance that the game shows as diffuse white, 203 cd/m^2"},
                      {"stops", "number from -20 to 20", "0", "exposure compensation: light is shown 2^stops as bright"},
                      {"black", "number from 0.005 to 100", "0.5", "luminance of the display's black in its room, in cd/m^2"}},

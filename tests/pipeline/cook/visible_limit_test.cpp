@@ -1,4 +1,5 @@
 // Limits on the visible error of light maps, and the display that they are judged on.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -187,6 +188,9 @@ TEST_F(VisibleLimit, SettingsOutOfRangeAreRefusedByName) {
     EXPECT_THAT(lineOf("max_visible = 2\n[display]\nblack = 0"), HasSubstr("found 0 for display.black, expected a luminance from 0.005"));
     EXPECT_THAT(lineOf("max_visible = 2\n[display]\nwhite = -1"),
                 HasSubstr("found -1 for display.white, expected a positive exit radiance"));
+    for (const char* white : {"1e-320", "1e10"})
+        EXPECT_THAT(lineOf(fmt::format("max_visible = 2\n[display]\nwhite = {}", white)),
+                    HasSubstr("for display.white, expected a positive exit radiance, from 1e-09 to 1e+09"));
     EXPECT_THAT(lineOf("max_visible = 2\n[display]\nstops = 21"),
                 HasSubstr("found 21 for display.stops, expected a number from -20 to 20"));
     EXPECT_THAT(lineOf("max_visible = 2\n[display]\nwhit = 1"), HasSubstr("nearest is 'white'"));

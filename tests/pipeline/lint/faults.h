@@ -295,4 +295,9 @@ inline void limitAboveOne(const PlantedScene& scene) {
     scene.replaceInScene("max_error = 0.02 ", "max_error = 2 ");
 }
 
+/// display  lines for [display]
+inline void display(const PlantedScene& scene, const std::string& display) {
+    scene.replaceInScene("[color]", "[display]\n" + display + "\n\n[color]");
+}
+
 }  // namespace lightcook::pipeline::faults

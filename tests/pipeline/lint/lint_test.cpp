@@ -480,6 +480,31 @@ TEST(Lint, NamesALimitAboveOne) {
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("max_error = 2, which is 200 %"));
 }
 
+TEST(Lint, NamesADisplayThatShowsNoErrorOfTheMap) {
+    for (const auto& [key, value, words] :
+         {std::tuple{"white", "1e6", "e-05 cd/m^2, expected light that is visible beside a black of 0.5"},
+          std::tuple{"stops", "-18", "cd/m^2, expected light that is visible beside a black of 0.5"},
+          std::tuple{"stops", "20", "'lightmap' shown at 3.83e+07 cd/m^2, expected at most 10000 cd/m^2"}}) {
+        SCOPED_TRACE(fmt::format("{} = {}", key, value));
+        const PlantedScene scene;
+        faults::display(scene, fmt::format("{} = {}", key, value));
+        const Outcome outcome = scene.lint();
+        ASSERT_THAT(codesOf(outcome), ElementsAre("display-exposure"));
+        EXPECT_THAT(outcome.findings[0].found, HasSubstr(words));
+        EXPECT_EQ(outcome.findings[0].place.section, "display");
+        EXPECT_EQ(outcome.findings[0].place.key, key);
+        EXPECT_TRUE(outcome.findings[0].line.has_value());
+    }
+}
+
+TEST(Lint, HasNoFindingOnADisplayOfAnotherExposure) {
+    for (const char* display : {"white = 1", "white = 16", "stops = 4", "stops = -4", "black = 5"}) {
+        const PlantedScene scene;
+        faults::display(scene, display);
+        EXPECT_THAT(codesOf(scene.lint()), IsEmpty()) << display;
+    }
+}
+
 // What becomes of a finding
 
 PlantedScene sceneWithWarning(const std::string& allow) {
