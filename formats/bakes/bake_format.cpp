@@ -57,7 +57,7 @@ constexpr std::array kBakeFormats = {
                               "irradiance E itself; alpha is coverage",
                    .content = "R, G, B",
                    .assumes = "R, G, B are E / pi, or E if the quantity is irradiance; light comes evenly from everywhere",
-                   .implied = {},
+                   .implied = {ShPhase::None, ShFrame::World, {}, {}},
                    .hasDirections = false,
                    .takesEncoding = true,
                    .match = matchFlat,

@@ -118,5 +118,20 @@ TEST(BakeFormat, ImpliedConventionsReplaceTheDefaultAndRefuseOthers) {
     EXPECT_EQ(refused.error().line(), "map.exr, phase: found another value than \"none\", expected it: bake format sh9 implies that value");
 }
 
+TEST(BakeFormat, APictureWithoutDirectionsHasNoSignConventionAndNoFrame) {
+    for (const BakeFormatInfo& format : allBakeFormats()) {
+        if (format.hasDirections) continue;
+        LightMapDescription description;
+        description.phase = ShPhase::CondonShortley;
+        EXPECT_FALSE(withImplied(description, format, "map.exr")) << format.name;
+        description.phase = ShPhase::None;
+        description.frame = ShFrame::Tangent;
+        EXPECT_FALSE(withImplied(description, format, "map.exr")) << format.name;
+        description.frame = ShFrame::World;
+        description.lightUnits = LightUnits::Game;
+        EXPECT_EQ(withImplied(description, format, "map.exr").has_value(), !format.implied.lightUnits) << format.name;
+    }
+}
+
 }  // namespace
 }  // namespace lightcook::formats
