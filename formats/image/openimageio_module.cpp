@@ -11,6 +11,7 @@
 #include "formats/image/exr_windows.h"
 #include "formats/image/image_claims.h"
 #include "formats/image/image_module.h"
+#include "formats/lower_extension.h"
 
 namespace lightcook::formats {
 namespace {
@@ -28,6 +29,21 @@ tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::s
     return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found \"{}\", expected a whole image file", oneLine(library)));
 }
 
+/// Returns true if a format of OpenImageIO has this extension. A file of another one is opened if its content is that of an image.
+bool isImageExtension(const std::string& extension) {
+    return std::ranges::any_of(OIIO::get_extension_map(), [&](const auto& format) {
+        return std::ranges::any_of(format.second, [&](const std::string& each) { return "." + each == extension; });
+    });
+}
+
+tl::unexpected<Error> unopened(const std::filesystem::path& file) {
+    const std::string library = OIIO::geterror(), extension = lowerExtension(file);
+    if (isImageExtension(extension)) return unreadable(file, library);
+    return failure(ErrorCode::FileUnreadable, file.string(),
+                   fmt::format("found a file {}, whose content is no image, expected an image such as .exr, .hdr or .png",
+                               extension.empty() ? "without an extension" : "of the extension '" + oneLine(extension) + "'"));
+}
+
 /// An open image whose size has been checked.
 struct OpenedImage {
     std::unique_ptr<OIIO::ImageInput> input;
@@ -43,7 +59,7 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
     hints["oiio:UnassociatedAlpha"] = 1;  // colours as the file has them, not multiplied by alpha
     OpenedImage image;
     image.input = OIIO::ImageInput::open(file.string(), &hints);
-    if (!image.input) return unreadable(file, OIIO::geterror());
+    if (!image.input) return unopened(file);
     const OIIO::ImageSpec& spec = image.input->spec();
     image.width = spec.width;
     image.height = spec.height;

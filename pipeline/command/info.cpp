@@ -1,5 +1,6 @@
 #include "pipeline/command/info.h"
 
+#include <fmt/format.h>
 #include <glob.h>
 
 #include <CLI/App.hpp>
@@ -186,6 +187,10 @@ Result<Json> describeFile(const std::filesystem::path& file) {
     const std::string extension = formats::lowerExtension(file);
     if (isTextureFile(file)) return formats::TextureReader::open(file).map(describeTexture);
     if (extension == ".toml") return readScene(file).map(describeScene);
+    if (file.filename() == kManifestName || file.filename() == kReportName)
+        return formats::failure(formats::ErrorCode::FileUnreadable, file.string(),
+                                fmt::format("found a file of a cooked scene, expected its folder: {}",
+                                            file.has_parent_path() ? file.parent_path().string() : "."));
     if (extension == ".glb" || extension == ".gltf") {
         auto facts = formats::GltfScene::load(file).map([](const formats::GltfScene& scene) {
             Json json = {

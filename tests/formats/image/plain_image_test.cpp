@@ -2,7 +2,7 @@
 
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <array>
 #include <bit>
@@ -121,6 +121,19 @@ TEST(ReadImage, APngIsKnownByItsContent) {
     const auto image = readImage(folder / "a.tga");
     ASSERT_TRUE(image) << image.error().line();
     EXPECT_EQ(image->texels.at(2, 1), glm::vec4(45, 46, 47, 255) / 255.0f);
+}
+
+TEST(ReadImage, AFileOfNoImageFormatIsNamedByItsExtension) {
+    const TemporaryFolder folder;
+    for (const auto& [name, words] : {std::pair{"a.json", "found a file of the extension '.json', whose content is no image, expected an"},
+                                      std::pair{"a", "found a file without an extension, whose content is no image, expected an image"},
+                                      std::pair{"a.exr", "is not an OpenEXR file"}}) {
+        writeContent(folder / name, "{}");
+        const auto image = readImage(folder / name);
+        ASSERT_FALSE(image) << name;
+        EXPECT_EQ(image.error().code, ErrorCode::FileUnreadable);
+        EXPECT_THAT(image.error().line(), testing::HasSubstr(words));
+    }
 }
 
 }  // namespace

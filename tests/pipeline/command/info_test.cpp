@@ -47,6 +47,18 @@ TEST(InfoOfACookedFolder, DoesWithoutAReportAndRefusesABrokenOne) {
     EXPECT_FALSE(facts->at("assets").at(0).contains("specular"));
 }
 
+TEST(InfoOfACookedFolder, NamesTheFolderOfAManifestAndAReport) {
+    const formats::TemporaryFolder folder;
+    for (const char* name : {"cooked.json", "report.json"}) {
+        formats::writeContent(folder / name, "{}");
+        const auto facts = describeFile(folder / name);
+        ASSERT_FALSE(facts);
+        EXPECT_THAT(facts.error().line(), HasSubstr("found a file of a cooked scene, expected its folder: "));
+    }
+    EXPECT_THAT(describeFile("cooked.json").error().line(),
+                HasSubstr("cooked.json: found a file of a cooked scene, expected its folder: ."));
+}
+
 TEST(InfoOfACookedFolder, CountsTheTrianglesOfAMeshAndNoTexels) {
     const formats::TemporaryFolder folder;
     for (const char* file : {"cornell_lightmap.exr", "cornell.glb"}) std::filesystem::copy_file(exampleFolder() / file, folder / file);
