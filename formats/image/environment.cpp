@@ -292,7 +292,7 @@ Result<lighting::ShRgb> shFromJson(const nlohmann::json& rows, const std::string
     return sh;
 }
 
-/// Returns the entry of a list of probes whose "file" has this name.
+/// Returns the entry of a list of probes whose "file" has this name. Refuses two of them that differ.
 Result<nlohmann::json> probeEntry(const std::filesystem::path& json, const std::string& probeFileName) {
     constexpr int kDeepest = 16;  // a list of probes is 5 deep
     const auto text = readWholeText(json);
@@ -307,10 +307,18 @@ Result<nlohmann::json> probeEntry(const std::filesystem::path& json, const std::
                        "found no array \"probes\", expected one with \"file\" and \"sh\" of each probe");
     }
     const nlohmann::json& probes = document["probes"];
-    for (const nlohmann::json& probe : probes)
-        if (probe.is_object() && probe.contains("file") && probe["file"] == probeFileName) return probe;
-    return failure(ErrorCode::WrongShape, json.string(),
-                   fmt::format("found {} probes, none with the file \"{}\", expected it", probes.size(), oneLine(probeFileName)));
+    const nlohmann::json* entry = nullptr;
+    for (const nlohmann::json& probe : probes) {
+        if (!probe.is_object() || !probe.contains("file") || probe["file"] != probeFileName) continue;
+        if (entry != nullptr && *entry != probe)
+            return failure(ErrorCode::WrongShape, json.string(),
+                           fmt::format("found two different probes with the file \"{}\", expected one", oneLine(probeFileName)));
+        entry = &probe;
+    }
+    if (entry == nullptr)
+        return failure(ErrorCode::WrongShape, json.string(),
+                       fmt::format("found {} probes, none with the file \"{}\", expected it", probes.size(), oneLine(probeFileName)));
+    return *entry;
 }
 
 }  // namespace

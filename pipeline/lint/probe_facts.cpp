@@ -40,6 +40,7 @@ bool hasEightBits(const formats::Image<glm::vec3>& texels, Curve curve) {
     return levels.size() >= kFewestLevels;
 }
 
+/// Returns the RMS of a difference over that of the expected SH. All light is a difference of 1 from SH without any.
 double relativeDifference(const ShRgb& found, const ShRgb& expected) {
     double difference = 0, sum = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
@@ -47,7 +48,8 @@ double relativeDifference(const ShRgb& found, const ShRgb& expected) {
         difference += glm::dot(error, error);
         sum += glm::dot(given, given);
     }
-    return sum > 0 ? std::sqrt(difference / sum) : 0.0;
+    if (sum > 0) return std::sqrt(difference / sum);
+    return difference > 0 ? 1.0 : 0.0;
 }
 
 }  // namespace

@@ -334,6 +334,23 @@ TEST(LoadProbeSh, FindsTheProbeByTheNameOfItsFile) {
     EXPECT_THAT(loadProbeSh(file, "other.exr").error().line(), HasSubstr("found 0 rows"));
 }
 
+TEST(LoadProbeSh, TwoProbesOfOneFileMustNotDiffer) {
+    const TemporaryFolder folder;
+    const auto file = folder / "probes.json";
+    const auto list = [](const char* first, const char* second) {
+        const std::string rest = "[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0]]}";
+        const std::string entry = "{\"file\": \"p.exr\", \"sh\": [";
+        return "{\"probes\": [" + entry + first + "," + rest + ", " + entry + second + "," + rest + "]}";
+    };
+    writeContent(file, list("[1,2,3]", "[1,2,3]"));
+    EXPECT_TRUE(loadProbeSh(file, "p.exr"));
+    writeContent(file, list("[1,2,3]", "[1,2,4]"));
+    const auto sh = loadProbeSh(file, "p.exr");
+    ASSERT_FALSE(sh);
+    EXPECT_EQ(sh.error().code, ErrorCode::WrongShape);
+    EXPECT_THAT(sh.error().line(), HasSubstr("found two different probes with the file \"p.exr\", expected one"));
+}
+
 TEST(LoadProbeSh, BrokenListsAreRefused) {
     const TemporaryFolder folder;
     const auto file = folder / "probes.json";

@@ -117,6 +117,14 @@ inline void probeOfAnotherPlace(const PlantedScene& scene) {
     });
 }
 
+/// SH of a list that somebody has not filled in.
+inline void zeroShOfProbe(const PlantedScene& scene) {
+    std::string rows = "[0, 0, 0]";
+    for (int i = 1; i < 9; ++i) rows += ", [0, 0, 0]";
+    formats::writeContent(scene / "cornell_probes.json",
+                          fmt::format(R"({{"probes": [{{"file": "cornell_probe0.exr", "sh": [{}]}}]}})", rows));
+}
+
 // Coverage and normals
 
 inline void coverageOfOneHalf(const PlantedScene& scene) {

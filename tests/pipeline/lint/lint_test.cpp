@@ -235,6 +235,14 @@ TEST(Lint, NamesAProbeWhoseShIsAnother) {
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("probe-sh"));
 }
 
+TEST(Lint, NamesAProbeWhoseShIsZero) {
+    const PlantedScene scene;
+    faults::zeroShOfProbe(scene);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("probe-sh"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("by 100.0 %"));
+}
+
 // Coverage and normals
 
 TEST(Lint, RefusesCoverageThatIsNowhereAboveHalf) {
