@@ -19,6 +19,7 @@
 #include "pipeline/report/ci_report.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
+#include "pipeline/scene/named_files.h"
 #include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
@@ -76,27 +77,6 @@ tl::unexpected<Error> samePlace(const std::string& output, const std::filesystem
     return formats::failure(
         formats::ErrorCode::InvalidRequest, output,
         fmt::format("found the same {} as {} ({}), expected another one", isDirectory(path) ? "folder" : "file", other, path.string()));
-}
-
-/// Returns the files that a scene names.
-std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
-    std::vector<std::filesystem::path> files = {scene.file};
-    const auto add = [&](const std::filesystem::path& file) {
-        if (!file.empty()) files.push_back(file);
-    };
-    for (const LightMapEntry& map : scene.lightMaps) {
-        add(map.file);
-        add(map.description.mesh);
-        for (const auto& [part, file] : map.description.partFiles) add(file);
-        if (map.mesh) add(*map.mesh);
-        if (map.groundTruth) add(*map.groundTruth);
-    }
-    for (const ProbeEntry& probe : scene.probes) {
-        add(probe.file);
-        if (probe.sh) add(*probe.sh);
-    }
-    for (const GradientEntry& gradient : scene.gradients) add(gradient.file);
-    return files;
 }
 
 /// Returns the document of --json of a command that failed.

@@ -29,6 +29,7 @@
 #include "pipeline/lint/lint.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
+#include "pipeline/scene/named_files.h"
 #include "pipeline/scene/needs.h"
 #include "pipeline/scene/settings.h"
 
@@ -338,10 +339,23 @@ private:
         return assets;
     }
 
+    /// Refuses to replace a file that the scene is made of, where it lies in the output folder under the name of an output.
+    Result<void> checkOutputs(const ExecutionResult& result) const {
+        const NamedPlaces inputs(scene_);
+        std::vector<std::filesystem::path> names = {kManifestName, kShaderName, kReportName, kReportHtmlName};
+        for (const FileRecord& file : result.files) names.emplace_back(file.name);
+        for (const std::filesystem::path& name : names)
+            if (inputs.contains(outcome_.output / name))
+                return failure(ErrorCode::InvalidRequest, (outcome_.output / name).string(),
+                               "found a file of the scene in the place of an output, expected another output folder");
+        return {};
+    }
+
     /// Publishes files and manifest together: an interrupt comes before or after both.
     Result<Report> publishWithSummaries(const Plan& plan, const ExecutionResult& result) {
         const auto transaction = formats::OutputTransaction::begin();
         if (!transaction) return tl::make_unexpected(transaction.error());
+        if (auto checked = checkOutputs(result); !checked) return tl::make_unexpected(checked.error());
         if (auto published = publish(result, staging_, outcome_.output); !published) return tl::make_unexpected(published.error());
         return writeSummaries(plan, result);
     }

@@ -20,6 +20,7 @@
 #include "pipeline/manifest/self_digest.h"
 #include "pipeline/repack/unpacked_bake.h"
 #include "pipeline/report/exit_codes.h"
+#include "pipeline/scene/named_files.h"
 #include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
@@ -52,17 +53,18 @@ bool isLeft(const Plan& plan, const CookedAsset& asset) {
     return !isPlanned(plan, asset.name) && (plan.unwanted.contains(asset.name) || !isOfCookedMap(plan, asset));
 }
 
-/// Removes the files of an earlier cook that the new manifest does not name.
-void removeStale(const std::filesystem::path& folder, const Manifest& oldManifest, const Manifest& manifest) {
+/// Removes the files of an earlier cook that the new manifest does not name. One that is an input of the scene now stays.
+void removeStale(const std::filesystem::path& folder, const Manifest& oldManifest, const Manifest& manifest, const NamedPlaces& inputs) {
     std::set<std::string> current;
     for (const FileRecord& file : filesOf(manifest)) current.insert(file.name);
     for (const FileRecord& file : filesOf(oldManifest))
-        if (!current.contains(file.name)) removeFileOf(folder, file.name);
+        if (!current.contains(file.name) && !inputs.contains(folder / file.name)) removeFileOf(folder, file.name);
 }
 
 /// Removes the pictures of an earlier report that the new one does not name: of assets that are gone, and of places that were among the
 /// worst.
-void removeStalePictures(const std::filesystem::path& folder, const std::vector<ReportRow>& oldRows, const std::vector<ReportRow>& rows) {
+void removeStalePictures(const std::filesystem::path& folder, const std::vector<ReportRow>& oldRows, const std::vector<ReportRow>& rows,
+                         const NamedPlaces& inputs) {
     std::set<std::string> current;
     for (const ReportRow& row : rows) {
         if (!row.preview) continue;
@@ -73,7 +75,8 @@ void removeStalePictures(const std::filesystem::path& folder, const std::vector<
         if (!row.preview) continue;
         // A report may have been edited: nothing outside the folder of pictures is removed.
         for (const std::string& file : row.preview->all())
-            if (std::filesystem::path(file).parent_path() == "preview" && !current.contains(file)) removeFileOf(folder, file);
+            if (std::filesystem::path(file).parent_path() == "preview" && !current.contains(file) && !inputs.contains(folder / file))
+                removeFileOf(folder, file);
     }
 }
 
@@ -331,7 +334,7 @@ Result<void> SummaryWriter::writeManifest(const ReportFrame& frame) {
     manifestText_ = withSelfDigest(toJson(manifest));
     if (auto written = writeFileIfChanged(folder_ / kShaderName, shader); !written) return written;
     if (auto written = writeFileIfChanged(folder_ / kManifestName, manifestText_); !written) return written;
-    if (oldManifest_) removeStale(folder_, *oldManifest_, manifest);
+    if (oldManifest_) removeStale(folder_, *oldManifest_, manifest, NamedPlaces(scene_));
     return {};
 }
 
@@ -359,7 +362,7 @@ Result<Report> SummaryWriter::writeReport(Report report) {
     }
     const std::string text = withSelfDigest(toJson(report));
     if (auto written = writeFile(folder_ / kReportName, text); !written) return tl::make_unexpected(written.error());
-    if (oldReport_) removeStalePictures(folder_, oldReport_->assets, rows_);
+    if (oldReport_) removeStalePictures(folder_, oldReport_->assets, rows_, NamedPlaces(scene_));
     return fromJson<Report>(parseJson(text), kReportName);
 }
 

@@ -232,6 +232,46 @@ TEST(Inputs, ADepfileNamesTheInputsOfTheAssetsInTheFolder) {
     EXPECT_THAT(depfile(), testing::AllOf(HasSubstr("map.exr"), HasSubstr("sky.exr"), HasSubstr("probe.exr"))) << "they were left alone";
 }
 
+/// Options of a cook of the gradient alone.
+CookOptions gradientAlone(const SmallScene& scene) {
+    CookOptions options = scene.optionsWithSharedCache();
+    options.onlyKind = "rsrm";
+    return options;
+}
+
+TEST(Inputs, OneInTheOutputFolderIsNotReplacedByAnOutput) {
+    for (const char* name : {"lightcook.glsl", "sky.ktx2", "report.html"}) {
+        SCOPED_TRACE(name);
+        const SmallScene scene(Parts::All);
+        const std::filesystem::path place = scene / "out" / name;
+        std::filesystem::create_directories(place.parent_path());
+        std::filesystem::rename(scene / "sky.exr", place);
+        replaceInScene(scene, "\"sky.exr\"", fmt::format("\"out/{}\"", name));
+        const std::string before = formats::contentOf(place);
+        const Outcome outcome = cook(gradientAlone(scene));
+        ASSERT_EQ(outcome.errors.size(), 1u);
+        EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
+        EXPECT_EQ(outcome.errors[0].line(),
+                  place.string() + ": found a file of the scene in the place of an output, expected another output folder");
+        EXPECT_EQ(formats::contentOf(place), before);
+        EXPECT_FALSE(std::filesystem::exists(scene / "out" / kManifestName));
+    }
+}
+
+/// A picture in place of a texture that the new manifest does not name.
+TEST(Inputs, OneThatAnEarlierCookWroteIsNotRemoved) {
+    const SmallScene scene(Parts::All);
+    ASSERT_TRUE(cook(gradientAlone(scene)).errors.empty());
+    const std::filesystem::path place = scene / "out" / "sky.ktx2";
+    std::filesystem::rename(scene / "sky.exr", place);
+    replaceInScene(scene, "\"sky.exr\"", "\"out/sky.ktx2\"");
+    replaceInScene(scene, "\"sky\"", "\"dusk\"");
+    const Outcome outcome = cook(gradientAlone(scene));
+    for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+    EXPECT_TRUE(std::filesystem::exists(place));
+    EXPECT_TRUE(std::filesystem::exists(scene / "out" / "dusk.ktx2"));
+}
+
 TEST(KeepGoing, AMeshThatCannotBeReadDoesNotStopTheLightMap) {
     const SmallScene scene(Parts::LightMap);
     replaceInScene(scene, "file = \"map.exr\"", "file = \"map.exr\"\nmesh = \"broken.glb\"");

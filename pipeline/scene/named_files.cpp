@@ -1,0 +1,46 @@
+#include "pipeline/scene/named_files.h"
+
+#include <system_error>
+
+namespace lightcook::pipeline {
+namespace {
+
+/// Returns the canonical folder of a file, with the name of the file as it is.
+std::filesystem::path placeOf(const std::filesystem::path& file) {
+    std::error_code code;
+    const std::filesystem::path absolute = std::filesystem::absolute(file, code);
+    return std::filesystem::weakly_canonical(absolute.parent_path(), code) / absolute.filename();
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
+    std::vector<std::filesystem::path> files = {scene.file};
+    const auto add = [&](const std::filesystem::path& file) {
+        if (!file.empty()) files.push_back(file);
+    };
+    for (const LightMapEntry& map : scene.lightMaps) {
+        add(map.file);
+        add(map.description.mesh);
+        for (const auto& [part, file] : map.description.partFiles) add(file);
+        if (map.mesh) add(*map.mesh);
+        if (map.groundTruth) add(*map.groundTruth);
+    }
+    for (const ProbeEntry& probe : scene.probes) {
+        add(probe.file);
+        if (probe.sh) add(*probe.sh);
+    }
+    for (const GradientEntry& gradient : scene.gradients) add(gradient.file);
+    return files;
+}
+
+NamedPlaces::NamedPlaces(const Scene& scene) {
+    for (const std::filesystem::path& file : filesNamedBy(scene))
+        if (!file.empty()) places_.insert(placeOf(file));
+}
+
+bool NamedPlaces::contains(const std::filesystem::path& file) const {
+    return places_.contains(placeOf(file));
+}
+
+}  // namespace lightcook::pipeline
