@@ -46,10 +46,9 @@ CommandFunction defineLightmap(CLI::App& app) {
         ->required();
     options->outputOptions.addLightMap(app);
     app.add_flag("--no-normal-maps", options->noNormalMaps, "No surface has a normal map");
-    CLI::Option* const noSpecular =
-        app.add_flag("--no-specular", options->noSpecular, "No surface is specular; with --no-normal-maps directions are left out");
+    app.add_flag("--no-specular", options->noSpecular, "No surface is specular; with --no-normal-maps directions are left out");
     app.add_flag("--mips", options->cook.mips, "Write mip levels, as far as these keep charts apart");
-    addLobeOption(app, options->lobe, formats::sceneLobes())->excludes(noSpecular);
+    addLobeOption(app, options->lobe, formats::sceneLobes());
     addRepairOption(app, options->cook.repair);
     options->conventions.add(app);
     options->json.add(app, "the report");

@@ -103,9 +103,6 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or nothing");
     if (const std::string why = whyNotSeams(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, "--max-seam", why);
-    // An objective of the scene file may be of another layout than that of the command line.
-    if (const std::string why = whyNotObjective(scene); options.objective && !why.empty())
-        return failure(ErrorCode::InvalidRequest, "--objective", why);
     return {};
 }
 

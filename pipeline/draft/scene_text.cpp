@@ -133,8 +133,8 @@ private:
     }
     void writeMaterials() {
         text_ +=
-            "\n# What the materials of the engine need, whatever a glTF says. specular = false in place of the last three lines skips\n"
-            "# dominant light, tables and cubemaps; without normal maps as well, light maps become flat.\n[[material]]\n";
+            "\n# What the materials of the engine need, whatever a glTF says. Without specular, dominant light, tables and cubemaps are\n"
+            "# skipped; without normal maps as well, light maps become flat.\n[[material]]\n";
         text_ += line("name", "\"*\"", "all materials");
         text_ += line("normal_map", "true") + line("specular", "true");
         text_ += line("m", "[0.1, 0.5]", "roughness of Beckmann's lobe (glTF: roughnessFactor squared)");

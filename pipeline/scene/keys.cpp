@@ -123,8 +123,7 @@ SceneSectionInfo outputSection() {
               "smaller one for bands that no shading shows. [From the trial](../guide/into-an-engine.md#layouts-that-the-engine-reads) the "
               "report says "
               "what the list costs"},
-             enumeratedKey("objective", formats::allObjectives(),
-                           "what learned layouts of light maps and ratio minimize. Not where no light map may have one of these"),
+             enumeratedKey("objective", formats::allObjectives(), "what learned layouts of light maps and ratio minimize"),
              {"container", choices({"ktx2", "dds"}), "`\"ktx2\"`", "container of the textures"},
              {"zstd", kBoolean, "false", "Zstandard supercompression of KTX2 levels"},
              {"effort", "0 to 9", "5",
@@ -326,7 +325,7 @@ SceneSectionInfo materialSection() {
             .intro = "Adds to the glTF's materials, or overrides them.",
             .keys = {{"name", "string", "required", "name of a material in the glTF, once in the file; `\"*\"` is every material"},
                      {"normal_map", kBoolean, "from the glTF", "false and no specular: a flat map is enough"},
-                     {"specular", kBoolean, "from the glTF", "false: no dominant light, no tables, no cubemaps. Not beside `m` or `f0`"},
+                     {"specular", kBoolean, "from the glTF", "false: no dominant light, no tables, no cubemaps"},
                      {"m", "two numbers in [0, 1]", "from the glTF",
                       "the range of roughness: m of Beckmann, alpha of GGX (glTF: `roughnessFactor` squared)"},
                      {"f0", "two numbers in [0, 1]", "from the glTF", "the range of reflectance at normal incidence"}},

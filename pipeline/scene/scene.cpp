@@ -370,11 +370,6 @@ MaterialEntry readMaterial(TableReader reader) {
     entry.specular = reader.optional<bool>("specular", "true or false");
     entry.m = reader.range("m", 0, 1);
     entry.f0 = reader.range("f0", 0, 1);
-    for (const char* key : {"m", "f0"})
-        if (entry.specular == false && reader.has(key))
-            reader.fail(
-                reader.node(key),
-                fmt::format("found material.{0} beside specular = false, expected one of them: {0} is of specular light alone", key));
     return entry;
 }
 
@@ -535,7 +530,6 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
         output.fail(output.node(key), why);
     };
     if (const std::string why = whyNotSeams(scene); !why.empty()) refuseOutput("max_seam", why);
-    if (const std::string why = whyNotObjective(scene); root["output"]["objective"] && !why.empty()) refuseOutput("objective", why);
     if (scene.output.gltf && std::ranges::none_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); }))
         refuseOutput("gltf", "found output.gltf where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]");
     refuseRepeatedNames(scene);

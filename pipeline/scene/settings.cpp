@@ -77,20 +77,6 @@ std::string whyNotSeams(const Scene& scene) {
                      "edges";
 }
 
-std::string whyNotObjective(const Scene& scene) {
-    const std::string asked = layoutAsked(scene.output);
-    const auto mayMinimize = [&](const LightMapEntry& entry) {
-        const formats::LayoutList& layouts = layoutsFor(scene.output, entry);
-        return std::ranges::any_of(formats::allLightMapLayouts(), [&](const formats::LightMapLayoutInfo& layout) {
-            return layout.hasObjective() && (asked == kAutoLayout ? formats::isCandidate(layouts, layout) : asked == layout.name);
-        });
-    };
-    if (scene.lightMaps.empty() || std::ranges::any_of(scene.lightMaps, mayMinimize)) return "";
-    const std::string found =
-        asked == kAutoLayout ? "a list of layouts that minimize nothing" : "layout " + asked + ", which minimizes nothing";
-    return fmt::format("found an objective beside {}, expected layout ratio or a learned one (basis-3 and so on), or no objective", found);
-}
-
 std::optional<SettingsConflict> conflictIn(const OutputSettings& output) {
     using formats::Container;
     const auto alike = [](const char* key, const char* option, const std::string& why) { return SettingsConflict{key, why, option, why}; };

@@ -93,7 +93,4 @@ std::string whyNothing(const Scene& scene);
 /// Returns what is wrong with a limit on seams for all light maps, or an empty text.
 std::string whyNotSeams(const Scene& scene);
 
-/// Returns what is wrong with an objective that is asked for, or an empty text: no layout that a light map may have minimizes one.
-std::string whyNotObjective(const Scene& scene);
-
 }  // namespace lightcook::pipeline

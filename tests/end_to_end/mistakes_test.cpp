@@ -281,7 +281,7 @@ const std::vector<Mistake>& allMistakes() {
         {"a layout without the light that materials need", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) {
              scene.replaceInScene("# light_map_layout = \"auto\"", "light_map_layout = \"flat\"");
-             faults::noSpecular(scene);
+             scene.replaceInScene("\nspecular = true", "\nspecular = false");
          }},
         {"a layout that there is not in a list of layouts", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) { scene.replaceInScene("# light_map_layout = \"auto\"", "layouts = [\"godod\"]"); }},
@@ -363,10 +363,6 @@ const std::vector<Mistake>& allMistakes() {
         {"a proven bound of visible errors above its limit",
          "lightcook lightmap cornell_lightmap.exr out --layout basis-3 --max-visible-bound 1", keepFirstRows},
         {"an objective that does not exist", "lightcook cook scene.toml --objective seen", nothing},
-        {"an objective that no layout minimizes", "lightcook cook scene.toml --layout hdr --objective energy", nothing},
-        {"a lobe without specular light", "lightcook lightmap cornell_lightmap.exr out --no-specular --lobe ggx", nothing},
-        {"a roughness without specular light", "lightcook cook scene.toml",
-         [](const ExampleCopy& scene) { scene.replaceInScene("\nspecular = true", "\nspecular = false"); }},
         {"a limit on visible errors that is no number", "lightcook cook scene.toml --max-visible 0", nothing},
         {"the same limit for other assets that is no number", "lightcook cook scene.toml --max-converter-visible 0", nothing},
         {"candidates of a layout that is named", "lightcook cook scene.toml --layout ratio --keep-candidates", nothing},

@@ -31,10 +31,9 @@ protected:
     const formats::TemporaryFolder folder_;
 
     Outcome cook() const {
-        const std::string objective = GetParam().objective;
         formats::writeContent(folder_ / "scene.toml",
                               "schema = 1\nname = \"shared\"\n[output]\nmax_error = " + std::to_string(GetParam().most) +
-                                  (objective == "visible" ? "" : "\nobjective = \"" + objective + "\"") + "\nlight_map_layout = \"" +
+                                  "\nobjective = \"" + std::string(GetParam().objective) + "\"\nlight_map_layout = \"" +
                                   std::string(GetParam().layout) + "\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"" +
                                   std::filesystem::absolute(bake_).string() +
                                   "\"\n[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n");

@@ -153,7 +153,6 @@ TEST(Mistake, IsOneLineWhateverItNames) {
 
 TEST(Mistake, SaysWhichOptionsGoTogether) {
     EXPECT_EQ(mistakeOf("cook scene.toml --charts pack --keep-uv"), "--charts: found --keep-uv beside it, expected one of them");
-    EXPECT_EQ(mistakeOf("lightmap a.exr out --no-specular --lobe ggx"), "--no-specular: found --lobe beside it, expected one of them");
     const auto firstLine = [](std::vector<const char*> arguments) {
         GlobalOptions global;
         arguments.insert(arguments.begin(), "lightcook");

@@ -279,13 +279,6 @@ inline void unknownMaterial(const PlantedScene& scene) {
     scene.replaceInScene("name = \"*\"", "name = \"whit\"");
 }
 
-/// No material is specular.
-inline void noSpecular(const PlantedScene& scene) {
-    scene.replaceInScene("\nspecular = true", "\nspecular = false");
-    scene.replaceInScene("\nm = [0.1, 0.5]", "\n# m = [0.1, 0.5]");
-    scene.replaceInScene("\nf0 = [0.04, 0.6]", "\n# f0 = [0.04, 0.6]");
-}
-
 /// A material whose extension is not read, in a scene that does not say how rough it is.
 inline void materialExtension(const PlantedScene& scene) {
     scene.editMesh([](Glb& glb) { glb.json["materials"][0]["extensions"]["KHR_materials_sheen"]["sheenColorFactor"] = {1, 1, 1}; });

@@ -466,7 +466,8 @@ TEST(Lint, NamesNoExtensionOfAMaterialThatTheSceneFileDescribes) {
     faults::materialExtension(scene);
     scene.replaceInScene("\n# m = [0.1, 0.5]", "\nm = [0.1, 0.5]");
     EXPECT_THAT(codesOf(scene.lint()), IsEmpty()) << "it states m and f0 of every material";
-    faults::noSpecular(scene);
+    scene.replaceInScene("\nm = [0.1, 0.5]", "\n# m = [0.1, 0.5]");
+    scene.replaceInScene("\nspecular = true", "\nspecular = false");
     EXPECT_THAT(codesOf(scene.lint()), IsEmpty()) << "it states that none is specular";
 }
 

@@ -117,7 +117,7 @@ format = "rgb9e5"
 [[material]]
 name = "*"
 normal_map = true
-specular = true
+specular = false
 m = [0.1, 0.5]
 f0 = [0.04, 0.6]
 )");
@@ -144,7 +144,7 @@ f0 = [0.04, 0.6]
     EXPECT_EQ(scene->gradients[0].exponents, (std::vector<double>{1, 4, 16}));
     EXPECT_EQ(scene->gradients[0].format, "");
     EXPECT_EQ(scene->gradients[1].format, "rgb9e5");
-    EXPECT_EQ(scene->materials[0].specular, true);
+    EXPECT_EQ(scene->materials[0].specular, false);
     EXPECT_EQ(scene->materials[0].m->high, 0.5);
 }
 
@@ -367,14 +367,6 @@ TEST(ReadScene, TwoTablesOfOneMaterialAreRefused) {
     expectRefused(kHead + any + gold + any, "9:8",
                   "found the material '*' twice, expected one table [[material]] of that name: the first is in line 3");
     expectRefused(kHead + gold + gold, "6:8", "found the material 'gold' twice");
-}
-
-TEST(ReadScene, RoughnessAndReflectanceOfNoSpecularLightAreRefused) {
-    const std::string dull = kHead + "[[material]]\nname = \"*\"\nspecular = false\n";
-    EXPECT_TRUE(sceneFromText(dull));
-    expectRefused(dull + "m = [0.1, 0.5]\n", "6:5", "found material.m beside specular = false, expected one of them: m is of specular");
-    expectRefused(dull + "f0 = [0.04, 0.6]\n", "6:6", "found material.f0 beside specular = false");
-    EXPECT_TRUE(sceneFromText(dull + "[[material]]\nname = \"gold\"\nm = [0.1, 0.5]\n")) << "the other table may say so";
 }
 
 TEST(ReadScene, AnAllowanceNamesAnAssetOfTheScene) {
