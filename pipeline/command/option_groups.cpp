@@ -161,7 +161,7 @@ void addRepairOption(CLI::App& app, bool& repair) {
 
 void addSamplesOption(CLI::App& app, std::optional<int>& samples) {
     app.add_option("--samples", samples, "Random places on the surface at which the verifier shades, per texel")
-        ->check(CLI::Range(0, kMostSamples));
+        ->check(CLI::Range(0, 1000000));
 }
 
 formats::Result<void> checkOption(const char* option, const Objection& objection) {

@@ -109,8 +109,6 @@ void addEffortOption(CLI::App& app, std::optional<int>& effort);
 void addRdoOption(CLI::App& app, std::optional<double>& rdo);
 void addStrictOption(CLI::App& app, bool& strict);
 void addRepairOption(CLI::App& app, bool& repair);
-/// Largest value of --samples: 64 x 64 places a texel. A place takes about 2 us of a core.
-inline constexpr int kMostSamples = 4096;
 void addSamplesOption(CLI::App& app, std::optional<int>& samples);
 
 /// Returns the objection to an option's value as an error of the command line.
