@@ -90,7 +90,7 @@ Objection objectionToMaxVisible(double limit) {
 Objection objectionToWhite(double white) {
     if (white >= lighting::kLeastWhite && white <= lighting::kMostWhite) return std::nullopt;
     return ValueError{fmt::format("{}", white),
-                      fmt::format("a positive exit radiance, from {} to {}", lighting::kLeastWhite, lighting::kMostWhite)};
+                      fmt::format("a positive exit radiance, from {:g} to {:g}", lighting::kLeastWhite, lighting::kMostWhite)};
 }
 
 Objection objectionToStops(double stops) {
