@@ -118,9 +118,18 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     const auto mayTake = [&](const formats::LightMapLayoutInfo& layout) {
         return formats::mayTake(layouts, layout) && scene.output.decode.allow(layout);
     };
+    using Layout = formats::LightMapLayout;
+    const auto whyWithout = [&](Layout layout, std::string_view bands, const std::optional<double>& error) {
+        if (!isInvisible(error, scene.output) || !formats::mayTake(layouts, formats::info(layout))) return std::string();
+        return fmt::format("without {} the error is {:.2g} %", bands, 100 * *error);
+    };
+    const std::string whyFlat = whyWithout(Layout::Flat, "bands 1 and 2", content.errorOfOrder0);
+    const std::string whySh4 = whyWithout(Layout::Sh4, "band 2", content.errorOfOrder1);
+    // The layout of a map whose layout nobody named.
+    const bool mayLackBands = !isNamed && asked != nameOf(Layout::Flat);
+    const std::string_view withoutBands = !whyFlat.empty() ? nameOf(Layout::Flat) : !whySh4.empty() ? nameOf(Layout::Sh4) : asked;
     // A block of one light is tried like any map, and never traded: few bytes are to be had. Where a limit on the whole shading chooses,
     // raw holds it exactly or, under a budget, ratio in few bytes. So does ratio under a budget without limits on the errors of light maps.
-    using Layout = formats::LightMapLayout;
     std::vector<Layout> choices;
     if (!needs.needsDirections()) choices.push_back(Layout::Flat);
     choices.push_back(scene.output.budgetBytes ? Layout::Ratio : Layout::Raw);
@@ -134,6 +143,7 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
         const OutputSettings& output = scene.output;
         const bool isTried = !output.isWholeLimited() && (!output.budgetBytes || isErrorLimited(output, entry));
         if (choice != choices.end() && !isTried) reduction.layout = nameOf(*choice);
+        if (!isAuto && mayLackBands) reduction.layout = withoutBands;
         reduction.isFlatTried = isAuto && (reduction.isFlatTried || content.errorOfOrder0);
         reduction.constantOf = {content.width, content.height};
         reduction.why = fmt::format("all {} covered texels hold the same light: one block of {} x {} texels is enough", content.covered,
@@ -141,19 +151,13 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
         return reduction;
     }
     if (isAuto && content.errorOfOrder0) reduction.isFlatTried = true;
-    if (isNamed || asked == nameOf(formats::LightMapLayout::Flat)) return reduction;
-    const auto whyWithout = [&](Layout layout, std::string_view bands, const std::optional<double>& error) {
-        if (!isInvisible(error, scene.output) || !formats::mayTake(layouts, formats::info(layout))) return std::string();
-        return fmt::format("without {} the error is {:.2g} %", bands, 100 * *error);
-    };
-    const std::string whyFlat = whyWithout(Layout::Flat, "bands 1 and 2", content.errorOfOrder0);
-    const std::string whySh4 = whyWithout(Layout::Sh4, "band 2", content.errorOfOrder1);
+    if (!mayLackBands) return reduction;
     if (isAuto) {
         if (needs.needsDirections()) reduction.whyFlat = whyFlat;
         reduction.whySh4 = whySh4;
         return reduction;
     }
-    if (!whyFlat.empty() || !whySh4.empty()) reduction.layout = nameOf(!whyFlat.empty() ? Layout::Flat : Layout::Sh4);
+    reduction.layout = withoutBands;
     reduction.why = !whyFlat.empty() ? whyFlat : whySh4;
     return reduction;
 }

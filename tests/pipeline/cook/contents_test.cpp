@@ -73,9 +73,11 @@ TEST(Contents, ABlackMapBecomesOneBlockWithoutDominantLight) {
     const Json& map = assetOf(report, "map");
     EXPECT_EQ(map.at("width"), 4);
     EXPECT_EQ(map.at("height"), 4);
-    EXPECT_EQ(map.at("bytes_gpu"), 9 * 16) << "nine layers of one block";
+    EXPECT_EQ(map.at("layout"), "flat") << "black has no bands 1 and 2";
+    EXPECT_EQ(map.at("bytes_gpu"), 16) << "one block";
     EXPECT_TRUE(assetOf(report, "map_dominant").is_null());
-    EXPECT_EQ(skipOf(report, "texels of light map 'map'").at("bytes_saved"), 9 * 16 * (3 * 18 - 1)) << "12 x 72 texels are 54 blocks";
+    EXPECT_EQ(skipOf(report, "texels of light map 'map'").at("bytes_saved"), 9 * 16 * 3 * 18 - 16)
+        << "12 x 72 texels are 54 blocks, of ratio in nine layers";
     EXPECT_GT(skipOf(report, "dominant light of 'map'").at("bytes_saved"), 0);
 }
 
@@ -173,6 +175,16 @@ TEST(Contents, WhereNobodySeesDirectionsAutoTakesAsManyFlatTexturesAsALimitAsksF
     const Json block = assetOf(cook(constant, "max_error = 0.05", plain).report, "map");
     EXPECT_EQ(block.at("layout"), "flat");
     EXPECT_EQ(block.at("bytes_gpu"), 16) << "one block";
+}
+
+TEST(Contents, AConstantLacksTheBandsThatNobodySees) {
+    const SmallScene slope(SmallScene::Parts::LightMap, sky);
+    const Json map = assetOf(cook(slope).report, "map");
+    EXPECT_EQ(map.at("layout"), "sh4") << "as a map whose light of bands 0 and 1 is not constant";
+    EXPECT_EQ(map.at("width"), 4);
+    EXPECT_EQ(assetOf(cook(slope, "light_map_layout = \"ratio\"").report, "map").at("layout"), "ratio") << "as named";
+    const SmallScene light(SmallScene::Parts::LightMap, beam);
+    EXPECT_EQ(assetOf(cook(light).report, "map").at("layout"), "ratio") << "band 2 is seen";
 }
 
 TEST(Contents, AConstantTakesALayoutWithinItsLimits) {
