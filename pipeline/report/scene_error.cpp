@@ -213,21 +213,23 @@ private:
             if (isDominant) shading.squaredLights[kAnalytic] += square(light);
             add(row, figures, isDominant ? "analytic specular" : "diffuse", relRmsOf(row, figures), light);
         }
+        // A cubemap that is not divided is seen as it is, whatever the area specular of the pixel: also where the map is black.
+        shading.squaredLights[kEnvironment] = squaredPlain_;
         if (specular != 0) {
             shading.squaredLights[kArea] = square(specular);
-            shading.squaredLights[kEnvironment] = squaredRatio_ * square(specular) + squaredPlain_;
+            shading.squaredLights[kEnvironment] += squaredRatio_ * square(specular);
             // An error of S is visible twice: directly, and in the environment's light R S.
             const double reflected = specular * (1 + std::sqrt(squaredRatio_));
             add(map, kSpecularFigures, "area specular", relRmsOf(map, kSpecularFigures), reflected);
             for (const ReportRow* tables : tables_) add(*tables, kSpecularFigures, "area specular", tablesRelRms(*tables, map), reflected);
-            for (const ReportRow* probe : probes_) {
-                // A cubemap that is not divided is seen as it is, whatever the area specular of the pixel.
-                const bool isPlain = probe->light->specularRms.has_value();
-                const double relRms = isPlain ? relRmsOf(*probe, kSpecularFigures) : lightOf(*probe, &LightFigures::ratioRelRms);
-                const double light =
-                    isPlain ? lightOf(*probe, &LightFigures::specularRms) : specular * lightOf(*probe, &LightFigures::ratioRms);
-                add(*probe, kSpecularFigures, "environment", relRms, light / std::sqrt(static_cast<double>(probes_.size())), true);
-            }
+        }
+        for (const ReportRow* probe : probes_) {
+            const bool isPlain = probe->light->specularRms.has_value();
+            if (!isPlain && specular == 0) continue;
+            const double relRms = isPlain ? relRmsOf(*probe, kSpecularFigures) : lightOf(*probe, &LightFigures::ratioRelRms);
+            const double light =
+                isPlain ? lightOf(*probe, &LightFigures::specularRms) : specular * lightOf(*probe, &LightFigures::ratioRms);
+            add(*probe, kSpecularFigures, "environment", relRms, light / std::sqrt(static_cast<double>(probes_.size())), true);
         }
         shading.bound();
         return shading;

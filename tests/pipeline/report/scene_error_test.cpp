@@ -145,6 +145,18 @@ TEST(SceneError, APlainCubemapIsSeenWhateverTheAreaSpecular) {
     EXPECT_NEAR(at(partOf(both, "room", "environment"), "rel_rms"), 0.02, 1e-14);
 }
 
+TEST(SceneError, APlainCubemapIsSeenOnABlackMap) {
+    const Json plain = asset("room", "cubemap", 0, 0.02, {{"specular_rms", 3}});
+    const Json whole = wholeOf({lightMap("map", 0, 0, 0, 0), plain, probe("hall", 0.04, 2), tables(0.1)});
+    EXPECT_NEAR(whole["lights"]["environment"].get<double>(), std::sqrt(9.0 / 2), 1e-12) << "a pixel sees one of the two";
+    EXPECT_NEAR(whole["rel_rms"].get<double>(), 0.02, 1e-12) << "all light is that of the plain one";
+    EXPECT_EQ(whole["parts"][0]["asset"], "room");
+    EXPECT_NEAR(whole["parts"][0]["share"].get<double>(), 1, 1e-12);
+    std::vector<std::string> apart;
+    for (const Json& each : whole["apart"]) apart.push_back(each["asset"].get<std::string>());
+    EXPECT_THAT(apart, ::testing::UnorderedElementsAre("hall", "specular")) << "they shade light that is not there";
+}
+
 TEST(SceneError, EveryKindOfLightTakesPartByItsOwnRms) {
     const Json whole =
         wholeOf({lightMap("map", 0.02, 0.03, 2, 1), dominant("map_dominant", 0.05, 3), mesh("room_mesh", 0.01, 1.5), probe("left", 0.04, 1),
