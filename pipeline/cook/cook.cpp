@@ -312,7 +312,7 @@ private:
                 return tl::make_unexpected(*fault);
             outcome_.candidates.push_back(layout);
         }
-        removeCandidates(outcome_.output, {outcome_.candidates.begin(), outcome_.candidates.end()});
+        removeCandidates(outcome_.output, {outcome_.candidates.begin(), outcome_.candidates.end()}, NamedPlaces(asked_));
         return {};
     }
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 
 #include "formats/light_map_layout.h"
+#include "formats/temporaries.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -17,6 +19,32 @@ std::string bakeDigestOf(const CookedAsset& asset) {
     if (!asset.source.files) return "";
     const auto source = asset.source.files->find("source");
     return source == asset.source.files->end() ? "" : source->second.digest;
+}
+
+/// Returns the files that a cook wrote into a folder, relative to it. The manifest is the last one: a removal that is interrupted can be
+/// repeated.
+std::vector<fs::path> writtenFiles(const fs::path& folder) {
+    std::vector<fs::path> files;
+    if (const auto manifest = loadManifest(folder))
+        for (const FileRecord& file : filesOf(*manifest)) files.emplace_back(file.name);
+    if (const auto report = loadReport(folder / kReportName))
+        for (const std::string& picture : picturesOf(report->assets)) files.emplace_back(picture);
+    for (const char* name : {kShaderName, kReportHtmlName, kReportName, kManifestName}) files.emplace_back(name);
+    return files;
+}
+
+/// Removes the files that a cook wrote into a candidate, and the folders above them that are empty then.
+void removeCandidate(const fs::path& cooked, const std::string& layout, const NamedPlaces& inputs) {
+    const fs::path candidate = candidateFolder({}, layout);
+    formats::removeLeftovers(cooked / candidate);
+    for (const fs::path& file : writtenFiles(cooked / candidate)) {
+        const fs::path name = candidate / file;
+        if (inPlaceOfFolder(cooked, name) || inputs.contains(cooked / name)) continue;
+        removeFileOf(cooked, name);
+        std::error_code ignored;
+        fs::path folder = name.parent_path();
+        while (!folder.empty() && fs::remove(cooked / folder, ignored)) folder = folder.parent_path();
+    }
 }
 
 }  // namespace
@@ -33,12 +61,10 @@ std::vector<std::string> candidatesIn(const fs::path& cooked) {
     return layouts;
 }
 
-void removeCandidates(const fs::path& cooked, const std::set<std::string>& kept) {
-    if (inPlaceOfFolder(cooked, fs::path(kFolder) / kManifestName)) return;  // a link, or a file of somebody else
-    std::error_code ignored;
+void removeCandidates(const fs::path& cooked, const std::set<std::string>& kept, const NamedPlaces& inputs) {
     for (const std::string& layout : candidatesIn(cooked))
-        if (!kept.contains(layout)) fs::remove_all(candidateFolder(cooked, layout), ignored);
-    fs::remove(cooked / kFolder, ignored);  // if it is empty
+        if (!kept.contains(layout) && !inPlaceOfFolder(cooked, candidateFolder({}, layout) / kManifestName))
+            removeCandidate(cooked, layout, inputs);
 }
 
 bool isCandidateOf(const Manifest& candidate, const Manifest& cooked) {

@@ -65,19 +65,10 @@ void removeStale(const std::filesystem::path& folder, const Manifest& oldManifes
 /// worst.
 void removeStalePictures(const std::filesystem::path& folder, const std::vector<ReportRow>& oldRows, const std::vector<ReportRow>& rows,
                          const NamedPlaces& inputs) {
-    std::set<std::string> current;
-    for (const ReportRow& row : rows) {
-        if (!row.preview) continue;
-        const std::vector<std::string> files = row.preview->all();
-        current.insert(files.begin(), files.end());
-    }
-    for (const ReportRow& row : oldRows) {
-        if (!row.preview) continue;
-        // A report may have been edited: nothing outside the folder of pictures is removed.
-        for (const std::string& file : row.preview->all())
-            if (std::filesystem::path(file).parent_path() == "preview" && !current.contains(file) && !inputs.contains(folder / file))
-                removeFileOf(folder, file);
-    }
+    const std::vector<std::string> files = picturesOf(rows);
+    const std::set<std::string> current(files.begin(), files.end());
+    for (const std::string& file : picturesOf(oldRows))
+        if (!current.contains(file) && !inputs.contains(folder / file)) removeFileOf(folder, file);
 }
 
 /// Returns the skipped assets, with the bytes of light maps now that their sizes are known, and the actions whose results were reused. Time

@@ -117,6 +117,15 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
     return report;
 }
 
+std::vector<std::string> picturesOf(const std::vector<ReportRow>& rows) {
+    std::vector<std::string> pictures;
+    for (const ReportRow& row : rows)
+        if (row.preview)
+            for (const std::string& file : row.preview->all())
+                if (std::filesystem::path(file).parent_path() == "preview") pictures.push_back(file);
+    return pictures;
+}
+
 Result<Report> loadReport(const std::filesystem::path& file) {
     auto both = readBoth(file);
     if (!both) return tl::make_unexpected(both.error());

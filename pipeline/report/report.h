@@ -144,6 +144,10 @@ struct ReportFrame {
 /// Returns a report. `passed` is true if every asset that was asked for was cooked and passed, and the memory is within the budget.
 Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::vector<Skip> skipped);
 
+/// Returns the pictures that rows name, relative to the folder of the report. A report may have been edited: names outside its folder of
+/// pictures are left out.
+std::vector<std::string> picturesOf(const std::vector<ReportRow>& rows);
+
 /// Reads a report, and refuses one of another shape.
 formats::Result<Report> loadReport(const std::filesystem::path& file);
 /// Returns the same as JSON, for the page, which shows a report of any shape.

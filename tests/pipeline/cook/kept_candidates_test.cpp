@@ -15,6 +15,7 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::UnorderedElementsAre;
 
 /// A scene whose layout is chosen of three.
 class KeptCandidates : public testing::Test {
@@ -150,6 +151,30 @@ TEST_F(KeptCandidates, BehindALinkStayAndAreNotWritten) {
     EXPECT_TRUE(fs::is_directory(fs::symlink_status(folder() / "candidates"))) << "in place of the link";
     EXPECT_THAT(candidatesIn(folder()), ElementsAre("raw", "hdr-2"));
     EXPECT_FALSE(fs::exists(elsewhere / "raw" / kManifestName));
+}
+
+TEST_F(KeptCandidates, AreRemovedWithoutTheFilesOfOthers) {
+    cook(true);
+    const fs::path raw = candidateFolder(folder(), "raw");
+    ASSERT_TRUE(fs::is_directory(raw / "preview"));
+    formats::writeContent(raw / "notes.txt", "mine");
+    formats::writeContent(raw / "preview" / "mine.png", "mine");
+    cook(false);
+    EXPECT_THAT(candidatesIn(folder()), IsEmpty());
+    EXPECT_FALSE(fs::exists(candidateFolder(folder(), "hdr-2"))) << "all of it was written by the cook";
+    std::vector<std::string> left;
+    for (const auto& entry : fs::recursive_directory_iterator(folder() / "candidates"))
+        if (!entry.is_directory()) left.push_back(fs::relative(entry, raw).generic_string());
+    EXPECT_THAT(left, UnorderedElementsAre("notes.txt", "preview/mine.png"));
+}
+
+TEST_F(KeptCandidates, AreRemovedWithoutAnInputOfTheScene) {
+    cook(true);
+    Scene scene;
+    scene.file = candidateFolder(folder(), "raw") / "map_sh.ktx2";
+    removeCandidates(folder(), {}, NamedPlaces(scene));
+    EXPECT_THAT(candidatesIn(folder()), IsEmpty());
+    EXPECT_TRUE(fs::exists(scene.file));
 }
 
 TEST_F(KeptCandidates, AFileOfThatNameStays) {
