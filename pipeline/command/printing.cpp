@@ -96,6 +96,11 @@ void printFrontier(Terminal& terminal, const std::vector<FrontierPoint>& frontie
     if (chosen + 1 != frontier.end()) say("next better scene", *(chosen + 1));
 }
 
+/// Returns ", at most 2 % allowed"; empty where any growth passes.
+std::string allowedWords(const std::optional<double>& allowedPercent) {
+    return allowedPercent ? fmt::format(", at most {} % allowed", *allowedPercent) : "";
+}
+
 }  // namespace
 
 std::string sizeWords(std::uint64_t bytes) {
@@ -167,10 +172,9 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
                         {{Style::Plain, ", "}, verdictWord(asset.before->passed), {Style::Plain, " -> "}, verdictWord(asset.now->passed)});
         terminal.say(line);
     }
-    const std::string allowed = comparison.allowedPercent ? fmt::format(", at most {} % allowed", *comparison.allowedPercent) : "";
     terminal.say(fmt::format("{} -> {} bytes since {} ({}{}); {} of {} assets unchanged", comparison.bytesBefore, comparison.bytesNow,
-                             comparison.file, growthWords(comparison.bytesBefore, comparison.bytesNow), allowed, same,
-                             comparison.assets.size()));
+                             comparison.file, growthWords(comparison.bytesBefore, comparison.bytesNow),
+                             allowedWords(comparison.allowedPercent), same, comparison.assets.size()));
 }
 
 void printReport(Terminal& terminal, const Report& report) {
@@ -236,8 +240,9 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
                 terminal.say(fmt::format("{:32} {:8} {} -> {} bytes ({}), {} assets", scene.name, scene.change, scene.bytesBefore,
                                          scene.bytesNow, growthWords(scene.bytesBefore, scene.bytesNow), scene.assets.size()));
         const auto same = std::ranges::count(baseline.scenes, "same", &SceneChange::change);
-        terminal.say(fmt::format("{} -> {} bytes since {} ({}); {} of {} scenes unchanged", baseline.bytesBefore, baseline.bytesNow,
-                                 baseline.file, growthWords(baseline.bytesBefore, baseline.bytesNow), same, baseline.scenes.size()));
+        terminal.say(fmt::format("{} -> {} bytes since {} ({}{}); {} of {} scenes unchanged", baseline.bytesBefore, baseline.bytesNow,
+                                 baseline.file, growthWords(baseline.bytesBefore, baseline.bytesNow), allowedWords(baseline.allowedPercent),
+                                 same, baseline.scenes.size()));
     }
     terminal.say(fmt::format("{} bytes of GPU memory in {} scenes, {} failed", report.totals.bytesGpu, report.scenes.size(), failed));
 }

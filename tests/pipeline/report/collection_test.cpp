@@ -116,8 +116,8 @@ TEST(Collection, CallsASceneThatTheBaselineLacksNew) {
     EXPECT_EQ(growthWords(0, 0), "+0.00 %");
     EXPECT_EQ(growthWords(50, 0), "-100.00 %");
     CollectionReport report = makeCollection(twoScenes());
-    const auto printed = [&](const std::vector<SceneSummary>& before) {
-        report.baseline = compareCollections(report, before, "old.json", std::nullopt);
+    const auto printed = [&](const std::vector<SceneSummary>& before, std::optional<double> allowedPercent = std::nullopt) {
+        report.baseline = compareCollections(report, before, "old.json", allowedPercent);
         Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
         testing::internal::CaptureStdout();
         printCollection(terminal, report);
@@ -126,6 +126,8 @@ TEST(Collection, CallsASceneThatTheBaselineLacksNew) {
     EXPECT_THAT(printed({report.scenes[1]}), AllOf(HasSubstr(" added    0 -> 3500 bytes (new), 2 assets"), Not(HasSubstr("+100.00 %"))));
     EXPECT_THAT(printed({}), AllOf(HasSubstr("0 -> 4500 bytes since old.json (new); "), Not(HasSubstr("+100.00 %"))));
     EXPECT_THAT(renderCollectionHtml(report, "", {}), AllOf(HasSubstr("(new)"), Not(HasSubstr("+100.00 %"))));
+    EXPECT_THAT(printed({report.scenes[0], report.scenes[1]}, 0),
+                HasSubstr("4500 -> 4500 bytes since old.json (+0.00 %, at most 0 % allowed); 2 of 2"));
 }
 
 TEST_F(CollectionBaseline, IsReadBackFromJson) {
