@@ -284,7 +284,8 @@ int runInfo(const std::vector<std::string>& names, const JsonOutput& json, Sessi
         }
         all.push_back(std::move(entry));
     }
-    return json.finish(session, files->size() == 1 && !all.empty() ? all[0] : all, errors);
+    if (files->size() > 1) return json.finish(session, all, errors);
+    return json.finish(session, all.empty() ? Json() : all[0], errors);
 }
 
 }  // namespace

@@ -82,10 +82,11 @@ tl::unexpected<Error> samePlace(const std::string& output, const std::filesystem
 /// Returns the document of --json of a command that failed.
 /// facts   that it found; null: none
 Json failureDocument(Json facts, const std::vector<Error>& errors) {
-    if (facts.is_null()) facts = {{"passed", false}};
     Json list = Json::array();
     for (const Error& error : errors) list.push_back(jsonOf(error));
+    if (facts.is_null()) facts = Json::object();
     if (!facts.is_object()) facts = {{"results", std::move(facts)}};
+    facts["passed"] = false;
     facts["exit_code"] = exitCode(errors.front().code);
     facts["errors"] = std::move(list);
     return facts;

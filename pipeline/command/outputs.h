@@ -88,7 +88,7 @@ public:
     /// Keeps standard output for the JSON if it goes there. Call before the command prints anything.
     void prepare(Session& session) const;
 
-    /// Writes the facts that the command found. If it failed, the JSON has "exit_code" and "errors" too.
+    /// Writes the facts that the command found. If it failed, the JSON has "passed" (false), "exit_code" and "errors" too.
     formats::Result<void> write(Session& session, Json facts, const std::vector<formats::Error>& errors) const;
 
     /// Writes the JSON, prints the errors and returns the exit code.

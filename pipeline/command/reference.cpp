@@ -188,8 +188,9 @@ std::string commandReference(const ProgramDoc& program) {
         kMarkdownColumns);
     text += "\n" + wrapped(
                        "A fraction is a number or a percentage: `0.02` or `2%`. Every command has `--json F`; `-` is standard output, and "
-                       "what is meant for people then goes to standard error. The JSON of a command that failed has `exit_code` and "
-                       "`errors`, a list of `code`, `subject` and `detail`. A mistake on the command line is reported in the order typed, "
+                       "what is meant for people then goes to standard error. The JSON of a command that failed has `passed` "
+                       "(false), `exit_code` and `errors`, a list of `code`, `subject` and `detail`. A mistake on the command line is "
+                       "reported in the order typed, "
                        "with the nearest known name, and in the file of `--json` too.",
                        kMarkdownColumns);
     text += "\n| command | does |\n| --- | --- |\n";

@@ -74,6 +74,11 @@ TEST_F(CommandLine, EveryCommandHasJsonOnStandardOutput) {
     const Ended failed = run("info nowhere.exr --json -");
     EXPECT_EQ(failed.code, 3);
     EXPECT_EQ(nlohmann::json::parse(failed.out).at("exit_code"), 3);
+    EXPECT_EQ(nlohmann::json::parse(failed.out).at("passed"), false);
+    EXPECT_FALSE(nlohmann::json::parse(failed.out).contains("results"));
+    const auto list = nlohmann::json::parse(run("info probe.ktx2 nowhere.exr --json -").out);
+    EXPECT_EQ(list.at("passed"), false);
+    EXPECT_EQ(list.at("results").size(), 1u);
     EXPECT_THAT(nlohmann::json::parse(failed.out).at("errors")[0].at("subject").get<std::string>(), HasSubstr("nowhere.exr"));
     EXPECT_EQ(run("verify out --json - --junit -").code, 2);
     EXPECT_THAT(run("verify out --junit -").out, StartsWith("<?xml"));
@@ -446,6 +451,7 @@ TEST_F(CommandLine, CompareLooksIntoTheFilesOfCookedFolders) {
     ASSERT_EQ(changed.at("changed_since_cook").size(), 1u) << changed;
     EXPECT_THAT(changed.at("changed_since_cook")[0].get<std::string>(), StartsWith("b/sky.ktx2: found content "));
     EXPECT_EQ(changed.at("exit_code"), 4);
+    EXPECT_EQ(changed.at("passed"), false);
     for (const char* command : {"compare a b", "compare b a", "compare b b", "compare a b --json -"}) {
         const Ended ended = run(command);
         EXPECT_EQ(ended.code, 4) << command << ": a file is not the one that was cooked";
@@ -485,6 +491,7 @@ TEST_F(CommandLine, ReconstructAndInfoTellThatAFileWasChanged) {
         EXPECT_THAT(info.out, HasSubstr("scene: small")) << "described all the same";
         const Ended json = run("info cooked --json -");
         EXPECT_EQ(nlohmann::json::parse(json.out).at("exit_code"), 4);
+        EXPECT_EQ(nlohmann::json::parse(json.out).at("passed"), false);
     });
     for (const char* other : {"report.json", "sky.ktx2"})
         withChange(other, [&] {
