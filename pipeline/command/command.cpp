@@ -7,8 +7,10 @@
 #include <CLI/Formatter.hpp>
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -83,8 +85,24 @@ bool isNotFinite(const std::string& value) {
     return !value.empty() && *end == '\0' && !std::isfinite(number);
 }
 
+/// Returns true for "16", "-0.5" and "1e-3". CLI11 takes "+2", "0x10" and "1_000" too, which no fraction or size may be.
+bool isDecimal(const std::string& value) {
+    double number = 0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    return error != std::errc::invalid_argument && end == value.data() + value.size();
+}
+
+/// Returns what is wrong with a number; empty: nothing, or it is no number at all, for which CLI11 says what was expected.
+/// mayHaveUnit   "2 MiB"
+std::string mistakeInNumber(const std::string& value, bool mayHaveUnit) {
+    if (isNotFinite(value)) return fmt::format("found '{}', expected a finite number", value);
+    const bool beginsAsNumber = value.find_first_of("+-.0123456789 ") == 0;
+    if (beginsAsNumber && !mayHaveUnit && !isDecimal(value)) return fmt::format("found '{}', expected a number in decimal digits", value);
+    return "";
+}
+
 /// Refuses empty values, which are those of a script's variables that are not set: CLI11 would take an empty number as 0.
-/// Refuses numbers that are not finite.
+/// Refuses numbers that are not finite or not decimal.
 void refuseUnusableValues(CLI::App& app) {
     for (CLI::Option* option : app.get_options()) {
         if (option->get_items_expected_max() == 0) continue;  // a flag
@@ -93,11 +111,8 @@ void refuseUnusableValues(CLI::App& app) {
         const std::string mistake = isPath ? "found '', expected a path" : "empty";
         option->check(CLI::Validator([mistake](const std::string& value) { return value.empty() ? mistake : std::string(); }, ""));
         if (!takesNumbers(*option)) continue;
-        option->check(CLI::Validator(
-            [](const std::string& value) {
-                return isNotFinite(value) ? fmt::format("found '{}', expected a finite number", value) : std::string();
-            },
-            ""));
+        const bool isSize = type.starts_with(kSizePlaceholder);
+        option->check(CLI::Validator([isSize](const std::string& value) { return mistakeInNumber(value, isSize); }, ""));
     }
 }
 

@@ -174,7 +174,7 @@ void OutputOptions::addContainer(CLI::App& app) {
     app.add_option("--container", container_, "Container of the textures")->check(CLI::IsMember({"ktx2", "dds"}));
     app.add_flag("--zstd", zstd_, "Compress the textures inside KTX2 with Zstandard");
     app.add_option("--budget", budget_, "GPU memory of everything that is written, such as \"2 MiB\"; more ends with code 5")
-        ->type_name("SIZE");
+        ->type_name(kSizePlaceholder);
 }
 
 void OutputOptions::addFormats(CLI::App& app) {

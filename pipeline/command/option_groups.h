@@ -21,9 +21,10 @@ class Option;
 
 namespace lightcook::pipeline {
 
-/// Placeholders of options that take a path: help texts show them, and shell completions offer files or folders for them.
+/// Placeholders of options, which help texts show. Shell completions offer files or folders for the first two.
 inline constexpr const char* kFilePlaceholder = "FILE";
 inline constexpr const char* kFolderPlaceholder = "FOLDER";
+inline constexpr const char* kSizePlaceholder = "SIZE";
 inline constexpr const char* kPercentPlaceholder = "PERCENT";
 inline constexpr const char* kFractionPlaceholder = "FRACTION";
 

@@ -137,6 +137,16 @@ TEST(Mistake, NumbersAreFinite) {
     EXPECT_EQ(mistakeOf("repack a b -o c --firefly-limit 1e999"), "--firefly-limit: found '1e999', expected a finite number");
 }
 
+TEST(Mistake, NumbersAreDecimal) {
+    EXPECT_EQ(mistakeOf("cook a.toml --max-visible 0x10"), "--max-visible: found '0x10', expected a number in decimal digits");
+    EXPECT_EQ(mistakeOf("cook a.toml --max-visible +0.02"), "--max-visible: found '+0.02', expected a number in decimal digits");
+    EXPECT_EQ(mistakeOf("cook a.toml --effort 0x3"), "--effort: found '0x3', expected a number in decimal digits");
+    EXPECT_EQ(mistakeOf("cook a.toml --effort=+3"), "--effort: found '+3', expected a number in decimal digits");
+    EXPECT_EQ(mistakeOf("lut out --m 0.3,+0.4"), "--m: found '+0.4', expected a number in decimal digits");
+    EXPECT_THAT(mistakeOf("cook a.toml --max-error 0x10"), StartsWith("--max-error: found '0x10', expected a fraction"));
+    EXPECT_THAT(mistakeOf("cook a.toml --max-error +0.02"), StartsWith("--max-error: found '+0.02', expected a fraction"));
+}
+
 TEST(Mistake, SaysThatAnOptionWasGivenTwice) {
     EXPECT_EQ(mistakeOf("-j 1 -j 2 cook scene.toml"), "-j: found this option 2 times, expected it once");
     EXPECT_EQ(mistakeOf("cook scene.toml -o a --output b"), "--output: found this option 2 times, expected it once");
