@@ -382,25 +382,39 @@ std::vector<std::string> assetNames(const Scene& scene) {
     return names;
 }
 
+int lineOf(const toml::node& node) {
+    return static_cast<int>(node.source().begin.line);
+}
+
 /// Refuses two assets of one name: they would overwrite each other's files in the output folder. So would names that differ in the case of
 /// letters alone, where the file system does not tell it apart: on Windows and macOS.
-void refuseRepeatedNames(const Scene& scene) {
+void refuseRepeatedNames(TableReader& root, const std::filesystem::path& file) {
     static const std::set<std::string> kReserved = {"cooked", "report", "lightcook", "specular"};
-    std::map<std::string, std::string> names;  // by their lower case
-    const auto refuse = [&](const std::string& detail) { throw SceneMistake{{ErrorCode::InvalidRequest, scene.file.string(), detail}}; };
-    const auto claim = [&](const std::string& name) {
-        const std::string lower = inLowerCase(name);
-        const auto [other, isNew] = names.emplace(lower, name);
-        if (!isNew && other->second != name)
-            refuse(
-                fmt::format("found the names '{}' and '{}', expected names that differ in more than the case of letters: "
-                            "Windows and macOS hold them for one",
-                            other->second, name));
-        if (!isNew || kReserved.contains(lower))
-            refuse(fmt::format("found the name '{}' twice or reserved, expected a name of its own for every light map, probe and gradient",
-                               name));
+    struct Claim {
+        std::string name;
+        int line = 0;
     };
-    for (const std::string& name : assetNames(scene)) claim(name);
+    std::map<std::string, Claim> claims;  // by the lower case of the name
+    for (const char* section : {"light_map", "probe", "gradient"})
+        for (const toml::table* table : root.tables(section)) {
+            const TableReader reader(*table, file, section);
+            const toml::node& node = reader.node("name");
+            const std::string name = node.value_or(std::string()), lower = inLowerCase(name);
+            if (kReserved.contains(lower))
+                reader.fail(node, fmt::format("found the reserved name '{}', expected another one: files of the output folder are called "
+                                              "{}",
+                                              name, fmt::join(kReserved, ", ")));
+            const auto [first, isNew] = claims.try_emplace(lower, Claim{name, lineOf(node)});
+            if (isNew) continue;
+            const Claim& other = first->second;
+            if (other.name == name)
+                reader.fail(node, fmt::format("found the name '{}' twice, expected a name of its own for every light map, probe and "
+                                              "gradient: the first is in line {}",
+                                              name, other.line));
+            reader.fail(node, fmt::format("found the names '{}' in line {} and '{}', expected names that differ in more than the case of "
+                                          "letters: Windows and macOS hold them for one",
+                                          other.name, other.line, name));
+        }
 }
 
 /// Refuses a second table of one material: it would override the first one.
@@ -473,10 +487,6 @@ Allowance readAllowance(const TableReader& root, const toml::node& node, const s
     return allowance;
 }
 
-int lineOf(const toml::node& node) {
-    return static_cast<int>(node.source().begin.line);
-}
-
 /// Adds the lines of a table and its keys.
 void addLines(const toml::table& table, std::string_view section, SceneLines& lines) {
     const std::string name = table["name"].value_or(std::string());
@@ -532,7 +542,7 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     if (const std::string why = whyNotSeams(scene); !why.empty()) refuseOutput("max_seam", why);
     if (scene.output.gltf && std::ranges::none_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); }))
         refuseOutput("gltf", "found output.gltf where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]");
-    refuseRepeatedNames(scene);
+    refuseRepeatedNames(reader, file);
     return scene;
 }
 

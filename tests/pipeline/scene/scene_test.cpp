@@ -306,8 +306,8 @@ TEST(ReadScene, KeepsTheLinesOfTablesAndKeys) {
 }
 
 TEST(ReadScene, TwoAssetsOfOneNameAreRefused) {
-    expectRefused(kHead + "[[probe]]\nname = \"a\"\nfile = \"a.exr\"\n[[gradient]]\nname = \"a\"\nfile = \"b.exr\"\n", "",
-                  "found the name 'a' twice");
+    expectRefused(kHead + "[[probe]]\nname = \"a\"\nfile = \"a.exr\"\n[[gradient]]\nname = \"a\"\nfile = \"b.exr\"\n", "7:8",
+                  "found the name 'a' twice, expected a name of its own for every light map, probe and gradient: the first is in line 4");
 }
 
 std::string probeNamed(const std::string& name) {
@@ -316,10 +316,10 @@ std::string probeNamed(const std::string& name) {
 
 /// Their files would be one on Windows and macOS.
 TEST(ReadScene, NamesThatDifferInCaseAloneAreRefused) {
-    expectRefused(kHead + probeNamed("Room") + "[[gradient]]\nname = \"room\"\nfile = \"b.exr\"\n", "",
-                  "found the names 'Room' and 'room', expected names that differ in more than the case of letters");
-    expectRefused(kHead + probeNamed("p1") + probeNamed("P1"), "", "found the names 'p1' and 'P1'");
-    expectRefused(kHead + probeNamed("Specular"), "", "found the name 'Specular' twice or reserved");
+    expectRefused(kHead + probeNamed("Room") + "[[gradient]]\nname = \"room\"\nfile = \"b.exr\"\n", "7:8",
+                  "found the names 'Room' in line 4 and 'room', expected names that differ in more than the case of letters");
+    expectRefused(kHead + probeNamed("p1") + probeNamed("P1"), "7:8", "found the names 'p1' in line 4 and 'P1'");
+    expectRefused(kHead + probeNamed("Specular"), "4:8", "found the reserved name 'Specular', expected another one");
     EXPECT_TRUE(sceneFromText(kHead + probeNamed("Room") + probeNamed("Room2")));
 }
 
