@@ -26,7 +26,7 @@ struct ShadingValue {
 
 /// Reads CSV with the columns x,y,kind,m,f0,dx,dy,dz,r,g,b and a first line that names them; kind is "lambert" or "spec". Normalizes
 /// directions. The error for a bad row names its line: other columns, texels outside width x height, m outside (0, 1], f0 outside [0, 1],
-/// values that are not finite or negative, directions of length 0.
+/// numbers that are not finite, light below 0 or beyond a float, directions of length 0.
 Result<std::vector<ShadingValue>> readShadingValues(const std::filesystem::path& file, int width, int height);
 
 }  // namespace lightcook::formats

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -17,6 +19,7 @@ namespace {
 
 constexpr std::string_view kColumns = "x,y,kind,m,f0,dx,dy,dz,r,g,b";
 constexpr std::size_t kColumnCount = 11;
+constexpr double kMostLight = std::numeric_limits<float>::max();  // sums of squares stay finite in doubles
 using Cells = std::array<std::string_view, kColumnCount>;
 
 std::string_view withoutReturn(std::string_view line) {
@@ -70,7 +73,7 @@ public:
 
 private:
     Result<ShadingValue> checked(ShadingValue value) const {
-        const auto outOfRange = [&](const std::string& found, const char* expected) {
+        const auto outOfRange = [&](const std::string& found, const std::string& expected) {
             return refuse(value.line, ErrorCode::ValueOutOfRange, found, expected);
         };
         if (value.kind == ShadingValue::Kind::Specular && !(value.m > 0 && value.m <= 1))
@@ -79,6 +82,9 @@ private:
             return outOfRange(fmt::format("f0 {}", value.f0), "0 to 1");
         if (value.value.x < 0 || value.value.y < 0 || value.value.z < 0)
             return outOfRange(fmt::format("light of ({}, {}, {})", value.value.x, value.value.y, value.value.z), "none below 0");
+        if (std::max({value.value.x, value.value.y, value.value.z}) > kMostLight)
+            return outOfRange(fmt::format("light of ({}, {}, {})", value.value.x, value.value.y, value.value.z),
+                              fmt::format("at most {:g}, as in a bake of floats", kMostLight));
         const double length = glm::length(value.direction);
         if (!(length > 1e-6 && length < 1e6)) return outOfRange(fmt::format("a direction of length {}", length), "a unit vector");
         value.direction /= length;

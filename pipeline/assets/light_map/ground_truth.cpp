@@ -59,10 +59,22 @@ Result<GroundTruth> GroundTruth::open(const ActionContext& context, const LightM
 Result<std::span<const ShadingValue>> GroundTruth::within(const formats::LightMapStrip& strip, int firstRow, int rowCount) const {
     const auto first = std::ranges::lower_bound(values_, firstRow, {}, &ShadingValue::y);
     const auto last = std::ranges::lower_bound(values_, firstRow + rowCount, {}, &ShadingValue::y);
-    for (auto value = first; value != last; ++value)
-        if (strip.covered.at(value->x, value->y - strip.firstRow) == 0)
-            return failure(ErrorCode::WrongShape, fmt::format("{}, line {}", file_, value->line),
-                           fmt::format("found texel ({}, {}) outside every chart, expected one inside", value->x, value->y));
+    for (auto value = first; value != last; ++value) {
+        const int row = value->y - strip.firstRow;
+        const auto refuse = [&](ErrorCode code, const std::string& detail) {
+            return failure(code, fmt::format("{}, line {}", file_, value->line), detail);
+        };
+        if (strip.covered.at(value->x, row) == 0)
+            return refuse(ErrorCode::WrongShape,
+                          fmt::format("found texel ({}, {}) outside every chart, expected one inside", value->x, value->y));
+        if (value->kind != ShadingValue::Kind::Specular) continue;
+        const glm::dvec3 normal(strip.normal.at(value->x, row));
+        if (!(glm::dot(normal, value->direction) > 0))
+            return refuse(ErrorCode::ValueOutOfRange,
+                          fmt::format("found a view below the surface at texel ({}, {}), whose normal is ({:.3f}, {:.3f}, {:.3f}), "
+                                      "expected one above it, in world space",
+                                      value->x, value->y, normal.x, normal.y, normal.z));
+    }
     return std::span(first, last);
 }
 

@@ -23,7 +23,8 @@ public:
     static formats::Result<GroundTruth> open(const ActionContext& context, const LightMapSource& bake, const formats::ColorSpaces& colors);
     bool isEmpty() const { return values_.empty(); }
 
-    /// Returns the values in rows [firstRow, firstRow + rowCount), which the strip must hold; refuses one outside every chart.
+    /// Returns the values in rows [firstRow, firstRow + rowCount), which the strip must hold; refuses one outside every chart, and a
+    /// view from below the surface.
     formats::Result<std::span<const formats::ShadingValue>> within(const formats::LightMapStrip& strip, int firstRow, int rowCount) const;
 
 private:

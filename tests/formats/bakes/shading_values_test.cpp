@@ -63,6 +63,7 @@ TEST_F(ShadingValues, WhatCannotBeMeantIsRefusedByLine) {
     expectRefused("1,2,lambert,0,0,0,0,1,1,1,", ErrorCode::ValueNotFinite, "''");
     expectRefused("1,2,lambert,0,0,0,0,0,1,1,1", ErrorCode::ValueOutOfRange, "a direction of length 0");
     expectRefused("1,2,lambert,0,0,0,0,1,1,-1,1", ErrorCode::ValueOutOfRange, "light of (1, -1, 1)");
+    expectRefused("1,2,lambert,0,0,0,0,1,1,1e300,1", ErrorCode::ValueOutOfRange, "light of (1, 1e+300, 1)");
     expectRefused("1,2,spec,0,0.04,0,0,1,1,1,1", ErrorCode::ValueOutOfRange, "m 0");
     expectRefused("1,2,spec,0.5,1.5,0,0,1,1,1,1", ErrorCode::ValueOutOfRange, "f0 1.5");
 }

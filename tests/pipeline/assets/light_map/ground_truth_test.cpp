@@ -96,6 +96,10 @@ TEST_F(GroundTruthScene, WhatCannotBeMeantIsRefused) {
     EXPECT_EQ(outside.errors.front().code, formats::ErrorCode::WrongShape);
     EXPECT_THAT(outside.errors.front().line(),
                 HasSubstr("truth.csv, line 2: found texel (12, 5), expected one of the light map's 12 x 72"));
+    const Outcome below = cookWith(kHead + "4,5,spec,0.25,0.04,0.1,0,1,1,1,1\n4,5,spec,0.25,0.04,0.1,0,-1,1,1,1\n");
+    ASSERT_FALSE(below.errors.empty());
+    EXPECT_EQ(below.errors.front().code, formats::ErrorCode::ValueOutOfRange);
+    EXPECT_THAT(below.errors.front().line(), HasSubstr("truth.csv, line 3: found a view below the surface at texel (4, 5)"));
     std::filesystem::remove(scene_ / "truth.csv");
     const RunState state;
     const Outcome missing = cookScene(scene_.options(), state);
