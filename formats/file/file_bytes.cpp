@@ -1,6 +1,7 @@
 #include "formats/file/file_bytes.h"
 
 #include "formats/file/file_kind.h"
+#include "formats/file/owned_temporary.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -22,11 +23,6 @@ constexpr std::size_t kLargestTransfer = std::size_t{1} << 30;
 tl::unexpected<Error> readFailure(const std::filesystem::path& file, const char* step, int errorNumber) {
     return failure(ErrorCode::FileUnreadable, file.string(),
                    fmt::format("found \"{}\" while {}, expected a readable file", std::strerror(errorNumber), step));
-}
-
-tl::unexpected<Error> writeFailure(const std::filesystem::path& file, const char* step, int errorNumber) {
-    return failure(ErrorCode::Internal, file.string(),
-                   fmt::format("found \"{}\" while {}, expected a file system that takes it", std::strerror(errorNumber), step));
 }
 
 }  // namespace
@@ -67,7 +63,7 @@ Result<FileBytes> FileBytes::openForReading(const std::filesystem::path& file) {
 
 Result<FileBytes> FileBytes::openForUpdate(const std::filesystem::path& file, const std::filesystem::path& shownAs) {
     const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
-    if (descriptor < 0) return writeFailure(shownAs, "opening it", errno);
+    if (descriptor < 0) return outputFailure(shownAs, "opening it", errno);
     return FileBytes(descriptor, shownAs, 0);
 }
 
@@ -89,7 +85,7 @@ Result<void> FileBytes::writeAt(std::uint64_t offset, std::span<const std::byte>
     while (!bytes.empty()) {
         const ssize_t count = ::pwrite(descriptor_, bytes.data(), std::min(bytes.size(), kLargestTransfer), static_cast<off_t>(offset));
         if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return writeFailure(shownAs_, fmt::format("writing byte {}", offset).c_str(), count < 0 ? errno : ENOSPC);
+        if (count <= 0) return outputFailure(shownAs_, fmt::format("writing byte {}", offset).c_str(), count < 0 ? errno : ENOSPC);
         offset += static_cast<std::uint64_t>(count);
         bytes = bytes.subspan(static_cast<std::size_t>(count));
     }
@@ -97,7 +93,7 @@ Result<void> FileBytes::writeAt(std::uint64_t offset, std::span<const std::byte>
 }
 
 Result<void> FileBytes::resize(std::uint64_t bytes) {
-    if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) return writeFailure(shownAs_, "setting its size", errno);
+    if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) return outputFailure(shownAs_, "setting its size", errno);
     size_ = bytes;
     return {};
 }

@@ -115,8 +115,13 @@ tl::unexpected<Error> outputFailure(const fs::path& file, const char* step, int 
         return failure(ErrorCode::InvalidRequest, file.string(),
                        "found a name that is too long, expected at most 255 bytes a name and 4095 a path");
     const bool isMistake = errorNumber == EISDIR || errorNumber == ELOOP;
+    const bool isForbidden = errorNumber == EACCES || errorNumber == EPERM || errorNumber == EROFS;
+    const bool isFull = errorNumber == ENOSPC || errorNumber == EDQUOT;
+    const char* expected = isForbidden ? "a folder that this user may write to: change its permissions, or name another"
+                           : isFull    ? "more free space, or another folder"
+                                       : "a file system that takes it";
     return failure(isMistake ? ErrorCode::InvalidRequest : ErrorCode::Internal, file.string(),
-                   fmt::format("found \"{}\" while {}, expected a file system that takes it", std::strerror(errorNumber), step));
+                   fmt::format("found \"{}\" while {}, expected {}", std::strerror(errorNumber), step, expected));
 }
 
 Result<OutputTransaction> OutputTransaction::begin() {
@@ -151,7 +156,7 @@ void removeLeftovers(const fs::path& folder) {
     }
 }
 
-Result<OwnedTemporary> OwnedTemporary::makeFile(const fs::path& folder, const fs::path& extension) {
+Result<OwnedTemporary> OwnedTemporary::makeFile(const fs::path& folder, const fs::path& extension, const char* step) {
     static std::atomic<unsigned> counter = 0;
     const std::string ending = extension.string().size() <= kLongestExtension ? extension.string() : "";
     for (;;) {
@@ -161,7 +166,7 @@ Result<OwnedTemporary> OwnedTemporary::makeFile(const fs::path& folder, const fs
         const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (descriptor < 0) {
             if (errno == EEXIST) continue;  // of a process with our number, in another container or before
-            return outputFailure(path, "creating it", errno);
+            return outputFailure(path, step, errno);
         }
         enlist(path, {});
         enlisting.unlock();
@@ -175,13 +180,14 @@ Result<OwnedTemporary> OwnedTemporary::makeFolder(const fs::path& parent) {
     for (fs::path each = parent; !each.empty() && !fs::exists(each, code); each = each.parent_path()) missing.push_back(each);
     code.clear();
     fs::create_directories(parent, code);
+    constexpr const char* kStep = "making a temporary folder in it";
     const auto refuse = [&](int errorNumber) {
         removeEmpty(missing);
-        return outputFailure(parent, "making a temporary folder in it", errorNumber);
+        return outputFailure(parent, kStep, errorNumber);
     };
     if (code) return refuse(code.value());
     for (;;) {
-        auto lockFile = makeFile(parent, kLockEnding);
+        auto lockFile = makeFile(parent, kLockEnding, kStep);
         if (!lockFile) {
             removeEmpty(missing);
             return failure(lockFile.error().code, parent.string(), lockFile.error().detail);

@@ -12,7 +12,9 @@ namespace lightcook::formats {
 class OwnedTemporary {
 public:
     /// Makes an empty file. The extension stays last: image libraries choose the format by it.
-    static Result<OwnedTemporary> makeFile(const std::filesystem::path& folder, const std::filesystem::path& extension);
+    /// step  that an error names
+    static Result<OwnedTemporary> makeFile(const std::filesystem::path& folder, const std::filesystem::path& extension,
+                                           const char* step = "creating it");
     /// Makes missing parents too; they are removed again with the folder if they are empty then.
     static Result<OwnedTemporary> makeFolder(const std::filesystem::path& parent);
     OwnedTemporary(OwnedTemporary&& other) noexcept;
@@ -32,7 +34,7 @@ private:
     std::vector<std::filesystem::path> madeParents_;  ///< the deepest first
 };
 
-/// Returns the error of a system call on a file that is written. A name that no file can have is a mistake of the request.
+/// Returns the error of a system call on a file that is written, with what to do. A name that no file can have is a mistake of the request.
 tl::unexpected<Error> outputFailure(const std::filesystem::path& file, const char* step, int errorNumber);
 
 }  // namespace lightcook::formats

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 
 #include "formats/pending_file.h"
@@ -66,6 +67,29 @@ TEST(RemoveLeftovers, HappensWhereATemporaryFolderIsMade) {
     const auto made = TemporaryFolder::create(folder.path());
     ASSERT_TRUE(made);
     EXPECT_EQ(entriesOf(folder.path()), before + 2) << "the new one and its lock";
+}
+
+/// A folder of the kernel, in which nobody may make a file, not even root.
+TEST(OwnedTemporary, WhereNobodyMayWriteTheErrorNamesTheFolder) {
+    const fs::path folder = "/sys";
+    if (!fs::is_directory(folder)) GTEST_SKIP() << "no " << folder;
+    const auto made = TemporaryFolder::create(folder);
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().subject, "/sys");
+    EXPECT_THAT(made.error().detail,
+                testing::HasSubstr(" while making a temporary folder in it, expected a folder that this user may write"));
+    const auto pending = PendingFile::create(folder / "a.exr");
+    ASSERT_FALSE(pending);
+    EXPECT_EQ(pending.error().subject, "/sys/a.exr");
+    EXPECT_THAT(pending.error().detail, testing::HasSubstr(" while creating it, expected a folder that this user may write"));
+}
+
+TEST(OutputFailure, SaysWhatToDo) {
+    EXPECT_EQ(outputFailure("a", "writing it", ENOSPC).value().line(),
+              "a: found \"No space left on device\" while writing it, expected more free space, or another folder");
+    EXPECT_EQ(outputFailure("a", "renaming it into place", EROFS).value().detail,
+              "found \"Read-only file system\" while renaming it into place, expected a folder that this user may write to: change its "
+              "permissions, or name another");
 }
 
 /// Runs in a child process, because both functions hold until its end.
