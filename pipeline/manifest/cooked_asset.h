@@ -190,7 +190,7 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("fit", asset.fit, "fit of a dominant light");
     fields.required("width", asset.width, kSide, "width [texels], 0 for a mesh");
     fields.required("height", asset.height, kSide, "height [texels], 0 for a mesh");
-    fields.optional("bits_per_texel", asset.bitsPerTexel,
+    fields.optional("bits_per_texel", asset.bitsPerTexel, between(0, 8 * kLargestBytes),
                     "GPU memory of a texel, with tables, and with the index or vertex attribute that names bases [bits]");
     fields.optional("quantity", asset.quantity, "quantity that the decoded texels have");
     fields.optional("distribution", asset.distribution, "microfacet distribution of the tables");

@@ -2,7 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <set>
+
+#include "formats/bake_format.h"
+#include "formats/light_map.h"
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/shading.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
@@ -22,11 +28,13 @@ struct ShadingLimits {
     bool specular = false;
     int views = 1, normals = 1;
     std::vector<double> m, f0;
+    std::optional<double> normalMapTilt;
 };
 struct VerifyLimits {
     std::optional<double> maxError;
     std::optional<int> samples;
     std::optional<ShadingLimits> shading;
+    std::optional<lighting::DisplaySettings> display;
 };
 template <class Fields, Is<ShadingLimits> Self>
 void describe(Fields& fields, Self& shading) {
@@ -36,26 +44,39 @@ void describe(Fields& fields, Self& shading) {
     fields.required("f0", shading.f0, kUnit, "reflectance at normal incidence");
     fields.required("views", shading.views, kCount, "views of each texel");
     fields.required("normals", shading.normals, kCount, "normals of each texel");
+    fields.optional("normal_map_tilt", shading.normalMapTilt, between(0, 90), "largest angle of a normal map's normal [degrees]");
 }
 template <class Fields, Is<VerifyLimits> Self>
 void describe(Fields& fields, Self& limits) {
     fields.optional("max_error", limits.maxError, between(0, 1e30), "limit on rel_rms; absent: none");
     fields.optional("samples", limits.samples, between(0, kLargestSampleCount), "random positions of each texel quad");
     fields.optional("shading", limits.shading, "materials that are shaded");
+    fields.optional("display", limits.display, "display that visible errors are judged on");
 }
 
-/// Reads a manifest. Members that a cook action leaves open, and the manifest fills in, have to be there.
+/// Refuses a bake format that this version does not know, and a limit on fireflies that no scene may have.
+void checkDescription(const JsonPlace& description) {
+    description["bake"].oneOf(formats::bakeNames());
+    const JsonPlace limit = description["firefly_limit"];
+    if (!formats::isFireflyLimit(limit.number(-HUGE_VAL, HUGE_VAL))) limit.fail("a number from 1, or 0 for no check");
+}
+
+/// Reads a manifest. Members that a cook action leaves open, and the manifest fills in, have to be there; two assets of one name may not.
 Manifest readFinished(const JsonPlace& root) {
     Manifest manifest;
     readValue(root, manifest, {});
+    std::set<std::string> names;
     for (std::size_t i = 0; i < manifest.assets.size(); ++i) {
         const JsonPlace asset = root["assets"].element(i);
         const AssetKind kind = manifest.assets[i].kind;
+        if (!names.insert(manifest.assets[i].name).second) asset["name"].fail("a name that no other asset has");
         for (std::size_t texture = 0; texture < manifest.assets[i].textures.size(); ++texture)
             asset["textures"].element(texture)["digest"].text();
         if (manifest.assets[i].file) asset["digest"].text();
         VerifyLimits limits;
         readValue(asset["verify"], limits, {});
+        if (asset.has("verify_whole")) readValue(asset["verify_whole"], limits, {});
+        if (asset["source"].has("description")) checkDescription(asset["source"]["description"]);
         const JsonPlace files = asset["source"]["files"];
         files.object();
         if (kind != AssetKind::Lut) files["source"].object();

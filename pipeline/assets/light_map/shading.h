@@ -1,6 +1,7 @@
 // Materials that light maps, dominant lights and tables are shaded with, as a parameter of verify actions.
 #pragma once
 
+#include "lighting/display.h"
 #include "pipeline/json/enum_names.h"
 #include "pipeline/json/json_fields.h"
 #include "verify/light_map.h"
@@ -15,14 +16,16 @@ void describe(Fields& fields, Self& shading) {
     fields.required("views", shading.viewCount, "views of each texel");
     fields.required("normals", shading.normalCount, "normals of each texel");
     fields.required("lobe", shading.lobe, "microfacet distribution");
-    fields.required("normal_map_tilt", shading.normalMapTilt, "largest angle of a normal map's normal from the surface's [degrees]");
+    fields.required("normal_map_tilt", shading.normalMapTilt, between(0, 90),
+                    "largest angle of a normal map's normal from the surface's [degrees]");
 }
 
 template <class Fields, Is<lighting::DisplaySettings> Self>
 void describe(Fields& fields, Self& display) {
-    fields.optional("white", display.white, "exit radiance shown as diffuse white; absent: the key at 18 % of it");
-    fields.required("stops", display.stops, "exposure compensation [stops]");
-    fields.required("black", display.black, "luminance of black [cd/m^2]");
+    fields.optional("white", display.white, between(lighting::kLeastWhite, lighting::kMostWhite),
+                    "exit radiance shown as diffuse white; absent: the key at 18 % of it");
+    fields.required("stops", display.stops, between(-lighting::kMostStops, lighting::kMostStops), "exposure compensation [stops]");
+    fields.required("black", display.black, between(lighting::kLeastBlack, lighting::kMostBlack), "luminance of black [cd/m^2]");
 }
 
 /// The materials of a scene and the display that it is shown on: visible errors are judged by both.

@@ -64,6 +64,31 @@ TEST(Manifest, MembersThatTheCookLeavesOpenAreNeeded) {
     EXPECT_THAT(lineWithout("/shader", "file"), HasSubstr("shader: found"));
 }
 
+TEST(Manifest, HasTheLimitsOfASceneAndKnownNames) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    const RunState state;
+    ASSERT_TRUE(cookScene(scene.options(), state).errors.empty());
+    const Json whole = Json::parse(formats::contentOf(scene / "out" / kManifestName));
+    ASSERT_EQ(whole.at("/assets/0/name"_json_pointer), "map");
+    const auto expectRefused = [&](const char* place, const Json& value, const std::string& expected) {
+        Json json = whole;
+        json.at(Json::json_pointer(place)) = value;
+        formats::writeContent(scene / "out" / kManifestName, json.dump());
+        const auto manifest = loadManifest(scene / "out");
+        ASSERT_FALSE(manifest) << place;
+        EXPECT_EQ(manifest.error().code, formats::ErrorCode::FileUnreadable);
+        EXPECT_THAT(manifest.error().line(), HasSubstr(fmt::format("cooked.json, {}: found {}, expected ", place + 1, value.dump())));
+        EXPECT_THAT(manifest.error().detail, HasSubstr(expected));
+    };
+    expectRefused("/assets/0/source/description/bake", "sh10", "one of: auto, ");
+    expectRefused("/assets/0/source/description/firefly_limit", 0.5, "a number from 1, or 0 for no check");
+    expectRefused("/assets/0/verify/display/stops", 1000, "a number from -20 to 20");
+    expectRefused("/assets/0/verify/display/black", 0, "a number from 0.005 to 100");
+    expectRefused("/assets/0/verify/shading/normal_map_tilt", 720, "a number from 0 to 90");
+    expectRefused("/assets/0/bits_per_texel", -1, "a number from 0 to ");
+    expectRefused("/assets/1/name", "map", "a name that no other asset has");
+}
+
 TEST(ManifestReference, HasARowForEachField) {
     const std::string text = manifestReference();
     EXPECT_THAT(text, HasSubstr("| `assets[].textures[].bytes_gpu` | integer | GPU memory [bytes] |"));
