@@ -298,25 +298,23 @@ private:
         const std::string dominant = dominantNameOf(entry.name);
         if (!wanted(dominant, AssetKind::Dominant, entry)) return;
         const std::vector<SkippedImages> images = dominantImages(scene_.output.target);
-        if (!needs_.specular)
-            return skip("dominant light of '" + entry.name + "'", "no material is specular", "dominant", entry.name, images, {});
+        const auto leaveOut = [&](const char* why) {
+            skip("dominant light of '" + entry.name + "'", why, "dominant", entry.name, images, {});
+        };
+        if (!needs_.specular) return leaveOut("no material is specular");
         const auto content = needs_.contents.find(entry.name);
         const glm::ivec2 size =
             content == needs_.contents.end() ? glm::ivec2(0) : glm::ivec2(content->second.width, content->second.height);
         if (!reduction.hasDominant)
-            return skip("dominant light of '" + entry.name + "'",
-                        reduction.hasDirections ? "no single light explains enough of any texel: all specular light is area specular"
-                                                : "the light map has no directions",
-                        "dominant", entry.name, images, {});
+            return leaveOut(reduction.hasDirections ? "no single light explains enough of any texel: all specular light is area specular"
+                                                    : "the light map has no directions");
         const std::string layout = dominantLayoutOf(entry);
         if (dominantLayoutFromName(layout)->divisor == 0)
-            return skip("dominant light of '" + entry.name + "'",
-                        entry.dominantLayout ? "the scene file leaves it out" : "within the budget its bytes buy more elsewhere",
-                        "dominant", entry.name, images, {});
+            return leaveOut(entry.dominantLayout ? "the scene file leaves it out" : "within the budget its bytes buy more elsewhere");
         if (reduction.isDominantConstant) {
             description.constantOf = size;
             skip("texels of the dominant light of '" + entry.name + "'", "every covered texel has the same light and normal",
-                 bytesOf(images, size) - bytesOf(images, {kConstantSide, kConstantSide}), {"dominant", texelsOf(size)});
+                 savedBytes(bytesOf(images, size), bytesOf(images, {kConstantSide, kConstantSide})), {"dominant", texelsOf(size)});
         }
         DominantParameters parameters{description, entry.dominantFit, scene_.output.target, textures_, entry.name, {}};
         if (layout != allDominantLayouts().front().name && !description.constantOf) parameters.layout = layout;
@@ -396,16 +394,13 @@ private:
 
     void planProbe(const ProbeEntry& entry) {
         if (!wanted(entry.name, AssetKind::Cubemap, entry.name)) return;
-        if (!needs_.specular) {
-            skip("cubemap '" + entry.name + "'", "no material is specular", cubemapBytes(entry.size, scene_.output.target),
+        const auto leaveOut = [&](std::string why) {
+            skip("cubemap '" + entry.name + "'", std::move(why), cubemapBytes(entry.size, scene_.output.target),
                  {"cubemap", static_cast<double>(entry.size) * entry.size});
-            return;
-        }
-        if (needs_.unusedProbes.contains(entry.name)) {
-            skip("cubemap '" + entry.name + "'", fmt::format("no place of the meshes has it among the {} nearest probes", kProbesOfAPlace),
-                 cubemapBytes(entry.size, scene_.output.target), {"cubemap", static_cast<double>(entry.size) * entry.size});
-            return;
-        }
+        };
+        if (!needs_.specular) return leaveOut("no material is specular");
+        if (needs_.unusedProbes.contains(entry.name))
+            return leaveOut(fmt::format("no place of the meshes has it among the {} nearest probes", kProbesOfAPlace));
         CubemapVerifyParameters verification{visible(entry.maxVisible), {}};
         const int firstLevel = firstLevelOf(entry);
         if (firstLevel > 0) verification.smoothest = needs_.m.low;
@@ -545,8 +540,8 @@ private:
               std::vector<SkippedImages> instead) {
         if (const auto known = needs_.contents.find(lightMap); known != needs_.contents.end()) {
             const glm::ivec2 size(known->second.width, known->second.height);
-            const std::uint64_t would = bytesOf(images, size), is = bytesOf(instead, size);
-            return skip(std::move(what), std::move(why), would - std::min(is, would), {std::move(kind), texelsOf(size)});
+            return skip(std::move(what), std::move(why), savedBytes(bytesOf(images, size), bytesOf(instead, size)),
+                        {std::move(kind), texelsOf(size)});
         }
         plan_.skipped.push_back({.what = std::move(what),
                                  .why = std::move(why),

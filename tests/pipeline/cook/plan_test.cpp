@@ -135,6 +135,18 @@ TEST(PlanScene, TablesHaveMoreViewsWhereAssetsAreChosenTogether) {
     EXPECT_EQ(views(), 12) << "a number of their own is obeyed";
 }
 
+TEST(PlanScene, AConstantDominantLightThatIsSmallerThanABlockSavesNothing) {
+    Scene scene = sceneWithOneMap();
+    scene.output.target = formats::Target::Float;
+    Needs needs = resolveNeeds(scene, {});
+    needs.contents["map"] = {.width = 2, .height = 2, .covered = 4, .isConstant = true, .hasOneNormal = true};
+    const auto plan = planScene(scene, needs, {});
+    ASSERT_TRUE(plan.has_value());
+    const auto skip = std::ranges::find(plan->skipped, std::string("texels of the dominant light of 'map'"), &Skip::what);
+    ASSERT_NE(skip, plan->skipped.end());
+    EXPECT_EQ(skip->bytesSaved, 0u);
+}
+
 TEST(PlanScene, AProbeThatNoSurfaceUsesIsSkipped) {
     const Scene scene = sceneWithOneMap();
     Needs needs = resolveNeeds(scene, {});
