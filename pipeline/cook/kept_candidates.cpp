@@ -41,9 +41,7 @@ void removeCandidate(const fs::path& cooked, const std::string& layout, const Na
         const fs::path name = candidate / file;
         if (inPlaceOfFolder(cooked, name) || inputs.contains(cooked / name)) continue;
         removeFileOf(cooked, name);
-        std::error_code ignored;
-        fs::path folder = name.parent_path();
-        while (!folder.empty() && fs::remove(cooked / folder, ignored)) folder = folder.parent_path();
+        removeEmptyFoldersOf(cooked, name);
     }
 }
 

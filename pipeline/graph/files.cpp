@@ -62,6 +62,13 @@ void removeFileOf(const std::filesystem::path& folder, const std::filesystem::pa
     if (!inPlaceOfFolder(folder, name)) std::filesystem::remove(folder / name, ignored);
 }
 
+void removeEmptyFoldersOf(const std::filesystem::path& folder, const std::filesystem::path& name) {
+    if (inPlaceOfFolder(folder, name)) return;  // a link is no folder of ours
+    std::error_code ignored;
+    std::filesystem::path part = name.parent_path();
+    while (!part.empty() && std::filesystem::remove(folder / part, ignored)) part = part.parent_path();
+}
+
 Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content, OutputLink link) {
     if (auto made = makeFolder(file.parent_path()); !made) return made;
     return formats::writeWholeFile(file, content, link);

@@ -40,5 +40,8 @@ std::optional<std::filesystem::path> inPlaceOfFolder(const std::filesystem::path
 /// Removes a file of an output folder, if it is there. Of a symbolic link of that name only the link goes; nothing is removed behind a link
 /// in place of one of the folders above it.
 void removeFileOf(const std::filesystem::path& folder, const std::filesystem::path& name);
+/// Removes the folders between an output folder and a file of it, from the innermost on, as far as they are empty.
+/// name   of the file, relative to the folder
+void removeEmptyFoldersOf(const std::filesystem::path& folder, const std::filesystem::path& name);
 
 }  // namespace lightcook::pipeline

@@ -86,7 +86,7 @@ std::optional<SettingsConflict> conflictIn(const OutputSettings& output) {
     if (output.zstd && output.container == Container::Dds)
         return SettingsConflict{"zstd",
                                 "found zstd = true with container = \"dds\", expected container = \"ktx2\": DDS has no supercompression",
-                                "--container dds", "found zstd asked for as well, expected --container ktx2: DDS has no supercompression"};
+                                "--container dds", "found it with zstd, expected --container ktx2: DDS has no supercompression"};
     if (output.rdo > 0 && output.target != Target::Bc)
         return SettingsConflict{
             "rdo", fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", formats::info(output.target).name),

@@ -118,8 +118,7 @@ Result<void> removeExported(const fs::path& folder, const fs::path& name) {
     if (code)
         return failure(ErrorCode::Internal, (folder / name).string(),
                        fmt::format("found '{}', expected to remove a file of the earlier export", code.message()));
-    for (fs::path parent = name.parent_path(); !parent.empty(); parent = parent.parent_path())
-        if (!fs::remove(folder / parent, code)) break;
+    removeEmptyFoldersOf(folder, name);
     return {};
 }
 
@@ -272,7 +271,9 @@ Result<void> exportSite(const Site& site, const fs::path& asked, const RunState&
     if (!outputs) return tl::make_unexpected(outputs.error());
     if (exists) return replaceExport(site, fresh, folder, earlier);
     fs::rename(fresh, folder, code);
-    if (code) return failure(ErrorCode::Internal, folder.string(), fmt::format("could not be written: {}", code.message()));
+    if (code)
+        return failure(ErrorCode::Internal, folder.string(),
+                       fmt::format("found '{}', expected to move the finished export here", code.message()));
     return {};
 }
 
