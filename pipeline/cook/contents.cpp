@@ -128,8 +128,9 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     // The layout of a map whose layout nobody named.
     const bool mayLackBands = !isNamed && asked != nameOf(Layout::Flat);
     const std::string_view withoutBands = !whyFlat.empty() ? nameOf(Layout::Flat) : !whySh4.empty() ? nameOf(Layout::Sh4) : asked;
-    // A block of one light is tried like any map, and never traded: few bytes are to be had. Where a limit on the whole shading chooses,
-    // raw holds it exactly or, under a budget, ratio in few bytes. So does ratio under a budget without limits on the errors of light maps.
+    // A map of constant light takes one block, too few bytes to trade for those of others. Where limits on the errors of light maps choose,
+    // it is tried like any map. Where a budget or a limit on the whole shading chooses, it has the first layout that it may take of: flat,
+    // if no directions are needed; then raw, which holds it exactly, or under a budget ratio, in few bytes.
     std::vector<Layout> choices;
     if (!needs.needsDirections()) choices.push_back(Layout::Flat);
     choices.push_back(scene.output.budgetBytes ? Layout::Ratio : Layout::Raw);

@@ -236,7 +236,7 @@ private:
         assets.insert(plan.undecided.begin(), plan.undecided.end());
         for (const LightMapEntry& entry : scene_.lightMaps)
             if (assets.contains(dominantNameOf(entry.name))) assets.insert(entry.name);
-        // Both maps of a split one have its inputs.
+        // The two parts of a split map have the same inputs: lint looks at them once, under the name in the scene.
         for (const LightMapEntry& entry : scene_.lightMaps)
             if (assets.contains(entry.name) && entry.name != entry.nameInScene()) {
                 assets.erase(entry.name);

@@ -218,7 +218,7 @@ private:
             ProbeEntry entry{asset.name, source->second, {}};
             if (const auto sh = sources.find("sh"); sh != sources.end()) entry.sh = sh->second;
             scene_.probes.push_back(std::move(entry));
-            if (asset.source.colors) scene_.colors = *asset.source.colors;  // of all probes
+            if (asset.source.colors) scene_.colors = *asset.source.colors;  // all probes have the same
             if (const auto config = sources.find(kColorConfigRole); config != sources.end()) scene_.colors.config = config->second;
         }
         if (!asset.source.description) return {};
@@ -230,7 +230,7 @@ private:
             added.name = asset.name;
             added.file = source->second;
             added.description = withFiles(std::move(*description), sources);
-            added.description.constantOf = {};  // may be true of one of two maps alone
+            added.description.constantOf = {};  // one part of a split map may be constant, and the other not
             scene_.lightMaps.push_back(std::move(added));
             entry = std::prev(scene_.lightMaps.end());
         }
