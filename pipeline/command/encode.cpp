@@ -303,6 +303,8 @@ Significance is taken by all formats of blocks. In ASTC only zeros act: such tex
 the nearest other texel of their block before it is encoded. A block without a significant texel is
 encoded as if all counted.
 
+--effort may stand beside every format: those without blocks round their texels, whatever it is.
+
 --rdo 0.02 lets the root of the weighted squared error of any row of blocks grow by at most 2 %, in
 the metric that was chosen; exact rows stay exact. The texture keeps its size on the GPU. The
 compressed file shrinks by 5 to 25 %, for about 2 microseconds a texel.
