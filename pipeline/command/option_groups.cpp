@@ -261,20 +261,19 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (maxError_) options.maxError = maxError_;
     // A command of one asset holds that asset to its --max-error, of whatever kind it is.
     options.maxConverterError = isOneAsset_ ? maxError_ : maxConverterError_;
-    if (maxVisible_)
-        if (auto checked = checkOption("--max-visible", objectionToMaxVisible(*maxVisible_)); !checked) return checked;
+    const std::array<std::pair<const char*, const std::optional<double>*>, 5> visibleLimits = {
+        {{"--max-visible", &maxVisible_},
+         {"--max-visible-bound", &maxVisibleBound_},
+         {"--max-converter-visible", &maxConverterVisible_},
+         {"--max-seam", &maxSeam_},
+         {"--max-whole-visible", &maxWholeVisible_}}};
+    for (const auto& [option, limit] : visibleLimits)
+        if (*limit)
+            if (auto checked = checkOption(option, objectionToMaxVisible(**limit)); !checked) return checked;
     options.maxVisible = maxVisible_;
-    if (maxVisibleBound_)
-        if (auto checked = checkOption("--max-visible-bound", objectionToMaxVisible(*maxVisibleBound_)); !checked) return checked;
     options.maxVisibleBound = maxVisibleBound_;
-    if (maxConverterVisible_)
-        if (auto checked = checkOption("--max-converter-visible", objectionToMaxVisible(*maxConverterVisible_)); !checked) return checked;
     options.maxConverterVisible = isOneAsset_ ? maxVisible_ : maxConverterVisible_;
-    if (maxSeam_)
-        if (auto checked = checkOption("--max-seam", objectionToMaxVisible(*maxSeam_)); !checked) return checked;
     options.maxSeam = maxSeam_;
-    if (maxWholeVisible_)
-        if (auto checked = checkOption("--max-whole-visible", objectionToMaxVisible(*maxWholeVisible_)); !checked) return checked;
     options.maxWholeVisible = maxWholeVisible_;
     options.maxWholeError = maxWholeError_;
     if (effort_ && options.target == formats::Target::Float)

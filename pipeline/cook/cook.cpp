@@ -211,7 +211,7 @@ private:
         if (options_.depfile)
             if (auto written = writeDepfile(*plan, needsGraph, contentGraph, planned, needs); !written) return written;
         cache_.prune();
-        appendVerdicts(*report, options_.budgetBytes ? "--budget" : placeIn(scene_, "output", "", "budget", "[output]") + ", budget",
+        appendErrorsOf(*report, options_.budgetBytes ? "--budget" : placeIn(scene_, "output", "", "budget", "[output]") + ", budget",
                        outcome_.errors);
         return {};
     }

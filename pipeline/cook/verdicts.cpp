@@ -21,7 +21,7 @@ namespace {
 /// Returns the errors of a cooked folder as its cook or verification found them, and files that were changed since.
 std::vector<Error> verdictOf(const std::filesystem::path& folder, const Manifest& manifest, const Report& report) {
     std::vector<Error> errors = checkDigests(folder, manifest);
-    appendVerdicts(report, budgetPlace(folder), errors);
+    appendErrorsOf(report, budgetPlace(folder), errors);
     if (errors.empty() && !report.passed)
         errors.push_back({ErrorCode::Verification, (folder / kReportName).string(), "found passed: false, expected a folder that passed"});
     return errors;
@@ -29,7 +29,7 @@ std::vector<Error> verdictOf(const std::filesystem::path& folder, const Manifest
 
 }  // namespace
 
-void appendVerdicts(const Report& report, const std::string& budgetPlace, std::vector<Error>& errors) {
+void appendErrorsOf(const Report& report, const std::string& budgetPlace, std::vector<Error>& errors) {
     if (report.incomplete)
         for (const FailedAction& failed : report.incomplete->errors) {
             Error error{errorCodeFor(failed.exitCode), failed.subject, failed.detail};

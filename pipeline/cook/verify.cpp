@@ -107,7 +107,7 @@ private:
                                           manifest->partial},
                                          std::move(rows), {});
         for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
-        appendVerdicts(report, manifestFile() + ", budget_bytes", outcome_.errors);
+        appendErrorsOf(report, manifestFile() + ", budget_bytes", outcome_.errors);
         outcome_.report = toJson(report);
         return {};
     }

@@ -149,7 +149,7 @@ private:
             {{"gaps", gaps}});
     }
 
-    /// Normals that count as none may be encoded, too: some are shorter than 1/2.
+    /// Returns true if most normals n are stored as (n + 1) / 2. Some of these are shorter than 1/2, and count as none too.
     bool hasEncodedNormals() const {
         const auto normals = static_cast<double>(facts_.coverage.inside - facts_.coverage.withoutNormal);
         return facts_.coverage.encodedNormals > 0 && static_cast<double>(facts_.coverage.encodedNormals) >= kEncodedNormals * normals;
@@ -215,7 +215,7 @@ private:
         return true;
     }
 
-    /// Layouts of engines hold two bands, which are fitted to the light of the hemisphere.
+    /// Returns true if the map may get the layout of an engine, whose two bands are fitted to the light of the hemisphere about the normal.
     bool mayBeFittedToNormals() const {
         const auto isForEngine = [](const std::string& name) {
             const auto layout = formats::lightMapLayoutFromName(name);
@@ -224,7 +224,8 @@ private:
         return isForEngine(layoutAsked(scene_.output)) || std::ranges::any_of(layoutsFor(scene_.output, entry_), isForEngine);
     }
 
-    /// The bands of a format whose light an engine's formula gives are a fit to that formula.
+    /// Returns false for a bake format whose light is a formula of an engine: its bands are fitted to that formula, and need not be those
+    /// of any light.
     bool holdsBandsOfLight() const {
         const auto* const format = formats::findByName(formats::allBakeFormats(), facts_.reading.bake);
         return format == nullptr || !format->implied.quantity;
