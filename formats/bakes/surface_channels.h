@@ -14,7 +14,7 @@ namespace lightcook::formats {
 inline constexpr const char* kCoverageChannel = "coverage.Y";
 inline constexpr std::array<const char*, 3> kNormalChannels = {"normal.X", "normal.Y", "normal.Z"};
 inline constexpr const char* kChartChannel = "chart.Y";
-/// All of them.
+/// Channels that say something of the surface, and not of its light.
 inline constexpr std::array<std::string_view, 5> kSurfaceChannels = {kCoverageChannel, kNormalChannels[0], kNormalChannels[1],
                                                                      kNormalChannels[2], kChartChannel};
 

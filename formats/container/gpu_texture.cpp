@@ -33,7 +33,8 @@ std::optional<Container> containerOf(const std::array<std::byte, kMagicBytes>& m
     return std::nullopt;
 }
 
-/// Rows [firstBlockRow, ...) that `bytes` bytes are, as an offset inside the image; a caller's mistake is told, never written or read.
+/// Returns the offset inside an image of the rows of blocks from firstBlockRow on. Fails unless `bytes` bytes are whole rows of the image:
+/// a mistake of the caller is never read or written.
 Result<std::uint64_t> rowsOffset(const TextureShape& shape, SubImage image, int firstBlockRow, std::size_t bytes,
                                  const std::string& subject) {
     const auto mistake = [&](std::string detail) { return failure(ErrorCode::Internal, subject, std::move(detail)); };

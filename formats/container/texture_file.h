@@ -14,12 +14,12 @@ namespace lightcook::formats {
 inline constexpr int kMaxTextureExtent = 65536;
 inline constexpr int kMaxTextureLayers = 65536;
 
-/// Extent, mips, layers and faces in range and in agreement (cube faces are square). `subject` names the file in the error.
+/// Fails unless extent, mips, layers and faces are in range and agree: cube faces are square. `subject` names the file in the error.
 Result<void> checkShape(const TextureShape& shape, const std::string& subject);
 
-/// All layers and faces of one mip [bytes], uncompressed.
+/// Returns the size of all layers and faces of one mip [bytes], uncompressed.
 std::uint64_t levelBytes(const TextureShape& shape, int mip);
-/// All mips of one layer and face [bytes].
+/// Returns the size of all mips of one layer and face [bytes].
 std::uint64_t mipChainBytes(const TextureShape& shape);
 
 /// Place of one mip level in a KTX2 file. A DDS file stores whole mip chains, one for each layer and face, and has a single place for all.

@@ -26,7 +26,7 @@ std::string axisChoiceName(int index);
 /// The choice that turns one sign convention into the other: x and y negated.
 inline constexpr int kPhaseChoice = 3;
 
-/// How many texels break the inequalities of bands 1 and 2, under each reading of the file.
+/// Numbers of texels that break the inequalities of bands 1 and 2, under each reading of the file.
 struct BandFacts {
     std::int64_t texels = 0;         ///< that were tested
     std::int64_t asDescribed = 0;    ///< break them as the scene file describes the map

@@ -53,7 +53,7 @@ struct CiRun {
     SourceLine scenePlace;        ///< of findings without a line
 };
 
-/// What a command knows at its end.
+/// Results of a command, from which the checks are made.
 struct CiInputs {
     std::string command;              ///< "verify"
     std::filesystem::path folder;     ///< of the cooked scene; its manifest lists the assets

@@ -65,7 +65,7 @@ struct Raw : LayoutRow<LightMapLayout::Raw> {
 
 /// Decoded as the constant environment with this exit radiance: coefficient 0 alone.
 struct Flat : LayoutRow<LightMapLayout::Flat> {
-    /// As sh.glsl has it; one unit in the last place below lighting::kShConstant as a float.
+    /// Constant of Y_00 as in sh.glsl: one unit in the last place below lighting::kShConstant as a float.
     static constexpr float kY0 = 0.28209479f;
     shaders::LcFlatConstants k{};
     /// The scene shades the texel's own normal alone, so that the reference is its exit radiance. Otherwise it is the whole bake, and what

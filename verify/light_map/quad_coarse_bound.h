@@ -26,7 +26,7 @@ struct TexelLengths {
     BandLengths reference;
 };
 
-/// What is measured of the covered corners of a quad.
+/// Lengths of light at the covered corners of a quad, and of its differences.
 struct CornerLengths {
     std::array<const TexelLengths*, 4> texels{};  ///< of covered corners only
     BandLengths step{};                           ///< largest differences of their references

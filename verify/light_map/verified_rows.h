@@ -9,7 +9,7 @@
 
 namespace lightcook::verify::lightmap {
 
-/// What is verified, but for the layout.
+/// Inputs of the verification of some rows, beside the layout.
 struct RowInputs {
     const CookedLightMap& map;
     const LightMapSampling& sampling;

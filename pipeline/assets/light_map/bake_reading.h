@@ -24,7 +24,7 @@ void describe(Fields& fields, Self& reading) {
     fields.required("incomplete_sets", reading.incompleteSets, "sets of files of which the file would be one, and others are missing");
 }
 
-/// What is assumed of a file that does not say which texels lie inside charts.
+/// The assumption for a file that does not say which texels lie inside charts.
 inline constexpr const char* kEveryTexelIsCovered = "every texel is covered";
 /// The assumption for a map with directions if neither its file nor a mesh has normals.
 inline constexpr const char* kEverySurfaceFacesZ = "every surface faces +z";
