@@ -50,12 +50,14 @@ void readBytes(png_structp png, png_bytep out, std::size_t count) {
 
 void appendBytes(png_structp png, png_bytep bytes, std::size_t count) {
     auto& out = *static_cast<std::vector<std::byte>*>(png_get_io_ptr(png));
+    bool isAppended = true;
     try {
         const auto added = std::as_bytes(std::span(bytes, count));
         out.insert(out.end(), added.begin(), added.end());
     } catch (const std::bad_alloc&) {
-        png_error(png, "no memory for its bytes");
+        isAppended = false;  // no jump out of a handler, which would leave its exception alive
     }
+    if (!isAppended) png_error(png, "no memory for its bytes");
 }
 
 /// Describes the decoded rows of a PNG. Channels are interleaved, and no bytes lie between rows.
