@@ -139,7 +139,10 @@ TEST(PlanScene, AConstantDominantLightThatIsSmallerThanABlockSavesNothing) {
     Scene scene = sceneWithOneMap();
     scene.output.target = formats::Target::Float;
     Needs needs = resolveNeeds(scene, {});
-    needs.contents["map"] = {.width = 2, .height = 2, .covered = 4, .isConstant = true, .hasOneNormal = true};
+    LightMapContent& content = needs.contents["map"];
+    content.width = content.height = 2;
+    content.covered = 4;
+    content.isConstant = content.hasOneNormal = true;
     const auto plan = planScene(scene, needs, {});
     ASSERT_TRUE(plan.has_value());
     const auto skip = std::ranges::find(plan->skipped, std::string("texels of the dominant light of 'map'"), &Skip::what);
