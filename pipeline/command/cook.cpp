@@ -91,7 +91,7 @@ and fireflies.
 
 --keep-candidates keeps those of the tried layouts that no other beats in bytes and error. Each is a
 cooked folder, DIR/candidates/LAYOUT, whose report says whether it keeps the limits. A cook without
-the option removes them.
+the option removes them, but no other file there.
 
 --rdo applies to every BC texture. The verifier's bounds include what it changes.
 
