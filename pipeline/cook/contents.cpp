@@ -103,6 +103,41 @@ formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs)
     return {};
 }
 
+namespace {
+
+using Layout = formats::LightMapLayout;
+
+/// Returns true if a light map may take a layout: the lists of layouts have it, and the engine can decode it.
+bool mayTake(const Scene& scene, const LightMapEntry& entry, const formats::LightMapLayoutInfo& layout) {
+    return formats::mayTake(layoutsFor(scene.output, entry), layout) && scene.output.decode.allow(layout);
+}
+
+/// Returns why a light map needs no more than a layout without some bands. Empty: they are seen, or no list has the layout.
+/// error  without these bands
+std::string whyEnough(const Scene& scene, const LightMapEntry& entry, Layout layout, std::string_view bands,
+                      const std::optional<double>& error) {
+    if (!isInvisible(error, scene.output) || !formats::mayTake(layoutsFor(scene.output, entry), formats::info(layout))) return "";
+    return fmt::format("without {} the error is {:.2g} %", bands, 100 * *error);
+}
+
+/// Returns the layout of a map of constant light where nothing is tried: flat if no directions are needed; else raw, which holds the light
+/// exactly, or under a budget ratio, in few bytes. Empty: the map may not take it.
+std::optional<Layout> untriedLayout(const Scene& scene, const Needs& needs, const LightMapEntry& entry) {
+    std::vector<Layout> choices;
+    if (!needs.needsDirections()) choices.push_back(Layout::Flat);
+    choices.push_back(scene.output.budgetBytes ? Layout::Ratio : Layout::Raw);
+    const auto choice = std::ranges::find_if(choices, [&](Layout layout) { return mayTake(scene, entry, formats::info(layout)); });
+    return choice == choices.end() ? std::nullopt : std::optional(*choice);
+}
+
+bool mayTakeLearned(const Scene& scene, const LightMapEntry& entry) {
+    return std::ranges::any_of(formats::allLightMapLayouts(), [&](const formats::LightMapLayoutInfo& layout) {
+        return layout.isLearned() && mayTake(scene, entry, layout);
+    });
+}
+
+}  // namespace
+
 LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const std::string& asked) {
     LightMapReduction reduction;
     reduction.layout = asked;
@@ -114,36 +149,19 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     reduction.hasDirections = content.errorOfOrder0 != 0.0;
     reduction.hasDominant = !content.isBlack && reduction.hasDirections && content.hasDominant;
     reduction.isDominantConstant = content.isConstant && content.hasOneNormal;
-    const formats::LayoutList& layouts = layoutsFor(scene.output, entry);
-    const auto mayTake = [&](const formats::LightMapLayoutInfo& layout) {
-        return formats::mayTake(layouts, layout) && scene.output.decode.allow(layout);
-    };
-    using Layout = formats::LightMapLayout;
-    const auto whyWithout = [&](Layout layout, std::string_view bands, const std::optional<double>& error) {
-        if (!isInvisible(error, scene.output) || !formats::mayTake(layouts, formats::info(layout))) return std::string();
-        return fmt::format("without {} the error is {:.2g} %", bands, 100 * *error);
-    };
-    const std::string whyFlat = whyWithout(Layout::Flat, "bands 1 and 2", content.errorOfOrder0);
-    const std::string whySh4 = whyWithout(Layout::Sh4, "band 2", content.errorOfOrder1);
+    const std::string whyFlat = whyEnough(scene, entry, Layout::Flat, "bands 1 and 2", content.errorOfOrder0);
+    const std::string whySh4 = whyEnough(scene, entry, Layout::Sh4, "band 2", content.errorOfOrder1);
     // The layout of a map whose layout nobody named.
     const bool mayLackBands = !isNamed && asked != nameOf(Layout::Flat);
     const std::string_view withoutBands = !whyFlat.empty() ? nameOf(Layout::Flat) : !whySh4.empty() ? nameOf(Layout::Sh4) : asked;
-    // A map of constant light takes one block, too few bytes to trade for those of others. Where limits on the errors of light maps choose,
-    // it is tried like any map. Where a budget or a limit on the whole shading chooses, it has the first layout that it may take of: flat,
-    // if no directions are needed; then raw, which holds it exactly, or under a budget ratio, in few bytes.
-    std::vector<Layout> choices;
-    if (!needs.needsDirections()) choices.push_back(Layout::Flat);
-    choices.push_back(scene.output.budgetBytes ? Layout::Ratio : Layout::Raw);
-    const auto choice = std::ranges::find_if(choices, [&](Layout layout) { return isAuto && mayTake(formats::info(layout)); });
-    const bool mayBeLearned = isAuto ? choice == choices.end() && std::ranges::any_of(formats::allLightMapLayouts(),
-                                                                                      [&](const formats::LightMapLayoutInfo& layout) {
-                                                                                          return layout.isLearned() && mayTake(layout);
-                                                                                      })
-                                     : hasLearnedBases(asked);
+    const std::optional<Layout> untried = isAuto ? untriedLayout(scene, needs, entry) : std::nullopt;
+    const bool mayBeLearned = isAuto ? !untried && mayTakeLearned(scene, entry) : hasLearnedBases(asked);
     if (content.isConstant && !mayBeLearned) {
+        // One block takes too few bytes to trade for those of other assets. It is tried like any map where limits on the errors of light
+        // maps choose, but not where a budget or a limit on the whole shading does.
         const OutputSettings& output = scene.output;
         const bool isTried = !output.isWholeLimited() && (!output.budgetBytes || isErrorLimited(output, entry));
-        if (choice != choices.end() && !isTried) reduction.layout = nameOf(*choice);
+        if (untried && !isTried) reduction.layout = nameOf(*untried);
         if (!isAuto && mayLackBands) reduction.layout = withoutBands;
         reduction.isFlatTried = isAuto && (reduction.isFlatTried || content.errorOfOrder0);
         reduction.constantOf = {content.width, content.height};
