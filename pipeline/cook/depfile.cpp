@@ -10,12 +10,17 @@
 namespace lightcook::pipeline {
 namespace {
 
+/// Escapes a path as GCC does for Make and Ninja. A blank after 2n + 1 backslashes is a blank of the name after n backslashes; backslashes
+/// before anything else stand for themselves.
 std::string makeEscaped(const std::filesystem::path& path) {
     std::string escaped;
+    std::size_t backslashes = 0;  // that end what is escaped so far
     for (const char c : path.generic_string()) {
-        if (c == ' ' || c == '#') escaped += '\\';
+        if (c == ' ' || c == '\t') escaped += std::string(backslashes + 1, '\\');
+        if (c == '#') escaped += '\\';
         if (c == '$') escaped += '$';
         escaped += c;
+        backslashes = c == '\\' ? backslashes + 1 : 0;
     }
     return escaped;
 }
