@@ -5,16 +5,23 @@
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/shell_word.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/scene/named_files.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-/// Returns a path as an input or output of a build statement.
+using formats::Error;
+using formats::ErrorCode;
+
+/// Returns a path as an input or output of a build statement. Ninja has no escape for |, but does not look into the value of a variable.
 std::string pathWord(const std::filesystem::path& path) {
     std::string word;
     for (const char c : path.generic_string()) {
         if (c == '$' || c == ' ' || c == ':') word += '$';
-        word += c;
+        if (c == '|')
+            word += "${bar}";
+        else
+            word += c;
     }
     return word;
 }
@@ -36,7 +43,26 @@ std::string launcherWords(const std::string& launcher) {
     return launcher.empty() ? "" : dollarsEscaped(launcher) + " ";
 }
 
+/// Characters that end a path in a depfile as Ninja 1.11 reads it. It has no escape for them.
+constexpr std::string_view kNotInDepfiles = "&'\"?*;<>^`|";
+
 }  // namespace
+
+std::optional<Error> warningOfDepfiles(const Scene& scene, const NinjaOptions& options) {
+    std::vector<std::filesystem::path> paths = {options.output};
+    for (const std::filesystem::path& file : filesNamedBy(scene)) paths.push_back(file);
+    for (const std::filesystem::path& path : paths) {
+        const std::string name = path.string();
+        const std::size_t at = name.find_first_of(kNotInDepfiles);
+        if (at != std::string::npos)
+            return Error{
+                ErrorCode::InvalidRequest, name,
+                fmt::format("found '{}', expected none of {} in the path: Ninja does not read it in a depfile, and runs the command "
+                            "each time",
+                            name[at], kNotInDepfiles)};
+    }
+    return std::nullopt;
+}
 
 std::vector<std::string> ninjaPartsOf(const Scene& scene) {
     std::vector<std::string> parts;
@@ -50,7 +76,7 @@ std::vector<std::string> ninjaPartsOf(const Scene& scene) {
 std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options) {
     const std::string cook = fmt::format("{}{} --quiet cook {}{}", launcherWords(options.launcher), ninjaWord(options.program),
                                          ninjaWord(scene.file), options.cache.empty() ? "" : " --cache " + ninjaWord(options.cache));
-    std::string text = fmt::format("# Written by `lightcook plan`: cooks the scene {}.\n", scene.name);
+    std::string text = fmt::format("# Written by `lightcook plan`: cooks the scene {}.\n\nbar = |\n", scene.name);
     const auto addRule = [&](const char* rule, const char* more, const std::string& description) {
         text += fmt::format("\nrule {}\n  command = {}{} -o $folder --depfile $inputs\n  description = {}\n  restat = 1\n", rule, cook,
                             more, description);

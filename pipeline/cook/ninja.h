@@ -3,9 +3,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "formats/error.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -20,6 +22,10 @@ struct NinjaOptions {
 /// Returns the parts of a scene that have a command each, by the names that `cook --only` takes: light maps with what derives from them,
 /// probes, gradients, tables.
 std::vector<std::string> ninjaPartsOf(const Scene& scene);
+
+/// Returns a warning if Ninja cannot read the depfiles of the commands, because of a character in the path of the output folder or of a
+/// file that the scene names. Each command with that path then runs every time; it finds its results in the cache.
+std::optional<formats::Error> warningOfDepfiles(const Scene& scene, const NinjaOptions& options);
 
 /// Returns the text of the file. Its default target is <output>/cooked.json.
 std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options);
