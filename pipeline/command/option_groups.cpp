@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 
 #include "formats/gltf_scene.h"
@@ -143,10 +144,12 @@ void addDominantFitOption(CLI::App& app, std::string& fit) {
 }
 
 void addDominantLayoutOption(CLI::App& app, std::string& layout) {
-    std::vector<std::string> names = formats::namesOf(allDominantLayouts());
-    std::erase_if(names, [](const std::string& name) { return dominantLayoutFromName(name)->divisor == 0; });
-    app.add_option("--layout", layout, fmt::format("Size and number of the textures ({})", captionsOf(allDominantLayouts())))
-        ->check(CLI::IsMember(names))
+    // Without textures there is nothing to convert.
+    std::vector<DominantLayoutInfo> layouts(allDominantLayouts().begin(), allDominantLayouts().end());
+    std::erase_if(layouts, [](const DominantLayoutInfo& each) { return each.divisor == 0; });
+    const std::span<const DominantLayoutInfo> rows = layouts;
+    app.add_option("--layout", layout, fmt::format("Size and number of the textures ({})", captionsOf(rows)))
+        ->check(CLI::IsMember(formats::namesOf(rows)))
         ->capture_default_str();
 }
 
