@@ -116,6 +116,10 @@ int reportOne(const ReportOptions& options, CookedFolder folder, const std::vect
         folder.json["baseline"] = jsonOf(*report.baseline);
         appendGrowth(*report.baseline, errors);
     }
+    if (!errors.empty()) {  // also a scene that passed, over the budget of a platform or grown by too much
+        folder.json["passed"] = false;
+        report.passed = false;
+    }
     if (!options.html.empty()) {
         std::vector<HistoryLine> own;
         for (const HistoryLine& line : history)

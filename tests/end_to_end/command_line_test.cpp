@@ -1,4 +1,5 @@
 // The command line as users type it: help, output formats, limits that hold, and what a terminal shows.
+#include <fmt/format.h>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -434,6 +435,21 @@ TEST_F(CommandLine, ABudgetForASceneThatIsNotThereIsAWarning) {
     EXPECT_EQ(platform.err,
               "lightcook: warning: budgets.toml, platforms: found limits for 'a' (target astc), expected scenes that were cooked for that "
               "target: other limits are not checked\n");
+}
+
+// As of several scenes: what fails in the exit code is not called passed in the report.
+TEST_F(CommandLine, ASceneOverTheBudgetOfAPlatformDoesNotPass) {
+    ASSERT_EQ(run("cook scene.toml -o out").code, 0);
+    const auto passes = [&](const char* total) {
+        formats::writeContent(scene_ / "budgets.toml", fmt::format("schema = 1\n[[platform]]\nname = \"a\"\ntotal = \"{}\"\n", total));
+        const int code = run("-q report out --budgets budgets.toml --json report.json --html report.html").code;
+        const bool passed = nlohmann::json::parse(contentOf(scene_ / "report.json")).at("passed").get<bool>();
+        EXPECT_EQ(code, passed ? 0 : 5);
+        EXPECT_THAT(contentOf(scene_ / "report.html"), HasSubstr(passed ? "small: passed" : "small: failed"));
+        return passed;
+    };
+    EXPECT_TRUE(passes("1 GiB"));
+    EXPECT_FALSE(passes("1 KiB"));
 }
 
 TEST_F(CommandLine, CompareLooksIntoTheFilesOfCookedFolders) {
