@@ -1,5 +1,6 @@
 #include "pipeline/manifest/manifest.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +15,7 @@ using testing::HasSubstr;
 void collectPaths(const Json& json, const std::string& path, std::set<std::string>& paths) {
     if (json.is_object())
         for (const auto& [key, member] : json.items()) {
-            const std::string below = path.empty() ? key : path + "." + key;
+            const std::string below = path.empty() ? key : fmt::format("{}.{}", path, key);
             paths.insert(below);
             collectPaths(member, below, paths);
         }
