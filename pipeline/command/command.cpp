@@ -92,8 +92,8 @@ bool isDecimal(const std::string& value) {
     return error != std::errc::invalid_argument && end == value.data() + value.size();
 }
 
-/// Returns what is wrong with a number; empty: nothing, or it is no number at all, for which CLI11 says what was expected.
-/// mayHaveUnit   "2 MiB"
+/// Refuses a number that is not finite or not decimal. Returns the mistake, or an empty text. CLI11 itself refuses what is no number.
+/// mayHaveUnit  for sizes, such as "2 MiB"
 std::string mistakeInNumber(const std::string& value, bool mayHaveUnit) {
     if (isNotFinite(value)) return fmt::format("found '{}', expected a finite number", value);
     const bool beginsAsNumber = value.find_first_of("+-.0123456789 ") == 0;

@@ -55,28 +55,35 @@ std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
     return "";
 }
 
-}  // namespace
-
+/// Returns what is wrong with packing or splitting the charts of a light map of a scene, or an empty text.
 std::string whyNotCharts(const Scene& scene, const LightMapEntry& entry) {
     const std::string why = isPacked(scene.output, entry) ? whyNotPacked(scene.output, entry) : "";
     return why.empty() && isSplit(scene.output, entry) ? whyNotSplit(scene, entry) : why;
 }
 
-formats::Result<void> checkCharts(const Scene& scene) {
-    for (const LightMapEntry& entry : scene.lightMaps)
-        if (const std::string why = whyNotCharts(scene, entry); !why.empty())
-            return formats::failure(
-                formats::ErrorCode::InvalidRequest,
-                fmt::format("{}, light map '{}'", placeIn(scene, "light_map", entry.name, "charts", "charts"), entry.name), why);
+}  // namespace
+
+formats::Result<void> checkCharts(const Scene& scene, const ChartSettings& asked) {
+    const auto hasPacked = [&](const LightMapEntry& entry) { return isPacked(scene.output, entry); };
+    const bool isAnyPacked = std::ranges::any_of(scene.lightMaps, hasPacked);
+    if (asked.maxVisible && !isAnyPacked)
+        return formats::failure(formats::ErrorCode::InvalidRequest, "--charts-max-visible",
+                                "found it where the charts of no light map are packed, expected --charts pack or split");
+    for (const LightMapEntry& entry : scene.lightMaps) {
+        const std::string why = whyNotCharts(scene, entry);
+        if (why.empty()) continue;
+        const std::string place = asked.mode ? "--charts" : placeIn(scene, "light_map", entry.name, "charts", "charts");
+        return formats::failure(formats::ErrorCode::InvalidRequest, fmt::format("{}, light map '{}'", place, entry.name), why);
+    }
+    if (asked.mode) return {};  // it may say otherwise of charts than the limits of the scene file
     const auto refuse = [&](std::string_view section, const std::string& name) {
         return formats::failure(formats::ErrorCode::InvalidRequest,
                                 placeIn(scene, section, name, "charts_max_visible", "--charts-max-visible"),
                                 "found charts_max_visible where no charts are packed, expected charts = \"pack\" or \"split\"");
     };
-    const auto hasPacked = [&](const LightMapEntry& entry) { return isPacked(scene.output, entry); };
     for (const LightMapEntry& entry : scene.lightMaps)
         if (entry.charts.maxVisible && !hasPacked(entry)) return refuse("light_map", entry.name);
-    if (scene.output.charts.maxVisible && std::ranges::none_of(scene.lightMaps, hasPacked)) return refuse("output", "");
+    if (scene.output.charts.maxVisible && !isAnyPacked) return refuse("output", "");
     return {};
 }
 

@@ -17,6 +17,8 @@
 namespace lightcook::pipeline {
 namespace {
 
+using Layout = formats::LightMapLayout;
+
 /// Largest rel_rms of bands that are left out unasked, and its largest share of the limit.
 constexpr double kInvisibleError = 0.005, kInvisibleShare = 0.25;
 
@@ -26,8 +28,7 @@ std::string_view nameOf(formats::LightMapLayout layout) {
 
 /// Returns the fit of the dominant light of a map; nothing where it is not cooked.
 std::optional<std::string> dominantFitFor(const LightMapEntry& entry, bool isSpecular, const PlanOptions& options) {
-    if (!isSpecular || options.onlyKind.value_or(std::string(info(AssetKind::Dominant).name)) != info(AssetKind::Dominant).name)
-        return std::nullopt;
+    if (!isSpecular || (options.onlyKind && *options.onlyKind != info(AssetKind::Dominant).name)) return std::nullopt;
     if (entry.dominantLayout && dominantLayoutFromName(*entry.dominantLayout)->divisor == 0) return std::nullopt;
     return entry.dominantFit;
 }
@@ -74,39 +75,6 @@ bool isInvisible(const std::optional<double>& error, const OutputSettings& outpu
     return error && *error <= std::min(kInvisibleError, kInvisibleShare * errorLimit(output));
 }
 
-}  // namespace
-
-std::vector<Action> planContents(const Scene& scene, const Needs& needs, const PlanOptions& options) {
-    std::vector<Action> actions;
-    if (scene.output.keepUnused) return actions;
-    const verify::LightMapShading shading = shadingOf(scene, needs);
-    for (const LightMapEntry& entry : scene.lightMaps)
-        if (isAnyWanted(scene, options, entry)) actions.push_back(contentAction(scene, entry, shading, options));
-    const auto isProbeWanted = [&](const ProbeEntry& entry) { return isWanted(options, entry.name, AssetKind::Cubemap, entry.name); };
-    if (needs.specular && std::ranges::any_of(scene.probes, isProbeWanted))
-        if (auto use = probeUseAction(scene)) actions.push_back(std::move(*use));
-    return actions;
-}
-
-formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs) {
-    for (const auto& [id, record] : contents.records) {
-        if (id == kProbeUseId) {
-            const auto use = fromJson<ProbeUseResult>(record.result, id);
-            if (!use) return tl::make_unexpected(use.error());
-            needs.unusedProbes.insert(use->unused.begin(), use->unused.end());
-            continue;
-        }
-        const auto content = fromJson<LightMapContent>(record.result, id);
-        if (!content) return tl::make_unexpected(content.error());
-        needs.contents.emplace(actionSubject(id, ActionStep::Content), *content);
-    }
-    return {};
-}
-
-namespace {
-
-using Layout = formats::LightMapLayout;
-
 /// Returns true if a light map may take a layout: the lists of layouts have it, and the engine can decode it.
 bool mayTake(const Scene& scene, const LightMapEntry& entry, const formats::LightMapLayoutInfo& layout) {
     return formats::mayTake(layoutsFor(scene.output, entry), layout) && scene.output.decode.allow(layout);
@@ -137,6 +105,33 @@ bool mayTakeLearned(const Scene& scene, const LightMapEntry& entry) {
 }
 
 }  // namespace
+
+std::vector<Action> planContents(const Scene& scene, const Needs& needs, const PlanOptions& options) {
+    std::vector<Action> actions;
+    if (scene.output.keepUnused) return actions;
+    const verify::LightMapShading shading = shadingOf(scene, needs);
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (isAnyWanted(scene, options, entry)) actions.push_back(contentAction(scene, entry, shading, options));
+    const auto isProbeWanted = [&](const ProbeEntry& entry) { return isWanted(options, entry.name, AssetKind::Cubemap, entry.name); };
+    if (needs.specular && std::ranges::any_of(scene.probes, isProbeWanted))
+        if (auto use = probeUseAction(scene)) actions.push_back(std::move(*use));
+    return actions;
+}
+
+formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs) {
+    for (const auto& [id, record] : contents.records) {
+        if (id == kProbeUseId) {
+            const auto use = fromJson<ProbeUseResult>(record.result, id);
+            if (!use) return tl::make_unexpected(use.error());
+            needs.unusedProbes.insert(use->unused.begin(), use->unused.end());
+            continue;
+        }
+        const auto content = fromJson<LightMapContent>(record.result, id);
+        if (!content) return tl::make_unexpected(content.error());
+        needs.contents.emplace(actionSubject(id, ActionStep::Content), *content);
+    }
+    return {};
+}
 
 LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const std::string& asked) {
     LightMapReduction reduction;

@@ -85,17 +85,7 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
     }
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
-    if (options.charts.maxVisible &&
-        std::ranges::none_of(scene.lightMaps, [&](const LightMapEntry& entry) { return isPacked(output, entry); }))
-        return failure(ErrorCode::InvalidRequest, "--charts-max-visible",
-                       "found it where the charts of no light map are packed, expected --charts pack or split");
-    if (options.charts.mode) {
-        for (const LightMapEntry& entry : scene.lightMaps)
-            if (const std::string why = whyNotCharts(scene, entry); !why.empty())
-                return failure(ErrorCode::InvalidRequest, fmt::format("--charts, light map '{}'", entry.name), why);
-    } else if (auto checked = checkCharts(scene); !checked) {
-        return checked;
-    }
+    if (auto checked = checkCharts(scene, options.charts); !checked) return checked;
     for (const LightMapEntry& entry : scene.lightMaps)
         if (isSplit(output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
             if (auto checked = formats::checkNoMorphTargets(*entry.mesh); !checked) return checked;

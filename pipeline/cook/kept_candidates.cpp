@@ -39,7 +39,7 @@ void removeCandidate(const fs::path& cooked, const std::string& layout, const Na
     formats::removeLeftovers(cooked / candidate);
     for (const fs::path& file : writtenFiles(cooked / candidate)) {
         const fs::path name = candidate / file;
-        if (inPlaceOfFolder(cooked, name) || inputs.contains(cooked / name)) continue;
+        if (inputs.contains(cooked / name)) continue;
         removeFileOf(cooked, name);
         removeEmptyFoldersOf(cooked, name);
     }

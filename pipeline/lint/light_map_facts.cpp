@@ -122,10 +122,10 @@ private:
         LightMapFacts& facts = part.facts;
         ++facts.covered;
         facts.black += sh == ShRgb{} ? 1 : 0;
-        const ShRgb exit = lighting::convolve(sh, lighting::kExitRadianceBands);
-        if (const double exitLuminance = glm::dot(glm::dvec3(lighting::evaluate(exit, glm::vec3(normal))), weights_); exitLuminance > 0) {
+        const auto exit = lighting::lambertExitRadiance(sh, glm::vec3(normal), glm::vec3(1));
+        if (const double luminance = glm::dot(glm::dvec3(exit.value), weights_); luminance > 0) {
             ++part.lit;
-            part.logSum += std::log(exitLuminance);
+            part.logSum += std::log(luminance);
         }
         const Luminances values = luminances(sh, weights_);
         // Light of radiance 1 from a hemisphere has an sh00 of sqrt(pi).

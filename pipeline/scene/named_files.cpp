@@ -15,10 +15,11 @@ std::filesystem::path placeOf(const std::filesystem::path& file) {
 }  // namespace
 
 std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
-    std::vector<std::filesystem::path> files = {scene.file};
+    std::vector<std::filesystem::path> files;
     const auto add = [&](const std::filesystem::path& file) {
         if (!file.empty()) files.push_back(file);
     };
+    add(scene.file);
     for (const LightMapEntry& map : scene.lightMaps) {
         add(map.file);
         add(map.description.mesh);
@@ -35,8 +36,7 @@ std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
 }
 
 NamedPlaces::NamedPlaces(const Scene& scene) {
-    for (const std::filesystem::path& file : filesNamedBy(scene))
-        if (!file.empty()) places_.insert(placeOf(file));
+    for (const std::filesystem::path& file : filesNamedBy(scene)) places_.insert(placeOf(file));
 }
 
 bool NamedPlaces::contains(const std::filesystem::path& file) const {

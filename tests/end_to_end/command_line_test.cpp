@@ -437,7 +437,7 @@ TEST_F(CommandLine, ABudgetForASceneThatIsNotThereIsAWarning) {
               "target: other limits are not checked\n");
 }
 
-// As of several scenes: what fails in the exit code is not called passed in the report.
+// A report of one scene says "failed" wherever its exit code does, as a report of several scenes.
 TEST_F(CommandLine, ASceneOverTheBudgetOfAPlatformDoesNotPass) {
     ASSERT_EQ(run("cook scene.toml -o out").code, 0);
     const auto passes = [&](const char* total) {
