@@ -56,6 +56,14 @@ CookedTexture entryOf(const TexturePlan& plan, const std::string& file, std::uin
     return entry;
 }
 
+Json metadataOf(const TextureOwner& owner, const TexturePlan& plan) {
+    Json members = {
+        {"kind", std::string(info(owner.kind).name)}, {"layout", owner.layout}, {"role", plan.role}, {"constants", plan.constants}};
+    if (owner.distribution) members["distribution"] = *owner.distribution;
+    if (owner.normalization) members["normalization"] = *owner.normalization;
+    return members;
+}
+
 }  // namespace
 
 compress::EncodeOptions TextureSettings::encodeOptions() const {
@@ -99,8 +107,8 @@ std::vector<std::vector<std::byte>> encodeFaces(PixelFormat format, formats::Ima
     return faces;
 }
 
-std::map<std::string, std::string> textureMetadata(const Json& facts) {
-    return {{"io.lightcook", facts.dump()}};
+std::map<std::string, std::string> textureMetadata(const Json& members) {
+    return {{kMetadataKey, members.dump()}};
 }
 
 Result<void> writeTexture(const std::filesystem::path& file, const formats::TextureShape& shape, const TextureSettings& settings,
@@ -113,7 +121,7 @@ Result<void> writeTexture(const std::filesystem::path& file, const formats::Text
 
 Result<std::size_t> AssetTextures::create(TexturePlan plan) {
     std::string file = plan.fileName + std::string(settings_.extension());
-    auto writer = createTexture(context_.folder / file, plan.shape, settings_, textureMetadata(plan.facts));
+    auto writer = createTexture(context_.folder / file, plan.shape, settings_, textureMetadata(metadataOf(owner_, plan)));
     if (!writer) return tl::make_unexpected(writer.error());
     outputs_.push_back({std::move(plan), std::move(file), std::move(*writer)});
     return outputs_.size() - 1;

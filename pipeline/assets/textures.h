@@ -5,8 +5,10 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compress/encode.h"
@@ -46,8 +48,10 @@ std::vector<std::byte> encodeImage(formats::PixelFormat format, formats::ImageVi
 std::vector<std::vector<std::byte>> encodeFaces(formats::PixelFormat format, formats::ImageView<const glm::vec3> strip, float range,
                                                 const compress::EncodeOptions& options, compress::EncodeReport& report);
 
-/// Returns the metadata that a texture file carries for a loader without the manifest: layout and constants of the decode.
-std::map<std::string, std::string> textureMetadata(const Json& facts);
+/// Returns the metadata of a texture file, which serves a loader without the manifest: under one key, an object with the manifest's
+/// members `kind`, `layout`, `role` and `constants`.
+std::map<std::string, std::string> textureMetadata(const Json& members);
+inline constexpr const char* kMetadataKey = "io.lightcook";
 
 /// Writes a texture whose images are all in memory, mip by mip (outer) and layer or face by layer or face (inner).
 formats::Result<void> writeTexture(const std::filesystem::path& file, const formats::TextureShape& shape, const TextureSettings& settings,
@@ -58,14 +62,22 @@ struct TexturePlan {
     std::string role;
     std::string fileName;  ///< without the extension
     formats::TextureShape shape;
-    Json facts;                    ///< see textureMetadata
+    Json constants;                ///< of the decode, as the metadata of the file holds them
     std::string_view filter = {};  ///< of its sampler; empty: that of the asset's kind
+};
+
+/// Asset of a texture as the metadata of the file names it: with the words of the manifest.
+struct TextureOwner {
+    AssetKind kind;
+    std::string layout;
+    std::optional<std::string> distribution = {}, normalization = {};  ///< of tables
 };
 
 /// The texture files of one cook action: writes them into the action's folder and returns their manifest entries.
 class AssetTextures {
 public:
-    AssetTextures(const ActionContext& context, const TextureSettings& settings) : context_(context), settings_(settings) {}
+    AssetTextures(const ActionContext& context, const TextureSettings& settings, TextureOwner owner)
+        : context_(context), settings_(settings), owner_(std::move(owner)) {}
 
     /// Creates a texture that the caller writes piece by piece. Returns its index.
     formats::Result<std::size_t> create(TexturePlan plan);
@@ -84,6 +96,7 @@ private:
     };
     const ActionContext& context_;
     TextureSettings settings_;
+    TextureOwner owner_;
     std::vector<Output> outputs_;
 };
 

@@ -76,7 +76,7 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     compress::EncodeReport report;
     const auto images = encodeFaces(shape.format, strip->view(), range, command.textures.encodeOptions(), report);
     const Json constants = {{"range", range}, {"wrap", command.wrap}, {"quantity", "exit radiance of a white surface"}};
-    const auto metadata = textureMetadata({{"layout", "irradiance-cubemap"}, {"constants", constants}});
+    const auto metadata = textureMetadata({{"kind", "cubemap"}, {"layout", "irradiance"}, {"role", "cubemap"}, {"constants", constants}});
     // Written to a temporary folder: a file that fails its verification does not replace an earlier output.
     auto folder = TemporaryFolder::create();
     if (!folder) return tl::make_unexpected(folder.error());
@@ -95,7 +95,8 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     return Json{{"texels", figures->texelCount},
                 {"rel_rms", figures->relRms},
                 {"worst", figures->worst},
-                {"bytes", std::filesystem::file_size(command.output, code)},
+                {"bytes", shape.gpuBytes()},
+                {"bytes_disk", std::filesystem::file_size(command.output, code)},
                 {"range", range},
                 {"repaired_texels", loaded->repairedTexels},
                 {"convert_cpu_seconds", converted},

@@ -9,6 +9,7 @@
 
 #include "compress/encode.h"
 #include "formats/gpu_texture.h"
+#include "pipeline/assets/textures.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
@@ -143,11 +144,11 @@ private:
         for (const auto& [key, value] : reader->metadata())
             if (!key.starts_with("KTX")) options.metadata[key] = value;
         const auto before = options.metadata;
-        if (const auto told = options.metadata.find("io.lightcook"); told != options.metadata.end()) {
-            Json facts = parseJson(told->second);
+        if (const auto entry = options.metadata.find(kMetadataKey); entry != options.metadata.end()) {
+            Json facts = parseJson(entry->second);
             for (auto& [name, value] : facts["constants"].items())
                 if (asset().contains("constants") && constants().contains(name)) value = constants().at(name);
-            told->second = facts.dump();
+            entry->second = facts.dump();
         }
         if (blocks == nullptr) {
             if (options.metadata == before) return;

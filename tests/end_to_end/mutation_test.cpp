@@ -662,6 +662,23 @@ TEST(Mutation, OfTheSceneThatShipsIsCaught) {
     EXPECT_THAT(outcome.errors.front().line(), testing::HasSubstr("metadata constants/color"));
 }
 
+TEST(Mutation, MetadataOfATextureIsThatOfTheManifest) {
+    const Cooked cooked(kShippedScene, "basis-8");
+    std::set<std::string> kinds;
+    CookedCopy copy = cooked.copyOf("sky");
+    for (const Json& asset : copy.manifest().at("assets"))
+        for (const Json& texture : asset.at("textures")) {
+            SCOPED_TRACE(texture.at("file"));
+            const auto reader = valueOf(formats::TextureReader::open(copy.folder() / texture.at("file").get<std::string>()));
+            const Json metadata = parseJson(reader.metadata().at(kMetadataKey));
+            for (const char* member : {"kind", "layout", "distribution", "normalization"})
+                EXPECT_EQ(metadata.value(member, Json()), asset.value(member, Json())) << member;
+            EXPECT_EQ(metadata.at("role"), texture.at("role"));
+            kinds.insert(asset.at("kind"));
+        }
+    EXPECT_EQ(kinds, (std::set<std::string>{"cubemap", "dominant", "light-map", "lut", "rsrm"}));
+}
+
 TEST(MutationSoak, OfTheSceneThatShipsIsCaught) {
     const Cooked cooked(kShippedScene, "basis-8");
     for (const auto* faults :

@@ -148,10 +148,6 @@ Result<formats::ProbePlace> placeOf(const CubemapParameters& parameters, const A
 
 }  // namespace
 
-std::string cubemapTextureLayout(std::string_view layout) {
-    return fmt::format("{}-cubemap", layout);
-}
-
 Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     const auto parameters = parametersOf<CubemapParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
@@ -195,9 +191,8 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     decode.firstLevel = parameters->firstLevel;
     const Json constants = toJson(decode);
     const std::string& name = context.action.asset;
-    AssetTextures textures(context, parameters->textures);
-    const Json facts = {{"layout", cubemapTextureLayout(layout->name)}, {"constants", constants}};
-    if (auto written = textures.write({"cubemap", name, shape, facts}, images); !written) return tl::make_unexpected(written.error());
+    AssetTextures textures(context, parameters->textures, {AssetKind::Cubemap, std::string(layout->name)});
+    if (auto written = textures.write({"cubemap", name, shape, constants}, images); !written) return tl::make_unexpected(written.error());
 
     CookResult result{makeCookedAsset(name, AssetKind::Cubemap, std::string(layout->name), options.size, options.size),
                       std::filesystem::file_size(source),

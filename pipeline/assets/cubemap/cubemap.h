@@ -88,8 +88,6 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("smoothest", parameters.smoothest, "least roughness m of a material, which the first level must hold");
 }
 
-/// Returns the name of a layout in the metadata of its texture.
-std::string cubemapTextureLayout(std::string_view layout);
 /// Cooks a probe.
 formats::Result<ActionOutcome> cookCubemap(const ActionContext& context);
 /// Verifies a cooked cubemap against a brute-force prefilter of its source.

@@ -15,6 +15,9 @@ namespace {
 using formats::PixelFormat;
 using formats::Result;
 
+/// Layout of all sizes of a dominant light, as the manifest names it.
+constexpr const char* kTextureLayout = "direction-intensity";
+
 /// The textures of the asset, by their index in AssetTextures.
 struct Outputs {
     AssetTextures files;
@@ -56,14 +59,13 @@ Result<StripReport> encodeStrips(LightMapSource& source, const DominantEncoder& 
 
 /// Creates the files of all textures, in the order of the manifest.
 Result<Outputs> createOutputs(const DominantEncoder& encoder, const TextureSettings& settings, const ActionContext& context) {
-    Outputs outputs{AssetTextures(context, settings), 0, 0, {}};
+    Outputs outputs{AssetTextures(context, settings, {AssetKind::Dominant, kTextureLayout}), 0, 0, {}};
     const auto create = [&](const std::string& role, PixelFormat format) {
         formats::TextureShape shape;
         shape.format = format;
         shape.width = encoder.size().x;
         shape.height = encoder.size().y;
-        return outputs.files.create(
-            {role, context.action.asset + "_" + role, shape, {{"layout", "dominant"}, {"constants", toJson(encoder.constants())}}});
+        return outputs.files.create({role, context.action.asset + "_" + role, shape, toJson(encoder.constants())});
     };
     const auto direction = create("direction", encoder.formats().direction);
     if (!direction) return tl::make_unexpected(direction.error());
@@ -121,9 +123,8 @@ Result<ActionOutcome> cookDominant(const ActionContext& context) {
     const auto report = encodeStrips(**source, *encoder, *outputs, context);
     if (!report) return tl::make_unexpected(report.error());
 
-    CookResult result{
-        makeCookedAsset(context.action.asset, AssetKind::Dominant, "direction-intensity", encoder->size().x, encoder->size().y),
-        bakeBytes(context.action), notesOf(parameters->fit, encoder->fit(), *report)};
+    CookResult result{makeCookedAsset(context.action.asset, AssetKind::Dominant, kTextureLayout, encoder->size().x, encoder->size().y),
+                      bakeBytes(context.action), notesOf(parameters->fit, encoder->fit(), *report)};
     result.asset.fit = parameters->fit;
     result.asset.lightMap = parameters->lightMap;
     result.asset.constants = toJson(encoder->constants());

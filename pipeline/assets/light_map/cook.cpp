@@ -30,16 +30,16 @@ bool isInManifest(const compress::LightMapPlan& plan, const std::string& constan
     return plan.tableBytes() == 0 || (constant != "code" && constant != "residual");
 }
 
-/// Returns what a loader needs to decode a texture without the manifest, except for learned tables.
-Json factsOf(const compress::LightMapPlan& plan, const compress::LightMapTexture& texture) {
-    Json facts = {{"layout", std::string(formats::info(plan.layout).name)}, {"role", texture.name}, {"constants", Json::object()}};
+/// Returns the constants in the metadata of a texture: all but learned tables.
+Json metadataConstants(const compress::LightMapPlan& plan) {
+    Json constants = Json::object();
     for (const auto& [name, values] : plan.constants)
-        if (values.size() <= kLargestMetadataConstant && isInManifest(plan, name)) facts["constants"][name] = values;
-    return facts;
+        if (values.size() <= kLargestMetadataConstant && isInManifest(plan, name)) constants[name] = values;
+    return constants;
 }
 
 Result<AssetTextures> createTextures(const ActionContext& context, const compress::LightMapPlan& plan, const TextureSettings& settings) {
-    AssetTextures textures(context, settings);
+    AssetTextures textures(context, settings, {AssetKind::LightMap, std::string(formats::info(plan.layout).name)});
     for (const compress::LightMapTexture& texture : plan.textures) {
         formats::TextureShape shape;
         shape.format = texture.format;
@@ -48,8 +48,8 @@ Result<AssetTextures> createTextures(const ActionContext& context, const compres
         shape.mipCount = plan.mipCount;
         shape.layerCount = texture.layerCount;
         shape.isArray = texture.layerCount > 1;
-        const auto created = textures.create(
-            {texture.name, context.action.asset + "_" + texture.name, shape, factsOf(plan, texture), plan.mipCount > 1 ? "trilinear" : ""});
+        const auto created = textures.create({texture.name, context.action.asset + "_" + texture.name, shape, metadataConstants(plan),
+                                              plan.mipCount > 1 ? "trilinear" : ""});
         if (!created) return tl::make_unexpected(created.error());
     }
     return textures;
@@ -62,9 +62,8 @@ Result<void> writeIndex(const ActionContext& context, const compress::LightMapPl
     shape.format = formats::PixelFormat::Rgba8Unorm;
     shape.width = indexWidth(plan.width);
     shape.height = indexHeight(plan.height);
-    return textures.write(
-        {kIndexRole, fmt::format("{}_{}", context.action.asset, kIndexRole), shape, factsOf(plan, {kIndexRole}), "nearest"},
-        {plan.indexTexels()});
+    return textures.write({kIndexRole, fmt::format("{}_{}", context.action.asset, kIndexRole), shape, metadataConstants(plan), "nearest"},
+                          {plan.indexTexels()});
 }
 
 /// Writes the tables of a learned layout: a row for each cluster.
@@ -74,9 +73,8 @@ Result<void> writeTables(const ActionContext& context, const compress::LightMapP
     shape.format = formats::PixelFormat::Rgba16f;
     shape.width = plan.tableColumns();
     shape.height = static_cast<int>(plan.tableBytes()) / (plan.tableColumns() * formats::info(shape.format).bytesPerBlock);
-    return textures.write(
-        {kTablesRole, fmt::format("{}_{}", context.action.asset, kTablesRole), shape, factsOf(plan, {kTablesRole}), "nearest"},
-        {plan.tableTexels()});
+    return textures.write({kTablesRole, fmt::format("{}_{}", context.action.asset, kTablesRole), shape, metadataConstants(plan), "nearest"},
+                          {plan.tableTexels()});
 }
 
 /// Encodes a mip level.

@@ -93,14 +93,11 @@ Result<ActionOutcome> cookLut(const ActionContext& context) {
     result.asset.distribution = formats::info(parameters->lobe).name;
     result.asset.normalization = parameters->normalization;
     result.asset.constants = toJson(constants);
-    const Json facts = {{"layout", "cook-torrance-tables"},
-                        {"distribution", *result.asset.distribution},
-                        {"normalization", parameters->normalization},
-                        {"constants", *result.asset.constants}};
-    AssetTextures textures(context, parameters->textures);
+    AssetTextures textures(context, parameters->textures,
+                           {AssetKind::Lut, result.asset.layout, result.asset.distribution, result.asset.normalization});
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const std::string role = kLutRoles[i];
-        if (auto written = textures.write({role, fmt::format("{}_{}", name, role), shape, facts},
+        if (auto written = textures.write({role, fmt::format("{}_{}", name, role), shape, *result.asset.constants},
                                           {texelsOf(*parts[i], shape.format, parameters->textures)});
             !written)
             return tl::make_unexpected(written.error());

@@ -226,11 +226,12 @@ Result<ActionOutcome> cookRsrm(const ActionContext& context) {
     shape.height = static_cast<int>(options->exponents.size());
     const Json constants = toJson(map->constants);
     const std::string& name = context.action.asset;
-    AssetTextures textures(context, parameters->textures);
-    if (auto written = textures.write({"rsrm", name, shape, {{"layout", "rsrm"}, {"constants", constants}}}, {map->bytes}); !written)
+    const std::string layout = "rsrm";
+    AssetTextures textures(context, parameters->textures, {AssetKind::Rsrm, layout});
+    if (auto written = textures.write({"rsrm", name, shape, constants}, {map->bytes}); !written)
         return tl::make_unexpected(written.error());
 
-    CookResult result{makeCookedAsset(name, AssetKind::Rsrm, "rsrm", shape.width, shape.height), std::filesystem::file_size(file),
+    CookResult result{makeCookedAsset(name, AssetKind::Rsrm, layout, shape.width, shape.height), std::filesystem::file_size(file),
                       Json{{note_keys::kZones, gradient->zones.size()}}};
     if (search.tried().size() > 1) (*result.notes)[note_keys::kFormatsTried] = search.tried();
     (*result.notes)[note_keys::kRepairedTexels] = gradient->repairedTexels;
