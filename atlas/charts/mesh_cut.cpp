@@ -43,10 +43,10 @@ struct Point {
     Side side = {};    ///< from this point to the next
 };
 
-/// A convex part of a triangle in tiles that go one way.
+/// A convex part of a triangle in tiles of one map.
 struct Piece {
     std::vector<Point> points;
-    bool isChosen;
+    std::uint8_t map;
 };
 
 /// An edge of a triangle, from the vertex with the lower position.
@@ -96,15 +96,15 @@ std::vector<Point> pointsOf(const Triangle& triangle) {
 /// Cuts one triangle into pieces.
 class TriangleCutter {
 public:
-    /// isChosen  of each tile
-    TriangleCutter(const Triangle& triangle, std::size_t chart, const Tiles& tiles, const std::vector<std::uint8_t>& isChosen)
-        : triangle_(triangle), chart_(chart), tiles_(tiles), isChosen_(isChosen) {}
+    /// mapOf  map of each tile
+    TriangleCutter(const Triangle& triangle, std::size_t chart, const Tiles& tiles, const std::vector<std::uint8_t>& mapOf)
+        : triangle_(triangle), chart_(chart), tiles_(tiles), mapOf_(mapOf) {}
 
     std::vector<Piece> cut() {
         std::vector<Point> whole = pointsOf(triangle_);
         if (std::abs(triangle_.doubleArea()) < 2 * kLeastArea) {
             const glm::ivec2 quad(glm::floor(triangle_.at[0]));
-            pieces_.push_back({std::move(whole), isChosen_[static_cast<std::size_t>(tiles_.ofQuad(chart_, quad))] != 0});
+            pieces_.push_back({std::move(whole), mapOf_[static_cast<std::size_t>(tiles_.ofQuad(chart_, quad))]});
         } else {
             cut(std::move(whole), glm::ivec2(0), tiles_.gridOf(chart_));
         }
@@ -115,12 +115,12 @@ private:
     /// Cuts a piece that lies in columns and rows [first, end) of the grid.
     void cut(std::vector<Point> points, glm::ivec2 first, glm::ivec2 end) {
         narrow(points, first, end);
-        const auto isChosen = [&](int x, int y) { return isChosen_[static_cast<std::size_t>(tiles_.at(chart_, {x, y}))] != 0; };
+        const auto mapAt = [&](int x, int y) { return mapOf_[static_cast<std::size_t>(tiles_.at(chart_, {x, y}))]; };
         bool isUniform = true;
         for (int y = first.y; y < end.y; ++y)
-            for (int x = first.x; x < end.x; ++x) isUniform = isUniform && isChosen(x, y) == isChosen(first.x, first.y);
+            for (int x = first.x; x < end.x; ++x) isUniform = isUniform && mapAt(x, y) == mapAt(first.x, first.y);
         if (isUniform) {
-            pieces_.push_back({std::move(points), isChosen(first.x, first.y)});
+            pieces_.push_back({std::move(points), mapAt(first.x, first.y)});
             return;
         }
         const glm::ivec2 count = end - first;
@@ -185,7 +185,7 @@ private:
     const Triangle& triangle_;
     std::size_t chart_;
     const Tiles& tiles_;
-    const std::vector<std::uint8_t>& isChosen_;
+    const std::vector<std::uint8_t>& mapOf_;
     std::vector<Piece> pieces_;
 };
 
@@ -348,12 +348,12 @@ private:
 class MeshCutter {
 public:
     MeshCutter(const TriangleMesh& mesh, const std::vector<std::uint32_t>& chartOf, const Tiles& tiles, const glm::ivec2& size,
-               const std::vector<std::uint8_t>& isChosen, EdgePoints& edgePoints)
+               const std::vector<std::uint8_t>& mapOf, EdgePoints& edgePoints)
         : mesh_(mesh), position_(*mesh.find("POSITION")), uv_(*mesh.find("TEXCOORD_1")), size_(size) {
         for (std::size_t i = 0; i < mesh.triangleCount(); ++i) {
             const Triangle triangle = triangleAt(i);
-            std::vector<Piece> pieces = TriangleCutter(triangle, chartOf[triangle.vertices[0]], tiles, isChosen).cut();
-            isChosen_.push_back(pieces.front().isChosen ? 1 : 0);
+            std::vector<Piece> pieces = TriangleCutter(triangle, chartOf[triangle.vertices[0]], tiles, mapOf).cut();
+            maps_.push_back(pieces.front().map);
             if (pieces.size() == 1) continue;
             for (const Piece& piece : pieces)
                 for (const Point& point : piece.points)
@@ -362,18 +362,18 @@ public:
         }
     }
 
-    /// Returns the chosen triangles.
-    CutMesh chosen(const EdgePoints& edgePoints) const {
+    /// Returns the triangles of a map.
+    CutMesh trianglesOf(std::uint8_t map, const EdgePoints& edgePoints) const {
         MeshCollector collector(mesh_.vertexCount());
-        for (std::size_t i = 0; i < isChosen_.size(); ++i) {
+        for (std::size_t i = 0; i < maps_.size(); ++i) {
             const auto cut = pieces_.find(i);
-            if (cut == pieces_.end() && isChosen_[i] == 0) continue;
+            if (cut == pieces_.end() && maps_[i] != map) continue;
             const Triangle triangle = triangleAt(i);
-            const std::vector<Piece> whole = {{pointsOf(triangle), true}};
+            const std::vector<Piece> whole = {{pointsOf(triangle), map}};
             const std::vector<Piece>& pieces = cut != pieces_.end() ? cut->second : whole;
             PieceTriangles triangles(triangle, edgePoints, pieces, collector);
             for (const Piece& piece : pieces)
-                if (piece.isChosen) triangles.add(piece);
+                if (piece.map == map) triangles.add(piece);
         }
         return collector.finish();
     }
@@ -395,19 +395,19 @@ private:
     const MeshAttribute& uv_;
     glm::ivec2 size_;
     std::map<std::size_t, std::vector<Piece>> pieces_;  ///< of triangles that are cut
-    std::vector<std::uint8_t> isChosen_;                ///< of each triangle; of a cut one, its first piece
+    std::vector<std::uint8_t> maps_;                    ///< of each triangle; of a cut one, that of its first piece
 };
 
 }  // namespace
 
 std::vector<CutMesh> cutMeshes(std::span<const TriangleMesh* const> meshes, const ChartSet& charts, const Tiles& tiles,
-                               const glm::ivec2& size, const std::vector<std::uint8_t>& isChosen) {
+                               const glm::ivec2& size, const std::vector<std::uint8_t>& mapOf, std::uint8_t map) {
     EdgePoints edgePoints;
     std::vector<MeshCutter> cutters;
     cutters.reserve(meshes.size());
-    for (std::size_t i = 0; i < meshes.size(); ++i) cutters.emplace_back(*meshes[i], charts.ofVertex[i], tiles, size, isChosen, edgePoints);
+    for (std::size_t i = 0; i < meshes.size(); ++i) cutters.emplace_back(*meshes[i], charts.ofVertex[i], tiles, size, mapOf, edgePoints);
     std::vector<CutMesh> cut;
-    for (const MeshCutter& cutter : cutters) cut.push_back(cutter.chosen(edgePoints));
+    for (const MeshCutter& cutter : cutters) cut.push_back(cutter.trianglesOf(map, edgePoints));
     return cut;
 }
 

@@ -39,18 +39,18 @@ std::string_view kindOfAsset(const Scene& scene, const std::string& name) {
 /// Returns what is wrong with splitting the charts of a light map beside its other settings, or an empty text.
 std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
     const OutputSettings& output = scene.output;
-    const std::string fine = fineNameOf(entry.name);
-    if (const std::string_view kind = kindOfAsset(scene, fine); !kind.empty())
-        return fmt::format("found charts to split beside a {0} '{1}', expected another name for that one: '{1}' is the second map", kind,
-                           fine);
+    for (const std::string& name : splitNamesOf(entry.name))
+        if (const std::string_view kind = name == entry.name ? "" : kindOfAsset(scene, name); !kind.empty())
+            return fmt::format("found charts to split beside a {} '{}', expected another name for that one: a map of the split has it",
+                               kind, name);
     if (layoutAsked(output) != kAutoLayout || !(output.maxError || visibleLimit(output, entry.maxVisible)))
-        return fmt::format("found charts to split without a limit within which both maps get a layout, expected max_visible or max_error{}",
+        return fmt::format("found charts to split without a limit within which each map gets a layout, expected max_visible or max_error{}",
                            layoutAsked(output) == kAutoLayout ? "" : ", and light_map_layout = \"auto\" or none");
     if (output.cost != formats::LayoutCost::Bytes)
-        return fmt::format("found charts to split beside cost = \"{}\", expected cost = \"bytes\": two maps save bytes alone",
+        return fmt::format("found charts to split beside cost = \"{}\", expected cost = \"bytes\": more maps save bytes alone",
                            formats::info(output.cost).name);
     if (seamLimit(output, entry))
-        return "found charts to split beside max_seam, which does not see the edges between the two maps, expected charts = \"pack\" or no "
+        return "found charts to split beside max_seam, which does not see the edges between maps, expected charts = \"pack\" or no "
                "max_seam";
     return "";
 }

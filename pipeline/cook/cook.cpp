@@ -226,7 +226,7 @@ private:
         assets.insert(plan.undecided.begin(), plan.undecided.end());
         for (const LightMapEntry& entry : scene_.lightMaps)
             if (assets.contains(dominantNameOf(entry.name))) assets.insert(entry.name);
-        // The two parts of a split map have the same inputs: lint looks at them once, under the name in the scene.
+        // The parts of a split map have the same inputs: lint looks at them once, under the name in the scene.
         for (const LightMapEntry& entry : scene_.lightMaps)
             if (assets.contains(entry.name) && entry.name != entry.nameInScene()) {
                 assets.erase(entry.name);
@@ -424,7 +424,7 @@ private:
     Clock::time_point start_;
     std::string at_ = timeNow();
     Scene scene_;
-    const Scene asked_;  ///< as scene_ was before the cook put two maps in place of those that are split
+    const Scene asked_;  ///< as scene_ was before the cook put several maps in place of those that are split
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;

@@ -18,20 +18,28 @@ using formats::Result;
 /// A split that takes more than this many times its expected bytes has not got the layouts that were expected: the next one is tried.
 constexpr double kHeldExpectation = 1.05;
 
-/// Returns true if two maps of these bytes are smaller than one. Empty: no layout is within the limits.
+/// Returns true if the maps of a split, of these bytes, are smaller than one. Empty: no layout is within the limits.
 bool areSmaller(const std::optional<std::uint64_t>& bytes, const std::optional<std::uint64_t>& bytesOfOne) {
     return bytes && (!bytesOfOne || *bytes < *bytesOfOne);
 }
 
-/// Writes the report's note on a split: the share of the texels that has a map of its own, and the bytes of two maps and of one.
+/// Writes the report's note on a split: the share of the texels that the further maps have, and the bytes of all maps and of one.
 std::string splitWords(const LightMapEntry& entry, const TriedSplit& split, const std::optional<std::uint64_t>& bytes,
                        const std::optional<std::uint64_t>& bytesOfOne) {
     const auto size = [](const std::optional<std::uint64_t>& of) {
         return of ? fmt::format("{:.1f} KiB", static_cast<double>(*of) / 1024) : "no layout within the limits";
     };
-    const std::string maps = fmt::format("{:.1f} % of the texels in a map of their own: two maps take {}, one takes {}",
-                                         100 * split.fineShare, size(bytes), size(bytesOfOne));
-    return areSmaller(bytes, bytesOfOne) ? fmt::format("{}, '{}'", maps, fineNameOf(entry.name)) : fmt::format("no, {}", maps);
+    const auto names = splitNamesOf(entry.name);
+    const bool hasTwo = split.maps.size() == 2;
+    std::string shares, further;
+    for (std::size_t i = 1; i < split.maps.size(); ++i) {
+        shares += fmt::format("{}{:.1f}", i > 1 ? " and " : "", 100 * split.maps[i].share);
+        further += fmt::format(", '{}'", names[i]);
+    }
+    const std::string words =
+        fmt::format("{} % of the texels in {}: {} maps take {}, one takes {}", shares, hasTwo ? "a map of their own" : "maps of their own",
+                    hasTwo ? "two" : "three", size(bytes), size(bytesOfOne));
+    return areSmaller(bytes, bytesOfOne) ? words + further : "no, " + words;
 }
 
 }  // namespace
@@ -88,7 +96,7 @@ Result<Needs> MapPreparation::withContents(const Scene& packed, Needs needs) {
     return needs;
 }
 
-/// Puts two maps in place of each light map whose charts are to be split, where that takes fewer bytes.
+/// Puts two or three maps in place of each light map whose charts are to be split, where that takes fewer bytes.
 Result<void> MapPreparation::split(Scene& scene, const Needs& needs) {
     const Scene maps = onlyMapsToSplit(scene, options_);
     if (maps.lightMaps.empty()) return {};
@@ -114,7 +122,7 @@ Result<void> MapPreparation::split(Scene& scene, const Needs& needs) {
     return {};
 }
 
-/// Tries splits of a light map, and puts the two maps of the smallest in its place if they take fewer bytes than one.
+/// Tries splits of a light map, and puts the maps of the smallest in its place if they take fewer bytes than one.
 Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const LightMapEntry& entry, const SplitResult& found,
                                        const Needs& needs) {
     const ChartPacking packing = options_.packed.at(entry.name).bake.packing;
@@ -141,11 +149,11 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
     const std::vector<LightMapEntry> parts = partsOf(entry, *best, found.displayKey);
     const auto place = std::ranges::find(scene.lightMaps, entry.name, &LightMapEntry::name);
     *place = parts.front();
-    scene.lightMaps.insert(place + 1, parts.back());
+    scene.lightMaps.insert(place + 1, parts.begin() + 1, parts.end());
     return {};
 }
 
-/// Returns the GPU memory of both maps [bytes]. Empty: one has no layout within the limits.
+/// Returns the GPU memory of the maps of a split [bytes]. Empty: one has no layout within the limits.
 Result<std::optional<std::uint64_t>> MapPreparation::bytesOfParts(const Scene& parts, const Needs& needs) {
     const auto packed = pack(parts, packActions(parts), folder_ / "parts");
     if (!packed) return tl::make_unexpected(packed.error());

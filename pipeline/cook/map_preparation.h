@@ -1,4 +1,4 @@
-// The step of a cook between the materials and the plan: charts of light maps are packed anew, or split between two maps. What comes after
+// The step of a cook between the materials and the plan: charts of light maps are packed anew, or split between maps. What comes after
 // it takes the packed bakes and meshes as if the user had named them.
 #pragma once
 

@@ -29,15 +29,16 @@ std::uint64_t dominantBytes(const LightMapEntry& entry, formats::Target target, 
 
 }  // namespace
 
-std::string fineNameOf(const std::string& lightMap) {
-    return lightMap + "_fine";
+std::array<std::string, kMostMaps> splitNamesOf(const std::string& lightMap) {
+    return {lightMap, lightMap + "_fine", lightMap + "_finest"};
 }
 
 Scene onlyMapsToSplit(const Scene& scene, const PlanOptions& options) {
+    const TriedSplit any{0, std::vector<SplitMap>(kMostMaps), 0, 0};
     Scene split = scene;
     split.lightMaps.clear();
     for (const LightMapEntry& entry : scene.lightMaps) {
-        const std::vector<LightMapEntry> parts = isSplit(scene.output, entry) ? partsOf(entry, {}, 0) : std::vector{entry};
+        const std::vector<LightMapEntry> parts = isSplit(scene.output, entry) ? partsOf(entry, any, 0) : std::vector{entry};
         split.lightMaps.insert(split.lightMaps.end(), parts.begin(), parts.end());
     }
     std::set<std::string> wanted;
@@ -60,11 +61,13 @@ std::optional<Action> splitAction(const Scene& scene, const Needs& needs, const 
 }
 
 std::vector<LightMapEntry> partsOf(const LightMapEntry& lightMap, const TriedSplit& split, double displayKey) {
-    std::vector<LightMapEntry> parts(2, lightMap);
-    parts[1].name = fineNameOf(lightMap.name);
-    parts[0].part = ChartPart{lightMap.name, split.tileSide, split.tiles};
-    parts[1].part = ChartPart{lightMap.name, split.tileSide, split.fineTiles};
-    for (LightMapEntry& part : parts) {
+    const auto names = splitNamesOf(lightMap.name);
+    std::vector<LightMapEntry> parts(split.maps.size(), lightMap);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        LightMapEntry& part = parts[i];
+        part.name = names[i];
+        part.part = ChartPart{lightMap.name, split.tileSide, split.maps[i].tiles};
+        if (split.tileSide > 0 && parts.size() == 3) part.part->otherTiles = split.maps[i == 2 ? 1 : 2].tiles;
         part.charts.mode = ChartMode::Pack;
         if (displayKey > 0) part.white = displayKey / lighting::kKeyOfDiffuseWhite;
     }

@@ -1,10 +1,12 @@
-// Light maps whose charts a cook may split between two maps (pipeline/assets/light_map/chart_split.h): the actions that choose a split and
-// try it, and the two maps as the rest of the cook takes them.
+// Light maps whose charts a cook may split between maps (pipeline/assets/light_map/chart_split.h): the actions that choose a split and try
+// it, and the maps as the rest of the cook takes them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "pipeline/assets/light_map/chart_split.h"
 #include "pipeline/cook/plan.h"
@@ -14,8 +16,8 @@
 
 namespace lightcook::pipeline {
 
-/// Returns the name of the map of the tiles that need a finer layout.
-std::string fineNameOf(const std::string& lightMap);
+/// Returns the names that the maps of a split may have, that of the coarsest first.
+std::array<std::string, kMostMaps> splitNamesOf(const std::string& lightMap);
 
 /// Returns the light maps to split, as far as the options want one of their maps, with the settings of the scene and no other assets.
 Scene onlyMapsToSplit(const Scene& scene, const PlanOptions& options);
@@ -27,10 +29,10 @@ Scene onlyMapsToSplit(const Scene& scene, const PlanOptions& options);
 std::optional<Action> splitAction(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const PackedLightMap& packed,
                                   bool repair);
 
-/// Returns the two maps of a split. The light map is one of the scene.
+/// Returns the maps of a split. The light map is one of the scene.
 std::vector<LightMapEntry> partsOf(const LightMapEntry& lightMap, const TriedSplit& split, double displayKey);
 
-/// Returns the trial of one of the two maps. Empty where its layout is not chosen.
+/// Returns the trial of one of the maps. Empty where its layout is not chosen.
 std::optional<Action> partTrial(const Scene& scene, const Needs& needs, const LightMapEntry& entry, bool repair);
 
 /// Returns the GPU memory of the smallest layout of a trial within the limits of its map, with that of the dominant light [bytes]. Empty:

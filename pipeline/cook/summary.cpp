@@ -41,11 +41,11 @@ std::string lightMapOf(const CookedAsset& asset) {
     return asset.kind == AssetKind::LightMap ? asset.name : asset.lightMap.value_or("");
 }
 
-/// Returns true if an asset belongs to a light map that a plan cooks, or to the second map that one had with other `charts`.
+/// Returns true if an asset belongs to a light map that a plan cooks, or to a further map that one had with other `charts`.
 bool isOfCookedMap(const Plan& plan, const CookedAsset& asset) {
     const std::string map = lightMapOf(asset);
-    const auto isSecondOf = [&](const std::string& cooked) { return fineNameOf(cooked) == map; };
-    return isPlanned(plan, map) || (!plan.unwanted.contains(map) && std::ranges::any_of(plan.assets, isSecondOf));
+    const auto isMapOf = [&](const std::string& cooked) { return std::ranges::count(splitNamesOf(cooked), map) > 0; };
+    return isPlanned(plan, map) || (!plan.unwanted.contains(map) && std::ranges::any_of(plan.assets, isMapOf));
 }
 
 /// Returns true if a cook leaves an asset of an earlier one in the folder. It removes what no longer belongs to a light map that it cooks.
@@ -131,12 +131,12 @@ std::string packingWords(const ChartPacking& packing, bool isPart, const CookedA
 void describeSources(const PackedLightMap& packed, const CookedAsset& asset, ReportRow& row) {
     const std::string role = row.kind == AssetKind::Mesh ? "mesh" : "source";
     row.bytesIn = 0;
-    // Two maps of one bake: the first of them counts it.
-    const bool isSecondPart = packed.bake.part && packed.bake.part->of != lightMapOf(asset);
+    // Several maps of one bake: the first of them counts it.
+    const bool isFurtherPart = packed.bake.part && packed.bake.part->of != lightMapOf(asset);
     for (const auto& [name, file] : packed.sources) {
         std::error_code code;
         const auto bytes = std::filesystem::file_size(file, code);
-        if (!isSecondPart && name.starts_with(role) && !code) row.bytesIn += bytes;
+        if (!isFurtherPart && name.starts_with(role) && !code) row.bytesIn += bytes;
     }
     if (row.kind == AssetKind::Mesh) return;
     if (!row.notes) row.notes = Json::object();

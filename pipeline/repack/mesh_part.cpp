@@ -21,16 +21,20 @@ Result<MeshPart> partOf(const formats::GltfScene& scene, const std::string& file
     auto charts = chartsOf(scene, file, size);
     if (!charts) return tl::make_unexpected(charts.error());
     atlas::Tiles tiles(atlas::boxesOf(charts->charts), part.tileSide);
-    std::vector<std::uint8_t> isChosen(static_cast<std::size_t>(tiles.count()), 0);
-    for (const int tile : part.tiles) {
-        if (tile < 0 || tile >= tiles.count())
-            return formats::failure(
-                formats::ErrorCode::Verification, file,
-                fmt::format("found {} tiles of charts, expected one of number {}: cook the scene again", tiles.count(), tile));
-        isChosen[static_cast<std::size_t>(tile)] = 1;
-    }
-    auto cut = scene.part({atlas::cutMeshes(scene.triangleMeshes(), *charts, tiles, size, isChosen), hasLines});
+    constexpr std::uint8_t kRest = 0, kOwn = 1, kOther = 2;
+    std::vector<std::uint8_t> mapOf(static_cast<std::size_t>(tiles.count()), kRest);
+    for (const auto& [map, numbers] : {std::pair(kOwn, &part.tiles), std::pair(kOther, &part.otherTiles)})
+        for (const int tile : *numbers) {
+            if (tile < 0 || tile >= tiles.count())
+                return formats::failure(
+                    formats::ErrorCode::Verification, file,
+                    fmt::format("found {} tiles of charts, expected one of number {}: cook the scene again", tiles.count(), tile));
+            mapOf[static_cast<std::size_t>(tile)] = map;
+        }
+    auto cut = scene.part({atlas::cutMeshes(scene.triangleMeshes(), *charts, tiles, size, mapOf, kOwn), hasLines});
     if (!cut) return tl::make_unexpected(cut.error());
+    std::vector<std::uint8_t> isChosen;
+    for (const std::uint8_t map : mapOf) isChosen.push_back(map == kOwn ? 1 : 0);
     return MeshPart{std::move(*cut), std::move(*charts), std::move(tiles), std::move(isChosen)};
 }
 

@@ -49,6 +49,8 @@ void describe(Fields& fields, Self& part) {
     fields.required(
         "tiles", part.tiles,
         "tiles that this map has, numbered from 0. Charts come in the order of their first triangles, tiles of a chart row by row");
+    fields.presentIf(!part.otherTiles.empty(), "other_tiles", part.otherTiles,
+                     "with three maps: tiles that one of the other two has; the third one has the rest");
 }
 
 struct UnpackedBake {
@@ -62,7 +64,7 @@ void describe(Fields& fields, Self& bake) {
     fields.required("description", bake.description, "conventions of the bake");
     fields.required("packing", bake.packing, "how its charts were packed");
     fields.required("places", bake.places, "of each chart: texels of the bake for each texel in x and y, and x and y of its first texel");
-    fields.optional("part", bake.part, "what this map has, where charts were split between two maps; absent: all charts");
+    fields.optional("part", bake.part, "what this map has, where charts were split between maps; absent: all charts");
 }
 
 /// The parameter of a verification, beside those of the asset's kind. Absent: no charts were packed.

@@ -40,7 +40,7 @@ constexpr std::array kStages = {
 constexpr std::array kNotes = {
     Caption{note_keys::kCoveredTexels, "Texels inside charts"},
     Caption{note_keys::kPacking, "Charts packed anew"},
-    Caption{note_keys::kSplit, "Charts split between two maps"},
+    Caption{note_keys::kSplit, "Charts split between maps"},
     Caption{note_keys::kUnreadTexels, "Texels inside charts that no triangle reads: left out of the packed map"},
     Caption{note_keys::kUnreadLevels, "Largest levels that no material is smooth enough to read"},
     Caption{note_keys::kUnreadBytes, "Memory of these levels [bytes]"},

@@ -1,4 +1,4 @@
-// Choices for the charts of a light map: kept, packed, or split between two maps. One table, from which scene file, command line and
+// Choices for the charts of a light map: kept, packed, or split between maps. One table, from which scene file, command line and
 // documents derive.
 #pragma once
 
@@ -21,9 +21,10 @@ struct ChartModeInfo {
 inline constexpr std::array kChartModes = {
     ChartModeInfo{ChartMode::Keep, "keep", "the light-map UVs of the mesh stay as they are"},
     ChartModeInfo{ChartMode::Pack, "pack", "charts are packed anew, and the cooked mesh gets the UVs that go with it"},
-    ChartModeInfo{ChartMode::Split, "split",
-                  "charts are packed anew into two maps, each with a mesh and the smallest layout of its own, where that takes fewer bytes "
-                  "than one"},
+    ChartModeInfo{
+        ChartMode::Split, "split",
+        "charts are packed anew into two or three maps, each with a mesh and the smallest layout of its own, where that takes fewer bytes "
+        "than one"},
 };
 static_assert(formats::isCompleteTable(kChartModes, ChartMode::Split));
 

@@ -56,7 +56,7 @@ const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightM
 bool hasMips(const OutputSettings& output, const LightMapEntry& entry);
 /// Returns true if the charts of a light map are packed anew, into one map or two.
 bool isPacked(const OutputSettings& output, const LightMapEntry& entry);
-/// Returns true if the charts of a light map are split between two maps where that takes fewer bytes.
+/// Returns true if the charts of a light map are split between maps where that takes fewer bytes.
 bool isSplit(const OutputSettings& output, const LightMapEntry& entry);
 /// Returns the visible error that fewer texels of its charts may add.
 double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry);

@@ -115,7 +115,7 @@ public:
         if (!description) return tl::make_unexpected(description.error());
         const auto unpacked = unpackedBakeOf(asset);
         if (!unpacked) return tl::make_unexpected(unpacked.error());
-        if (*unpacked) description->constantOf = {};  // may be true of one of two maps alone
+        if (*unpacked) description->constantOf = {};  // may be true of one map of a split alone
         if (const auto config = sources->find(kColorConfigRole); config != sources->end()) description->colors.config = config->second;
         const Action action = verifyAction(asset.name, asset.kind, *sources, asset.verify.value_or(Json::object()));
         const ActionContext context{action, folder_, cooked_, {}, shared_, state_};

@@ -75,16 +75,17 @@ const CandidateByGroup& cheapestFor(std::span<const CandidateByGroup> candidates
     return best != nullptr ? *best : *std::ranges::max_element(candidates, {}, bitsOf);
 }
 
-/// Returns the groups in the order in which they are left out: those first that take the candidate furthest from the limits.
-std::vector<std::size_t> orderOfLeavingOut(const CandidateByGroup& candidate, std::span<const std::int64_t> texels,
-                                           const SplitJudge& judge) {
-    std::vector<std::size_t> order(texels.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const ShadedSums whole = sumOf(candidate.sums, order);
-    std::vector<double> excess;
-    for (const std::size_t group : order)
-        excess.push_back(judge.excess(candidate.sums[group], whole) / static_cast<double>(std::max<std::int64_t>(texels[group], 1)));
-    std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t group) { return excess[group]; });
+/// Returns some groups in the order in which they are left out: those first that take the candidate furthest from the limits.
+std::vector<std::size_t> orderOfLeavingOut(const CandidateByGroup& candidate, std::span<const std::size_t> groups,
+                                           std::span<const std::int64_t> texels, const SplitJudge& judge) {
+    const ShadedSums whole = sumOf(candidate.sums, groups);
+    std::vector<std::pair<double, std::size_t>> excess;  // of each group
+    for (const std::size_t group : groups)
+        excess.emplace_back(judge.excess(candidate.sums[group], whole) / static_cast<double>(std::max<std::int64_t>(texels[group], 1)),
+                            group);
+    std::ranges::sort(excess, [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
+    std::vector<std::size_t> order;
+    for (const auto& each : excess) order.push_back(each.second);
     return order;
 }
 
@@ -110,11 +111,97 @@ std::optional<std::size_t> fewestLeftOut(const std::vector<std::uint8_t>& restKe
     return std::nullopt;
 }
 
-std::int64_t sumOf(std::span<const std::int64_t> texels, std::span<const std::size_t> groups) {
+double sumOf(std::span<const std::int64_t> texels, std::span<const std::size_t> groups) {
     std::int64_t sum = 0;
     for (const std::size_t group : groups) sum += texels[group];
-    return sum;
+    return static_cast<double>(sum);
 }
+
+/// Groups divided among maps, and the memory of all their texels [bits].
+struct Division {
+    double bits;
+    std::vector<SplitPart> parts;
+};
+
+/// Searches for the division of fewest bits.
+class SplitSearch {
+public:
+    /// texels   of each group
+    /// padding  texels of a finer map for each texel of its groups
+    SplitSearch(std::span<const CandidateByGroup> candidates, std::span<const std::int64_t> texels, const SplitJudge& judge, double padding)
+        : texels_(texels), judge_(judge), padding_(padding) {
+        for (const CandidateByGroup& each : candidates) candidates_.push_back(&each);
+        std::ranges::stable_sort(candidates_, {}, [](const CandidateByGroup* each) { return bitsOf(*each); });
+    }
+
+    /// Returns the best division into two maps that takes less than some bits. Empty: there is none.
+    std::optional<Division> inTwo(std::span<const std::size_t> groups, double limit) const { return inTwo(groups, 0, 1, limit); }
+
+    /// The same with three maps.
+    std::optional<Division> inThree(std::span<const std::size_t> groups, double limit) const {
+        std::optional<Division> best;
+        for (std::size_t coarse = 0; coarse + 2 < candidates_.size(); ++coarse) {
+            const CandidateByGroup& candidate = *candidates_[coarse];
+            if (bitsOf(candidate) * sumOf(texels_, groups) >= limit) break;
+            const std::vector<std::size_t> order = orderOfLeavingOut(candidate, groups, texels_, judge_);
+            const std::vector<std::uint8_t> restKeeps = keepsFirst(candidate, std::vector(order.rbegin(), order.rend()), judge_);
+            const std::size_t step = std::max<std::size_t>(1, groups.size() / kCountsTried);
+            std::size_t count = 2;
+            while (count < groups.size() && restKeeps[groups.size() - count] == 0) ++count;
+            for (; count < groups.size(); count += step) {
+                if (restKeeps[groups.size() - count] == 0) continue;
+                const auto moved = std::span(order).first(count), rest = std::span(order).subspan(count);
+                const double restBits = bitsOf(candidate) * sumOf(texels_, rest);
+                if (restBits + padding_ * bitsOf(*candidates_[coarse + 1]) * sumOf(texels_, moved) >= limit) break;
+                auto finer = inTwo(moved, coarse + 1, padding_, limit - restBits);
+                if (!finer) continue;
+                limit = restBits + finer->bits;
+                finer->parts.insert(finer->parts.begin(), partOf(candidate, rest));
+                best = Division{limit, std::move(finer->parts)};
+            }
+        }
+        return best;
+    }
+
+private:
+    /// Numbers of groups, evenly spread, that are moved from the coarsest of three maps.
+    static constexpr std::size_t kCountsTried = 32;
+
+    static SplitPart partOf(const CandidateByGroup& candidate, std::span<const std::size_t> groups) {
+        return {candidate.whole.layout, {groups.begin(), groups.end()}};
+    }
+
+    /// first          index of the coarsest candidate
+    /// coarsePadding  padding of the map with the coarser layout
+    std::optional<Division> inTwo(std::span<const std::size_t> groups, std::size_t first, double coarsePadding, double limit) const {
+        std::optional<Division> best;
+        const double texels = sumOf(texels_, groups);
+        for (std::size_t coarse = first; coarse < candidates_.size(); ++coarse) {
+            const CandidateByGroup& candidate = *candidates_[coarse];
+            if (coarsePadding * bitsOf(candidate) * texels >= limit) break;
+            const std::vector<std::size_t> order = orderOfLeavingOut(candidate, groups, texels_, judge_);
+            const std::vector<std::uint8_t> restKeeps = keepsFirst(candidate, std::vector(order.rbegin(), order.rend()), judge_);
+            for (std::size_t fine = coarse + 1; fine < candidates_.size(); ++fine) {
+                const CandidateByGroup& other = *candidates_[fine];
+                if (bitsOf(other) <= bitsOf(candidate)) continue;
+                const auto count = fewestLeftOut(restKeeps, keepsFirst(other, order, judge_));
+                if (!count) continue;
+                const auto moved = std::span(order).first(*count), rest = std::span(order).subspan(*count);
+                const double bits =
+                    coarsePadding * bitsOf(candidate) * sumOf(texels_, rest) + padding_ * bitsOf(other) * sumOf(texels_, moved);
+                if (bits >= limit) continue;
+                limit = bits;
+                best = Division{bits, {partOf(candidate, rest), partOf(other, moved)}};
+            }
+        }
+        return best;
+    }
+
+    std::vector<const CandidateByGroup*> candidates_;  ///< by bits
+    std::span<const std::int64_t> texels_;
+    const SplitJudge& judge_;
+    double padding_;
+};
 
 /// Returns true if the charts of a packed map lie where they were packed, in the order that they have in the bake. The first texel of a
 /// chart with fewer texels may come out one lower: it is found with a tolerance in texels, which are larger there.
@@ -170,9 +257,9 @@ struct SplitChoice {
     const SplitParameters& parameters;
 };
 
-/// Gives tiles without texels the choice of the nearest tile of their chart that has some, so that no triangle is cut between them.
-void fillUnmeasured(const SplitChoice& choice, std::vector<std::uint8_t>& isFine) {
-    std::vector<std::uint8_t> isKnown(isFine.size(), 0);
+/// Gives tiles without texels the map of the nearest tile of their chart that has some, so that no triangle is cut between them.
+void fillUnmeasured(const SplitChoice& choice, std::vector<std::uint8_t>& mapOf) {
+    std::vector<std::uint8_t> isKnown(mapOf.size(), 0);
     for (const TileGroup& group : choice.groups)
         for (const int tile : group.tiles) isKnown[static_cast<std::size_t>(tile)] = 1;
     for (std::size_t chart = 0; chart < choice.tiles.chartCount(); ++chart) {
@@ -187,10 +274,32 @@ void fillUnmeasured(const SplitChoice& choice, std::vector<std::uint8_t>& isFine
                 const glm::ivec2 next = known.front() + step;
                 if (next.x < 0 || next.y < 0 || next.x >= grid.x || next.y >= grid.y || isKnown[tileAt(next)] != 0) continue;
                 isKnown[tileAt(next)] = 1;
-                isFine[tileAt(next)] = isFine[tileAt(known.front())];
+                mapOf[tileAt(next)] = mapOf[tileAt(known.front())];
                 known.push_back(next);
             }
     }
+}
+
+/// Adds a split, unless it divides the tiles as another one does.
+/// texels  of each set of the grouping
+void addSplit(const SplitChoice& choice, const Grouping& grouping, const ChartSplit& split, std::span<const std::int64_t> texels,
+              std::vector<TriedSplit>& splits) {
+    TriedSplit made{choice.tiles.side(), {}, split.bits, split.bitsOfOne};
+    std::vector<std::uint8_t> mapOf(static_cast<std::size_t>(choice.tiles.count()), 0);
+    const auto all = static_cast<double>(std::accumulate(texels.begin(), texels.end(), std::int64_t{0}));
+    for (std::size_t map = 0; map < split.parts.size(); ++map) {
+        const SplitPart& part = split.parts[map];
+        made.maps.push_back({part.layout, {}, sumOf(texels, part.groups) / all});
+        for (const std::size_t set : part.groups)
+            for (const std::size_t group : grouping[set])
+                for (const int tile : choice.groups[group].tiles) mapOf[static_cast<std::size_t>(tile)] = static_cast<std::uint8_t>(map);
+    }
+    fillUnmeasured(choice, mapOf);
+    for (std::size_t tile = 0; tile < mapOf.size(); ++tile) made.maps[mapOf[tile]].tiles.push_back(static_cast<int>(tile));
+    const auto isSame = [&](const TriedSplit& other) {
+        return std::ranges::equal(other.maps, made.maps, {}, &SplitMap::tiles, &SplitMap::tiles);
+    };
+    if (std::ranges::none_of(splits, isSame)) splits.push_back(std::move(made));
 }
 
 /// Adds the splits of a grouping that are expected to take fewer bits than one map.
@@ -203,52 +312,35 @@ void addSplits(const SplitChoice& choice, const Grouping& grouping, double paddi
         for (const std::size_t group : members) sum += choice.groups[group].texels;
         for (std::size_t i = 0; i < candidates.size(); ++i) candidates[i].sums.push_back(sumOf(choice.candidates[i].sums, members));
     }
-    for (const double share : kSplitShares) {
-        const SplitLimits limits{choice.parameters.maxError, choice.parameters.maxVisible, share};
-        const ChartSplit split = chooseSplit(candidates, texels, limits, padding);
-        if (split.fine.empty()) continue;
-        std::vector<std::uint8_t> isFine(static_cast<std::size_t>(choice.tiles.count()), 0);
-        for (const std::size_t set : split.fine)
-            for (const std::size_t group : grouping[set])
-                for (const int tile : choice.groups[group].tiles) isFine[static_cast<std::size_t>(tile)] = 1;
-        fillUnmeasured(choice, isFine);
-        TriedSplit made{choice.tiles.side(), {}, {}, split.layout, split.fineLayout, split.bits, split.bitsOfOne, 0};
-        for (std::size_t tile = 0; tile < isFine.size(); ++tile)
-            (isFine[tile] != 0 ? made.fineTiles : made.tiles).push_back(static_cast<int>(tile));
-        const auto all = static_cast<double>(std::accumulate(texels.begin(), texels.end(), std::int64_t{0}));
-        made.fineShare = static_cast<double>(sumOf(texels, split.fine)) / all;
-        if (std::ranges::find(splits, made.fineTiles, &TriedSplit::fineTiles) == splits.end()) splits.push_back(std::move(made));
-    }
+    for (const double share : kSplitShares)
+        for (std::size_t mostMaps = 2; mostMaps <= kMostMaps; ++mostMaps) {
+            const SplitLimits limits{choice.parameters.maxError, choice.parameters.maxVisible, share};
+            const ChartSplit split = chooseSplit(candidates, texels, limits, padding, mostMaps);
+            if (split.parts.size() == mostMaps) addSplit(choice, grouping, split, texels, splits);
+        }
 }
 
 }  // namespace
 
 ChartSplit chooseSplit(std::span<const CandidateByGroup> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits,
-                       double padding) {
+                       double padding, std::size_t mostMaps) {
     ChartSplit best;
     if (candidates.empty() || texels.empty()) return best;
-    const SplitJudge judge(limits);
     std::vector<std::size_t> all(texels.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
     SplitLimits whole = limits;
     whole.share = 1;
     const CandidateByGroup& one = cheapestFor(candidates, all, SplitJudge(whole));
-    best.layout = best.fineLayout = one.whole.layout;
     best.bits = best.bitsOfOne = bitsOf(one);
-    const auto total = static_cast<double>(std::max<std::int64_t>(sumOf(texels, all), 1));
-    for (const CandidateByGroup& each : candidates) {
-        if (bitsOf(each) >= bitsOf(one)) continue;
-        const std::vector<std::size_t> order = orderOfLeavingOut(each, texels, judge);
-        const std::vector<std::uint8_t> restKeeps = keepsFirst(each, std::vector(order.rbegin(), order.rend()), judge);
-        for (const CandidateByGroup& other : candidates) {
-            if (bitsOf(other) <= bitsOf(each)) continue;
-            const auto count = fewestLeftOut(restKeeps, keepsFirst(other, order, judge));
-            if (!count) continue;
-            const std::span<const std::size_t> fine = std::span(order).first(*count);
-            const double share = static_cast<double>(sumOf(texels, fine)) / total;
-            const double bits = (1 - share) * bitsOf(each) + padding * share * bitsOf(other);
-            if (bits >= best.bits || bits > (1 - kLeastSplitSaving) * best.bitsOfOne) continue;
-            best = {each.whole.layout, other.whole.layout, bits, best.bitsOfOne, {fine.begin(), fine.end()}};
+    best.parts = {{one.whole.layout, all}};
+    const double total = std::max(sumOf(texels, all), 1.0);
+    const SplitJudge judge(limits);
+    const SplitSearch search(candidates, texels, judge, padding);
+    for (std::size_t maps = 2; maps <= mostMaps; ++maps) {
+        const double limit = (1 - kLeastSplitSaving) * best.bits * total;
+        if (auto found = maps == 2 ? search.inTwo(all, limit) : search.inThree(all, limit)) {
+            best.parts = std::move(found->parts);
+            best.bits = found->bits / total;
         }
     }
     return best;

@@ -1,4 +1,4 @@
-// Charts of a light map split between two maps, so that the places which need a fine layout do not make all others take it.
+// Charts of a light map split between two or three maps, so that the places which need a fine layout do not make all others take it.
 //
 // Along the edge of a shadow a learned layout may be far off where its error is invisible elsewhere. One layout for the map is the one that
 // its worst places need.
@@ -7,8 +7,11 @@
 //   3. Tiles are moved to the fine map in that order, until the rest keeps the limits with the coarse layout and the moved tiles keep them
 //      with a finer one: the fewest tiles for each pair of a coarse and a fine layout. With more, the fine layout only takes more bits.
 //   4. The pair with the fewest bits is the split, if it saves at least kLeastSplitSaving.
+//   5. For three maps, the tiles moved from the coarsest layout are divided between two layouts in the same way, for several numbers of
+//      them: with more tiles than the first layout has to lose, the second one has fewer errors in the mean. A third map has to save as
+//      much as the second.
 // This is repeated for each of kSplitShares, and with whole charts in place of tiles: they need no texels beside a cut. The cook tries and
-// cooks each of the two maps as any other.
+// cooks each of the maps as any other.
 #pragma once
 
 #include <array>
@@ -22,20 +25,27 @@
 
 namespace lightcook::pipeline {
 
-/// Limits that both maps keep.
+/// Limits that each of the maps keeps.
 struct SplitLimits {
     double maxError = 0;               ///< on rel_rms
     std::optional<double> maxVisible;  ///< on the 99th percentile of visible errors
     double share = 1;                  ///< part of each limit that the choice uses
 };
 
-struct ChartSplit {
-    std::string layout, fineLayout;  ///< that the choice expects: of the groups that stay, and of the others
-    double bits = 0, bitsOfOne = 0;  ///< of a texel in the mean, and with one layout for all charts
-    std::vector<std::size_t> fine;   ///< groups of tiles that a finer layout gets; empty: one map is as small
+/// The groups of tiles of one map.
+struct SplitPart {
+    std::string layout;  ///< that the choice expects
+    std::vector<std::size_t> groups;
 };
 
-/// Least part of the bits that a split has to save: two maps have more borders of blocks and more tables than one.
+struct ChartSplit {
+    std::vector<SplitPart> parts;    ///< the one with the coarsest layout first; one part: no split takes fewer bits
+    double bits = 0, bitsOfOne = 0;  ///< of a texel in the mean, and with one layout for all charts
+};
+
+/// Most maps that a split makes.
+inline constexpr std::size_t kMostMaps = 3;
+/// Least part of the bits that a further map has to save: it has borders of blocks and tables of its own.
 inline constexpr double kLeastSplitSaving = 0.03;
 /// Shares of the limits that are tried, one after the other: learned layouts are fitted anew to the charts of each map, and blocks at rims
 /// differ.
@@ -43,15 +53,16 @@ inline constexpr std::array kSplitShares = {1.0, 0.9, 0.75, 0.5};
 
 /// Side of the tiles that charts are cut into [texels].
 inline constexpr int kTileSide = 32;
-/// Texels of the fine map for each texel of its tiles: filters read a texel beyond a cut, and charts begin at corners of blocks.
+/// Texels of a finer map for each texel of its tiles: filters read a texel beyond a cut, and charts begin at corners of blocks.
 inline constexpr double kTilePadding = 1.2;
 
 /// Chooses the split of least bits.
 /// candidates  layouts that may be chosen
 /// texels      of each group
-/// padding     texels of the fine map for each texel of its groups
+/// padding     texels of a finer map for each texel of its groups
+/// mostMaps    2 or 3
 ChartSplit chooseSplit(std::span<const CandidateByGroup> candidates, std::span<const std::int64_t> texels, const SplitLimits& limits,
-                       double padding);
+                       double padding, std::size_t mostMaps);
 
 /// Parameters of action "split-charts". Its inputs are "source" and "mesh": a map and its mesh whose charts were packed.
 struct SplitParameters {
@@ -69,29 +80,36 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("boxes", parameters.boxes, "boxes of the charts in the bake");
 }
 
-/// A split with the tiles of both maps.
+/// One of the maps of a split.
+struct SplitMap {
+    std::string layout;      ///< that the choice expects
+    std::vector<int> tiles;  ///< see ChartPart
+    double share = 0;        ///< part of the texels that it has
+};
+template <class Fields, Is<SplitMap> Self>
+void describe(Fields& fields, Self& map) {
+    fields.required("layout", map.layout, "expected layout");
+    fields.required("tiles", map.tiles, "tiles of the map");
+    fields.required("share", map.share, "part of the texels that it has");
+}
+
+/// A split with the tiles of its maps.
 struct TriedSplit {
-    int tileSide = 0;                   ///< see ChartPart
-    std::vector<int> tiles, fineTiles;  ///< see ChartPart
-    std::string layout, fineLayout;
+    int tileSide = 0;                ///< see ChartPart
+    std::vector<SplitMap> maps;      ///< the coarsest first
     double bits = 0, bitsOfOne = 0;  ///< see ChartSplit
-    double fineShare = 0;            ///< part of the texels that the fine map has
 };
 template <class Fields, Is<TriedSplit> Self>
 void describe(Fields& fields, Self& split) {
     fields.required("tile_side", split.tileSide, "side of the tiles [texels]; 0: whole charts");
-    fields.required("tiles", split.tiles, "tiles that stay");
-    fields.required("fine_tiles", split.fineTiles, "tiles that get a map of their own");
-    fields.required("layout", split.layout, "layout expected for the tiles that stay");
-    fields.required("fine_layout", split.fineLayout, "layout expected for the others");
+    fields.required("maps", split.maps, "maps, the coarsest first");
     fields.required("bits", split.bits, "expected memory of a texel [bits]");
     fields.required("bits_of_one", split.bitsOfOne, "that of one map [bits]");
-    fields.required("fine_share", split.fineShare, "part of the texels that the fine map has");
 }
 
 struct SplitResult {
     std::vector<TriedSplit> splits;  ///< those that are expected to take fewer bits than one map, the smallest first
-    double displayKey = 0;           ///< of all charts (verify::LightMapKey): both maps are shown on the display of the whole
+    double displayKey = 0;           ///< of all charts (verify::LightMapKey): its maps are shown on the display of the whole
     TrialResult one;                 ///< the trial of one map with all charts
 };
 template <class Fields, Is<SplitResult> Self>

@@ -20,6 +20,7 @@ using formats::TriangleMesh;
 
 constexpr int kMapSide = 256;
 constexpr int kTile = 16;
+constexpr std::uint8_t kMaps = 3;
 
 MeshAttribute attributeOf(const std::string& semantic, int components, const std::vector<float>& values) {
     MeshAttribute attribute;
@@ -83,21 +84,25 @@ struct Cube {
         Tiles tiles(boxesOf(charts->charts), kTile);
         return {std::move(meshes), std::move(pointers), std::move(*charts), std::move(tiles)};
     }
-    std::vector<CutMesh> cut(const std::vector<std::uint8_t>& isChosen) const {
-        return cutMeshes(pointers, charts, tiles, glm::ivec2(kMapSide), isChosen);
+    std::vector<CutMesh> cut(const std::vector<std::uint8_t>& mapOf, std::uint8_t map) const {
+        return cutMeshes(pointers, charts, tiles, glm::ivec2(kMapSide), mapOf, map);
     }
-    std::vector<std::uint8_t> randomChoice(std::uint32_t seed) const {
+    /// Returns the triangles of the tiles of all maps.
+    std::vector<std::vector<CutMesh>> cutAll(const std::vector<std::uint8_t>& mapOf) const {
+        std::vector<std::vector<CutMesh>> parts;
+        for (std::uint8_t map = 0; map < kMaps; ++map) parts.push_back(cut(mapOf, map));
+        return parts;
+    }
+    std::vector<std::uint8_t> randomMaps(std::uint32_t seed) const {
         std::mt19937 random(seed);
-        std::vector<std::uint8_t> isChosen;
-        for (int i = 0; i < tiles.count(); ++i) isChosen.push_back(random() % 3 == 0 ? 1 : 0);
-        return isChosen;
+        std::vector<std::uint8_t> mapOf;
+        for (int i = 0; i < tiles.count(); ++i) mapOf.push_back(static_cast<std::uint8_t>(random() % kMaps));
+        return mapOf;
+    }
+    std::vector<std::uint8_t> allIn(std::uint8_t map) const {
+        return std::vector<std::uint8_t>(static_cast<std::size_t>(tiles.count()), map);
     }
 };
-
-std::vector<std::uint8_t> othersThan(std::vector<std::uint8_t> isChosen) {
-    for (std::uint8_t& each : isChosen) each = 1 - each;
-    return isChosen;
-}
 
 glm::dvec3 valueAt(const MeshAttribute& attribute, const formats::CutVertex& vertex) {
     glm::dvec3 sum(0);
@@ -127,7 +132,7 @@ double areaOf(const Cube& cube, const std::vector<CutMesh>& cut, const char* sem
 
 TEST(MeshCut, AllTilesAreTheMeshAsItWas) {
     const Cube cube = Cube::of(5);
-    const auto cut = cube.cut(std::vector<std::uint8_t>(static_cast<std::size_t>(cube.tiles.count()), 1));
+    const auto cut = cube.cut(cube.allIn(1), 1);
     for (std::size_t mesh = 0; mesh < 6; ++mesh) {
         EXPECT_EQ(cut[mesh].indices, cube.meshes[mesh].indices);
         ASSERT_EQ(cut[mesh].vertices.size(), cube.meshes[mesh].vertexCount());
@@ -136,22 +141,25 @@ TEST(MeshCut, AllTilesAreTheMeshAsItWas) {
             EXPECT_EQ(cut[mesh].vertices[i].weight, (std::array<double, 3>{1, 0, 0}));
         }
     }
-    for (const CutMesh& none : cube.cut(std::vector<std::uint8_t>(static_cast<std::size_t>(cube.tiles.count()), 0))) {
+    for (const CutMesh& none : cube.cut(cube.allIn(0), 1)) {
         EXPECT_TRUE(none.indices.empty());
         EXPECT_TRUE(none.vertices.empty());
     }
 }
 
-TEST(MeshCut, BothPartsTogetherHaveTheWholeArea) {
+TEST(MeshCut, AllPartsTogetherHaveTheWholeArea) {
     for (const int n : {1, 2, 7}) {
         const Cube cube = Cube::of(n);
-        const auto whole = cube.cut(std::vector<std::uint8_t>(static_cast<std::size_t>(cube.tiles.count()), 1));
+        const auto whole = cube.cut(cube.allIn(1), 1);
         for (std::uint32_t seed = 0; seed < 8; ++seed) {
-            const auto isChosen = cube.randomChoice(seed);
-            const auto part = cube.cut(isChosen), rest = cube.cut(othersThan(isChosen));
-            EXPECT_NEAR(areaOf(cube, part, "POSITION") + areaOf(cube, rest, "POSITION"), 6, 1e-6);
-            EXPECT_NEAR(areaOf(cube, part, "TEXCOORD_1") + areaOf(cube, rest, "TEXCOORD_1"), areaOf(cube, whole, "TEXCOORD_1"), 1e-8);
-            EXPECT_GT(areaOf(cube, part, "POSITION"), 0.5);
+            double area = 0, uvArea = 0;
+            for (const auto& part : cube.cutAll(cube.randomMaps(seed))) {
+                EXPECT_GT(areaOf(cube, part, "POSITION"), 0.5);
+                area += areaOf(cube, part, "POSITION");
+                uvArea += areaOf(cube, part, "TEXCOORD_1");
+            }
+            EXPECT_NEAR(area, 6, 1e-6);
+            EXPECT_NEAR(uvArea, areaOf(cube, whole, "TEXCOORD_1"), 1e-8);
         }
     }
 }
@@ -160,8 +168,8 @@ TEST(MeshCut, TrianglesLieInTilesOfTheirPart) {
     constexpr double kOff = 1.0 / 512;  // [texels]
     for (const int n : {1, 3}) {
         const Cube cube = Cube::of(n);
-        const auto isChosen = cube.randomChoice(7);
-        forEachTriangle(cube, cube.cut(isChosen), "TEXCOORD_1", [&](std::size_t mesh, const std::array<glm::dvec3, 3>& corners) {
+        const auto mapOf = cube.randomMaps(7);
+        forEachTriangle(cube, cube.cut(mapOf, 1), "TEXCOORD_1", [&](std::size_t mesh, const std::array<glm::dvec3, 3>& corners) {
             const std::size_t chart = cube.charts.ofVertex[mesh].front();
             std::array<glm::dvec2, 3> at;
             for (std::size_t i = 0; i < 3; ++i) at[i] = glm::dvec2(corners[i]) * double(kMapSide) - 0.5;
@@ -175,7 +183,7 @@ TEST(MeshCut, TrianglesLieInTilesOfTheirPart) {
                     const glm::ivec2 low(glm::floor(place - kOff - kLineOffset)), high(glm::floor(place + kOff));
                     bool isInside = false;
                     for (const glm::ivec2 quad : {low, high, glm::ivec2(low.x, high.y), glm::ivec2(high.x, low.y)})
-                        isInside = isInside || isChosen[static_cast<std::size_t>(cube.tiles.ofQuad(chart, quad))] != 0;
+                        isInside = isInside || mapOf[static_cast<std::size_t>(cube.tiles.ofQuad(chart, quad))] == 1;
                     ASSERT_TRUE(isInside) << place.x << " " << place.y;
                 }
         });
@@ -188,10 +196,9 @@ TEST(MeshCut, NoGapsOpen) {
     for (const int n : {1, 2, 5}) {
         const Cube cube = Cube::of(n);
         for (std::uint32_t seed = 0; seed < 8; ++seed) {
-            const auto isChosen = cube.randomChoice(seed);
             std::map<std::pair<Place, Place>, int> edges;
             std::size_t triangles = 0;
-            for (const auto& cut : {cube.cut(isChosen), cube.cut(othersThan(isChosen))})
+            for (const auto& cut : cube.cutAll(cube.randomMaps(seed)))
                 forEachTriangle(cube, cut, "POSITION", [&](std::size_t, const std::array<glm::dvec3, 3>& corners) {
                     std::array<Place, 3> places;
                     for (std::size_t i = 0; i < 3; ++i)
@@ -226,10 +233,10 @@ ChartSet chartsOf(const TriangleMesh& mesh) {
     return std::move(*charts);
 }
 
-/// Returns the chart of the chosen tiles.
-Chart chartOf(const TriangleMesh& mesh, const ChartSet& charts, const Tiles& tiles, const std::vector<std::uint8_t>& isChosen) {
+/// Returns the chart of the tiles of map 1.
+Chart chartOf(const TriangleMesh& mesh, const ChartSet& charts, const Tiles& tiles, const std::vector<std::uint8_t>& mapOf) {
     const std::vector<const TriangleMesh*> meshes = {&mesh};
-    const CutMesh cut = cutMeshes(meshes, charts, tiles, glm::ivec2(kMapSide), isChosen)[0];
+    const CutMesh cut = cutMeshes(meshes, charts, tiles, glm::ivec2(kMapSide), mapOf, 1)[0];
     std::vector<float> positions, uvs;
     for (const formats::CutVertex& vertex : cut.vertices) {
         const glm::vec3 position(valueAt(*mesh.find("POSITION"), vertex)), uv(valueAt(*mesh.find("TEXCOORD_1"), vertex));
@@ -266,7 +273,7 @@ TEST(MeshCut, EdgesOnTexelCentresBesideALineAreNotCut) {
     ASSERT_TRUE(charts && charts->charts.size() == 1u);
     const Tiles tiles(boxesOf(charts->charts), kTile);
     ASSERT_EQ(tiles.gridOf(0), glm::ivec2(3, 1));
-    const auto cut = cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), {1, 0, 0});
+    const auto cut = cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), {1, 0, 0}, 1);
     EXPECT_EQ(cut[0].indices, left.indices);
     EXPECT_TRUE(cut[1].indices.empty());
 }
@@ -285,8 +292,8 @@ TEST(MeshCut, TrianglesWithoutAreaGoWithTheirFirstCorner) {
     ASSERT_GT(tiles.count(), 4);
     std::vector<std::uint8_t> isFirst(static_cast<std::size_t>(tiles.count()), 0);
     isFirst.front() = 1;
-    EXPECT_EQ(cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), isFirst)[0].indices.size(), 3u);
-    EXPECT_EQ(cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), othersThan(isFirst))[0].indices.size(), 0u);
+    EXPECT_EQ(cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), isFirst, 1)[0].indices.size(), 3u);
+    EXPECT_EQ(cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), isFirst, 0)[0].indices.size(), 0u);
 }
 
 }  // namespace

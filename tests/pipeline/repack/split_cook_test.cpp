@@ -1,4 +1,4 @@
-// A cook that splits the charts of a light map among two maps: each gets the layout that its charts need.
+// A cook that splits the charts of a light map among maps: each gets the layout that its charts need.
 #include <gmock/gmock.h>
 #include <tbb/task_arena.h>
 
@@ -395,7 +395,7 @@ TEST_F(SplitCook, LinesNeedNoLightMapUvs) {
 TEST_F(SplitCook, WhatCannotBeSplitIsRefused) {
     writeMap(smoothLight, hardLight);
     writeScene("charts = \"split\"\nlight_map_layout = \"ratio\"");
-    EXPECT_THAT(mistake(), HasSubstr("light map 'map': found charts to split without a limit within which both maps get a layout"));
+    EXPECT_THAT(mistake(), HasSubstr("light map 'map': found charts to split without a limit within which each map gets a layout"));
     writeScene("charts = \"split\"\nlight_map_layout = \"auto\"\nbudget = \"1 MiB\"");
     EXPECT_THAT(mistake(), testing::EndsWith("expected max_visible or max_error"));
     writeScene("charts = \"split\"\nbudget = \"1 MiB\"");
