@@ -44,6 +44,14 @@ std::span<const ByteRange> rangesOf(PixelFormat format) {
     }
 }
 
+/// Returns true if a BC1 block uses index 3 of the three-colour mode: black for some readers, transparent for others. encodeBc1 never does,
+/// but endpoints of one block with the indices of another may.
+bool usesTransparentIndex(const std::byte* block) {
+    BitReader bits(block, 8);
+    const std::uint32_t first = bits.get(16), second = bits.get(16), indices = bits.get(32);
+    return first <= second && (indices & indices >> 1 & 0x55555555u) != 0;
+}
+
 }  // namespace
 
 RowCandidates::RowCandidates(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
@@ -112,18 +120,16 @@ void RowCandidates::gather(ImageView<const glm::vec4> texels, ImageView<const fl
 }
 
 /// Decodes a block. Returns false for blocks that the encoders never write: values that are not finite, and the index of BC1 that some
-/// readers decode to transparent.
+/// readers decode to transparent (decodeBlock decodes it to opaque black).
 bool RowCandidates::decode(const std::byte* bytes, Planes& planes) const {
     DecodedBlock decoded;
     decodeBlock(format_, bytes, decoded);
-    bool isOurs = true;
-    for (std::size_t t = 0; t < kTexelCount; ++t) {
+    bool isOurs = format_ != PixelFormat::Bc1 || !usesTransparentIndex(bytes);
+    for (std::size_t t = 0; t < kTexelCount; ++t)
         for (std::size_t c = 0; c < metric_.channelCount(); ++c) {
             planes[c][t] = decoded[t][static_cast<int>(c)];
             isOurs = isOurs && std::isfinite(planes[c][t]);
         }
-        isOurs = isOurs && !(format_ == PixelFormat::Bc1 && decoded[t].w < 1);
-    }
     metric_.map(planes);
     return isOurs;
 }
