@@ -9,8 +9,8 @@
 
 namespace lightcook::bench {
 
-/// Returns the light maps by the names of their scenes. Without the shared data, the map that ships with the program.
-/// part  of the name: other scenes are left out
+/// Returns the light maps of the shared data by the names of their scenes; without shared data, the map that ships with the program.
+/// part  only scenes whose name contains this
 inline std::map<std::string, std::filesystem::path> sceneFiles(const std::filesystem::path& data, const std::string& part) {
     const std::string ending = "_lightmap.exr";
     std::map<std::string, std::filesystem::path> scenes;

@@ -35,9 +35,9 @@ using formats::TemporaryFolder;
 struct Options {
     fs::path data = LIGHTCOOK_SHARED_DATA;
     std::vector<std::string> layouts = {"basis-4", "basis-8", "ratio", "luvw"};
-    std::string scene;  ///< only scenes whose name holds this
-    fs::path json;      ///< where to leave the rows for machines
-    int runs = 1;
+    std::string scene;  ///< only scenes whose name contains this
+    fs::path json;      ///< file of the rows as JSON; empty: none
+    int runs = 1;       ///< cooks of each scene and layout
 };
 
 struct Run {
@@ -52,7 +52,7 @@ Run run(const std::vector<std::string>& command, const fs::path& log) {
     for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
     arguments.push_back(nullptr);
     const auto start = std::chrono::steady_clock::now();
-    std::fflush(nullptr);  // or the child would print our own lines again
+    std::fflush(nullptr);  // else the child would print our buffered lines once more
     const pid_t child = ::fork();
     if (child < 0) throw std::runtime_error("cannot start " + command.front());
     if (child == 0) {
@@ -73,7 +73,8 @@ std::string contentOf(const fs::path& file) {
     return content.str();
 }
 
-/// A scene of one light map whose materials ask for everything, and a bound that never fails: here figures count, not verdicts.
+/// Writes a scene of one light map whose materials need all shading, with a maximum error that no layout exceeds: the figures are wanted
+/// here, not a verdict.
 void writeScene(const fs::path& file, const std::string& name, const fs::path& lightMap, const std::string& layout) {
     std::ofstream(file) << fmt::format(
         "schema = 1\nname = \"{0}\"\n[output]\nmax_error = 1000.0\nlight_map_layout = \"{1}\"\n"
@@ -86,11 +87,19 @@ struct Row {
     std::string scene, layout;
     Json lightMap;            ///< the light map's entry of report.json
     double seconds = 0;       ///< median of the runs
-    double secondsAgain = 0;  ///< of a cook in which nothing changed
+    double secondsAgain = 0;  ///< of a second cook of the unchanged scene
     std::int64_t peakRssBytes = 0;
 };
 
-/// Cooks one map from nothing `runs` times, and once more unchanged.
+/// Runs a cook. Throws std::runtime_error with its output if it fails.
+/// what  the name of the cook for the error
+Run cookOnce(const std::vector<std::string>& command, const fs::path& log, const std::string& what) {
+    const Run cooked = run(command, log);
+    if (cooked.exitCode != 0) throw std::runtime_error(fmt::format("{}: exit code {}: {}", what, cooked.exitCode, contentOf(log)));
+    return cooked;
+}
+
+/// Cooks one map `runs` times with an empty cache, and once more unchanged.
 Row cook(const Options& options, const fs::path& program, const std::string& scene, const fs::path& lightMap, const std::string& layout) {
     const TemporaryFolder folder;
     const fs::path sceneFile = folder.path() / "scene.toml", out = folder.path() / "out", log = folder.path() / "log";
@@ -102,15 +111,13 @@ Row cook(const Options& options, const fs::path& program, const std::string& sce
     for (int i = 0; i < options.runs; ++i) {
         fs::remove_all(folder.path() / "cache");
         fs::remove_all(out);
-        const Run cooked = run(command, log);
-        if (cooked.exitCode != 0)
-            throw std::runtime_error(fmt::format("{} {}: exit code {}: {}", scene, layout, cooked.exitCode, contentOf(log)));
+        const Run cooked = cookOnce(command, log, scene + " " + layout);
         seconds.push_back(cooked.seconds);
         row.peakRssBytes = std::max(row.peakRssBytes, cooked.peakRssBytes);
     }
     std::sort(seconds.begin(), seconds.end());
     row.seconds = seconds[seconds.size() / 2];
-    row.secondsAgain = run(command, log).seconds;
+    row.secondsAgain = cookOnce(command, log, scene + " " + layout + ", again").seconds;
     const Json report = Json::parse(contentOf(out / "report.json"));
     for (const Json& asset : report.at("assets")) {
         if (asset.at("kind") == "light-map") row.lightMap = asset;
@@ -119,7 +126,8 @@ Row cook(const Options& options, const fs::path& program, const std::string& sce
     return row;
 }
 
-/// `kind` ("diffuse", "specular") and figure of the last stage: the verdict.
+/// Returns a figure of the error of the last stage, which is the verdict.
+/// kind  "diffuse" or "specular"
 double verdict(const Row& row, const char* kind, const char* figure) {
     return row.lightMap.at("stages").back().at("error").at(kind).at(figure).get<double>();
 }
@@ -178,7 +186,7 @@ int benchScenes(const Options& options) {
 
 int main(int argumentCount, char** arguments) {
     lightcook::bench::Options options;
-    CLI::App app("What cooking costs, and what it is worth");
+    CLI::App app("Time, memory, bytes and error of cooking light maps");
     app.add_option("--data", options.data, "folder that contains scenes/");
     app.add_option("--layouts", options.layouts, "light-map layouts to cook")->delimiter(',');
     app.add_option("--scene", options.scene, "cook only scenes whose name contains this");
