@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ctime>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bench/cpu_time.h"
 #include "bench/markdown_table.h"
 #include "compress/encode.h"
 
@@ -21,13 +21,7 @@ using Bytes = std::vector<std::byte>;
 
 constexpr const char* kOurName = "lightcook";
 
-double cpuSeconds() {
-    timespec now{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// An entry while one picture is measured.
+/// An entry while one picture is measured: its best and total processor time [s], and its blocks.
 struct Runner {
     ComparisonEntry* entry = nullptr;
     std::function<Result<void>(std::span<std::byte>)> encode;
@@ -46,9 +40,9 @@ std::vector<const ClassPicture*> ofClass(std::span<const ClassPicture> pictures,
 Result<void> runRound(Runner& runner, double secondsRound) {
     double taken = 0;
     do {
-        const double start = cpuSeconds();
+        const double start = processSeconds();
         Result<void> status = runner.encode(runner.blocks);
-        const double seconds = std::max(cpuSeconds() - start, 1e-9);
+        const double seconds = std::max(processSeconds() - start, 1e-9);
         if (!status) return status;
         runner.best = std::min(runner.best, seconds);
         taken += seconds;
@@ -62,7 +56,8 @@ struct PeerProfile {
     int profile;
 };
 
-/// Measures all entries on one picture. peers[i] belongs to the entry after all of ours and i others.
+/// Measures all entries on one picture.
+/// peers  the profile of each entry after ours
 Result<void> measurePicture(const ClassPicture& picture, const ComparisonOptions& options, std::span<const PeerProfile> peers,
                             Comparison& comparison) {
     const PixelFormat format = comparison.format;
@@ -107,6 +102,7 @@ Result<void> measurePicture(const ClassPicture& picture, const ComparisonOptions
     return {};
 }
 
+/// Sets the means of an entry over the pictures.
 void summarize(ComparisonEntry& entry, std::span<const ClassPicture* const> pictures) {
     double texels = 0, seconds = 0, db = 0;
     for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -119,7 +115,7 @@ void summarize(ComparisonEntry& entry, std::span<const ClassPicture* const> pict
     entry.db = db / static_cast<double>(pictures.size());
 }
 
-/// Returns the entries of one encoder.
+/// Returns the points of one encoder.
 ScatterSeries seriesOf(const Comparison& comparison, const std::string& encoder) {
     ScatterSeries series{encoder, ScatterSeries::Style::Peer, {}};
     for (const ComparisonEntry& entry : comparison.entries)

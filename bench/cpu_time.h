@@ -1,4 +1,4 @@
-// Processor time of a piece of work, so that other work on the machine does not count.
+// Processor time, which other work on the machine does not change.
 #pragma once
 
 #include <algorithm>
@@ -7,14 +7,21 @@
 
 namespace lightcook::bench {
 
-/// CPU seconds of the whole process, best of the runs (at least one).
+/// Returns the processor time that this process has used, all threads together [s].
+inline double processSeconds() {
+    timespec now{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Returns the processor time of work() [s], the best of so many runs (at least one).
 template <class Work>
 double cpuSeconds(int runs, Work&& work) {
     double best = std::numeric_limits<double>::infinity();
     for (int run = 0; run < runs; ++run) {
-        const std::clock_t begin = std::clock();
+        const double start = processSeconds();
         work();
-        best = std::min(best, static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+        best = std::min(best, processSeconds() - start);
     }
     return best;
 }

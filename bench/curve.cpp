@@ -6,23 +6,20 @@
 #include <cmath>
 #include <limits>
 
+#include "bench/html_page.h"
+
 namespace lightcook::bench {
 namespace {
 
 constexpr double kWidth = 640, kHeight = 460, kLeft = 54, kRight = 18, kTop = 12, kBottom = 44;
 constexpr double kLineHeight = 12.5, kLetterWidth = 6.6;
 
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text) out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : c == '"' ? "&quot;" : std::string(1, c);
-    return out;
-}
-
-/// One logarithmic axis, and where a value lies on the panel.
+/// A logarithmic axis: its range in powers of ten, and the places of its ends in the panel.
 struct Axis {
     double low = std::numeric_limits<double>::infinity(), high = -low, start = 0, end = 0;
 
-    void take(double value) {
+    /// Widens the range so that it holds a value. Ignores values that a logarithmic axis cannot show.
+    void include(double value) {
         if (!(value > 0)) return;
         low = std::min(low, std::log10(value)), high = std::max(high, std::log10(value));
     }
@@ -34,7 +31,7 @@ struct Axis {
 struct Axes {
     Axis x, y;
     explicit Axes(const CurvePanel& panel) {
-        for (const CurvePoint& point : panel.points) x.take(point.bits), y.take(point.first), y.take(point.second);
+        for (const CurvePoint& point : panel.points) x.include(point.bits), y.include(point.first), y.include(point.second);
         x.widen(0.06, 0.06), y.widen(0.1, 0.1);
         x.start = kLeft, x.end = kWidth - kRight, y.start = kHeight - kBottom, y.end = kTop;
     }
@@ -58,10 +55,11 @@ std::string gridSvg(const Axes& axes) {
                              kHeight - 8);
 }
 
-/// Names beside their marks, where no other name or mark lies.
+/// Places names beside their marks so that they overlap no other name or mark.
 class Labels {
 public:
     void takeMark(double x, double y) { taken_.push_back({x - 6, y + 5, 12}); }
+    /// Returns an SVG text beside (x, y), at the nearest free place; to the right if none is free.
     std::string put(const std::string& text, double x, double y) {
         const double width = kLetterWidth * static_cast<double>(text.size());
         Place best{x + 9, y + 4, width};
@@ -104,7 +102,7 @@ std::string pointSvg(const Axes& axes, const CurvePoint& point, Labels& labels) 
     return svg + "</g>\n";
 }
 
-/// Our own layouts of which none smaller has less error of the first kind, joined.
+/// Draws a line through our Pareto front: the layouts whose first error is less than that of every smaller layout of ours.
 std::string frontSvg(const Axes& axes, const CurvePanel& panel) {
     std::vector<const CurvePoint*> ours;
     for (const CurvePoint& point : panel.points)
@@ -127,7 +125,7 @@ std::string panelHtml(const CurvePanel& panel) {
     for (const CurvePoint& point : panel.points)
         for (const double value : {point.first, point.second})
             if (value > 0) labels.takeMark(axes.x.at(point.bits), axes.y.at(value));
-    for (const bool ours : {false, true})  // our own on top
+    for (const bool ours : {false, true})  // ours last, so that they are drawn on top
         for (const CurvePoint& point : panel.points)
             if (point.ours == ours) drawing += pointSvg(axes, point, labels);
     return fmt::format(
@@ -158,11 +156,7 @@ g > line { stroke: currentColor; stroke-width: 1; opacity: .5; } .front { fill: 
 
 std::string curvePage(const std::string& title, const std::vector<std::string>& notes, const std::string& first, const std::string& second,
                       const std::vector<CurvePanel>& panels) {
-    std::string page = fmt::format(
-        "<!doctype html>\n<html lang=en><head><meta charset=utf-8><meta name=viewport content=\"width=device-width\"><title>{0}</title>\n"
-        "<style>{1}</style></head><body>\n<h1>{0}</h1>\n",
-        escaped(title), kStyle);
-    for (const std::string& note : notes) page += fmt::format("<p>{}</p>\n", escaped(note));
+    std::string page = pageStart(title, kStyle, notes);
     page += fmt::format(
         "<p><span class=\"ours key full\"></span> lightcook &nbsp; <span class=\"peer key full\"></span> others &nbsp; "
         "<span class=\"key full\"></span> {} &nbsp; <span class=key></span> {}</p>\n<main>\n",

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <limits>
 
+#include "bench/cpu_time.h"
 #include "pipeline/assets/textures.h"
 
 namespace lightcook::bench {
@@ -16,6 +16,7 @@ namespace {
 
 using formats::PixelFormat;
 
+/// The blocks of a picture that are encoded: all, or evenly spread ones.
 struct Sample {
     formats::Image<glm::vec4> texels;
     formats::Image<float> significance;
@@ -30,7 +31,8 @@ formats::Image<T> copyOf(formats::ImageView<const T> view) {
     return image;
 }
 
-/// The whole for stride 1; else every stride-th block, packed into rows of blocks. Blocks do not know each other, so nothing is lost.
+/// Returns the whole picture for stride 1; else every stride-th block, packed into rows of blocks. Blocks are encoded independently, so
+/// that their results are those of the whole picture.
 Sample sampled(PixelFormat format, formats::ImageView<const glm::vec4> texels, formats::ImageView<const float> significance, int stride) {
     constexpr int kBlocksPerRow = 16;  // few, so that rows of blocks can be spread over threads
     const int blockWidth = formats::info(format).blockWidth, blockHeight = formats::info(format).blockHeight;
@@ -40,7 +42,7 @@ Sample sampled(PixelFormat format, formats::ImageView<const glm::vec4> texels, f
     const int packedAcross = std::min(kBlocksPerRow, taken), packedDown = (taken + packedAcross - 1) / packedAcross;
     Sample sample{formats::Image<glm::vec4>(packedAcross * blockWidth, packedDown * blockHeight),
                   formats::Image<float>(packedAcross * blockWidth, packedDown * blockHeight), static_cast<double>(taken) / count};
-    // The places that are left over in the last row repeat the last block, and do not count.
+    // Places that are left over in the last row repeat the last block with significance 0.
     for (int place = 0; place < packedAcross * packedDown; ++place) {
         const int block = std::min(stride / 2 + std::min(place, taken - 1) * stride, count - 1);
         for (int y = 0; y < blockHeight; ++y)
@@ -56,16 +58,11 @@ Sample sampled(PixelFormat format, formats::ImageView<const glm::vec4> texels, f
     return sample;
 }
 
-double cpuSeconds() {
-    timespec now{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 double wallSeconds() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Encodes the way the program does, rows of blocks spread over the threads.
+/// Encodes as the program does, with the rows of blocks spread over the threads.
 std::vector<std::byte> encode(PixelFormat format, int effort, const Sample& sample, tbb::task_arena& arena) {
     compress::EncodeOptions options;
     options.effort = effort;
@@ -73,7 +70,7 @@ std::vector<std::byte> encode(PixelFormat format, int effort, const Sample& samp
     return arena.execute([&] { return pipeline::encodeImage(format, sample.texels.view(), sample.significance.view(), options, report); });
 }
 
-/// Seconds of the fastest of up to three runs; one that took longer than `enough` is not repeated.
+/// Returns the seconds of the fastest of up to three runs. A run that took longer than `enough` [s] is the last.
 template <class Clock>
 double fastest(PixelFormat format, int effort, const Sample& sample, tbb::task_arena& arena, double enough, const Clock& clock) {
     double best = std::numeric_limits<double>::infinity();
@@ -95,25 +92,26 @@ Figures figuresOf(PixelFormat format, int effort, const Sample& sample, tbb::tas
 }  // namespace
 
 Timing timeEncoder(PixelFormat format, int effort, const Picture& picture, double secondsEach, const std::optional<Control>& control) {
-    // For the life of the program: threads that have to be started anew would be part of the time.
+    // Kept for the life of the program, so that starting threads is not part of the time.
     static const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, 2);
     static tbb::task_arena one(1), two(2);
     const formats::Image<glm::vec4> texels = texelsFor(picture, format);
-    // A first taste tells how much of the picture the time allows.
+    // A run on about 256 blocks estimates the time of the whole picture.
+    constexpr int kEstimateBlocks = 256;
     const int blocks = formats::blocksAcross(format, texels.width()) * formats::blocksDown(format, texels.height());
-    Sample sample = sampled(format, texels.view(), picture.significance.view(), std::max(2, blocks / 256));
-    const double whole = fastest(format, effort, sample, one, 0, cpuSeconds) / sample.share;
-    // An odd stride, so that it does not keep to the same columns.
+    Sample sample = sampled(format, texels.view(), picture.significance.view(), std::max(2, blocks / kEstimateBlocks));
+    const double whole = fastest(format, effort, sample, one, 0, processSeconds) / sample.share;
+    // The stride is odd, so that the blocks are not all of the same columns.
     const int stride = std::clamp(static_cast<int>(std::ceil(whole / secondsEach)), 1, blocks) | 1;
     sample = sampled(format, texels.view(), picture.significance.view(), stride);
 
     Timing timing;
     timing.share = sample.share;
-    timing.mpixPerCpuSecond = sample.mpix() / fastest(format, effort, sample, one, secondsEach / 3, cpuSeconds);
+    timing.mpixPerCpuSecond = sample.mpix() / fastest(format, effort, sample, one, secondsEach / 3, processSeconds);
     timing.mpixPerSecond2 = sample.mpix() / fastest(format, effort, sample, two, secondsEach / 3, wallSeconds);
-    // Without a control, encode the whole picture once if that takes not too long: later efforts are compared with its figures.
-    constexpr double kReason = 20;
-    if (timing.share < 1 && !control && whole < kReason * secondsEach) {
+    // Without a control, encode the whole picture once, unless that takes far longer than the limit: later efforts use it as their control.
+    constexpr double kControlLimit = 20;  // over secondsEach
+    if (timing.share < 1 && !control && whole < kControlLimit * secondsEach) {
         sample = sampled(format, texels.view(), picture.significance.view(), 1);
         timing.share = 1;
     }
