@@ -6,25 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "bench/html_page.h"
+
 namespace lightcook::bench {
 namespace {
 
+constexpr std::size_t kColourCount = 6;  ///< classes c0 .. c5 of kStyle
 constexpr double kWidth = 620, kHeight = 400, kLeft = 66, kRight = 16, kTop = 12, kBottom = 44;
-
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text) {
-        if (c == '<')
-            out += "&lt;";
-        else if (c == '&')
-            out += "&amp;";
-        else if (c == '"')
-            out += "&quot;";
-        else
-            out += c;
-    }
-    return out;
-}
 
 /// Maps values to places in a panel: log10 of seconds to the right, decibels upwards.
 struct Axes {
@@ -45,7 +33,7 @@ struct Axes {
     double y(double db) const { return kHeight - kBottom - (db - low) / (high - low) * (kHeight - kTop - kBottom); }
 };
 
-/// 1, 2 or 5 times a power of ten that cuts a range into about six.
+/// Returns the 1, 2 or 5 times a power of ten that divides a range into about six parts.
 double tickStep(double range) {
     const double rough = range / 6, power = std::pow(10, std::floor(std::log10(rough))), lead = rough / power;
     return power * (lead < 1.5 ? 1 : lead < 3.5 ? 2 : lead < 7.5 ? 5 : 10);
@@ -58,7 +46,7 @@ std::string timeName(double log) {
     return fmt::format("{:.4g} s", seconds);
 }
 
-/// Powers of ten inside a range, with their doubles and halves where there are few: logarithms.
+/// Returns the logarithms of the powers of ten inside a range of logarithms, with 2 and 5 times each if the range is short.
 std::vector<double> logTicks(double low, double high) {
     std::vector<double> ticks;
     const int step = std::max(1, static_cast<int>(std::round((high - low) / 8)));
@@ -121,10 +109,10 @@ bool isQuoted(ScatterSeries::Style style) {
     return style == ScatterSeries::Style::Quoted || style == ScatterSeries::Style::QuotedElsewhere;
 }
 
-/// Places for names that do not lie on one another.
+/// Places names beside their marks so that they overlap no other name or mark.
 class LabelPlaces {
 public:
-    /// An SVG text beside (x, y): right of it, left, above or below, the first that is free, or else above.
+    /// Returns an SVG text beside (x, y): right of it, left, above or below, whichever is free first; above if none is.
     std::string put(const std::string& text, double x, double y) {
         const double width = 6.8 * static_cast<double>(text.size());
         const Place places[] = {
@@ -203,8 +191,8 @@ std::string panelHtml(const ScatterPanel& panel) {
     // Quoted figures first, so that our own measurements are drawn on top.
     for (const bool quoted : {true, false})
         for (std::size_t i = 0; i < panel.series.size(); ++i)
-            if (isQuoted(panel.series[i].style) == quoted) drawing += seriesSvg(axes, panel.series[i], i, panel.isError, labels);
-    for (std::size_t i = 0; i < panel.series.size(); ++i) legend += legendItem(panel.series[i], i);
+            if (isQuoted(panel.series[i].style) == quoted) drawing += seriesSvg(axes, panel.series[i], i % kColourCount, panel.isError, labels);
+    for (std::size_t i = 0; i < panel.series.size(); ++i) legend += legendItem(panel.series[i], i % kColourCount);
     return fmt::format(
         "<section><h2>{}</h2>\n<svg viewBox=\"0 0 {} {}\" role=img aria-label=\"{}\">\n{}</svg>\n<p class=legend>{}</p></section>\n",
         escaped(panel.title), kWidth, kHeight, escaped(panel.title + ": " + panel.yLabel + " against time"), drawing, legend);
@@ -236,11 +224,7 @@ circle { fill: currentColor; stroke: var(--card); stroke-width: 1; }
 }  // namespace
 
 std::string scatterPage(const std::string& title, const std::vector<std::string>& notes, const std::vector<ScatterPanel>& panels) {
-    std::string page = fmt::format(
-        "<!doctype html>\n<html lang=en><head><meta charset=utf-8><meta name=viewport content=\"width=device-width\"><title>{0}</title>\n"
-        "<style>{1}</style></head><body>\n<h1>{0}</h1>\n",
-        escaped(title), kStyle);
-    for (const std::string& note : notes) page += fmt::format("<p class=note>{}</p>\n", escaped(note));
+    std::string page = pageStart(title, kStyle, notes);
     page += "<main>\n";
     for (const ScatterPanel& panel : panels) page += panelHtml(panel);
     return page + "</main></body></html>\n";

@@ -1,4 +1,4 @@
-// Writes a page of scatter plots of run time against quality or error, with a panel for each format or fit. The page is one file.
+// Makes an HTML page of scatter plots of run time against quality or error, with a panel for each format or fit. The page is one file.
 #pragma once
 
 #include <string>
@@ -30,9 +30,10 @@ struct ScatterPanel {
     std::string title, yLabel;
     std::vector<ScatterSeries> series;
     std::string xLabel = "time for a megapixel, one thread (left is faster)";
-    bool isError = false;  ///< upwards are powers of ten of an error instead of decibels
+    bool isError = false;  ///< the vertical axis shows powers of ten of an error instead of decibels
 };
 
+/// Returns the page.
 /// notes  paragraphs of text under the title
 std::string scatterPage(const std::string& title, const std::vector<std::string>& notes, const std::vector<ScatterPanel>& panels);
 
