@@ -1,6 +1,5 @@
 // lightcook_encoder_bench: run time against error of every encoder at every effort, as a table, as CSV and as a page of scatter plots.
-// --peers DIR runs the encoders of shared objects beside ours. --table writes the table of quality that tests/quality holds later encoders
-// against.
+// --peers DIR runs the encoders of shared objects beside ours. --table writes the quality table that tests/quality compares encoders with.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -14,12 +13,12 @@
 #include "bench/class_pictures.h"
 #include "bench/comparison.h"
 #include "bench/markdown_table.h"
+#include "bench/output_file.h"
 #include "bench/peer_encoders.h"
 #include "bench/quality_table.h"
 #include "bench/scatter.h"
 #include "bench/timing.h"
 #include "compress/encode_options.h"
-#include "pipeline/graph/files.h"
 
 namespace lightcook::bench {
 namespace {
@@ -31,9 +30,10 @@ struct Options {
     std::vector<std::string> formats = {"bc1",          "bc3",          "bc4",          "bc5",          "bc6h-uf16", "bc6h-sf16", "bc7",
                                         "astc-4x4-hdr", "astc-6x6-hdr", "astc-8x8-hdr", "astc-4x4-ldr", "rgb9e5",    "r11g11b10f"};
     std::vector<int> efforts = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
-    std::vector<std::string> images;  ///< only those whose name holds one of these
-    double seconds = 2;
-    bool own = false, perceptual = false;
+    std::vector<std::string> images;  ///< only pictures whose name contains one of these; empty: all
+    double seconds = 2;               ///< time limit for a picture [s]
+    bool own = false;                 ///< pictures of the repository, not of the shared data
+    bool perceptual = false;          ///< with peers: the channel weights of kLumaWeights
 };
 
 struct Row {
@@ -43,11 +43,7 @@ struct Row {
     Timing timing;
 };
 
-void write(const std::filesystem::path& file, const std::string& content) {
-    if (const auto written = pipeline::writeFile(file, content); !written) throw std::runtime_error(written.error().line());
-}
-
-/// Means over rows: seconds for a megapixel and decibels.
+/// Means over rows. Seconds are those of one thread (processor time) and of two threads (wall clock).
 struct Mean {
     double secondsPerMpix = 0, secondsPerMpix2 = 0, db = 0, relRmse = 0, share = 0;
 
@@ -76,9 +72,6 @@ void printHead(PixelFormat format, const std::vector<const Picture*>& pictures) 
     titles.insert(titles.end(), {">mean dB", ">rel RMSE"});
     printTableHead(titles);
 }
-std::string threeDigits(double value) {
-    return fmt::format("{:.{}f}", value, value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : value >= 0.1 ? 3 : 4);
-}
 void printRow(int effort, const std::vector<const Row*>& rows) {
     const Mean mean(rows);
     std::vector<std::string> cells = {std::to_string(effort), threeDigits(1 / mean.secondsPerMpix), threeDigits(1 / mean.secondsPerMpix2),
@@ -92,8 +85,7 @@ void printRow(int effort, const std::vector<const Row*>& rows) {
 std::string csvOf(const std::vector<Row>& rows) {
     std::string text =
         "format,effort,picture,kind,share,texels,mpix_per_cpu_s_1_thread,mpix_per_s_2_threads,psnr_db_of_whole,psnr_db,log_rmse,rel_rmse,"
-        "p99_relative,"
-        "max_relative\n";
+        "p99_relative,max_relative\n";
     for (const Row& row : rows) {
         const Timing& t = row.timing;
         const Figures& f = t.figures;
@@ -104,13 +96,12 @@ std::string csvOf(const std::vector<Row>& rows) {
     return text;
 }
 
-/// BC6H encoders of others, as the project's targets quote them: measured there, one thread, AVX-512. `same` is the mean of the per-picture
-/// table over the four panoramas and the four padded light maps, where there is one; `nine` that over nine other pictures.
+/// A BC6H encoder of another project, as the targets of this project quote it: measured elsewhere, with one thread and AVX-512.
 struct Quoted {
     const char* name;
     double mpixPerSecond;
-    std::optional<double> same;
-    double nine;
+    std::optional<double> samePicturesDb;  ///< mean over the four panoramas and the four padded light maps, if it was measured
+    double otherPicturesDb;                ///< mean over nine other pictures
 };
 constexpr double meanOf(std::initializer_list<double> values) {
     double sum = 0;
@@ -118,6 +109,7 @@ constexpr double meanOf(std::initializer_list<double> values) {
     return sum / static_cast<double>(values.size());
 }
 const Quoted kQuoted[] = {
+    // name, Mpix/s, dB of panoramas and of light maps, dB of nine other pictures
     {"ISPC veryfast", 150, meanOf({37.680, 46.076, 43.910, 37.708, 47.16, 36.78, 43.14, 38.25}), 41.23},
     {"ISPC fast", 15.5, meanOf({40.541, 47.173, 45.520, 40.176, 50.73, 39.11, 46.57, 39.14}), 43.20},
     {"ISPC basic", 6.2, meanOf({40.727, 47.689, 45.672, 40.663, 51.26, 39.92, 47.69, 39.80}), 43.52},
@@ -130,12 +122,14 @@ const Quoted kQuoted[] = {
     {"basisu UASTC HDR 2", 0.125, std::nullopt, 41.53},
 };
 
-void addQuoted(bool areThePictures, ScatterPanel& panel) {
+/// Adds the quoted encoders to a panel.
+/// hasSamePictures  the panel is of the panoramas and light maps of Quoted::samePicturesDb
+void addQuoted(bool hasSamePictures, ScatterPanel& panel) {
     ScatterSeries same{"quoted, not run here: same pictures", ScatterSeries::Style::Quoted, {}};
     ScatterSeries other{"quoted, not run here: nine other pictures", ScatterSeries::Style::QuotedElsewhere, {}};
     for (const Quoted& each : kQuoted) {
-        const bool isSame = areThePictures && each.same;
-        const double db = isSame ? *each.same : each.nine;
+        const bool isSame = hasSamePictures && each.samePicturesDb;
+        const double db = isSame ? *each.samePicturesDb : each.otherPicturesDb;
         (isSame ? same : other)
             .points.push_back({1 / each.mpixPerSecond, db, each.name,
                                fmt::format("{}, quoted, not run here: {} Mpix/s, {:.2f} dB", each.name, each.mpixPerSecond, db)});
@@ -157,7 +151,7 @@ ScatterSeries seriesOf(const std::string& name, ScatterSeries::Style style, cons
     return series;
 }
 
-ScatterPanel panelOf(PixelFormat format, const std::vector<Row>& rows, bool areThePictures) {
+ScatterPanel panelOf(PixelFormat format, const std::vector<Row>& rows, bool hasSamePictures) {
     std::map<int, std::vector<const Row*>> all;
     std::map<PictureKind, std::map<int, std::vector<const Row*>>> kinds;
     for (const Row& row : rows)
@@ -171,8 +165,19 @@ ScatterPanel panelOf(PixelFormat format, const std::vector<Row>& rows, bool areT
     if (kinds.size() > 1)
         for (const auto& [kind, byEffort] : kinds)
             panel.series.push_back(seriesOf(std::string(nameOf(kind)), ScatterSeries::Style::Part, byEffort));
-    if (format == PixelFormat::Bc6hUf16) addQuoted(areThePictures, panel);
+    if (format == PixelFormat::Bc6hUf16) addQuoted(hasSamePictures, panel);
     return panel;
+}
+
+/// Keeps the pictures of option --images. Throws if none is left.
+template <class AnyPicture>
+void keepImages(const Options& options, std::vector<AnyPicture>& pictures) {
+    std::erase_if(pictures, [&](const AnyPicture& picture) {
+        return !options.images.empty() && std::none_of(options.images.begin(), options.images.end(), [&](const std::string& part) {
+            return picture.name.find(part) != std::string::npos;
+        });
+    });
+    if (pictures.empty()) throw std::runtime_error("--images: no picture has a name that contains one of these");
 }
 
 std::vector<Picture> picturesFor(const Options& options) {
@@ -182,12 +187,7 @@ std::vector<Picture> picturesFor(const Options& options) {
         if (!options.own) fmt::print("no shared data in {}: pictures of the repository's own\n", options.data.string());
         pictures = ownPictures(LIGHTCOOK_SOURCE_DIR, 256);
     }
-    std::erase_if(pictures, [&](const Picture& picture) {
-        return !options.images.empty() && std::none_of(options.images.begin(), options.images.end(), [&](const std::string& part) {
-            return picture.name.find(part) != std::string::npos;
-        });
-    });
-    if (pictures.empty()) throw std::runtime_error("--images: found no picture of such a name, expected one at least");
+    keepImages(options, pictures);
     return pictures;
 }
 
@@ -195,14 +195,15 @@ std::vector<PixelFormat> formatsOf(const std::vector<std::string>& names) {
     std::vector<PixelFormat> found;
     for (const std::string& name : names) {
         const auto format = formats::pixelFormatFromName(name);
-        if (!format) throw std::runtime_error(fmt::format("--formats: found '{}', expected names as of `lightcook encode --format`", name));
+        if (!format)
+            throw std::runtime_error(fmt::format("--formats: '{}' is no format; `lightcook encode --format` has their names", name));
         found.push_back(*format);
     }
     return found;
 }
 
 /// Returns true if the pictures include the four panoramas and four light maps of the quoted figures.
-bool areTheQuotedPictures(const std::vector<Picture>& pictures) {
+bool hasQuotedPictures(const std::vector<Picture>& pictures) {
     const auto count = [&](PictureKind kind) {
         return std::count_if(pictures.begin(), pictures.end(), [kind](const Picture& picture) { return picture.kind == kind; });
     };
@@ -236,42 +237,38 @@ void measureAll(const Options& options) {
             printRow(effort, fresh);
         }
     }
-    if (!options.csv.empty()) write(options.csv, csvOf(rows));
+    if (!options.csv.empty()) writeOutput(options.csv, csvOf(rows));
     if (options.html.empty()) return;
     std::vector<ScatterPanel> panels;
     for (const PixelFormat format : formats_)
         if (std::any_of(rows.begin(), rows.end(), [format](const Row& row) { return row.format == format; }))
-            panels.push_back(panelOf(format, rows, areTheQuotedPictures(pictures)));
+            panels.push_back(panelOf(format, rows, hasQuotedPictures(pictures)));
     std::string names;
     for (const Picture& picture : pictures) names += (names.empty() ? "" : ", ") + picture.name;
-    write(options.html,
-          scatterPage("Block encoders: run time against error",
-                      {"Numbers at points are efforts, 0 fastest to 9 best. Further up is better, further left is faster. "
-                       "Time is processor time of one thread; "
-                       "decoding for the error is by the verifier's own decoders.",
-                       "Float formats: 20 log10(1 / rms(log2(1+x') - log2(1+x))). Others: PSNR of (x / (1 + x))^(1/2.2), "
-                       "alpha made from the colour. Light maps inside charts.",
-                       fmt::format("Slow efforts encode evenly spread blocks, about {} s a picture; what they gain there over the slowest "
-                                   "effort that encoded the whole is taken for what they gain on the whole. Hollow marks are "
-                                   "quoted from the project's targets and were not run here.",
-                                   options.seconds),
-                       "Pictures: " + names + "."},
-                      panels));
+    writeOutput(
+        options.html,
+        scatterPage("Block encoders: run time against error",
+                    {"Numbers at points are efforts, 0 fastest to 9 best. Further up is better, further left is faster. "
+                     "Time is processor time of one thread; "
+                     "decoding for the error is by the verifier's own decoders.",
+                     "Float formats: 20 log10(1 / rms(log2(1+x') - log2(1+x))). Others: PSNR of (x / (1 + x))^(1/2.2), "
+                     "alpha made from the colour. Light maps inside charts.",
+                     fmt::format("Slow efforts encode evenly spread blocks, about {} s a picture; what they gain there over the slowest "
+                                 "effort that encoded the whole is taken for what they gain on the whole. Hollow marks are "
+                                 "quoted from the project's targets and were not run here.",
+                                 options.seconds),
+                     "Pictures: " + names + "."},
+                    panels));
 }
 
-/// Side of the pictures on which encoders are compared [texels]: the slowest takes seconds for all.
+/// Side of the pictures on which encoders are compared [texels]. The slowest encoder takes seconds for all of them.
 constexpr int kComparisonSide = 4 * kPictureTile;
 
 std::vector<ClassPicture> classPicturesFor(const Options& options) {
     std::vector<ClassPicture> pictures;
     if (!options.own) pictures = sharedClassPictures(options.data, LIGHTCOOK_SOURCE_DIR, kComparisonSide);
     if (pictures.empty()) pictures = ownClassPictures(LIGHTCOOK_SOURCE_DIR, kComparisonSide);
-    std::erase_if(pictures, [&](const ClassPicture& picture) {
-        return !options.images.empty() && std::none_of(options.images.begin(), options.images.end(), [&](const std::string& part) {
-            return picture.name.find(part) != std::string::npos;
-        });
-    });
-    if (pictures.empty()) throw std::runtime_error("--images: found no picture of such a name, expected one at least");
+    keepImages(options, pictures);
     return pictures;
 }
 
@@ -302,8 +299,8 @@ void compareWithPeers(const Options& options) {
     if (all.empty())
         throw std::runtime_error(options.peers.string() +
                                  ": the peers encode none of these formats for these pictures; name one that they do with --formats");
-    if (!options.html.empty()) write(options.html, comparisonPage(all, pictures));
-    if (!options.json.empty()) write(options.json, comparisonJson(all));
+    if (!options.html.empty()) writeOutput(options.html, comparisonPage(all, pictures));
+    if (!options.json.empty()) writeOutput(options.json, comparisonJson(all));
 }
 
 void writeTable(const std::filesystem::path& file) {
@@ -315,13 +312,13 @@ void writeTable(const std::filesystem::path& file) {
             const std::vector<QualityRow> fresh = qualityRows(format, effort, pictures);
             const double mean = meanDb(fresh);
             fmt::print("{} effort {}: {:.4f} dB{}\n", formats::info(format).name, effort, mean,
-                       effort > 0 && mean <= before ? ", no better than the effort before: belongs into kNotBetter" : "");
+                       effort > 0 && mean <= before ? ", no better than the effort before" : "");
             std::fflush(stdout);
             before = mean;
             rows.insert(rows.end(), fresh.begin(), fresh.end());
         }
     }
-    write(file, csvOf(rows));
+    writeOutput(file, csvOf(rows));
 }
 
 }  // namespace

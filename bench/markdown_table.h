@@ -1,4 +1,4 @@
-// Markdown tables on standard output, printed row by row as the figures arrive.
+// Markdown tables on standard output, printed row by row as the figures arrive, and the format of their numbers.
 #pragma once
 
 #include <fmt/format.h>
@@ -23,6 +23,11 @@ inline void printTableHead(const std::vector<std::string>& titles) {
     }
     fmt::print("{}\n{}\n", head, rule);
     std::fflush(stdout);
+}
+
+/// Returns about three significant digits of a value, without powers of ten.
+inline std::string threeDigits(double value) {
+    return fmt::format("{:.{}f}", value, value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : value >= 0.1 ? 3 : 4);
 }
 
 /// Prints one row of cells that are formatted already.
