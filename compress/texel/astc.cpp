@@ -3,11 +3,13 @@
 #include <astcenc.h>
 
 #include <algorithm>
-#include <map>
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace lightcook::compress {
@@ -30,27 +32,40 @@ void check(astcenc_error status) {
     if (status != ASTCENC_SUCCESS) throw std::runtime_error(std::string("libastcenc: ") + astcenc_get_error_string(status));
 }
 
+Context createContext(const formats::PixelFormatInfo& format, int effort, const std::array<float, 4>& channelWeights) {
+    astcenc_config config;
+    const auto blockWidth = static_cast<unsigned>(format.blockWidth), blockHeight = static_cast<unsigned>(format.blockHeight);
+    check(astcenc_config_init(format.isFloat ? ASTCENC_PRF_HDR_RGB_LDR_A : ASTCENC_PRF_LDR, blockWidth, blockHeight, 1,
+                              kQuality[static_cast<std::size_t>(effort)], 0, &config));
+    config.cw_r_weight = channelWeights[0];
+    config.cw_g_weight = channelWeights[1];
+    config.cw_b_weight = channelWeights[2];
+    config.cw_a_weight = channelWeights[3];
+    astcenc_context* raw = nullptr;
+    check(astcenc_context_alloc(&config, 1, &raw));
+    return Context(raw);
+}
+
+/// Number of contexts that a thread keeps. It exceeds the number of textures of any light-map layout, whose strips alternate between
+/// textures with channel weights of their own. A context takes about 4 MiB.
+constexpr std::size_t kKeptContexts = 16;
+
 /// Returns this thread's context for a format and options. Creating a context takes far longer than encoding a row of blocks, so each
-/// thread keeps all that it has used. Results do not depend on earlier calls.
+/// thread keeps the last ones that it used. Results do not depend on earlier calls.
 astcenc_context* contextFor(const formats::PixelFormatInfo& format, const EncodeOptions& options) {
     using Key = std::tuple<PixelFormat, int, std::array<float, 4>>;
-    static thread_local std::map<Key, Context> contexts;
+    static thread_local std::vector<std::pair<Key, Context>> contexts;  // the last used one is the last element
     const int effort = std::clamp(options.effort, 0, 9);
-    Context& context = contexts[Key{format.format, effort, options.channelWeights}];
-    if (!context) {
-        astcenc_config config;
-        const auto blockWidth = static_cast<unsigned>(format.blockWidth), blockHeight = static_cast<unsigned>(format.blockHeight);
-        check(astcenc_config_init(format.isFloat ? ASTCENC_PRF_HDR_RGB_LDR_A : ASTCENC_PRF_LDR, blockWidth, blockHeight, 1,
-                                  kQuality[static_cast<std::size_t>(effort)], 0, &config));
-        config.cw_r_weight = options.channelWeights[0];
-        config.cw_g_weight = options.channelWeights[1];
-        config.cw_b_weight = options.channelWeights[2];
-        config.cw_a_weight = options.channelWeights[3];
-        astcenc_context* raw = nullptr;
-        check(astcenc_context_alloc(&config, 1, &raw));
-        context.reset(raw);
+    const Key key{format.format, effort, options.channelWeights};
+    const auto known = std::find_if(contexts.begin(), contexts.end(), [&key](const auto& each) { return each.first == key; });
+    if (known != contexts.end()) {
+        std::rotate(known, known + 1, contexts.end());
+    } else {
+        Context created = createContext(format, effort, options.channelWeights);
+        if (contexts.size() == kKeptContexts) contexts.erase(contexts.begin());
+        contexts.emplace_back(key, std::move(created));
     }
-    return context.get();
+    return contexts.back().second.get();
 }
 
 /// Replaces texels of significance 0 by the nearest significant texel of their block. The mean of the block instead would add a colour:
