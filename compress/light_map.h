@@ -55,8 +55,8 @@
 
 namespace lightcook::compress {
 
-/// Extremes of the best linear functions of the normal whose three colours share a slope: exit radiance = constant (1 + n . slope). Light
-/// is the largest constant of a texel, chroma are the constants over it.
+/// Extremes, over texels, of the best linear functions of the normal whose three colours share a slope: exit radiance = constant
+/// (1 + n . slope). "Light" is the largest constant of a texel, "chroma" the three constants over it.
 struct SharedExitRange {
     float lowestLight = std::numeric_limits<float>::infinity(), highestLight = 0;
     glm::vec3 lowestChroma{std::numeric_limits<float>::infinity()}, highestChroma{-std::numeric_limits<float>::infinity()};
@@ -75,7 +75,7 @@ constexpr bool needsSharedExit(formats::LightMapLayout layout) {
 class LightMapMeasure {
 public:
     /// luminanceWeights  of the working colour space
-    /// hasSharedExit     measures sharedExitRange(), which takes a third of the time and few layouts need
+    /// hasSharedExit     measures sharedExitRange(), too. That takes a third of the time, and few layouts need it
     explicit LightMapMeasure(const glm::vec3& luminanceWeights = lighting::kRec709Luminance, bool hasSharedExit = true);
     /// Adds the rows [firstRow, firstRow + rowCount) of the map. The strip must hold them.
     void add(const formats::LightMapStrip& strip, int firstRow, int rowCount);
@@ -100,7 +100,7 @@ public:
     const glm::vec3& luminanceWeights() const { return luminanceWeights_; }
     /// Largest channel of the exit radiance at the texel's own normal.
     float maximumExit() const { return maximumExit_; }
-    /// Returns the extremes over the texels whose light is in the octave of leastLight or above; 0: over all. They must have been measured.
+    /// Returns the extremes over the texels whose light is in the octave of leastLight or above; 0: over all. Requires hasSharedExit.
     SharedExitRange sharedExitRange(float leastLight) const;
     /// Count of texels and channels where |band 1| > sqrt 3 lambda_0 or |band 2| > sqrt 5 lambda_0, with 0.1 % for rounding: no
     /// non-negative light has such coefficients. Reported, not repaired.
@@ -123,13 +123,13 @@ private:
     std::array<SharedExitRange, kOctaves> sharedExit_{};  ///< [octave of the light]
 };
 
-/// Rings of texels around charts that are padded.
+/// Number of rings of texels around charts that are padded.
 inline constexpr int kLightMapPaddingRows = 2;
 
-/// Side of the blocks that charts are told apart by [texels].
+/// Side of the blocks of LightMapBlocks [texels]: each belongs to one chart.
 inline constexpr int kChartBlock = formats::kClusterBlock;
 
-/// A map by its 4 x 4 blocks, for learned layouts: which texels are covered, how much light they hold, and which chart each block belongs
+/// The 4 x 4 blocks of a map, for learned layouts: which texels are covered, how much light they hold, and which chart each block belongs
 /// to. Ten bytes a block: a 16384 x 16384 map takes 160 MiB.
 class LightMapBlocks {
 public:
@@ -145,8 +145,9 @@ public:
     /// Returns a chart for each block, numbered in the order of their first blocks; -1 for a block without covered texels.
     /// Covered texels that touch, also by a corner, and texels of one block are one chart: no filter reaches from one chart into another.
     /// These are charts of texels, found without meshes; those of atlas::findCharts() are pieces of meshes.
-    /// islands  of meshes that read the map. All blocks that an island holds texel centres of, and all covered texels that it is filtered
-    ///          from, become one chart, however narrow their connection. A block that holds only texel centres has a chart, too.
+    /// islands  of the meshes that read the map. An island joins into one chart all blocks with texel centres inside it and all covered
+    ///          texels that its filter reads, even if they do not touch. A block with such centres has a chart even if it has no covered
+    ///          texels.
     std::vector<int> chartOfBlock(std::span<const formats::IslandRun> islands = {}) const;
 
     /// A block to learn from.
@@ -159,7 +160,7 @@ public:
     std::vector<Choice> choose(const std::vector<int>& chartOfBlock, int budget) const;
 
 private:
-    /// Calls visit(block) for the blocks of a run that hold a covered texel of it; for all its blocks if its centres lie inside the island.
+    /// Calls visit(block) for the blocks of a run with a covered texel in the run; for all its blocks if the run lies inside the island.
     template <class Visit>
     void forEachBlock(const formats::IslandRun& run, Visit visit) const;
 
@@ -180,7 +181,8 @@ public:
 
     const std::vector<LightMapBlocks::Choice>& choices() const { return choices_; }
     int blocksAcross() const { return across_; }  ///< of the map
-    /// Has kSide rows. Choice i has the columns [kSide i, kSide (i + 1)); its block lies kMargin from each side of that square.
+    /// Returns the copied texels, kSide rows of them. Choice i has the columns [kSide i, kSide (i + 1)); its block lies kMargin from each
+    /// side of that square.
     const formats::LightMapStrip& texels() const { return texels_; }
     static constexpr int kMargin = kLightMapPaddingRows, kSide = kChartBlock + 2 * kMargin;
 
@@ -228,35 +230,35 @@ struct LightMapPlan {
     double bitsPerTexel() const;   ///< of all textures and layers, tables, and the index or the vertex attribute
     std::size_t gpuBytes() const;  ///< the same in bytes, with all mip levels
     std::size_t layerBytes(formats::PixelFormat format) const;  ///< of a layer of a texture, with all mip levels
-    /// gpuBytes of a layout that is this one, or this one without its last layers.
+    /// Returns gpuBytes() of a layout that is this one, or this one without its last layers.
     std::size_t gpuBytesAs(formats::LightMapLayout shorter) const;
     std::size_t tableBytes() const { return tableBytesAs(layout); }  ///< of a learned decode's factors: texture "tables"
     std::size_t tableBytesAs(formats::LightMapLayout shorter) const;
-    /// Columns of texture "tables" of a learned layout: factors of a cluster. 0 for other layouts.
+    /// Returns the columns of texture "tables" of a learned layout: factors of a cluster. 0 for other layouts.
     int tableColumns() const;
-    /// Texture "tables": RGBA16F, a row for each cluster. In it the code's factors [monomial][coefficient 1 to 8], then those of the
-    /// residual [layer][channel][coefficient]; alpha is 0. The constants "code" and "residual" hold the same numbers.
+    /// Returns texture "tables": RGBA16F, a row for each cluster. A row holds the code's factors [monomial][coefficient 1 to 8], then those
+    /// of the residual [layer][channel][coefficient]; alpha is 0. The constants "code" and "residual" hold the same numbers.
     std::vector<std::byte> tableTexels() const;
-    /// Clusters of the blocks of 4 x 4 texels of a learned layout, row by row.
+    /// Returns the clusters of the blocks of 4 x 4 texels of a learned layout, row by row.
     std::span<const std::uint8_t> clusterOfBlock() const;
     /// Returns this plan for the texels of a mip level, which encodeLightMapRows() takes as a map of its own: same constants and tables.
     /// clusterOfTexel  of a learned layout: the cluster of each texel of the level, row by row. Others: empty
     LightMapPlan ofMip(int level, std::vector<std::uint8_t> clusterOfTexel) const;
-    /// The same as the texture "index": RGBA8, four neighbours of a row of blocks in a texel. Half a bit a texel of the map.
+    /// Returns clusterOfBlock() as texture "index": RGBA8, four neighbours of a row of blocks in a texel. Half a bit a texel of the map.
     std::vector<std::byte> indexTexels() const;
     std::size_t indexBytes() const;
 };
 
-/// A map as its plans take it.
+/// The map that a plan is made for, and its statistics.
 struct MeasuredLightMap {
     formats::Target target;
     int width, height;                                          ///< [texels]
     const LightMapMeasure& measure;                             ///< of all rows
-    std::optional<LightMapObjective> objective = std::nullopt;  ///< empty: energy
+    std::optional<LightMapObjective> objective = std::nullopt;  ///< empty: errors of shaded light by energy
 };
 
-/// The decode of a learned layout is fitted to these samples of the map.
-struct LightMapLesson {
+/// The samples of a map to which the decode of a learned layout is fitted.
+struct LightMapTraining {
     const std::vector<int>& chartOfBlock;  ///< LightMapBlocks::chartOfBlock()
     const LightMapSamples& samples;        ///< of LightMapBlocks::choose(chartOfBlock, learningBlocks(...)), filled from the whole map
     int clusters = 0;  ///< largest number of bases, 1 to 256; 0: as many as cost a sixth of textures "l0" and "code", at most 64
@@ -267,7 +269,7 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, const MeasuredLightMap
 
 /// Plans a learned layout: fits its decode to a sample of the map, on the threads of the caller's TBB arena. The result is the same for
 /// any number of them.
-LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map, const LightMapLesson& lesson,
+LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map, const LightMapTraining& training,
                                  const EncodeOptions& options);
 
 /// Returns the budget for LightMapBlocks::choose: 1000 blocks and 500 for each step of effort, times the map's megapixels, at least once
@@ -284,13 +286,13 @@ struct EncodedLightMapRows {
 };
 
 /// Encodes the rows [firstRow, firstRow + rowCount) of the map.
-/// strip     holds those rows and kLightMapContextRows (light_map_context.h) more on either side where the map has them (asserted), or
-///           yet more. With fewer the result would depend on the cut
+/// strip     holds those rows and at least kLightMapContextRows (light_map_context.h) more on either side where the map has them
+///           (asserted). With fewer the result would depend on the cut
 /// firstRow  a multiple of plan.blockHeight(); so is rowCount, except at the map's end
 /// options   only the effort counts: metric, scale and weights are chosen here
-/// Texels outside charts that touch one are solved for the filter: filtered light of the surface then shows what the bake shows between its
-/// covered texels. Those one texel further take the mean of their nearest covered neighbours; all others weigh nothing. The report counts
-/// values that do not fit: negative L0 in an unsigned format, and ratios beyond the plan's range.
+/// Uncovered texels that touch a covered one are chosen so that a filter shows between texels what the covered texels alone show
+/// (light_map/filter_fit.h). Those one texel further take the mean of their nearest covered neighbours. All others have significance 0. The
+/// report counts values that do not fit: negative L0 in an unsigned format, and ratios beyond the plan's range.
 EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount,
                                        const EncodeOptions& options);
 

@@ -1,11 +1,10 @@
-// A map by its 4 x 4 blocks (LightMapBlocks) and the blocks that a learned layout learns from (LightMapSamples).
+// The 4 x 4 blocks of a map (LightMapBlocks), and copies of those that a learned layout is fitted to (LightMapSamples).
 //
 // 1. add() records the covered texels and the light of each block, strip by strip.
 // 2. chartOfBlock() joins blocks whose covered texels touch (compared as 16-bit masks), and blocks of one island of a mesh, by union-find.
-// Charts
-//    are numbered in the order of their first blocks.
-// 3. choose() walks the blocks in order and adds up the chance of each, chart by chart; a block is chosen each time the sum passes 1. So
-//    the choice is spread evenly, and needs no random numbers.
+//    Charts are numbered in the order of their first blocks.
+// 3. choose() is systematic sampling with unequal probabilities: it visits the blocks in order and adds up the probability of each, chart
+//    by chart; a block is chosen each time the sum reaches 1. The choice is spread evenly, and needs no random numbers.
 #include "compress/light_map.h"
 
 #include <algorithm>
@@ -41,8 +40,8 @@ bool touchesBelow(std::uint16_t above, std::uint16_t below) {
 }
 
 /// Returns the number of each block's set, or -1 for a block that neither has covered texels nor is held by an island. Sets with covered
-/// texels are numbered in the order of their blocks. A set without takes the number of the block before it, which makes the run-length
-/// encoded index shorter.
+/// texels are numbered in the order of their first blocks. A set without them takes the number of the block before it, which shortens the
+/// run-length encoded index.
 std::vector<int> numbered(formats::DisjointSets& sets, const std::vector<std::uint16_t>& covered, const std::vector<bool>& isHeld) {
     const auto count = static_cast<std::uint32_t>(covered.size());
     std::vector<int> ofSet(covered.size(), -1), charts(covered.size(), -1);
@@ -129,7 +128,7 @@ struct ChartLight {
     int brightest = -1, blockCount = 0;
     double brightestLight = -1;
     double light = 0;
-    double due = 0.5;  ///< sum of chances; a block is chosen each time it reaches 1
+    double due = 0.5;  ///< sum of probabilities; a block is chosen each time it reaches 1, which is then subtracted
     double brightestChosen = -1;
 };
 
@@ -169,12 +168,12 @@ std::vector<LightMapBlocks::Choice> LightMapBlocks::choose(const std::vector<int
         ChartLight& chart = lights[static_cast<std::size_t>(chartOfBlock[i])];
         const double byArea = 1 / coveredBlocks, byLight = light > 0 ? light_[i] / light : byArea;
         const double byChart = roots > 0 ? std::sqrt(chart.light) / roots / chart.blockCount : byArea;
-        const double chance = std::min(1.0, budget * (0.25 * byArea + 0.25 * byLight + 0.5 * byChart));
-        chart.due += chance;
+        const double probability = std::min(1.0, budget * (0.25 * byArea + 0.25 * byLight + 0.5 * byChart));
+        chart.due += probability;
         if (chart.due < 1) continue;
         chart.due -= 1;
         chart.brightestChosen = std::max(chart.brightestChosen, light_[i]);
-        choices.push_back({static_cast<int>(i), static_cast<float>(1 / chance)});
+        choices.push_back({static_cast<int>(i), static_cast<float>(1 / probability)});
     }
     // The sample of each chart must hold a block at least half as bright as its brightest.
     for (const ChartLight& chart : lights)

@@ -54,7 +54,7 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
     assert(strip.firstRow <= std::max(0, firstRow - kLightMapContextRows));
     assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapContextRows));
     rows::Source source = rows::makeSource(plan, strip, firstRow, rowCount);
-    // The fit is for filters of light and of ratios. Family unreal filters logarithms: the mean of the neighbours suits it better.
+    // The fit assumes filters of light and of ratios. Family unreal filters logarithms, for which the mean of the neighbours is better.
     if (formats::info(plan.layout).family != LightMapFamily::Unreal) rows::fitToFilter(plan, strip, firstRow, source);
     rows::dropFarPadding(source, plan.blockHeight());
     switch (formats::info(plan.layout).family) {

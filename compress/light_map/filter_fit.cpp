@@ -29,21 +29,20 @@ constexpr float kLeastShare = 0x1p-8f;
 
 /// Weight of solved texels for the encoder, over that of covered ones: the integral of (w_k)^2 over the places beyond a straight rim, over
 /// that around a covered texel. Layouts that divide by coefficient 0 lose more between texels elsewhere. Their weight is half of that of
-/// padding: at 1/256 the light source of the test scene `interior` loses levels
-/// of its block to the padding.
+/// padding: at 1/256 the light source of the test scene `interior` loses levels of its block to the padding.
 constexpr float kSolvedCoverage = 1.0f / 16, kDividedCoverage = 1.0f / 512;
 
 /// Least product, in a quad, of the spread of coefficient 0 over its sum and of the spread of a ratio, for which covered texels are fitted:
-/// about the share of the light by which the product of filtered factors is off.
+/// the product is about the relative error of the product of filtered factors.
 constexpr float kEdge = 0.01f;
-/// Weight of the centre of a covered texel, over that of a place. A quad has 16 places, so that centres count as much as the surface. With
-/// less, texel centres lose more than the places between them gain.
+/// Weight of the centre of a covered texel, over that of a place. A quad has 16 places, so that a centre counts as much as a quad. With a
+/// smaller weight, texel centres lose more than the places between them gain.
 constexpr float kCentre = 16;
 
 /// Gauss points of [0, 1/2].
 constexpr std::array<float, 2> kPlaces = {0.10566243f, 0.39433757f};
 
-/// Ratios to coefficient 0 that a layout holds.
+/// Range of the ratios to coefficient 0 that a layout can store.
 struct RatioRange {
     float low = -std::numeric_limits<float>::infinity(), high = std::numeric_limits<float>::infinity();
 };
@@ -271,7 +270,7 @@ private:
     }
     float exitOf(const glm::vec3& v) const { return rows::exitOf(family_, v); }
 
-    /// Solves one unknown for its neighbours, on what the layout holds.
+    /// Solves one unknown for the current values of its neighbours, and clamps it to what the layout can store.
     void update(std::size_t u, std::size_t first, std::size_t end, bool isRatio) {
         const Unknown& unknown = unknowns_[u];
         const glm::vec3 diagonal = unknown.row[4];
@@ -315,7 +314,7 @@ private:
     const formats::LightMapStrip& strip_;
     Source& source_;
     int sourceRow_;           ///< first row of the source in the strip
-    int top_ = 0, rows_ = 0;  ///< rows of the strip that are looked at; rows below count from there
+    int top_ = 0, rows_ = 0;  ///< first row and number of rows of the strip that are read; the y of all members count from top_
     LightMapFamily family_;
     std::size_t count_;    ///< of values: coefficients, or 1
     bool fitsCovered_;     ///< ratios of covered texels are fitted, too

@@ -1,4 +1,5 @@
-// Values of texels with which filtered and decoded texels show what the bake shows between its covered texels alone. Private to compress/.
+// Chooses values of texels at the borders of charts so that the texels, filtered and decoded by a GPU, show what the covered texels of the
+// bake alone show. Private to compress/.
 //
 // A filter reads texels outside charts on the surface, up to half a texel beyond the outermost centres. At a place p with bilinear weights
 // w_k the reference is R(p) = (sum over covered k of w_k v_k) / W(p), W(p) the sum of their weights, and the result is the sum over all
@@ -13,8 +14,9 @@
 // of all on the dark side. Layout ratio and the learned layouts under the visible objective therefore fit the ratios of covered texels
 // there, too. The centre of each texel weighs as much as the places of a quad, since texels are seen at their centres as well.
 //
-// The normal equations join a texel to its eight neighbours. They are solved by Gauss-Seidel in four colours, projected on what the layout
-// holds. A sweep reaches two rows, so that few rows beyond the encoded ones decide them, whatever the cut of the map.
+// The normal equations couple a texel to its eight neighbours. They are solved by projected Gauss-Seidel in four colours: each value is
+// clamped to what the layout can store. A sweep reaches two rows, so that the result depends on few rows beyond the encoded ones, and not
+// on the cut of the map.
 #pragma once
 
 #include "compress/light_map/rows.h"

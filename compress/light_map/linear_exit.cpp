@@ -40,7 +40,7 @@ public:
         std::array<Image<glm::vec4>, kAxes> slopes;
         for (auto& axis : slopes) axis = Image<glm::vec4>(source_.width, source_.height, glm::vec4(0.5f, 0.5f, 0.5f, 1));
         Image<float> significance(source_.width, source_.height, 0);
-        forEachPadded([&](int x, int y) {
+        forEachPadded(source_, [&](int x, int y) {
             const glm::vec3 l0(l0_.at(x, y));
             const std::array<glm::vec3, kAxes> slope = slopesFor(x, y, l0);
             for (std::size_t axis = 0; axis < kAxes; ++axis)
@@ -63,13 +63,6 @@ public:
     }
 
 private:
-    /// Calls visit(x, y) for covered texels and those that pad them.
-    template <class Visit>
-    void forEachPadded(Visit visit) const {
-        for (int y = 0; y < source_.height; ++y)
-            for (int x = 0; x < source_.width; ++x)
-                if (source_.coverage.at(x, y) > 0) visit(x, y);
-    }
     LinearExits bestAt(const LinearFit& fit, int x, int y) const { return fit.best(source_.lightAt(x, y, 1)); }
     SlopeRange range() const { return {glm::dvec3(-extent_), glm::dvec3(extent_)}; }
     glm::vec3 firstFor(const LinearFit& fit, const LinearExits& best) const {
@@ -79,7 +72,7 @@ private:
     }
     void encodeL0() {
         Image<glm::vec3> values(source_.width, source_.height, glm::vec3(0));
-        forEachPadded([&](int x, int y) {
+        forEachPadded(source_, [&](int x, int y) {
             const LinearFit fit = fitAt(strip_, source_, x, y);
             values.at(x, y) = firstFor(fit, bestAt(fit, x, y));
         });

@@ -17,12 +17,13 @@ const double kFirst = 2 * std::sqrt(std::numbers::pi), kLinear = std::sqrt(3 * s
 /// Factors of A: A_xy = kProduct lambda_4 and alike, A_zz = 2 kSquare lambda_6.
 const double kProduct = 0.25 * std::sqrt(15 / std::numbers::pi), kSquare = 0.25 * std::sqrt(5 / std::numbers::pi);
 
-/// The form: products of constant, of constant with linear . N, of linear.
+/// Factors of the form: constant^2 has 1, constant (linear . N) twice kCross, |linear|^2 kAlong.
 constexpr double kCross = 0.5, kAlong = 1.0 / 3;
 
 using Vector = Eigen::Matrix<double, 4, 1>;  ///< constant, then linear
 using Matrix = Eigen::Matrix<double, 4, 4>;
-using Ties = glm::dvec3;  ///< linear over the constant along each axis; 0: the axis is free
+/// The active constraints: linear over the constant along each axis; 0: the axis is free.
+using ActiveLimits = glm::dvec3;
 
 Matrix formOf(const glm::dvec3& normal) {
     Matrix form = kAlong * Matrix::Identity();
@@ -31,17 +32,17 @@ Matrix formOf(const glm::dvec3& normal) {
     return form;
 }
 
-/// Returns the function nearest to another one whose tied axes follow its constant.
-Vector solved(const Matrix& form, const Vector& wanted, const Ties& ties) {
-    Matrix free = Matrix::Identity();  // function = free * (constant, axes that are not tied)
+/// Returns the function nearest to another one under the active constraints.
+Vector solved(const Matrix& form, const Vector& wanted, const ActiveLimits& active) {
+    Matrix free = Matrix::Identity();  // function = free * (constant, free axes)
     for (int axis = 0; axis < 3; ++axis) {
-        if (ties[axis] == 0) continue;
+        if (active[axis] == 0) continue;
         free(axis + 1, axis + 1) = 0;
-        free(axis + 1, 0) = ties[axis];
+        free(axis + 1, 0) = active[axis];
     }
     Matrix normal = free.transpose() * form * free;
     for (int axis = 0; axis < 3; ++axis)
-        if (ties[axis] != 0) normal(axis + 1, axis + 1) = 1;
+        if (active[axis] != 0) normal(axis + 1, axis + 1) = 1;
     const Vector right = free.transpose() * (form * wanted);
     return free * normal.ldlt().solve(right);
 }
@@ -64,30 +65,30 @@ LinearExit LinearFit::within(const LinearExit& best, double extent) const {
     const auto isTooLong = [&](double part, double constant) { return std::abs(part) > extent * constant; };
     const glm::dvec3& l = best.linear;
     if (!isTooLong(l.x, best.constant) && !isTooLong(l.y, best.constant) && !isTooLong(l.z, best.constant)) return best;
-    // The solution has some axes at their limit, tied to the constant. Ties those beyond it and solves for the others again, until none is
-    // left. If a tie pulls the wrong way, all 26 choices of ties are tried.
+    // Active-set method: axes beyond their limit become active constraints, and the others are solved again, until no axis is beyond its
+    // limit. If a multiplier has the wrong sign, all 26 active sets are tried.
     const Vector wanted(best.constant, l.x, l.y, l.z);
     const Matrix form = formOf(normal_);
-    Ties ties{};
+    ActiveLimits active{};
     Vector found = wanted;
     for (bool hasNew = true; hasNew;) {
         hasNew = false;
         for (int axis = 0; axis < 3; ++axis) {
-            if (ties[axis] != 0 || !isTooLong(found[axis + 1], found[0])) continue;
-            ties[axis] = found[axis + 1] < 0 ? -extent : extent;
+            if (active[axis] != 0 || !isTooLong(found[axis + 1], found[0])) continue;
+            active[axis] = found[axis + 1] < 0 ? -extent : extent;
             hasNew = true;
         }
-        if (hasNew) found = solved(form, wanted, ties);
+        if (hasNew) found = solved(form, wanted, active);
     }
     const Vector slope = form * (found - wanted);
     bool isOptimal = found[0] >= 0;
-    for (int axis = 0; axis < 3; ++axis) isOptimal = isOptimal && ties[axis] * slope[axis + 1] <= 0;
+    for (int axis = 0; axis < 3; ++axis) isOptimal = isOptimal && active[axis] * slope[axis + 1] <= 0;
     if (!isOptimal) {
         found = Vector::Zero();
         double least = wanted.dot(form * wanted);
         for (int choice = 1; choice < 27; ++choice) {
-            for (int axis = 0, rest = choice; axis < 3; ++axis, rest /= 3) ties[axis] = extent * (rest % 3 == 2 ? -1 : rest % 3);
-            const Vector each = solved(form, wanted, ties), error = each - wanted;
+            for (int axis = 0, rest = choice; axis < 3; ++axis, rest /= 3) active[axis] = extent * (rest % 3 == 2 ? -1 : rest % 3);
+            const Vector each = solved(form, wanted, active), error = each - wanted;
             const double cost = error.dot(form * error), limit = each[0] * (1 + 1e-9);
             if (isTooLong(each[1], limit) || isTooLong(each[2], limit) || isTooLong(each[3], limit) || !(cost < least)) continue;
             least = cost;

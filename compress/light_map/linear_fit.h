@@ -1,5 +1,5 @@
-// The linear function of the normal that shows light best: E(n) = constant + n . linear is all that an engine with four SH coefficients can
-// show of a white surface. Private to compress/.
+// The best linear function of the normal for the exit radiance of a white surface: E(n) = constant + n . linear is all that an engine with
+// four SH coefficients can show. Private to compress/.
 //
 // Dropping band 2 gives the best function over all normals, but a surface has only normals of its own hemisphere, where a linear function
 // follows much of band 2. Here the integral of the squared error over that hemisphere is minimized. With N the surface's normal, z = n . N
@@ -61,7 +61,7 @@ public:
     /// Returns the functions nearest to `best` that share a slope. Slope and constants are solved in turns.
     /// start  the constants to begin with
     SharedExit shared(const LinearExits& best, const glm::dvec3& start, const SlopeRange& range, int rounds = kSharedRounds) const;
-    static constexpr int kSharedRounds = 4;  ///< more change the tenth of a percent of the error
+    static constexpr int kSharedRounds = 4;  ///< further rounds change the error by about 0.1 %
 
 private:
     double product(const LinearExit& a, const LinearExit& b) const;

@@ -31,7 +31,8 @@ namespace {
 using formats::Image;
 using formats::PixelFormat;
 
-/// Half the range of the residual of uvw. Halo 3 has 1; BC1 colours leave far less. docs/lab/experiments.md has error against span.
+/// Half the range of the residual of uvw. Halo 3 has 1; the residuals of BC1 colours are far smaller. docs/lab/experiments.md has error
+/// against span.
 constexpr float kLuvwSpan = 0.125f;
 constexpr float kHalfCode = 0.5f / 255;
 
@@ -122,8 +123,8 @@ private:
         return withAlpha(std::move(layer), texels, alphaSignificance(texels));
     }
 
-    /// Returns a0, or where it is a few codes the least code that a1 can lower to it: dark texels whose a0 is rounded down to 0 would be
-    /// black, and a1 raises by a quarter at most.
+    /// Returns a0. If it is only a few codes, returns the least code from which a1 can lower it to a0: a dark texel whose a0 is rounded
+    /// down to 0 would be black, and a1 can raise by a quarter at most.
     float raised(float a0) const {
         constexpr float kFewCodes = 8;
         const float code = 255 * a0, nearest = std::max(1.0f, std::round(code));
@@ -201,7 +202,7 @@ private:
     Image<glm::vec4> firstDecoded_, secondDecoded_;
 };
 
-/// Returns the layers of either texture that hold a coefficient each. The last layer of a zonal layout holds the intensity.
+/// Returns the number of layers of either texture that hold a coefficient each. The last layer of a zonal layout holds the intensity.
 std::size_t luvwCoefficients(const LightMapPlan& plan) {
     return static_cast<std::size_t>(plan.textures[0].layerCount - (formats::info(plan.layout).isZonal ? 1 : 0));
 }

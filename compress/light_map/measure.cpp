@@ -1,3 +1,4 @@
+// LightMapMeasure: statistics of a map, texel by texel. Sums are integers and extremes, so that they do not depend on the order of texels.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -17,7 +18,7 @@ namespace {
 constexpr float kRatioAllowance = 1.25f;
 /// |band l| / lambda_0 of non-negative light is at most sqrt(2l + 1).
 constexpr std::array<float, 3> kRatioBound = {1.0f, 1.7320508f, 2.2360680f};
-constexpr double kLogUnits = 1 << 24;
+constexpr double kLogUnits = 1 << 24;  ///< units of logLuminanceSum_ in 1
 
 float largestAbsolute(const glm::vec3& v) {
     return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -92,7 +93,7 @@ std::size_t LightMapMeasure::octaveOf(float light) {
 void LightMapMeasure::addSharedExit(const lighting::ShRgb& sh, const glm::vec3& normal) {
     const rows::LinearFit fit(normal);
     const rows::LinearExits best = fit.best(sh);
-    // One round from constants that hold the slopes is near enough for a range: the encoder solves on within it.
+    // One round, from constants that hold the slopes, is accurate enough for a range: the encoder solves within it.
     glm::dvec3 start;
     for (std::size_t c = 0; c < best.size(); ++c) {
         const glm::dvec3 linear = glm::abs(best[c].linear);

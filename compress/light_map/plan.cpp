@@ -38,7 +38,7 @@ float halfRange(float largest) {
 
 namespace {
 
-/// GPU memory of what names the clusters [bytes].
+/// Returns the GPU memory of the vertex attribute or the texture "index" that names the clusters [bytes].
 std::size_t clusterBytes(const LightMapPlan& plan) {
     return plan.vertexBytes > 0 ? plan.vertexBytes : plan.indexBytes();
 }

@@ -17,7 +17,7 @@ namespace {
 
 using formats::Image;
 
-/// Returns the layers of texture "ratio" that hold a coefficient each. The last layer of a zonal layout holds band 2.
+/// Returns the number of layers of texture "ratio" that hold a coefficient each. The last layer of a zonal layout holds band 2.
 std::size_t ratioCoefficients(const LightMapPlan& plan) {
     return static_cast<std::size_t>(plan.textures[1].layerCount - (formats::info(plan.layout).isZonal ? 1 : 0));
 }

@@ -15,16 +15,16 @@ using formats::Image;
 using formats::ImageView;
 using formats::PixelFormat;
 
-/// Weight of padded texels beside charts: their values matter to filters at chart edges, but never at the cost of a texel inside. And that
-/// of texels one further away.
+/// Weights of padded texels beside charts, and of texels one further away. Their values matter to filters at chart edges, but must not cost
+/// precision of a covered texel.
 constexpr float kPaddingSignificance = 0x1p-8f, kSecondSignificance = 0x1p-16f;
 
-/// Factor by which light differs that a block cannot hold beside its own at next to no cost.
+/// Factor between the light of a second-ring texel and that of its block beyond which the texel would cost the block precision.
 constexpr float kFarLight = 8;
 
-/// Above this share of the key, errors count by their ratio; below, by their size. Learned layouts need the smaller one: the same tables
-/// decode all light levels, and errors in dark texels would go unnoticed. So do family hdr and flat-2, whose dark texels share blocks with
-/// lit ones.
+/// The knee of the weights, as a share of the key: above it errors count by their ratio to the light, below it by their size. Learned
+/// layouts need the smaller one, because the same tables decode all light levels, and errors in dark texels would hardly count. So do
+/// family hdr and flat-2, whose dark texels share blocks with lit ones.
 constexpr float kKnee = 1.0f, kSmallKnee = 0.1f;
 
 float kneeOf(const formats::LightMapLayoutInfo& layout) {
@@ -32,7 +32,7 @@ float kneeOf(const formats::LightMapLayoutInfo& layout) {
     return layout.isLearned() || isLinear ? kSmallKnee : kKnee;
 }
 
-/// Writes the values of one texel that layouts store: nine coefficients, or the exit radiance.
+/// Sets `out` to the values of one texel that layouts store: nine coefficients, or the exit radiance.
 void texelValues(const formats::LightMapStrip& strip, bool isFlat, int x, int y, std::span<glm::vec3> out) {
     const lighting::ShRgb& sh = strip.sh.at(x, y);
     if (isFlat)

@@ -1,4 +1,4 @@
-// The start of every light-map encoder: rows of a map, padded and weighed, and layers of texels to encode. Private to compress/.
+// Shared by the light-map encoders: rows of a map, padded and with weights, and layers of texels to encode. Private to compress/.
 #pragma once
 
 #include <algorithm>
@@ -35,14 +35,21 @@ inline constexpr float kShaderY0 = 0.28209479f;
 inline float exitOf(formats::LightMapFamily family, const glm::vec3& value) {
     return (family == formats::LightMapFamily::Flat ? 1.0f : kShaderY0) * std::max({value.x, value.y, value.z, 0.0f});
 }
+/// Calls visit(x, y) for the covered texels and those that pad them.
+template <class Visit>
+void forEachPadded(const Source& source, Visit visit) {
+    for (int y = 0; y < source.height; ++y)
+        for (int x = 0; x < source.width; ++x)
+            if (source.coverage.at(x, y) > 0) visit(x, y);
+}
 /// Sets the importance of a texel from its values and coverage.
 void weigh(const LightMapPlan& plan, Source& source, int x, int y);
-/// Texels outside charts are padded with the mean of their nearest covered neighbours.
+/// Returns the rows [firstRow, firstRow + rowCount), with texels outside charts padded with the mean of their nearest covered neighbours.
 Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount);
 
-/// Takes the weight of padded texels two rings from a chart whose light is far from that of the charts and their first ring in the same
-/// block (kFarLight): the block would lose texels that are seen. A filter reads the second ring only where a triangle leaves its chart's
-/// texels.
+/// Sets the weight of padded texels of the second ring to 0 if their light is far (kFarLight) from that of the covered texels and the first
+/// ring in the same block: holding it would cost the block the precision of texels that are seen. A filter reads the second ring only where
+/// a triangle leaves its chart's texels.
 /// blockSize  side of the encoded blocks [texels]
 void dropFarPadding(Source& source, int blockSize);
 
@@ -66,8 +73,8 @@ Layer encodeAlpha(const formats::Image<glm::vec4>& texels, const formats::Image<
 /// alpha  BC4, decoded
 void putAlpha(Layer& color, const Layer& alpha);
 
-/// Layouts of two HDR textures decode mix(first, second, share). The second texture stores errors of the first one divided by the share,
-/// and no negative values: a larger share holds larger errors, a smaller one makes less of the texture's own.
+/// Layouts of two HDR textures decode mix(first, second, share). The second texture stores the first one plus its error over the share,
+/// clamped to 0 and above: a larger share can correct larger errors, a smaller one adds less of the second texture's own error.
 inline constexpr float kSecondShare = 1.0f / 8;
 /// Returns what the second texture stores for a value that the first one decodes as `first`.
 inline glm::vec3 secondOf(const glm::vec3& value, const glm::vec3& first, float share) {

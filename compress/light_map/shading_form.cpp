@@ -25,16 +25,18 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Tag = hn::CappedTag<float, 8>;
 constexpr Tag kTag;
 
-/// The curve of a display is steep at black. A slope right there would make errors much larger than they are seen, since an error leaves
-/// the place of the slope: slopes are taken where the light is brighter by this share of the response to coefficient 0.
+/// The response curve of a display is steep at black. A slope at black would overstate the visible error, since an error moves the light to
+/// where the curve is flatter. So slopes are taken where the light is brighter by this share of the response to coefficient 0.
 constexpr float kExpectedError = 0.2f;
-/// A channel that the reference has below zero is shown as black, and so is the result unless its error is positive and large.
+/// Factor of errors of a channel that the reference has below zero: it is shown as black, and so is the result unless its error is positive
+/// and large.
 constexpr float kHidden = 0.1f;
 /// The brightest light of some maps is most of their energy, and an eye sees little of its errors. So errors cost by their energy too: one
 /// of the map's RMS costs as much as a visible error of sqrt(kEnergyShare) (docs/lab/experiments.md has others).
 constexpr double kEnergyShare = 1e3;
 using Rows = std::vector<lighting::ShDouble>;
 
+/// Returns the response of the exit radiance at a normal to each of nine coefficients, times a weight.
 lighting::ShDouble exitRow(const glm::dvec3& normal, double weight) {
     lighting::ShDouble row = lighting::evaluateBasis(normal);
     for (std::size_t c = 0; c < kCoefficientCount; ++c)
@@ -53,8 +55,9 @@ lighting::ShDouble specularRow(const glm::dvec3& view, double m, double f0, ligh
     return turn.apply(row);
 }
 
-/// Objective energy: normals of the hemisphere, and views and materials, each relative to its value for constant light, so that a material
-/// of F0 = 4 % counts as much as one of 60 %. Returned as nine rows: the columns of the Cholesky factor of their products.
+/// Returns the rows of objective energy: normals of the hemisphere, and views and materials, each relative to its value for constant light,
+/// so that a material of F0 = 4 % counts as much as one of 60 %. They are reduced to nine rows with the same sum of products: the columns
+/// of its Cholesky factor.
 Rows energyRows() {
     constexpr int kNormals = 16, kViews = 6;
     Rows rows;
@@ -78,8 +81,9 @@ Rows energyRows() {
     return rows;
 }
 
-/// Objective visible: the normals and views that the verifier samples (docs/theory/visible.md), with the largest F0, whose lobes are the
-/// brightest; those of others are nearly the same. Fewer views leave lobes between them unseen, and errors collect there.
+/// Returns the rows of objective visible: the normals and views that the verifier samples (docs/theory/visible.md), with the largest F0,
+/// whose lobes are the brightest; those of others are nearly the same. Fewer views leave lobes between them unseen, and errors collect
+/// there.
 Rows visibleRows(const LightMapObjective& objective) {
     constexpr int kCap = 24, kViews = 8;
     Rows rows = {exitRow({0, 0, 1}, 1)};
@@ -223,8 +227,8 @@ void ShadingForm::weighColours() {
 
 namespace {
 
-/// Adds a share of the mean cost to each coefficient of each channel. Some errors are hardly seen, such as those of light below zero, and
-/// solvers would make them as large as they like.
+/// Adds a share of the mean cost to each coefficient of each channel. Some errors are hardly seen, such as those of light below zero.
+/// Without a cost of their own, solvers would not bound them.
 void addAllDirections(PackedForm& form) {
     constexpr float kShare = 0.1f;
     for (std::size_t channel = 0; channel < 3; ++channel) {

@@ -13,9 +13,9 @@
 // Other formats have one block for colour and alpha, with weights by channel: a0 and rgb0, then a1 and rgb1 for the decoded first texture.
 //
 // The engine's black point kBlack is fixed, but the unit of L is free, since SCALE0.rgb and ADD0.rgb take it back. It is chosen such that
-// kBlack stands for kKnee times the key: light above it is stored by its logarithm, and light below it by its size. Linear filters average
-// light, so that a large knee makes less of the error between texels, and a small one less of the error of codes in the dark.
-// The unit is a power of two, so that maps that differ by such a factor have the same codes.
+// kBlack stands for kKnee times the key: light above it is stored by its logarithm, and light below it by its size. A GPU filters the
+// stored logarithms, so that a larger knee reduces the error between texels, and a smaller one the error of codes in the dark. The unit is
+// a power of two, so that maps that differ by such a factor have the same codes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -87,7 +87,7 @@ private:
     }
 };
 
-/// Weights of channels such that the largest is 1, and none is 0.
+/// Returns channel weights scaled so that the largest is 1, and at least 1e-6, since 0 would leave a channel to chance.
 std::array<float, 4> normalized(const glm::vec4& weights) {
     const float largest = std::max({weights.x, weights.y, weights.z, weights.w});
     std::array<float, 4> out{};
@@ -122,13 +122,6 @@ private:
     using Numbers = Image<glm::vec4>;
     using Weights = Image<float>;
 
-    /// Calls visit(x, y) for covered texels and those that pad them.
-    template <class Visit>
-    void forEachPadded(Visit visit) const {
-        for (int y = 0; y < source_.height; ++y)
-            for (int x = 0; x < source_.width; ++x)
-                if (source_.coverage.at(x, y) > 0) visit(x, y);
-    }
     Weights noWeights() const { return Weights(source_.width, source_.height, 0); }
     /// Returns the weight of a texel's number for its slope d(light) / d(number).
     float weightOf(int x, int y, float slope) const {
@@ -144,7 +137,7 @@ private:
     void fit() {
         light_ = Image<glm::vec3>(source_.width, source_.height, glm::vec3(0));
         slope_ = Image<glm::dvec3>(source_.width, source_.height, glm::dvec3(0));
-        forEachPadded([&](int x, int y) {
+        forEachPadded(source_, [&](int x, int y) {
             const LinearFit fit = fitAt(strip_, source_, x, y);
             const LinearExits best = bestAt(fit, x, y);
             glm::dvec3 start;
@@ -156,7 +149,7 @@ private:
     }
     /// Sets light_ to the best for the slopes that the direction decodes to.
     void fitLight(const Numbers& direction) {
-        forEachPadded([&](int x, int y) {
+        forEachPadded(source_, [&](int x, int y) {
             for (int i = 0; i < 3; ++i) {
                 const float value = direction.at(x, y)[i] * k_.scale1[i] + k_.add1[i];
                 slope_.at(x, y)[UnrealConstants::axisOf(i)] = static_cast<double>(value / kY0);
@@ -170,7 +163,7 @@ private:
 
     /// Sets alphas to a0, and the weights of both.
     void setFirstAlpha(Numbers& texels, Weights& weights) const {
-        forEachPadded([&](int x, int y) {
+        forEachPadded(source_, [&](int x, int y) {
             const float l = largestOf(light_.at(x, y)) / lightOfUnit_;
             texels.at(x, y).w = k_.storedLog(l);
             weights.at(x, y) = weightOf(x, y, lightOfUnit_ * slopeOfLog(l));
@@ -178,7 +171,7 @@ private:
     }
     /// Sets colours to rgb0, for alphas a0.
     void setColor(Numbers& texels, const Numbers& alpha, Weights& weights) const {
-        forEachPadded([&](int x, int y) {
+        forEachPadded(source_, [&](int x, int y) {
             const glm::vec3& light = light_.at(x, y);
             const float l = reachable(alpha.at(x, y).w, largestOf(light) / lightOfUnit_);
             for (int c = 0; c < 3; ++c)
@@ -187,9 +180,9 @@ private:
         });
     }
     /// Sets alphas to a1, for the decoded first texture.
-    /// hasSlope  for the slopes slope_; false: with the best ones
+    /// hasSlope  true: the slopes slope_ are given; false: sets slope_ to the best ones for the light that a1 gives
     void setSecondAlpha(Numbers& texels, const Numbers& first, bool hasSlope, Weights& weights) {
-        forEachPadded([&](int x, int y) {
+        forEachPadded(source_, [&](int x, int y) {
             const glm::vec4& stored = first.at(x, y);
             const glm::vec3 uvw = k_.colorOf(stored);
             const LinearFit fit = fitAt(strip_, source_, x, y);
@@ -209,7 +202,7 @@ private:
     }
     /// Sets colours to rgb1, for slopes slope_.
     void setDirection(Numbers& texels, Weights& weights) const {
-        forEachPadded([&](int x, int y) {
+        forEachPadded(source_, [&](int x, int y) {
             for (int i = 0; i < 3; ++i)
                 texels.at(x, y)[i] = UnrealConstants::stored(kY0 * static_cast<float>(slope_.at(x, y)[UnrealConstants::axisOf(i)]),
                                                              k_.scale1[i], k_.add1[i]);

@@ -24,7 +24,7 @@ Eigen::VectorXf costs(const ChartPoints& points, const Eigen::VectorXf& squaredN
     return residual.cwiseMax(0.0f).cwiseProduct(points.weights);
 }
 
-/// Returns the points minus their mean. costs() subtracts squares, which then are of the size of the differences.
+/// Returns the points minus their mean, so that the squares that costs() subtracts are not much larger than their differences.
 ChartPoints centred(const ChartPoints& points) {
     ChartPoints out = points;
     const float weight = points.weights.sum();
@@ -152,7 +152,7 @@ private:
     std::vector<std::vector<double>> chartCosts_;  ///< [cluster][chart]
     std::vector<double> ownCosts_;                 ///< [chart], -1 if not computed yet
     std::vector<std::vector<Eigen::Index>> pointsOfChart_;
-    double total_;  ///< cost of all points under the subspace {0}
+    double total_;  ///< weighted sum of the squared points: scale of the rounding error
 };
 
 }  // namespace

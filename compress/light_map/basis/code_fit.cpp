@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kRounds = 6, kEncodeRounds = 2;
 constexpr float kDeviationsAcross = 12;
-constexpr std::size_t kSeeds = 16;  ///< of each of two kinds
+constexpr std::size_t kSeeds = 16;  ///< seeds that lie far apart, and as many that are spaced evenly: see chooseSeeds()
 
 class CodeFitter {
 public:
@@ -40,7 +40,7 @@ public:
     }
 
 private:
-    /// Sets the codes to principal coordinates.
+    /// Sets the codes of each cluster to the principal coordinates of its ratios.
     void startCodes() {
         for (const std::vector<SampleTexel*>& members : sample_.clusters()) {
             if (members.empty()) continue;
@@ -55,6 +55,7 @@ private:
         }
     }
 
+    /// Fits the tables to the codes, then the codes and coefficients 0 to the tables.
     void fitTablesAndCodes() {
         forEachInParallel(sample_.clusters().size(),
                           [&](std::size_t cluster) { fitTable(sample_.clusters()[cluster], model_.shape, model_.code[cluster]); });
@@ -85,6 +86,7 @@ private:
             visit(sample_.clusters()[cluster], CodeSpace(model_.code[cluster], model_.shape));
     }
 
+    /// Stretches each channel of the codes of a cluster to [0, 1].
     void stretchCodes() {
         for (const std::vector<SampleTexel*>& members : sample_.clusters())
             for (int k = 0; k < model_.shape.codeChannels; ++k) stretchChannel(members, k);

@@ -12,7 +12,7 @@
 
 namespace lightcook::compress {
 
-/// Codes beyond this number of standard deviations are clamped, so that a few texels do not make everyone's steps coarse.
+/// Codes beyond this number of standard deviations are clamped, so that a few texels do not make the quantization of all codes coarse.
 inline constexpr float kRangeDeviations = 6;
 
 /// Fits model.code, model.seeds and model.codeWeights to the sample, whose texels have clusters. Then subtracts the decoded codes from the

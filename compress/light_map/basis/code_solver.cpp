@@ -184,6 +184,7 @@ public:
         return out;
     }
 
+    /// Runs Levenberg-Marquardt from a code; the constants are explained at the head of code_solver.h.
     SolvedCode descend(const glm::vec4& start) const {
         constexpr int kSteps = 8;
         constexpr float kEnough = 1e-4f;

@@ -1,10 +1,9 @@
 // The code of a texel of a learned layout: nonlinear least squares under the quadratic decode. Private to compress/.
 //
-// Minimises e' Q e over u in [0, 1]^n, where e is the error of the ratios under code u (that of coefficient 0 is given, and the others can
-// make up for some of it), by Levenberg and Marquardt with clamping: up to 8 steps of a 4 x 4 system, damping 1e-3 of the mean diagonal at
-// first, times 0.2 after a step that reduces the error and times 10 after one that does not. Stops when a step gains less than 1e-4 of the
-// error.
-// A quadratic decode can have several local minima. search() therefore starts from the best of the cluster's seeds.
+// Minimises e' Q e over u in [0, 1]^n, where e is the error of the ratios under code u (the error of coefficient 0 is given, and the others
+// can compensate for some of it), by Levenberg-Marquardt with clamping: up to 8 steps of a 4 x 4 system, damping 1e-3 of the mean diagonal
+// at first, times 0.2 after a step that reduces the error and times 10 after one that does not. Stops when a step gains less than 1e-4 of
+// the error. A quadratic decode can have several local minima. search() therefore starts from the best of the cluster's seeds.
 #pragma once
 
 #include <span>
@@ -27,7 +26,7 @@ public:
 
     /// Returns the local minimum that the iteration reaches from `start`.
     SolvedCode solve(const BasisTarget& target, const glm::vec4& start) const;
-    /// The same from the best of the seeds and the middle of the box.
+    /// Returns the local minimum that the iteration reaches from the best of the seeds and the middle of the box.
     SolvedCode search(const BasisTarget& target) const;
     /// Returns the growth of the error with each channel: the diagonal of J' Q J.
     glm::vec4 sensitivity(const BasisTarget& target, const glm::vec4& code) const;

@@ -1,6 +1,6 @@
 // Encoding of rows under a learned layout: a code for each texel, then coefficient 0, then the residual layers. Each stage is solved
-// against the decoded texels of those before it. Coefficient 0 comes after the codes, since its three numbers can make up for much of their
-// error; codes are solved in turns with it.
+// against the decoded texels of those before it. Coefficient 0 comes after the codes, since its three numbers can compensate for much of
+// their error; codes are solved in turns with it.
 //
 // A row of blocks goes through all stages before the next, so that the forms of its texels (shading_form.h), which cost more to compute
 // than a code, are computed once for all stages.
@@ -65,7 +65,7 @@ public:
 
     EncodedLightMapRows run() {
         out_.textures.resize(plan_.textures.size());
-        forEachCovered([&](int x, int y) {
+        rows::forEachPadded(source_, [&](int x, int y) {
             const glm::ivec2 owner = source_.owner.at(x, y);
             forms_[indexOf(x, y)] = shading_.at(source_.lightAt(x, y, range_), strip_.normal.at(owner.x, owner.y - strip_.firstRow));
         });
@@ -92,12 +92,6 @@ private:
     std::size_t clusterAt(int x, int y) const {
         const glm::ivec2 owner = source_.owner.at(x, y);
         return model_.clusterAt(owner.x, owner.y);
-    }
-    template <class Visit>
-    void forEachCovered(Visit visit) const {
-        for (int y = 0; y < source_.height; ++y)
-            for (int x = 0; x < source_.width; ++x)
-                if (source_.coverage.at(x, y) > 0) visit(x, y);
     }
 
     /// A texel on its way: its coefficient 0 and its code are solved in turns.
@@ -159,12 +153,13 @@ private:
             return evaluateCode(model_.code[clusterAt(x, y)], model_.shape.monomialCount(), codes_.at(x, y));
         };
         Image<glm::vec3> dc(source_.width, source_.height, glm::vec3(0));
-        forEachCovered([&](int x, int y) { dc.at(x, y) = range_ * solveDc(formAt(x, y), source_.lightAt(x, y, range_), ratiosAt(x, y)); });
+        rows::forEachPadded(
+            source_, [&](int x, int y) { dc.at(x, y) = range_ * solveDc(formAt(x, y), source_.lightAt(x, y, range_), ratiosAt(x, y)); });
         rows::Layer l0 = rows::encodeHdr(plan_, source_, dc, range_, options_, true, out_.report);
         out_.textures[0].layers.push_back(std::move(l0.bytes));
         dc_ = std::move(l0.decoded);
         if (model_.residual.empty()) return;
-        forEachCovered([&](int x, int y) {
+        rows::forEachPadded(source_, [&](int x, int y) {
             ratio_.at(x, y) = ratiosTo(source_.lightAt(x, y, range_), glm::vec3(dc_.at(x, y)));
             subtractCode(ratiosAt(x, y), ratio_.at(x, y));
         });
@@ -174,7 +169,7 @@ private:
         const bool isLast = layer + 1 == model_.residual.size();
         const std::vector<ResidualTable>& tables = model_.residual[layer];
         Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(kResidualNeutral));
-        forEachCovered([&](int x, int y) {
+        rows::forEachPadded(source_, [&](int x, int y) {
             const ResidualTable& table = tables[clusterAt(x, y)];
             const BasisTarget target{ratio_.at(x, y), RatioCost(formAt(x, y), glm::vec3(dc_.at(x, y)))};
             texels.at(x, y) = solveResidual(table, target);
@@ -182,7 +177,7 @@ private:
         });
         const Image<glm::vec4> decoded = encodeTexels(2, texels, model_.residualWeights[layer], !isLast);
         if (isLast) return;
-        forEachCovered([&](int x, int y) { subtractResidual(tables[clusterAt(x, y)], decoded.at(x, y), ratio_.at(x, y)); });
+        rows::forEachPadded(source_, [&](int x, int y) { subtractResidual(tables[clusterAt(x, y)], decoded.at(x, y), ratio_.at(x, y)); });
     }
 
     Image<glm::vec4> encodeTexels(std::size_t texture, Image<glm::vec4>& texels, const glm::vec4& weights, bool wantsDecoded) {
@@ -202,7 +197,7 @@ private:
     float range_;  ///< of coefficient 0: all light below is over it
     ShadingForm& shading_;
     const std::vector<CodeSpace>& spaces_;  ///< [cluster]
-    std::vector<PackedForm> forms_;         ///< of covered texels
+    std::vector<PackedForm> forms_;         ///< of covered and padded texels
     Image<glm::vec4> codes_;                ///< decoded
     Image<glm::vec4> dc_;                   ///< decoded coefficient 0 over range
     Image<ByChannel> ratio_;                ///< still to be coded, over the decoded coefficient 0

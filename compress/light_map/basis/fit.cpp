@@ -15,7 +15,7 @@ namespace lightcook::compress {
 
 namespace {
 
-/// Returns the texels that clusters are found from: about a third, and the first of each chart.
+/// Returns the texels that clusters are computed from: about a third of the sample, and the first of each chart.
 std::vector<SampleTexel*> thinned(BasisSample& sample, const std::vector<int>& chartOfBlock) {
     std::vector<SampleTexel*> out;
     int lastChart = -1;
@@ -55,8 +55,8 @@ void assignClusters(BasisSample& sample, const std::vector<int>& chartOfBlock, i
     for (const int cluster : clusters) count = std::max(count, cluster + 1);
     model.code.assign(static_cast<std::size_t>(count), CodeTable{});
     model.clusterOfBlock.resize(chartOfBlock.size());
-    // A block without light has the cluster of a chart beside it, whose surface may reach half a texel into it, else that of the block
-    // before it: fewer runs.
+    // A block without a chart has the cluster of a chart beside it, whose surface may reach half a texel into the block; else that of the
+    // block before it, which gives fewer runs.
     int last = 0;
     for (std::size_t block = 0; block < chartOfBlock.size(); ++block) {
         if (const int chart = chartBeside(chartOfBlock, static_cast<int>(block), model.blocksAcross); chart >= 0)
@@ -70,15 +70,15 @@ void assignClusters(BasisSample& sample, const std::vector<int>& chartOfBlock, i
 
 }  // namespace
 
-BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const LightMapLesson& lesson, int clusterCount,
+BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const LightMapTraining& training, int clusterCount,
                     const EncodeOptions& options) {
     assert(clusterCount >= 1 && clusterCount <= 256);
     BasisModel model;
     model.shape = shape;
-    model.blocksAcross = lesson.samples.blocksAcross();
-    BasisSample sample(plan, lesson.samples, options);
+    model.blocksAcross = training.samples.blocksAcross();
+    BasisSample sample(plan, training.samples, options);
     model.lightSquare = sample.lightSquare();
-    assignClusters(sample, lesson.chartOfBlock, clusterCount, model);
+    assignClusters(sample, training.chartOfBlock, clusterCount, model);
     fitCodes(sample, model);
     for (int layer = 0; layer < shape.residualLayers; ++layer) addResidualLayer(sample, model);
     return model;

@@ -14,7 +14,7 @@ namespace lightcook::compress {
 
 /// Assigns charts to at most clusterCount clusters (1 to 256) and fits the tables of every cluster.
 /// plan    of the map: textures, range and key are read
-BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const LightMapLesson& lesson, int clusterCount,
+BasisModel fitBasis(const LightMapPlan& plan, const BasisShape& shape, const LightMapTraining& training, int clusterCount,
                     const EncodeOptions& options);
 
 }  // namespace lightcook::compress

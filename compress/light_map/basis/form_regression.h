@@ -23,7 +23,7 @@ public:
     void add(const BasisTarget& target, double weight, const Eigen::VectorXd& features, const Eigen::VectorXd& products);
 
     /// Improves F [unknown][feature] by up to `steps` conjugate gradients, preconditioned by the blocks of the channels.
-    /// ridge  draws each number towards its start by this share of its channel's mean diagonal
+    /// ridge  pulls each number towards its start: this share of its channel's mean diagonal is added to the diagonal
     void solve(Eigen::MatrixXd& factors, int steps, double ridge);
 
     /// Unknowns: coefficients 1 to 8 of r, g and b, then coefficients 0 if they are unknown.

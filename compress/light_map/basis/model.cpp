@@ -10,14 +10,14 @@ namespace lightcook::compress {
 
 namespace {
 
-/// Coefficient 0 of a texel is drawn towards its own value by this share of its weight, so that neighbours stay alike, and changes at most
-/// by this factor.
+/// Coefficient 0 of a texel is pulled towards its own value by this share of its weight, so that neighbours stay alike, and changes at most
+/// by a factor of kLargestChange.
 constexpr float kPullToLight = 0.1f, kLargestChange = 4;
 /// Share of the mean diagonal that is added to the equations of a residual texel.
 constexpr float kRidge = 1e-3f;
 
-using Quartet = Eigen::Matrix<float, 4, 4>;
-using Four = Eigen::Matrix<float, 4, 1>;
+using Matrix4 = Eigen::Matrix<float, 4, 4>;
+using Vector4 = Eigen::Matrix<float, 4, 1>;
 
 float dot(const WeightedRatios& weighted, const ByChannel& v) {
     float sum = 0;
@@ -149,8 +149,8 @@ glm::vec3 solveDc(const ErrorForm& form, std::span<const glm::vec3> light, const
 }
 
 glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target) {
-    Quartet matrix = Quartet::Zero();
-    Four right = Four::Zero();
+    Matrix4 matrix = Matrix4::Zero();
+    Vector4 right = Vector4::Zero();
     for (int k = 0; k < 4; ++k) {
         const WeightedRatios weighted = times(target.cost, table[static_cast<std::size_t>(k)]);
         right(k) = dot(weighted, target.ratio);
@@ -159,7 +159,7 @@ glm::vec4 solveResidual(const ResidualTable& table, const BasisTarget& target) {
     matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
     const float mean = matrix.trace() / 4 + 1e-30f;
     for (int k = 0; k < 4; ++k) matrix(k, k) += kRidge * mean;
-    const Four found = matrix.ldlt().solve(right);
+    const Vector4 found = matrix.ldlt().solve(right);
     if (!found.allFinite()) return glm::vec4(kResidualNeutral);
     return glm::clamp(glm::vec4(found(0), found(1), found(2), found(3)) + kResidualNeutral, 0.0f, 1.0f);
 }

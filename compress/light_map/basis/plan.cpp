@@ -109,14 +109,14 @@ int learningBlocks(int effort, int width, int height) {
     return static_cast<int>((1000 + 500 * effort) * std::clamp(megapixels, 1.0, 4.0));
 }
 
-LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map, const LightMapLesson& lesson,
+LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map, const LightMapTraining& training,
                                  const EncodeOptions& options) {
     assert(formats::info(layout).isLearned());
     const BasisShape shape = shapeOf(layout);
     LightMapPlan plan = rows::emptyPlan(layout, map);
     plan.constants["range"] = {rows::halfRange(map.measure.maximumAbsolute(0))};
-    const int clusters = lesson.clusters == 0 ? defaultClusterCount(plan, shape) : lesson.clusters;
-    auto model = std::make_shared<BasisModel>(fitBasis(plan, shape, lesson, clusters, options));
+    const int clusters = training.clusters == 0 ? defaultClusterCount(plan, shape) : training.clusters;
+    auto model = std::make_shared<BasisModel>(fitBasis(plan, shape, training, clusters, options));
     writeConstants(*model, plan.constants);
     plan.basis = std::move(model);
     return plan;

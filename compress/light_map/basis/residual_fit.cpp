@@ -12,7 +12,7 @@ namespace lightcook::compress {
 
 namespace {
 
-constexpr int kRounds = 1;
+constexpr int kRounds = 1;  ///< fits of the directions before the block encoder
 
 ResidualTable principalDirections(const std::vector<SampleTexel*>& members) {
     ResidualTable table{};

@@ -13,7 +13,7 @@ namespace {
 
 using formats::Image;
 
-/// Shares of the weights of a sample that count absolute squares.
+/// Share of the total weight of a sample that goes to absolute squared errors, by objective.
 constexpr double kSquaresOfVisible = 0.3, kSquaresOfEnergy = 0.5;
 constexpr int kSide = LightMapSamples::kSide, kMargin = LightMapSamples::kMargin;
 
@@ -127,8 +127,9 @@ void BasisSample::setDc(SampleTexel& texel, const glm::vec3& dc) {
     texel.channelWeights = channelWeightsOf(texel.form, dc);
 }
 
-/// The weights so far are relative. rel_rms counts absolute squares: a share of the total weight goes to them. It matters where a few
-/// texels of a light source hold nearly all light of the map.
+/// Adds a weight in proportion to the squared light of each texel. The weights before count relative errors, but the figure rel_rms counts
+/// absolute ones. The difference matters where a few texels of a light source hold nearly all light of the map.
+/// share  of the total weight that the added weights get
 void BasisSample::addSquareWeights(double share) {
     const auto squareOf = [](const SampleTexel& texel) {
         double sum = 0;

@@ -44,7 +44,8 @@ void addNoise(const glm::dvec4& u, const glm::dvec4& noise, int codeChannels, Pr
                     noise[static_cast<int>(k)] * noise[static_cast<int>(k)] * derivatives[k][a].second * derivatives[k][b].second;
 }
 
-/// Codes of a cluster with mean 0 and deviation 1: monomials of them are far apart, those of the codes themselves nearly the same.
+/// The map of a cluster's codes to mean 0 and standard deviation 1, whose monomials are less correlated: the normal equations are better
+/// conditioned.
 struct Normalization {
     glm::dvec4 centre{0.5}, scale{1};
     explicit Normalization(const std::vector<SampleTexel*>& members) {
@@ -86,7 +87,7 @@ Table substituted(const Table& p, const glm::dvec4& scale, const glm::dvec4& cen
     return out;
 }
 
-/// Returns the table as [unknown][monomial], and back.
+/// Returns the table as [unknown][monomial].
 Table matrixOf(const CodeTable& table) {
     Table out;
     for (Eigen::Index m = 0; m < kCodeMonomials; ++m)
@@ -95,6 +96,7 @@ Table matrixOf(const CodeTable& table) {
                 static_cast<double>(table[static_cast<std::size_t>(m)][static_cast<std::size_t>(k / 8)][static_cast<std::size_t>(k % 8)]);
     return out;
 }
+/// Returns the table of a matrix, rounded to 16-bit floats.
 CodeTable tableOf(const Table& matrix) {
     CodeTable out{};
     for (Eigen::Index m = 0; m < kCodeMonomials; ++m)

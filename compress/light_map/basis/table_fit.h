@@ -1,11 +1,11 @@
 // Least squares for the table of a cluster's quadratic decode, with the codes of its texels given. Private to compress/.
 //
-// Minimises sum over texels of weight |P(u) - ratio|^2, for each channel by the normal equations of its 10 or 15 monomials. Two terms
-// regularise:
+// Minimises the sum over texels of weight (ratio - P(u))' Q (ratio - P(u)), Q the cost of errors of the texel's ratios (form_regression.h),
+// by conjugate gradients on the normal equations of the 10 or 15 monomials of all channels. Two terms regularise:
 // - The block encoder will move each code by noise of standard deviation kCodeNoise. Its expected effect is added to the normal matrix:
 //   the variance times the outer products of the monomials' derivatives. The polynomial then does not rely on differences of codes that
 //   block compression will not keep.
-// - 1e-7 of the mean diagonal, for clusters of few texels.
+// - A ridge towards the table before, kRidge of the mean diagonal, for clusters of few texels.
 #pragma once
 
 #include <vector>
