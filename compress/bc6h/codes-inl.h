@@ -122,14 +122,13 @@ public:
             }
     }
 
-    /// Returns the modes of as many regions from coarse to fine. The first has no deltas, so it holds any lines.
+    /// Returns the modes with this number of regions, coarse to fine.
     template <class Regions>
     static std::span<const int> modesByPrecision() {
-        static constexpr int kOne[] = {10, 11, 12, 13}, kTwo[] = {9, 1, 6, 7, 8, 5, 0, 2, 3, 4};
-        return Regions::kCount == 1 ? std::span<const int>(kOne) : std::span<const int>(kTwo);
+        return Regions::kCount == 1 ? std::span<const int>(kBc6hOneRegionModes) : std::span<const int>(kBc6hTwoRegionModes);
     }
 
-    /// Returns the modes that lie some places further in modesByPrecision(), around its ends.
+    /// Returns for each lane the mode that lies `away` places further in modesByPrecision(), cyclically.
     template <class Regions>
     static ModeLanes modeBeside(const Regions&, const ModeLanes& mode, int away) {
         const std::span<const int> order = modesByPrecision<Regions>();

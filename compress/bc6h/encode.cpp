@@ -1,4 +1,5 @@
-// BC6H: runs the kernels on the best instruction set, and packs their results.
+// BC6H: runs the kernels (fast-inl.h, fit-inl.h) on the best instruction set, and packs their results. Blocks of one colour, and at effort
+// 9 blocks of two colours, are encoded without a kernel.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -92,10 +93,10 @@ void pack(const Bc6hResult& found, std::byte* out) {
     bits.store(out, 16);
 }
 
-/// Encodes a block of one colour, exactly if its channels are halves: the 16-bit mode (index 13) is finer than a half.
+/// Encodes a block of one colour, exactly if its channels are halves: the 16-bit mode is finer than a half.
 Bc6hResult singleColour(const Block& block, std::size_t texel, bool isSigned) {
     Bc6hResult result;
-    result.mode = 13;
+    result.mode = kBc6h16BitMode;
     for (std::size_t c = 0; c < 3; ++c) {
         const std::uint16_t half = halfFromFloat(block.channel[c][texel]);
         const int bits = half & 0x7FFF;
@@ -106,7 +107,7 @@ Bc6hResult singleColour(const Block& block, std::size_t texel, bool isSigned) {
     return result;
 }
 
-/// Returns the error of a block whose channels all differ by the given number of octaves, or infinity if the metric is not logarithmic.
+/// Returns the error of a block whose values all differ by the given number of octaves; infinity if the metric is not logarithmic.
 float errorOf(const Block& block, const EncodeOptions& options, float octaves) {
     if (options.hdrMetric != HdrMetric::Log) return INFINITY;
     float sum = 0;
@@ -155,19 +156,20 @@ void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOption
     const auto run = [&](const std::vector<const Block*>& list, int effort) {
         const Bc6hSearch& search = bc6hSearchOf(effort);
         const auto at = [&](const Block* block) -> Bc6hResult& { return found[static_cast<std::size_t>(block - blocks.data())]; };
-        std::vector<const Block*> poor;
+        std::vector<const Block*> inaccurate;
         const std::vector<Bc6hResult> results = fit(list, search);
         for (std::size_t i = 0; i < list.size(); ++i) {
             at(list[i]) = results[i];
-            if (search.escalateAbove > 0 && results[i].error > errorOf(*list[i], options, search.escalateAbove)) poor.push_back(list[i]);
+            if (search.escalateAbove > 0 && results[i].error > errorOf(*list[i], options, search.escalateAbove))
+                inaccurate.push_back(list[i]);
         }
-        if (poor.empty()) return;
-        // The deeper search adds to this one.
+        if (inaccurate.empty()) return;
+        // The search of the next effort skips the partitions that this one has tried.
         Bc6hSearch deeperSearch = bc6hSearchOf(effort + 1);
         deeperSearch.triedPartitions = search.partitions;
-        const std::vector<Bc6hResult> deeper = fit(poor, deeperSearch);
-        for (std::size_t i = 0; i < poor.size(); ++i)
-            if (deeper[i].error < at(poor[i]).error) at(poor[i]) = deeper[i];
+        const std::vector<Bc6hResult> deeper = fit(inaccurate, deeperSearch);
+        for (std::size_t i = 0; i < inaccurate.size(); ++i)
+            if (deeper[i].error < at(inaccurate[i]).error) at(inaccurate[i]) = deeper[i];
     };
     for (const auto& [block, texel] : sorted.constant)
         found[static_cast<std::size_t>(block - blocks.data())] = singleColour(*block, texel, isSigned);

@@ -34,9 +34,11 @@ class Bc6hFast : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::M;
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::select;
     using Values = Bc6hValues<D, kSigned>;
-    /// Limits of a reliable estimate, in octaves of v, where all denormals of a half are one octave: the range of a channel in a block with
-    /// the logarithmic and with other metrics; the magnitude below which a block is dark, and the range of a dark block.
-    static constexpr float kWide = 4, kWideElsewhere = 1, kDark = 2, kDarkRange = 1.0f / 64;
+    // Limits of a reliable estimate, in octaves of v, where all denormals of a half are one octave.
+    static constexpr float kWide = 4;               ///< largest range of a channel, with the logarithmic metric
+    static constexpr float kWideElsewhere = 1;      ///< the same with other metrics
+    static constexpr float kDark = 2;               ///< a block with a value below it is dark
+    static constexpr float kDarkRange = 1.0f / 64;  ///< largest range of a channel of a dark block
 
 public:
     explicit Bc6hFast(const EncodeOptions& options) : options_(options), texels_(options) {}

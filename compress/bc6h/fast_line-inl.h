@@ -70,6 +70,7 @@ private:
         leastSquares(texels);
     }
 
+    /// Finds the mean and the principal axis of the block, with each channel scaled by the root of its share of the weight.
     static HWY_INLINE void findAxis(const Texels& texels, F (&mean)[3], F (&axis)[3]) {
         F total = set(1e-30f), share[3] = {zero(), zero(), zero()};
         for (F& m : mean) m = zero();
@@ -109,8 +110,8 @@ private:
                 mean = hn::MulAdd(texels.weight[c][t], texels.v[c][t], mean);
             }
             total_[c] = total;
-            share_[c] = set(1.0f) / total;
-            mean_[c] = mean * share_[c];
+            perTotal_[c] = set(1.0f) / total;
+            mean_[c] = mean * perTotal_[c];
             for (int t = 0; t < kTexelCount; ++t) {
                 const F away = texels.v[c][t] - mean_[c];
                 weighted_[c][t] = texels.weight[c][t] * away;
@@ -125,7 +126,7 @@ private:
         for (int c = 0; c < 3; ++c) {
             F meanK = zero();
             for (int t = 0; t < kTexelCount; ++t) meanK = hn::MulAdd(texels.weight[c][t], position[t], meanK);
-            meanK = meanK * share_[c];
+            meanK = meanK * perTotal_[c];
             F kk = zero(), kv = zero();
             for (int t = 0; t < kTexelCount; ++t) {
                 const F k = position[t] - meanK;
@@ -142,8 +143,8 @@ private:
         }
     }
 
-    F total_[3], share_[3], mean_[3];  ///< of a channel: sum of the weights, its inverse, weighted mean of v
-    F weighted_[3][kTexelCount];       ///< v less the mean, times the weight
+    F total_[3], perTotal_[3], mean_[3];  ///< of a channel: sum of the weights, its inverse, weighted mean of v
+    F weighted_[3][kTexelCount];          ///< v less the mean, times the weight
 };
 
 }  // namespace HWY_NAMESPACE

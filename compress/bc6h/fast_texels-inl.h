@@ -100,7 +100,7 @@ private:
     }
 
     /// Sets the weights of squared errors in v: the square of the slope of the metric. The slope is taken a little above the texel: at 0 it
-    /// would be next to nothing, and dark texels beside bright ones would have no weight.
+    /// is almost 0, and dark texels beside bright ones would have almost no weight.
     void weigh() {
         for (int c = 0; c < 3; ++c) {
             low[c] = high[c] = v[c][0];

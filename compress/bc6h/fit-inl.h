@@ -6,7 +6,7 @@
 //    miss, and round again. Optionally try all other modes with the last line.
 // 2. Two regions: rank the 32 partitions by an estimate from their moments (partitions-inl.h) and do the same for the best ones.
 // 3. Coordinate descent on the integer codes of the best candidate: single steps of each code, optionally of both ends of a channel, judged
-//    by the exact error. At high effort each of the best partitions is descended before they are compared.
+//    by the exact error. At high effort the candidates of the best partitions are descended before they are compared.
 // 4. Fall back to one colour if it beats every line fit, as for isolated bright texels on black.
 #if defined(LIGHTCOOK_COMPRESS_BC6H_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC6H_FIT_INL_H_
@@ -62,7 +62,7 @@ public:
     }
 
 private:
-    /// Steps of the first and the second end of a channel.
+    /// Moves of coordinate descent: steps of the codes of the first and the second end of a channel. The last four need Bc6hSearch::pairs.
     static constexpr int kMoves[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
 
     struct Candidate {
@@ -125,7 +125,7 @@ private:
         tryCodes(regions, partition, mode, code, index, std::false_type());
         if (!everyMode) return;
         // A finer mode with a clamped delta, or a coarser one whose codes happen to fit better, may win.
-        constexpr int kPlaces[] = {1, 2, 3, -1, 4, 5, 6, 7, 8};  // of modesByPrecision(): the finer ones matter most
+        constexpr int kPlaces[] = {1, 2, 3, -1, 4, 5, 6, 7, 8};  // in modesByPrecision(), from the chosen mode: finer ones gain most
         const int count = std::min(search_.otherModes, Regions::kCount == 1 ? 3 : 9);
         for (int i = 0; i < count; ++i) {
             const ModeLanes other = Codes::modeBeside(regions, mode, kPlaces[i]);
@@ -141,7 +141,7 @@ private:
         const M worse = OneColour::errorOf(lines_.texels(), mean) < best_.error;
         if (hn::AllFalse(D(), worse)) return;
         for (int c = 0; c < 3; ++c) code[0][c] = code[1][c] = OneColour::wholeVOf(lines_.texels().values(), mean[c]);
-        const ModeLanes mode = Codes::modeLanes(13);
+        const ModeLanes mode = Codes::modeLanes(kBc6h16BitMode);
         const OneRegion regions;
         Line whole[2];
         Texels index;
@@ -187,7 +187,7 @@ private:
     /// Returns the mode of each lane's best candidate. mask receives the lanes whose mode has this number of regions.
     template <class Regions>
     ModeLanes bestMode(const Regions&, M& mask) const {
-        constexpr int kFirst = Regions::kCount == 1 ? 10 : 0, kEnd = Regions::kCount == 1 ? 14 : 10;
+        constexpr int kFirst = Regions::kCount == 1 ? 10 : 0, kEnd = Regions::kCount == 1 ? 14 : 10;  // in kBc6hModes
         ModeLanes mode = Codes::modeLanes(kFirst);
         mask = hn::RebindMask(D(), best_.mode == hn::Set(DI(), kFirst));
         for (int m = kFirst + 1; m < kEnd; ++m) {
@@ -207,8 +207,8 @@ private:
         }
     }
 
-    /// Returns true if descent tries only the most promising moves. The model that ranks them is quadratic in v, but the metric bends at 0:
-    /// for light of both signs, the deeper searches try all (up to 0.08 dB on SH bands).
+    /// Returns true if descent tries only the moves that the model ranks best. The model is quadratic in v, but the metric has a kink at 0:
+    /// for light of both signs, the deeper searches try all moves (up to 0.08 dB on SH bands).
     bool ranksMoves() const { return search_.moves > 0 && !(kSigned && search_.polished > 0); }
 
     template <class Regions>
@@ -235,7 +235,7 @@ private:
         return improved;
     }
 
-    /// Tries the moves of the ends of a channel that promise most, in each lane its own: those of the least error in a quadratic model.
+    /// Tries the `moves` moves of the ends of a channel with the least error in a quadratic model (ChannelModel), in each lane its own.
     template <class Regions>
     bool tryBestMoves(const Regions& regions, const ModeLanes& mode, M mask, int r, int c) {
         constexpr int kMostMoves = 8;
@@ -270,8 +270,8 @@ private:
         }
         bool improved = false;
         for (int i = 0; i < search_.moves; ++i) {
-            const M hopeful = hn::And(mask, score[i] < set(1e30f));
-            if (hn::AllFalse(D(), hopeful)) break;
+            const M possible = hn::And(mask, score[i] < set(1e30f));
+            if (hn::AllFalse(D(), possible)) break;
             improved |= step(regions, mode, mask, r, c, first[i], second[i]);
         }
         return improved;

@@ -177,9 +177,9 @@ private:
                     meanK = hn::MulAdd(w, position[t], meanK);
                     meanT = hn::MulAdd(w, texels_.target[c][t], meanT);
                 }
-                const F share = set(1.0f) / total;
-                meanK = meanK * share;
-                meanT = meanT * share;
+                const F perTotal = set(1.0f) / total;
+                meanK = meanK * perTotal;
+                meanT = meanT * perTotal;
                 F kk = zero(), kt = zero();
                 for (int t = 0; t < kTexelCount; ++t) {
                     const F w = regions.inRegion(r, t, weight[c][t]);

@@ -18,6 +18,7 @@ struct Bc6hMode {
 };
 
 // clang-format off
+/// The modes with two regions, then those with one. An index of this table is not the mode number of the specification.
 constexpr std::array<Bc6hMode, 14> kBc6hModes = {{
     // header headerBits regionCount transformed endpointBits   deltaBits
     {   0x00,         2,          2,       true,          10, {5,  5,  5}},
@@ -37,6 +38,12 @@ constexpr std::array<Bc6hMode, 14> kBc6hModes = {{
 }};
 // clang-format on
 
+/// Indices of kBc6hModes by precision, coarse to fine. The first of each has no deltas, so that it holds any endpoints.
+inline constexpr std::array<int, 4> kBc6hOneRegionModes = {10, 11, 12, 13};
+inline constexpr std::array<int, 10> kBc6hTwoRegionModes = {9, 1, 6, 7, 8, 5, 0, 2, 3, 4};
+/// The mode with endpoints of 16 bits, which are finer than halves.
+inline constexpr int kBc6h16BitMode = 13;
+
 /// One stored bit: bit `bit` of channel `channel` of endpoint `end` (0 and 1 in region 0, 2 and 3 in region 1).
 struct Bc6hBit {
     std::uint8_t end, channel, bit;
@@ -53,7 +60,7 @@ struct Bc6hRun {
 /// Returns the endpoint bits of a mode as runs.
 std::span<const Bc6hRun> bc6hRuns(int modeIndex);
 
-/// Returns the interpolated scale's value of an endpoint: 0 .. 65535, or -32767 .. 32767 if signed.
+/// Returns the value of an endpoint on the scale that is interpolated: 0 .. 65535, or -32767 .. 32767 if signed.
 constexpr int bc6hUnquantize(int value, int bits, bool isSigned) {
     if (!isSigned) {
         if (bits >= 15 || value == 0) return value;

@@ -90,8 +90,8 @@ private:
     /// the axis, and the given share of the variance along it. The largest eigenvalue is approximated by the Frobenius norm, which is exact
     /// if one direction dominates.
     static HWY_INLINE F estimateError(const F (&m)[10], float quantizationShare) {
-        const F share = set(1.0f) / hn::Max(m[0], set(1e-30f));
-        const F x = m[1] * share, y = m[2] * share, z = m[3] * share;
+        const F perTotal = set(1.0f) / hn::Max(m[0], set(1e-30f));
+        const F x = m[1] * perTotal, y = m[2] * perTotal, z = m[3] * perTotal;
         const F xx = hn::NegMulAdd(m[1], x, m[4]), xy = hn::NegMulAdd(m[1], y, m[5]), xz = hn::NegMulAdd(m[1], z, m[6]);
         const F yy = hn::NegMulAdd(m[2], y, m[7]), yz = hn::NegMulAdd(m[2], z, m[8]), zz = hn::NegMulAdd(m[3], z, m[9]);
         const F norm = hn::Sqrt(

@@ -12,14 +12,14 @@ namespace lightcook::compress {
 
 struct Bc6hSearch {
     float fastKernelMaxError;  ///< blocks above this RMS error [octaves] are re-encoded by the full search; 0 disables the fast kernel
-    int partitions;            ///< number of two-region partitions fitted, of 32; 0: one region only
+    int partitions;            ///< number of two-region partitions that are fitted, of 32; 0: one region only
     int freeRefits;            ///< refits with unrounded ends
     int codedRefits;           ///< refits after rounding the ends to codes
     int descents;              ///< maximum number of descent passes from the best candidate
     bool pairs;                ///< descent also moves both ends of a channel at once
     int moves;                 ///< number of moves of a channel that descent tries, most promising first; 0: all, in fixed order
-    int polished;              ///< number of partitions that are descended before they are compared
-    int everyMode;             ///< number of partitions, and one region if above 0, that are also tried in other modes than the finest
+    int polished;              ///< number of partitions whose candidates are descended before they are compared
+    int everyMode;             ///< number of partitions that are also tried in other modes than the finest; above 0: one region, too
     int otherModes;            ///< number of those modes, of 9
     float escalateAbove;       ///< blocks above this RMS error [octaves] also get the search of the next effort; 0 disables it
     float slopeReach;          ///< share of the block's range over which the slope of the metric is taken

@@ -27,6 +27,7 @@ class Bc6hStart : Lanes<D> {
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
 
 public:
+    /// Scales the texels around their mean.
     template <bool kSigned>
     void load(const Bc6hTexels<D, kSigned>& texels) {
         F total = set(1e-30f), share[3], mean[3];
@@ -68,6 +69,7 @@ public:
     }
 
 private:
+    /// Finds the mean and the principal axis of a region, in scaled channels.
     template <class Regions>
     HWY_INLINE void findAxis(const Regions& regions, int r, F (&mean)[3], F (&axis)[3]) const {
         F total = set(1e-30f);
@@ -77,8 +79,8 @@ private:
             total = total + w;
             for (int c = 0; c < 3; ++c) mean[c] = hn::MulAdd(w, scaled_[c][t], mean[c]);
         }
-        const F share = set(1.0f) / total;
-        for (int c = 0; c < 3; ++c) mean[c] = mean[c] * share;
+        const F perTotal = set(1.0f) / total;
+        for (int c = 0; c < 3; ++c) mean[c] = mean[c] * perTotal;
         F m[6] = {zero(), zero(), zero(), zero(), zero(), zero()};  // covariance: xx xy xz yy yz zz
         for (int t = 0; t < kTexelCount; ++t) {
             const F w = regions.inRegion(r, t, weight_[t]);

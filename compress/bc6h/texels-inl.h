@@ -1,8 +1,8 @@
 // BC6H: the texels of as many blocks as a vector has lanes, in three scales, and the weights of their errors.
 //
 // The error that counts is weighted and squared in the metric. Lines are fitted in v, the scale of the format (values-inl.h), so a squared
-// error in v needs the weight  w = significance * channelWeight * (d metric / d v)^2.  The slope is measured across the error that is to be
-// expected (secants), not at the texel: at 0 the slope of v is next to nothing, and dark texels beside bright ones would have no weight.
+// error in v needs the weight  w = significance * channelWeight * (d metric / d v)^2.  The slope is a secant over the expected error,
+// not the derivative at the texel: at 0 the derivative is almost 0, and dark texels beside bright ones would have almost no weight.
 #if defined(LIGHTCOOK_COMPRESS_BC6H_TEXELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC6H_TEXELS_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC6H_TEXELS_INL_H_
@@ -71,7 +71,7 @@ public:
     }
 
     /// Raises startWeight in blocks of dim light beside black, as at the border of a chart: their range is less than an octave of the
-    /// metric, but at black its slope is next to nothing, so that the first line would leave the black texels out. Returns false, and
+    /// metric, but its slope is almost 0 at black, so that black texels would have almost no weight in the first fit. Returns false, and
     /// changes nothing, if no lane holds such a block.
     bool raiseStart() {
         M black = set(1.0f) < zero();
@@ -90,7 +90,7 @@ public:
     void restoreStart() { std::memcpy(startWeight, savedStartWeight_, sizeof(startWeight)); }
 
 private:
-    static constexpr float kOctave = 1.0f;
+    static constexpr float kOctave = 1.0f;                       ///< of the logarithmic metric
     static constexpr float kWide = 8 * 1024 * Values::kPerHalf;  ///< eight octaves [v]
 
     void loadLight(const Block* const* blocks) {
@@ -127,9 +127,9 @@ private:
         }
     }
 
-    /// Sets startWeight of a channel. The slope at a dark texel does not show the cost of taking it for a bright one. So in a block that
-    /// holds both, the first line uses the secant to the far end of the block where that is steeper. Elsewhere, and in refits, this
-    /// costs 0.1 dB.
+    /// Sets startWeight of a channel. The slope at a dark texel understates the cost of decoding it as a bright one. So in a block that
+    /// holds both, the first fit uses the secant to the far end of the block's range where that is steeper. In other blocks, and in refits,
+    /// this would cost 0.1 dB.
     void weighStart(int c, F low, F high) {
         const F rise = values_.metric(Values::lightOf(hn::Floor(high))) - values_.metric(Values::lightOf(hn::Floor(low)));
         const bool isLog = options_.hdrMetric == HdrMetric::Log;
@@ -163,6 +163,7 @@ private:
             }
     }
 
+    /// Sets estimate and estimateWeight.
     void setEstimate() {
         F total = zero(), mean[3] = {zero(), zero(), zero()};
         for (int t = 0; t < kTexelCount; ++t) {
@@ -178,9 +179,9 @@ private:
                 mean[c] = mean[c] + estimateWeight[t] * estimate[c][t];
             }
         }
-        const F share = set(1.0f) / total;
+        const F perTotal = set(1.0f) / total;
         for (int c = 0; c < 3; ++c)
-            for (int t = 0; t < kTexelCount; ++t) estimate[c][t] = estimate[c][t] - mean[c] * share;
+            for (int t = 0; t < kTexelCount; ++t) estimate[c][t] = estimate[c][t] - mean[c] * perTotal;
     }
 
     const Bc6hSearch& search_;

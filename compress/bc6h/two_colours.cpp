@@ -12,8 +12,7 @@
 namespace lightcook::compress {
 namespace {
 
-constexpr int kOneRegionModes[] = {10, 11, 12, 13}, kTwoRegionModes[] = {9, 1, 6, 7, 8, 5, 0, 2, 3, 4};
-constexpr int kStartMode = 10;  ///< one region, no deltas: any ends are valid
+constexpr int kStartMode = kBc6hOneRegionModes.front();  ///< without deltas, so that any ends are valid
 
 /// Returns log2(1 + x), x >= 0, nearly to double precision. Own code, because the bytes must not depend on the rounding of a library.
 double log2OfOneAnd(double x) {
@@ -180,8 +179,9 @@ Bc6hTwoColours::Mode Bc6hTwoColours::modeOf(int number) const {
     return mode;
 }
 
-/// Returns the partitions, those that separate the colours best first: their results prune the others. Of partitions that divide the
-/// colours in the same way only one is kept; the anchor of region 1 makes no difference, since its ends can be swapped.
+/// Returns the partitions in the order in which they are searched: those that separate the colours best first, because a small error found
+/// early prunes more. Of partitions that divide the colours in the same way only one is kept; the anchor of region 1 makes no difference,
+/// since its ends can be swapped.
 std::vector<Bc6hTwoColours::Partition> Bc6hTwoColours::partitions() const {
     std::vector<Partition> list;
     for (int p = 0; p < 32; ++p) {
@@ -207,7 +207,7 @@ Bc6hResult Bc6hTwoColours::fit(const Block& block, const TwoColours& two) {
     bounds_ = {};
     measure(two);
     start();
-    for (const int number : kOneRegionModes)
+    for (const int number : kBc6hOneRegionModes)
         if (!foundAll()) tryOneRegion(modeOf(number));
     const std::vector<Partition> all = partitions();
     const std::array<double, 2> total = regionOf(0xFFFF, 0).weight;
@@ -224,7 +224,7 @@ Bc6hResult Bc6hTwoColours::fit(const Block& block, const TwoColours& two) {
 
 void Bc6hTwoColours::tryPartition(const Partition& partition) {
     std::array<Searches, 2> searches = {Searches(channels_, partition.regions[0]), Searches(channels_, partition.regions[1])};
-    for (const int number : kTwoRegionModes) {
+    for (const int number : kBc6hTwoRegionModes) {
         if (foundAll()) return;
         const Mode mode = modeOf(number);
         auto& bounds = bounds_[static_cast<std::size_t>(number)];

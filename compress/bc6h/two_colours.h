@@ -21,6 +21,7 @@ namespace lightcook::compress {
 class Bc6hTwoColours {
 public:
     Bc6hTwoColours(bool isSigned, const EncodeOptions& options);
+    /// Returns the encoded block with the least error.
     Bc6hResult fit(const Block& block, const TwoColours& two);
 
 private:
@@ -57,6 +58,7 @@ private:
         bool canPart;         ///< the anchor is significant, and not the only texel of its colour
     };
 
+    /// A partition into two regions.
     struct Partition {
         int number;
         double both;  ///< sum over the regions of the smaller weight of the two colours; 0: the colours are separated

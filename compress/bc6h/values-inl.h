@@ -46,7 +46,7 @@ public:
         const F x = hn::BitCast(D(), hn::ShiftLeft<13>(half)) * set(0x1p112f);
         return kSigned ? hn::CopySign(x, v) : x;
     }
-    /// Returns the middle of the values v that decode to the half nearest to x.
+    /// Returns the middle of the values v that decode to the half nearest to x; 0 for half 0.
     static HWY_INLINE F vOf(F x) {
         const F magnitude = hn::Abs(x);
         const I bits = hn::BitCast(DI(), magnitude);
