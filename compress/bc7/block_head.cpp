@@ -32,7 +32,7 @@ BlockHead headOfBc7(const std::byte* block) {
     head.setCount = mode.secondIndexBits ? 2 : 1;
     head.sets[0] = {mode.indexBits, anchorsOf(mode.regionCount, partition), 0b1111};
     if (head.setCount == 1) return head;
-    // The separate channel is alpha, or the channel that is swapped with it.
+    // The separate channel is alpha, or the channel that rotation swaps with it.
     const unsigned alone = rotation ? 1u << (rotation - 1) : 1u << 3;
     head.sets[0].channels = isSwapped ? alone : 0b1111 & ~alone;
     head.sets[1] = {mode.secondIndexBits, anchorsOf(1, 0), 0b1111 & ~head.sets[0].channels};

@@ -1,4 +1,5 @@
-// BC7: runs the kernel on the best instruction set, and packs its results.
+// BC7: runs the kernels (fast-inl.h, fit-inl.h) on the best instruction set, and packs the results of the full search. Blocks of one
+// colour, and at effort 9 blocks of two colours, are encoded without a kernel.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -41,6 +42,7 @@ namespace {
 HWY_EXPORT(fitBc7);
 HWY_EXPORT(fitBc7Rows);
 
+/// Codes of the two ends of a channel.
 struct SingleCode {
     std::uint8_t first, second;
 };
@@ -83,9 +85,9 @@ Bc7Result singleColour(const Block& block, std::size_t texel) {
     return singleColour(colour);
 }
 
-/// Swaps the ends of regions whose anchor index has its highest bit set: that bit is not stored.
-void turn(int regionCount, int partition, int indexBits, std::size_t firstChannel, std::size_t endChannel, Bc7Result& result,
-          std::array<std::uint8_t, kTexelCount>& index) {
+/// Swaps the ends of regions whose anchor index has its highest bit set, which is not stored, and mirrors their indices.
+void swapHighAnchors(int regionCount, int partition, int indexBits, std::size_t firstChannel, std::size_t endChannel, Bc7Result& result,
+                     std::array<std::uint8_t, kTexelCount>& index) {
     const int half = 1 << (indexBits - 1), last = 2 * half - 1;
     for (int r = 0; r < regionCount; ++r) {
         if (index[static_cast<std::size_t>(anchorOf(regionCount, partition, r))] < half) continue;
@@ -111,8 +113,8 @@ void pack(Bc7Result result, std::byte* out) {
     const auto ends = static_cast<std::size_t>(2 * mode.regionCount);
     const bool swapped = mode.secondIndexBits && result.indexSelection;
     const int colourIndexBits = swapped ? mode.secondIndexBits : mode.indexBits;
-    turn(mode.regionCount, result.partition, colourIndexBits, 0, mode.secondIndexBits ? 3 : 4, result, result.index);
-    if (mode.secondIndexBits) turn(1, 0, mode.indexBits + mode.secondIndexBits - colourIndexBits, 3, 4, result, result.second);
+    swapHighAnchors(mode.regionCount, result.partition, colourIndexBits, 0, mode.secondIndexBits ? 3 : 4, result, result.index);
+    if (mode.secondIndexBits) swapHighAnchors(1, 0, mode.indexBits + mode.secondIndexBits - colourIndexBits, 3, 4, result, result.second);
 
     BitWriter bits;
     bits.put(1u << result.mode, result.mode + 1);

@@ -7,7 +7,8 @@
 // 2. Mode 5 with alpha as the separate channel.
 // 3. Modes 1 and 3 (opaque blocks) and 7 (others): two regions, in the partitions of least predicted error (fast_partitions-inl.h), if that
 //    is below the error of the candidates before.
-// Only the best candidate of each lane gets its final indices and is packed. A block of one colour is left to the caller.
+// Only the best candidate of each lane gets its final indices and is packed. Blocks of one colour are encoded by the caller
+// (fast_rows-inl.h).
 #if defined(LIGHTCOOK_COMPRESS_BC7_FAST_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_FAST_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC7_FAST_INL_H_
@@ -94,13 +95,16 @@ private:
     static constexpr std::size_t kAll[4] = {0, 1, 2, 3}, kColours[3] = {0, 1, 2};
 
     static constexpr int kIterations = 2;  ///< of the power iterations
-    static constexpr float kQuantization =
-        1.0f / 144;                               ///< share of the variance along a line that the ranking expects as quantization error
-    static constexpr float kOutsideShare = 0.5f;  ///< share of the variance outside the plane of the ranking that is expected to remain
+    /// Share of the variance along a line that the ranking expects as quantization error.
+    static constexpr float kQuantization = 1.0f / 144;
+    /// Share of the variance outside the plane of the ranking that is expected to remain.
+    static constexpr float kOutsideShare = 0.5f;
 
+    /// Returns the place of the product of channels i and j in product_.
     static HWY_INLINE constexpr std::size_t at4(std::size_t i, std::size_t j) {
         return i <= j ? i * 4 - i * (i - 1) / 2 + j - i : at4(j, i);
     }
+    /// Sets product_.
     void productsOfBlock() {
         F rr = zero(), rg = rr, rb = rr, ra = rr, gg = rr, gb = rr, ga = rr, bb = rr, ba = rr, aa = rr;
         for (int t = 0; t < kTexelCount; ++t) {
@@ -130,10 +134,11 @@ private:
         block_.keepMode5(error, ends, alphaEnds);
     }
 
+    /// Fits the partitions with the least predicted error to modes 1 and 3, or 7.
     void tryTwoRegions() {
         Bc7FastRegions<D, 1, 4> whole(texels_, kAll, hn::Zero(DI()));
         whole.start(product_, kIterations);
-        // The second axis is the first one of what the first leaves.
+        // The second axis is the principal axis of the covariance after the part of the first axis is subtracted (deflation).
         F rest[10], axis[4];
         const F first = whole.largestEigenvalue(0);
         for (std::size_t i = 0; i < 4; ++i)

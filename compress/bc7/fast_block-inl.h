@@ -119,7 +119,7 @@ public:
             if (exact) *exact = hn::MulAdd(texels.weight[t], squareOf(texels, t, second, nearest), *exact);
             index[t / 8] = hn::Or(index[t / 8], i * place);
             place = place * perIndex_;
-            if (!anyMode5_) continue;  // never together with exact errors, see Bc7FastSearch
+            if (!anyMode5_) continue;  // mode 5 never occurs together with exact errors, see Bc7FastSearch::fullSearch
             F apart = line[1].offset;
             for (int c = 0; c < 4; ++c) apart = hn::MulAdd(texels.x[c][t], line[1].d[c], apart);
             other[t / 8] = hn::Or(other[t / 8], hn::ConvertTo(di, hn::Round(clamp(apart, zero(), otherSteps_))) * otherPlace);
@@ -185,6 +185,7 @@ private:
         const I i = hn::ConvertTo(DI(), code);
         return bits == 0 ? i : hn::ShiftLeftSame(i, bits);
     }
+    /// Sets the codes of a channel of the best candidate where the mask is set.
     template <int kRegions>
     void keepWord(M better, int channel, int bits, const Ends (&ends)[kRegions]) {
         I word = hn::Zero(DI());
@@ -192,6 +193,7 @@ private:
             for (int e = 0; e < 2; ++e) word = hn::Or(word, shifted(ends[r].code[e][channel], bits * (2 * r + e)));
         word_[channel] = hn::IfThenElse(hn::RebindMask(DI(), better), word, word_[channel]);
     }
+    /// Sets the error, the mode fields and the index counts of the best candidate where the mask is set.
     void keepFrame(M better, F candidateError, int mode, I choice, int indexBits, int otherBits) {
         const auto betterI = hn::RebindMask(DI(), better);
         const auto stepsOf = [](int bits) { return static_cast<float>((1 << bits) - 1); };

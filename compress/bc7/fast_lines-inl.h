@@ -118,8 +118,10 @@ public:
     }
 
     /// Solves for the ends and rounds them to codes, with the low bits of least error.
+    /// n, sum   moments of the region: weight, and sum of each channel
     /// trace    sum of squares about the mean of the region
-    /// channels  number of each channel in the texels
+    /// s        sums for the positions of the texels
+    /// channel  number of each channel in the texels
     /// bits     of a code without low bit
     /// Returns the error for the given positions, without the rounding of interpolated values.
     template <int kChannels>

@@ -1,8 +1,8 @@
 // BC7, fast kernel: predicts the best partitions into two regions from moments in the plane of the two principal axes.
 //
-// The best line of a region leaves the smaller eigenvalue of its covariance matrix, which is a closed form for a 2 x 2 matrix; the
-// variance outside the plane is left out, since it is the same for every partition but for the turning of the lines. Quantization adds a
-// fixed share of the larger eigenvalue. The sums of region 1 are those of its parts of the four rows of texels, which are computed once
+// The error of the best line of a region is the smaller eigenvalue of its covariance matrix, which is a closed form for a 2 x 2 matrix. The
+// variance outside the plane is left out, since it differs little between partitions. Quantization adds a fixed share of the larger
+// eigenvalue. The sums of region 1 are those of its parts of the four rows of texels, which are computed once
 // for each of the 16 subsets of a row.
 #if defined(LIGHTCOOK_COMPRESS_BC7_FAST_PARTITIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_FAST_PARTITIONS_INL_H_
@@ -112,8 +112,8 @@ private:
         trace = trace + (pp + qq);
         root = root + roughRoot(hn::MulAdd(difference, difference, twice * twice));
     }
-    /// Returns the root of x to 0.07 %: a linear function of the bits for its inverse, and a Newton step with constants for the least
-    /// error. It is the same on every processor, and faster than an exact root.
+    /// Returns the root of x to 0.07 %: a linear function of the bits approximates its inverse, and a Newton step has constants for the
+    /// least error (Kadlec 2010, Improving the fast inverse square root). It is the same on every processor, and faster than an exact root.
     static HWY_INLINE F roughRoot(F x) {
         const F guess = hn::BitCast(D(), hn::Set(DI(), 0x5F1FFFF9) - hn::ShiftRight<1>(hn::BitCast(DI(), x)));
         return x * guess * hn::NegMulAdd(x * guess, guess * set(0.703952253f), set(0.703952253f * 2.38924456f));

@@ -1,4 +1,5 @@
-// BC7, fast kernel: fits one or two regions, one block in each lane.
+// BC7, fast kernel: fits one or two regions, one block in each lane. Positions are projections onto the principal axis of a region; indices
+// are rounded positions; ends are solved and rounded in closed form (fast_lines-inl.h).
 #if defined(LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_
@@ -174,7 +175,8 @@ public:
             }
         }
         ends = best;
-        constexpr float kRounding = 4.0f / 15;  // of four channels, most of whose values are interpolated
+        // Expected squared error of rounding, for four channels most of whose values are interpolated: 1/12 each for values that are.
+        constexpr float kRounding = 4.0f / 15;
         error = select(where, hn::Max(hn::NegMulAdd(texels_.total, set(kRounding), least), zero()), error);
     }
 

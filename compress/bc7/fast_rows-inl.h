@@ -1,7 +1,7 @@
 // BC7 at low effort: visits rows of blocks, one region first, then two regions for the blocks whose error is above a limit.
 //
-// The squared error of an image is that of its worst blocks, and two regions take three times as long as one. So blocks above the limit are
-// collected until they fill a vector.
+// Few blocks cause most of the squared error of an image, and two regions take three times as long as one. So only blocks above the limit
+// get two regions; they are collected until they fill a vector.
 #if defined(LIGHTCOOK_COMPRESS_BC7_FAST_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_FAST_ROWS_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC7_FAST_ROWS_INL_H_

@@ -101,7 +101,7 @@ private:
         hasAlpha = opaqueError > zero();
     }
     void center() {
-        const F share = set(1.0f) / total;
+        const F perTotal = set(1.0f) / total;
         constant = zero() == zero();
         for (std::size_t c = 0; c < 4; ++c) {
             const F first = x[c][0];
@@ -112,7 +112,7 @@ private:
                 spread = hn::Or(spread, x[c][t]);
             }
             // Exact for channels of one value, as opaque alpha is.
-            const F middle = sum * share;
+            const F middle = sum * perTotal;
             mean[c] = first + middle;
             x[c][0] = zero() - middle;
             for (int t = 1; t < kTexelCount; ++t) x[c][t] = x[c][t] - middle;

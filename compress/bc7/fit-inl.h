@@ -125,7 +125,7 @@ private:
         }
         return view;
     }
-    /// Returns the separate channel.
+    /// Returns the view of the separate channel alone.
     static View alone(const View& view) { return {{view.channel[3], nullptr, nullptr, nullptr}, {view.weight[3], 0, 0, 0}}; }
 
     /// Chooses the indices for codes, computes their error, and keeps them where they are better.
@@ -146,7 +146,7 @@ private:
         for (int t = 0; t < kTexelCount; ++t) best.index[t] = select(better, trial.index[t], best.index[t]);
     }
 
-    /// Fits the lines of a mode.
+    /// Fits the lines of a mode, as the head of this file says.
     template <int kRegions, int kChannels>
     void fit(const Regions& regions, const View& view, const Coding& coding, Coded<2 * kRegions, kChannels>& best) const {
         Texels position;

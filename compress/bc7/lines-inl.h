@@ -108,8 +108,8 @@ public:
                 total = total + w;
                 for (int c = 0; c < kChannels; ++c) mean[c] = mean[c] + w * view.channel[c][t];
             }
-            const F share = set(1.0f) / total;
-            for (F& m : mean) m = m * share;
+            const F perTotal = set(1.0f) / total;
+            for (F& m : mean) m = m * perTotal;
             F axis[kChannels];
             principalAxis<kRegions, kChannels>(regions, r, view, mean, axis);
             F low = set(1e30f), high = set(-1e30f), along[kTexelCount];
@@ -140,9 +140,9 @@ public:
                 meanK = meanK + w * position[t];
                 for (int c = 0; c < kChannels; ++c) mean[c] = mean[c] + w * view.channel[c][t];
             }
-            const F share = set(1.0f) / total;
-            meanK = meanK * share;
-            for (F& m : mean) m = m * share;
+            const F perTotal = set(1.0f) / total;
+            meanK = meanK * perTotal;
+            for (F& m : mean) m = m * perTotal;
             F kk = zero(), kt[kChannels];
             for (F& v : kt) v = zero();
             for (int t = 0; t < kTexelCount; ++t) {

@@ -43,10 +43,10 @@ public:
             weight = weight + significance[t];
             for (int c = 0; c < 4; ++c) mean[c] = mean[c] + significance[t] * view.channel[c][t];
         }
-        const F share = set(1.0f) / weight;
+        const F perWeight = set(1.0f) / weight;
         for (int t = 0; t < kTexelCount; ++t) {
             F away[4];
-            for (int c = 0; c < 4; ++c) away[c] = (view.channel[c][t] - mean[c] * share) * set(std::sqrt(view.weight[c]));
+            for (int c = 0; c < 4; ++c) away[c] = (view.channel[c][t] - mean[c] * perWeight) * set(std::sqrt(view.weight[c]));
             F* out = moment_[t].v;
             *out++ = significance[t];
             for (int c = 0; c < 4; ++c) *out++ = significance[t] * away[c];
@@ -68,7 +68,7 @@ public:
                 second[i] = sum;
                 first[i] = total_.v[i] - sum;
             }
-            insert(estimateError(first, 1.0f / 49) + estimateError(second, 1.0f / 49), p, keep, ranking);
+            insert(estimateError(first, kQuantizationShare) + estimateError(second, kQuantizationShare), p, keep, ranking);
         }
     }
 
@@ -87,7 +87,7 @@ public:
                 sums[0][i] = total_.v[i] - sums[1][i] - sums[2][i];
             }
             F error = zero();
-            for (const auto& sum : sums) error = error + estimateError(sum, 1.0f / 49);
+            for (const auto& sum : sums) error = error + estimateError(sum, kQuantizationShare);
             insert(error, p, keep, all);
             if (p < 16) insert(error, p, keepFirst, first16);
         }
@@ -95,6 +95,8 @@ public:
 
 private:
     static constexpr int kMoments = 15;
+    /// Share of the variance along the axis that is expected to remain after quantization: that of uniform texels in seven steps.
+    static constexpr float kQuantizationShare = 1.0f / 49;
     struct Moments {
         F v[kMoments];  ///< w; w times each channel; w times each product of two channels
     };
@@ -102,12 +104,12 @@ private:
     /// Estimates the error of texels with these moments on their best line: the variance off the axis, and the given share of the variance
     /// along it. The largest eigenvalue is approximated by the Frobenius norm, which is exact if one direction dominates.
     static HWY_INLINE F estimateError(const F* m, float quantizationShare) {
-        const F share = set(1.0f) / hn::Max(m[0], set(1e-30f));
+        const F perTotal = set(1.0f) / hn::Max(m[0], set(1e-30f));
         F trace = zero(), squares = zero();
         int at = 5;
         for (int i = 0; i < 4; ++i)
             for (int j = i; j < 4; ++j) {
-                const F v = m[at++] - m[1 + i] * m[1 + j] * share;
+                const F v = m[at++] - m[1 + i] * m[1 + j] * perTotal;
                 if (i == j) trace = trace + v;
                 squares = squares + (i == j ? v * v : set(2.0f) * v * v);
             }

@@ -8,6 +8,7 @@
 
 namespace lightcook::compress {
 
+/// Search parameters of the full search (fit-inl.h).
 struct Bc7Search {
     int shapes;        ///< number of two-region partitions that are ranked, of 64
     int twoRegions;    ///< number of these that are fitted
@@ -21,10 +22,10 @@ struct Bc7Search {
     bool twoColours;   ///< blocks of two colours are encoded with the least possible error
 };
 
-/// Search parameters of the fast kernel.
+/// Search parameters of the fast kernel (fast-inl.h).
 struct Bc7FastSearch {
     int refits;             ///< to the indices of the rounded ends
-    float exactBelow;       ///< mode 6 tries its low bits with values rounded as in a decoder in blocks below this RMS error [8-bit codes]
+    float exactBelow;       ///< in blocks below this RMS error [8-bit codes], mode 6 chooses its low bits by the error as decoded
     bool mode5;             ///< tries mode 5, with alpha as the separate channel
     float twoRegionsAbove;  ///< blocks with a greater RMS error [8-bit codes] with one region are fitted with two
     int shapes;             ///< number of two-region partitions that are ranked, of 64

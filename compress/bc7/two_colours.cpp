@@ -100,9 +100,10 @@ Bc7Result Bc7TwoColours::fit(const Block& block, const TwoColours& two) {
         for (const bool selection : {false, true})
             if (!foundAll()) tryRotation(4, rotation, selection);
     if (foundAll()) return best_;
-    for (const auto& [regionCount, partition, unused] : partitions())
+    for (const Partition& partition : partitions())
         for (const int mode : {3, 1, 7, 2, 0})
-            if (kBc7Modes[static_cast<std::size_t>(mode)].regionCount == regionCount && !foundAll()) tryPartition(mode, partition);
+            if (kBc7Modes[static_cast<std::size_t>(mode)].regionCount == partition.regionCount && !foundAll())
+                tryPartition(mode, partition.number);
     return best_;
 }
 
@@ -110,26 +111,24 @@ bool Bc7TwoColours::foundAll() const {
     return bestError_ <= least_ * (1 + kTieMargin);
 }
 
-/// Returns the partitions, {region count, number, unused}, those that separate the colours best first: their results prune the others.
-/// Also sets floor_.
-std::vector<std::array<int, 3>> Bc7TwoColours::partitions() {
-    std::vector<std::pair<double, std::array<int, 3>>> list;
+/// Returns the partitions in the order in which they are searched: those that separate the colours best first, because a small error found
+/// early prunes more. Also sets floor_.
+std::vector<Bc7TwoColours::Partition> Bc7TwoColours::partitions() {
+    std::vector<Partition> list;
     floor_ = total_;
     for (const int regionCount : {2, 3})
         for (int p = 0; p < 64; ++p) {
-            double both = 0;
+            Partition partition{0, regionCount, p};
             for (int r = 0; r < regionCount; ++r) {
                 const Weights weight = weightOf(regionCount, p, r);
-                both += std::min(weight[0], weight[1]);
+                partition.both += std::min(weight[0], weight[1]);
                 for (std::size_t i = 0; i < 2; ++i)
                     if (weight[i] > total_[i] * kFloorShare) floor_[i] = std::min(floor_[i], weight[i]);
             }
-            list.push_back({both, {regionCount, p, 0}});
+            list.push_back(partition);
         }
-    std::sort(list.begin(), list.end());
-    std::vector<std::array<int, 3>> sorted;
-    for (const auto& [both, partition] : list) sorted.push_back(partition);
-    return sorted;
+    std::stable_sort(list.begin(), list.end(), [](const Partition& a, const Partition& b) { return a.both < b.both; });
+    return list;
 }
 
 Bc7TwoColours::Coded Bc7TwoColours::code(std::span<const ChannelError> channels, const Weights& weight, const Coding& coding,
@@ -206,7 +205,7 @@ void Bc7TwoColours::tryRotation(int mode, int rotation, bool indexSelection) {
 }
 
 /// Returns a lower bound of the error of a region in a mode.
-double Bc7TwoColours::bound(int mode, const Weights& weight) {
+double Bc7TwoColours::leastOf(int mode, const Weights& weight) {
     const Bc7Mode& of = kBc7Modes[static_cast<std::size_t>(mode)];
     auto& bounds = bounds_[static_cast<std::size_t>(mode)];
     if (bounds.empty())
@@ -230,7 +229,7 @@ void Bc7TwoColours::tryPartition(int mode, int partition) {
     for (int r = 0; r < of.regionCount; ++r) {
         const auto at = static_cast<std::size_t>(r);
         weight[at] = weightOf(of.regionCount, partition, r);
-        cost[at] = bound(mode, weight[at]);
+        cost[at] = leastOf(mode, weight[at]);
         error += cost[at];
     }
     std::array<Coded, 3> coded;

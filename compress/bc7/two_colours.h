@@ -15,6 +15,7 @@ namespace lightcook::compress {
 class Bc7TwoColours {
 public:
     explicit Bc7TwoColours(const EncodeOptions& options);
+    /// Returns the encoded block with the least error.
     Bc7Result fit(const Block& block, const TwoColours& two);
 
 private:
@@ -31,14 +32,19 @@ private:
         std::array<std::uint8_t, 2> low{}, index{};  ///< low bit of each end; index of each colour
     };
     using Weights = std::array<double, 2>;  ///< total significance of each colour in a region
+    /// A partition of the block into two or three regions.
+    struct Partition {
+        double both;  ///< sum over the regions of the smaller weight of the two colours; 0: the colours are separated
+        int regionCount, number;
+    };
 
     void tryOneRegion(int mode);
     void tryRotation(int mode, int rotation, bool indexSelection);
     void tryPartition(int mode, int partition);
     /// Finds the best encoding of a region with an error below the bound; the error is infinite if there is none.
     Coded code(std::span<const ChannelError> channels, const Weights& weight, const Coding& coding, double bound) const;
-    double bound(int mode, const Weights& weight);
-    std::vector<std::array<int, 3>> partitions();
+    double leastOf(int mode, const Weights& weight);
+    std::vector<Partition> partitions();
     Weights weightOf(int regionCount, int partition, int region) const;
     void setRegion(int regionCount, int partition, int region, std::size_t firstChannel, std::size_t channelCount, const Coded& coded);
     bool foundAll() const;
