@@ -1,8 +1,8 @@
 // BC1, and the colour of BC3: two endpoint colours of 5, 6 and 5 bits, and a palette of four colours on the line between them, or (BC1
 // only) three. The fourth index of the three-colour mode is never used: some readers decode it to black, others to transparent.
 //
-// Efforts below 9 go from rows of texels to packed blocks (rows-inl.h). At effort 9 the kernel gets gathered blocks, and blocks of two
-// colours have a closed search here.
+// Efforts below 9 go from rows of texels to packed blocks (rows-inl.h). At effort 9 the kernel (fit-inl.h) gets gathered blocks, and blocks
+// of two colours get an exhaustive search (fitTwoColours).
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -153,26 +153,28 @@ std::uint32_t packed565(const std::array<std::uint8_t, 3>& code) {
 }
 
 /// Packs a block.
-/// orderTellsLayout  BC1: first > second selects four colours, else three. BC3 has four colours whatever the order
-void pack(const Block& block, const EncodeOptions& options, const Bc1Result& found, bool orderTellsLayout, std::byte* out) {
+/// orderSelectsMode  BC1: first > second selects four colours, else three. BC3 has four colours whatever the order
+void pack(const Block& block, const EncodeOptions& options, const Bc1Result& found, bool orderSelectsMode, std::byte* out) {
     const int steps = found.threeColours ? 2 : 3;
     std::array<int, kTexelCount> step;
     assignSteps(block, options, found, steps, step);
     std::uint32_t first = packed565(found.first), second = packed565(found.second);
     // Equal endpoints select three colours as well, but then all indices below 3 are the same colour.
-    const bool swap = orderTellsLayout && (found.threeColours ? first > second : first < second);
+    const bool swap = orderSelectsMode && (found.threeColours ? first > second : first < second);
     const bool equal = first == second;
     if (swap) std::swap(first, second);
     BitWriter bits;
     bits.put(first, 16);
     bits.put(second, 16);
     for (const int s : step) {
-        const int turned = equal ? 0 : swap ? steps - s : s;
-        bits.put(static_cast<std::uint32_t>(turned == 0 ? 0 : turned == steps ? 1 : turned + 1), 2);
+        const int fromFirst = equal ? 0 : swap ? steps - s : s;
+        bits.put(static_cast<std::uint32_t>(fromFirst == 0 ? 0 : fromFirst == steps ? 1 : fromFirst + 1), 2);
     }
     bits.store(out, 8);
 }
 
+/// Encodes the colours of blocks, 8 bytes every `stride` bytes.
+/// isBc1  false: the colour of BC3
 void encodeColours(std::span<const Block> blocks, const EncodeOptions& options, bool isBc1, std::byte* out, std::size_t stride) {
     const auto run = [&](bool insignificant, int effort) {
         std::vector<const Block*> list;

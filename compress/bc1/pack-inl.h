@@ -27,9 +27,9 @@ class Bc1Packer : Lanes<D> {
 
 public:
     /// isThree           lanes of the three-colour mode
-    /// orderTellsLayout  true in BC1, false in BC3
-    Bc1Packer(const Bc1Texels<D>& texels, const Bc1Candidate<D>& best, M isThree, bool orderTellsLayout)
-        : texels_(texels), best_(best), isThree_(isThree), orderTellsLayout_(orderTellsLayout) {}
+    /// orderSelectsMode  true in BC1, false in BC3
+    Bc1Packer(const Bc1Texels<D>& texels, const Bc1Candidate<D>& best, M isThree, bool orderSelectsMode)
+        : texels_(texels), best_(best), isThree_(isThree), orderSelectsMode_(orderSelectsMode) {}
 
     /// Packs the blocks into two words each.
     void pack(U& ends, U& indices) const {
@@ -39,7 +39,7 @@ public:
         const U steps = stepsOfTexels();
         U low = hn::And(steps, odd), high = hn::And(hn::ShiftRight<1>(steps), odd);
         const auto isThree = hn::RebindMask(du, isThree_);
-        if (orderTellsLayout_) {
+        if (orderSelectsMode_) {
             const U larger = hn::Max(one, two), smaller = hn::Min(one, two);
             first = hn::IfThenElse(isThree, smaller, larger);
             second = hn::IfThenElse(isThree, larger, smaller);
@@ -96,7 +96,7 @@ private:
     const Bc1Texels<D>& texels_;
     const Bc1Candidate<D>& best_;
     const M isThree_;
-    const bool orderTellsLayout_;
+    const bool orderSelectsMode_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -79,8 +79,8 @@ std::uint32_t byteOf(int code, const Bc4Codes& codes) {
 
 /// Packs a block whose indices are known.
 void packKnown(const Candidate& fitted, const Bc4Codes& codes, std::byte* out) {
-    const auto first = byteOf(fitted.sixSteps ? fitted.low : fitted.high, codes);
-    const auto second = static_cast<std::uint64_t>(byteOf(fitted.sixSteps ? fitted.high : fitted.low, codes));
+    const auto first = byteOf(fitted.sixValues ? fitted.low : fitted.high, codes);
+    const auto second = static_cast<std::uint64_t>(byteOf(fitted.sixValues ? fitted.high : fitted.low, codes));
     const std::uint64_t bits = first | second << 8 | fitted.indices << 16;
     for (int i = 0; i < 8; ++i) out[i] = static_cast<std::byte>(bits >> (8 * i));
 }
@@ -89,17 +89,17 @@ void packKnown(const Candidate& fitted, const Bc4Codes& codes, std::byte* out) {
 void pack(const Channel& channel, const Candidate& fitted, const Bc4Codes& codes, std::byte* out) {
     BitWriter bits;
     // first > second selects eight values, else six.
-    const int first = fitted.sixSteps ? fitted.low : fitted.high, second = fitted.sixSteps ? fitted.high : fitted.low;
+    const int first = fitted.sixValues ? fitted.low : fitted.high, second = fitted.sixValues ? fitted.high : fitted.low;
     bits.put(byteOf(first, codes), 8);
     bits.put(byteOf(second, codes), 8);
-    const int steps = fitted.sixSteps ? 5 : 7;
+    const int steps = fitted.sixValues ? 5 : 7;
     for (std::size_t t = 0; t < kTexelCount; ++t) {
         const float value = channel.value[t];
         const float range = static_cast<float>(second - first);
         const float position = second != first ? (value - static_cast<float>(first)) * static_cast<float>(steps) / range : 0.0f;
         const int nearest = static_cast<int>(std::clamp(position, 0.0f, static_cast<float>(steps)) + 0.5f);
         int index = nearest == 0 ? 0 : nearest == steps ? 1 : nearest + 1;
-        if (fitted.sixSteps) {
+        if (fitted.sixValues) {
             const float miss = std::abs(static_cast<float>(first) + static_cast<float>(nearest) * range / 5 - value);
             if (value < miss) index = 6;
             if (channel.largest - value < miss && channel.largest - value < value) index = 7;
@@ -121,17 +121,17 @@ Channel channelOf(const Block& block, std::size_t channelIndex, const Bc4Codes& 
 const Bc4Search& bc4SearchOf(int effort) {
     // clang-format off
     static constexpr std::array<Bc4Search, 10> kSearches = {{
-        // starts plainStarts nears nearStarts startsPerDescent refits passes reach polishEach sixSteps exhaustive
-        {       3,          0,    0,         0,               3,     0,     0,    0,     false,   false,     false},  // effort 0
-        {       8,          4,    3,         4,               8,     0,     0,    0,     false,    true,     false},
-        {      12,          8,    3,         6,              12,     0,     1,    1,     false,    true,     false},
-        {      16,         16,    4,         8,              16,     0,     2,    1,     false,    true,     false},
-        {      16,         16,    4,         8,               8,     1,     3,    1,      true,    true,     false},
-        {      16,         12,    4,         6,               4,     1,     4,    1,      true,    true,     false},  // effort 5
-        {      16,         16,    4,         8,               4,     2,     4,    2,      true,    true,     false},
-        {      24,         24,    4,        12,               4,     2,     6,    2,      true,    true,     false},
-        {      24,         24,    4,        16,               2,     2,     6,    2,      true,    true,     false},
-        {      16,          6,    4,         4,               4,     2,     3,    2,      true,    true,      true},  // effort 9
+        // starts plainStarts thresholds thresholdStarts startsPerDescent refits passes reach polishEach sixValues exhaustive
+        {       3,          0,         0,              0,               3,     0,     0,    0,     false,    false,     false},  // effort 0
+        {       8,          4,         3,              4,               8,     0,     0,    0,     false,     true,     false},
+        {      12,          8,         3,              6,              12,     0,     1,    1,     false,     true,     false},
+        {      16,         16,         4,              8,              16,     0,     2,    1,     false,     true,     false},
+        {      16,         16,         4,              8,               8,     1,     3,    1,      true,     true,     false},
+        {      16,         12,         4,              6,               4,     1,     4,    1,      true,     true,     false},  // effort 5
+        {      16,         16,         4,              8,               4,     2,     4,    2,      true,     true,     false},
+        {      24,         24,         4,             12,               4,     2,     6,    2,      true,     true,     false},
+        {      24,         24,         4,             16,               2,     2,     6,    2,      true,     true,     false},
+        {      16,          6,         4,              4,               4,     2,     3,    2,      true,     true,      true},  // effort 9
     }};
     // clang-format on
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
@@ -140,10 +140,10 @@ const Bc4Search& bc4SearchOf(int effort) {
 const Bc4Search& bc3AlphaSearchOf(int effort) {
     // clang-format off
     static constexpr std::array<Bc4Search, 3> kSearches = {{
-        // starts plainStarts nears nearStarts startsPerDescent refits passes reach polishEach sixSteps exhaustive
-        {       2,          0,    0,         0,               2,     0,     0,    0,     false,   false,     false},  // effort 0
-        {       4,          1,    1,         1,               4,     0,     0,    0,     false,    true,     false},
-        {       8,          3,    2,         2,               8,     0,     0,    0,     false,    true,     false},
+        // starts plainStarts thresholds thresholdStarts startsPerDescent refits passes reach polishEach sixValues exhaustive
+        {       2,          0,         0,              0,               2,     0,     0,    0,     false,    false,     false},  // effort 0
+        {       4,          1,         1,              1,               4,     0,     0,    0,     false,     true,     false},
+        {       8,          3,         2,              2,               8,     0,     0,    0,     false,     true,     false},
     }};
     // clang-format on
     const auto row = static_cast<std::size_t>(std::max(effort, 0));

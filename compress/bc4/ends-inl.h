@@ -65,7 +65,7 @@ public:
 private:
     /// Returns false if nothing follows the only group of starts, so that the upper bound of its error is good enough.
     bool isCompared() const {
-        return search_.sixSteps || search_.refits > 0 || search_.passes > 0 || search_.starts > search_.startsPerDescent;
+        return search_.sixValues || search_.refits > 0 || search_.passes > 0 || search_.starts > search_.startsPerDescent;
     }
 
     /// Keeps a pair where it is valid and better. The eight-value mode needs low < high: equal bytes select the six-value mode.

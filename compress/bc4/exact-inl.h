@@ -43,12 +43,12 @@ public:
         load(block, channel);
         best_ = found;
         const F low = set(static_cast<float>(found.low)), high = set(static_cast<float>(found.high));
-        best_.error = hn::GetLane(found.sixSteps ? errorOf<true>(low, high, 0) : errorOf<false>(low, high, 0));
+        best_.error = hn::GetLane(found.sixValues ? errorOf<true>(low, high, 0) : errorOf<false>(low, high, 0));
         if (best_.error > kRounding * kRounding * totalWeight_) {
             search<false>();
             search<true>();
         }
-        found.low = best_.low, found.high = best_.high, found.sixSteps = best_.sixSteps, found.error = best_.error;
+        found.low = best_.low, found.high = best_.high, found.sixValues = best_.sixValues, found.error = best_.error;
     }
 
 private:
@@ -166,8 +166,8 @@ private:
     void take(int low, int high, float error) {
         if (low > high || (!kSix && low == high) || high > static_cast<int>(codes_.largest)) return;
         const auto rank = [](bool six, int a, int b) { return (six ? 65536 : 0) + 256 * a + b; };
-        if (error > best_.error || (error == best_.error && rank(kSix, low, high) >= rank(best_.sixSteps, best_.low, best_.high))) return;
-        best_.low = low, best_.high = high, best_.sixSteps = kSix, best_.error = error;
+        if (error > best_.error || (error == best_.error && rank(kSix, low, high) >= rank(best_.sixValues, best_.low, best_.high))) return;
+        best_.low = low, best_.high = high, best_.sixValues = kSix, best_.error = error;
     }
 
     const Bc4Codes codes_;

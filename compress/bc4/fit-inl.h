@@ -3,10 +3,10 @@
 // Method:
 // 1. Eight-value mode: local search (ends-inl.h) from several starts between the smallest and the largest value of the block.
 // 2. Six-value mode: the same, with the error of each texel also compared with the two exact extremes, code 0 and the largest code. Some
-//    blocks are better if the texels near the extremes are left to these two and the six equidistant entries serve the rest only: for each
-//    of several thresholds (kBc4Nears), texels that are nearer to an extreme are left out of the fit.
-//    This second part is skipped for a block where it cannot win: if no single texel is closer to an extreme than the error of the whole
-//    block in the eight-value mode, the extremes are of no use.
+//    blocks are better if the texels near the extremes take these two, and the six equidistant entries are fitted to the rest only: for
+//    each of several thresholds (kBc4Thresholds), texels that are nearer to an extreme are left out of the fit. This second part is skipped
+//    for a block where it cannot win: a texel that takes an extreme must alone cause less error than the whole block in the eight-value
+//    mode.
 // 3. A block of one value gets two neighbouring codes, whose palette contains sevenths and fifths of a code.
 #if defined(LIGHTCOOK_COMPRESS_BC4_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC4_FIT_INL_H_
@@ -62,7 +62,7 @@ private:
         Candidate eight = texels_.nothing(), six = texels_.nothing();
         const M isConstant = texels_.lowest >= texels_.highest;
         const bool someConstant = !hn::AllFalse(D(), isConstant);
-        if (search_.sixSteps || someConstant) texels_.measureExtremes();
+        if (search_.sixValues || someConstant) texels_.measureExtremes();
         if (someConstant) {
             fitConstant<false>(isConstant, eight);
             fitConstant<true>(isConstant, six);
@@ -70,7 +70,7 @@ private:
         const Candidate constant = eight;
         const EndSearch ends(search_, texels_);
         ends.template fitBetween<false>(texels_.weight, texels_.all, texels_.lowest, texels_.highest, search_.starts, eight);
-        if (!search_.sixSteps) {
+        if (!search_.sixValues) {
             isSix = hn::And(isConstant, six.error < constant.error);
             return Candidate::choose(isSix, six, Candidate::choose(isConstant, constant, eight));
         }
@@ -96,7 +96,7 @@ private:
         const M hasExtremes = texels_.leastNear < errorOfEight;
         if (!hn::AllFalse(D(), hasExtremes)) {
             const Candidate plain = found;
-            for (int i = 0; i < search_.nears; ++i) fitAway(ends, kBc4Nears[static_cast<std::size_t>(i)], found);
+            for (int i = 0; i < search_.thresholds; ++i) fitAway(ends, kBc4Thresholds[static_cast<std::size_t>(i)], found);
             found = Candidate::choose(hasExtremes, found, plain);
         }
         if (!search_.polishEach) ends.template polish<true>(found);
@@ -113,7 +113,7 @@ private:
         auto moments = texels_.momentsOf(weight);
         for (std::size_t t = 0; t < kTexelCount; ++t)
             moments.left = hn::MulAdd((texels_.weight[t] - weight[t]) * texels_.nearEnd[t], texels_.nearEnd[t], moments.left);
-        ends.template fitBetween<true>(weight, moments, from, to, search_.nearStarts, found);
+        ends.template fitBetween<true>(weight, moments, from, to, search_.thresholdStarts, found);
     }
 
     /// Returns the range of the significant texels that are at least `near` codes away from both extremes, or of all if there are none.

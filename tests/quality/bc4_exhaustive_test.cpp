@@ -65,11 +65,11 @@ std::vector<BlockValues> realBlocks(int pictureSize, std::size_t count, int larg
 }
 
 /// The eight values of a layout in units, low and high codes.
-std::array<int, 8> palette(int low, int high, bool sixSteps, int largestCode) {
+std::array<int, 8> palette(int low, int high, bool sixValues, int largestCode) {
     std::array<int, 8> values{};
-    const int steps = sixSteps ? 5 : 7;
+    const int steps = sixValues ? 5 : 7;
     for (int i = 0; i <= steps; ++i) values[static_cast<std::size_t>(i)] = (low * (steps - i) + high * i) * kUnits / steps;
-    if (sixSteps) values[6] = 0, values[7] = largestCode * kUnits;
+    if (sixValues) values[6] = 0, values[7] = largestCode * kUnits;
     return values;
 }
 
@@ -114,10 +114,10 @@ struct Counted {
 /// Lowers each block's error to the least of any pair of ends.
 void bruteForce(std::span<Counted> blocks, int largestCode) {
     std::vector<std::int64_t> squares(static_cast<std::size_t>(largestCode * kParts + 1));
-    for (const bool sixSteps : {false, true})
+    for (const bool sixValues : {false, true})
         for (int low = 0; low <= largestCode; ++low)
-            for (int high = sixSteps ? low : low + 1; high <= largestCode; ++high) {
-                const auto values = palette(low, high, sixSteps, largestCode);
+            for (int high = sixValues ? low : low + 1; high <= largestCode; ++high) {
+                const auto values = palette(low, high, sixValues, largestCode);
                 for (int v = 0; v < static_cast<int>(squares.size()); ++v) {
                     int nearest = std::abs(values[0] - 35 * v);
                     for (int i = 1; i < 8; ++i) nearest = std::min(nearest, std::abs(values[static_cast<std::size_t>(i)] - 35 * v));

@@ -48,7 +48,7 @@ bool same(const Bc1Result& a, const Bc1Result& b) {
     return a.first == b.first && a.second == b.second && a.threeColours == b.threeColours;
 }
 bool same(const Bc4Result& a, const Bc4Result& b) {
-    return a.low == b.low && a.high == b.high && a.sixSteps == b.sixSteps;
+    return a.low == b.low && a.high == b.high && a.sixValues == b.sixValues;
 }
 
 template <class D, class Result, class Fit, class Run>

@@ -144,7 +144,7 @@ TEST(Lanes, OneLaneOfBc1AndBc4MatchesAVectorOfThem) {
         EXPECT_EQ(one1[i].threeColours, all1[i].threeColours) << i;
         EXPECT_EQ(one4[i].low, all4[i].low) << i;
         EXPECT_EQ(one4[i].high, all4[i].high) << i;
-        EXPECT_EQ(one4[i].sixSteps, all4[i].sixSteps) << i;
+        EXPECT_EQ(one4[i].sixValues, all4[i].sixValues) << i;
     }
 }
 
