@@ -18,7 +18,7 @@ inline constexpr int kBlockSide = 4, kTexelCount = kBlockSide * kBlockSide;
 struct Block {
     alignas(64) std::array<std::array<float, kTexelCount>, 4> channel;
     alignas(64) std::array<float, kTexelCount> significance;  ///< >= 0, at least one above 0
-    bool insignificant = false;  ///< all significances were 0 and have been set to 1; the fastest search is good enough
+    bool insignificant = false;  ///< all significances were 0 and have been set to 1; encoders use their fastest search
 };
 
 /// An image as the row kernels read it, without gathering blocks.
@@ -79,12 +79,12 @@ struct BlockSorter {
     BlockSorter(std::span<const Block> blocks, std::size_t channelCount);
 };
 
-// The encoders write one block after the other to out.
+// The encoders write one block after the other to out. Values are in the range of the format.
 void encodeBc1(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
 void encodeBc3(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
-/// Encodes channel 0. Values are in [0, 1], or in [-1, 1] if signed.
+/// Encodes channel 0.
 void encodeBc4(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
-/// Encodes one channel of each block as unsigned BC4, 8 bytes every stride bytes: BC4, one half of BC5, or the alpha of BC3.
+/// Encodes one channel of each block as unsigned BC4, 8 bytes every stride bytes: for BC4, a half of BC5, or the alpha of BC3.
 void encodeBc4Channel(std::span<const Block> blocks, std::size_t channel, int effort, std::byte* out, std::size_t stride);
 void encodeBc5(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
 /// Encodes whole rows of blocks as BC1 or, with alpha, BC3, at any effort but 9, whose searches need whole blocks. Returns true if a value
@@ -93,7 +93,6 @@ bool encodeBc1Rows(const TexelRows& rows, bool hasAlpha, const EncodeOptions& op
 /// Encodes whole rows of blocks as BC4 or BC5, at any effort but 9, which is exhaustive. Returns true if a value was clamped into the
 /// range of the format.
 bool encodeBc4Rows(const TexelRows& rows, int channelCount, bool isSigned, int effort, std::byte* out);
-/// Encodes values that are finite and in the range of the format.
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
 /// Encodes whole rows of blocks as BC7 by the fast kernel. Returns true if a value was clamped into the range of the format.
 /// errors  receives the weighted squared error of each block [8-bit codes^2], the largest channel weight being 1. May be null; not null

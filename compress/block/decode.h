@@ -12,8 +12,8 @@ namespace lightcook::compress {
 
 using DecodedBlock = std::array<glm::vec4, kTexelCount>;
 
-// BC1 to BC5 are interpolated in real numbers, in [0, 1] or [-1, 1]. BC6H gives exact halves, and minus infinity for the codes that mean
-// it. Reserved modes of BC6H and BC7 decode to 0.
+// BC1 to BC5 are interpolated in real numbers, in [0, 1] or [-1, 1]; index 3 of BC1's three-colour mode is opaque black. BC6H gives exact
+// halves, and minus infinity for endpoints of -32768. Reserved modes of BC6H and BC7 decode to 0.
 void decodeBc1(const std::byte* block, bool alwaysFourColours, DecodedBlock& out);
 void decodeBc3(const std::byte* block, DecodedBlock& out);
 /// Decodes one channel, values in [0, 1].

@@ -1,3 +1,9 @@
+// encodeRows: chooses the encoder of each format and effort.
+//
+// BC1, BC3, BC4, BC5 and BC7, and BC6H at low effort, have kernels that read rows of texels. They clamp values themselves, and RangeClamp
+// only counts these. The other efforts gather batches of blocks for the full search (block.h). BC6H and BC7 combine both: the full search
+// encodes some or all blocks again. Rate-distortion optimization (rdo.h) and decoding follow, row by row. ASTC and formats without blocks
+// have encoders in texel/.
 #include "compress/encode.h"
 
 #include <algorithm>
@@ -182,7 +188,7 @@ EncodeReport encodeBcRows(PixelFormat format, ImageView<const glm::vec4> texels,
     return clamp.report();
 }
 
-/// Encodes the blocks with these numbers again, by the full search.
+/// Encodes the blocks with these indices again, by the full search.
 void encodeAgain(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance, const EncodeOptions& options,
                  std::span<const int> which, std::span<std::byte> out) {
     const int across = formats::blocksAcross(format, texels.width);
@@ -203,7 +209,7 @@ TexelRows rowsOf(ImageView<const glm::vec4> texels, ImageView<const float> signi
     return {&texels.texels->x, 4 * texels.rowStride, significance.texels, significance.rowStride, texels.width, texels.height};
 }
 
-/// Encodes BC4 and BC5 by the kernel that reads rows: all efforts but the exhaustive one.
+/// Encodes BC4 and BC5 by the kernel that reads rows, at all efforts but the exhaustive one.
 EncodeReport encodeBc4Fast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                            const EncodeOptions& options, std::span<std::byte> out) {
     const formats::PixelFormatInfo& info = formats::info(format);
@@ -213,7 +219,7 @@ EncodeReport encodeBc4Fast(PixelFormat format, ImageView<const glm::vec4> texels
     return clamp.report();
 }
 
-/// Encodes BC1 and BC3 by the kernel that reads rows: all efforts but the highest.
+/// Encodes BC1 and BC3 by the kernel that reads rows, at all efforts but the highest.
 EncodeReport encodeBc1Fast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                            const EncodeOptions& options, std::span<std::byte> out) {
     RangeClamp clamp(format);
@@ -229,10 +235,10 @@ EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texel
     std::vector<float> errors(out.size() / 16);
     RangeClamp clamp(format);
     if (encodeBc6hRows(rows, format == PixelFormat::Bc6hSf16, options, out.data(), errors.data())) clamp.count(texels, significance);
-    std::vector<int> poor;
+    std::vector<int> inaccurate;
     for (std::size_t i = 0; i < errors.size(); ++i)
-        if (errors[i] > maxError * maxError) poor.push_back(static_cast<int>(i));
-    encodeAgain(format, texels, significance, options, poor, out);
+        if (errors[i] > maxError * maxError) inaccurate.push_back(static_cast<int>(i));
+    encodeAgain(format, texels, significance, options, inaccurate, out);
     return clamp.report();
 }
 
@@ -316,6 +322,7 @@ EncodeReport encodeAstcRows(PixelFormat format, ImageView<const glm::vec4> texel
 
 }  // namespace
 
+// The lists decide which search encodeBc6h() and encodeBc7() run on a block.
 BlockSorter::BlockSorter(std::span<const Block> blocks, std::size_t channelCount) {
     for (const Block& block : blocks) {
         std::size_t counting = 0;

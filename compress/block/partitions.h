@@ -21,16 +21,19 @@ extern const std::array<std::uint8_t, 4> kWeights2;
 extern const std::array<std::uint8_t, 8> kWeights3;
 extern const std::array<std::uint8_t, 16> kWeights4;
 
+/// Returns the region of a texel, 0 .. regionCount - 1.
 inline int regionOf(int regionCount, int partition, int texel) {
     if (regionCount == 1) return 0;
     const auto p = static_cast<std::size_t>(partition);
     return regionCount == 2 ? (kTwoRegions[p] >> texel) & 1 : static_cast<int>((kThreeRegions[p] >> (2 * texel)) & 3);
 }
+/// Returns the anchor texel of a region.
 inline int anchorOf(int regionCount, int partition, int region) {
     if (region == 0) return 0;
     const auto p = static_cast<std::size_t>(partition);
     return regionCount == 2 ? kTwoRegionsAnchor[p] : kThreeRegionsAnchor[static_cast<std::size_t>(region - 1)][p];
 }
+/// Returns the interpolation weight of the second endpoint, in 64ths.
 inline int weightOf(int indexBits, int index) {
     const auto i = static_cast<std::size_t>(index);
     return indexBits == 2 ? kWeights2[i] : indexBits == 3 ? kWeights3[i] : kWeights4[i];

@@ -1,6 +1,7 @@
-// Method: for every block, candidates are copies of blocks to its left (rdo_candidates.h). With a price per bit, each block in turn takes
-// the candidate with the least error + price * bits, where bits are an estimate of what Zstandard will spend. The row is tried with rising
-// prices; the largest price whose total error is within the allowed growth wins.
+// Method: Lagrangian optimization with a greedy choice. For every block, candidates are copies of blocks to its left (rdo_candidates.h).
+// With a price per bit (the Lagrange multiplier), each block in turn takes the candidate with the least error + price * bits, where bits
+// are an estimate of what Zstandard will spend. The row is tried with rising prices; of those whose total error is within the allowed
+// growth, the choices with the fewest bits win.
 #include "compress/block/rdo.h"
 
 #include <algorithm>
@@ -20,9 +21,11 @@ namespace {
 using formats::ImageView;
 using formats::PixelFormat;
 
-// Estimated cost in Zstandard, in bits: of a byte that no match covers; of a match with a new offset; of a match with the last offset; of
-// the continuation of a match.
-constexpr double kLiteralBits = 7.6, kMatchBits = 20, kRepeatedOffsetBits = 11, kContinuedMatchBits = 1;
+// Estimated cost in Zstandard [bits].
+constexpr double kLiteralBits = 7.6;        // a byte that no match covers
+constexpr double kMatchBits = 20;           // a match with a new offset
+constexpr double kRepeatedOffsetBits = 11;  // a match with the offset of the last one
+constexpr double kContinuedMatchBits = 1;   // the continuation of a match into the next block
 
 /// Estimates the bits of a row, block after block, as the blocks are replaced by copies.
 class MatchModel {
@@ -107,16 +110,16 @@ Choices choose(const RowCandidates& row, double price) {
     return choices;
 }
 
-/// Returns the choices of the largest price whose error is within the allowed one. Prices rise in steps of octaves from far below the mean
-/// error per bit, then in finer steps.
+/// Returns the choices with the fewest bits whose error is within the allowed one. Prices rise from 2^-40 of the mean error per bit, first
+/// in steps of sixteen octaves, then in finer ones down to a sixteenth of an octave.
 Choices chooseWithin(const RowCandidates& row, double errorBefore, double allowed) {
     Choices best = choose(row, 0);
     const double rowBits = kLiteralBits * static_cast<double>(row.count() * row.blockBytes());
     const double unit = std::max(errorBefore, 1e-300) / rowBits;
-    constexpr int kPerOctave = 16;
-    int exponent = -40 * kPerOctave;
+    constexpr int kPerOctave = 16, kOctaves = 40;  // exponents count sixteenths of an octave
+    int exponent = -kOctaves * kPerOctave;
     for (const int step : {256, 64, 16, 4, 1})
-        for (; exponent < 40 * kPerOctave; exponent += step) {
+        for (; exponent < kOctaves * kPerOctave; exponent += step) {
             Choices tried = choose(row, unit * std::exp2(static_cast<double>(exponent + step) / kPerOctave));
             if (!(tried.error <= allowed)) break;
             if (tried.bits <= best.bits) best = std::move(tried);

@@ -21,11 +21,11 @@ constexpr std::size_t kWholeReach = 128, kPartReach = 24, kHeadReach = 32;
 std::span<const ByteRange> rangesOf(PixelFormat format) {
     static constexpr std::array kBc1 = {ByteRange{0, 8}, ByteRange{0, 4}, ByteRange{4, 8}};
     static constexpr std::array kBc4 = {ByteRange{0, 8}, ByteRange{2, 8}};
-    static constexpr std::array kTwice = {ByteRange{0, 16}, ByteRange{0, 8}, ByteRange{8, 16}, ByteRange{2, 8}, ByteRange{10, 16}};
+    static constexpr std::array kBc5 = {ByteRange{0, 16}, ByteRange{0, 8}, ByteRange{8, 16}, ByteRange{2, 8}, ByteRange{10, 16}};
     static constexpr std::array kBc3 = {ByteRange{0, 16}, ByteRange{0, 8}, ByteRange{8, 16}, ByteRange{2, 8}, ByteRange{12, 16}};
-    // BC7 copies modes and endpoints as heads. BC6H does not: see headAt().
+    // BC7 copies the mode and the endpoints as a head. BC6H does not: see headAt().
     static constexpr std::array kBc7 = {ByteRange{0, 16}, ByteRange{8, 16}, ByteRange{10, 16}, ByteRange{12, 16}};
-    static constexpr std::array kLong = {ByteRange{0, 16}, ByteRange{0, 8}, ByteRange{8, 16}, ByteRange{10, 16}};
+    static constexpr std::array kBc6h = {ByteRange{0, 16}, ByteRange{0, 8}, ByteRange{8, 16}, ByteRange{10, 16}};
     switch (format) {
         case PixelFormat::Bc1:
             return kBc1;
@@ -34,13 +34,13 @@ std::span<const ByteRange> rangesOf(PixelFormat format) {
             return kBc4;
         case PixelFormat::Bc5:
         case PixelFormat::Bc5Snorm:
-            return kTwice;
+            return kBc5;
         case PixelFormat::Bc3:
             return kBc3;
         case PixelFormat::Bc7:
             return kBc7;
         default:
-            return kLong;
+            return kBc6h;
     }
 }
 
@@ -167,8 +167,8 @@ void RowCandidates::findFor(std::size_t j) {
     std::erase_if(block.candidates, [](const CopyCandidate& candidate) { return !std::isfinite(candidate.error); });
 }
 
-/// Decodes the head of block j with each index. BC6H has no heads: small errors of a logarithm are large errors of light beside bright
-/// texels.
+/// Returns the head of block j and the values that each of its indices decodes to. Only BC7 has heads. In BC6H, with its logarithmic scale,
+/// new indices for the head of another block make large errors of light beside bright texels.
 RowCandidates::Head RowCandidates::headAt(std::size_t j) const {
     Head head;
     if (format_ == PixelFormat::Bc7) head.form = headOfBc7(blockAt(j));

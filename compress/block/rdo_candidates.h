@@ -1,4 +1,4 @@
-// Rate-distortion optimization, first part: the copies that each block of a row can be made of, and the error of each.
+// Rate-distortion optimization, first part: the copies that may replace each block of a row or a part of it, and the error of each.
 //
 // A block may repeat an earlier block of its row, up to kWholeReach blocks back; or a byte range of one, such as its endpoints or its
 // indices (up to kPartReach); or, in BC7, the head of one, everything before the indices, with the best indices for it (up to kHeadReach).

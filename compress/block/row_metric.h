@@ -21,6 +21,7 @@ public:
     RowMetric(formats::PixelFormat format, const EncodeOptions& options);
 
     std::size_t channelCount() const { return channelCount_; }
+    /// Returns a texel clamped to the range of the format.
     glm::vec4 inRange(const glm::vec4& texel) const;
     /// Maps values into the space of the metric: log2(1 + x / scale) for HdrMetric::Log, else unchanged.
     void map(Planes& planes) const;

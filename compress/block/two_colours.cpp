@@ -169,7 +169,8 @@ RegionSearch::Range RegionSearch::secondEnds(const Task& task, int firstValue) c
     return {second.firstAtLeast(low), second.lastAtMost(high)};
 }
 
-/// Returns the intervals of codes of the first end that may be of use.
+/// Returns the intervals of codes of the first end for which some second end may bring every load within its range. Up to three, because
+/// the window of the second end may cross the gap of the circle of codes; unused ones are empty.
 std::array<RegionSearch::Range, 3> RegionSearch::firstRuns(const Task& task) const {
     constexpr Range kNone = {0, -1};
     const Range codes = firstEnds(task);
@@ -253,7 +254,7 @@ void RegionSearch::probe(const Task& task, Range codes, double& bound, Ends& fou
 
 Ends RegionSearch::best(std::size_t channel, const int* shares, const EndValues& first, const EndValues& second, const Window& window,
                         double bound) const {
-    constexpr int kMany = 48;
+    constexpr int kMany = 48;  // first ends: more are worth probing for a better bound first
     Task task{channel, shares, first, second, window, range_[channel]};
     Ends found{0, 0, kInfinite};
     const double enough = leastOf_[channel] + (bound_ < kInfinite ? kTieMargin * bound_ : 0);
@@ -323,6 +324,7 @@ std::vector<Ends> RegionSearch::bestOfEachFirst(std::size_t channel, const int* 
 
 std::vector<std::array<double, 2>> RegionSearch::tradeOffs(std::size_t channel, const int* shares, const EndValues& first,
                                                            const EndValues& second, const Window& window) const {
+    // Beyond these limits of first ends and of points, the two smallest errors alone are a valid, weaker bound.
     constexpr int kMany = 1024;
     constexpr std::size_t kMost = 4096;
     const ChannelError& error = channels_[channel];
@@ -341,7 +343,7 @@ std::vector<std::array<double, 2>> RegionSearch::tradeOffs(std::size_t channel, 
     });
     if (points.size() >= kMost) return {{error.least[0], error.least[1]}};
     std::sort(points.begin(), points.end());
-    std::vector<std::array<double, 2>> hull;
+    std::vector<std::array<double, 2>> hull;  // monotone chain (Andrew 1979)
     for (const auto& point : points) {
         if (!hull.empty() && point[1] >= hull.back()[1]) continue;
         while (hull.size() > 1) {

@@ -5,8 +5,8 @@
 // the interpolated value of each load to a range, and these ranges limit the two ends. Scalar code: every instruction set gives the same
 // bytes.
 //
-// Words: a code is the stored integer of an end; its value is the integer that is interpolated; a load is the texels of one colour that
-// have the same index.
+// Words: an end is an endpoint; a code is its stored integer, and its value the integer that is interpolated; a load is the set of the
+// texels of one colour that have the same index.
 #pragma once
 
 #include <array>
@@ -64,6 +64,7 @@ struct ChannelError {
     void findLeast();  ///< sets least and nearest
 };
 
+/// The texels of one colour that have the same index.
 struct Load {
     int colour;     ///< 0 or 1
     double weight;  ///< total significance of its texels
@@ -79,11 +80,13 @@ struct Window {
     bool secondFollowsFirst = false;  ///< second.from is relative to the first end
 };
 
+/// Codes of both ends of one channel, and the error with them.
 struct Ends {
     int first = 0, second = 0;
     double error = 0;
 };
 
+/// Returns the value between two ends, as the decoders of BC6H and BC7 compute it.
 inline int interpolated(int a, int b, int share) {
     return (a * (64 - share) + b * share + 32) >> 6;
 }
@@ -163,7 +166,7 @@ public:
                  std::span<const Window> windows, const std::array<double, 2>& floor, double bound);
     /// Returns a lower bound of the error, or some value above the constructor's bound.
     double least(const std::array<double, 2>& weight) const;
-    /// Returns the same for colours with these indices.
+    /// Returns a lower bound of the error of colours with these indices.
     double least(int firstIndex, int secondIndex, const std::array<double, 2>& weight) const;
 
 private:
