@@ -24,12 +24,13 @@ T valueOf(formats::Result<T> result) {
     return std::move(*result);
 }
 
-struct Seen {
+/// A cooked bake, decoded from its bytes.
+struct DecodedBake {
     double bitsPerTexel = 0;
     int clusters = 0;  ///< learned bases; 0 where nothing is learned
     formats::Image<lighting::ShRgb> sh;
 };
-Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string& layout, int effort) {
+DecodedBake cook(const Bake& bake, const std::filesystem::path& file, const std::string& layout, int effort) {
     const TemporaryFolder folder;
     pipeline::TextureSettings settings;
     settings.effort = effort;
@@ -49,19 +50,19 @@ Seen cook(const Bake& bake, const std::filesystem::path& file, const std::string
 
     const pipeline::Json constants = asset.constants.value_or(pipeline::Json::object());
     const int clusters = constants.contains("clusters") ? constants.at("clusters").at(0).get<int>() : 0;
-    Seen seen{asset.bitsPerTexel.value_or(0), clusters, formats::Image<lighting::ShRgb>(bake.width(), bake.height())};
+    DecodedBake decoded{asset.bitsPerTexel.value_or(0), clusters, formats::Image<lighting::ShRgb>(bake.width(), bake.height())};
     const int chunks = (bake.height() + pipeline::kChunkRows - 1) / pipeline::kChunkRows;
     tbb::parallel_for(0, chunks, [&](int chunk) {
         const int firstRow = chunk * pipeline::kChunkRows, rowCount = std::min(pipeline::kChunkRows, bake.height() - firstRow);
         const auto rows = reader.verifier().reconstruct(valueOf(reader.read(firstRow, rowCount)), firstRow, rowCount);
         for (int y = 0; y < rowCount; ++y)
-            for (int x = 0; x < bake.width(); ++x) seen.sh.at(x, firstRow + y) = rows.at(x, y);
+            for (int x = 0; x < bake.width(); ++x) decoded.sh.at(x, firstRow + y) = rows.at(x, y);
     });
-    return seen;
+    return decoded;
 }
 
-/// The layout in halfs and 16-bit numbers, learned anew with the same number of bases.
-compress::LightMapPlan uncodedPlan(const Bake& bake, const std::string& name, int clusters, int effort) {
+/// Returns a plan of the layout for halves and 16-bit integers, with the same number of learned bases.
+compress::LightMapPlan planWithoutBlocks(const Bake& bake, const std::string& name, int clusters, int effort) {
     using formats::Target;
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
     const int width = bake.width(), height = bake.height();
@@ -89,8 +90,9 @@ std::vector<std::string> ourLayouts() {
 }
 
 PeerMaps cookLayout(const Bake& bake, const std::filesystem::path& file, const std::string& layout, int effort) {
-    Seen seen = cook(bake, file, layout, effort);
-    return {seen.bitsPerTexel, throughPlan(uncodedPlan(bake, layout, seen.clusters, effort), bake.strip, effort), std::move(seen.sh)};
+    DecodedBake decoded = cook(bake, file, layout, effort);
+    return {decoded.bitsPerTexel, throughPlan(planWithoutBlocks(bake, layout, decoded.clusters, effort), bake.strip, effort),
+            std::move(decoded.sh)};
 }
 
 }  // namespace lightcook::bench

@@ -22,21 +22,21 @@ using formats::Image;
 using formats::PixelFormat;
 using lighting::ShRgb;
 
-constexpr int kStripeRows = 64;
+constexpr int kStripRows = 64;
 constexpr std::size_t kLinearCount = 4;  ///< coefficients of bands 0 and 1
 const float kSqrt3 = std::numbers::sqrt3_v<float>;
 
-/// Calls work(firstRow, rowCount) for stripes of whole blocks, on all threads.
+/// Calls work(firstRow, rowCount) for strips of whole blocks, on all threads.
 template <class Work>
 void forEachStripe(int height, Work work) {
-    tbb::parallel_for(0, (height + kStripeRows - 1) / kStripeRows, [&](int index) {
-        const int firstRow = index * kStripeRows;
-        work(firstRow, std::min(kStripeRows, height - firstRow));
+    tbb::parallel_for(0, (height + kStripRows - 1) / kStripRows, [&](int index) {
+        const int firstRow = index * kStripRows;
+        work(firstRow, std::min(kStripRows, height - firstRow));
     });
 }
 
-/// Texels that count for nothing take the mean of those of their block that do, as the cook gives its own: at chart edges an engine's
-/// encoder would see something worse.
+/// Sets texels without significance to the mean of the significant ones of their block, as our own cook does. This favours the peers: at
+/// chart edges the encoder of an engine gets texels that are harder to encode.
 void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
     constexpr int size = 4;
     for (int top = 0; top < texels.height(); top += size)
@@ -70,7 +70,8 @@ struct TexelLayout {
 };
 constexpr std::size_t kMostTextures = 2 * lighting::kShCount;
 
-Image<glm::vec4> coded(const Texture& texture, Image<glm::vec4> texels, const Image<float>& significance, int effort) {
+/// Encodes a texture and returns its decoded texels.
+Image<glm::vec4> throughBlocks(const Texture& texture, Image<glm::vec4> texels, const Image<float>& significance, int effort) {
     fillBlocks(texels, significance);
     compress::EncodeOptions options;
     options.effort = effort;
@@ -81,9 +82,9 @@ Image<glm::vec4> coded(const Texture& texture, Image<glm::vec4> texels, const Im
     const std::size_t rowBytes = formats::bytesPerBlockRow(texture.format, texels.width());
     const int blockHeight = formats::info(texture.format).blockHeight;
     forEachStripe(texels.height(), [&](int firstRow, int rowCount) {
-        const auto stripe = std::span(bytes).subspan(static_cast<std::size_t>(firstRow / blockHeight) * rowBytes,
-                                                     static_cast<std::size_t>(formats::blocksDown(texture.format, rowCount)) * rowBytes);
-        verify::decodeRows(texture.format, stripe, texels.view().rows(firstRow, rowCount));
+        const auto strip = std::span(bytes).subspan(static_cast<std::size_t>(firstRow / blockHeight) * rowBytes,
+                                                    static_cast<std::size_t>(formats::blocksDown(texture.format, rowCount)) * rowBytes);
+        verify::decodeRows(texture.format, strip, texels.view().rows(firstRow, rowCount));
     });
     return texels;
 }
@@ -93,7 +94,7 @@ double bitsOf(PixelFormat format) {
     return 8.0 * facts.bytesPerBlock / (facts.blockWidth * facts.blockHeight);
 }
 
-/// Every texel through the layout's store and load, with or without coding between them.
+/// Runs every texel through the layout's store and load, with block compression between them (PeerMaps::seen) and without (ideal).
 PeerMaps run(const TexelLayout& layout, const Bake& bake, int effort) {
     PeerMaps maps{0, Image<ShRgb>(bake.width(), bake.height()), Image<ShRgb>(bake.width(), bake.height())};
     std::vector<Image<glm::vec4>> decoded;
@@ -107,7 +108,7 @@ PeerMaps run(const TexelLayout& layout, const Bake& bake, int effort) {
         for (int y = 0; y < bake.height(); ++y)
             for (int x = 0; x < bake.width(); ++x)
                 if (bake.strip.covered.at(x, y) != 0) texels.at(x, y) = texture.store(bake.strip.sh.at(x, y), decodedAt(x, y));
-        decoded.push_back(coded(texture, std::move(texels), bake.significance, effort));
+        decoded.push_back(throughBlocks(texture, std::move(texels), bake.significance, effort));
         maps.bitsPerTexel += bitsOf(texture.format);
     }
     for (int y = 0; y < bake.height(); ++y)
@@ -127,7 +128,8 @@ float hdrRange(const Bake& bake) {
     for (int i = 0; i < lighting::kShCount; ++i) largest = std::max(largest, bake.measure.maximumAbsolute(i));
     return largest > 0 ? largest / 32768 : 1;
 }
-/// Above a tenth of the key errors count by their ratio, as in our own layouts.
+/// Returns the scale of HdrMetric::Log for textures divided by hdrRange(): above a tenth of the key errors count by their ratio, as in our
+/// own layouts.
 float logScale(const Bake& bake) {
     return std::max(1e-6f, 0.1f * static_cast<float>(bake.measure.key()) / hdrRange(bake));
 }
@@ -137,7 +139,7 @@ Texture coefficientTexture(const Bake& bake, PixelFormat format, std::size_t coe
             [range, coefficient](const ShRgb& sh, std::span<const glm::vec4>) { return glm::vec4(sh[coefficient] / range, 1); }};
 }
 
-/// Band 1 over band 0, channel by channel; 0 where there is no light.
+/// Returns a coefficient over coefficient 0, channel by channel; 0 where there is no light.
 glm::vec3 ratioOf(const ShRgb& sh, std::size_t coefficient) {
     glm::vec3 ratio(0);
     for (int c = 0; c < 3; ++c)
@@ -145,7 +147,8 @@ glm::vec3 ratioOf(const ShRgb& sh, std::size_t coefficient) {
     return ratio;
 }
 
-/// Band 0 in BC6H, and three textures of band 1 over band 0 in `format`; light that is nowhere negative keeps the ratio within sqrt 3.
+/// Measures band 0 in BC6H and three textures of band 1 over band 0 in `format`. Light that is nowhere negative keeps the ratio within
+/// sqrt(3).
 PeerMaps ratioLinear(const Bake& bake, int effort, PixelFormat format) {
     TexelLayout layout;
     layout.textures.push_back(coefficientTexture(bake, PixelFormat::Bc6hUf16, 0));
@@ -169,8 +172,8 @@ PeerMaps ratioLinearBc1(const Bake& bake, int effort) {
     return ratioLinear(bake, effort, PixelFormat::Bc1);
 }
 
-/// Bakery's MonoSH: band 0 in BC6H, and one texture of band 1 over band 0 that the colours share. How the baker joins the colours is not
-/// published: here by luminance, which nowhere leaves the texture's range.
+/// Measures Bakery's MonoSH: band 0 in BC6H, and one texture of band 1 over band 0 that the colours share. How the baker joins the colours
+/// is not published. Here it is by luminance, which never leaves the range of the texture.
 PeerMaps bakeryMono(const Bake& bake, int effort) {
     TexelLayout layout;
     layout.textures.push_back(coefficientTexture(bake, PixelFormat::Bc6hUf16, 0));
@@ -190,7 +193,7 @@ PeerMaps bakeryMono(const Bake& bake, int effort) {
     return run(layout, bake, effort);
 }
 
-/// Godot 4.4: all four images in BC6H unsigned, band 1 as clamp(L1 / (8 L0 + 1e-6) + 0.5, 0, 1).
+/// Measures the layout of Godot 4.4: all four images in BC6H unsigned, band 1 as clamp(L1 / (8 L0 + 1e-6) + 0.5, 0, 1).
 PeerMaps godot(const Bake& bake, int effort) {
     TexelLayout layout;
     layout.textures.push_back(coefficientTexture(bake, PixelFormat::Bc6hUf16, 0));
@@ -207,10 +210,10 @@ PeerMaps godot(const Bake& bake, int effort) {
     return run(layout, bake, effort);
 }
 
-/// Unreal's two DXT5 images: square roots of the colour over its largest channel with log L, and one direction for all channels with what
-/// the first alpha left of log L. L is the largest channel of what band 0 alone shows, in units of the key (the engine: of the exposure);
-/// its published black point is 2^-5.75. The direction is that of luminance, as long as band 1 is in sqrt 3 of band 0. The engine's
-/// max(0, ...) over directions is left out: it is none of nine coefficients.
+/// Unreal's two DXT5 images. The first holds the square roots of the colour over its largest channel, and log L in alpha. The second holds
+/// one direction for all channels, and the residual of log L in alpha. L is the largest channel of the light of band 0, in units of the key
+/// (the engine: of the exposure); its published black point is 2^-5.75. The direction is band 1 of the luminance over its band 0 and over
+/// sqrt(3). The engine's max(0, ...) over directions is left out, because nine coefficients cannot express it.
 struct UnrealForm {
     static constexpr float kBlack = 0.01858136f;
     float unit = 1;             ///< light of band 0 that is L = 1
@@ -264,7 +267,7 @@ PeerMaps unreal(const Bake& bake, int effort) {
     return run(layout, bake, effort);
 }
 
-/// Nine coefficients, one texture each.
+/// Measures nine coefficients, one texture each.
 PeerMaps nine(const Bake& bake, int effort, PixelFormat first, PixelFormat others) {
     TexelLayout layout;
     for (std::size_t i = 0; i < lighting::kShCount; ++i) layout.textures.push_back(coefficientTexture(bake, i == 0 ? first : others, i));
@@ -282,7 +285,7 @@ PeerMaps nineHalf(const Bake& bake, int effort) {
     return nine(bake, effort, PixelFormat::Rgba16f, PixelFormat::Rgba16f);
 }
 
-/// Band 1's direction, weighted by luminance with the shader's own weights; zero where there is none.
+/// Returns the direction of the luminance of band 1, with the weights of the engine's shader; 0 if that is 0.
 glm::vec3 dominantDirection(const ShRgb& sh) {
     const lighting::Sh luminance = lighting::luminance(sh, glm::vec3(0.212656f, 0.715158f, 0.0721856f));
     const glm::vec3 direction(luminance[3], luminance[1], luminance[2]);
@@ -290,8 +293,10 @@ glm::vec3 dominantDirection(const ShRgb& sh) {
     return length > 0 ? direction / length : glm::vec3(0);
 }
 
-/// The Luvw form as Hu's talk tells it, each texture encoded for its own numbers: length and unit colour, square roots of L in both alphas,
-/// the second texture against the decoded first. values(sh): what is stored; restored(values): the light.
+/// Measures the Luvw form of Hu's talk: length L and unit colour of each value, square roots of L in both alphas, and a second texture of
+/// residuals against the decoded first. Each texture is encoded for the error of its own numbers.
+/// values    returns the values that are stored for the light of a texel
+/// restored  returns the light of stored values
 PeerMaps talkLuvw(const Bake& bake, int effort, std::size_t count, ShRgb (*values)(const ShRgb&), ShRgb (*restored)(const ShRgb&)) {
     std::array<float, lighting::kShCount> range{};
     for (int y = 0; y < bake.height(); ++y)
@@ -327,7 +332,7 @@ PeerMaps talkLuvw(const Bake& bake, int effort, std::size_t count, ShRgb (*value
     return run(layout, bake, effort);
 }
 
-/// Bands 0 and 1 and, in the place of coefficient 4, the dominant intensity.
+/// Returns bands 0 and 1 and, in the place of coefficient 4, the dominant intensity.
 ShRgb withIntensity(const ShRgb& sh) {
     ShRgb stored = sh;
     std::fill(stored.begin() + kLinearCount, stored.end(), glm::vec3(0));
@@ -347,7 +352,7 @@ PeerMaps talkQuadratic(const Bake& bake, int effort) {
     return talkLuvw(bake, effort, lighting::kShCount, unchanged, unchanged);
 }
 
-/// Bands 0 and 1 as the bake's own floats.
+/// Measures bands 0 and 1 as the bake's own floats.
 PeerMaps truncation(const Bake& bake, int) {
     PeerMaps maps{kLinearCount * 3 * 32.0, bake.strip.sh.copy(), {}};
     for (ShRgb& sh : maps.ideal.texels()) std::fill(sh.begin() + kLinearCount, sh.end(), glm::vec3(0));
@@ -381,7 +386,7 @@ Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::Ligh
 glm::vec3 dominantIntensity(const ShRgb& sh) {
     const glm::vec3 direction = dominantDirection(sh);
     if (direction == glm::vec3(0)) return direction;
-    // The nine basis functions squared add up to 9 / 4 pi in every direction.
+    // The squares of the nine basis functions add up to 9 / (4 pi) in every direction.
     return glm::max(4 * std::numbers::pi_v<float> / 9 * lighting::evaluate(sh, direction), 0.0f);
 }
 

@@ -1,5 +1,5 @@
-// Light-map layouts of other engines, for the benches only. They follow the published descriptions, use our block encoders and the
-// verifier's decoders, and decode to nine coefficients, so that one score fits all.
+// Light-map layouts of other engines, for the benchmarks only. They follow the published descriptions, use our block encoders and the
+// verifier's decoders, and decode to nine coefficients, so that one score measures all of them.
 //
 // Sources: Hu 2008, Lightmap compression in Halo 3 (GDC), and Halo 3's public shaders; Chen and Liu 2008, Lighting and Material of Halo 3;
 // Godot 4.4, modules/lightmapper_rd; Unreal Engine's light-map shaders. Where a source leaves a choice open, the code says which one was
@@ -26,7 +26,7 @@ struct Bake {
     int width() const { return strip.sh.width(); }
     int height() const { return strip.sh.height(); }
 };
-/// Throws std::runtime_error with the file's name where it cannot be read.
+/// Reads a light map. Throws std::runtime_error, which names the file, if it cannot be read.
 Bake readBake(const std::filesystem::path& file);
 
 /// A bake decoded from one layout. Texels outside charts hold any value.
@@ -41,16 +41,16 @@ struct PeerLayout {
     std::string what;  ///< engine and form, in words
     PeerMaps (*make)(const Bake& bake, int effort);
 };
-/// Returns the layouts in order of their bits; the last ones are references without blocks.
+/// Returns the layouts in the order of their bits a texel. The last ones are references without block compression.
 const std::vector<PeerLayout>& peerLayouts();
 
-/// A map through the blocks that a plan of ours gives and back by the verifier's decoders. Throws std::runtime_error where the verifier
-/// refuses the plan.
+/// Encodes a map with a plan of ours and decodes it with the verifier's decoders. Throws std::runtime_error if the verifier refuses the
+/// plan.
 formats::Image<lighting::ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::LightMapStrip& strip, int effort);
 
-/// Halo 3 as shipped: bands 0 and 1 as stored, strip 2 that of one light in the direction of strip 1.
+/// Returns the light that Halo 3 as shipped decodes: bands 0 and 1 as stored, band 2 that of one light in the direction of band 1.
 lighting::ShRgb withDominantLight(const lighting::ShRgb& linear, const glm::vec3& intensity);
-/// The intensity that it stores: the least-squares fit to all nine coefficients, never negative.
+/// Returns the intensity that Halo 3 stores for that light: the least-squares fit to all nine coefficients, at least 0.
 glm::vec3 dominantIntensity(const lighting::ShRgb& sh);
 
 }  // namespace lightcook::bench

@@ -14,10 +14,11 @@
 #include <stdexcept>
 
 #include "bench/curve.h"
+#include "bench/markdown_table.h"
 #include "bench/our_layouts.h"
+#include "bench/output_file.h"
 #include "bench/peer_layouts.h"
 #include "bench/scene_files.h"
-#include "pipeline/graph/files.h"
 #include "verify/light_map.h"
 
 namespace lightcook::bench {
@@ -28,8 +29,8 @@ using Json = nlohmann::ordered_json;
 
 struct Options {
     fs::path data = LIGHTCOOK_SHARED_DATA, json, csv, html;
-    std::string scene;                 ///< only scenes whose name holds this
-    std::vector<std::string> layouts;  ///< only those, if any
+    std::string scene;                 ///< only scenes whose name contains this
+    std::vector<std::string> layouts;  ///< layouts to measure; empty: all
     int effort = 5;
 };
 
@@ -43,7 +44,7 @@ struct Row {
     Score basis, total;
 };
 
-/// A figure of a row in tables and files.
+/// A figure of a row, in tables and files: a fraction, or else just noticeable differences.
 struct Column {
     const char* name;
     double (*value)(const Row&);
@@ -64,23 +65,22 @@ constexpr std::array<Column, 12> kFigures = {{
     {"basis_specular_p99", [](const Row& row) { return row.basis.specular.p99; }},
 }};
 
+/// Measures the shading of a decoded bake against the bake itself.
 Score scoreOf(const verify::LightMapScore& score, const Bake& bake, const formats::Image<lighting::ShRgb>& result) {
-    constexpr int rows = 64;
-    std::vector<verify::ShadedErrors> parts(static_cast<std::size_t>((bake.height() + rows - 1) / rows));
+    constexpr int kRows = 64;  // of a task
+    std::vector<verify::ShadedErrors> parts(static_cast<std::size_t>((bake.height() + kRows - 1) / kRows));
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
-        const int firstRow = static_cast<int>(i) * rows;
-        parts[i] = score.score(bake.strip, result.view().rows(firstRow, std::min(rows, bake.height() - firstRow)), firstRow);
+        const int firstRow = static_cast<int>(i) * kRows;
+        parts[i] = score.score(bake.strip, result.view().rows(firstRow, std::min(kRows, bake.height() - firstRow)), firstRow);
     });
     verify::ShadedErrors whole;
     for (const auto& part : parts) whole.merge(part);
     return {whole.diffuseFigures(), whole.specularFigures()};
 }
 
-/// Three digits of a percentage, without powers of ten.
+/// Returns a fraction in percent.
 std::string percent(double fraction) {
-    const double value = 100 * fraction;
-    if (value < 0.00005) return "0";
-    return fmt::format("{:.{}f}", value, value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : value >= 0.1 ? 3 : 4);
+    return 100 * fraction < 0.00005 ? "0" : threeDigits(100 * fraction);
 }
 
 std::vector<std::string> cellsOf(const Row& row) {
@@ -90,7 +90,7 @@ std::vector<std::string> cellsOf(const Row& row) {
     return cells;
 }
 
-/// A Markdown table whose columns are also aligned on a terminal: the first to the left, numbers to the right.
+/// Prints a Markdown table whose columns are also aligned on a terminal: the first to the left, numbers to the right.
 void printTable(const std::string& title, const std::vector<Row>& rows) {
     std::vector<std::vector<std::string>> lines = {{"layout", "bits", "diffuse", "p99", "specular", "p99", "visible: diffuse p99", "p99.9",
                                                     "specular p99", "p99.9", "basis: diffuse", "p99", "specular", "p99"}};
@@ -143,7 +143,7 @@ CurvePanel panelOf(const std::string& scene, const std::vector<Row>& rows) {
 /// Returns the light maps to measure. Throws if there is none.
 std::map<std::string, fs::path> findScenes(const Options& options) {
     auto scenes = sceneFiles(options.data, options.scene);
-    if (scenes.empty()) throw std::runtime_error("--scene: found no scene whose name holds '" + options.scene + "', expected one at least");
+    if (scenes.empty()) throw std::runtime_error("--scene: no scene has a name that contains '" + options.scene + "'");
     return scenes;
 }
 
@@ -153,6 +153,7 @@ struct Candidate {
     bool ours = false;
     std::function<PeerMaps(const Bake&, const fs::path&, int)> make;
 };
+/// Returns the layouts to measure. Throws if one of options.layouts does not exist.
 std::vector<Candidate> candidates(const Options& options) {
     std::vector<Candidate> all;
     for (const PeerLayout& peer : peerLayouts())
@@ -165,7 +166,7 @@ std::vector<Candidate> candidates(const Options& options) {
         if (std::ranges::none_of(all, [&](const Candidate& each) { return each.name == name; })) {
             std::string known;
             for (const Candidate& each : all) known += (known.empty() ? "" : ", ") + each.name;
-            throw std::runtime_error(fmt::format("--layouts: found '{}', expected some of {}", name, known));
+            throw std::runtime_error(fmt::format("--layouts: '{}' is none of {}", name, known));
         }
     std::erase_if(all, [&](const Candidate& each) {
         return !options.layouts.empty() && std::ranges::find(options.layouts, each.name) == options.layouts.end();
@@ -173,6 +174,7 @@ std::vector<Candidate> candidates(const Options& options) {
     return all;
 }
 
+/// Measures all layouts on one light map and prints them as a table.
 std::vector<Row> measureScene(const Options& options, const std::string& scene, const fs::path& file) {
     const Bake bake = readBake(file);
     verify::LightMapKey key;
@@ -191,11 +193,6 @@ std::vector<Row> measureScene(const Options& options, const std::string& scene, 
     return rows;
 }
 
-void write(const fs::path& file, const std::string& content) {
-    if (file.empty()) return;
-    if (const auto written = pipeline::writeFile(file, content); !written) throw std::runtime_error(written.error().line());
-}
-
 void measureAll(const Options& options) {
     fmt::print(
         "Percent of shaded exit radiance at texel centres, against the float bake: rel_rms and 99th percentile of the local relative "
@@ -211,17 +208,18 @@ void measureAll(const Options& options) {
         for (const Row& row : fresh) json.push_back(toJson(row));
         rows.insert(rows.end(), fresh.begin(), fresh.end());
     }
-    if (!options.json.empty()) write(options.json, json.dump(1) + "\n");
-    if (!options.csv.empty()) write(options.csv, csvOf(rows));
+    if (!options.json.empty()) writeOutput(options.json, json.dump(1) + "\n");
+    if (!options.csv.empty()) writeOutput(options.csv, csvOf(rows));
     if (!options.html.empty())
-        write(options.html,
-              curvePage("Light-map layouts: bits against error",
-                        {fmt::format("rel_rms of shaded exit radiance at texel centres against the float bake, every layout scored by the "
-                                     "same code. All blocks by lightcook's encoders at effort {}.",
-                                     options.effort),
-                         "Other engines' layouts are written from what is published of them. l1-truncation and nine-rgba16f are no "
-                         "engine's: four coefficients in floats, and nine in halfs."},
-                        "diffuse", "area specular", panels));
+        writeOutput(
+            options.html,
+            curvePage("Light-map layouts: bits against error",
+                      {fmt::format("rel_rms of shaded exit radiance at texel centres against the float bake, every layout scored by the "
+                                   "same code. All blocks by lightcook's encoders at effort {}.",
+                                   options.effort),
+                       "Other engines' layouts are written from what is published of them. l1-truncation and nine-rgba16f are no "
+                       "engine's: four coefficients in floats, and nine in halfs."},
+                      "diffuse", "area specular", panels));
 }
 
 }  // namespace
