@@ -24,7 +24,7 @@ constexpr PictureClassInfo kClasses[] = {
     {"light maps", PictureClass::LightMaps, PictureContent::Light},     {"SH ratios", PictureClass::ShRatios, PictureContent::Vectors},
     {"normals", PictureClass::Normals, PictureContent::Vectors},        {"directions", PictureClass::Directions, PictureContent::Vectors}};
 
-/// Gives texels that do not count the value of the nearest one that does, in steps to the four neighbours.
+/// Sets texels without significance to the nearest significant one, by breadth-first search over the four neighbours.
 void fillUncovered(ClassPicture& picture) {
     const int width = picture.texels.width(), height = picture.texels.height();
     Image<std::uint8_t> isFilled(width, height);
@@ -46,7 +46,7 @@ void fillUncovered(ClassPicture& picture) {
     }
 }
 
-/// Reduces a picture to side x side texels: evenly spread tiles. Smaller pictures repeat theirs.
+/// Reduces a picture to side x side texels: evenly spread tiles of kPictureTile. Tiles of smaller pictures overlap.
 ClassPicture tiled(const ClassPicture& whole, int side) {
     const int across = side / kPictureTile;
     ClassPicture part{whole.name, whole.pictureClass, Image<glm::vec4>(side, side), Image<float>(side, side)};
@@ -65,6 +65,7 @@ ClassPicture tiled(const ClassPicture& whole, int side) {
     return part;
 }
 
+/// Adds a picture, reduced to side x side texels, unless none of them is significant.
 void add(ClassPicture whole, int side, std::vector<ClassPicture>& pictures) {
     const auto counts = [](float significance) { return significance > 0; };
     fillUncovered(whole);
@@ -84,7 +85,7 @@ ClassPicture photographOf(const Picture& picture) {
     return photograph;
 }
 
-/// Adds ratios of band 1 to band 0, the direction of band 1, and the normals, of a light map.
+/// Adds three pictures of a light map: the ratio of coefficient 2 to coefficient 0, the direction of band 1, and the normals.
 void addVectors(const fs::path& file, const std::string& name, int side, std::vector<ClassPicture>& pictures) {
     const formats::Result<formats::LightMapReader> reader = formats::LightMapReader::open(file, {});
     const auto strip = reader ? reader->read(0, reader->height()) : tl::make_unexpected(reader.error());
@@ -118,7 +119,8 @@ void addVectors(const fs::path& file, const std::string& name, int side, std::ve
     if (reader->hasNormals()) make("normal", PictureClass::Normals, [&](int x, int y) { return strip->normal.at(x, y); });
 }
 
-/// Adds pictures of vectors by formula: normals of two bumpy surfaces, directions to a light that moves past, ratios of its band 1.
+/// Adds pictures of vectors by formula: normals of two bumpy surfaces, directions to a light source above the surface, and the ratio of its
+/// coefficient 2 to coefficient 0 beside light of the sky.
 void addVectorFormulas(int side, std::vector<ClassPicture>& pictures) {
     const auto make = [&](const char* name, PictureClass pictureClass, const auto& valueAt) {
         ClassPicture picture{name, pictureClass, Image<glm::vec4>(side, side), Image<float>(side, side, 1.0f)};
@@ -143,13 +145,14 @@ void addVectorFormulas(int side, std::vector<ClassPicture>& pictures) {
     };
     make("passing_light", PictureClass::Directions, [&](float x, float y) { return glm::normalize(toLight(x, y)); });
     make("light_and_sky", PictureClass::ShRatios, [&](float x, float y) {
-        const glm::vec3 way = toLight(x, y);
-        const float light = 900 / glm::dot(way, way), along = glm::normalize(way).z;
-        const glm::vec3 sky(0.2f, 0.3f, 0.5f), lamp(1.0f, 0.7f, 0.4f);
-        return (lamp * (light * along) + sky * 0.5f) / (lamp * light + sky);
+        const glm::vec3 direction = toLight(x, y);
+        const float power = 900 / glm::dot(direction, direction), cosine = glm::normalize(direction).z;
+        const glm::vec3 sky(0.2f, 0.3f, 0.5f), light(1.0f, 0.7f, 0.4f);
+        return (light * (power * cosine) + sky * 0.5f) / (light * power + sky);
     });
 }
 
+/// Rounds each channel to a multiple of 1 / steps.
 glm::vec4 rounded(glm::vec4 texel, float steps) {
     for (int c = 0; c < 4; ++c) texel[c] = std::round(texel[c] * steps) / steps;
     return texel;

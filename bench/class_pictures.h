@@ -1,4 +1,4 @@
-// Pictures for comparisons of encoders, in classes by content: what is good at photographs may be bad at normals.
+// Pictures for comparisons of encoders, in classes by content: an encoder that is good at photographs may be bad at normals.
 #pragma once
 
 #include <cstddef>
@@ -16,11 +16,11 @@ namespace lightcook::bench {
 
 enum class PictureClass { Photographs, Panoramas, LightMaps, ShRatios, Normals, Directions };
 
-/// The values of the texels.
+/// The range and the meaning of the texels of a class, which decide the formats that can hold them.
 enum class PictureContent {
     Colour,  ///< [0, 1], opaque: formats of unsigned integers
-    Light,   ///< linear light in halfs: float formats
-    Vectors  ///< [-1, 1]: formats of integers, unsigned ones as (v + 1) / 2, and signed float formats
+    Light,   ///< linear light in halves: float formats
+    Vectors  ///< [-1, 1]: signed float formats, and integer formats, where unsigned ones hold (v + 1) / 2
 };
 
 struct PictureClassInfo {
@@ -38,7 +38,7 @@ struct ClassPicture {
     formats::Image<float> significance;  ///< 1 where the error counts, 0 outside charts: such texels repeat the nearest one that counts
 };
 
-/// Side of the pictures is a multiple of this [texels]: whole blocks of every format.
+/// Side of the tiles that pictures are composed of [texels]: whole blocks of every format, since 4, 6 and 8 divide it.
 inline constexpr int kPictureTile = 48;
 
 /// Returns pictures of every class that need no shared data: parts of examples/cornell and patterns made by formula.

@@ -11,21 +11,27 @@
 namespace lightcook::bench {
 namespace {
 
-constexpr double kExactDb = 120;
+constexpr double kExactDb = 120;  ///< upper bound of the decibels
 
 double decibels(double rms) {
     return rms > 0 ? std::min(kExactDb, -20 * std::log10(rms)) : kExactDb;
 }
 
+/// Returns sign(x) log2(1 + |x|).
 double logOf(double x) {
     return std::copysign(std::log2(1 + std::abs(x)), x);
 }
 
-/// Calls each(reference, result, channel) for every value that counts. A result that is no number becomes infinite: it can please nobody.
+/// Returns the number of channels that count.
+int countedChannels(formats::PixelFormat format) {
+    return formats::info(format).isFloat ? 3 : formats::info(format).channelCount;
+}
+
+/// Calls each(reference, result, channel) for every value that counts. A result that is NaN becomes infinite, so that its error is too.
 template <class Each>
 void forEachValue(formats::PixelFormat format, formats::ImageView<const glm::vec4> reference, formats::ImageView<const float> significance,
                   formats::ImageView<const glm::vec4> decoded, const Each& each) {
-    const int channels = formats::info(format).isFloat ? 3 : formats::info(format).channelCount;
+    const int channels = countedChannels(format);
     for (int y = 0; y < reference.height; ++y)
         for (int x = 0; x < reference.width; ++x) {
             if (significance.row(y)[x] == 0) continue;
@@ -63,7 +69,7 @@ Figures measure(formats::PixelFormat format, formats::ImageView<const glm::vec4>
                  [&](double wanted, double found, int) { relative.push_back(std::abs(found - wanted) / (std::abs(wanted) + floor)); });
     const auto percentile = relative.begin() + static_cast<std::ptrdiff_t>(relative.size() * 99 / 100);
     std::nth_element(relative.begin(), percentile, relative.end());
-    figures.texels = values / (formats::info(format).isFloat ? 3 : formats::info(format).channelCount);
+    figures.texels = values / countedChannels(format);
     figures.logRmse = std::sqrt(squaredLog / weights);
     figures.psnrDb = decibels(formats::info(format).isFloat ? figures.logRmse : std::sqrt(squaredWeighted / weights));
     figures.relRmse = squaredReference > 0 ? std::sqrt(squared / squaredReference) : 0;

@@ -80,7 +80,7 @@ const std::string& PeerEncoder::name() const {
 }
 
 std::vector<std::string> PeerEncoder::profiles(PixelFormat format) const {
-    constexpr int kMost = 32;  // a peer that knows no end is asked no further
+    constexpr std::size_t kMost = 32;  // stops a peer that never returns NULL
     const std::string formatName(formats::info(format).name);
     std::vector<std::string> names;
     while (names.size() < kMost) {
@@ -134,7 +134,7 @@ Result<void> PeerEncoder::encode(PixelFormat format, int profile, const PeerTexe
         library_->encode(formatName.c_str(), profile, texels.bytes.data(), texels.width, texels.height, blocks.data());
     if (status == 0) return {};
     return failure(ErrorCode::Internal, library_->file.string(),
-                   fmt::format("lightcook_peer_encode returned {} for {}, profile {}, {} x {} texels; mend the peer, or leave the format "
+                   fmt::format("lightcook_peer_encode returned {} for {}, profile {}, {} x {} texels; repair the peer, or leave the format "
                                "out with --formats",
                                status, formatName, profile, texels.width, texels.height));
 }

@@ -1,4 +1,4 @@
-// Loads encoders of others from shared objects with the interface of bench/encoder_peer.h.
+// Loads the texture encoders of other projects (peers) from shared objects with the interface of bench/encoder_peer.h.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ struct PeerTexels {
 /// A loaded shared object. Unloaded by its destructor.
 class PeerEncoder {
 public:
-    /// Errors name the file, and what it lacks.
+    /// Loads a file. The error names the file, and what it lacks.
     static formats::Result<PeerEncoder> load(const std::filesystem::path& file);
     PeerEncoder(PeerEncoder&&) noexcept;
     PeerEncoder& operator=(PeerEncoder&&) noexcept;
@@ -36,10 +36,10 @@ public:
     /// Returns the names of the profiles for a format, fastest first; none if the peer does not encode it.
     std::vector<std::string> profiles(formats::PixelFormat format) const;
 
-    /// Converts texels to the type that the peer wants for a format. The error is that of an unknown type.
+    /// Converts texels to the type that the peer wants for a format. Fails if the peer names an unknown type.
     formats::Result<PeerTexels> convert(formats::PixelFormat format, formats::ImageView<const glm::vec4> texels) const;
 
-    /// Encodes an image of whole blocks. The error is a failure that the peer returned.
+    /// Encodes an image of whole blocks. Fails if the peer returns a failure.
     formats::Result<void> encode(formats::PixelFormat format, int profile, const PeerTexels& texels, std::span<std::byte> blocks) const;
 
 private:

@@ -20,7 +20,7 @@ float roundedToHalf(float value) {
 }
 
 /// Rounds colours and makes alpha 1; negative values become zero except in SH bands.
-void makeHalfs(Picture& picture) {
+void roundToHalves(Picture& picture) {
     const float least = picture.kind == PictureKind::ShBand ? -65504.0f : 0.0f;
     for (glm::vec4& texel : picture.texels.texels()) {
         for (int c = 0; c < 3; ++c) texel[c] = roundedToHalf(std::max(texel[c], least));
@@ -28,11 +28,11 @@ void makeHalfs(Picture& picture) {
     }
 }
 
-void complain(const formats::Error& error) {
+void printError(const formats::Error& error) {
     std::fprintf(stderr, "bench: %s\n", error.line().c_str());
 }
 
-/// The part of an image that starts at (left, top), at most size x size.
+/// Returns the part of an image that starts at (left, top), at most size x size texels.
 template <class T>
 formats::Image<T> cropped(const formats::Image<T>& image, int left, int top, int size) {
     const int width = std::min(size, image.width() - left), height = std::min(size, image.height() - top);
@@ -43,19 +43,19 @@ formats::Image<T> cropped(const formats::Image<T>& image, int left, int top, int
 
 void addImage(const fs::path& file, std::vector<Picture>& pictures) {
     formats::Result<formats::PlainImage> image = formats::readImage(file);
-    if (!image) return complain(image.error());
+    if (!image) return printError(image.error());
     Picture picture{file.stem(), PictureKind::Panorama, std::move(image->texels), {}};
     picture.significance = formats::Image<float>(picture.texels.width(), picture.texels.height(), 1.0f);
-    makeHalfs(picture);
+    roundToHalves(picture);
     pictures.push_back(std::move(picture));
 }
 
-/// Coefficients 0 (band 0), 2 (band 1) and 6 (band 2) of a light map.
+/// Adds coefficients 0 (band 0), 2 (band 1) and 6 (band 2) of a light map.
 void addLightMap(const fs::path& file, const std::string& name, std::vector<Picture>& pictures) {
     const formats::Result<formats::LightMapReader> reader = formats::LightMapReader::open(file, {});
-    if (!reader) return complain(reader.error());
+    if (!reader) return printError(reader.error());
     const formats::Result<formats::LightMapStrip> strip = reader->read(0, reader->height());
-    if (!strip) return complain(strip.error());
+    if (!strip) return printError(strip.error());
     for (const std::size_t coefficient : {std::size_t{0}, std::size_t{2}, std::size_t{6}}) {
         const int width = reader->width(), height = reader->height();
         Picture picture{(coefficient == 0 ? "l0_of_" : "sh" + std::to_string(coefficient) + "_of_") + name,
@@ -66,7 +66,7 @@ void addLightMap(const fs::path& file, const std::string& name, std::vector<Pict
                 picture.texels.at(x, y) = glm::vec4(strip->sh.at(x, y)[coefficient], 1.0f);
                 picture.significance.at(x, y) = strip->covered.at(x, y) != 0 ? 1.0f : 0.0f;
             }
-        makeHalfs(picture);
+        roundToHalves(picture);
         pictures.push_back(std::move(picture));
     }
 }
@@ -79,7 +79,7 @@ std::vector<fs::path> filesEndingWith(const fs::path& folder, const std::string&
     return files;
 }
 
-/// A number in [0, 1) that depends on a place alone, the same on every machine.
+/// Returns a pseudo-random number in [0, 1) of a place, the same on every machine.
 float hash(int x, int y, int seed) {
     std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8da6b343u ^ static_cast<std::uint32_t>(y) * 0xd8163841u ^
                       static_cast<std::uint32_t>(seed) * 0xcb1ab31fu;
@@ -88,7 +88,7 @@ float hash(int x, int y, int seed) {
     return static_cast<float>((h ^ h >> 15) >> 8) * 0x1p-24f;
 }
 
-/// Smoothly interpolated noise of one octave, in [0, 1).
+/// Returns value noise of one octave, in [0, 1): random numbers at integer places, interpolated by a smooth step.
 float valueNoise(float x, float y, int seed) {
     const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
     const auto smooth = [](float t) { return t * t * (3 - 2 * t); };
@@ -98,6 +98,7 @@ float valueNoise(float x, float y, int seed) {
     return above * (1 - v) + below * v;
 }
 
+/// Returns the sum of five octaves of value noise.
 float octaves(float x, float y, int seed) {
     float sum = 0;
     for (int octave = 0; octave < 5; ++octave) {
@@ -107,7 +108,7 @@ float octaves(float x, float y, int seed) {
     return sum;
 }
 
-/// Formulas of the texel (x, y) of an image of `size` texels a side.
+/// Returns the light of texel (x, y) of an image of `size` x `size` texels.
 using Formula = std::function<glm::vec3(float x, float y, float size)>;
 
 glm::vec3 skyWithSun(float x, float y, float size) {
@@ -196,7 +197,7 @@ std::vector<Picture> ownPictures(const fs::path& sources, int size) {
         for (int y = 0; y < size; ++y)
             for (int x = 0; x < size; ++x)
                 picture.texels.at(x, y) = glm::vec4(formula(static_cast<float>(x), static_cast<float>(y), static_cast<float>(size)), 1.0f);
-        makeHalfs(picture);
+        roundToHalves(picture);
         pictures.push_back(std::move(picture));
     }
     return pictures;
@@ -210,7 +211,7 @@ formats::Image<glm::vec4> texelsFor(const Picture& picture, formats::PixelFormat
     formats::Image<glm::vec4> texels = picture.texels.copy();
     if (formats::info(format).isFloat) return texels;
     for (glm::vec4& texel : texels.texels()) {
-        // Bands of spherical harmonics, which formats with a sign get to see, keep theirs.
+        // SH bands, which only signed formats encode, keep their sign.
         for (int c = 0; c < 3; ++c) texel[c] = std::copysign(std::pow(std::abs(texel[c]) / (1 + std::abs(texel[c])), 1 / 2.2f), texel[c]);
         texel.a = 1 - (texel.r + 2 * texel.g + texel.b) / 4;
     }

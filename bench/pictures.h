@@ -1,4 +1,4 @@
-// Test pictures for encoders: light in half precision, and the texels that count.
+// Test pictures for encoders: light in half precision, and the significance of the texels.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace lightcook::bench {
 enum class PictureKind { Panorama, LightMap, Generated, ShBand };
 std::string_view nameOf(PictureKind kind);
 
-/// Values are halfs, alpha 1. Negative ones only in SH bands.
+/// Values are halves, alpha 1. Only SH bands have negative ones.
 struct Picture {
     std::string name;
     PictureKind kind = PictureKind::Generated;
@@ -32,8 +32,8 @@ std::vector<Picture> ownPictures(const std::filesystem::path& sources, int size)
 /// Returns true if a format can hold a picture: SH bands need a signed format.
 bool suits(const Picture& picture, formats::PixelFormat format);
 
-/// Returns the texels as a format encodes them. Float formats: unchanged. Others: v = (x / (1 + x))^(1/2.2) for colour, and alpha as data
-/// made of it, 1 - (r + 2 g + b) / 4.
+/// Returns the texels as a format encodes them. Float formats: unchanged. Others: v = sign(x) (|x| / (1 + |x|))^(1/2.2) for colour, and an
+/// alpha that varies with it, 1 - (r + 2 g + b) / 4.
 formats::Image<glm::vec4> texelsFor(const Picture& picture, formats::PixelFormat format);
 
 }  // namespace lightcook::bench
