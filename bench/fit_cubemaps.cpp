@@ -39,7 +39,7 @@ struct Light {
     glm::dvec3 radiance;
 };
 
-/// Returns the directions that brute force sums over: the centres of pieces x pieces parts of every texel.
+/// Returns the lights that brute force sums over: the centres of pieces x pieces parts of every texel.
 std::vector<Light> lightsOf(const Environment& environment, int pieces) {
     const int width = environment.texels.width() * pieces, height = environment.texels.height() * pieces;
     const bool isPanorama = environment.projection == Environment::Projection::Equirectangular;
@@ -54,6 +54,7 @@ std::vector<Light> lightsOf(const Environment& environment, int pieces) {
     return lights;
 }
 
+/// Returns the mean radiance over the hemisphere around a direction, weighted by kernel(cosine of the angle to it).
 glm::dvec3 bruteForce(const std::vector<Light>& lights, const std::function<double(double)>& kernel, const glm::dvec3& direction) {
     glm::dvec3 sum(0);
     double weightSum = 0;
@@ -67,11 +68,13 @@ glm::dvec3 bruteForce(const std::vector<Light>& lights, const std::function<doub
     return sum / weightSum;
 }
 
+/// Returns the prefilter kernel of roughness m as a function of the cosine of the angle between view and light, for a view along the
+/// normal: the half vector h has (n . h)^2 = (1 + cosine) / 2.
 std::function<double(double)> kernelOf(PrefilterKernel kernel, double m) {
     return [=](double c) {
-        const double NoH2 = (1 + c) / 2, tan2 = (1 - c) / (1 + c), d = NoH2 * (m * m - 1) + 1;
+        const double NoH2 = (1 + c) / 2, tan2 = (1 - c) / (1 + c), ggxRoot = NoH2 * (m * m - 1) + 1;
         if (kernel == PrefilterKernel::Beckmann) return std::exp(-tan2 / (m * m)) / (NoH2 * NoH2) * c;
-        return kernel == PrefilterKernel::Ggx ? c / (d * d) : std::pow(c, (1 / (m * m) + 1) / 2);
+        return kernel == PrefilterKernel::Ggx ? c / (ggxRoot * ggxRoot) : std::pow(c, (1 / (m * m) + 1) / 2);
     };
 }
 
@@ -87,6 +90,7 @@ struct Errors {
     double median = 0, p95 = 0, worst = 0;
 };
 
+/// Returns the relative errors of `count` random texels of a mip level against brute force.
 Errors errorsOf(const Strip& strip, const std::vector<Light>& lights, const std::function<double(double)>& kernel, int count) {
     const int size = strip.width();
     std::mt19937 random(static_cast<unsigned>(size));
@@ -152,10 +156,10 @@ void benchChains(const std::string& name, const Environment& environment, int ru
         }
 }
 
-/// SH by a sum over places x places points a texel.
-lighting::ShRgb pointSh(const Environment& environment, int places) {
+/// Projects an environment onto SH by a sum over points x points directions a texel.
+lighting::ShRgb shOfPoints(const Environment& environment, int points) {
     std::array<glm::dvec3, lighting::kShCount> sum{};
-    for (const Light& light : lightsOf(environment, places)) {
+    for (const Light& light : lightsOf(environment, points)) {
         const lighting::ShDouble basis = lighting::evaluateBasis(light.direction);
         for (std::size_t i = 0; i < basis.size(); ++i) sum[i] += basis[i] * light.solidAngle * light.radiance;
     }
@@ -164,6 +168,7 @@ lighting::ShRgb pointSh(const Environment& environment, int places) {
     return sh;
 }
 
+/// Returns the largest difference of a coefficient, over coefficient 0 of b.
 double differenceOf(const lighting::ShRgb& a, const lighting::ShRgb& b) {
     double worst = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -175,20 +180,21 @@ double differenceOf(const lighting::ShRgb& a, const lighting::ShRgb& b) {
 void benchSh(const std::string& name, const Environment& environment, int runs, FitCurves& curves) {
     const std::string panel = "nine SH coefficients, " + name;
     curves.describe(panel, "largest error, over coefficient 0");
-    // Points in the middle err by the square of their distance: 4 and 8 a side together leave its fourth power.
-    const lighting::ShRgb four = pointSh(environment, 4), eight = pointSh(environment, 8);
+    // The error of the midpoint rule is of second order in the distance of the points. Richardson extrapolation of 4 and 8 points a side
+    // leaves the fourth order.
+    const lighting::ShRgb four = shOfPoints(environment, 4), eight = shOfPoints(environment, 8);
     lighting::ShRgb truth;
     for (std::size_t i = 0; i < truth.size(); ++i) truth[i] = glm::vec3((4.0 * glm::dvec3(eight[i]) - glm::dvec3(four[i])) / 3.0);
     lighting::ShRgb found;
     const double seconds = cpuSeconds(runs, [&] { found = fit::projectEnvironment(environment); });
     curves.add({panel, "exact integrals of the texels", "exact", seconds, differenceOf(found, truth), true});
-    for (const int places : {1, 2, 4}) {
-        const double each = cpuSeconds(1, [&] { found = pointSh(environment, places); });
-        curves.add({panel, "sum over points", fmt::format("{} x {} a texel", places, places), each, differenceOf(found, truth)});
+    for (const int points : {1, 2, 4}) {
+        const double each = cpuSeconds(1, [&] { found = shOfPoints(environment, points); });
+        curves.add({panel, "sum over points", fmt::format("{} x {} a texel", points, points), each, differenceOf(found, truth)});
     }
 }
 
-/// The exit radiance that nine coefficients give, as a cubemap.
+/// Returns the exit radiance that nine coefficients give, as a cubemap.
 Strip irradianceOfNine(const Environment& environment, int size) {
     const lighting::ShRgb exit = lighting::convolve(fit::projectEnvironment(environment), lighting::wrappedLambertBands(0));
     Strip strip(size, 6 * size);
@@ -200,7 +206,8 @@ Strip irradianceOfNine(const Environment& environment, int size) {
     return strip;
 }
 
-void benchOthers(const std::string& name, const Environment& environment, int runs, FitCurves& curves) {
+/// Measures projection onto SH and irradiance cubemaps.
+void benchIrradiance(const std::string& name, const Environment& environment, int runs, FitCurves& curves) {
     const double sh = cpuSeconds(runs, [&] { fit::projectEnvironment(environment); });
     const std::string panel = fmt::format("irradiance, {} to 32 x 32 x 6", name);
     curves.describe(panel, "95th percentile against brute force");
@@ -231,25 +238,29 @@ void benchOthers(const std::string& name, const Environment& environment, int ru
     }
 }
 
-/// Sums of squared errors of three ways of shading place b, and of the reference there.
+/// Sums over texels of the squared errors of three ways to shade a place without its own cubemap, and of its own squared values.
 struct Relit {
-    double divided = 0, borrowed = 0, area = 0, right = 0;
+    double divided = 0;    ///< the divided cubemap of another place, times the area specular of this place
+    double unchanged = 0;  ///< the cubemap of another place as it is
+    double area = 0;       ///< the area specular of this place alone
+    double reference = 0;  ///< the cubemap of this place
     void add(double own, double relit, double other, double areaOnly) {
         divided += (relit - own) * (relit - own);
-        borrowed += (other - own) * (other - own);
+        unchanged += (other - own) * (other - own);
         area += (areaOnly - own) * (areaOnly - own);
-        right += own * own;
+        reference += own * own;
     }
     std::string line() const {
-        return fmt::format("{:.1f} / {:.1f} / {:.1f}", 100 * std::sqrt(divided / right), 100 * std::sqrt(borrowed / right),
-                           100 * std::sqrt(area / right));
+        return fmt::format("{:.1f} / {:.1f} / {:.1f}", 100 * std::sqrt(divided / reference), 100 * std::sqrt(unchanged / reference),
+                           100 * std::sqrt(area / reference));
     }
 };
 
-/// Every probe's divided cubemap times the area specular of every other place of its scene, against that place's own.
+/// Prints the errors of relighting: the divided cubemap of each probe of a scene times the area specular of each other probe, against the
+/// cubemap of that other probe.
 void benchRelighting(const fs::path& data, const std::string& scene) {
     std::vector<std::vector<Strip>> levels;
-    std::vector<fit::PreDivide> divides, own;  // windowed as stored; not windowed, as a pixel's light map has it
+    std::vector<fit::PreDivide> divides, own;  // own: with SH that are not windowed, as those of a light map
     for (int probe = 0; fs::exists(data / "scenes" / fmt::format("{}_probe{}.exr", scene, probe)); ++probe) {
         const Environment environment = load(data / "scenes" / fmt::format("{}_probe{}.exr", scene, probe));
         fit::CubemapOptions options;
@@ -310,7 +321,7 @@ void benchCubemaps(const fs::path& data, const fs::path& csvFile, int runs, FitC
         runs);
     printTableHead({"panorama", "kernel", ">cells", ">s", ">median %", ">p95 %", ">worst %", ">2x2, 1x1: median / worst %", ">mean off"});
     for (const auto& [name, environment] : panoramas) benchChains(name, environment, runs, csv, curves);
-    // The figures of others, of a chain of the same size: whole processes, see docs/lab/fits.md.
+    // Figures of other programs for a chain of the same size: whole processes, see docs/lab/fits.md.
     for (const auto& [name, environment] : panoramas) {
         const std::string panel = fmt::format("cubemap chain, {} to 128 x 128 x 6, 8 levels", name);
         curves.add({panel, "others, GGX, quoted", "cmgen 1.9.25", 2.26, 0.01, false, true});
@@ -318,7 +329,7 @@ void benchCubemaps(const fs::path& data, const fs::path& csvFile, int runs, FitC
     }
     fmt::print("\n");
     printTableHead({"panorama", ">SH, s", ">irradiance 32x32x6, s", ">median %", ">worst %"});
-    for (const auto& [name, environment] : panoramas) benchOthers(name, environment, runs, curves);
+    for (const auto& [name, environment] : panoramas) benchIrradiance(name, environment, runs, curves);
     if (const fs::path probe = data / "scenes" / "cornell_probe0.exr"; fs::exists(probe))
         panoramas.emplace_back("cornell_probe0", load(probe));
     for (const auto& [name, environment] : panoramas) benchSh(name, environment, runs, curves);

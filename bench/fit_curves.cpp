@@ -15,15 +15,16 @@ namespace {
 void writeText(const std::filesystem::path& file, const std::string& text) {
     std::ofstream out(file);
     out << text;
-    if (!out.flush()) throw std::runtime_error(file.string() + ": found no way to write it, expected a folder of one's own");
+    if (!out.flush())
+        throw std::runtime_error(file.string() + ": the file could not be written; give --curves a folder that you may write to");
 }
 
-ScatterPoint drawn(const FitPoint& point) {
+ScatterPoint scatterPointOf(const FitPoint& point) {
     return {point.cpuSeconds, std::log10(point.error), point.way + (point.isDefault ? " (default)" : ""),
             fmt::format("{}, {}: {:.3g} CPU s, error {:.2e}", point.series, point.way, point.cpuSeconds, point.error)};
 }
 
-/// The points of a panel by their series, in the order in which those came.
+/// Returns the points of a panel by series, in the order in which the series were added.
 std::vector<ScatterSeries> seriesOf(const std::vector<FitPoint>& points) {
     std::vector<ScatterSeries> all;
     for (const FitPoint& point : points) {
@@ -32,7 +33,7 @@ std::vector<ScatterSeries> seriesOf(const std::vector<FitPoint>& points) {
         if (place == all.end())
             place = all.insert(all.end(),
                                {point.series, point.isQuoted ? ScatterSeries::Style::QuotedElsewhere : ScatterSeries::Style::Main, {}});
-        place->points.push_back(drawn(point));
+        place->points.push_back(scatterPointOf(point));
     }
     for (ScatterSeries& series : all)
         std::sort(series.points.begin(), series.points.end(),
@@ -71,7 +72,7 @@ void FitCurves::write(const std::filesystem::path& folder) const {
         folder / "fits.html",
         scatterPage("Fits: run time against error",
                     {"Lower is better, left is faster. Which point is the default and why: docs/lab/fits.md. Hollow squares are quoted: "
-                     "whole processes of others, measured elsewhere."},
+                     "whole processes of other programs, measured elsewhere."},
                     panels));
 }
 

@@ -8,12 +8,13 @@
 namespace lightcook::bench {
 
 struct FitPoint {
-    std::string converter;  ///< the fit and its input: a panel of the page
-    std::string series, way;
+    std::string converter;   ///< the fit and its input: a panel of the page
+    std::string series;      ///< a line of the panel, for example a kernel
+    std::string way;         ///< the setting of this point, for example "4 cells"
     double cpuSeconds = 0;   ///< one thread
-    double error = 0;        ///< a fraction, as `measure` of the panel says; 0 is written to the CSV and not drawn
+    double error = 0;        ///< a fraction; describe() says which. 0 is written to the CSV and not drawn
     bool isDefault = false;  ///< the default of the program
-    bool isQuoted = false;   ///< measured by somebody else, elsewhere
+    bool isQuoted = false;   ///< another program, measured on another machine
 };
 
 class FitCurves {

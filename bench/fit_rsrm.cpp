@@ -25,10 +25,10 @@ namespace fs = std::filesystem;
 using Gradient = std::vector<glm::vec3>;
 using std::numbers::pi;
 
-/// Texels of the map that the truth is worked out for.
-constexpr int kEvery = 17;
+/// The reference is computed for one texel of this many in each row.
+constexpr int kReferenceStep = 17;
 
-/// Mean of max(0, r.l)^s over the azimuth, at height z around a reflection vector at height zo.
+/// Returns the mean of max(0, r . l)^exponent over the azimuth of light directions l of height z, for a reflection vector r of height zo.
 double azimuthMean(double z, double zo, double exponent) {
     static const fit::GaussRule<20> rule = fit::gaussLegendre<20>();
     const double level = z * zo, swing = std::sqrt(std::max(0.0, (1 - z * z) * (1 - zo * zo)));
@@ -45,7 +45,8 @@ double azimuthMean(double z, double zo, double exponent) {
     return sum * reach / pi;
 }
 
-/// The definition by quadrature, cut at zones' edges and where the integrand bends.
+/// Returns a texel of the map by Gauss quadrature of its definition, in pieces between the edges of the zones and the kinks of the
+/// integrand.
 glm::dvec3 truth(const Gradient& gradient, double zo, double exponent) {
     static const fit::GaussRule<20> rule = fit::gaussLegendre<20>();
     const int count = static_cast<int>(gradient.size());
@@ -67,7 +68,8 @@ glm::dvec3 truth(const Gradient& gradient, double zo, double exponent) {
     return sum;
 }
 
-/// Equation 1 of the paper with its errata: one sample a zone and azimuth, r.l clamped at zero, azimuths over half a turn.
+/// Returns the map by equation 1 of Stone's paper with its errata: one sample for each zone and azimuth, r . l clamped at 0, azimuths over
+/// half a turn.
 formats::Image<glm::dvec3> papersSum(const Gradient& gradient, const fit::RsrmOptions& options, int azimuths) {
     formats::Image<glm::dvec3> values(options.width, static_cast<int>(options.exponents.size()), glm::dvec3(0));
     const double zones = static_cast<double>(gradient.size());
@@ -86,15 +88,16 @@ formats::Image<glm::dvec3> papersSum(const Gradient& gradient, const fit::RsrmOp
     return values;
 }
 
+/// Reference values of some texels of a map.
 struct Truths {
     std::vector<glm::ivec2> places;
     std::vector<glm::dvec3> values;
-    glm::dvec3 largest{0};  ///< of the whole map, which codes are parts of
+    glm::dvec3 largest{0};  ///< largest value of the whole map: code 255 of each channel
 };
 Truths truthsOf(const Gradient& gradient, const fit::RsrmOptions& options) {
     Truths truths;
     for (std::size_t row = 0; row < options.exponents.size(); ++row)
-        for (int x = static_cast<int>(row) % kEvery; x < options.width; x += kEvery) {
+        for (int x = static_cast<int>(row) % kReferenceStep; x < options.width; x += kReferenceStep) {
             truths.places.emplace_back(x, static_cast<int>(row));
             truths.values.push_back(truth(gradient, 1 - (2.0 * x + 1) / options.width, options.exponents[row]));
         }
@@ -105,7 +108,7 @@ Truths truthsOf(const Gradient& gradient, const fit::RsrmOptions& options) {
 
 struct Error {
     double relative = 0;  ///< largest of |error| / (value + 1e-3 of the channel's largest)
-    double codes = 0;     ///< largest, in codes of 255
+    double codes = 0;     ///< largest |error| in 8-bit codes
 };
 Error errorOf(const Truths& truths, const std::function<glm::dvec3(int x, int y)>& value) {
     Error error;
@@ -120,6 +123,7 @@ Error errorOf(const Truths& truths, const std::function<glm::dvec3(int x, int y)
     return error;
 }
 
+/// Writes the measurements of maps to standard output, to the CSV file and to the curves.
 class Table {
 public:
     Table(const fs::path& csv, FitCurves& curves) : curves_(curves) {
@@ -131,7 +135,7 @@ public:
             "\nReflection maps, 256 x 8 texels, exponents 1 to 16384. CPU seconds of one thread; error at {} texels a row: relative to "
             "value "
             "and 0.001 of the largest, and in codes of 255.\n\n",
-            256 / kEvery);
+            256 / kReferenceStep);
         printTableHead({"gradient", "way", ">ms", ">relative error", ">codes"});
     }
     void add(const std::string& gradient, const std::string& way, double seconds, const Error& error) {
@@ -169,6 +173,7 @@ void benchGradient(const std::string& name, const Gradient& gradient, int runs, 
     }
 }
 
+/// Returns a synthetic gradient: a ramp, a kink, and one bright zone.
 Gradient madeGradient() {
     Gradient gradient;
     for (int i = 0; i < 256; ++i) {

@@ -1,4 +1,4 @@
-// The reflection maps' part of `./dev bench fits`.
+// The reflection maps' part of lightcook_fit_bench: run time against error.
 #pragma once
 
 #include <filesystem>

@@ -25,11 +25,13 @@ constexpr std::array<Lobe, 3> kLobes = {{{"beckmann", SpecularLobe::Beckmann}, {
 
 constexpr auto kEnergy = lighting::CookTorranceNormalization::Energy;
 
+/// Errors of the factors C and D of area specular light.
 struct Errors {
     double c = 0, d = 0;
 };
 
-/// The largest difference of an entry from 32 points a piece. foundAt(NoV, m): the kernel to judge
+/// Returns the largest differences of entries from an integral with 32 points a piece.
+/// foundAt  returns the kernel to be measured at (NoV, m)
 template <class Found>
 Errors errorsOf(SpecularLobe lobe, const std::vector<double>& roughnesses, const std::vector<double>& views, const Found& foundAt) {
     Errors errors;
@@ -65,7 +67,7 @@ void benchIntegrals(const std::filesystem::path& file, int runs, FitCurves& curv
     printTableHead({"lobe", "way", ">samples", ">s", ">C", ">D"});
     const std::string panel = "twelve specular tables, 16 x 8";
     curves.describe(panel, "largest error of an entry");
-    const auto tell = [&](const char* lobe, const char* way, int samples, double seconds, const Errors& errors) {
+    const auto report = [&](const char* lobe, const char* way, int samples, double seconds, const Errors& errors) {
         printTableRow("{} | {} | {} | {:.5f} | {:.1e} | {:.1e}", lobe, way, samples, seconds, errors.c, errors.d);
         csv << fmt::format("{},{},{},{},{},{}\n", lobe, way, samples, seconds, errors.c, errors.d);
         const bool isSum = std::string_view(way) == "samples an axis";
@@ -79,7 +81,7 @@ void benchIntegrals(const std::filesystem::path& file, int runs, FitCurves& curv
             options.lobe = lobe.lobe;
             options.pointCount = points;
             const double seconds = cpuSeconds(runs, [&] { static_cast<void>(fit::makeSpecularTables(options)); });
-            tell(lobe.name, "points a piece", points, seconds, errorsOfPoints(lobe.lobe, points));
+            report(lobe.name, "points a piece", points, seconds, errorsOfPoints(lobe.lobe, points));
         }
         if (lobe.lobe == SpecularLobe::Phong) continue;
         const auto distribution =
@@ -91,7 +93,7 @@ void benchIntegrals(const std::filesystem::path& file, int runs, FitCurves& curv
                         static_cast<void>(
                             lighting::integrateAreaSpecular(std::max(1e-3, x / 7.0), (y + 1) / 16.0, distribution, kEnergy, samples));
             });
-            tell(lobe.name, "samples an axis", samples, seconds, errorsOfSums(distribution, lobe.lobe, samples));
+            report(lobe.name, "samples an axis", samples, seconds, errorsOfSums(distribution, lobe.lobe, samples));
         }
     }
 }

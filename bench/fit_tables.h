@@ -1,4 +1,5 @@
-// Run time against error of the specular tables: the number of points of the integrals, and the mapping of the axes.
+// The specular tables' part of lightcook_fit_bench: run time against error by the number of points of the integrals, and the error of
+// mappings of the axes.
 #pragma once
 
 #include <filesystem>
