@@ -191,7 +191,8 @@ std::string panelHtml(const ScatterPanel& panel) {
     // Quoted figures first, so that our own measurements are drawn on top.
     for (const bool quoted : {true, false})
         for (std::size_t i = 0; i < panel.series.size(); ++i)
-            if (isQuoted(panel.series[i].style) == quoted) drawing += seriesSvg(axes, panel.series[i], i % kColourCount, panel.isError, labels);
+            if (isQuoted(panel.series[i].style) == quoted)
+                drawing += seriesSvg(axes, panel.series[i], i % kColourCount, panel.isError, labels);
     for (std::size_t i = 0; i < panel.series.size(); ++i) legend += legendItem(panel.series[i], i % kColourCount);
     return fmt::format(
         "<section><h2>{}</h2>\n<svg viewBox=\"0 0 {} {}\" role=img aria-label=\"{}\">\n{}</svg>\n<p class=legend>{}</p></section>\n",
