@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include "compress/light_map/families.h"
 #include "compress/light_map/linear_fit.h"
@@ -45,9 +44,7 @@ public:
             const std::array<glm::vec3, kAxes> slope = slopesFor(x, y, l0);
             for (std::size_t axis = 0; axis < kAxes; ++axis)
                 slopes[axis].at(x, y) = glm::vec4(glm::clamp(slope[axis] / (2 * extent_) + 0.5f, 0.0f, 1.0f), 1);
-            const float unit = glm::dot(l0, l0) / static_cast<float>(plan_.key * plan_.key + 1e-24);
-            const float importance = source_.importance.at(x, y);
-            significance.at(x, y) = importance > 0 ? std::max(importance * unit, 1e-6f * source_.coverage.at(x, y)) : 0;
+            significance.at(x, y) = ratioSignificance(plan_, source_, x, y, l0);
         });
         if (isMono_) {
             Image<glm::vec4> shared(source_.width, source_.height, glm::vec4(0, 0, 0, 1));

@@ -35,6 +35,8 @@ using formats::PixelFormat;
 /// against span.
 constexpr float kLuvwSpan = 0.125f;
 constexpr float kHalfCode = 0.5f / 255;
+/// As kLeastWeight. It is smaller, because the weights fall with the square of L.
+constexpr float kLeastLuvwWeight = 1e-9f;
 
 /// The constants of the form that are the same for all coefficients.
 struct LuvwForm {
@@ -103,8 +105,7 @@ private:
         for (int y = 0; y < source_.height; ++y)
             for (int x = 0; x < source_.width; ++x) {
                 const float l = range_ > 0 ? length(x, y) / (range_ * neutral_.w) : 0;
-                const float importance = source_.importance.at(x, y);
-                significance.at(x, y) = importance > 0 ? std::max(importance * l * l, 1e-9f * source_.coverage.at(x, y)) : 0;
+                significance.at(x, y) = significanceOf(source_, x, y, source_.importance.at(x, y) * l * l, kLeastLuvwWeight);
             }
         return significance;
     }
@@ -151,8 +152,7 @@ private:
         for (int y = 0; y < source_.height; ++y)
             for (int x = 0; x < source_.width; ++x) {
                 const float a0 = first.at(x, y).w;
-                const float importance = source_.importance.at(x, y);
-                significance.at(x, y) = importance > 0 ? std::max(importance * a0 * a0, 1e-9f * source_.coverage.at(x, y)) : 0;
+                significance.at(x, y) = significanceOf(source_, x, y, source_.importance.at(x, y) * a0 * a0, kLeastLuvwWeight);
                 texels.at(x, y).w = a0 > 0 ? bestLength(x, y, first.at(x, y), layer.decoded.at(x, y)) / (range_ * a0) : neutral_.w;
                 texels.at(x, y).w = std::clamp(texels.at(x, y).w, 0.0f, 1.0f);
             }

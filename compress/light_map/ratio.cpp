@@ -6,7 +6,6 @@
 // The layout zh3 stores band 2 as one zonal number along the axis of the decoded band 1 (zonal.h), so band 1 is encoded first.
 #include <algorithm>
 #include <array>
-#include <glm/geometric.hpp>
 
 #include "compress/light_map/families.h"
 #include "compress/light_map/zonal.h"
@@ -34,10 +33,7 @@ public:
         significance_ = Image<float>(source.width, source.height, 0);
         for (int y = 0; y < source.height; ++y)
             for (int x = 0; x < source.width; ++x) {
-                const glm::vec3 dc = range_ * glm::vec3(l0_.at(x, y));
-                const float unit = glm::dot(dc, dc) / static_cast<float>(plan.key * plan.key + 1e-24);
-                const float importance = source.importance.at(x, y);
-                significance_.at(x, y) = importance > 0 ? std::max(importance * unit, 1e-6f * source.coverage.at(x, y)) : 0;
+                significance_.at(x, y) = ratioSignificance(plan, source, x, y, range_ * glm::vec3(l0_.at(x, y)));
             }
     }
 

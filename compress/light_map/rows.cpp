@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <glm/geometric.hpp>
 
 #include "formats/padding.h"
 #include "lighting/radiometry.h"
@@ -208,12 +209,16 @@ void putAlpha(Layer& color, const Layer& alpha) {
 }
 
 Image<float> linearSignificance(const Source& source) {
-    constexpr float kLeast = 1e-6f;  // a texel that is far brighter than the key must not vanish beside dark ones
     Image<float> significance(source.width, source.height, 0);
     for (int y = 0; y < source.height; ++y)
         for (int x = 0; x < source.width; ++x)
-            significance.at(x, y) = std::max(source.importance.at(x, y), kLeast * source.coverage.at(x, y));
+            significance.at(x, y) = std::max(source.importance.at(x, y), kLeastWeight * source.coverage.at(x, y));
     return significance;
+}
+
+float ratioSignificance(const LightMapPlan& plan, const Source& source, int x, int y, const glm::vec3& dc) {
+    const float square = glm::dot(dc, dc) / static_cast<float>(plan.key * plan.key + 1e-24);
+    return significanceOf(source, x, y, source.importance.at(x, y) * square);
 }
 
 float constant(const LightMapPlan& plan, const char* name, std::size_t index) {

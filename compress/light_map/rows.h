@@ -83,6 +83,16 @@ inline glm::vec3 secondOf(const glm::vec3& value, const glm::vec3& first, float 
 /// Returns the significance of each texel under a linear metric: its importance, and at least a little where it is covered.
 formats::Image<float> linearSignificance(const Source& source);
 
+/// Weights of covered and padded texels are at least this share of their coverage, so that no texel loses its weight beside far darker or
+/// brighter ones.
+inline constexpr float kLeastWeight = 1e-6f;
+/// Returns the significance of a texel whose number weighs `weight`: at least leastShare of its coverage; 0 without importance.
+inline float significanceOf(const Source& source, int x, int y, float weight, float leastShare = kLeastWeight) {
+    return source.importance.at(x, y) > 0 ? std::max(weight, leastShare * source.coverage.at(x, y)) : 0;
+}
+/// Returns the significance of a texel's ratios to a coefficient 0 that decodes as `dc`: an error of a ratio is seen multiplied by it.
+float ratioSignificance(const LightMapPlan& plan, const Source& source, int x, int y, const glm::vec3& dc);
+
 /// Returns element `index` of a constant of the plan.
 float constant(const LightMapPlan& plan, const char* name, std::size_t index);
 

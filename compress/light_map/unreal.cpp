@@ -125,8 +125,8 @@ private:
     Weights noWeights() const { return Weights(source_.width, source_.height, 0); }
     /// Returns the weight of a texel's number for its slope d(light) / d(number).
     float weightOf(int x, int y, float slope) const {
-        const float importance = source_.importance.at(x, y), length = std::min(std::sqrt(importance) * slope * perKey_, 1e15f);
-        return importance > 0 ? std::max(length * length, 1e-6f * source_.coverage.at(x, y)) : 0.0f;
+        const float length = std::min(std::sqrt(source_.importance.at(x, y)) * slope * perKey_, 1e15f);
+        return significanceOf(source_, x, y, length * length);
     }
     /// Returns dL / d(a0).
     float slopeOfLog(float l) const { return 0.69314718f * k_.scale0.w * (std::max(l, 0.0f) + kBlack); }
