@@ -124,7 +124,7 @@ TEST_F(FiguresSoak, OfMemoryAddUpWithoutAMeshOrDirections) {
     for (const char* output :
          {"target = \"astc\"\nlight_map_layout = \"basis-4\"", "target = \"float\"\nlight_map_layout = \"sh4\"\nmax_error = 1"}) {
         scene.writeSceneFile(output);
-        const Outcome outcome = cookScene(scene.optionsWithSharedCache(), state);
+        const Outcome outcome = cookScene(scene.options(), state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
         expectSums(outcome.report, scene / "out");
     }
@@ -143,9 +143,9 @@ TEST_F(Figures, OfSkipsAreWhatTheCookWithoutThemHad) {
         const RunState state;
         const std::string output = fmt::format("target = \"{}\"\nlight_map_layout = \"ratio\"\n", target);
         scene.writeSceneFile(output);
-        const Outcome whole = cookScene(scene.options(), state);
+        const Outcome whole = cookScene(scene.optionsWithOwnCache(), state);
         scene.writeSceneFile(output, "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n");
-        const Outcome flat = cookScene(scene.options(), state);
+        const Outcome flat = cookScene(scene.optionsWithOwnCache(), state);
         ASSERT_TRUE(whole.errors.empty() && flat.errors.empty());
         const auto bytesOf = [](const Outcome& outcome, const std::string& name) {
             for (const Json& row : outcome.report.at("assets"))
@@ -169,7 +169,7 @@ TEST_F(Figures, OfTimeThatWasNeverMeasuredAreNone) {
     const SmallScene scene(SmallScene::Parts::LightMap);
     scene.writeSceneFile("", "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = false\n");
     const RunState state;
-    const Outcome outcome = cookScene(scene.options(), state);
+    const Outcome outcome = cookScene(scene.optionsWithOwnCache(), state);
     ASSERT_TRUE(outcome.errors.empty());
     EXPECT_TRUE(skipOf(outcome, "dominant light").at("seconds_saved").is_null());
 }
@@ -177,7 +177,7 @@ TEST_F(Figures, OfTimeThatWasNeverMeasuredAreNone) {
 TEST_F(Figures, OfAWarmCookAreThoseOfTheRunThatMadeTheResult) {
     const SmallScene scene(SmallScene::Parts::LightMap);
     const RunState state;
-    const Json first = cookScene(scene.options(), state).report;
+    const Json first = cookScene(scene.optionsWithOwnCache(), state).report;
     ASSERT_EQ(first.at("runs").size(), 1u);
     const Json run = first.at("runs")[0];
     EXPECT_EQ(run.at("seconds"), first.at("seconds"));
@@ -185,7 +185,7 @@ TEST_F(Figures, OfAWarmCookAreThoseOfTheRunThatMadeTheResult) {
     EXPECT_GT(run.at("actions").get<int>(), 3);
     for (const Json& row : first.at("assets")) EXPECT_EQ(row.at("cooked_at"), run.at("at"));
     // Nothing to do, but another folder: the report is written anew, from the cache.
-    CookOptions elsewhere = scene.options();
+    CookOptions elsewhere = scene.optionsWithOwnCache();
     elsewhere.output = scene / "elsewhere";
     const Outcome warm = cookScene(elsewhere, state);
     EXPECT_EQ(warm.actionsRun, 0);
@@ -195,7 +195,7 @@ TEST_F(Figures, OfAWarmCookAreThoseOfTheRunThatMadeTheResult) {
     EXPECT_THAT(formats::contentOf(scene / "elsewhere" / kReportHtmlName), HasSubstr("the run of " + run.at("at").get<std::string>()));
     // One asset is made again: both runs are named, and add up.
     scene.writeSceneFile("light_map_layout = \"luvw\"");
-    const Json second = cookScene(scene.options(), state).report;
+    const Json second = cookScene(scene.optionsWithOwnCache(), state).report;
     ASSERT_EQ(second.at("runs").size(), 2u);
     EXPECT_EQ(second.at("runs")[0], run);
     EXPECT_NEAR(second.at("seconds").get<double>(), run.at("seconds").get<double>() + second.at("runs")[1].at("seconds").get<double>(),

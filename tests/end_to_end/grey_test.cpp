@@ -39,7 +39,7 @@ protected:
         scene_.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", GetParam().target, GetParam().layout), "",
                               fmt::format("lobe = \"{}\"\n", GetParam().lobe));
         const RunState state;
-        const Outcome outcome = cookScene(scene_.optionsWithSharedCache(), state);
+        const Outcome outcome = cookScene(scene_.options(), state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
         const auto manifest = loadManifest(scene_ / "out");
         if (!manifest) throw std::runtime_error(manifest.error().line());
@@ -146,7 +146,7 @@ TEST(GreyLight, HasADominantLightOf0WhereItIsKept) {
     const SmallScene scene(SmallScene::Parts::LightMap, grey);
     scene.writeSceneFile("light_map_layout = \"ratio\"\nkeep_unused = true");
     const RunState state;
-    const Outcome outcome = cookScene(scene.optionsWithSharedCache(), state);
+    const Outcome outcome = cookScene(scene.options(), state);
     for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
     const auto manifest = loadManifest(scene / "out");
     ASSERT_TRUE(manifest.has_value()) << manifest.error().line();

@@ -19,7 +19,7 @@ protected:
     Outcome cook(const std::string& output, const std::string& materials) {
         scene_.writeSceneFile(output, materials);
         const RunState state;
-        return cookScene(scene_.optionsWithSharedCache(), state);
+        return cookScene(scene_.options(), state);
     }
     static std::string needs(bool normalMap, bool specular) {
         return fmt::format("[[material]]\nname = \"*\"\nnormal_map = {}\nspecular = {}\n", normalMap, specular);

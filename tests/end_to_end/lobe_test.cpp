@@ -20,7 +20,7 @@ public:
     explicit LobeScene(const std::string& root) : scene_(SmallScene::Parts::All) {
         scene_.writeSceneFile("max_error = 0.05\nlight_map_layout = \"ratio\"\n", "", root);
         const RunState state;
-        outcome_ = cookScene(scene_.optionsWithSharedCache(), state);
+        outcome_ = cookScene(scene_.options(), state);
     }
     const Outcome& outcome() const { return outcome_; }
     std::filesystem::path folder() const { return scene_ / "out"; }

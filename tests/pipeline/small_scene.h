@@ -85,18 +85,19 @@ public:
                                                        root, output, others, materials));
     }
 
+    /// Options of a cook into the folder "out", with the cache that all tests share: one run of an action serves every test.
     CookOptions options() const {
         CookOptions options;
         options.scene = sceneFile();
         options.output = folder_ / "out";
-        options.cache = folder_ / "cache";
+        options.cache = LIGHTCOOK_TEST_CACHE;
         return options;
     }
-    /// The same with the cache that all tests share, for tests that are not about what runs anew.
-    CookOptions optionsWithSharedCache() const {
-        CookOptions shared = options();
-        shared.cache = LIGHTCOOK_TEST_CACHE;
-        return shared;
+    /// The same with an empty cache, for tests of what runs again, of measured times, and of runs that end early.
+    CookOptions optionsWithOwnCache() const {
+        CookOptions own = options();
+        own.cache = folder_ / "cache";
+        return own;
     }
 
 private:

@@ -69,7 +69,7 @@ TEST(InfoOfACookedFolder, CountsTheTrianglesOfAMeshAndNoTexels) {
     CookOptions options;
     options.scene = folder / "scene.toml";
     options.output = folder / "out";
-    options.cache = folder / "cache";
+    options.cache = LIGHTCOOK_TEST_CACHE;
     options.onlyKind = "mesh";
     const Outcome cooked = cook(options);
     for (const formats::Error& error : cooked.errors) ADD_FAILURE() << error.line();

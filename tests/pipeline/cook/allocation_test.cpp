@@ -103,7 +103,7 @@ public:
         CookOptions options;
         options.scene = sceneFile_;
         options.output = folder_ / output;
-        options.cache = folder_ / "cache";
+        options.cache = LIGHTCOOK_TEST_CACHE;
         options.budgetBytes = budget;
         const RunState state;
         return cookScene(options, state);

@@ -61,7 +61,7 @@ const Json& skipOf(const Json& report, const std::string& what) {
 Outcome cook(const SmallScene& scene, const std::string& output = "", const std::string& materials = "") {
     scene.writeSceneFile(output, materials);
     const RunState state;
-    const CookOptions options = scene.optionsWithSharedCache();
+    const CookOptions options = scene.options();
     Outcome outcome = cookScene(options, state);
     for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
     return outcome;

@@ -54,7 +54,7 @@ TEST(CookScene, EveryLayoutAndTargetPassesAndIsDescribedInFull) {
             SCOPED_TRACE(fmt::format("{} {}", target, layout));
             const SmallScene scene(Parts::LightMap);
             scene.writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout));
-            expectCooks(scene, scene.optionsWithSharedCache());
+            expectCooks(scene, scene.options());
             const auto manifest = readManifest(scene / "out");
             ASSERT_TRUE(manifest.has_value());
             EXPECT_EQ(manifest->at("assets").size(), 3u);
@@ -107,7 +107,7 @@ TEST(CookSceneSoak, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLigh
 
 TEST(CookScene, TheReportHoldsWhatTheProductPromises) {
     const SmallScene scene(Parts::All);
-    const Outcome outcome = cook(scene.options());
+    const Outcome outcome = cook(scene.optionsWithOwnCache());
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
     const Json& report = outcome.report;
     for (const char* key : {"scene", "tool", "passed", "seconds", "peak_rss_bytes", "assets", "skipped", "budget"})
@@ -136,7 +136,7 @@ TEST(CookScene, TheReportHoldsWhatTheProductPromises) {
 TEST(CookScene, WithoutPlacesOnTheSurfaceTheWholeShadingHasTheErrorOfTheTexels) {
     const SmallScene scene(SmallScene::Parts::LightMap);
     scene.writeSceneFile("light_map_layout = \"ratio\"");
-    CookOptions options = scene.optionsWithSharedCache();
+    CookOptions options = scene.options();
     options.samples = 0;
     const Outcome outcome = cook(options);
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
@@ -146,7 +146,7 @@ TEST(CookScene, WithoutPlacesOnTheSurfaceTheWholeShadingHasTheErrorOfTheTexels) 
 
 TEST(CookScene, OneThreadAndThreeGiveTheSameBytes) {
     const SmallScene scene(Parts::All);
-    CookOptions options = scene.options();
+    CookOptions options = scene.optionsWithOwnCache();
     std::vector<std::map<std::string, std::string>> digests;
     for (const int threads : {1, 3}) {
         options.output = scene / fmt::format("out{}", threads);
@@ -162,10 +162,10 @@ TEST(CookScene, OneThreadAndThreeGiveTheSameBytes) {
 
 TEST(CookScene, NothingChangedMeansNothingDoneAndNoFileTouched) {
     const SmallScene scene(Parts::LightMap);
-    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    ASSERT_TRUE(cook(scene.optionsWithOwnCache()).errors.empty());
     std::map<std::filesystem::path, std::filesystem::file_time_type> times;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(scene / "out")) times[entry.path()] = entry.last_write_time();
-    const Outcome again = cook(scene.options());
+    const Outcome again = cook(scene.optionsWithOwnCache());
     ASSERT_TRUE(again.errors.empty());
     EXPECT_EQ(again.actionsRun, 0);
     EXPECT_GT(again.actionsReused, 0);
@@ -174,17 +174,17 @@ TEST(CookScene, NothingChangedMeansNothingDoneAndNoFileTouched) {
 
 TEST(CookScene, OnlyWhatChangedIsDoneAgain) {
     const SmallScene scene(Parts::LightMap);
-    const Outcome first = cook(scene.options());
+    const Outcome first = cook(scene.optionsWithOwnCache());
     scene.writeSceneFile("", "[[material]]\nname = \"*\"\nm = [0.1, 0.5]\n");  // the tables' range as before
-    EXPECT_EQ(cook(scene.options()).actionsRun, 0);
+    EXPECT_EQ(cook(scene.optionsWithOwnCache()).actionsRun, 0);
     scene.writeSceneFile("light_map_layout = \"luvw\"");
-    const Outcome luvw = cook(scene.options());
+    const Outcome luvw = cook(scene.optionsWithOwnCache());
     EXPECT_EQ(luvw.actionsRun, 2) << "the light map and its verification";
     EXPECT_FALSE(std::filesystem::exists(scene / "out" / "map_l0.ktx2")) << "what the manifest no longer names is gone";
     scene.writeSceneFile("");
-    EXPECT_EQ(cook(scene.options()).actionsRun, 0) << "the cache still knows the first layout";
+    EXPECT_EQ(cook(scene.optionsWithOwnCache()).actionsRun, 0) << "the cache still knows the first layout";
     EXPECT_TRUE(std::filesystem::exists(scene / "out" / "map_l0.ktx2"));
-    CookOptions forced = scene.options();
+    CookOptions forced = scene.optionsWithOwnCache();
     forced.force = true;
     EXPECT_EQ(cook(forced).actionsRun, first.actionsRun);
 }
@@ -313,7 +313,7 @@ TEST(CookScene, AFailureLeavesNothingBehind) {
     const SmallScene scene(Parts::All);
     std::filesystem::remove(scene / "probe.exr");
     const auto before = filesIn(scene / "");
-    const Outcome outcome = cook(scene.options());
+    const Outcome outcome = cook(scene.optionsWithOwnCache());
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::FileUnreadable);
     EXPECT_THAT(outcome.errors.front().line(), HasSubstr("probe.exr"));
@@ -325,11 +325,11 @@ TEST(CookScene, AFailureLeavesNothingBehind) {
 /// A full disk may end a cook between textures and manifest. A folder in place of the shader stands for it.
 TEST(CookScene, FilesOfTheManifestThatStaysAreNotRemoved) {
     const SmallScene scene(Parts::LightMap);
-    ASSERT_TRUE(cook(scene.optionsWithSharedCache()).errors.empty());
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
     const std::string manifest = formats::contentOf(scene / "out" / kManifestName);
     std::filesystem::remove(scene / "out" / kShaderName);
     std::filesystem::create_directories(scene / "out" / kShaderName / "in the way");
-    CookOptions other = scene.optionsWithSharedCache();
+    CookOptions other = scene.options();
     other.lightMapLayout = "luvw";
     EXPECT_FALSE(cook(other).errors.empty());
     EXPECT_EQ(formats::contentOf(scene / "out" / kManifestName), manifest);
@@ -397,7 +397,7 @@ TEST(CookScene, WhatKeepGoingLeftOutFailsItsReportAndVerification) {
 TEST(CookScene, WithoutAnythingToCookIsRefused) {
     const SmallScene scene(Parts::LightMap);
     formats::writeContent(scene.sceneFile(), "schema = 1\nname = \"small\"\n[tables]\nviews = 8\n");
-    const Outcome outcome = cook(scene.options());
+    const Outcome outcome = cook(scene.optionsWithOwnCache());
     ASSERT_EQ(outcome.errors.size(), 1u);
     EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
     EXPECT_THAT(outcome.errors[0].line(),
@@ -408,7 +408,7 @@ TEST(CookScene, WithoutAnythingToCookIsRefused) {
     EXPECT_EQ(linted.errors[0].code, ErrorCode::InvalidRequest);
     // Nothing is specular: the tables are skipped, and the scene has passed.
     formats::writeContent(scene.sceneFile(), "schema = 1\nname = \"small\"\n[[material]]\nname = \"*\"\nspecular = false\n");
-    const Outcome skipped = cook(scene.options());
+    const Outcome skipped = cook(scene.optionsWithOwnCache());
     EXPECT_TRUE(skipped.errors.empty());
     EXPECT_TRUE(skipped.report.at("assets").empty());
 }
@@ -419,7 +419,7 @@ TEST(CookScene, RefusesFilesThatDifferInCaseAlone) {
     std::string text = formats::contentOf(scene.sceneFile());
     text.replace(text.find("\"probe\""), 7, "\"Map_Dominant\"");
     formats::writeContent(scene.sceneFile(), text);
-    const Outcome outcome = cook(scene.options());
+    const Outcome outcome = cook(scene.optionsWithOwnCache());
     ASSERT_EQ(outcome.errors.size(), 1u);
     EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
     EXPECT_THAT(outcome.errors[0].line(), HasSubstr("found two assets that would both write 'Map_Dominant"));
@@ -427,7 +427,7 @@ TEST(CookScene, RefusesFilesThatDifferInCaseAlone) {
 
 TEST(CookScene, RefusesDdsForAstcBeforeItWorks) {
     const SmallScene scene(Parts::LightMap);
-    CookOptions options = scene.options();
+    CookOptions options = scene.optionsWithOwnCache();
     options.target = Target::Astc;
     options.container = formats::Container::Dds;
     const Outcome outcome = cook(options);
@@ -440,7 +440,7 @@ TEST(CookScene, RefusesDdsForAstcBeforeItWorks) {
 
 TEST(CookScene, RefusesALimitOnPackedChartsWhereNoneArePacked) {
     const SmallScene scene(Parts::LightMap);
-    CookOptions options = scene.options();
+    CookOptions options = scene.optionsWithOwnCache();
     options.charts.maxVisible = 1;
     for (const std::optional<ChartMode> mode : {std::optional<ChartMode>(), std::optional(ChartMode::Keep)}) {
         options.charts.mode = mode;
@@ -483,7 +483,7 @@ TEST(ReadCookedFolder, AFileThatIsGoneOrShorterFailsByName) {
     for (const char* name : {"map_l0.ktx2", "lightcook.glsl"})
         for (const bool isGone : {true, false}) {
             const SmallScene scene(Parts::LightMap);
-            ASSERT_TRUE(cook(scene.optionsWithSharedCache()).errors.empty());
+            ASSERT_TRUE(cook(scene.options()).errors.empty());
             if (isGone) std::filesystem::remove(scene / "out" / name);
             if (!isGone) std::filesystem::resize_file(scene / "out" / name, 10);
             const auto folder = readCookedFolder(scene / "out");
@@ -532,7 +532,7 @@ TEST(CookScene, AnInterruptIsToldAndLeavesNothing) {
     const SmallScene scene(Parts::LightMap);
     RunState state;
     state.interrupted = true;
-    const Outcome outcome = cookScene(scene.options(), state);
+    const Outcome outcome = cookScene(scene.optionsWithOwnCache(), state);
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::Interrupted);
     EXPECT_FALSE(std::filesystem::exists(scene / "out"));

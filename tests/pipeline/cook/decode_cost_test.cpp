@@ -17,7 +17,7 @@ class DecodeCost : public testing::Test {
 protected:
     Outcome cook(const std::string& output) const {
         scene_.writeSceneFile(output);
-        return cookScene(scene_.optionsWithSharedCache(), RunState());
+        return cookScene(scene_.options(), RunState());
     }
     static const Json& mapOf(const Outcome& outcome) { return outcome.report.at("assets").at(0); }
     /// Expects one error whose line holds the words.
@@ -73,7 +73,7 @@ TEST_F(DecodeCost, WhatNoLayoutKeepsOrNothingUsesIsRefused) {
     expectRefused("max_error = 0.9\nmax_fetches = 1", AllOf(HasSubstr("that no layout keeps"), HasSubstr("basis-4 (2 fetches")));
     expectRefused("light_map_layout = \"ratio\"\nmax_fetches = 4", HasSubstr("found layout ratio (9 fetches, "));
     scene_.writeSceneFile("max_error = 0.9\nmax_fetches = 4");
-    CookOptions options = scene_.optionsWithSharedCache();
+    CookOptions options = scene_.options();
     options.lightMapLayout = "ratio";
     const Outcome overridden = cookScene(options, RunState());
     ASSERT_EQ(overridden.errors.size(), 1u);

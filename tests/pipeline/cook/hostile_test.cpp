@@ -47,7 +47,7 @@ TEST(Names, AssetsWhoseFilesWouldClashAreRefused) {
     for (const char* name : {"map_dominant", "map_l0", "map_dominant_direction", "specular_c0236"}) {
         const SmallScene scene(Parts::LightMap);
         replaceInScene(scene, "[[light_map]]", fmt::format("[[gradient]]\nname = \"{}\"\nfile = \"x.exr\"\n\n[[light_map]]", name));
-        const Outcome outcome = cook(scene.options());
+        const Outcome outcome = cook(scene.optionsWithOwnCache());
         ASSERT_EQ(outcome.errors.size(), 1u) << name;
         EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
         EXPECT_THAT(outcome.errors[0].line(), HasSubstr(name));
@@ -176,7 +176,7 @@ TEST(Inputs, ABufferBesideAMeshCountsAsAnInput) {
     writeBuffer();
     formats::writeContent(scene / "triangle.gltf", kTriangle);
     replaceInScene(scene, "file = \"map.exr\"", "file = \"map.exr\"\nmesh = \"triangle.gltf\"");
-    CookOptions options = scene.options();
+    CookOptions options = scene.optionsWithOwnCache();
     options.depfile = scene / "cook.d";
     Outcome outcome = cook(options);
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
@@ -202,10 +202,10 @@ TEST(Inputs, AColourConfigurationCountsAsAnInputAndMayMove) {
     writeConfig(0.5);
     formats::writeContent(scene.sceneFile(),
                           formats::contentOf(scene.sceneFile()) + "\n[color]\nsource = \"s\"\nworking = \"w\"\nconfig = \"c.ocio\"\n");
-    Outcome outcome = cook(scene.options());
+    Outcome outcome = cook(scene.optionsWithOwnCache());
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
     writeConfig(0.25);
-    outcome = cook(scene.options());
+    outcome = cook(scene.optionsWithOwnCache());
     EXPECT_TRUE(outcome.errors.empty());
     EXPECT_GT(outcome.actionsRun, 0);
 
@@ -234,7 +234,7 @@ TEST(Inputs, ADepfileNamesTheInputsOfTheAssetsInTheFolder) {
 
 /// Options of a cook of the gradient alone.
 CookOptions gradientAlone(const SmallScene& scene) {
-    CookOptions options = scene.optionsWithSharedCache();
+    CookOptions options = scene.options();
     options.onlyKind = "rsrm";
     return options;
 }
@@ -303,7 +303,7 @@ TEST(Errors, OneBadInputIsToldOnceHoweverManyActionsReadIt) {
 
 TEST(Errors, AnInterruptIsToldOnceAndLeavesNothing) {
     const SmallScene scene(Parts::LightMap);
-    CookOptions options = scene.options();
+    CookOptions options = scene.optionsWithOwnCache();
     options.output = scene / "deep" / "er" / "out";
     RunState state;
     state.progress = [&](const Action&, const std::string&, double) { state.interrupted = true; };

@@ -22,7 +22,7 @@ class KeptCandidates : public testing::Test {
 protected:
     Outcome cook(bool keep, const std::string& output = kOutput) {
         scene_.writeSceneFile(output);
-        CookOptions options = scene_.optionsWithSharedCache();
+        CookOptions options = scene_.options();
         options.keepCandidates = keep;
         Outcome outcome = cookScene(options, state_);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
@@ -128,7 +128,7 @@ TEST_F(KeptCandidates, ThePageLeavesOutThoseOfAnotherCook) {
     // A candidate of another scene in its place.
     SmallScene other(SmallScene::Parts::LightMap, grey);
     other.writeSceneFile("light_map_layout = \"hdr-2\"\nmax_error = 1");
-    CookOptions options = other.optionsWithSharedCache();
+    CookOptions options = other.options();
     options.output = stale;
     ASSERT_TRUE(cookScene(options, state_).errors.empty());
     const auto site = open();

@@ -18,7 +18,7 @@ class LayoutLists : public testing::Test {
 protected:
     Outcome cook(const std::string& output, const std::string& materials = "") const {
         scene_.writeSceneFile(output, materials);
-        return cookScene(scene_.optionsWithSharedCache(), RunState());
+        return cookScene(scene_.options(), RunState());
     }
     /// Cooks with lines for the light map.
     Outcome cookMap(const std::string& output, const std::string& lightMap) const {
@@ -26,7 +26,7 @@ protected:
         std::string text = formats::contentOf(scene_.sceneFile());
         const std::string file = "file = \"map.exr\"\n";
         formats::writeContent(scene_.sceneFile(), text.replace(text.find(file), file.size(), file + lightMap + "\n"));
-        return cookScene(scene_.optionsWithSharedCache(), RunState());
+        return cookScene(scene_.options(), RunState());
     }
     static const Json& mapOf(const Outcome& outcome) {
         EXPECT_FALSE(outcome.report.is_null()) << (outcome.errors.empty() ? "" : outcome.errors.front().line());
@@ -81,7 +81,7 @@ TEST_F(LayoutLists, NoLayoutOutsideTheListStandsInForOthers) {
     EXPECT_EQ(mapOf(cook("layouts = [\"godot\", \"flat\"]\nmax_error = 0.9", noDirections)).at("layout"), "flat");
     const SmallScene constant(SmallScene::Parts::LightMap, grey);
     constant.writeSceneFile("layouts = [\"godot\"]\nmax_error = 0.9");
-    const Outcome outcome = cookScene(constant.optionsWithSharedCache(), RunState());
+    const Outcome outcome = cookScene(constant.options(), RunState());
     EXPECT_EQ(mapOf(outcome).at("layout"), "godot") << "without the list it is one block of raw";
     EXPECT_EQ(mapOf(outcome).at("bytes_gpu").get<int>(), 4 * 16) << "four slices of one block";
 }
@@ -105,7 +105,7 @@ TEST_F(LayoutLists, MistakesAreRefused) {
     expectRefused(cookMap("", "layouts = [\"sh4\"]"), HasSubstr("without layout ratio, which the scene asks for"));
     expectRefused(cookMap("max_error = 0.9\nmax_fetches = 2", "layouts = [\"sh4\"]"), HasSubstr("expected those of one of sh4"));
     scene_.writeSceneFile("layouts = [\"sh4\"]");
-    CookOptions options = scene_.optionsWithSharedCache();
+    CookOptions options = scene_.options();
     options.lightMapLayout = "ratio";
     expectRefused(cookScene(options, RunState()), HasSubstr("--layout: found layout ratio that the list"));
 }

@@ -11,7 +11,7 @@ class Objective : public testing::Test {
 protected:
     Outcome cook(const std::string& output) const {
         scene_.writeSceneFile(output);
-        return cookScene(scene_.optionsWithSharedCache(), RunState());
+        return cookScene(scene_.options(), RunState());
     }
     static const Json& mapOf(const Outcome& outcome) { return outcome.report.at("assets").at(0); }
     static Json diffuseOf(const Outcome& outcome) { return mapOf(outcome).at("stages").back().at("error").at("diffuse"); }
@@ -28,7 +28,7 @@ TEST_F(Objective, VisibleErrorsAreSmallerWhereTheyAreMinimized) {
 
 TEST_F(Objective, OfTheCommandLineOverridesThatOfTheScene) {
     scene_.writeSceneFile("light_map_layout = \"basis-3\"\nmax_error = 0.9\nobjective = \"energy\"");
-    CookOptions options = scene_.optionsWithSharedCache();
+    CookOptions options = scene_.options();
     const Json asked = diffuseOf(cookScene(options, RunState()));
     options.objective = formats::Objective::Visible;
     const Json overridden = diffuseOf(cookScene(options, RunState()));
@@ -44,7 +44,7 @@ TEST(ObjectiveOfRatio, IsThePlacesBetweenTexelsAtEdgesOfLight) {
     const SmallScene scene(SmallScene::Parts::LightMap, halfInShadow);
     const auto visibleOf = [&](const std::string& objective) {
         scene.writeSceneFile("light_map_layout = \"ratio\"\nmax_error = 0.9\nobjective = \"" + objective + "\"");
-        const Outcome outcome = cookScene(scene.optionsWithSharedCache(), RunState());
+        const Outcome outcome = cookScene(scene.options(), RunState());
         return outcome.report.at("assets").at(0).at("stages").back().at("error").at("diffuse").at("visible").at("rms").get<double>();
     };
     EXPECT_LT(visibleOf("visible"), 0.9 * visibleOf("energy"));

@@ -54,7 +54,7 @@ protected:
     }
 
     SmallScene scene_{SmallScene::Parts::LightMap};
-    CookOptions options_ = scene_.optionsWithSharedCache();
+    CookOptions options_ = scene_.options();
 };
 
 TEST_F(SeamLimit, TheReportHasTheSeamOfTwoMeshes) {

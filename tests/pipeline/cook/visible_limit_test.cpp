@@ -20,7 +20,7 @@ class VisibleLimit : public testing::Test {
 protected:
     Outcome cook(const std::string& output, const std::string& root = "") const {
         scene_.writeSceneFile(output, "", root);
-        return cookScene(scene_.optionsWithSharedCache(), RunState());
+        return cookScene(scene_.options(), RunState());
     }
     static const Json& mapOf(const Outcome& outcome) { return outcome.report.at("assets").at(0); }
     /// Returns the larger p99 of the last stage.
@@ -104,7 +104,7 @@ TEST_F(VisibleLimit, OfALightMapOverridesThatOfTheOutputAndTheCommandLineBoth) {
     std::string text = formats::contentOf(scene_.sceneFile());
     text.replace(text.find("file = \"map.exr\""), 0, "max_visible = 40\n");
     formats::writeContent(scene_.sceneFile(), text);
-    CookOptions options = scene_.optionsWithSharedCache();
+    CookOptions options = scene_.options();
     EXPECT_EQ(mapOf(cookScene(options, RunState())).at("limit").at("max_visible"), 40.0);
     options.maxVisible = 30;
     EXPECT_EQ(mapOf(cookScene(options, RunState())).at("limit").at("max_visible"), 30.0);
@@ -126,7 +126,7 @@ class VisibleLimitOfOthers : public testing::Test {
 protected:
     Outcome cook(const std::string& kind, const std::string& output) const {
         scene_.writeSceneFile(output);
-        CookOptions options = scene_.optionsWithSharedCache();
+        CookOptions options = scene_.options();
         options.onlyKind = kind;
         return cookScene(options, RunState());
     }
@@ -160,7 +160,7 @@ TEST_F(VisibleLimitOfOthers, OfAnAssetOverridesThatOfTheOutputAndTheCommandLineB
     std::string text = formats::contentOf(scene_.sceneFile());
     text.replace(text.find("file = \"sky.exr\""), 0, "max_visible = 40\n");
     formats::writeContent(scene_.sceneFile(), text);
-    CookOptions options = scene_.optionsWithSharedCache();
+    CookOptions options = scene_.options();
     options.onlyKind = "rsrm";
     const auto limit = [&] { return cookScene(options, RunState()).report.at("assets").at(0).at("limit").at("max_visible"); };
     EXPECT_EQ(limit(), 40.0);

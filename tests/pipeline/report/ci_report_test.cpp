@@ -48,7 +48,7 @@ protected:
     /// Cooks the small scene and verifies it.
     void cook(const std::string& output = "") {
         scene_.writeSceneFile(output);
-        verify(cookScene(scene_.optionsWithSharedCache(), state_));
+        verify(cookScene(scene_.options(), state_));
     }
     void verify(const Outcome&) { outcome_ = verifyCooked({scene_ / "out", {}, {}}, state_); }
 

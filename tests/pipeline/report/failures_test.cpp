@@ -21,7 +21,7 @@ protected:
         scene_->writeSceneFile("max_error = 1e-6\nmax_converter_error = 1e-6\nlight_map_layout = \"basis-3\"",
                                "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\nf0 = [0.04, 0.6]\n");
         const RunState state;
-        outcome_ = std::make_unique<Outcome>(cookScene(scene_->optionsWithSharedCache(), state));
+        outcome_ = std::make_unique<Outcome>(cookScene(scene_->options(), state));
     }
     static void TearDownTestSuite() {
         outcome_.reset();

@@ -406,7 +406,7 @@ TEST(SceneError, ThePageTellsWhatToBuy) {
 TEST(SceneError, OfACookedSceneLiesBetweenItsLargestPartAndTheirSum) {
     const SmallScene scene(SmallScene::Parts::All);
     const RunState state;
-    const Outcome cooked = cookScene(scene.optionsWithSharedCache(), state);
+    const Outcome cooked = cookScene(scene.options(), state);
     ASSERT_TRUE(cooked.errors.empty()) << cooked.errors[0].line();
     const Json& whole = cooked.report.at("whole");
     const double relRms = at(whole, "rel_rms"), light = at(whole, "light_rms");
@@ -434,7 +434,7 @@ TEST(SceneError, OfACookedSceneLiesBetweenItsLargestPartAndTheirSum) {
 TEST(SceneError, OfGreyLightKnowsHowMuchThereIs) {
     // Radiance 0.5 from everywhere: exit radiance 0.5, whatever the key is that the verifier works with.
     const SmallScene scene(SmallScene::Parts::LightMap, grey);
-    const Outcome cooked = cookScene(scene.optionsWithSharedCache(), RunState());
+    const Outcome cooked = cookScene(scene.options(), RunState());
     ASSERT_TRUE(cooked.errors.empty()) << cooked.errors[0].line();
     const Json& lights = cooked.report.at("whole").at("lights");
     EXPECT_NEAR(at(lights, "diffuse"), 0.5, 1e-3);

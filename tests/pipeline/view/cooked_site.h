@@ -14,7 +14,7 @@ class CookedSite : public testing::Test {
 protected:
     void SetUp() override {
         scene_.writeSceneFile("light_map_layout = \"ratio\"");
-        const Outcome outcome = cookScene(scene_.optionsWithSharedCache(), state_);
+        const Outcome outcome = cookScene(scene_.options(), state_);
         ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
     }
     std::filesystem::path folder() const { return scene_ / "out"; }

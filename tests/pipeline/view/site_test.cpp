@@ -107,7 +107,7 @@ TEST_F(CookedSite, RefusesWhatIsNoCookedFolder) {
 }
 
 TEST_F(CookedSite, RefusesDdsTextures) {
-    CookOptions options = scene_.optionsWithSharedCache();
+    CookOptions options = scene_.options();
     options.container = formats::Container::Dds;
     ASSERT_TRUE(cookScene(options, state_).errors.empty());
     const auto site = open();

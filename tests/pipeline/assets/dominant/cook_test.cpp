@@ -28,12 +28,10 @@ void writeScene(const SmallScene& scene, const std::string& fit, const std::stri
                                                  "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"" + fit + "\"\n");
 }
 
-Outcome cookOnly(CookOptions options, int threads) {
+/// Cooks the dominant light alone.
+Outcome cookDominant(CookOptions options) {
     options.only = "map_dominant";
-    options.force = true;
-    const RunState state;
-    tbb::task_arena arena(threads);
-    return arena.execute([&] { return cookScene(options, state); });
+    return cook(options);
 }
 
 TEST(CookDominant, SolvesAShadowsEdgeTheSameOnAnyNumberOfThreads) {
@@ -41,7 +39,10 @@ TEST(CookDominant, SolvesAShadowsEdgeTheSameOnAnyNumberOfThreads) {
     writeScene(scene, "refined");
     std::vector<std::string> bytes;
     for (const int threads : {1, 3}) {
-        const Outcome outcome = cookOnly(scene.options(), threads);
+        CookOptions options = scene.optionsWithOwnCache();
+        options.force = true;
+        tbb::task_arena arena(threads);
+        const Outcome outcome = arena.execute([&] { return cookDominant(options); });
         ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
         const Json& notes = dominantOf(outcome.report).at("notes");
         EXPECT_GT(notes.at("solved_with_neighbours").get<int>(), 50);
@@ -58,7 +59,7 @@ TEST(CookDominant, ErrsLessBetweenTexelsThanTexelsAlone) {
     double magnified[2], visible[2];
     for (const int i : {0, 1}) {
         writeScene(scene, i == 0 ? "halo3" : "explained");
-        const Outcome outcome = cookOnly(scene.options(), 2);
+        const Outcome outcome = cookDominant(scene.options());
         const Json& stage = dominantOf(outcome.report).at("stages").at(0);
         EXPECT_EQ(stage.at("name"), "magnified");
         const Json& specular = stage.at("error").at("specular");
@@ -76,7 +77,7 @@ TEST(CookDominant, VisibleErrorsAreThoseOfTheScenesDisplay) {
     double rms[2];
     for (const int i : {0, 1}) {
         writeScene(scene, "explained", i == 0 ? "" : "[display]\nstops = -8\n");
-        const Outcome outcome = cookOnly(scene.options(), 2);
+        const Outcome outcome = cookDominant(scene.options());
         ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
         const Json& visible = dominantOf(outcome.report).at("stages").back().at("error").at("specular").at("visible");
         rms[i] = visible.at("rms").get<double>();

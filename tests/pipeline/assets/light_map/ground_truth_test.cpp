@@ -30,7 +30,8 @@ std::string tracedIrradiance(float scale) {
 
 class GroundTruthScene : public testing::Test {
 protected:
-    Outcome cookWith(const std::string& csv) const {
+    Outcome cookWith(const std::string& csv) const { return cookWith(csv, scene_.options()); }
+    Outcome cookWith(const std::string& csv, const CookOptions& options) const {
         formats::writeContent(scene_ / "truth.csv", csv);
         formats::writeContent(
             scene_.sceneFile(),
@@ -38,7 +39,7 @@ protected:
             "schema = 1\nname = \"small\"\n[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\nground_truth = \"truth.csv\"\ndominant_fit = "
             "\"halo3\"\n");
         const RunState state;
-        return cookScene(scene_.options(), state);
+        return cookScene(options, state);
     }
     const Json* truthOf(const Outcome& outcome, const char* asset) const {
         for (const Json& row : outcome.report.at("assets"))
@@ -71,7 +72,8 @@ TEST_F(GroundTruthScene, TruncationIsTheBakesAndQuantizationOurs) {
 TEST_F(GroundTruthScene, VerifyTellsTheSameAndAChangedTruthAlone) {
     const std::string specular =
         "4,5,spec,0.25,0.04,0.1,0,1,0.5,0.5,0.4\n4,5,spec,0.5,0.6,0,0.2,1,0.5,0.5,0.4\n7,5,spec,0.5,0.6,0,0.2,1,0.6,0.5,0.4\n";
-    const Outcome cooked = cookWith(kHead + specular);
+    const CookOptions options = scene_.optionsWithOwnCache();
+    const Outcome cooked = cookWith(kHead + specular, options);
     ASSERT_TRUE(cooked.errors.empty()) << cooked.errors.front().line();
     const RunState state;
     const Outcome verified = verifyCooked({scene_ / "out", {}, {}}, state);
@@ -86,8 +88,9 @@ TEST_F(GroundTruthScene, VerifyTellsTheSameAndAChangedTruthAlone) {
     for (const char* part : {"truncation", "fit", "quantization", "total", "two_lights"})
         EXPECT_GT(dominant.at("specular").at(part).get<double>(), 0) << part;
     EXPECT_GT(dominant.at("specular").at("visible").at("total").at("rms").get<double>(), 0);
-    EXPECT_EQ(cookWith(kHead + specular).actionsRun, 0);
-    EXPECT_EQ(cookWith(kHead + specular + "9,9,spec,0.5,0.6,0,0.2,1,0.6,0.5,0.4\n").actionsRun, 2) << "both are verified, none is cooked";
+    EXPECT_EQ(cookWith(kHead + specular, options).actionsRun, 0);
+    EXPECT_EQ(cookWith(kHead + specular + "9,9,spec,0.5,0.6,0,0.2,1,0.6,0.5,0.4\n", options).actionsRun, 2)
+        << "both are verified, none is cooked";
 }
 
 TEST_F(GroundTruthScene, WhatCannotBeMeantIsRefused) {

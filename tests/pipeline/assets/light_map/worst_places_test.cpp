@@ -53,7 +53,7 @@ TEST(WorstTexels, AreTheWorstOfTheirSquaresInAnyCut) {
 TEST(WorstPlaces, PicturesShowBakeCookedAndError) {
     const SmallScene scene{SmallScene::Parts::LightMap};
     scene.writeSceneFile("light_map_layout = \"basis-3\"\nmax_error = 0.9", "", "");
-    const Outcome outcome = cookScene(scene.optionsWithSharedCache(), RunState());
+    const Outcome outcome = cookScene(scene.options(), RunState());
     for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
     const Json& asset = outcome.report.at("assets").at(0);
     const Json& worst = asset.at("preview").at("worst");
@@ -110,7 +110,7 @@ TEST(WorstPlaces, RenderedViewsShowThePlaceInTheMiddle) {
     const SmallScene scene{SmallScene::Parts::LightMap};
     scene.writeSceneFile("light_map_layout = \"basis-3\"\nmax_error = 0.9", "", "");
     writeWall(scene);
-    const Outcome outcome = cookScene(scene.optionsWithSharedCache(), RunState());
+    const Outcome outcome = cookScene(scene.options(), RunState());
     for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
     const Json& asset = outcome.report.at("assets").at(0);
     const double key = asset.at("key").get<double>();
