@@ -8,6 +8,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/captions.h"
 #include "pipeline/report/report.h"
+#include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -130,12 +131,6 @@ TEST_F(FiguresSoak, OfMemoryAddUpWithoutAMeshOrDirections) {
     }
 }
 
-Json skipOf(const Outcome& outcome, const std::string& what) {
-    for (const Json& each : outcome.report.at("skipped"))
-        if (each.at("what").get<std::string>().find(what) != std::string::npos) return each;
-    return nullptr;
-}
-
 /// Everything is cooked once; then nothing needs directions. What the second report says was saved is what the first one had.
 TEST_F(Figures, OfSkipsAreWhatTheCookWithoutThemHad) {
     for (const char* target : {"bc", "float"}) {
@@ -152,7 +147,7 @@ TEST_F(Figures, OfSkipsAreWhatTheCookWithoutThemHad) {
                 if (row.at("name") == name) return row.at("bytes_gpu").get<std::int64_t>();
             return std::int64_t{0};
         };
-        const auto saved = [&](const char* what) { return skipOf(flat, what).at("bytes_saved").get<std::int64_t>(); };
+        const auto saved = [&](const char* what) { return skipOf(flat.report, what).at("bytes_saved").get<std::int64_t>(); };
         EXPECT_EQ(saved("directional light map"), bytesOf(whole, "map") - bytesOf(flat, "map")) << target;
         EXPECT_EQ(saved("dominant light"), bytesOf(whole, "map_dominant")) << target;
         EXPECT_EQ(saved("cubemap"), bytesOf(whole, "probe")) << target;
@@ -160,7 +155,7 @@ TEST_F(Figures, OfSkipsAreWhatTheCookWithoutThemHad) {
         // Time was measured by the first cook: that of its own action, for as many texels.
         for (const Json& row : whole.report.at("assets")) {
             if (row.at("name") != "probe") continue;
-            EXPECT_NEAR(skipOf(flat, "cubemap").at("seconds_saved").get<double>(), row.at("seconds").get<double>(), 1e-6);
+            EXPECT_NEAR(skipOf(flat.report, "cubemap").at("seconds_saved").get<double>(), row.at("seconds").get<double>(), 1e-6);
         }
     }
 }
@@ -171,7 +166,7 @@ TEST_F(Figures, OfTimeThatWasNeverMeasuredAreNone) {
     const RunState state;
     const Outcome outcome = cookScene(scene.optionsWithOwnCache(), state);
     ASSERT_TRUE(outcome.errors.empty());
-    EXPECT_TRUE(skipOf(outcome, "dominant light").at("seconds_saved").is_null());
+    EXPECT_TRUE(skipOf(outcome.report, "dominant light").at("seconds_saved").is_null());
 }
 
 TEST_F(Figures, OfAWarmCookAreThoseOfTheRunThatMadeTheResult) {

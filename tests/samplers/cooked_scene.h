@@ -26,7 +26,6 @@ public:
         small_->writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout),
                                layout.starts_with("flat") ? "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n" : "");
         pipeline::CookOptions options = small_->options();
-        options.cache = LIGHTCOOK_TEST_CACHE;
         const auto known = formats::lightMapLayoutFromName(layout);
         if (known && formats::info(*known).lacks == "band 2") options.maxError = 1;
         cook(options);

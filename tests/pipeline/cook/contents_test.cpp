@@ -10,6 +10,7 @@
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/report/report.h"
+#include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -45,19 +46,6 @@ vec3 colouredAxes(const dvec3& direction, const dvec2&) {
                 direction.z * glm::dvec3(0.31, 0.11, -0.23));
 }
 
-const Json& assetOf(const Json& report, const std::string& name) {
-    for (const Json& asset : report.at("assets"))
-        if (asset.at("name") == name) return asset;
-    static const Json none;
-    return none;
-}
-const Json& skipOf(const Json& report, const std::string& what) {
-    for (const Json& skip : report.at("skipped"))
-        if (skip.at("what").get<std::string>().find(what) != std::string::npos) return skip;
-    static const Json none;
-    return none;
-}
-
 Outcome cook(const SmallScene& scene, const std::string& output = "", const std::string& materials = "") {
     scene.writeSceneFile(output, materials);
     const RunState state;
@@ -75,7 +63,7 @@ TEST(Contents, ABlackMapBecomesOneBlockWithoutDominantLight) {
     EXPECT_EQ(map.at("height"), 4);
     EXPECT_EQ(map.at("layout"), "flat") << "black has no bands 1 and 2";
     EXPECT_EQ(map.at("bytes_gpu"), 16) << "one block";
-    EXPECT_TRUE(assetOf(report, "map_dominant").is_null());
+    EXPECT_FALSE(hasAsset(report, "map_dominant"));
     EXPECT_EQ(skipOf(report, "texels of light map 'map'").at("bytes_saved"), 9 * 16 * 3 * 18 - 16)
         << "12 x 72 texels are 54 blocks, of ratio in nine layers";
     EXPECT_GT(skipOf(report, "dominant light of 'map'").at("bytes_saved"), 0);
@@ -107,13 +95,13 @@ TEST(Contents, ADominantLightThatWouldBeBlackIsLeftOut) {
     for (const auto& light : {sky, growingSlope}) {
         const SmallScene scene(SmallScene::Parts::LightMap, light);
         const Json report = cook(scene).report;
-        EXPECT_TRUE(assetOf(report, "map_dominant").is_null());
+        EXPECT_FALSE(hasAsset(report, "map_dominant"));
         const Json& skip = skipOf(report, "dominant light of 'map'");
         EXPECT_EQ(skip.at("why"), "no single light explains enough of any texel: all specular light is area specular");
         EXPECT_EQ(skip.at("bytes_saved"), 3 * 16 * (3 * 18)) << "three textures of 12 x 72 texels";
     }
     const SmallScene sun(SmallScene::Parts::LightMap, sunAndSky);
-    EXPECT_FALSE(assetOf(cook(sun).report, "map_dominant").is_null()) << "some texels have one";
+    EXPECT_TRUE(hasAsset(cook(sun).report, "map_dominant")) << "some texels have one";
 }
 
 TEST(Contents, AConstantThatChangedFailsItsVerification) {
@@ -235,7 +223,7 @@ TEST(ContentsSoak, ALayoutByNameAndKeepUnusedAreObeyed) {
     const SmallScene dark(SmallScene::Parts::LightMap, black);
     const Json report = cook(dark, "keep_unused = true").report;
     EXPECT_EQ(assetOf(report, "map").at("width"), SmallScene::kWidth);
-    EXPECT_FALSE(assetOf(report, "map_dominant").is_null());
+    EXPECT_TRUE(hasAsset(report, "map_dominant"));
 }
 
 /// Returns the 99th percentile and the bound of the visible error of diffuse light.

@@ -13,6 +13,7 @@
 #include "pipeline/report/collection.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
+#include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -70,12 +71,6 @@ glm::vec3 twoLamps(const glm::dvec3& direction, const glm::dvec2& place) {
     return glm::vec3(first * glm::dvec3(1, 0.9, 0.7) + second * glm::dvec3(0.6, 0.8, 1) + glm::dvec3(0.05, 0.06, 0.08) * (1 + place.y));
 }
 
-const Json& assetNamed(const Json& report, const std::string& name) {
-    for (const Json& asset : report.at("assets"))
-        if (asset.at("name") == name) return asset;
-    throw std::out_of_range(name);
-}
-
 TEST(CookSceneSoak, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLight) {
     const SmallScene scene(Parts::LightMap, twoLamps);
     std::map<std::string, double> unexplained;
@@ -87,7 +82,7 @@ TEST(CookSceneSoak, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLigh
                                           fit));
         const Outcome outcome = cook(scene.options());
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
-        const Json& asset = assetNamed(outcome.report, "map_dominant");
+        const Json& asset = assetOf(outcome.report, "map_dominant");
         const Json& notes = asset.at("notes");
         EXPECT_EQ(notes.at("fit"), fit);
         EXPECT_EQ(notes.contains("refined"), fit != "halo3");
@@ -99,7 +94,7 @@ TEST(CookSceneSoak, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLigh
         EXPECT_NEAR(unexplained[fit], asset.at("measures").at("unexplained_energy_reference").get<double>(), 5e-3);
         const auto manifest = readManifest(scene / "out");
         ASSERT_TRUE(manifest.has_value());
-        EXPECT_EQ(assetNamed(*manifest, "map_dominant").at("fit"), fit);
+        EXPECT_EQ(assetOf(*manifest, "map_dominant").at("fit"), fit);
     }
     EXPECT_LT(unexplained["refined"], 0.9 * unexplained["halo3"]);
     EXPECT_LT(unexplained["refined-ambient"], unexplained["refined"]);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "pipeline/cook/cook.h"
+#include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -11,11 +12,6 @@ namespace {
 
 using Parts = SmallScene::Parts;
 
-const Json& rowOf(const Outcome& outcome, const std::string& name) {
-    for (const Json& row : outcome.report.at("assets"))
-        if (row.at("name") == name) return row;
-    throw std::runtime_error("no row " + name);
-}
 double errorOf(const Json& candidate) {
     return std::max(candidate.at("diffuse").get<double>(), candidate.at("specular").get<double>());
 }
@@ -26,7 +22,7 @@ TEST(CookScene, ANamedErrorGetsTheSmallestLayoutThatKeepsIt) {
         scene.writeSceneFile(fmt::format("max_error = {}", maxError));
         const Outcome outcome = cook(scene.options());
         ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
-        const Json& row = rowOf(outcome, "map");
+        const Json& row = assetOf(outcome.report, "map");
         EXPECT_TRUE(row.at("passed").get<bool>());
         std::uint64_t smallest = ~std::uint64_t{0};
         for (const Json& candidate : row.at("trial_candidates")) {
@@ -48,17 +44,17 @@ TEST(CookScene, AnErrorThatNoLayoutKeepsFailsWithTheBestOne) {
     const Outcome outcome = cook(scene.options());
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
-    EXPECT_EQ(rowOf(outcome, "map").at("layout"), "raw");
+    EXPECT_EQ(assetOf(outcome.report, "map").at("layout"), "raw");
 }
 
 TEST(CookScene, ANamedLayoutIsNotTried) {
     const SmallScene scene(Parts::LightMap);
     scene.writeSceneFile("max_error = 0.05\nlight_map_layout = \"luvw\"");
     const Outcome named = cook(scene.options());
-    EXPECT_EQ(rowOf(named, "map").at("layout"), "luvw");
-    EXPECT_FALSE(rowOf(named, "map").contains("trial_candidates"));
+    EXPECT_EQ(assetOf(named.report, "map").at("layout"), "luvw");
+    EXPECT_FALSE(assetOf(named.report, "map").contains("trial_candidates"));
     scene.writeSceneFile("");
-    EXPECT_EQ(rowOf(cook(scene.options()), "map").at("layout"), "ratio") << "without an error or a budget named";
+    EXPECT_EQ(assetOf(cook(scene.options()).report, "map").at("layout"), "ratio") << "without an error or a budget named";
 }
 
 }  // namespace

@@ -87,13 +87,16 @@ TEST(UnrealFiles, ALightMapIsCookedForEachImageOfAGltf) {
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
     const auto manifest = readManifest(scene / "out");
     ASSERT_TRUE(manifest) << manifest.error().line();
+    int lightMaps = 0;
     for (const Json& asset : manifest->at("assets")) {
         EXPECT_NE(asset.at("kind"), "dominant") << "no light has a direction";
         if (asset.at("kind") != "light-map") continue;
+        ++lightMaps;
         EXPECT_EQ(asset.at("layout"), "flat");
         EXPECT_EQ(asset.at("width"), kMapSide);
         EXPECT_EQ(asset.at("height"), kMapSide) << "half of the image's";
     }
+    EXPECT_EQ(lightMaps, 2);
     EXPECT_EQ(manifest->at("assets")[1].at("source").at("description").at("image"), "HQ_Lightmap1");
     VerifyOptions verify;
     verify.folder = scene / "out";

@@ -12,6 +12,7 @@
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/repack/unpacked_bake.h"
+#include "tests/pipeline/repack/charts_cook.h"
 #include "tests/pipeline/small_scene.h"
 #include "tests/pipeline/walls.h"
 
@@ -48,15 +49,12 @@ lighting::ShRgb halfHardLight(int x, int y) {
     return y < 34 ? smoothLight(x, y) : hardLight(x, y);
 }
 
-class SplitCook : public testing::Test {
+class SplitCook : public ChartsCook {
 protected:
     SplitCook() {
         writeWalls(folder_ / "", {.leftUvs = {0.05f, 0.05f, 0.05f, 0.95f, 0.45f, 0.95f, 0.45f, 0.05f},
                                   .rightUvs = {0.55f, 0.05f, 0.55f, 0.95f, 0.95f, 0.95f, 0.95f, 0.05f},
                                   .right = {3, 7, 0, 3, 0, 0, 5, 0, 0, 5, 7, 0}});
-        options_.scene = folder_ / "scene.toml";
-        options_.output = folder_ / "out";
-        options_.cache = LIGHTCOOK_TEST_CACHE;
     }
     /// left, right  light of the two charts
     void writeMap(ChartLight left, ChartLight right) const {
@@ -80,31 +78,24 @@ protected:
     }
     Json cooked(const std::string& output) const {
         writeScene(output);
-        const Outcome outcome = cookScene(options_, RunState());
-        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
-        return outcome.report;
-    }
-    std::string mistake() const {
-        const Outcome outcome = cookScene(options_, RunState());
-        return outcome.errors.empty() ? "" : outcome.errors.front().line();
-    }
-    static const Json* find(const Json& report, const std::string& name) {
-        for (const Json& asset : report.at("assets"))
-            if (asset.at("name") == name) return &asset;
-        return nullptr;
+        return reportOf(cookScene(options_, RunState()));
     }
     static std::uint64_t bytesOf(const Json& report) { return report.at("budget").at("used_bytes").get<std::uint64_t>(); }
     static double visibleOf(const Json& asset) {
         return asset.at("stages").back().at("error").at("diffuse").at("visible").at("p99").get<double>();
+    }
+    /// Expects verification to find the errors of the cook, and returns its report.
+    Json expectVerifiedAs(const Json& report) const {
+        Json again = verified();
+        for (const char* name : {"map", "map_fine"})
+            EXPECT_EQ(assetOf(report, name).at("stages").back().at("error"), assetOf(again, name).at("stages").back().at("error")) << name;
+        return again;
     }
     formats::GltfScene meshOf(const std::string& file) const {
         auto scene = formats::GltfScene::load(options_.output / file);
         EXPECT_TRUE(scene) << scene.error().line();
         return std::move(*scene);
     }
-
-    const formats::TemporaryFolder folder_;
-    CookOptions options_;
 };
 
 constexpr const char* kSplit = "charts = \"split\"\nmax_visible = 3";
@@ -114,8 +105,8 @@ TEST_F(SplitCookSoak, ChartsWithHardLightGetAMapOfTheirOwn) {
     writeMap(smoothLight, hardLight);
     const Json packed = cooked("charts = \"pack\"\nmax_visible = 3");
     const Json report = cooked(kSplit);
-    const Json *map = find(report, "map"), *fine = find(report, "map_fine");
-    ASSERT_TRUE(map != nullptr && fine != nullptr) << find(report, "map")->at("notes").dump();
+    const Json *map = findAsset(report, "map"), *fine = findAsset(report, "map_fine");
+    ASSERT_TRUE(map != nullptr && fine != nullptr) << assetOf(report, "map").at("notes").dump();
     EXPECT_LT(map->at("bits_per_texel").get<double>(), fine->at("bits_per_texel").get<double>());
     EXPECT_LT(bytesOf(report), bytesOf(packed));
     for (const Json* each : {map, fine}) {
@@ -124,7 +115,7 @@ TEST_F(SplitCookSoak, ChartsWithHardLightGetAMapOfTheirOwn) {
         EXPECT_FALSE(each->at("notes").contains("unread_texels")) << "texels of the other chart are no fault";
     }
     EXPECT_THAT(map->at("notes").at("split").get<std::string>(), HasSubstr("50.0 % of the texels in a map of their own"));
-    EXPECT_EQ(find(packed, "map_fine"), nullptr);
+    EXPECT_FALSE(hasAsset(packed, "map_fine"));
     EXPECT_EQ(map->at("bytes_in").get<std::uint64_t>(), fs::file_size(folder_ / "map.exr"));
     EXPECT_EQ(fine->at("bytes_in"), 0) << "the bake counts once";
 
@@ -160,22 +151,15 @@ Surface surfaceOf(const formats::GltfScene& scene) {
     return surface;
 }
 
-/// Returns the largest difference of coefficient 0 between a bake and both maps of its cook together, over the covered texels, in parts of
-/// the bake's root mean square.
-double errorOfBoth(const fs::path& folder, const fs::path& output) {
-    EXPECT_TRUE(reconstructLightMap(output, "map", folder / "both.exr", 1, RunState()).has_value());
-    formats::LightMapDescription any;
-    any.repair = true;
-    auto bake = formats::LightMapReader::open(folder / "map.exr", {}), both = formats::LightMapReader::open(folder / "both.exr", any);
-    EXPECT_TRUE(bake && both);
-    const auto wanted = bake->read(0, kSide), found = both->read(0, kSide);
-    EXPECT_TRUE(wanted && found);
+/// Returns the largest difference of coefficient 0 between a bake and the reconstruction of both maps together, over the covered texels, in
+/// parts of the bake's root mean square.
+double errorOfBoth(const formats::LightMapStrip& bake, const formats::LightMapStrip& both) {
     double largest = 0, light = 0;
-    for (std::size_t i = 0; i < wanted->sh.texels().size(); ++i) {
-        if (wanted->covered.texels()[i] == 0) continue;
-        const glm::dvec3 truth(wanted->sh.texels()[i][0]), off = glm::dvec3(found->sh.texels()[i][0]) - truth;
+    for (std::size_t i = 0; i < bake.sh.texels().size(); ++i) {
+        if (bake.covered.texels()[i] == 0) continue;
+        const glm::dvec3 truth(bake.sh.texels()[i][0]), off = glm::dvec3(both.sh.texels()[i][0]) - truth;
         largest = std::max(largest, glm::length(off));
-        light += glm::dot(truth, truth) / static_cast<double>(std::ranges::count(wanted->covered.texels(), 1));
+        light += glm::dot(truth, truth) / static_cast<double>(std::ranges::count(bake.covered.texels(), 1));
     }
     return largest / std::sqrt(light);
 }
@@ -184,8 +168,8 @@ TEST_F(SplitCook, AChartIsCutWhereItsLightChanges) {
     writeMap(smoothLight, halfHardLight);
     const Json packed = cooked("charts = \"pack\"\nmax_visible = 3\ndraco = false");
     const Json report = cooked(std::string(kSplit) + "\ndraco = false");
-    const Json *map = find(report, "map"), *fine = find(report, "map_fine");
-    ASSERT_TRUE(map != nullptr && fine != nullptr) << find(report, "map")->at("notes").dump();
+    const Json *map = findAsset(report, "map"), *fine = findAsset(report, "map_fine");
+    ASSERT_TRUE(map != nullptr && fine != nullptr) << assetOf(report, "map").at("notes").dump();
     EXPECT_LT(bytesOf(report), bytesOf(packed));
     for (const Json* each : {map, fine}) {
         EXPECT_LE(visibleOf(*each), 3) << each->at("name");
@@ -197,35 +181,23 @@ TEST_F(SplitCook, AChartIsCutWhereItsLightChanges) {
     EXPECT_NEAR(rest.area, 14 * (0.95 - (34.5 / kSide)) / 0.9, 0.01) << "from the line beside the centres of row 34 on";
     EXPECT_EQ(coarse.low, 0);
     EXPECT_EQ(rest.low, 3);
-    EXPECT_LT(errorOfBoth(folder_ / "", options_.output), 0.1);
-    const Outcome verified = verifyCooked({options_.output, {}, {}}, RunState());
-    for (const formats::Error& error : verified.errors) ADD_FAILURE() << error.line();
-    for (const char* name : {"map", "map_fine"})
-        EXPECT_EQ(find(report, name)->at("stages").back().at("error"), find(verified.report, name)->at("stages").back().at("error"))
-            << name;
+    EXPECT_LT(errorOfBoth(texelsOf(folder_ / "map.exr"), reconstructed("map")), 0.1);
+    expectVerifiedAs(report);
 }
 
 TEST_F(SplitCook, BothMapsTogetherAreTheBake) {
     writeMap(smoothLight, hardLight);
     cooked(kSplit);
-    ASSERT_TRUE(reconstructLightMap(options_.output, "map", folder_ / "both.exr", 1, RunState()).has_value());
-    ASSERT_TRUE(reconstructLightMap(options_.output, "map_fine", folder_ / "fine.exr", 1, RunState()).has_value());
-    formats::LightMapDescription any;
-    any.repair = true;
-    auto bake = formats::LightMapReader::open(folder_ / "map.exr", {});
-    auto both = formats::LightMapReader::open(folder_ / "both.exr", any), fine = formats::LightMapReader::open(folder_ / "fine.exr", any);
-    ASSERT_TRUE(bake && both && fine);
-    const auto wanted = bake->read(0, kSide), found = both->read(0, kSide), part = fine->read(0, kSide);
-    ASSERT_TRUE(wanted && found && part);
+    const formats::LightMapStrip bake = texelsOf(folder_ / "map.exr"), both = reconstructed("map"), fine = reconstructed("map_fine");
     double error = 0, light = 0;
     for (int y = 0; y < kSide; ++y)
         for (int x = 0; x < kSide; ++x) {
-            if (wanted->covered.at(x, y) == 0) continue;
-            const glm::dvec3 truth(wanted->sh.at(x, y)[0]), difference = glm::dvec3(found->sh.at(x, y)[0]) - truth;
+            if (bake.covered.at(x, y) == 0) continue;
+            const glm::dvec3 truth(bake.sh.at(x, y)[0]), difference = glm::dvec3(both.sh.at(x, y)[0]) - truth;
             error += glm::dot(difference, difference);
             light += glm::dot(truth, truth);
             const bool isOfFine = x >= 32;
-            EXPECT_EQ(part->sh.at(x, y)[0] == glm::vec3(0), !isOfFine) << x << ", " << y;
+            EXPECT_EQ(fine.sh.at(x, y)[0] == glm::vec3(0), !isOfFine) << x << ", " << y;
         }
     EXPECT_LT(std::sqrt(error / light), 0.05);
 }
@@ -237,6 +209,7 @@ TEST_F(SplitCook, VerificationCachesAndSourcesAreThoseOfTheUser) {
     EXPECT_EQ(cookScene(options_, RunState()).actionsRun, 0) << "nothing has changed";
     const auto manifest = loadManifest(options_.output);
     ASSERT_TRUE(manifest) << manifest.error().line();
+    EXPECT_EQ(std::ranges::count(manifest->assets, AssetKind::LightMap, &CookedAsset::kind), 2);
     for (const CookedAsset& asset : manifest->assets) {
         if (asset.kind != AssetKind::LightMap) continue;
         EXPECT_EQ(asset.source.files->at("source").file, "map.exr") << asset.name;
@@ -248,11 +221,8 @@ TEST_F(SplitCook, VerificationCachesAndSourcesAreThoseOfTheUser) {
     EXPECT_THAT(formats::contentOf(folder_ / "walls.d"), HasSubstr("map.exr"));
     EXPECT_THAT(formats::contentOf(folder_ / "walls.d"), Not(HasSubstr("packed")));
 
-    const Outcome verified = verifyCooked({options_.output, {}, {}}, RunState());
-    for (const formats::Error& error : verified.errors) ADD_FAILURE() << error.line();
-    for (const char* name : {"map", "map_fine"})
-        EXPECT_EQ(find(first, name)->at("stages").back().at("error"), find(verified.report, name)->at("stages").back().at("error")) << name;
-    for (const Json* report : {&first, &verified.report}) {
+    const Json verified = expectVerifiedAs(first);
+    for (const Json* report : {&first, &verified}) {
         ASSERT_EQ(report->at("findings").size(), 1u) << "no finding comes twice";
         EXPECT_EQ(report->at("findings").at(0).at("asset"), "map");
     }
@@ -275,28 +245,21 @@ TEST_F(SplitCook, VerificationRefusesAMeshOfOtherCharts) {
 TEST_F(SplitCook, AChartOfConstantLightTakesABlock) {
     writeMap(constantLight, hardLight);
     const Json report = cooked(kSplit);
-    const Json *map = find(report, "map"), *fine = find(report, "map_fine");
-    ASSERT_TRUE(map != nullptr && fine != nullptr) << find(report, "map")->at("notes").dump();
+    const Json *map = findAsset(report, "map"), *fine = findAsset(report, "map_fine");
+    ASSERT_TRUE(map != nullptr && fine != nullptr) << assetOf(report, "map").at("notes").dump();
     EXPECT_LE(map->at("width").get<int>(), 16);
     EXPECT_LE(visibleOf(*map), 3);
-    const Outcome verified = verifyCooked({options_.output, {}, {}}, RunState());
-    for (const formats::Error& error : verified.errors) ADD_FAILURE() << error.line();
-    ASSERT_TRUE(reconstructLightMap(options_.output, "map", folder_ / "both.exr", 1, RunState()).has_value());
-    formats::LightMapDescription any;
-    any.repair = true;
-    auto both = formats::LightMapReader::open(folder_ / "both.exr", any);
-    ASSERT_TRUE(both);
-    const auto rows = both->read(0, kSide);
-    ASSERT_TRUE(rows);
-    for (const int x : {5, 20}) EXPECT_NEAR(rows->sh.at(x, 30)[0].x, constantLight(0, 0)[0].x, 0.02f * constantLight(0, 0)[0].x) << x;
-    EXPECT_NE(rows->sh.at(50, 30)[0], rows->sh.at(51, 33)[0]) << "the other chart is there, too";
+    verified();
+    const formats::LightMapStrip both = reconstructed("map");
+    for (const int x : {5, 20}) EXPECT_NEAR(both.sh.at(x, 30)[0].x, constantLight(0, 0)[0].x, 0.02f * constantLight(0, 0)[0].x) << x;
+    EXPECT_NE(both.sh.at(50, 30)[0], both.sh.at(51, 33)[0]) << "the other chart is there, too";
 }
 
 /// The charts are found again in the packed map, where the smooth one is so small that two maps do not pay.
 TEST_F(SplitCook, ChartsMayHaveFewerTexels) {
     writeMap(smoothLight, hardLight);
     const Json report = cooked(std::string(kSplit) + "\ncharts_max_visible = 1");
-    const Json& notes = find(report, "map")->at("notes");
+    const Json& notes = assetOf(report, "map").at("notes");
     EXPECT_THAT(notes.at("packing").get<std::string>(), HasSubstr("1 of 2 charts with fewer texels"));
     EXPECT_THAT(notes.at("split").get<std::string>(), HasSubstr("no, one layout for all 2 charts"));
 }
@@ -305,10 +268,10 @@ TEST_F(SplitCook, ChartsOfOneKindStayTogether) {
     writeMap(smoothLight, smoothLight);
     const Json packed = cooked("charts = \"pack\"\nmax_visible = 3");
     const Json report = cooked(kSplit);
-    EXPECT_EQ(find(report, "map_fine"), nullptr);
-    EXPECT_THAT(find(report, "map")->at("notes").at("split").get<std::string>(), HasSubstr("no, one layout for all 2 charts"));
+    EXPECT_FALSE(hasAsset(report, "map_fine"));
+    EXPECT_THAT(assetOf(report, "map").at("notes").at("split").get<std::string>(), HasSubstr("no, one layout for all 2 charts"));
     EXPECT_EQ(bytesOf(report), bytesOf(packed));
-    EXPECT_EQ(find(report, "map")->at("stages"), find(packed, "map")->at("stages"));
+    EXPECT_EQ(assetOf(report, "map").at("stages"), assetOf(packed, "map").at("stages"));
 }
 
 /// Their charts are packed together, whichever of their names is given.
@@ -384,7 +347,7 @@ TEST_F(SplitCook, LinesNeedNoLightMapUvs) {
     for (const char* charts : {"keep", "pack", "split"}) {
         SCOPED_TRACE(charts);
         const Json report = cooked(fmt::format("charts = \"{}\"\nmax_visible = 3", charts));
-        ASSERT_NE(find(report, "walls_mesh"), nullptr);
+        ASSERT_TRUE(hasAsset(report, "walls_mesh"));
         const formats::GltfScene mesh = meshOf("walls_mesh.glb");
         EXPECT_TRUE(mesh.hasLightMapUvs());
         EXPECT_EQ(mesh.triangleMeshes().size(), 2u);

@@ -45,12 +45,11 @@ void expectSarif(const std::string& json) {
 
 class CiReport : public testing::Test {
 protected:
-    /// Cooks the small scene and verifies it.
     void cook(const std::string& output = "") {
         scene_.writeSceneFile(output);
-        verify(cookScene(scene_.options(), state_));
+        outcome_ = cookScene(scene_.options(), state_);
     }
-    void verify(const Outcome&) { outcome_ = verifyCooked({scene_ / "out", {}, {}}, state_); }
+    void verify() { outcome_ = verifyCooked({scene_ / "out", {}, {}}, state_); }
 
     CiRun run() const { return ciRun({"verify", scene_ / "out", {}, {}, outcome_.report, outcome_.errors, &outcome_.findings}); }
 
@@ -71,6 +70,7 @@ protected:
 
 TEST_F(CiReport, HasACaseForEachAssetAndCheckOfARunThatPassed) {
     cook();
+    verify();
     const CiRun run = this->run();
     ASSERT_EQ(run.suites.size(), 1 + outcome_.report.at("assets").size());
     const std::string junit = junitReport(run), sarif = sarifReport(run);
@@ -87,6 +87,7 @@ TEST_F(CiReport, HasACaseForEachAssetAndCheckOfARunThatPassed) {
 
 TEST_F(CiReport, TurnsTheChecksRedThatFailedAndPointsAtTheSceneFile) {
     cook("max_error = \"0.0001%\"\nmax_converter_error = 1e-6\nbudget = \"100\"\nlight_map_layout = \"basis-3\"");
+    verify();
     ASSERT_FALSE(outcome_.errors.empty());
     const CiRun run = this->run();
     EXPECT_THAT(failed(run, "map"), testing::IsSupersetOf({"diffuse-error", "specular-error"}));
@@ -121,8 +122,9 @@ TEST_F(CiReport, TurnsTheChecksRedThatFailedAndPointsAtTheSceneFile) {
 
 TEST_F(CiReport, SaysWhichFileChangedAndWhatWasNotMeasured) {
     cook();
+    ASSERT_TRUE(outcome_.errors.empty()) << outcome_.errors.front().line();
     formats::writeContent(scene_ / "out" / "sky.ktx2", "x");
-    verify({});
+    verify();
     CiRun run = this->run();
     EXPECT_THAT(failed(run, "sky"), ElementsAre("unchanged-files"));
     EXPECT_THAT(failed(run, "map"), ElementsAre());
@@ -132,7 +134,7 @@ TEST_F(CiReport, SaysWhichFileChangedAndWhatWasNotMeasured) {
     expectSarif(sarifReport(run));
 
     std::filesystem::remove(scene_ / "out" / "cooked.json");
-    verify({});
+    verify();
     run = this->run();
     EXPECT_THAT(failed(run, kSceneSuite), ElementsAre("input"));
     expectJunit(junitReport(run));
@@ -141,8 +143,9 @@ TEST_F(CiReport, SaysWhichFileChangedAndWhatWasNotMeasured) {
 
 TEST_F(CiReport, AChangedSourceIsTheFaultOfItsAsset) {
     cook();
+    ASSERT_TRUE(outcome_.errors.empty()) << outcome_.errors.front().line();
     std::filesystem::copy_file(scene_ / "map.exr", scene_ / "probe.exr", std::filesystem::copy_options::overwrite_existing);
-    verify({});
+    verify();
     EXPECT_THAT(failed(run(), "probe"), ElementsAre("unchanged-files"));
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -17,19 +18,13 @@ glm::vec3 shadowEdge(const glm::dvec3& direction, const glm::dvec2& place) {
     return glm::vec3(static_cast<float>((isLit ? 10 : 0.2) * std::pow(std::max(0.0, glm::dot(direction, towards)), 12)));
 }
 
-const Json& dominantOf(const Json& report) {
-    for (const Json& asset : report.at("assets"))
-        if (asset.at("name") == "map_dominant") return asset;
-    throw std::out_of_range("map_dominant");
-}
-
 void writeScene(const SmallScene& scene, const std::string& fit, const std::string& display = "") {
     formats::writeContent(scene.sceneFile(), "schema = 1\nname = \"small\"\n" + display +
                                                  "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"" + fit + "\"\n");
 }
 
 /// Cooks the dominant light alone.
-Outcome cookDominant(CookOptions options) {
+Outcome cookDominantAlone(CookOptions options) {
     options.only = "map_dominant";
     return cook(options);
 }
@@ -42,9 +37,9 @@ TEST(CookDominant, SolvesAShadowsEdgeTheSameOnAnyNumberOfThreads) {
         CookOptions options = scene.optionsWithOwnCache();
         options.force = true;
         tbb::task_arena arena(threads);
-        const Outcome outcome = arena.execute([&] { return cookDominant(options); });
+        const Outcome outcome = arena.execute([&] { return cookDominantAlone(options); });
         ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
-        const Json& notes = dominantOf(outcome.report).at("notes");
+        const Json& notes = assetOf(outcome.report, "map_dominant").at("notes");
         EXPECT_GT(notes.at("solved_with_neighbours").get<int>(), 50);
         EXPECT_LT(notes.at("solved_with_neighbours").get<int>(), SmallScene::kWidth * SmallScene::kHeight / 3);
         for (const char* role : {"direction", "residual", "intensity"})
@@ -59,13 +54,13 @@ TEST(CookDominant, ErrsLessBetweenTexelsThanTexelsAlone) {
     double magnified[2], visible[2];
     for (const int i : {0, 1}) {
         writeScene(scene, i == 0 ? "halo3" : "explained");
-        const Outcome outcome = cookDominant(scene.options());
-        const Json& stage = dominantOf(outcome.report).at("stages").at(0);
+        const Outcome outcome = cookDominantAlone(scene.options());
+        const Json& stage = assetOf(outcome.report, "map_dominant").at("stages").at(0);
         EXPECT_EQ(stage.at("name"), "magnified");
         const Json& specular = stage.at("error").at("specular");
         magnified[i] = specular.at("rel_rms").get<double>();
         visible[i] = specular.at("visible").at("rms").get<double>();
-        EXPECT_FALSE(dominantOf(outcome.report).at("stages").at(0).at("error").at("diffuse").contains("visible"));
+        EXPECT_FALSE(assetOf(outcome.report, "map_dominant").at("stages").at(0).at("error").at("diffuse").contains("visible"));
     }
     EXPECT_LT(magnified[1], 0.7 * magnified[0]);
     EXPECT_LT(visible[1], 0.8 * visible[0]);
@@ -77,9 +72,9 @@ TEST(CookDominant, VisibleErrorsAreThoseOfTheScenesDisplay) {
     double rms[2];
     for (const int i : {0, 1}) {
         writeScene(scene, "explained", i == 0 ? "" : "[display]\nstops = -8\n");
-        const Outcome outcome = cookDominant(scene.options());
+        const Outcome outcome = cookDominantAlone(scene.options());
         ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
-        const Json& visible = dominantOf(outcome.report).at("stages").back().at("error").at("specular").at("visible");
+        const Json& visible = assetOf(outcome.report, "map_dominant").at("stages").back().at("error").at("specular").at("visible");
         rms[i] = visible.at("rms").get<double>();
         EXPECT_GE(visible.at("max").get<double>(), visible.at("p99").get<double>());
         EXPECT_TRUE(visible.at("max_at").is_object());
