@@ -53,7 +53,7 @@ TEST(Fireflies, FaintOnesInTheDarkAreLeft) {
     EXPECT_TRUE(findFireflies(strip, 1000).empty()) << "less than an eighth of these rows has";
 }
 
-TEST(Fireflies, MendedOnesHaveTheirNeighboursMeanAndAreCounted) {
+TEST(Fireflies, RepairedOnesHaveTheirNeighboursMeanAndAreCounted) {
     const auto lit = [] {
         std::mt19937 random(7);
         std::uniform_real_distribution<float> light(0.5f, 1.5f);

@@ -176,7 +176,7 @@ TEST(Rnm, EvenLightStaysEvenInSource) {
     }
 }
 
-TEST(Rnm, NamesOfFilesTellBakeryAndTheMeshIsAskedFor) {
+TEST(Rnm, NamesOfFilesIdentifyBakeryWhichNeedsAMesh) {
     const TemporaryFolder folder;
     writeMaps(folder);
     writeSquare(folder / "square.glb", {.lightMap = {0.5f, 1}});

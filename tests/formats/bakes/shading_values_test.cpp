@@ -50,7 +50,7 @@ TEST_F(ShadingValues, BothKindsAreRead) {
     EXPECT_NEAR(glm::length(specular.direction), 1, 1e-15);
 }
 
-TEST_F(ShadingValues, WhatCannotBeMeantIsRefusedByLine) {
+TEST_F(ShadingValues, ImpossibleValuesAreRefusedByLine) {
     expectRefused("1,2,lambert,0,0,0,0,1,1,1", ErrorCode::WrongShape, "10 columns");
     expectRefused("1,2,lambert,0,0,0,0,1,1,1,1,1", ErrorCode::WrongShape, "12 columns");
     expectRefused("16,2,lambert,0,0,0,0,1,1,1,1", ErrorCode::WrongShape, "texel (16, 2)");

@@ -275,7 +275,7 @@ void expectClusters(const GltfScene& scene, int firstCluster) {
     EXPECT_EQ(vertices, 24u);
 }
 
-TEST(GltfScene, VerticesBearTheClusterOfTheirChartInDracoAndPlain) {
+TEST(GltfScene, VerticesHaveTheClusterOfTheirChartInDracoAndPlain) {
     const TemporaryFolder folder;
     cube().writeGlb(folder / "cube.glb");
     const GltfScene scene = loaded(folder / "cube.glb");
@@ -724,7 +724,7 @@ TEST(GltfScene, VerticesOfACutAreThoseThatItsTrianglesUse) {
     expectTriangle(*partOf(scene, {{used}}).triangleMeshes().front(), *scene.triangleMeshes().front(), 0);
 }
 
-TEST(GltfScene, VerticesOfUnknownOrderKeepItAndBearTheirCluster) {
+TEST(GltfScene, VerticesOfUnknownOrderKeepItAndHaveTheirCluster) {
     const TemporaryFolder folder;
     GltfMaker maker = cube();
     const std::size_t moved = maker.floats(std::vector<float>(72, 0.125f), 3);

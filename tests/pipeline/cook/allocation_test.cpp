@@ -389,7 +389,7 @@ TEST(CookScene, ALimitOfOneLightMapIsNoneOfAnother) {
 }
 
 /// A map of constant light is not traded, and gets its layout where the list has neither raw nor ratio.
-TEST(CookSceneSoak, AMapThatNoBudgetTradesGetsALayoutOfTheList) {
+TEST(CookSceneSoak, AConstantMapUnderABudgetGetsALayoutOfTheList) {
     const SmallScene scene(Parts::LightMap), constant(Parts::LightMap, grey);
     std::filesystem::copy_file(constant / "map.exr", scene / "even.exr");
     scene.writeSceneFile("budget = \"1 MiB\"\nlayouts = [\"hdr\"]", "[[light_map]]\nname = \"even\"\nfile = \"even.exr\"\n");
@@ -413,7 +413,7 @@ TEST(CookScene, ALimitOnTheErrorKeepsTheLightMapsLayout) {
 }
 
 /// A scene file that names the layout of the dominant light gets it, with and without a budget.
-TEST(CookScene, ANamedDominantLayoutIsNotTraded) {
+TEST(CookScene, ANamedDominantLayoutIsKeptUnderABudget) {
     const SmallScene scene(Parts::LightMap);
     const auto write = [&](const std::string& layout) {
         scene.writeSceneFile("");

@@ -115,7 +115,7 @@ TEST(Contents, AConstantThatChangedFailsItsVerification) {
     EXPECT_NE(verified.errors[0].line().find("map.exr"), std::string::npos);
 }
 
-TEST(Contents, BandsThatNobodySeesAreLeftOut) {
+TEST(Contents, BandsThatAreNotVisibleAreLeftOut) {
     const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
     const Json foggy = cook(fog).report;
     EXPECT_EQ(assetOf(foggy, "map").at("layout"), "flat");
@@ -142,7 +142,7 @@ TEST(ContentsSoak, AutoTriesTheFlatLayoutWhereItMayBeEnough) {
     EXPECT_TRUE(skipOf(cook(sun, "max_error = 0.5").report, "bands of light map 'map'").is_null()) << "a limit allows more than it lacks";
 }
 
-TEST(Contents, WhereNobodySeesDirectionsAutoTakesAsManyFlatTexturesAsALimitAsksFor) {
+TEST(Contents, WithoutNormalMapsAndSpecularAutoTakesAsManyFlatTexturesAsALimitNeeds) {
     const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky);
     const std::string plain = "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n";
     const auto cooked = [&](const std::string& output) { return assetOf(cook(scene, output, plain).report, "map"); };
@@ -165,7 +165,7 @@ TEST(Contents, WhereNobodySeesDirectionsAutoTakesAsManyFlatTexturesAsALimitAsksF
     EXPECT_EQ(block.at("bytes_gpu"), 16) << "one block";
 }
 
-TEST(Contents, AConstantLacksTheBandsThatNobodySees) {
+TEST(Contents, AConstantLacksBandsThatAreNotVisible) {
     const SmallScene slope(SmallScene::Parts::LightMap, sky);
     const Json map = assetOf(cook(slope).report, "map");
     EXPECT_EQ(map.at("layout"), "sh4") << "as a map whose light of bands 0 and 1 is not constant";
@@ -215,7 +215,7 @@ TEST(Contents, AConstantKeepsTheSecondTextureOfHalo3) {
     }
 }
 
-TEST(ContentsSoak, ALayoutByNameAndKeepUnusedAreObeyed) {
+TEST(ContentsSoak, ANamedLayoutAndKeepUnusedOverrideWhatIsNotVisible) {
     const SmallScene fog(SmallScene::Parts::LightMap, growingFog);
     EXPECT_EQ(assetOf(cook(fog, "light_map_layout = \"luvw\"").report, "map").at("layout"), "luvw");
     for (const char* layout : {"godot", "mono-sh", "bakery", "unreal-hq"})
@@ -258,7 +258,7 @@ TEST(Contents, TheCapOfVisibleErrorsIsThatOfNormalMaps) {
     EXPECT_EQ(shadingOf({}, needs).normalCount, 1);
 }
 
-TEST(Contents, PositionsOfProbesMayStandInTheSceneFile) {
+TEST(Contents, PositionsOfProbesMayBeInTheSceneFile) {
     const SmallScene folder(SmallScene::Parts::All);
     auto scene = readScene(folder.sceneFile());
     ASSERT_TRUE(scene.has_value());

@@ -229,7 +229,7 @@ TEST(CookScene, PicturesBehindALinkStay) {
     EXPECT_EQ(filesIn(scene / "elsewhere"), before);
 }
 
-TEST(CookScene, ALostOrDamagedOutputComesBack) {
+TEST(CookScene, ALostOrDamagedOutputIsRestored) {
     const SmallScene scene(Parts::All);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
     const auto before = digestsOf(scene / "out");
@@ -523,7 +523,7 @@ TEST(CookScene, AnExceededBudgetFailsButIsReported) {
     EXPECT_THAT(cook(scene.options()).errors.front().line(), HasSubstr("scene.toml:5, budget: found "));
 }
 
-TEST(CookScene, AnInterruptIsToldAndLeavesNothing) {
+TEST(CookScene, AnInterruptIsReportedAndLeavesNoOutput) {
     const SmallScene scene(Parts::LightMap);
     RunState state;
     state.interrupted = true;
@@ -581,7 +581,7 @@ TEST(VerifyCooked, AgreesWithTheCookAndNamesADamagedByte) {
     }
 }
 
-TEST(VerifyCooked, AChangedSourceIsToldAndAManifestOfAnothersMakingIsRefused) {
+TEST(VerifyCooked, RefusesAChangedSourceAndAManifestOfAnotherShape) {
     const SmallScene scene(Parts::LightMap);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
     const RunState state;

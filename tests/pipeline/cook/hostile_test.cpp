@@ -141,7 +141,7 @@ struct FireflyMap {
     }
 };
 
-TEST(Fireflies, AreRefusedByTexelAndValueMendedOnRequestOrBelieved) {
+TEST(Fireflies, AreRefusedRepairedOnRequestOrKeptBelowALimit) {
     const FireflyMap map(700);
     const Outcome refused = map.cookWith("", false);
     ASSERT_FALSE(refused.errors.empty());
@@ -286,7 +286,7 @@ TEST(KeepGoing, AMeshThatCannotBeReadDoesNotStopTheLightMap) {
     EXPECT_THAT(assetNames(scene), testing::Contains("map"));
 }
 
-TEST(Errors, OneBadInputIsToldOnceHoweverManyActionsReadIt) {
+TEST(Errors, ABadInputIsReportedOnceForAllActionsThatReadIt) {
     const SmallScene scene(Parts::LightMap);
     formats::Image<lighting::ShRgb> rows(8, 8, lighting::ShRgb{glm::vec3(1)});
     rows.at(5, 3)[0].y = -1;
@@ -301,7 +301,7 @@ TEST(Errors, OneBadInputIsToldOnceHoweverManyActionsReadIt) {
     }
 }
 
-TEST(Errors, AnInterruptIsToldOnceAndLeavesNothing) {
+TEST(Errors, AnInterruptIsReportedOnceAndLeavesNoOutput) {
     const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.optionsWithOwnCache();
     options.output = scene / "deep" / "er" / "out";
@@ -327,7 +327,7 @@ TEST(Output, AFolderThatExistsIsCookedIntoWithoutTouchingTheOneAround) {
         EXPECT_NE(entry.path().filename().string().front(), '.') << entry.path();
 }
 
-TEST(Cache, ARecordThatADiskHasChangedIsNotBelieved) {
+TEST(Cache, ARecordThatChangedOnDiskIsNotUsed) {
     const SmallScene scene(Parts::LightMap);
     const Cache cache(scene / "cache", 1 << 20);
     ActionRecord record;

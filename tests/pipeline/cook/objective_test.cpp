@@ -50,7 +50,7 @@ TEST(ObjectiveOfRatio, IsThePlacesBetweenTexelsAtEdgesOfLight) {
     EXPECT_LT(visibleOf("visible"), 0.9 * visibleOf("energy"));
 }
 
-TEST_F(Objective, IsNothingToOtherLayouts) {
+TEST_F(Objective, DoesNotChangeOtherLayouts) {
     const Outcome first = cook("light_map_layout = \"hdr\"");
     const Outcome second = cook("light_map_layout = \"hdr\"\nobjective = \"energy\"");
     EXPECT_EQ(diffuseOf(first), diffuseOf(second));

@@ -93,7 +93,7 @@ TEST_F(VisibleLimitSoak, OnTheProvenBoundLeavesTheTexturesOfTheChosenLayoutHowev
     }
 }
 
-TEST_F(VisibleLimit, IsFiveForAutoWhereNothingElseIsAsked) {
+TEST_F(VisibleLimit, IsFiveForAutoWithoutAnotherLimit) {
     EXPECT_EQ(mapOf(cook("light_map_layout = \"auto\"")).at("limit").at("max_visible"), 5.0);
     EXPECT_FALSE(mapOf(cook("light_map_layout = \"auto\"\nmax_error = 0.02")).at("limit").contains("max_visible"));
     EXPECT_FALSE(mapOf(cook("light_map_layout = \"ratio\"")).at("limit").contains("max_visible"));

@@ -26,7 +26,7 @@ DraftLightMap lightMap(const fs::path& file) {
     return {.file = file, .reading = {"", "sh9", "channels", {}, {}, {}}};
 }
 
-TEST(SceneDraft, IsReadAsItWasMeant) {
+TEST(SceneDraft, IsReadWithItsSettings) {
     const formats::TemporaryFolder folder;
     DraftInputs inputs;
     inputs.lightMaps = {lightMap(folder / "maps" / "room.exr")};
@@ -48,7 +48,7 @@ TEST(SceneDraft, IsReadAsItWasMeant) {
     EXPECT_EQ(scene.materials[0].specular, true);
 }
 
-TEST(SceneDraft, CommentsStandAtTheFirstOfSeveralProbes) {
+TEST(SceneDraft, CommentsAreAtTheFirstOfSeveralProbes) {
     const formats::TemporaryFolder folder;
     DraftInputs inputs;
     for (const char* name : {"a.exr", "b.exr", "c.exr"}) inputs.probes.push_back({folder / name, folder / "probes.json"});

@@ -97,7 +97,7 @@ TEST(Lint, NamesTheOtherFrame) {
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("with frame = \"world\" it is 0.0 %"));
 }
 
-TEST(Lint, TellsOfLightFromBehindThatNoConventionExplains) {
+TEST(Lint, NamesLightFromBehindThatNoConventionExplains) {
     const PlantedScene scene;
     faults::someNormalsTurned(scene);
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("lit-from-behind"));

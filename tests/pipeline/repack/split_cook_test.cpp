@@ -326,7 +326,7 @@ TEST_F(SplitCookSoak, BytesDoNotDependOnThreads) {
 }
 
 /// The search for a split takes minutes, so morph targets are refused before it, even if no split would be found.
-TEST_F(SplitCook, MorphTargetsAreRefusedBeforeASplitIsSought) {
+TEST_F(SplitCook, MorphTargetsAreRefusedBeforeTheSearchForASplit) {
     writeMap(smoothLight, smoothLight);
     std::string text = formats::contentOf(folder_ / "walls.gltf");
     const std::string indices = "\"indices\": 4";

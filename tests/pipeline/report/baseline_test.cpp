@@ -61,7 +61,7 @@ TEST(Baseline, FailsAtMoreGrowthThanAllowed) {
     EXPECT_FALSE(compareWithBaseline(now, reportOf({}), "", 99.0).passed) << "something where nothing was grew by 100 %";
 }
 
-TEST(Baseline, StandsInTheReportAndOnThePage) {
+TEST(Baseline, IsInTheReportAndOnThePage) {
     Report now = reportOf({rowOf("hall", 1200, 0.012)});
     now.baseline = compareWithBaseline(now, reportOf({rowOf("hall", 1000, 0.01)}), "old/report.json", 5.0);
     const Json json = toJson(now);

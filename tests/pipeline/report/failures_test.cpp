@@ -72,7 +72,7 @@ TEST_F(Failures, PlacesOfTheWorstSampleHaveItsError) {
     EXPECT_GT(places, 20);
 }
 
-TEST_F(Failures, AreToldToReadersOfThePage) {
+TEST_F(Failures, AreOnThePage) {
     const std::string page = formats::contentOf(*scene_ / "out/report.html");
     EXPECT_THAT(page, HasSubstr("worst at texel ("));
     EXPECT_THAT(page, HasSubstr("largest sample"));

@@ -180,7 +180,7 @@ TEST_F(ReportHtml, SaysWhatTheReportSays) {
     EXPECT_THAT(page, HasSubstr("Nothing was skipped."));
 }
 
-TEST_F(ReportHtml, StandsAlone) {
+TEST_F(ReportHtml, NeedsNoOtherFile) {
     const std::string page = render(plainReport());
     for (const char* outside : {"<link", "http:", "https:", "@import", "src=\"/", "src=\"h"}) EXPECT_THAT(page, Not(HasSubstr(outside)));
     EXPECT_EQ(occurrences(page, "url("), occurrences(page, "url(#")) << "filters of the page itself";
@@ -212,7 +212,7 @@ TEST_F(ReportHtml, EscapesEverythingThatCameFromOutside) {
     EXPECT_THAT(page, HasSubstr("<title>&lt;script&gt;alert(&quot;x&quot;)&lt;/script&gt;&amp;&#39;: failed</title>"));
 }
 
-TEST_F(ReportHtml, ShowsWhatWasTriedAndWhatStandsBesideTheChosen) {
+TEST_F(ReportHtml, ShowsTheCandidatesBesideTheChosenLayout) {
     const auto candidate = [](const char* layout, int bytes, double bits, double diffuse, double specular) {
         return Json{{"layout", layout}, {"bytes_gpu", bytes}, {"bits_per_texel", bits}, {"diffuse", diffuse}, {"specular", specular}};
     };

@@ -208,7 +208,7 @@ TEST(SceneError, SeveralLightMapsCountByTheirTexels) {
     EXPECT_EQ(whole.at("parts").size(), 4u);
 }
 
-TEST(SceneError, MapsOfOneBakeAreToldApartByName) {
+TEST(SceneError, MapsOfOneBakeAreDistinguishedByName) {
     const Json whole = wholeOf({lightMap("a", 0.01, 0, 1, 0), lightMap("a_b", 0.01, 0, 1, 0), dominant("a_b_dominant", 0.1, 1)});
     EXPECT_EQ(whole.at("light_maps").at(0).at("parts").size(), 1u);
     EXPECT_EQ(whole.at("light_maps").at(1).at("parts").size(), 2u);
@@ -390,7 +390,7 @@ TEST(SceneError, AReportIsReadWithAndWithoutIt) {
     }
 }
 
-TEST(SceneError, ThePageTellsWhatToBuy) {
+TEST(SceneError, ThePageShowsTheSharesOfTheParts) {
     Json report = wholeReport({lightMap("<b>", 0.01, 0.02, 4, 1), lightMap("b", 0.03, 0.02, 4, 1), tables(0.01)});
     const std::string page = renderReportHtml(report, ".");
     EXPECT_THAT(page, HasSubstr("Error of the whole shading"));
@@ -431,7 +431,7 @@ TEST(SceneError, OfACookedSceneLiesBetweenItsLargestPartAndTheirSum) {
     EXPECT_EQ(verified.report.at("whole"), whole);
 }
 
-TEST(SceneError, OfGreyLightKnowsHowMuchThereIs) {
+TEST(SceneError, OfGreyLightReportsItsRadiance) {
     // Radiance 0.5 from everywhere: exit radiance 0.5, whatever the key is that the verifier works with.
     const SmallScene scene(SmallScene::Parts::LightMap, grey);
     const Outcome cooked = cookScene(scene.options(), RunState());

@@ -69,7 +69,7 @@ TEST_F(GroundTruthScene, TruncationIsTheBakesAndQuantizationOurs) {
     }
 }
 
-TEST_F(GroundTruthScene, VerifyTellsTheSameAndAChangedTruthAlone) {
+TEST_F(GroundTruthScene, VerifyAgreesAndOnlyVerificationRunsAgainForAChangedFile) {
     const std::string specular =
         "4,5,spec,0.25,0.04,0.1,0,1,0.5,0.5,0.4\n4,5,spec,0.5,0.6,0,0.2,1,0.5,0.5,0.4\n7,5,spec,0.5,0.6,0,0.2,1,0.6,0.5,0.4\n";
     const CookOptions options = scene_.optionsWithOwnCache();
@@ -93,7 +93,7 @@ TEST_F(GroundTruthScene, VerifyTellsTheSameAndAChangedTruthAlone) {
         << "both are verified, none is cooked";
 }
 
-TEST_F(GroundTruthScene, WhatCannotBeMeantIsRefused) {
+TEST_F(GroundTruthScene, RefusesTexelsOutsideTheMapAndViewsBelowTheSurface) {
     const Outcome outside = cookWith(kHead + "12,5,lambert,0,0,0,0,1,1,1,1\n");
     ASSERT_FALSE(outside.errors.empty());
     EXPECT_EQ(outside.errors.front().code, formats::ErrorCode::WrongShape);

@@ -192,7 +192,7 @@ TEST_F(TwoSquaresSoak, TheirClustersDifferUnlessAnIslandJoinsThem) {
     EXPECT_EQ(clusterMap().ofBlock, apart.ofBlock) << "no mesh, no island";
 }
 
-TEST_F(TwoSquares, WhoseVerticesBearTheClusterNeedNoIndexInMemory) {
+TEST_F(TwoSquares, WithClustersAtTheVerticesNeedNoIndexInMemory) {
     writeMesh(Neck::Absent);
     const std::size_t index = kWidth / 4 * (kHeight / 4), attribute = 4 * 12;
     for (const bool hasMesh : {true, false}) {
@@ -304,7 +304,7 @@ TEST_F(TwoSquares, AVisibleErrorAboveTheLimitNamesTheTriangleAndBothColours) {
     EXPECT_EQ(triangle < 4, visible.at("max_at").at("texel").at(0).get<double>() < 0.5 * kWidth);
 }
 
-TEST_F(TwoSquares, EveryVertexBearsTheClusterOfItsSquareInDracoAndPlain) {
+TEST_F(TwoSquares, EveryVertexHasTheClusterOfItsSquareInDracoAndPlain) {
     writeMesh(Neck::Absent);
     for (const char* draco : {"true", "false"}) {
         SCOPED_TRACE(draco);
@@ -406,7 +406,7 @@ TEST_F(TwoSquaresSoak, TheMeshIsAnInputOfTheLightMapOnlyWhereBasesAreLearned) {
     EXPECT_EQ(cook().actionsRun, 3) << "of a picture the light map knows nothing";
 }
 
-TEST_F(TwoSquaresSoak, AMeshAloneBringsTheLightMapThatItsVerticesSpeakOf) {
+TEST_F(TwoSquaresSoak, OnlyOfAMeshCooksTheLightMapOfItsClusters) {
     writeMesh(Neck::Present);
     for (const char* output : {"light_map_layout = \"basis-3\"", "max_error = 0.05"}) {
         writeScene(output);
