@@ -2,14 +2,13 @@
 #pragma once
 
 #include <gmock/gmock.h>
-#include <sys/wait.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "tests/pipeline/shell.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -24,8 +23,7 @@ protected:
     Ended run(const std::string& arguments, const std::filesystem::path& program = LIGHTCOOK_PROGRAM) const {
         const std::string command = fmt::format("cd '{0}' && LIGHTCOOK_CACHE='{1}' '{2}' {3} >'{0}/stdout' 2>'{0}/stderr' </dev/null",
                                                 (scene_ / "").string(), cache_.string(), program.string(), arguments);
-        const int status = std::system(command.c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, formats::contentOf(scene_ / "stdout"), formats::contentOf(scene_ / "stderr")};
+        return {runShell(command), formats::contentOf(scene_ / "stdout"), formats::contentOf(scene_ / "stderr")};
     }
 
     /// Expects the exit code, one error line with the words, and no output folder.

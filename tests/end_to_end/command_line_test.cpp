@@ -7,6 +7,7 @@
 #include "formats/plain_image.h"
 #include "pipeline/view/bundle.h"
 #include "tests/end_to_end/command_fixture.h"
+#include "tests/pipeline/report_parts.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -24,10 +25,9 @@ protected:
         const std::string command = fmt::format(
             "cd '{0}' && {1} TERM=xterm LIGHTCOOK_CACHE='{2}' script -qec \"'{3}' {4}\" '{0}/typescript' >/dev/null 2>&1 </dev/null",
             (scene_ / "").string(), environment, cache_.string(), LIGHTCOOK_PROGRAM, arguments);
-        EXPECT_NE(std::system(command.c_str()), -1);
+        EXPECT_NE(runShell(command), -1);
         return contentOf(scene_ / "typescript");
     }
-    static bool hasScript() { return std::system("command -v script >/dev/null 2>&1") == 0; }
 };
 
 TEST_F(CommandLine, HelpIsThereInEveryWay) {
@@ -394,14 +394,12 @@ TEST_F(CommandLine, ABaselineIsComparedAndFailsOnlyWhereAsked) {
     const Ended compared = run("report out --baseline old/report.json --json report.json --html report.html");
     EXPECT_EQ(compared.code, 0) << "without --fail-over growth is no failure: " << compared.err;
     EXPECT_THAT(compared.out, AllOf(HasSubstr("map                      changed "), HasSubstr(" of 5 assets unchanged")));
-    const nlohmann::json report = nlohmann::json::parse(contentOf(scene_ / "report.json"));
-    const nlohmann::json& baseline = report.at("baseline");
+    const Json report = Json::parse(contentOf(scene_ / "report.json"));
+    const Json& baseline = report.at("baseline");
     EXPECT_GT(baseline.at("growth_percent").get<double>(), 0);
-    for (const nlohmann::json& asset : baseline.at("assets"))
-        if (asset.at("name") == "map") {
-            EXPECT_EQ(asset.at("before").at("layout"), "ratio");
-            EXPECT_LT(asset.at("now").at("diffuse_rel_rms").get<double>(), asset.at("before").at("diffuse_rel_rms").get<double>());
-        }
+    const Json& map = assetOf(baseline, "map");
+    EXPECT_EQ(map.at("before").at("layout"), "ratio");
+    EXPECT_LT(map.at("now").at("diffuse_rel_rms").get<double>(), map.at("before").at("diffuse_rel_rms").get<double>());
     EXPECT_THAT(contentOf(scene_ / "report.html"), HasSubstr("Compared with the baseline"));
     const Ended grown = run("report out --baseline old --fail-over 2%");
     EXPECT_EQ(grown.code, 5);
@@ -457,11 +455,13 @@ TEST_F(CommandLine, CompareLooksIntoTheFilesOfCookedFolders) {
     ASSERT_EQ(run("cook scene.toml -o b").code, 0);
     const auto compare = [&] { return nlohmann::json::parse(run("compare a b --json -").out); };
     const nlohmann::json same = compare();
+    EXPECT_EQ(same.at("assets").size(), 5u);
     for (const auto& asset : same.at("assets")) EXPECT_TRUE(asset.at("same").get<bool>()) << asset;
     EXPECT_TRUE(same.at("different_files").empty() && same.at("changed_since_cook").empty()) << same;
 
     std::fstream(scene_ / "b" / "sky.ktx2", std::ios::in | std::ios::out | std::ios::binary).seekp(300).put('x');
     const nlohmann::json changed = compare();
+    EXPECT_EQ(changed.at("assets").size(), 5u);
     for (const auto& asset : changed.at("assets")) EXPECT_EQ(asset.at("same").get<bool>(), asset.at("name") != "sky") << asset;
     EXPECT_EQ(changed.at("different_files"), nlohmann::json::array({"sky.ktx2"}));
     ASSERT_EQ(changed.at("changed_since_cook").size(), 1u) << changed;
@@ -476,7 +476,7 @@ TEST_F(CommandLine, CompareLooksIntoTheFilesOfCookedFolders) {
     }
 }
 
-TEST_F(CommandLine, ReconstructAndInfoTellThatAFileWasChanged) {
+TEST_F(CommandLine, ReconstructAndInfoReportAChangedFile) {
     namespace fs = std::filesystem;
     ASSERT_EQ(run("cook scene.toml -o cooked").code, 0);
     ASSERT_EQ(run("reconstruct cooked map first.exr").code, 0);
@@ -536,7 +536,7 @@ TEST_F(CommandLine, ViewPrintsItsAddressAtOnce) {
             "cd '{0}' && rm -f v.txt seen.txt && {{ '{1}' view out {2} >v.txt 2>/dev/null & }} && pid=$! && "
             "for i in $(seq 200); do [ -s v.txt ] && break; sleep 0.1; done; cp v.txt seen.txt; kill $pid; wait $pid; true",
             (scene_ / "").string(), LIGHTCOOK_PROGRAM, options);
-        ASSERT_EQ(std::system(script.c_str()), 0);
+        ASSERT_EQ(runShell(script), 0);
         EXPECT_THAT(contentOf(scene_ / "seen.txt"), HasSubstr("http://127.0.0.1:"));
     }
 }
@@ -596,7 +596,7 @@ TEST_F(CommandLine, VerboseNamesEachActionAndQuietNothing) {
 }
 
 TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
-    if (!hasScript()) GTEST_SKIP() << "no script (util-linux) for a pseudo-terminal";
+    if (!isInstalled("script")) GTEST_SKIP() << "no script (util-linux) for a pseudo-terminal";
     startWithoutCache();
     scene_.writeSceneFile("light_map_layout = \"ratio\"");  // all layouts would be tried
     const std::string cook = onTerminal("cook scene.toml -o out");
@@ -610,7 +610,7 @@ TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
     EXPECT_EQ(onTerminal("-q cook scene.toml -o out").find("passed"), std::string::npos);
 }
 
-TEST_F(CommandLine, AFileThatIsNoLightMapIsToldWhatItHolds) {
+TEST_F(CommandLine, ErrorsNameWhatAFileHoldsInsteadOfALightMap) {
     expectRefused("encode map.exr x.ktx2 --format rgba16f", 3, {"map.exr: found 27 channels, expected 1 to 4", "`lightcook lightmap`"});
     std::filesystem::create_directory(scene_ / "folder");
     expectRefused("cook folder", 2, {"folder: found a folder, expected a scene file"});

@@ -282,8 +282,7 @@ TEST_F(Command, ErrorsAreJsonWhereAskedFor) {
 TEST_F(Command, AStandardStreamThatIsClosedOrFullIsNoOutputFile) {
     ASSERT_EQ(run("rsrm sky.exr out").code, 0);
     const auto shell = [&](const std::string& arguments) {
-        const int status = std::system(fmt::format("cd '{}' && '{}' {}", (scene_ / "").string(), LIGHTCOOK_PROGRAM, arguments).c_str());
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+        return runShell(fmt::format("cd '{}' && '{}' {}", (scene_ / "").string(), LIGHTCOOK_PROGRAM, arguments));
     };
     EXPECT_EQ(shell("report out --json closed.json <&- >&- 2>&-"), 0);
     EXPECT_EQ(contentOf(scene_ / "closed.json").substr(0, 1), "{");
@@ -298,15 +297,13 @@ TEST_F(Command, NamesThatAreNoUtf8AndAFolderForTemporaryFilesThatIsNotThere) {
     const Ended missing = run("--log json rsrm 'no\xff.exr' other");
     EXPECT_EQ(missing.code, 3);
     EXPECT_THAT(missing.err, StartsWith("{"));
-    EXPECT_EQ(std::system(fmt::format("cd '{}' && TMPDIR=/nowhere '{}' verify out >/dev/null 2>'{}'", (scene_ / "").string(),
-                                      LIGHTCOOK_PROGRAM, (scene_ / "stderr").string())
-                              .c_str()) >>
-                  8,
+    EXPECT_EQ(runShell(fmt::format("cd '{}' && TMPDIR=/nowhere '{}' verify out >/dev/null 2>'{}'", (scene_ / "").string(),
+                                   LIGHTCOOK_PROGRAM, (scene_ / "stderr").string())),
               1);
     EXPECT_THAT(contentOf(scene_ / "stderr"), HasSubstr("TMPDIR"));
 }
 
-TEST_F(Command, EachConverterStandsAlone) {
+TEST_F(Command, EachConverterRunsWithoutAScene) {
     EXPECT_EQ(run("lightmap map.exr lm").code, 0);
     EXPECT_TRUE(std::filesystem::exists(scene_ / "lm" / "map_l0.ktx2"));
     EXPECT_EQ(run("lightmap map.exr raw.ktx2 --layout raw").code, 0);
@@ -390,6 +387,7 @@ TEST_F(Command, ThreadsAndInstructionSetsDoNotChangeAByte) {
         for (const auto& entry : std::filesystem::directory_iterator(scene_ / "out"))
             if (entry.is_regular_file() && entry.path().stem() != "report")
                 contents[entry.path().filename().string()] = contentOf(entry.path());
+        EXPECT_GT(contents.size(), 5u) << variant;
         if (first.empty()) first = contents;
         EXPECT_EQ(contents, first) << variant;
     }

@@ -1,8 +1,8 @@
 // These tests check what an engine reads: manifest and report keep their JSON schemas after every kind of cook; the glTF passes Khronos'
 // validator and agrees with the source mesh and the bake.
 #include <gmock/gmock.h>
-#include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -24,6 +24,8 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "tests/end_to_end/command_fixture.h"
+#include "tests/pipeline/report_parts.h"
+#include "tests/pipeline/shell.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
@@ -32,11 +34,6 @@ namespace {
 using testing::HasSubstr;
 
 const std::filesystem::path kSource = LIGHTCOOK_SOURCE_DIR;
-
-int runShell(const std::string& command) {
-    const int status = std::system(command.c_str());
-    return status == -1 || !WIFEXITED(status) ? -1 : WEXITSTATUS(status);
-}
 
 bool hasJsonSchema() {
     return runShell("python3 -c 'import jsonschema; jsonschema.Draft202012Validator' >/dev/null 2>&1") == 0;
@@ -83,11 +80,6 @@ protected:
         return outcome;
     }
     std::filesystem::path out() const { return folder_ / "out"; }
-    static Json asset(const Json& manifest, const std::string& name) {
-        for (const Json& each : manifest.at("assets"))
-            if (each.at("name") == name) return each;
-        return nullptr;
-    }
     /// Returns the JSON of a GLB.
     static Json glbJson(const std::filesystem::path& file) {
         const std::string glb = formats::contentOf(file);
@@ -125,13 +117,13 @@ TEST_F(ShippedScene, NamesWhatBelongsTogether) {
     EXPECT_EQ(manifest->at("up_axis"), "y");
     EXPECT_EQ(manifest->at("lobe"), "beckmann");
     EXPECT_FALSE(manifest->contains("gltf"));
-    EXPECT_EQ(asset(*manifest, "cornell_mesh").at("light_map"), "lightmap");
-    EXPECT_EQ(asset(*manifest, "lightmap_dominant").at("light_map"), "lightmap");
-    EXPECT_EQ(asset(*manifest, "sky").at("axis"), Json({0.0, 1.0, 0.0}));
-    const Json place = asset(*manifest, "probe0").at("probe");
+    EXPECT_EQ(assetOf(*manifest, "cornell_mesh").at("light_map"), "lightmap");
+    EXPECT_EQ(assetOf(*manifest, "lightmap_dominant").at("light_map"), "lightmap");
+    EXPECT_EQ(assetOf(*manifest, "sky").at("axis"), Json({0.0, 1.0, 0.0}));
+    const Json place = assetOf(*manifest, "probe0").at("probe");
     EXPECT_NEAR(place.at("position")[2].get<double>(), 4.34567928314209, 1e-12) << "from the file of its SH";
     EXPECT_FALSE(place.contains("radius"));
-    for (const Json& texture : asset(*manifest, "specular").at("textures")) {
+    for (const Json& texture : assetOf(*manifest, "specular").at("textures")) {
         EXPECT_EQ(texture.at("format"), "rgba16f") << "no 16-bit UNORM where ASTC is";
         EXPECT_EQ(texture.at("api_formats"), Json({{"vulkan", 97}, {"dxgi", 10}, {"gl", 0x881A}, {"metal", 115}}));
         EXPECT_EQ(texture.at("array"), false);
@@ -188,7 +180,7 @@ TEST_F(ShippedScene, AsGltfKeepsTheMeshAndBindsTheLightMap) {
     }
     for (const Json& node : json.at("nodes"))
         EXPECT_EQ(node.contains("mesh"), node.contains("extensions") && node["extensions"].contains(formats::kLightMapExtension));
-    const Json map = parseJson(formats::boundLightMaps(file).value()).at(0), entry = asset(manifest, "lightmap");
+    const Json map = parseJson(formats::boundLightMaps(file).value()).at(0), entry = assetOf(manifest, "lightmap");
     EXPECT_EQ(map.at("layout"), "basis-8");
     EXPECT_EQ(map.at("basis").at("attribute"), formats::kBasisAttribute);
     EXPECT_EQ(map.at("constants").at("range"), entry.at("constants").at("range"));
@@ -198,10 +190,9 @@ TEST_F(ShippedScene, AsGltfKeepsTheMeshAndBindsTheLightMap) {
     for (const Json& function : map.at("shader").at("functions")) EXPECT_THAT(shader, HasSubstr(" " + function.get<std::string>() + "("));
     const auto report = loadReport(out() / kReportName);
     ASSERT_TRUE(report);
-    for (const ReportRow& row : report->assets)
-        if (row.name == "lightmap") {
-            EXPECT_EQ(map.at("bound").at("diffuse").at("rel_rms"), row.verdict.stages.back().diffuse.relRms);
-        }
+    const auto row = std::ranges::find(report->assets, "lightmap", &ReportRow::name);
+    ASSERT_NE(row, report->assets.end());
+    EXPECT_EQ(map.at("bound").at("diffuse").at("rel_rms"), row->verdict.stages.back().diffuse.relRms);
     EXPECT_EQ(manifest.at("gltf").at(0).at("file"), "lightmap_scene.glb");
 
     // Again: nothing to do. Without --gltf the file goes.
@@ -403,15 +394,9 @@ TEST_F(Engines, AProbeMayStateItsPlaceInTheSceneFile) {
     ASSERT_EQ(ended.code, 0) << ended.err;
     const Json manifest = readManifest(scene_ / "out").value();
     EXPECT_EQ(manifest.at("up_axis"), "z");
-    for (const Json& asset : manifest.at("assets")) {
-        if (asset.at("kind") == "cubemap") {
-            EXPECT_EQ(asset.at("probe"),
-                      Json({{"position", {1.0, 2.5, -3.0}}, {"box", {{0.0, 0.0, -4.0}, {2.0, 3.0, 4.0}}}, {"radius", 5.0}}));
-        }
-        if (asset.at("kind") == "rsrm") {
-            EXPECT_EQ(asset.at("axis"), Json({0.0, 0.0, 1.0}));
-        }
-    }
+    EXPECT_EQ(assetOf(manifest, "probe").at("probe"),
+              Json({{"position", {1.0, 2.5, -3.0}}, {"box", {{0.0, 0.0, -4.0}, {2.0, 3.0, 4.0}}}, {"radius", 5.0}}));
+    EXPECT_EQ(assetOf(manifest, "sky").at("axis"), Json({0.0, 0.0, 1.0}));
     for (const auto& [line, expected] : {std::pair("radius = 0", "positive radius"), std::pair("box = [0, 0, 0, 1, 1, 0]", "lowest corner"),
                                          std::pair("box = [0, 0, 0]", "corners"), std::pair("position = [1, 2]", "a place")}) {
         std::string bad = scene;

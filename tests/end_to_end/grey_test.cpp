@@ -25,7 +25,7 @@ struct Variant {
     const char* lobe = "beckmann";
 };
 
-const CookedAsset& assetOf(const Manifest& manifest, const std::string& name) {
+const CookedAsset& cookedAssetOf(const Manifest& manifest, const std::string& name) {
     for (const CookedAsset& each : manifest.assets)
         if (each.name == name) return each;
     throw std::runtime_error("no asset " + name);
@@ -46,7 +46,7 @@ protected:
         manifest_ = *manifest;
         skipped_ = outcome.report.at("skipped");
     }
-    const CookedAsset& asset(const std::string& name) const { return assetOf(manifest_, name); }
+    const CookedAsset& asset(const std::string& name) const { return cookedAssetOf(manifest_, name); }
     std::filesystem::path folder() const { return scene_ / "out"; }
 
     void lightMapShadesToGreyForEveryNormal() const;
@@ -150,7 +150,7 @@ TEST(GreyLight, HasADominantLightOf0WhereItIsKept) {
     for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
     const auto manifest = loadManifest(scene / "out");
     ASSERT_TRUE(manifest.has_value()) << manifest.error().line();
-    const CookedAsset& dominant = assetOf(*manifest, "map_dominant");
+    const CookedAsset& dominant = cookedAssetOf(*manifest, "map_dominant");
     const auto constants = fromJson<DominantConstants>(dominant.constants.value_or(Json()), "map_dominant");
     ASSERT_TRUE(constants.has_value()) << constants.error().line();
     const auto intensity = openTexture(scene / "out", dominant, "intensity");

@@ -2,7 +2,6 @@
 // exit code and message must be those of the row. With LIGHTCOOK_UPDATE_DOCS=1 the test writes the rows that differ into the page.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 
 #include <fstream>
 #include <functional>
@@ -15,6 +14,7 @@
 #include "tests/formats/picture_fixture.h"
 #include "tests/formats/unreal_fixture.h"
 #include "tests/pipeline/lint/faults.h"
+#include "tests/pipeline/shell.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -44,12 +44,11 @@ public:
     }
     /// Returns the exit code; what is printed lies in the files stdout and stderr.
     int shell(const std::string& commandLine) const {
-        const int status = std::system(fmt::format("cd '{0}' && lightcook() {{ LIGHTCOOK_CACHE='{4}' '{1}' \"$@\"; }} && {2} </dev/null "
-                                                   "{3}2>'{0}/stderr'",
-                                                   path().string(), LIGHTCOOK_PROGRAM, commandLine,
-                                                   commandLine.find('>') == std::string::npos ? ">stdout " : "", LIGHTCOOK_TEST_CACHE)
-                                           .c_str());
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+        return runShell(
+            fmt::format("cd '{0}' && lightcook() {{ LIGHTCOOK_CACHE='{4}' '{1}' \"$@\"; }} && {2} </dev/null "
+                        "{3}2>'{0}/stderr'",
+                        path().string(), LIGHTCOOK_PROGRAM, commandLine, commandLine.find('>') == std::string::npos ? ">stdout " : "",
+                        LIGHTCOOK_TEST_CACHE));
     }
 };
 

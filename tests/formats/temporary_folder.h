@@ -4,15 +4,19 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 
 #include "formats/temporary_folder.h"
 
 namespace lightcook::formats {
 
+/// Returns the content of a file; throws without it, so that two files are not equal because neither is there.
 inline std::string contentOf(const std::filesystem::path& file) {
+    const std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw std::runtime_error(file.string() + ": no such file");
     std::ostringstream content;
-    content << std::ifstream(file, std::ios::binary).rdbuf();
+    content << stream.rdbuf();
     return content.str();
 }
 

@@ -4,15 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <sys/wait.h>
-
-#include <cstdlib>
 #include <set>
 #include <sstream>
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/completions.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/pipeline/shell.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -26,15 +24,6 @@ using testing::Not;
 
 std::filesystem::path committedPage(const char* name) {
     return std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "docs" / "reference" / name;
-}
-
-int runShell(const std::string& command) {
-    const int status = std::system(command.c_str());
-    return status == -1 || !WIFEXITED(status) ? -1 : WEXITSTATUS(status);
-}
-
-bool isInstalled(const std::string& program) {
-    return runShell("command -v " + program + " >/dev/null 2>&1") == 0;
 }
 
 TEST(ReferencePages, AreTheCommittedOnes) {
@@ -72,7 +61,7 @@ TEST(CommandReference, EveryCommandAndOptionIsDescribed) {
     EXPECT_EQ(names.size(), allCommands().size());
 }
 
-TEST(CommandReference, OptionsStandOnlyWhereTheyAct) {
+TEST(CommandReference, OptionsAreListedOnlyWhereTheyAct) {
     const ProgramDoc program = describeProgram();
     const auto commandsWith = [&](const std::string& name) {
         std::vector<std::string> commands;

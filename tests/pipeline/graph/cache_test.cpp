@@ -53,6 +53,19 @@ TEST(Cache, ADamagedRecordOrContentIsAMiss) {
     EXPECT_FALSE(cache.find("key").has_value());
 }
 
+TEST(Cache, ARecordWhoseFiguresChangedOnDiskIsAMiss) {
+    const formats::TemporaryFolder folder;
+    const Cache cache(folder / "cache", 1 << 20);
+    storeOneFile(cache, folder.path(), "key", "content");
+    ASSERT_TRUE(cache.find("key").has_value());
+    const std::filesystem::path place = folder / "cache" / "ac" / "key";
+    std::string text = formats::contentOf(place);
+    const std::size_t figure = text.find("42");
+    ASSERT_NE(figure, std::string::npos);
+    formats::writeContent(place, text.replace(figure, 2, "24"));
+    EXPECT_FALSE(cache.find("key").has_value());
+}
+
 TEST(Cache, TheRecordOfAnotherKeyIsAMiss) {
     const formats::TemporaryFolder folder;
     const Cache cache(folder / "cache", 1 << 20);

@@ -156,7 +156,7 @@ public:
 
     Outcome lint(bool strict = false) const {
         const RunState state;
-        return lintScene({folder_ / "scene.toml", folder_ / "cache", strict, false}, state);
+        return lintScene({folder_ / "scene.toml", LIGHTCOOK_TEST_CACHE, strict, false}, state);
     }
 
 private:

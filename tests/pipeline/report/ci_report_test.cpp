@@ -2,12 +2,11 @@
 #include "pipeline/report/ci_report.h"
 
 #include <gmock/gmock.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <map>
 
 #include "pipeline/json/json.h"
+#include "tests/pipeline/shell.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -19,14 +18,10 @@ using testing::Not;
 
 const std::filesystem::path kSchemas = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "tests/pipeline/report/schemas";
 
-int runShell(const std::string& command) {
-    const int status = std::system(command.c_str());
-    return status == -1 || !WIFEXITED(status) ? -1 : WEXITSTATUS(status);
-}
-
 /// Expects a text to keep a schema; skips the test without the validator.
-void expectValid(const std::string& text, const std::string& suffix, const std::string& isInstalled, const std::string& validator) {
-    if (runShell(isInstalled + " >/dev/null 2>&1") != 0) GTEST_SKIP() << "not installed: " << isInstalled;
+/// trial  command that succeeds where the validator is installed
+void expectValid(const std::string& text, const std::string& suffix, const std::string& trial, const std::string& validator) {
+    if (runShell(trial + " >/dev/null 2>&1") != 0) GTEST_SKIP() << "not installed: " << trial;
     const formats::TemporaryFolder folder;
     formats::writeContent(folder / ("report" + suffix), text);
     const std::string messages = (folder / "messages").string();
@@ -85,7 +80,7 @@ TEST_F(CiReport, HasACaseForEachAssetAndCheckOfARunThatPassed) {
     expectSarif(sarif);
 }
 
-TEST_F(CiReport, TurnsTheChecksRedThatFailedAndPointsAtTheSceneFile) {
+TEST_F(CiReport, FailedChecksHaveFindingsAtLinesOfTheSceneFile) {
     cook("max_error = \"0.0001%\"\nmax_converter_error = 1e-6\nbudget = \"100\"\nlight_map_layout = \"basis-3\"");
     verify();
     ASSERT_FALSE(outcome_.errors.empty());

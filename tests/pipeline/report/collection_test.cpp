@@ -51,16 +51,11 @@ std::vector<CookedFolder> twoScenes() {
 
 class InFolder : public testing::Test {
 protected:
-    void SetUp() override {
-        auto made = TemporaryFolder::create(fs::temp_directory_path());
-        ASSERT_TRUE(made.has_value());
-        folder_.emplace(std::move(*made));
-    }
     fs::path write(const std::string& name, const std::string& text) const {
-        EXPECT_TRUE(writeFile(folder_->path() / name, text));
-        return folder_->path() / name;
+        EXPECT_TRUE(writeFile(folder_ / name, text));
+        return folder_ / name;
     }
-    std::optional<TemporaryFolder> folder_;
+    const formats::TemporaryFolder folder_;
 };
 using Budgets = InFolder;
 using History = InFolder;
@@ -230,10 +225,10 @@ TEST_F(Budgets, PlatformsOfOtherTargetsAreAWarning) {
 }
 
 TEST_F(Budgets, AFolderIsNoFileOfBudgets) {
-    const auto folder = readBudgets(folder_->path());
+    const auto folder = readBudgets(folder_.path());
     ASSERT_FALSE(folder);
     EXPECT_EQ(folder.error().detail, "found a folder, expected the budgets of platforms (TOML)");
-    EXPECT_THAT(readBudgets(folder_->path() / "none.toml").error().detail, HasSubstr("found no such file"));
+    EXPECT_THAT(readBudgets(folder_ / "none.toml").error().detail, HasSubstr("found no such file"));
 }
 
 TEST_F(Budgets, MistakesNamePlaceAndNearestName) {
@@ -259,7 +254,7 @@ TEST_F(Budgets, MistakesNamePlaceAndNearestName) {
 }
 
 TEST_F(History, AppendsALineOnceForAReport) {
-    const fs::path file = folder_->path() / "history.jsonl";
+    const fs::path file = folder_ / "history.jsonl";
     std::vector<CookedFolder> folders = twoScenes();
     const std::vector<HistoryLine> lines = {historyLine(folders[0].report, "bc"), historyLine(folders[1].report, "astc")};
     ASSERT_TRUE(appendHistory(file, lines));
@@ -291,7 +286,7 @@ TEST_F(History, AnotherFileIsRefusedAndLeftAlone) {
         EXPECT_THAT(appended.error().line(), HasSubstr("history.jsonl:1"));
         EXPECT_EQ(*readFile(file), text);
     }
-    const fs::path good = folder_->path() / "good.jsonl";
+    const fs::path good = folder_ / "good.jsonl";
     ASSERT_TRUE(appendHistory(good, lines));
     const std::string text = *readFile(good);
     write("good.jsonl", text.substr(0, text.size() - 1));

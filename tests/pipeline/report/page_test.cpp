@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <limits>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -89,13 +88,8 @@ bool isBalanced(const std::string& page) {
 
 class ReportHtml : public ::testing::Test {
 protected:
-    void SetUp() override {
-        auto made = TemporaryFolder::create(std::filesystem::temp_directory_path());
-        ASSERT_TRUE(made.has_value());
-        folder_.emplace(std::move(*made));
-    }
-    std::string render(const Json& report) const { return renderReportHtml(report, folder_->path()); }
-    void write(const std::string& name, std::string_view bytes) const { ASSERT_TRUE(writeFile(folder_->path() / name, bytes)); }
+    std::string render(const Json& report) const { return renderReportHtml(report, folder_.path()); }
+    void write(const std::string& name, std::string_view bytes) const { ASSERT_TRUE(writeFile(folder_ / name, bytes)); }
     static std::string smallPng() {
         formats::Image<glm::u8vec3> image(3, 2);
         for (glm::u8vec3& texel : image.texels()) texel = {200, 100, 50};
@@ -103,7 +97,7 @@ protected:
         EXPECT_TRUE(png.has_value());
         return std::string(reinterpret_cast<const char*>(png->data()), png->size());
     }
-    std::optional<TemporaryFolder> folder_;
+    const formats::TemporaryFolder folder_;
 };
 
 TEST(Html, EscapesWhatCouldBecomeMarkup) {
@@ -344,12 +338,12 @@ TEST_F(ReportHtml, PutsPicturesInside) {
 
 TEST_F(ReportHtml, TakesNoPictureFromOutsideTheFolder) {
     write("secret.png", smallPng());
-    std::filesystem::create_directory(folder_->path() / "cooked");
-    EXPECT_TRUE(loadPicture(folder_->path(), "secret.png").has_value());
-    EXPECT_FALSE(loadPicture(folder_->path() / "cooked", "../secret.png").has_value());
-    EXPECT_FALSE(loadPicture(folder_->path() / "cooked", (folder_->path() / "secret.png").string()).has_value());
-    EXPECT_FALSE(loadPicture(folder_->path(), "cooked").has_value());
-    EXPECT_FALSE(loadPicture(folder_->path(), "").has_value());
+    std::filesystem::create_directory(folder_ / "cooked");
+    EXPECT_TRUE(loadPicture(folder_.path(), "secret.png").has_value());
+    EXPECT_FALSE(loadPicture(folder_ / "cooked", "../secret.png").has_value());
+    EXPECT_FALSE(loadPicture(folder_ / "cooked", (folder_ / "secret.png").string()).has_value());
+    EXPECT_FALSE(loadPicture(folder_.path(), "cooked").has_value());
+    EXPECT_FALSE(loadPicture(folder_.path(), "").has_value());
 }
 
 TEST_F(ReportHtml, BudgetOfNothingAndBudgetOverrun) {
