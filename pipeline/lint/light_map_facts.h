@@ -86,10 +86,12 @@ void describe(Fields& fields, Self& facts) {
 /// Parameters of the action. Its input is "source".
 struct LightMapLintParameters {
     formats::LightMapDescription description;
+    std::string file;  ///< its name may say that it is one of a set
 };
 template <class Fields, Is<LightMapLintParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("description", parameters.description, "conventions of the light map");
+    fields.required("file", parameters.file, "name of the file, without its folder");
 }
 
 /// Action "lint-light-map". Its result is LightMapFacts.

@@ -153,7 +153,7 @@ std::vector<Action> planLint(const Scene& scene, bool repair, const std::optiona
         actions.push_back({lightMapFactsId(entry),
                            kLintLightMapKind,
                            entry.name,
-                           toJson(LightMapLintParameters{description}),
+                           toJson(LightMapLintParameters{description, entry.file.filename().string()}),
                            bakeInputs(entry.file, entry.description),
                            {}});
         if (entry.mesh) actions.push_back(meshAction(entry, description));

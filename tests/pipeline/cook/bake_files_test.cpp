@@ -237,6 +237,19 @@ TEST(BakeFiles, OneFileOfASetIsNamed) {
     EXPECT_TRUE(lintScene(lint, {}).findings.empty());
 }
 
+/// The same bytes under a name that belongs to no set: the facts of the first lint are not those of the second.
+TEST(BakeFiles, ARenamedFileIsLookedAtAnew) {
+    const BakeScene scene;
+    LintOptions lint;
+    lint.scene = scene / "scene.toml";
+    lint.cache = scene / "cache";
+    for (const char* name : {"room_L1x.exr", "hall.exr"}) {
+        scene.writePicture(name, kSide, kSide, 3, [](int, int) { return glm::vec4(0.5f); });
+        scene.writeScene(name);
+        EXPECT_EQ(lintScene(lint, {}).findings.size(), std::string(name) == "hall.exr" ? 0u : 1u) << name;
+    }
+}
+
 TEST(BakeFiles, CoverageOfAMeshIsForListedImagesToo) {
     const BakeScene scene;
     for (const char* name : {"c0.exr", "c1.exr", "c2.exr", "c3.exr"})
