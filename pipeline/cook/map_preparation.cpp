@@ -130,6 +130,8 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
     const TriedSplit* best = nullptr;
     std::optional<std::uint64_t> least;
     for (const TriedSplit& split : found.splits) {
+        const double expected = split.bits / split.bitsOfOne * static_cast<double>(bytesOfOne.value_or(0));
+        if (least && expected >= static_cast<double>(*least)) break;  // the expectation is rarely too high, and rises from here on
         Scene parts = maps;
         parts.lightMaps = partsOf(entry, split, found.displayKey);
         const auto bytes = bytesOfParts(parts, needs);
@@ -138,7 +140,6 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
             best = &split;
             least = *bytes;
         }
-        const double expected = split.bits / split.bitsOfOne * static_cast<double>(bytesOfOne.value_or(0));
         const bool isHeld = *bytes && static_cast<double>(**bytes) <= kHeldExpectation * expected;
         if (isHeld && areSmaller(*bytes, bytesOfOne)) break;
     }
