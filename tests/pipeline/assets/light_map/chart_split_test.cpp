@@ -166,7 +166,7 @@ TEST(ChartSplit, ThreeMapsAreNearTheBestOfAllDivisions) {
     std::mt19937 random(7);
     double sum = 0, leastSum = 0;
     int found = 0;
-    for (int round = 0; round < 40; ++round) {
+    for (int round = 0; round < 200; ++round) {
         std::vector<std::int64_t> texels;
         std::vector<CandidateByGroup> candidates = {candidate("small", 16, {}), candidate("middle", 34, {}), candidate("large", 72, {}),
                                                     candidate("exact", 144, {})};
