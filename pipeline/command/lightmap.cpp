@@ -9,6 +9,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/scene/checks.h"
 
 namespace lightcook::pipeline {
 
@@ -25,10 +26,12 @@ Scene lightMapScene(const ConverterOptions& options, const formats::LightMapDesc
 Outcome convertLightMap(const LightMapOptions& options, const RunState& state) {
     Scene scene = lightMapScene(options, options.description);
     scene.lobe = options.lobe;
-    MaterialEntry surfaces{.name = "*", .normalMap = {}, .specular = {}, .m = {}, .f0 = {}};
+    MaterialEntry surfaces;
+    surfaces.name = "*";
+    surfaces.normalMapTilt = options.normalMapTilt;
     if (options.noNormalMaps) surfaces.normalMap = false;
     if (options.noSpecular) surfaces.specular = false;
-    if (options.noNormalMaps || options.noSpecular) scene.materials.push_back(surfaces);
+    if (options.noNormalMaps || options.noSpecular || options.normalMapTilt) scene.materials.push_back(surfaces);
     return convertScene(std::move(scene), "light-map", options, state);
 }
 
@@ -46,6 +49,9 @@ CommandFunction defineLightmap(CLI::App& app) {
         ->required();
     options->outputOptions.addLightMap(app);
     app.add_flag("--no-normal-maps", options->noNormalMaps, "No surface has a normal map");
+    app.add_option("--normal-map-tilt", options->normalMapTilt,
+                   "Largest angle between a normal of a normal map and that of the surface [degrees]; default: 60")
+        ->check(CLI::Range(kLeastNormalMapTilt, kMostNormalMapTilt));
     app.add_flag("--no-specular", options->noSpecular, "No surface is specular; with --no-normal-maps directions are left out");
     app.add_flag("--mips", options->cook.mips, "Write mip levels, as far as these keep charts apart");
     addLobeOption(app, options->lobe, formats::sceneLobes());

@@ -1,6 +1,8 @@
 // lightcook lightmap: one SH light map.
 #pragma once
 
+#include <optional>
+
 #include "formats/light_map.h"
 #include "pipeline/command/converter.h"
 
@@ -9,6 +11,7 @@ namespace lightcook::pipeline {
 struct LightMapOptions : ConverterOptions {
     formats::LightMapDescription description;
     bool noNormalMaps = false, noSpecular = false;                   ///< the surfaces need no such light
+    std::optional<double> normalMapTilt = {};                        ///< largest angle of their normal maps [degrees]
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;  ///< one of formats::sceneLobes()
 };
 

@@ -104,6 +104,13 @@ Objection objectionToBlack(double black) {
                       fmt::format("a luminance from {} to {} cd/m^2", lighting::kLeastBlack, lighting::kMostBlack)};
 }
 
+Objection objectionToNormalMapTilt(double degrees) {
+    if (degrees >= kLeastNormalMapTilt && degrees <= kMostNormalMapTilt) return std::nullopt;
+    return ValueError{fmt::format("{}", degrees),
+                      fmt::format("an angle from {} to {} degrees, or normal_map = false for surfaces without normal maps",
+                                  kLeastNormalMapTilt, kMostNormalMapTilt)};
+}
+
 Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe) {
     if (normalization == "energy" || formats::info(lobe).distribution) return std::nullopt;
     return ValueError{fmt::format("\"{}\" with the lobe \"{}\"", normalization, formats::info(lobe).name),

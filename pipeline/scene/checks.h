@@ -58,6 +58,9 @@ Objection objectionToMaxVisible(double limit);
 Objection objectionToWhite(double white);
 Objection objectionToStops(double stops);
 Objection objectionToBlack(double black);
+/// A normal map turns normals by at most 1 to 90 degrees from the surface's own.
+inline constexpr double kLeastNormalMapTilt = 1, kMostNormalMapTilt = 90;
+Objection objectionToNormalMapTilt(double degrees);
 /// Phong lobes have one normalization only.
 Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe);
 /// Cubemaps, dominant lights and shader have Cook-Torrance lobes only, so a scene does.

@@ -325,6 +325,9 @@ SceneSectionInfo materialSection() {
             .intro = "Adds to the glTF's materials, or overrides them.",
             .keys = {{"name", "string", "required", "name of a material in the glTF, once in the file; `\"*\"` is every material"},
                      {"normal_map", kBoolean, "from the glTF", "false and no specular: a flat map is enough"},
+                     {"normal_map_tilt", "number from 1 to 90", "60",
+                      "largest angle between a normal of the normal map and that of the surface [degrees]. Visible errors are measured and "
+                      "bounded up to the largest angle of all materials"},
                      {"specular", kBoolean, "from the glTF", "false: no dominant light, no tables, no cubemaps"},
                      {"m", "two numbers in [0, 1]", "from the glTF",
                       "the range of roughness: m of Beckmann, alpha of GGX (glTF: `roughnessFactor` squared)"},

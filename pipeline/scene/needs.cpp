@@ -19,6 +19,7 @@ constexpr double kSmallestShadedM = 0.005;  ///< the smallest that verify::Light
 struct MaterialFacts {
     bool normalMap, specular;
     Range m, f0;
+    double normalMapTilt = Needs().normalMapTilt;
 };
 
 MaterialFacts factsOf(const MaterialRecord& material) {
@@ -30,6 +31,7 @@ void lay(const MaterialEntry& entry, MaterialFacts& over) {
     if (entry.specular) over.specular = *entry.specular;
     if (entry.m) over.m = *entry.m;
     if (entry.f0) over.f0 = *entry.f0;
+    if (entry.normalMapTilt) over.normalMapTilt = *entry.normalMapTilt;
 }
 
 Range unite(const Range& a, const Range& b) {
@@ -63,8 +65,10 @@ Needs resolveNeeds(const Scene& scene, const std::vector<MaterialRecord>& meshMa
     needs.specular = needs.normalMap = false;
     needs.isRoughnessKnown = isStated;
     std::optional<Range> m, f0;
+    double tilt = 0;
     for (const auto& [name, facts] : materials) {
         needs.normalMap = needs.normalMap || facts.normalMap;
+        if (facts.normalMap) tilt = std::max(tilt, facts.normalMapTilt);
         if (!facts.specular) continue;
         needs.specular = true;
         m = m ? unite(*m, facts.m) : facts.m;
@@ -72,6 +76,7 @@ Needs resolveNeeds(const Scene& scene, const std::vector<MaterialRecord>& meshMa
     }
     needs.m = m.value_or(everything.m);
     needs.f0 = f0.value_or(everything.f0);
+    if (needs.normalMap) needs.normalMapTilt = tilt;
     return needs;
 }
 
@@ -83,7 +88,7 @@ verify::LightMapShading shadingOf(const Scene& scene, const Needs& needs) {
     shading.m = samplesOf({std::max(needs.m.low, kSmallestShadedM), std::max(needs.m.high, kSmallestShadedM)}, shading.m);
     shading.f0 = samplesOf(needs.f0, shading.f0);
     if (!needs.needsDirections()) shading.normalCount = 1;
-    if (!needs.normalMap) shading.normalMapTilt = 0;
+    shading.normalMapTilt = needs.normalMap ? needs.normalMapTilt : 0;
     return shading;
 }
 

@@ -16,7 +16,8 @@ namespace lightcook::pipeline {
 struct Needs {
     bool specular = true;
     bool normalMap = true;
-    Range m{0.1, 0.5};  ///< Beckmann roughness
+    double normalMapTilt = 60;  ///< largest angle of a normal map's normal from the surface's [degrees]
+    Range m{0.1, 0.5};          ///< Beckmann roughness
     Range f0{0.04, 0.6};
     bool isRoughnessKnown = false;                      ///< a material states m, so that other roughness is unused
     std::map<std::string, LightMapContent> contents{};  ///< of light maps, by name

@@ -370,6 +370,8 @@ MaterialEntry readMaterial(TableReader reader) {
     entry.specular = reader.optional<bool>("specular", "true or false");
     entry.m = reader.range("m", 0, 1);
     entry.f0 = reader.range("f0", 0, 1);
+    entry.normalMapTilt = reader.optional<double>("normal_map_tilt", "an angle in degrees");
+    if (entry.normalMapTilt) reader.check("normal_map_tilt", objectionToNormalMapTilt(*entry.normalMapTilt));
     return entry;
 }
 

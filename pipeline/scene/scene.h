@@ -134,6 +134,7 @@ struct MaterialEntry {
     std::string name;
     std::optional<bool> normalMap, specular;
     std::optional<Range> m, f0;
+    std::optional<double> normalMapTilt = {};  ///< largest angle of a normal map's normal from the surface's [degrees]
 };
 
 /// Settings of the specular tables. The analytic light of the shaders agrees with the default normalization.

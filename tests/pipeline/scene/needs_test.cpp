@@ -34,6 +34,29 @@ TEST(ResolveNeeds, TheSceneFileOverridesTheMesh) {
     EXPECT_EQ(needs.m.high, 0.3);
 }
 
+TEST(ResolveNeeds, TheLargestTiltOfMaterialsWithNormalMaps) {
+    Scene scene = sceneWithOneMap();
+    const std::vector<MaterialRecord> mesh = {{"bumpy", true, true, {0.2, 0.3}, {0.04, 0.04}},
+                                              {"even", false, true, {0.2, 0.3}, {0.04, 0.04}}};
+    const auto tiltOf = [&](std::vector<MaterialEntry> materials) {
+        scene.materials = std::move(materials);
+        return shadingOf(scene, resolveNeeds(scene, mesh)).normalMapTilt;
+    };
+    const auto entry = [](const std::string& name, std::optional<bool> normalMap, std::optional<double> tilt) {
+        MaterialEntry made;
+        made.name = name;
+        made.normalMap = normalMap;
+        made.normalMapTilt = tilt;
+        return made;
+    };
+    EXPECT_EQ(tiltOf({}), 60);
+    EXPECT_EQ(tiltOf({entry("*", {}, 30)}), 30);
+    EXPECT_EQ(tiltOf({entry("*", {}, 30), entry("bumpy", {}, 45)}), 45);
+    EXPECT_EQ(tiltOf({entry("*", {}, 30), entry("even", {}, 45)}), 30) << "a material without a normal map";
+    EXPECT_EQ(tiltOf({entry("bumpy", {}, 30), entry("even", true, {})}), 60) << "one with a normal map of unknown tilt";
+    EXPECT_EQ(tiltOf({entry("*", false, 30)}), 0);
+}
+
 TEST(UnreadLevels, AreThoseSharperThanTheSmoothestMaterial) {
     Needs needs;
     EXPECT_EQ(unreadLevelsOf(needs, 128), 0) << "no material says how rough it is";
