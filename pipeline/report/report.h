@@ -106,7 +106,7 @@ template <class Fields, Is<Report> Self>
 void describe(Fields& fields, Self& report) {
     fields.required("scene", report.scene, "name of the scene");
     fields.optional("tool", report.tool, "program that wrote the report");
-    fields.required("passed", report.passed, "true if every asset was cooked and passed, and the budget holds");
+    fields.required("passed", report.passed, "true if every asset was cooked and passed, and the scene keeps its budget and its limits on the whole");
     fields.required("seconds", report.seconds, between(0, HUGE_VAL),
                     "wall time of the runs that made the results; of a verification its own");
     fields.required("peak_rss_bytes", report.peakRssBytes, between(0, kLargestBytes), "most memory that was resident in one of them");
