@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -10,9 +11,12 @@ namespace lightcook::formats {
 
 std::vector<std::filesystem::path> filesOfSet(const std::filesystem::path& file, std::span<const std::string_view> endings) {
     const std::string stem = file.stem().string();
-    const auto own = std::ranges::find_if(endings, [&](std::string_view ending) { return stem.ends_with(ending); });
+    // The longest: an ending may be empty.
+    std::optional<std::string_view> own;
+    for (const std::string_view ending : endings)
+        if (stem.ends_with(ending) && (!own || ending.size() > own->size())) own = ending;
     std::vector<std::filesystem::path> files;
-    if (own == endings.end()) return files;
+    if (!own) return files;
     for (const std::string_view ending : endings)
         files.push_back(file.parent_path() /
                         fmt::format("{}{}{}", stem.substr(0, stem.size() - own->size()), ending, file.extension().string()));

@@ -100,6 +100,23 @@ TEST(Deluxe, TheSurfaceShowsItsLightMapAndOtherNormalsNearlyWhatTheShaderShows) 
     EXPECT_LT(largest, 0.16) << "of the light's own strength: what order 2 leaves of a clamped cosine";
 }
 
+TEST(Deluxe, EitherFileOfAPairNamesBoth) {
+    const TemporaryFolder folder;
+    writePng(folder / "room.png", kDeluxeSide, kDeluxeSide, 3, lightAt);
+    writePng(folder / "room_deluxe.png", kDeluxeSide, kDeluxeSide, 3, directionAt);
+    writeSquare(folder / "square.glb", {});
+    EXPECT_EQ(leadingFile(folder / "room_deluxe.png", kAutoBake), folder / "room.png");
+    const auto named = LightMapReader::open(folder / "room_deluxe.png", description(folder));
+    ASSERT_TRUE(named) << named.error().line();
+    EXPECT_EQ(named->bake(), "deluxe") << "directions are no light";
+    EXPECT_EQ(readAll(folder / "room_deluxe.png", description(folder)).sh.at(3, 3),
+              readAll(folder / "room.png", description(folder)).sh.at(3, 3));
+    std::filesystem::remove(folder / "room.png");
+    const auto alone = LightMapReader::open(folder / "room_deluxe.png", description(folder));
+    ASSERT_TRUE(alone) << alone.error().line();
+    EXPECT_THAT(alone->recognition().incompleteSets, testing::ElementsAre(HasSubstr("room.png is missing")));
+}
+
 TEST(Deluxe, PagesAreReadOnlyWhereTheSceneNamesTheFormat) {
     const TemporaryFolder folder;
     writePng(folder / "lm_0002.png", kDeluxeSide, kDeluxeSide, 3, lightAt);
