@@ -80,7 +80,7 @@ private:
         ShRgb sh{};
         if (normal == glm::vec3(0)) return sh;
         float light = 0, everywhere = 1;  // strengths over the colour
-        if (length >= kShortest) {
+        if (!(length < kShortest)) {      // NaN goes on, and is refused by texel
             const float cosine = glm::dot(normal, direction / length), facing = std::max(cosine, 0.0f);
             light = facing >= kLeastCosine ? 1 / shownAt(cosine) : 1 / kLeastCosine;
             everywhere = facing >= kLeastCosine ? 0 : 1 - light * shownAt(cosine);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
 #include <string_view>
@@ -17,6 +18,7 @@ constexpr std::array<std::string_view, 2> kUnityEndings = {"_light", "_dir"};
 constexpr float kSmallestWeight = 1e-4f, kLongest = 0.75f;
 
 std::optional<DirectedResponse> responseOf(const glm::vec4& stored) {
+    if (!std::isfinite(stored.w)) return DirectedResponse{stored.w, glm::vec3(stored.w)};  // refused by texel
     const glm::vec3 direction = glm::vec3(stored) - 0.5f;
     if (stored.w <= 0 || glm::length(direction) > kLongest) return std::nullopt;
     const float weight = std::max(stored.w, kSmallestWeight);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <string>
 
 #include "lighting/radiometry.h"
@@ -136,6 +137,27 @@ TEST(Deluxe, PagesAreReadOnlyWhereTheSceneNamesTheFormat) {
     EXPECT_THAT(
         refusal(folder / "alone.png", description(folder, "deluxe")).line(),
         HasSubstr("found no light map of bake format deluxe, expected a file and its directions _deluxe, or pages lm_0000 and lm_0001"));
+}
+
+TEST(Deluxe, DirectionsThatAreNoNumbersAreNamed) {
+    const TemporaryFolder folder;
+    const auto picture = [](const ByteValue& bytes) {
+        ExrRecipe recipe;
+        recipe.width = recipe.height = kDeluxeSide;
+        for (int c = 0; c < 3; ++c)
+            recipe.channels[std::string(1, "RGB"[c])] = [c, bytes](int x, int y) { return static_cast<float>(bytes(c, x, y)) / 255; };
+        return recipe;
+    };
+    writeRecipe(folder / "room.exr", picture(lightAt));
+    ExrRecipe directions = picture(directionAt);
+    poke(directions, "B", 3, 4, std::numeric_limits<float>::quiet_NaN());
+    writeRecipe(folder / "room_deluxe.exr", directions);
+    writeSquare(folder / "square.glb", {});
+    LightMapDescription named = description(folder);
+    named.encoding = LightEncoding::None;
+    const Error error = refusal(folder / "room.exr", named);
+    EXPECT_EQ(error.code, ErrorCode::ValueNotFinite);
+    EXPECT_THAT(error.line(), HasSubstr("room_deluxe.exr, channel B, texel (3, 4): found nan"));
 }
 
 }  // namespace

@@ -150,9 +150,10 @@ TEST(UnityDirectional, ValuesThatAreNoLightAreNamed) {
     }
 }
 
-/// A NaN in the directions makes all coefficients of a texel NaN; the error names the number that is one.
+/// A number in the directions that is not finite makes coefficients of a texel NaN or infinite; the error names the number itself.
 TEST(UnityDirectional, DirectionsThatAreNoNumbersAreNamed) {
-    for (const char* channel : {"B", "A"}) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
+    for (const auto& [channel, value] : {std::pair("B", kNan), std::pair("A", kNan), std::pair("A", kInfinity)}) {
         const TemporaryFolder folder;
         writeRecipe(folder / "a_light.exr", colours());
         ExrRecipe directions;
@@ -160,11 +161,11 @@ TEST(UnityDirectional, DirectionsThatAreNoNumbersAreNamed) {
         directions.height = kUnityHeight;
         for (int c = 0; c < 4; ++c)
             directions.channels[std::string(1, "RGBA"[c])] = [c](int x, int y) { return static_cast<float>(directionByte(c, x, y)) / 255; };
-        poke(directions, channel, 3, 65, std::numeric_limits<float>::quiet_NaN());
+        poke(directions, channel, 3, 65, value);
         writeRecipe(folder / "a_dir.exr", directions);
         const Error error = refusal(folder / "a_light.exr");
         EXPECT_EQ(error.code, ErrorCode::ValueNotFinite);
-        EXPECT_THAT(error.line(), HasSubstr(fmt::format("a_dir.exr, channel {}, texel (3, 65): found nan", channel)));
+        EXPECT_THAT(error.line(), HasSubstr(fmt::format("a_dir.exr, channel {}, texel (3, 65): found {}", channel, value)));
     }
 }
 
