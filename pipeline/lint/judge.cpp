@@ -192,18 +192,24 @@ private:
         const double explained = std::max(kMostBehind, kExplained * found);
         const std::string what =
             fmt::format("found {} of {} texels lit from behind their normal, expected 0 %", percent(found), facts_.directional);
+        // A convention that the bake format implies cannot be written into the scene.
+        const formats::BakeConventions implied = impliedByFormat();
         const double otherPhase = behind(kPhaseChoice);
         const auto best = std::ranges::min_element(facts_.behind) - facts_.behind.begin();
         const double bestAxes = behind(static_cast<std::size_t>(best));
         const auto with = [&](LintCheck check, const char* key, const std::string& reading, double left) {
             add(check, key, fmt::format("{}; {} it is {}", what, reading, percent(left)), {{"behind", found}, {"behind_otherwise", left}});
         };
-        if (otherPhase <= std::min(explained, otherFrame)) {
+        if (!implied.phase && otherPhase <= std::min(explained, otherFrame)) {
             const bool isNone = entry_.description.phase == formats::ShPhase::None;
             with(LintCheck::WrongPhase, "phase", fmt::format("with phase = \"{}\"", isNone ? "condon-shortley" : "none"), otherPhase);
-        } else if (otherFrame <= explained) {
+        } else if (!implied.frame && otherFrame <= explained) {
             const bool isWorld = entry_.description.frame == formats::ShFrame::World;
-            with(LintCheck::WrongFrame, "frame", fmt::format("with frame = \"{}\"", isWorld ? "tangent" : "world"), otherFrame);
+            std::string reading = fmt::format("with frame = \"{}\"", isWorld ? "tangent" : "world");
+            // Surfaces that all face up, of a baker that is Z up.
+            if (bestAxes <= otherFrame)
+                reading += fmt::format(", or with ({}) of the coefficients as x, y, z,", axisChoiceName(static_cast<int>(best)));
+            with(LintCheck::WrongFrame, "frame", reading, otherFrame);
         } else if (bestAxes <= explained) {
             with(LintCheck::WrongAxes, "file",
                  fmt::format("with ({}) of the coefficients as x, y, z", axisChoiceName(static_cast<int>(best))), bestAxes);
@@ -224,12 +230,14 @@ private:
         return isForEngine(layoutAsked(scene_.output)) || std::ranges::any_of(layoutsFor(scene_.output, entry_), isForEngine);
     }
 
+    formats::BakeConventions impliedByFormat() const {
+        const auto* const format = formats::findByName(formats::allBakeFormats(), facts_.reading.bake);
+        return format == nullptr ? formats::BakeConventions{} : format->implied;
+    }
+
     /// Returns false for a bake format whose light is a formula of an engine: its bands are fitted to that formula, and need not be those
     /// of any light.
-    bool holdsBandsOfLight() const {
-        const auto* const format = formats::findByName(formats::allBakeFormats(), facts_.reading.bake);
-        return format == nullptr || !format->implied.quantity;
-    }
+    bool holdsBandsOfLight() const { return !impliedByFormat().quantity; }
 
     void judgeBands() {
         if (!holdsBandsOfLight()) return;

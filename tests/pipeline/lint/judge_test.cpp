@@ -1,0 +1,60 @@
+#include "pipeline/lint/judge.h"
+
+#include <gmock/gmock.h>
+
+#include <string>
+
+namespace lightcook::pipeline {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr int kSwappedChoice = 8;  ///< (x, z, y): Z up
+
+/// Facts of a map of which most texels are lit from behind under every choice of axes.
+LightMapFacts litFromBehind(const std::string& bake) {
+    LightMapFacts facts;
+    facts.reading.bake = bake;
+    facts.hasNormals = true;
+    facts.coverage.inside = facts.covered = facts.directional = 100;
+    facts.behind.fill(60);
+    facts.behindInOtherFrame = 60;
+    return facts;
+}
+
+Finding onlyFinding(const LightMapFacts& facts) {
+    const Findings findings = judgeLightMap(Scene{}, LightMapEntry{}, facts);
+    EXPECT_EQ(findings.size(), 1u);
+    return findings.empty() ? Finding{} : findings.front();
+}
+
+TEST(LintJudge, NamesTheFrameBesideAxesThatExplainAsMuch) {
+    LightMapFacts facts = litFromBehind("sh9");
+    facts.behindInOtherFrame = 0;
+    EXPECT_THAT(onlyFinding(facts).found, AllOf(HasSubstr("with frame = \"tangent\" it is 0.0 %"), Not(HasSubstr("x, y, z"))));
+    facts.behind[kSwappedChoice] = 0;
+    const Finding both = onlyFinding(facts);
+    EXPECT_EQ(both.check, LintCheck::WrongFrame);
+    EXPECT_THAT(both.found, HasSubstr("with frame = \"tangent\", or with (x, z, y) of the coefficients as x, y, z, it is 0.0 %"));
+}
+
+TEST(LintJudge, NamesAxesWhereTheBakeFormatImpliesTheConvention) {
+    EXPECT_EQ(axisChoiceName(kSwappedChoice), "x, z, y");
+    for (const char* bake : {"unity-directional", "bakery-sh", "godot", "deluxe"}) {
+        LightMapFacts upward = litFromBehind(bake);  // surfaces that all face up
+        upward.behind[kSwappedChoice] = upward.behindInOtherFrame = 0;
+        EXPECT_EQ(onlyFinding(upward).check, LintCheck::WrongAxes) << bake << ": frame = \"tangent\" would be refused";
+        LightMapFacts turned = litFromBehind(bake);
+        turned.behind[kPhaseChoice] = 0;
+        const Finding finding = onlyFinding(turned);
+        EXPECT_EQ(finding.check, LintCheck::WrongAxes) << bake << ": phase = \"condon-shortley\" would be refused";
+        EXPECT_THAT(finding.found, HasSubstr("with (-x, -y, z) of the coefficients as x, y, z it is 0.0 %"));
+        turned.reading.bake = "sh9";
+        EXPECT_EQ(onlyFinding(turned).check, LintCheck::WrongPhase);
+    }
+}
+
+}  // namespace
+}  // namespace lightcook::pipeline
