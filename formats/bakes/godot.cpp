@@ -194,8 +194,10 @@ Result<std::unique_ptr<BakeReader>> openAs(Reading reading, BakeImage image) {
 BakeMatch matchGodot(const std::filesystem::path& file, const ExrInfo& info) {
     constexpr int kNumbers = 12;
     if (!isPicture(info)) return {};
-    if (const auto slices = importedSlices(file); slices && *slices % kSlices == 0)
-        return {BakeMatch::Kind::Certain, kNumbers, fmt::format("slices/vertical={} in {}", *slices, importFile(file).filename().string())};
+    // Another number of slices is that of a flat map.
+    if (const auto slices = importedSlices(file))
+        return {*slices % kSlices == 0 ? BakeMatch::Kind::Certain : BakeMatch::Kind::OnlyNamed, kNumbers,
+                fmt::format("slices/vertical={} in {}", *slices, importFile(file).filename().string())};
     const int slices = slicesOf(file, info);
     return {
         isStackOfSquares(info) ? BakeMatch::Kind::Possible : BakeMatch::Kind::OnlyNamed, kNumbers,

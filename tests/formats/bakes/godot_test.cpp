@@ -152,6 +152,16 @@ TEST(Godot, AStackOfSquaresThatNothingNamesIsAChoice) {
     EXPECT_EQ(readAll(map.path, named("godot")).sh.height(), 8);
 }
 
+TEST(Godot, AStackOfSquaresThatItsImportSettingsCallOneSliceIsFlat) {
+    const MapFile map(stacked(8, 8, seededLight));
+    writeImport(map.path, 1);
+    const auto reader = LightMapReader::open(map.path, {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_EQ(reader->bake(), "flat");
+    EXPECT_THAT(reader->recognition().otherReadings, testing::IsEmpty()) << "godot would be refused";
+    EXPECT_THAT(refusal(map.path, named("godot")).line(), HasSubstr("found slices/vertical=1, expected a multiple of 4"));
+}
+
 TEST(Godot, OtherShapesAndFlatPagesAreRefused) {
     ExrRecipe recipe = stacked(8, 8, seededLight);
     recipe.height = 30;
