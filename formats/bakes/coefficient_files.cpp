@@ -16,6 +16,7 @@
 #include "formats/bakes/surface_channels.h"
 #include "formats/file/one_line.h"
 #include "formats/nearest.h"
+#include "formats/plain_image.h"
 #include "formats/vocabulary.h"
 
 namespace lightcook::formats {
@@ -90,6 +91,9 @@ private:
     }
     Result<void> addImage(const std::filesystem::path& file) {
         Result<BakeImage> image = BakeImage::open(file);
+        if (!image && image.error().code == ErrorCode::FormatUnsupported && isPictureFile(file))
+            return failure(ErrorCode::FormatUnsupported, file.string(),
+                           "found a picture of integers, expected OpenEXR or Radiance HDR: coefficients have no encoding");
         if (!image) return tl::make_unexpected(image.error());
         images_.push_back(std::move(*image));
         const ExrInfo &first = images_.front().info(), &info = images_.back().info();

@@ -5,6 +5,7 @@
 
 #include "formats/bakes/sh9.h"
 #include "tests/formats/light_map_fixture.h"
+#include "tests/formats/picture_fixture.h"
 
 namespace lightcook::formats {
 namespace {
@@ -136,6 +137,10 @@ TEST(CoefficientFiles, ImagesOfAnotherShapeAreRefused) {
     EXPECT_THAT(refusal(images / "0.exr", description).line(), HasSubstr("3.exr: found 5 x 9 texels, expected 20 x 9 as 0.exr has"));
     std::filesystem::remove(images / "3.exr");
     EXPECT_EQ(refusal(images / "0.exr", description).code, ErrorCode::FileUnreadable);
+    description.partFiles["sh03"] = images / "3.png";
+    writePng(images / "3.png", kFilesWidth, kFilesHeight, 3, [](int, int, int) { return 128; });
+    EXPECT_THAT(refusal(images / "0.exr", description).line(),
+                HasSubstr("3.png: found a picture of integers, expected OpenEXR or Radiance HDR: coefficients have no encoding"));
 }
 
 TEST(Sh4, IsOneFileOfTwelveChannels) {
