@@ -61,6 +61,7 @@ void print(Terminal& terminal, const DraftInputs& inputs, const fs::path& scene)
     for (const DraftLightMap& map : inputs.lightMaps) {
         say(map.file, fmt::format("light map, read as {} ({}){}{}", map.reading.bake, map.reading.evidence, map.isGuess ? ", a guess" : "",
                                   map.mesh ? ", on " + map.mesh->filename().string() : ""));
+        for (const std::string& set : map.reading.incompleteSets) say(map.file, set);
         if (!map.reading.otherReadings.empty())
             say(map.file, fmt::format("would also fit: {}", fmt::join(map.reading.otherReadings, ", ")));
     }

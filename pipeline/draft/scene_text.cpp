@@ -103,7 +103,13 @@ private:
         text_ += "\n[[light_map]]\n";
         text_ += line("name", nameFor(map.file));
         text_ += line("file", pathOf(map.file));
-        text_ += line("bake", tomlString(map.reading.bake), map.isGuess ? "a guess: " + map.reading.evidence : map.reading.evidence);
+        const std::string evidence = map.isGuess ? "a guess: " + map.reading.evidence : map.reading.evidence;
+        // lint keeps its warning of an incomplete set only where no format is named.
+        if (map.reading.incompleteSets.empty())
+            text_ += line("bake", tomlString(map.reading.bake), evidence);
+        else
+            text_ += line("bake", "\"auto\"", fmt::format("read as {}, {}", map.reading.bake, evidence));
+        for (const std::string& set : map.reading.incompleteSets) text_ += oneLine("# An incomplete set: " + set) + "\n";
         if (!map.reading.otherReadings.empty())
             text_ +=
                 oneLine(fmt::format("# The file would also fit bake = \"{}\".", fmt::join(map.reading.otherReadings, "\" or \""))) + "\n";

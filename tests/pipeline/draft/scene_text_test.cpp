@@ -95,6 +95,18 @@ TEST(SceneDraft, SaysWhatWasAssumedAndWhatElseTheFileMayBe) {
     EXPECT_THAT(*text, Not(HasSubstr("[[material]]"))) << "light without directions needs none";
 }
 
+TEST(SceneDraft, AFileOfAnIncompleteSetKeepsTheWarningOfLint) {
+    DraftInputs inputs;
+    inputs.lightMaps = {lightMap("/maps/room_L0.exr")};
+    inputs.lightMaps[0].reading = {"", "flat", "a picture", {}, {}, {"found 1 of the 9 files of bake format sh-baker"}};
+    inputs.lightMaps[0].isGuess = true;
+    const auto text = draftScene(inputs, "/maps");
+    ASSERT_TRUE(text.has_value());
+    EXPECT_THAT(*text, HasSubstr("bake = \"auto\""));
+    EXPECT_THAT(*text, HasSubstr("# read as flat, a guess: a picture\n"));
+    EXPECT_THAT(*text, HasSubstr("# An incomplete set: found 1 of the 9 files of bake format sh-baker\n"));
+}
+
 TEST(SceneDraft, ANameThatIsNoUtf8IsRefused) {
     for (const char* name : {"bad\xff.exr", "cut\xc3", "surrogate\xed\xa0\x80", "overlong\xc0\xaf"}) {
         DraftInputs inputs;
