@@ -45,6 +45,8 @@ public:
     virtual int tileHeight() const = 0;
     virtual bool hasNormals() const = 0;
     virtual bool hasCoverage() const = 0;
+    /// Returns the channel of coverage, for errors. Empty: no channel has it.
+    virtual std::string coverageChannel() const { return ""; }
     /// Reads rows [firstRow, firstRow + rowCount). Safe to call from several threads.
     virtual Result<RawStrip> read(int firstRow, int rowCount) const = 0;
     /// Returns where a colour of a coefficient of texel (x, y), which is no light, is stored. Of one that is computed from several numbers:

@@ -115,11 +115,11 @@ bool isEncodedNormal(const glm::vec3& normal) {
 }
 
 /// Returns true if texel (x, y) of the strip lies inside a chart, and stores its normal then.
-Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const {
+Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip, const BakeReader& reader) const {
     if (raw.coverage.width() > 0) {
         const float coverage = raw.coverage.at(x, y);
         if (!std::isfinite(coverage)) {
-            if (!repairs_) return refuse(ErrorCode::ValueNotFinite, "coverage.Y", x, strip.firstRow + y, notFinite(coverage));
+            if (!repairs_) return refuse(ErrorCode::ValueNotFinite, reader.coverageChannel(), x, strip.firstRow + y, notFinite(coverage));
             ++strip.repairs.notFinite;
             return false;
         }
@@ -237,7 +237,7 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow, cons
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
             ShRgb& sh = raw.sh.at(x, y);
-            const Result<bool> covered = isCovered(raw, x, y, strip);
+            const Result<bool> covered = isCovered(raw, x, y, strip, reader);
             if (!covered) return tl::make_unexpected(covered.error());
             strip.covered.at(x, y) = *covered ? 1 : 0;
             if (hasCharts) {

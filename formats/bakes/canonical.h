@@ -47,7 +47,7 @@ public:
     std::string nameOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const;
 
 private:
-    Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip) const;
+    Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<std::uint32_t> chartAt(const RawStrip& raw, int x, int y, const LightMapStrip& strip) const;
     Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;

@@ -20,6 +20,7 @@ public:
     int tileHeight() const override { return images_.front().tileHeight(); }
     bool hasNormals() const override { return surface_.hasNormals(); }
     bool hasCoverage() const override { return surface_.hasCoverage(); }
+    std::string coverageChannel() const override { return surface_.coverageChannel(); }
     /// Looks in every image for a number that is not finite; then, for coefficient 0, for a negative colour. Without any, returns the
     /// number that the coefficient is in proportion to.
     std::optional<StoredNumber> placeOf(std::size_t coefficient, int colour, int x, int y) const override;

@@ -87,6 +87,7 @@ public:
     int tileHeight() const override { return bake_->tileHeight(); }
     bool hasNormals() const override { return true; }
     bool hasCoverage() const override { return takesCoverage_ || bake_->hasCoverage(); }
+    std::string coverageChannel() const override { return bake_->coverageChannel(); }
     Result<RawStrip> read(int firstRow, int rowCount) const override {
         Result<RawStrip> raw = bake_->read(firstRow, rowCount);
         if (!raw) return raw;

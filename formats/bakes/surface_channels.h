@@ -25,6 +25,8 @@ public:
     static Result<SurfaceChannels> of(const BakeImage& image, const std::string& coverage = "");
 
     bool hasCoverage() const { return !coverage_.empty(); }
+    /// Returns the channel of coverage. Empty: there is none.
+    const std::string& coverageChannel() const { return coverage_; }
     bool hasNormals() const { return hasNormals_; }
     /// Makes room in a strip of `width` x `rowCount` texels for the channels that exist, and appends them to the planes to read.
     void prepare(RawStrip& raw, int width, int rowCount, std::vector<ExrPlane>& planes) const;

@@ -42,10 +42,11 @@ constexpr std::array kLintChecks = {
     LintCheckInfo{LintCheck::LightUnits, "light-units", Warning,
                   "light map and probes of one scene differ in brightness by about pi, the factor between game units and radiometric units",
                   "Write `light_units = \"game\"` in the `[[light_map]]`, or `\"radiometric\"` where `game` is there."},
-    LintCheckInfo{LintCheck::NoCoverage, "no-coverage", Error, "no texel has coverage.Y above 0.5: the map is empty",
-                  "Write 1 into coverage.Y inside charts and 0 outside, or leave the channel out of a map without gaps."},
-    LintCheckInfo{LintCheck::CoverageRange, "coverage-range", Error, "coverage.Y has values below 0 or above 1",
-                  "Divide coverage.Y by its largest value, so that it is 1 inside charts and 0 outside."},
+    LintCheckInfo{
+        LintCheck::NoCoverage, "no-coverage", Error, "no texel has coverage above 0.5: the map is empty",
+        "Write 1 into coverage.Y, or alpha of a picture, inside charts and 0 outside, or leave the channel out of a map without gaps."},
+    LintCheckInfo{LintCheck::CoverageRange, "coverage-range", Error, "coverage has values below 0 or above 1",
+                  "Divide coverage.Y, or alpha of a picture, by its largest value, so that it is 1 inside charts and 0 outside."},
     LintCheckInfo{
         LintCheck::MissingCoverage, "missing-coverage", Warning,
         "the file has no channel coverage.Y, and it has gaps: texels without light or normal",

@@ -123,12 +123,12 @@ private:
     void judgeCoverage() {
         if (facts_.hasCoverage && facts_.coverage.inside == 0)
             return add(LintCheck::NoCoverage, "file",
-                       fmt::format("found coverage.Y of at most {:.3g} in {} x {} texels, expected more than 0.5 inside charts",
+                       fmt::format("found coverage of at most {:.3g} in {} x {} texels, expected more than 0.5 inside charts",
                                    facts_.coverage.largest, facts_.width, facts_.height),
                        {{"largest_coverage", facts_.coverage.largest}});
         if (facts_.coverage.smallest < kLeastCoverage || facts_.coverage.largest > kMostCoverage)
             add(LintCheck::CoverageRange, "file",
-                fmt::format("found coverage.Y from {:.3g} to {:.3g}, expected 0 (outside charts) to 1 (inside)", facts_.coverage.smallest,
+                fmt::format("found coverage from {:.3g} to {:.3g}, expected 0 (outside charts) to 1 (inside)", facts_.coverage.smallest,
                             facts_.coverage.largest),
                 {{"smallest_coverage", facts_.coverage.smallest}, {"largest_coverage", facts_.coverage.largest}});
         const double withoutNormal = share(facts_.coverage.withoutNormal, facts_.coverage.inside);

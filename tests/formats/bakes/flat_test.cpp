@@ -198,6 +198,15 @@ TEST(Flat, ValuesThatAreNoLightAreNamed) {
     }
 }
 
+TEST(Flat, CoverageThatIsNoNumberIsNamedByItsChannel) {
+    for (const char* channel : {"A", "coverage.Y"}) {
+        ExrRecipe recipe = picture(8, 8);
+        recipe.channels[channel] = [](int, int) { return 1.0f; };
+        poke(recipe, channel, 3, 4, std::numeric_limits<float>::quiet_NaN());
+        EXPECT_THAT(refusal(MapFile(recipe).path).line(), HasSubstr(fmt::format("map.exr, channel {}, texel (3, 4): found nan", channel)));
+    }
+}
+
 TEST(Flat, TheMapOfAnEngineIsReadWhole) {
     const std::filesystem::path file =
         std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "engine_lightmaps" / "godot_ragdoll_physics_lightmap.exr";
