@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 
 #include "formats/bake_format.h"
@@ -114,9 +115,20 @@ private:
         const BakeReading reading = readingOf(map);
         inputs_.lightMaps.push_back({file, reading, reading.bake != "flat", map.hasCoverage(), !map.recognition().isCertain});
     }
+    /// Opens a light map; one of a format that needs a mesh on the mesh that it will get by its name.
+    Result<formats::LightMapReader> open(const fs::path& file) const {
+        auto map = formats::LightMapReader::open(file, {});
+        if (map) return map;
+        const auto known = formats::LightMapReader::recognize(file, {});
+        const auto mesh = known && known->format->needsMesh() ? meshNamedAs(file) : std::nullopt;
+        if (!mesh) return map;
+        formats::LightMapDescription description;
+        description.mesh = *mesh;
+        return formats::LightMapReader::open(file, description);
+    }
     void addCertainLightMap(const Found& found) {
         if (isTaken(found.file)) return;
-        const auto map = formats::LightMapReader::open(found.file, {});
+        const auto map = open(found.file);
         if (map && map->recognition().isCertain) addLightMap(found.file, *map);
     }
 
@@ -142,7 +154,7 @@ private:
             inputs_.probes.push_back({found.file});
             return {};
         }
-        const auto map = formats::LightMapReader::open(found.file, {});
+        const auto map = open(found.file);
         if (map && (isHdr || hasHint))
             addLightMap(found.file, *map);
         else
@@ -162,20 +174,27 @@ private:
                std::ranges::any_of(meshes_, [&](const fs::path& mesh) { return inLowerCase(mesh.stem().string()) == stem; });
     }
 
-    /// Gives each light map the mesh whose name its own begins with, the longest such; a single light map the single mesh.
+    /// Returns the mesh whose name that of a light map begins with, the longest such.
+    std::optional<fs::path> meshNamedAs(const fs::path& file) const {
+        const std::string stem = inLowerCase(file.stem().string());
+        std::optional<fs::path> named;
+        std::size_t longest = 0;
+        for (const fs::path& mesh : meshes_) {
+            const std::string name = inLowerCase(mesh.stem().string());
+            const bool begins =
+                stem.starts_with(name) && (stem.size() == name.size() || !std::isalnum(static_cast<unsigned char>(stem[name.size()])));
+            if (!begins || name.size() <= longest) continue;
+            longest = name.size();
+            named = mesh;
+        }
+        return named;
+    }
+
+    /// Gives each light map the mesh of its name; a single light map the single mesh.
     void pairMeshes() {
         std::set<fs::path> used;
         for (DraftLightMap& map : inputs_.lightMaps) {
-            const std::string stem = inLowerCase(map.file.stem().string());
-            std::size_t longest = 0;
-            for (const fs::path& mesh : meshes_) {
-                const std::string name = inLowerCase(mesh.stem().string());
-                const bool begins =
-                    stem.starts_with(name) && (stem.size() == name.size() || !std::isalnum(static_cast<unsigned char>(stem[name.size()])));
-                if (!begins || name.size() <= longest) continue;
-                longest = name.size();
-                map.mesh = mesh;
-            }
+            map.mesh = meshNamedAs(map.file);
             if (!map.mesh && meshes_.size() == 1 && inputs_.lightMaps.size() == 1) map.mesh = meshes_.front();
             if (map.mesh) used.insert(*map.mesh);
         }

@@ -103,6 +103,19 @@ TEST_F(DraftInputsOfAFolder, AMeshGoesToTheLightMapWhoseNameBeginsWithIts) {
     EXPECT_THAT(whyLeftOut(inputs, "plain.gltf"), HasSubstr("TEXCOORD_1"));
 }
 
+TEST_F(DraftInputsOfAFolder, ABakeInTangentSpaceIsReadOnTheMeshOfItsName) {
+    for (const char* name : {"room_RNM0.exr", "room_RNM1.exr", "room_RNM2.exr", "hall.exr", "hall_deluxe.exr"}) picture(name, 16, 16);
+    mesh("room.gltf");
+    const DraftInputs inputs = find();
+    ASSERT_THAT(inputs.lightMaps, SizeIs(1));
+    EXPECT_EQ(inputs.lightMaps[0].file.filename(), "room_RNM0.exr");
+    EXPECT_EQ(inputs.lightMaps[0].reading.bake, "bakery-rnm");
+    ASSERT_TRUE(inputs.lightMaps[0].mesh);
+    EXPECT_EQ(inputs.lightMaps[0].mesh->filename(), "room.gltf");
+    for (const char* name : {"hall.exr", "hall_deluxe.exr"})
+        EXPECT_THAT(whyLeftOut(inputs, name), HasSubstr("found bake format deluxe without a mesh")) << name << ": directions are no light";
+}
+
 TEST_F(DraftInputsOfAFolder, TheOnlyMeshIsThatOfTheOnlyLightMap) {
     picture("lightmap.exr", 16, 16);
     mesh("level.gltf");
