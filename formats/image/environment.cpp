@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
+#include <system_error>
 
 #include "formats/file/one_line.h"
 #include "formats/image/exr_file.h"
@@ -211,6 +212,12 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
     const FaceLayout* const layout = layoutOf(*texels);
     const std::vector<std::filesystem::path> faces = width == height ? faceFiles(file) : std::vector<std::filesystem::path>();
     if (!faces.empty()) {
+        std::error_code code;
+        for (const std::filesystem::path& face : faces)
+            if (!std::filesystem::exists(face, code))
+                return failure(ErrorCode::FileUnreadable, face.string(),
+                               fmt::format("found no such file, expected it: by its name the square image {} is one of six faces",
+                                           file.filename().string()));
         std::array<std::filesystem::path, kFaceCount> files;
         std::copy(faces.begin(), faces.end(), files.begin());
         return loadFaces(files, options);

@@ -198,6 +198,8 @@ TEST(LoadEnvironment, SixFilesAreFoundBesideAnyOfThem) {
     EXPECT_THAT(loadEnvironment(folder / "px.exr", {}).error().line(), AllOf(HasSubstr("ny.exr"), HasSubstr("expected 4 x 4")));
     std::filesystem::remove(folder / "ny.exr");
     EXPECT_EQ(loadEnvironment(folder / "px.exr", {}).error().code, ErrorCode::FileUnreadable);
+    EXPECT_THAT(loadEnvironment(folder / "px.exr", {}).error().line(),
+                HasSubstr("ny.exr: found no such file, expected it: by its name the square image px.exr is one of six faces"));
     EXPECT_TRUE(faceFiles("panorama.hdr").empty());
 }
 
