@@ -47,19 +47,23 @@ bool isStackOfSquares(const ExrInfo& info) {
     return info.height % (std::int64_t{kSlices} * info.width) == 0;
 }
 
-/// Returns the number after "slices/vertical=" in Godot's import settings of an array texture, if there are any.
-std::optional<int> importedSlices(const std::filesystem::path& file) {
-    constexpr std::string_view kImporter = "importer=\"2d_array_texture\"", kVertical = "slices/vertical=";
+/// Returns the number after a key in Godot's import settings of an array texture, if there are any.
+std::optional<int> importedNumber(const std::filesystem::path& file, std::string_view key) {
+    constexpr std::string_view kImporter = "importer=\"2d_array_texture\"";
     std::error_code code;
     if (!std::filesystem::is_regular_file(importFile(file), code)) return std::nullopt;
     const auto text = readWholeText(importFile(file));
     if (!text || text->find(kImporter) == std::string::npos) return std::nullopt;
-    const std::size_t at = text->find(kVertical);
+    const std::size_t at = text->find(key);
     int slices = 0;
     if (at == std::string::npos) return std::nullopt;
-    const char* const first = text->data() + at + kVertical.size();
+    const char* const first = text->data() + at + key.size();
     const auto parsed = std::from_chars(first, text->data() + text->size(), slices);
     return parsed.ec == std::errc() && slices > 0 ? std::optional(slices) : std::nullopt;
+}
+
+std::optional<int> importedSlices(const std::filesystem::path& file) {
+    return importedNumber(file, "slices/vertical=");
 }
 
 /// Slices of a file: as its import settings say, else as many squares as are stacked if those make whole pages, else four.
@@ -179,6 +183,9 @@ Result<std::unique_ptr<BakeReader>> openAs(Reading reading, BakeImage image) {
                        fmt::format("found slices/vertical={}, expected a multiple of {}: L0 and three directions a page. A flat light map? "
                                    "Set bake = \"flat\"",
                                    slices, kSlices));
+    if (const int columns = importedNumber(image.file(), "slices/horizontal=").value_or(1); columns != 1)
+        return failure(ErrorCode::WrongShape, importFile(image.file()).string(),
+                       fmt::format("found slices/horizontal={}, expected 1: slices from top to bottom", columns));
     if (height % slices != 0)
         return failure(ErrorCode::WrongShape, image.subject(),
                        fmt::format("found a height of {} texels, expected a multiple of {}: slices from top to bottom", height, slices));

@@ -63,11 +63,11 @@ LightMapDescription named(const std::string& bake) {
     return description;
 }
 
-void writeImport(const std::filesystem::path& file, int slices) {
+void writeImport(const std::filesystem::path& file, int slices, int columns = 1) {
     writeContent(file.string() + ".import",
                  fmt::format("[remap]\n\nimporter=\"2d_array_texture\"\ntype=\"CompressedTexture2DArray\"\n\n[params]"
-                             "\n\nslices/horizontal=1\nslices/vertical={}\n",
-                             slices));
+                             "\n\nslices/horizontal={}\nslices/vertical={}\n",
+                             columns, slices));
 }
 
 TEST(Godot, ATexelShadesAsTheEngineShowsIt) {
@@ -169,6 +169,8 @@ TEST(Godot, OtherShapesAndFlatPagesAreRefused) {
     const MapFile imported(stacked(8, 8, seededLight));
     writeImport(imported.path, 6);
     EXPECT_THAT(refusal(imported.path, named("godot")).line(), AllOf(HasSubstr("map.exr.import"), HasSubstr("slices/vertical=6")));
+    writeImport(imported.path, 4, 2);
+    EXPECT_THAT(refusal(imported.path).line(), HasSubstr("map.exr.import: found slices/horizontal=2, expected 1"));
     writeImport(imported.path, 12);
     EXPECT_THAT(refusal(imported.path).line(), HasSubstr("found a height of 32 texels, expected a multiple of 12"));
     // Four pages of dark flat light.
