@@ -217,8 +217,9 @@ Result<void> CommandPaths::check(const Path& output) const {
         if (auto checked = checkFolderName(output.path); !checked) return checked;
     for (const Path& input : inputs_) {
         if (isSamePlace(output.path, input.path)) return samePlace(output.name, output.path, input.name);
-        if (isDirectory(input.path))
-            if (auto checked = checkCooked(output, input.path); !checked) return checked;
+        if (!isDirectory(input.path)) continue;
+        if (auto checked = checkCooked(output, input.path); !checked) return checked;
+        if (auto checked = checkSources(output, input.path); !checked) return checked;
     }
     for (const Path& other : outputs_)
         if (&other != &output && (other.written == Written::Folder || isDirectory(other.path)))
@@ -234,6 +235,24 @@ Result<void> CommandPaths::checkCooked(const Path& output, const std::filesystem
         for (const FileRecord& record : filesOf(*manifest)) files.push_back(record.name);
     for (const std::filesystem::path& file : files)
         if (isSamePlace(output.path, folder / file)) return samePlace(output.name, output.path, "one of the cooked folder");
+    return {};
+}
+
+Result<void> CommandPaths::checkSources(const Path& output, const std::filesystem::path& folder) const {
+    const auto manifest = loadManifest(folder);
+    if (!manifest) return {};
+    std::vector<std::filesystem::path> sources;  // relative to the scene's folder
+    if (manifest->sceneFile) sources.emplace_back(*manifest->sceneFile);
+    for (const CookedAsset& asset : manifest->assets) {
+        if (!asset.source.files) continue;
+        for (const auto& [role, source] : *asset.source.files) sources.emplace_back(source.file);
+    }
+    std::vector<std::filesystem::path> sceneFolders = {folder / manifest->sceneDirectory};
+    for (const Path& input : inputs_)
+        if (isDirectory(input.path)) sceneFolders.push_back(input.path);
+    for (const std::filesystem::path& sceneFolder : sceneFolders)
+        for (const std::filesystem::path& source : sources)
+            if (isSamePlace(output.path, sceneFolder / source)) return samePlace(output.name, output.path, "a source of the cooked folder");
     return {};
 }
 

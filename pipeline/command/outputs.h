@@ -33,8 +33,9 @@ public:
     /// that are scene files with the files that they name.
     static CommandPaths ofUnparsed(const std::string& option, const std::filesystem::path& output, const std::vector<std::string>& words);
 
-    /// Fails if an output is an input, another output, a file of a cooked folder of the command line other than its report, or below a
-    /// file; if a folder has the name of an output file; or if an output folder is named like a file.
+    /// Fails if an output is an input, another output, a file of a cooked folder of the command line other than its report, a source of
+    /// such a folder that is read, or below a file; if a folder has the name of an output file; or if an output folder is named like a
+    /// file.
     formats::Result<void> check() const;
     /// Fails if an output is one of these inputs, which the command line does not name.
     /// what   "an input of the scene"
@@ -56,6 +57,9 @@ private:
         return error;
     }
     static formats::Result<void> checkCooked(const Path& output, const std::filesystem::path& folder);
+    /// The same for the scene file and the sources of a cooked folder, where its manifest says and in each folder of the command line:
+    /// --sources may be one of them.
+    formats::Result<void> checkSources(const Path& output, const std::filesystem::path& folder) const;
 
     std::vector<Path> inputs_, outputs_;
     bool isRefused_ = false;

@@ -227,6 +227,15 @@ TEST_F(CommandLine, OutputsDoNotReplaceInputsOrEachOther) {
     expectRefused("verify cooked --json cooked/cooked.json", 2, {"--json: found the same file as one of the cooked folder"});
     expectRefused("report cooked --html cooked/sky.ktx2", 2, {"--html: found the same file as one of the cooked folder"});
     expectRefused("report cooked --html link.html", 2, {"--html: found the same file as one of the cooked folder"});
+    const std::string source = "found the same file as a source of the cooked folder";
+    expectRefused("reconstruct cooked map map.exr", 2, {"output: " + source});
+    expectRefused("verify cooked --json map.exr", 2, {"--json: " + source});
+    expectRefused("report cooked --html scene.toml", 2, {"--html: " + source});
+    std::filesystem::create_directories(scene_ / "elsewhere" / "deep");
+    std::filesystem::copy(scene_ / "cooked", scene_ / "elsewhere" / "deep" / "cooked");
+    expectRefused("verify elsewhere/deep/cooked --sources . --json map.exr", 2, {"--json: " + source});
+    EXPECT_EQ(contentOf(scene_ / "scene.toml"), scene);
+    EXPECT_EQ(contentOf(scene_ / "map.exr"), map);
     EXPECT_EQ(contentOf(scene_ / "cooked" / "cooked.json"), manifest);
     EXPECT_EQ(contentOf(scene_ / "cooked" / "sky.ktx2"), sky);
     EXPECT_EQ(run("report cooked --json cooked/report.json --html cooked/report.html").code, 0);
