@@ -210,6 +210,7 @@ TEST_F(CommandLine, OutputsDoNotReplaceInputsOrEachOther) {
         {"init . --json map.exr -o new.toml", "--json: found the same file as an input (map.exr)"},
         {"init map.exr -o map.exr --force", "--output: found the same file as inputs (map.exr)"},
         {"info map.exr --json map.exr", "--json: found the same file as files (map.exr)"},
+        {"info scene.toml --json map.exr", "--json: found the same file as an input of the scene (map.exr)"},
         {"info '*.exr' --json map.exr", "--json: found the same file as a file of the pattern (map.exr)"},
         {"compare map.exr probe.exr --json probe.exr", "--json: found the same file as b (probe.exr)"},
         {"encode probe.exr x.ktx2 --format bc7 --json x.ktx2", "--json: found the same file as output (x.ktx2)"},
