@@ -33,10 +33,13 @@ bool hasShading(const ReportRow& row, verify::ErrorFigures verify::StageError::*
     return measures(shading) || !measures(other);
 }
 
+/// In place of a rel_rms of light that an asset or a scene does not have, as wide as percent().
+constexpr const char* kNoRelRms = "         -";
+
 /// Returns rel_rms of a kind of shading; a dash for assets without it.
 std::string relRmsWord(const ReportRow& row, verify::ErrorFigures verify::StageError::*shading,
                        verify::ErrorFigures verify::StageError::*other) {
-    return hasShading(row, shading, other) ? percent((row.verdict.stages.back().*shading).relRms) : std::string(9, ' ') + "-";
+    return hasShading(row, shading, other) ? percent((row.verdict.stages.back().*shading).relRms) : kNoRelRms;
 }
 
 /// Returns the 99th percentile of the visible errors; a dash for assets without them.
@@ -214,6 +217,9 @@ void printPlatforms(Terminal& terminal, const std::vector<PlatformUse>& platform
 }
 
 void printCollection(Terminal& terminal, const CollectionReport& report) {
+    const auto relRmsOf = [](double shading, double other) {  // light that no asset of a scene has counts as 0
+        return shading == 0 && other > 0 ? kNoRelRms : percent(shading);
+    };
     terminal.say(StyledLine{{Style::Faint, fmt::format("{:32} {:6} {:>12} {:>12} {:>10} {:>10} {:>8}  {}", "scene", "target", "GPU bytes",
                                                        "disk bytes", "diffuse", "specular", "visible", "verdict")}});
     std::size_t failed = 0;
@@ -225,10 +231,10 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
             if (asset.figures.visible) worst.visible = std::max(worst.visible.value_or(0.0), *asset.figures.visible);
         }
         failed += scene.passed ? 0 : 1;
-        terminal.say(StyledLine{
-            {Style::Plain, fmt::format("{:32} {:6} {:12} {:12} {} {} {:>8}  ", scene.name, scene.target, scene.budget.usedBytes,
-                                       scene.bytesDisk, percent(worst.diffuse), percent(worst.specular), visibleWord(worst.visible))},
-            verdictWord(scene.passed)});
+        terminal.say(StyledLine{{Style::Plain, fmt::format("{:32} {:6} {:12} {:12} {} {} {:>8}  ", scene.name, scene.target,
+                                                           scene.budget.usedBytes, scene.bytesDisk, relRmsOf(worst.diffuse, worst.specular),
+                                                           relRmsOf(worst.specular, worst.diffuse), visibleWord(worst.visible))},
+                                verdictWord(scene.passed)});
     }
     for (const SceneSummary& scene : report.scenes)
         if (!scene.partial.empty()) terminal.say(partialLine(scene.name, scene.partial));

@@ -125,6 +125,17 @@ TEST(Collection, CallsASceneThatTheBaselineLacksNew) {
                 HasSubstr("4500 -> 4500 bytes since old.json (+0.00 %, at most 0 % allowed); 2 of 2"));
 }
 
+TEST(Collection, PrintsADashForLightThatASceneDoesNotHave) {
+    CollectionReport report = makeCollection(twoScenes());
+    for (AssetSummary& asset : report.scenes[0].assets) asset.figures.specular = 0;
+    for (AssetSummary& asset : report.scenes[1].assets) asset.figures.specular = 0.25;
+    Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
+    testing::internal::CaptureStdout();
+    printCollection(terminal, report);
+    const std::string printed = testing::internal::GetCapturedStdout();
+    EXPECT_THAT(printed, AllOf(HasSubstr(" 1.500 %          -  "), HasSubstr(" 25.000 %  "), Not(HasSubstr(" 0.000 %"))));
+}
+
 TEST_F(CollectionBaseline, IsReadBackFromJson) {
     const CollectionReport report = makeCollection(twoScenes());
     const auto scenes = readBaselineScenes(write("old.json", textOf(toJson(report))));
