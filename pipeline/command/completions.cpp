@@ -161,6 +161,9 @@ _lightcook() {
         const std::string values = bashValueCases(command.options, "                ");
         text += fmt::format("        {})\n", command.name);
         if (!values.empty()) text += "            case $previous in\n" + values + "            esac\n";
+        if (command.name == "help")  // its only argument is a command
+            text += fmt::format("            [[ $current == -* ]] || {{ _lightcook_words {}; return 0; }}\n",
+                                shellQuoted(joined(commandNames(program))));
         text += fmt::format("            options+={}\n            ;;\n", shellQuoted(fmt::format(" {}", joined(namesOf(command.options)))));
     }
     text += "    esac\n    if [[ -z $command || $current == -* ]]; then\n        _lightcook_words \"$options\"\n    else\n";

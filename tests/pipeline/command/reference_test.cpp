@@ -131,6 +131,8 @@ TEST_F(BashCompletion, OffersCommandsOptionsValuesAndFiles) {
     EXPECT_THAT(complete("lut out --view-axis ''"), ElementsAre("auto", "NoV")) << "names with spaces are not offered";
     EXPECT_THAT(complete("decode --layout"), IsEmpty()) << "no option of decode";
     EXPECT_THAT(complete("rsrm sk"), ElementsAre("sky.exr"));
+    EXPECT_THAT(complete("help co"), ElementsAre("cook", "compare")) << "commands, not the folder 'cooked'";
+    EXPECT_THAT(complete("help --js"), ElementsAre("--json"));
     EXPECT_THAT(complete("cook scene.toml -o ''"), ElementsAre("cooked"));
     EXPECT_THAT(complete("cook scene.toml --effort ''"), IsEmpty());
 }
