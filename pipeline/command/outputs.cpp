@@ -34,6 +34,9 @@ constexpr std::array<std::string_view, 26> kFileExtensions = {
     ".bin",   ".bmp", ".csv",   ".exr", ".glb", ".glsl",  ".gltf", ".hdr", ".htm",  ".html", ".jpeg", ".jpg",  ".json",
     ".jsonl", ".md",  ".ninja", ".pfm", ".png", ".sarif", ".tga",  ".tif", ".tiff", ".toml", ".txt",  ".webp", ".xml"};
 
+/// Name of the inputs of a command line that could not be parsed.
+constexpr const char* kUnparsedInput = "command line";
+
 Json jsonOf(const Error& error) {
     return {{"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}};
 }
@@ -185,7 +188,7 @@ CommandPaths CommandPaths::ofUnparsed(const std::string& option, const std::file
     for (const std::string& word : words) {
         const auto files = expandPatterns({word});
         for (const std::filesystem::path& file : files ? *files : std::vector<std::filesystem::path>()) {
-            paths.inputs_.push_back({"command line", file});
+            paths.inputs_.push_back({kUnparsedInput, file});
             if (formats::lowerExtension(file) != ".toml") continue;
             const auto scene = readScene(file);
             if (!scene) continue;
@@ -239,6 +242,8 @@ Result<void> CommandPaths::checkCooked(const Path& output, const std::filesystem
 }
 
 Result<void> CommandPaths::checkSources(const Path& output, const std::filesystem::path& folder) const {
+    std::error_code code;
+    if (!std::filesystem::exists(output.path, code)) return {};  // it replaces nothing
     const auto manifest = loadManifest(folder);
     if (!manifest) return {};
     std::vector<std::filesystem::path> sources;  // relative to the scene's folder
@@ -249,7 +254,7 @@ Result<void> CommandPaths::checkSources(const Path& output, const std::filesyste
     }
     std::vector<std::filesystem::path> sceneFolders = {folder / manifest->sceneDirectory};
     for (const Path& input : inputs_)
-        if (isDirectory(input.path)) sceneFolders.push_back(input.path);
+        if (input.name == "--sources" || input.name == kUnparsedInput) sceneFolders.push_back(input.path);
     for (const std::filesystem::path& sceneFolder : sceneFolders)
         for (const std::filesystem::path& source : sources)
             if (isSamePlace(output.path, sceneFolder / source)) return samePlace(output.name, output.path, "a source of the cooked folder");

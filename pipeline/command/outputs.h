@@ -57,8 +57,7 @@ private:
         return error;
     }
     static formats::Result<void> checkCooked(const Path& output, const std::filesystem::path& folder);
-    /// The same for the scene file and the sources of a cooked folder, where its manifest says and in each folder of the command line:
-    /// --sources may be one of them.
+    /// The same for the scene file and the sources of a cooked folder, where its manifest says and in that of --sources.
     formats::Result<void> checkSources(const Path& output, const std::filesystem::path& folder) const;
 
     std::vector<Path> inputs_, outputs_;
