@@ -24,24 +24,19 @@ EncodedLightMapRows encodeRaw(const LightMapPlan& plan, const rows::Source& sour
 }
 
 /// Encodes exit radiance, in one texture or two.
-EncodedLightMapRows encodeFlat(const LightMapPlan& plan, const rows::Source& source, EncodeOptions options) {
+EncodedLightMapRows encodeFlat(const LightMapPlan& plan, const rows::Source& source, const EncodeOptions& options) {
     EncodedLightMapRows out;
     const bool hasSecond = plan.textures.size() > 1;
     const float range = rows::constant(plan, "range", 0);
     rows::Layer first = rows::encodeHdr(plan, source, source.values[0], range, options, hasSecond, out.report);
     out.textures.resize(plan.textures.size());
+    if (hasSecond) {
+        formats::Image<glm::vec4> wanted(source.width, source.height);
+        for (int y = 0; y < source.height; ++y)
+            for (int x = 0; x < source.width; ++x) wanted.at(x, y) = glm::vec4(source.values[0].at(x, y) / range, 1);
+        out.textures[1].layers.push_back(rows::encodeSecond(plan, source, wanted, first.bytes, first.decoded, options, out.report).bytes);
+    }
     out.textures[0].layers.push_back(std::move(first.bytes));
-    if (!hasSecond) return out;
-    const float share = rows::constant(plan, "share", 0);
-    formats::Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
-    for (int y = 0; y < source.height; ++y)
-        for (int x = 0; x < source.width; ++x) {
-            const glm::vec3 second = rows::secondOf(source.values[0].at(x, y) / range, glm::vec3(first.decoded.at(x, y)), share);
-            texels.at(x, y) = glm::vec4(glm::max(second, glm::vec3(0)), 1);
-        }
-    options.hdrMetric = HdrMetric::Linear;
-    rows::Layer second = rows::encodeLayer(plan.textures[1].format, texels, rows::linearSignificance(source), options, false, out.report);
-    out.textures[1].layers.push_back(std::move(second.bytes));
     return out;
 }
 

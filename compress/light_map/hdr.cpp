@@ -31,38 +31,41 @@ public:
         std::vector<Image<glm::vec4>> first;
         Image<glm::vec4> decoded0;
         for (std::size_t i = 0; i < source_.values.size(); ++i) {
-            first.push_back(add(0, i == 0 || hasSecond, [&](int x, int y) { return valueOf(i, decoded0, x, y); }));
+            first.push_back(addFirst(valuesOf(i, decoded0), i == 0 || hasSecond));
             if (i == 0) decoded0 = first[0].copy();
         }
         for (std::size_t i = 0; i < source_.values.size() && hasSecond; ++i) {
             const float share = constant(plan_, "share", 0);
-            const Image<glm::vec4> second =
-                add(1, i == 0, [&](int x, int y) { return secondOf(valueOf(i, decoded0, x, y), glm::vec3(first[i].at(x, y)), share); });
+            Layer second = encodeSecond(plan_, source_, valuesOf(i, decoded0), out_.textures[0].layers[i], first[i], options_, out_.report);
             for (int y = 0; i == 0 && y < source_.height; ++y)
-                for (int x = 0; x < source_.width; ++x) decoded0.at(x, y) = glm::mix(first[0].at(x, y), second.at(x, y), share);
+                for (int x = 0; x < source_.width; ++x) decoded0.at(x, y) = glm::mix(first[0].at(x, y), second.decoded.at(x, y), share);
+            out_.textures[1].layers.push_back(std::move(second.bytes));
         }
         return std::move(out_);
     }
 
 private:
-    /// Returns what the texel of coefficient i stores beside a decoded coefficient 0 (over range).
-    glm::vec3 valueOf(std::size_t i, const Image<glm::vec4>& decoded0, int x, int y) const {
-        const glm::vec3 value = source_.values[i].at(x, y) / range_;
-        return i == 0 ? value : value - constant(plan_, "bias", i - 1) * glm::vec3(decoded0.at(x, y));
-    }
-    /// Encodes the next layer of a texture. Returns its decoded texels if they are wanted.
-    template <class ValueAt>
-    Image<glm::vec4> add(std::size_t texture, bool wantsDecoded, ValueAt valueAt) {
-        Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0, 0, 0, 1));
+    /// Returns what the texels of coefficient i store beside a decoded coefficient 0 (over range).
+    Image<glm::vec4> valuesOf(std::size_t i, const Image<glm::vec4>& decoded0) const {
+        Image<glm::vec4> values(source_.width, source_.height);
         for (int y = 0; y < source_.height; ++y)
             for (int x = 0; x < source_.width; ++x) {
-                const glm::vec3 value = valueAt(x, y);
-                for (int channel = 0; channel < 3 && texture == 0 && source_.coverage.at(x, y) == 1; ++channel)
-                    out_.report.clampedNegative += value[channel] < 0 ? 1 : 0;
-                texels.at(x, y) = glm::vec4(glm::max(value, glm::vec3(0)), 1);
+                const glm::vec3 value = source_.values[i].at(x, y) / range_;
+                values.at(x, y) = glm::vec4(i == 0 ? value : value - constant(plan_, "bias", i - 1) * glm::vec3(decoded0.at(x, y)), 1);
             }
-        Layer layer = encodeLayer(plan_.textures[texture].format, texels, significance_, options_, wantsDecoded, out_.report);
-        out_.textures[texture].layers.push_back(std::move(layer.bytes));
+        return values;
+    }
+    /// Encodes the next layer of the first texture. Returns its decoded texels if they are wanted.
+    Image<glm::vec4> addFirst(Image<glm::vec4> texels, bool wantsDecoded) {
+        for (int y = 0; y < source_.height; ++y)
+            for (int x = 0; x < source_.width; ++x) {
+                glm::vec4& texel = texels.at(x, y);
+                for (int channel = 0; channel < 3 && source_.coverage.at(x, y) == 1; ++channel)
+                    out_.report.clampedNegative += texel[channel] < 0 ? 1 : 0;
+                texel = glm::vec4(glm::max(glm::vec3(texel), glm::vec3(0)), 1);
+            }
+        Layer layer = encodeLayer(plan_.textures[0].format, texels, significance_, options_, wantsDecoded, out_.report);
+        out_.textures[0].layers.push_back(std::move(layer.bytes));
         return std::move(layer.decoded);
     }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "formats/padding.h"
@@ -191,6 +192,44 @@ Layer encodeHdr(const LightMapPlan& plan, const Source& source, const Image<glm:
     hdr.hdrMetric = HdrMetric::Log;
     hdr.hdrScale = std::max(0.1f * static_cast<float>(plan.key) / range, 1e-6f);
     return encodeLayer(plan.textures[0].format, texels, source.coverage, hdr, wantsDecoded, report);
+}
+
+Layer encodeSecond(const LightMapPlan& plan, const Source& source, const Image<glm::vec4>& wanted, std::span<const std::byte> first,
+                   const Image<glm::vec4>& firstDecoded, EncodeOptions options, EncodeReport& report) {
+    const float share = constant(plan, "share", 0);
+    Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
+    for (int y = 0; y < source.height; ++y)
+        for (int x = 0; x < source.width; ++x) {
+            const glm::vec3 second = secondOf(glm::vec3(wanted.at(x, y)), glm::vec3(firstDecoded.at(x, y)), share);
+            texels.at(x, y) = glm::vec4(glm::max(second, glm::vec3(0)), 1);
+        }
+    options.hdrMetric = HdrMetric::Linear;
+    const PixelFormat format = plan.textures[1].format;
+    const Image<float> significance = linearSignificance(source);
+    Layer layer = encodeLayer(format, texels, significance, options, true, report);
+
+    const formats::PixelFormatInfo& block = formats::info(format);
+    const auto blockBytes = static_cast<std::size_t>(block.bytesPerBlock);
+    std::size_t at = 0;  // of the block
+    for (int top = 0; top < source.height; top += block.blockHeight)
+        for (int left = 0; left < source.width; left += block.blockWidth, at += blockBytes) {
+            const int bottom = std::min(top + block.blockHeight, source.height), right = std::min(left + block.blockWidth, source.width);
+            double alone = 0, mixed = 0;  // weighted squared errors
+            for (int y = top; y < bottom; ++y)
+                for (int x = left; x < right; ++x) {
+                    const auto weight = static_cast<double>(significance.at(x, y));
+                    const glm::vec3 without(firstDecoded.at(x, y) - wanted.at(x, y)),
+                        with = glm::mix(glm::vec3(firstDecoded.at(x, y)), glm::vec3(layer.decoded.at(x, y)), share) -
+                               glm::vec3(wanted.at(x, y));
+                    alone += weight * static_cast<double>(glm::dot(without, without));
+                    mixed += weight * static_cast<double>(glm::dot(with, with));
+                }
+            if (mixed <= alone) continue;
+            std::copy_n(first.begin() + static_cast<std::ptrdiff_t>(at), blockBytes, layer.bytes.begin() + static_cast<std::ptrdiff_t>(at));
+            for (int y = top; y < bottom; ++y)
+                for (int x = left; x < right; ++x) layer.decoded.at(x, y) = firstDecoded.at(x, y);
+        }
+    return layer;
 }
 
 Layer encodeAlpha(const Image<glm::vec4>& texels, const Image<float>& significance, const EncodeOptions& options, EncodeReport& report) {

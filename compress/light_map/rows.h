@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <glm/vec2.hpp>
+#include <span>
 #include <vector>
 
 #include "compress/light_map.h"
@@ -80,6 +82,14 @@ inline constexpr float kSecondShare = 1.0f / 8;
 inline glm::vec3 secondOf(const glm::vec3& value, const glm::vec3& first, float share) {
     return first + (value - first) / share;
 }
+/// Encodes a layer of the second texture. Blocks whose correction adds to the error get the bytes of the first texture, which mixes to the
+/// first one alone: a fast search may miss the range of a block of large corrections.
+/// wanted   what the mix should decode to
+/// first    layer of the first texture, and its decoded texels
+/// Returns the layer with its decoded texels.
+Layer encodeSecond(const LightMapPlan& plan, const Source& source, const formats::Image<glm::vec4>& wanted,
+                   std::span<const std::byte> first, const formats::Image<glm::vec4>& firstDecoded, EncodeOptions options,
+                   EncodeReport& report);
 /// Returns the significance of each texel under a linear metric: its importance, and at least a little where it is covered.
 formats::Image<float> linearSignificance(const Source& source);
 

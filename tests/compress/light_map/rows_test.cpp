@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <random>
+
 namespace lightcook::compress {
 namespace {
 
@@ -45,6 +49,49 @@ TEST(DropFarPadding, TakesTheWeightOfTheSecondRingAlone) {
     EXPECT_EQ(source.coverage.at(2, 3), 0);
     EXPECT_EQ(source.coverage.at(3, 3), 0);
     EXPECT_EQ(source.coverage.at(4, 3), kSecondRing);
+}
+
+/// Effort 0 does not find the range of every block of large corrections. Those blocks decode to the first texture alone.
+TEST(EncodeSecond, NoBlockIsWorseThanTheFirstTextureAlone) {
+    constexpr int kSide = 64, kBlock = 4;
+    constexpr formats::PixelFormat kFormat = formats::PixelFormat::Bc6hUf16;
+    std::mt19937 random(5);
+    const auto fraction = [&] { return static_cast<float>(random()) * 0x1p-32f; };
+    rows::Source source = sourceOf(kSide, kSide);
+    formats::Image<glm::vec4> wanted(kSide, kSide);
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x) {
+            set(source, x, y, 1, 1);
+            wanted.at(x, y) = glm::vec4(100 + 0.5f * fraction(), 100 + 0.5f * fraction(), 100 + 0.5f * fraction(), 1);
+        }
+    LightMapPlan plan;
+    plan.textures = {{"sh", kFormat, 1}, {"second", kFormat, 1}};
+    plan.constants["share"] = {rows::kSecondShare};
+    EncodeOptions options;
+    options.effort = 0;
+    EncodeReport report;
+    formats::Image<glm::vec4> texels = wanted.copy();
+    const rows::Layer first = rows::encodeLayer(kFormat, texels, rows::linearSignificance(source), options, true, report);
+    const rows::Layer second = rows::encodeSecond(plan, source, wanted, first.bytes, first.decoded, options, report);
+    int kept = 0, better = 0;
+    for (int top = 0; top < kSide; top += kBlock)
+        for (int left = 0; left < kSide; left += kBlock) {
+            float alone = 0, mixed = 0;
+            for (int y = top; y < top + kBlock; ++y)
+                for (int x = left; x < left + kBlock; ++x) {
+                    const glm::vec4 without = first.decoded.at(x, y), with = glm::mix(without, second.decoded.at(x, y), rows::kSecondShare);
+                    alone += glm::dot(without - wanted.at(x, y), without - wanted.at(x, y));
+                    mixed += glm::dot(with - wanted.at(x, y), with - wanted.at(x, y));
+                }
+            EXPECT_LE(mixed, alone * 1.00001f);
+            const std::size_t block = static_cast<std::size_t>(top / kBlock * (kSide / kBlock) + left / kBlock) * 16;
+            const bool isKept = std::equal(first.bytes.begin() + static_cast<std::ptrdiff_t>(block),
+                                           first.bytes.begin() + static_cast<std::ptrdiff_t>(block) + 16,
+                                           second.bytes.begin() + static_cast<std::ptrdiff_t>(block));
+            ++(isKept ? kept : better);
+        }
+    EXPECT_GT(kept, 0);
+    EXPECT_GT(better, 0);
 }
 
 }  // namespace
