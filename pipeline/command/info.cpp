@@ -264,7 +264,7 @@ int runInfo(const std::vector<std::string>& names, const JsonOutput& json, Sessi
     if (!files) return json.finish(session, {}, {files.error()});
     if (auto checked = session.paths.checkAgainst(*files, "a file of the pattern"); !checked) return session.finish(checked);
     for (const std::filesystem::path& file : *files) {
-        if (formats::lowerExtension(file) != ".toml") continue;
+        if (!session.paths.hasOutputs() || formats::lowerExtension(file) != ".toml") continue;
         const auto scene = readScene(file);
         if (!scene) continue;  // its description says why
         if (auto checked = session.paths.checkAgainstScene(*scene, {}); !checked) return session.finish(checked);

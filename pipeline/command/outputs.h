@@ -33,6 +33,7 @@ public:
     /// that are scene files with the files that they name.
     static CommandPaths ofUnparsed(const std::string& option, const std::filesystem::path& output, const std::vector<std::string>& words);
 
+    bool hasOutputs() const { return !outputs_.empty(); }
     /// Fails if an output is an input, another output, a file of a cooked folder of the command line other than its report, a source of
     /// such a folder that is read, or below a file; if a folder has the name of an output file; or if an output folder is named like a
     /// file.
