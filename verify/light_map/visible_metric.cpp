@@ -84,12 +84,14 @@ double VisibleMetric::coarseBound(const glm::dvec3& low, const glm::dvec3& error
     for (int k = 0; k < 3; ++k) {
         double difference = 0;
         for (int c = 0; c < 3; ++c) difference += std::abs(lms(k)[c]) * error[c];
-        const double upper = std::max(lowest(k, low), kLowest), lower = std::max(upper - difference, isPositive_ ? black_ : kLowest);
-        const double middle = curve(upper);
-        step[static_cast<std::size_t>(k)] =
-            kCurveRounding + (upper + difference <= kSteepestLuminance
-                                  ? std::max(middle - curve(lower), curve(upper + difference) - middle)
-                                  : kSteepestSlope * std::max(std::log(upper / lower), std::log1p(difference / upper)));
+        // The curve is concave: codes differ most where the darker light is as dark as it may be, and the other one `difference` above
+        // it. That is `upper`, unless the darker light may be black, which no factor makes darker.
+        const double black = isPositive_ ? black_ : kLowest, upper = std::max(lowest(k, low), kLowest),
+                     lower = std::max(upper - difference, black);
+        const bool mayGoOut = upper - difference <= black;
+        step[static_cast<std::size_t>(k)] = kCurveRounding + (mayGoOut || upper + difference <= kSteepestLuminance
+                                                                  ? curve(std::max(upper, lower + difference)) - curve(lower)
+                                                                  : kSteepestSlope * std::log(upper / lower));
         // Also for NaN, of which nothing is known.
         if (!(difference < kHighest)) step[static_cast<std::size_t>(k)] = 1;
     }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/matrix.hpp>
 
 #include "lighting/display.h"
 #include "verify/assets/random.h"
@@ -50,6 +51,23 @@ TEST(VisibleMetric, WhatCheaplyCannotExceedALimitIsBelowIt) {
         }
         EXPECT_GT(below, isPositive ? 3000 : -1);  // of 20,000
     }
+}
+
+TEST(VisibleMetric, CoarseBoundHoldsForLightThatGoesOut) {
+    verify::Viewing viewing = viewingOf(true);  // black is 0.5 cd/m^2
+    // Each channel raises one of L, M and S almost alone, so that their codes differ apart from each other.
+    viewing.bt2020FromWorking = glm::inverse(lighting::lmsFromBt2020()) * glm::dmat3(1, 0.02, 0.02, 0.02, 1, 0.02, 0.02, 0.02, 1);
+    const verify::VisibleMetric metric(viewing, 1);
+    for (int channel = 0; channel < 3; ++channel)
+        for (const double brightness : {1.0, 3.0, 10.0, 20.0}) {
+            glm::dvec3 reference(0);
+            reference[channel] = brightness;
+            // The error is larger than the darkest light that the reference may have.
+            for (const double factor : {1.0, 0.3})
+                EXPECT_GE(metric.coarseBound(0.1 * reference, reference),
+                          lighting::visibleDifference(factor * reference, glm::dvec3(0), viewing.display, viewing.bt2020FromWorking))
+                    << channel << " " << brightness;
+        }
 }
 
 TEST(VisibleMetric, WithoutANumberNothingIsProvenCheaply) {
