@@ -91,12 +91,15 @@ double largestLocalError(Range reference, Range result, double key) {
     return std::max(above, below);
 }
 
-Range storedRange(const CookedCubemap::Mip& mip, int channel) {
+/// Returns the range of a channel of the stored texels. Nothing if one is not finite.
+std::optional<Range> storedRange(const CookedCubemap::Mip& mip, int channel) {
     Range range{std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()};
     for (const auto& face : mip.faces)
         for (const glm::vec4& texel : face.texels()) {
-            range.low = std::min(range.low, static_cast<double>(texel[channel]));
-            range.high = std::max(range.high, static_cast<double>(texel[channel]));
+            const auto value = static_cast<double>(texel[channel]);
+            if (!std::isfinite(value)) return std::nullopt;
+            range.low = std::min(range.low, value);
+            range.high = std::max(range.high, value);
         }
     return range;
 }
@@ -113,7 +116,7 @@ std::optional<lighting::Extrema> denominatorRange(const CookedCubemap& map, cons
 
 /// Returns an upper bound of the local error over every direction, with its mip and channel; `local` is the bound. Sound but loose: the
 /// reference is between the smallest and largest texel of the source, the result between the smallest and largest stored value times the
-/// exact extrema of S. Infinite if S is not positive everywhere.
+/// exact extrema of S. Infinite if S is not positive everywhere, or a stored value is not finite.
 ErrorPlace boundOf(const CookedCubemap& map, const CubemapReference& reference, double key) {
     ErrorPlace worst;
     for (std::size_t index = 0; index < map.mips.size(); ++index)
@@ -127,11 +130,11 @@ ErrorPlace boundOf(const CookedCubemap& map, const CubemapReference& reference, 
                 worst.local = bound;
             };
             const std::optional<lighting::Extrema> s = denominatorRange(map, mip, channel);
-            if (!s || !(s->minimum > 0)) raise(std::numeric_limits<double>::infinity());
+            const std::optional<Range> stored = storedRange(mip, channel);
+            if (!s || !(s->minimum > 0) || !stored) raise(std::numeric_limits<double>::infinity());
             if (!std::isfinite(worst.local)) return worst;
-            const Range stored = storedRange(mip, channel);
             // 1e-5: rounding of the shader's S in floats.
-            const Range result{map.range * stored.low * s->minimum * (1 - 1e-5), map.range * stored.high * s->maximum * (1 + 1e-5)};
+            const Range result{map.range * stored->low * s->minimum * (1 - 1e-5), map.range * stored->high * s->maximum * (1 + 1e-5)};
             raise(largestLocalError({reference.smallest()[channel], reference.largest()[channel]}, result, key));
         }
     return worst;
@@ -563,7 +566,7 @@ std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapRef
     const ErrorPlace bound = boundOf(map, reference, key);
     divide.energy.addBound(bound.local, bound);
     filter.energy.addBound(bound.local, bound);
-    // Samples may miss the direction in which S is not positive.
+    // Samples may miss the direction in which S is not positive, and the texel that is not finite.
     if (!std::isfinite(bound.local)) divide.energy.add(0, bound.local, [&] { return bound; });
     std::vector<StageError> stages = {
         {"divide", {}, divide.figures(), 0}, {"filter", {}, filter.figures(), 0}, {"total", {}, divide.figures(), 0}};

@@ -344,6 +344,18 @@ TEST(VerifyCubemap, AnSThatIsNotPositivePassesNoLimit) {
     EXPECT_GT(verifyAll(map, reference, {1, 1, 0})[2].specular.relRms, 1e100);
 }
 
+TEST(VerifyCubemap, ATexelThatIsNotFinitePassesNoLimitEvenWhereNoSampleLies) {
+    const Environment environment = panorama(32, smooth);
+    const CubemapReference reference(environment);
+    for (const float value : {NAN, HUGE_VALF}) {
+        CookedCubemap map = ideal(reference, positiveSh());
+        map.mips[1].faces[2].at(1, 3).y = value;
+        const std::vector<StageError> stages = cubemapStages(map, reference, {}, {});
+        EXPECT_GT(stages[2].specular.relRms, 1e100);
+        EXPECT_GT(stages[2].specular.maxBound.value_or(0), 1e100);
+    }
+}
+
 TEST(VerifyCubemap, ABlackProbeIsExact) {
     const Environment environment = panorama(16, [](const glm::dvec3&) { return glm::vec3(0); });
     const CubemapReference reference(environment);
