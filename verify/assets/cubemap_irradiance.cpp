@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -15,7 +16,8 @@ namespace lightcook::verify {
 namespace {
 
 constexpr int kTexels = 96;
-constexpr double kDarkest = 0.02;  ///< smallest denominator of an error, relative to the mean radiance
+constexpr double kDarkest = 0.02;       ///< smallest denominator of an error, relative to the mean radiance
+constexpr double kLeastWeight = 1e-12;  ///< a place with a smaller sum of weights faces the centre of no texel [sr]
 
 struct Place {
     glm::dvec3 normal;
@@ -155,14 +157,20 @@ IrradianceFigures compareIrradiance(std::span<const formats::Image<glm::vec4>> f
     IrradianceFigures figures;
     figures.texelCount = static_cast<int>(places.size());
     double squares = 0, references = 0;
-    for (const Place& place : places)
+    for (const Place& place : places) {
+        if (!(place.weight > kLeastWeight)) continue;  // no reference
         for (int channel = 0; channel < 3; ++channel) {
             const double reference = place.reference[channel] / place.weight;
             const double error = std::abs(place.cooked[channel] - reference);
+            if (!std::isfinite(error)) {
+                figures.relRms = figures.worst = std::numeric_limits<double>::max();
+                return figures;
+            }
             squares += error * error;
             references += reference * reference;
             if (error > 0) figures.worst = std::max(figures.worst, error / (reference + floor));
         }
+    }
     figures.relRms = squares > 0 ? std::sqrt(squares / references) : 0;
     return figures;
 }

@@ -64,6 +64,19 @@ TEST(CompareIrradiance, ItsReferenceIsTheSumOverEveryTexel) {
         }
 }
 
+TEST(CompareIrradiance, ATexelThatIsNotFinitePassesNoLimit) {
+    const Environment environment{Environment::Projection::Equirectangular, Image<glm::vec3>(16, 8, glm::vec3(1))};
+    for (const float value : {NAN, HUGE_VALF}) {
+        std::vector<Image<glm::vec4>> faces;
+        for (int face = 0; face < 6; ++face) faces.emplace_back(3, 3, glm::vec4(1));
+        EXPECT_LT(compareIrradiance(faces, 1, 0, environment).relRms, 1e-6);
+        faces[4].at(1, 2).x = value;
+        const IrradianceFigures figures = compareIrradiance(faces, 1, 0, environment);
+        EXPECT_GT(figures.relRms, 1e100);
+        EXPECT_GT(figures.worst, 1e100);
+    }
+}
+
 TEST(CompareIrradiance, ASingleBrightTexelIsCountedInEveryReference) {
     std::mt19937 random(2);
     for (int trial = 0; trial < 300; ++trial) {
