@@ -29,10 +29,7 @@ public:
     void raiseRows(int firstRow, int rowCount, LargestBounds& largest) {
         std::vector<CoarselyBoundedQuad> kept;
         forEachCoveredQuad(rows_, firstRow, rowCount, [&](const CoveredQuad<Layout>& quad) {
-            // Beyond the edge of a map the light is that at the edge, which another quad has.
-            const bool isBeyond =
-                (rows_.width() > 1 && quad.texelX(0) == quad.texelX(1)) || (rows_.height() > 1 && quad.texelY(0) == quad.texelY(2));
-            if (quad.isInside() || isBeyond) return;
+            if (quad.isInside() || isOfAnotherQuad(quad)) return;
             const ErrorBound bound = coarseBound(quad, largest);
             if (!evaluator_.cannotExceed(largest, bound)) kept.push_back({quad.x, quad.y, bound});
         });
@@ -64,6 +61,19 @@ private:
         ErrorBound bound;  ///< of all decodes
     };
 
+    /// Returns true for a quad beyond the edge of the map whose light is known to be that at the rim of a quad inside: beyond the edge the
+    /// light is that at the edge. The quad inside holds no surface if a chart ends at the texel beside the edge.
+    bool isOfAnotherQuad(const CoveredQuad<Layout>& quad) const {
+        const bool isBesideX = rows_.width() > 1 && quad.texelX(0) == quad.texelX(1),
+                   isBesideY = rows_.height() > 1 && quad.texelY(0) == quad.texelY(2);
+        if (!isBesideX && !isBesideY) return false;
+        if (!rows_.hasCharts()) return true;
+        if (isBesideY && quad.y > 0) return false;  // a strip may begin at the last row: then it has no quad inside
+        const int x = isBesideX ? std::clamp(quad.x, 0, rows_.width() - 2) : quad.x, y = isBesideY ? 0 : quad.y;
+        bool holdsSurface = false;
+        withCoveredQuad(rows_, x, y, [&](const CoveredQuad<Layout>& inside) { holdsSurface = inside.coveredCount() > 0; });
+        return holdsSurface;
+    }
     /// Computes the lengths of the covered corners, and those of the differences of their references.
     void measure(const CoveredQuad<Layout>& quad) {
         if (!coarse_.isKnown()) return;

@@ -40,6 +40,7 @@ public:
     int lastRow() const {
         return std::min(texels_.firstRow + texels_.textures.front().front().height(), reference_.firstRow + reference_.sh.height()) - 1;
     }
+    bool hasCharts() const { return reference_.chart.width() > 0; }
     const glm::vec3& normalAt(int x, int y) const { return reference_.normal.at(x, y - reference_.firstRow); }
 
     /// One row of the map; light in units of the key.

@@ -133,6 +133,52 @@ TEST(LightMapVerifier, PlacesBetweenChartsAreNotJudged) {
     EXPECT_GT(surface().relRms, 0.1);
 }
 
+/// A map of layout "raw" under grey light, decoded without an error.
+struct RawMap {
+    formats::LightMapStrip reference;
+    verify::CookedLightMap map{"raw", {{"range", {1.0f}}}};
+    verify::DecodedLightMapRows texels;
+
+    RawMap(int width, int height) {
+        map.width = width;
+        map.height = height;
+        lighting::ShRgb grey{};
+        grey[0] = glm::vec3(1);
+        reference.sh = formats::Image<lighting::ShRgb>(width, height, grey);
+        reference.covered = formats::Image<std::uint8_t>(width, height, 1);
+        reference.normal = formats::Image<glm::vec3>(width, height, glm::vec3(0, 0, 1));
+        auto& layers = texels.textures.emplace_back();
+        for (std::size_t i = 0; i < lighting::kShCount; ++i) layers.emplace_back(width, height, glm::vec4(i == 0 ? 1 : 0));
+    }
+    /// Returns the figures of diffuse light on the surface.
+    verify::ErrorFigures surface() const {
+        verify::LightMapShading shading;
+        shading.specular = false;
+        verify::LightMapSampling sampling;
+        sampling.placesPerTexel = 4;
+        const auto verifier = verify::LightMapVerifier::create(map, shading, sampling, 1);
+        return verifier->verifyRows(texels, reference, 0, map.height).surface.diffuse.figures();
+    }
+};
+
+TEST(LightMapVerifier, ChartsOfOneRowOfTexelsAtTheEdgeOfTheMapAreBounded) {
+    constexpr int kSide = 4;
+    for (const int edge : {0, 1, 2, 3}) {
+        RawMap raw(kSide, kSide);
+        raw.reference.chart = formats::Image<std::uint32_t>(kSide, kSide, formats::kNoChart);
+        for (int y = 0; y < kSide; ++y)
+            for (int x = 0; x < kSide; ++x) {
+                const bool isInside = (edge < 2 ? x : y) == (edge % 2 == 0 ? 0 : kSide - 1);
+                raw.reference.covered.at(x, y) = isInside ? 1 : 0;
+                if (isInside) raw.reference.chart.at(x, y) = 1;
+                raw.texels.textures[0][0].at(x, y).x = (x + y) % 2 == 0 ? 1.0f : 1.2f;
+            }
+        const verify::ErrorFigures figures = raw.surface();
+        EXPECT_GT(figures.maxSampled, 0.05) << edge;
+        EXPECT_GE(figures.maxBound.value_or(0), figures.maxSampled) << edge;
+    }
+}
+
 TEST(LightMapVerifierSoak, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
     for (const LightMapLayout layout : kEveryLayout)
         for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
