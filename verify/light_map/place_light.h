@@ -36,6 +36,8 @@ public:
     const PlaceRectangle& whole() const { return whole_; }
     /// Control vectors along each axis of a quad of which some texels are not covered.
     static constexpr std::size_t kRimNodes = Layout::kDegree + 2;
+    /// Returns the control vectors along each axis of this quad.
+    std::size_t nodes() const { return quad_.isCovered() ? Layout::kDegree + 1 : kRimNodes; }
 
     /// Returns the control vectors over a rectangle; of one without size, the light there.
     CellLight over(const PlaceRectangle& place) const {

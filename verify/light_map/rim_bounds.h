@@ -130,7 +130,7 @@ private:
                     pairs_[k].error[i] = static_cast<float>(light.errors.value(k, c, i));
                     pairs_[k].reference[i] = static_cast<float>(light.references.value(k, c, i));
                 }
-            evaluator_.raise(found, pairs_, slack[c], {at.x, at.y, 0.5, QuarterLight<Layout>::kRimNodes, static_cast<int>(c)});
+            evaluator_.raise(found, pairs_, slack[c], {at.x, at.y, 0.5, quarter.nodes(), static_cast<int>(c)});
         }
         const auto take = [&](LargestBound& kind, const LargestBound& raised, float coarseError) {
             ErrorPlace place = raised.place;

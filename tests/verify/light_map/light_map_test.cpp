@@ -179,6 +179,17 @@ TEST(LightMapVerifier, ChartsOfOneRowOfTexelsAtTheEdgeOfTheMapAreBounded) {
     }
 }
 
+TEST(LightMapVerifier, TheBoundOfAMapOfOneRowIsReachedAtItsTexel) {
+    for (const bool isColumn : {true, false}) {
+        RawMap raw(isColumn ? 1 : 3, isColumn ? 3 : 1);
+        raw.texels.textures[0][0].texels()[1].x = 1.2f;
+        const verify::ErrorPlace place = raw.surface().boundAt;
+        EXPECT_NEAR(place.x, isColumn ? 0 : 1, 1e-6);
+        EXPECT_NEAR(place.y, isColumn ? 1 : 0, 1e-6);
+        EXPECT_NEAR(place.found, 1.2 * place.reference, 1e-5);
+    }
+}
+
 TEST(LightMapVerifierSoak, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
     for (const LightMapLayout layout : kEveryLayout)
         for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
