@@ -49,7 +49,7 @@ const AxisMapping& find(const std::vector<AxisMapping>& mappings, const std::str
     throw std::out_of_range("no axis measures " + name);
 }
 
-/// Returns one of the three textures: four kernel entries a texel, quantized.
+/// Returns the four entries of a kernel that a texel of one of the three textures holds.
 using PickChannels = glm::dvec4 (*)(const lighting::AreaSpecularKernel&);
 glm::dvec4 pickC(const lighting::AreaSpecularKernel& kernel) {
     return {kernel.c[0], kernel.c[2], kernel.c[3], kernel.c[6]};
@@ -82,6 +82,8 @@ void quantize(SpecularTexture& texture) {
     }
 }
 
+/// Returns one of the three textures, quantized.
+/// rows  kernels [roughness][view]
 SpecularTexture makeTexture(const std::vector<std::vector<lighting::AreaSpecularKernel>>& rows, PickChannels pick) {
     const int width = static_cast<int>(rows.front().size()), height = static_cast<int>(rows.size());
     SpecularTexture texture;

@@ -55,8 +55,8 @@ private:
     std::vector<double> z_, previous_, current_, next_;
 };
 
-/// The drops of radiance from zone to zone. Integrated by parts, the integral of L P_l over z is a sum over edges of drop times
-/// P_(l+1) - P_(l-1).
+/// Returns the step of radiance at each edge from north to south: the zone below minus the zone above, and 0 beyond both poles. Integrated
+/// by parts, (2l + 1) times the integral of L P_l over z is the sum over edges of step times P_(l+1) - P_(l-1).
 std::vector<glm::dvec3> edgeSteps(const std::vector<glm::vec3>& gradient) {
     const std::size_t count = gradient.size();
     std::vector<glm::dvec3> steps(count + 1);
