@@ -5,8 +5,7 @@
 // difference of the kernel T from the blend of its own corners, so
 //   |error| <= largest |error| of the corners + (deviation of T from its chord over roughness) + (the same over the view).
 //   - Over roughness: deviation <= width^2 / 8 * |d2T/dvalue2|, and |d2T/dm2| <= K sup|w Y| / m^2, because only the density of slopes
-//   depends on
-//     m. K is the mean of |second derivative / density|: 4.218 for Beckmann, 1.736 for GGX. Pieces are as wide as kRoughnessSlack allows.
+//     depends on m. K is the mean of |second derivative / density| (roughnessFactors). Pieces are as wide as kRoughnessSlack allows.
 //   - Over the view: T(x) - chord <= (D - d) width / 4 for a derivative inside [d, D], which lut_derivative.h computes.
 // Local relative errors divide by the smallest |T| or |reflected radiance| in the piece, plus 0.02 key.
 //

@@ -120,9 +120,9 @@ SquareSums ErrorAccumulator::addPiece(const float* reference, const float* error
 }
 
 void ErrorAccumulator::addBound(double bound, const ErrorPlace& place) {
-    const double told = finiteOrLargest(bound);
-    if (!(told > maxBound_)) return;
-    maxBound_ = told;
+    const double finite = finiteOrLargest(bound);
+    if (!(finite > maxBound_)) return;
+    maxBound_ = finite;
     boundAt_ = place;
 }
 

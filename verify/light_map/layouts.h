@@ -271,7 +271,7 @@ struct Halo3Linear : LayoutRow<LightMapLayout::Halo3Linear> {
     }
 };
 
-/// Layouts whose decode is no polynomial of the texels at all. In a part of a quad it is within curvatureOf() (deviation.h) of the bilinear
+/// Layouts whose decode is no polynomial of the texels at all. In a part of a quad it is within curvatureOf() (curvature.h) of the bilinear
 /// blend of its values at the corners of the part.
 template <class Layout>
 concept Curved = formats::info(Layout::kLayout)
