@@ -48,6 +48,14 @@ inline BandLengths lengthsOf(const shaders::LcSh& upperBounds) {
     return lightmap::bandLengths(upperBounds);
 }
 
+/// Returns the box of a layer over a quad, of its corners.
+/// absolute, relative  tolerance of the layer's texels, and the part that is a fraction of the value
+inline TexelBox boxOf(const std::array<glm::vec4, 4>& at, const glm::vec4& absolute, float relative) {
+    const glm::vec4 low = glm::min(glm::min(at[0], at[1]), glm::min(at[2], at[3])),
+                    high = glm::max(glm::max(at[0], at[1]), glm::max(at[2], at[3]));
+    return {0.5f * (low + high), 0.5f * (high - low), absolute + relative * glm::max(glm::abs(low), glm::abs(high))};
+}
+
 }  // namespace detail
 
 /// Coarse bounds of one layout.
@@ -146,10 +154,7 @@ public:
             across[layer] = detail::step(at, 0);
             down[layer] = detail::step(at, 1);
             if (formats_.empty()) continue;
-            const glm::vec4 low = glm::min(glm::min(at[0], at[1]), glm::min(at[2], at[3])),
-                            high = glm::max(glm::max(at[0], at[1]), glm::max(at[2], at[3]));
-            boxes[layer] = {0.5f * (low + high), 0.5f * (high - low),
-                            toleranceAt(layer) + formats_[layer].relative * glm::max(glm::abs(low), glm::abs(high))};
+            boxes[layer] = detail::boxOf(at, toleranceAt(layer), formats_[layer].relative);
         }
         shaders::LcSh curvature{};
         for (std::size_t i = 1; i < 4; ++i)
@@ -177,10 +182,7 @@ public:
         Boxes<Layout::kLayers> boxes;
         for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
             const auto at = detail::layerAt(t, layer);
-            const glm::vec4 low = glm::min(glm::min(at[0], at[1]), glm::min(at[2], at[3])),
-                            high = glm::max(glm::max(at[0], at[1]), glm::max(at[2], at[3]));
-            boxes[layer] = {0.5f * (low + high), 0.5f * (high - low),
-                            toleranceAt(layer) + formats_[layer].relative * glm::max(glm::abs(low), glm::abs(high))};
+            boxes[layer] = detail::boxOf(at, toleranceAt(layer), formats_[layer].relative);
         }
         out.tolerance = detail::lengthsOf(deviationOf(layout, boxes));
         return out;
