@@ -77,7 +77,8 @@ RsrmRow compareRsrmRow(const CookedRsrm& map, const RsrmSource& source, int row,
 /// Returns the size of a code of the map at some light, by channel [light].
 glm::dvec3 rsrmCodeSize(const CookedRsrm& map, const glm::dvec3& light);
 
-/// The largest error at a texel centre beyond what RsrmCodes and the source's uncertainty allow, in codes. At most 0 for a correct map.
+/// The largest error at a texel centre beyond what RsrmCodes and the source's uncertainty allow, in codes. At most 0 for a correct map, and
+/// the largest double for a texel that is not finite.
 /// Maps in block formats are not checked.
 struct RsrmCodeError {
     double codes = 0;

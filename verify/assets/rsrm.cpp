@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -359,7 +360,8 @@ RsrmCodeError rsrmCodeError(const CookedRsrm& map, const RsrmSource& source, con
             for (int channel = 0; channel < 3; ++channel) {
                 const double code = codes[channel];
                 const double slack = allowed * code + off[channel] + kLeastCode;
-                const double beyond = (std::abs(point.cooked[channel] - point.reference[channel]) - slack) / std::max(code, kLeastCode);
+                double beyond = (std::abs(point.cooked[channel] - point.reference[channel]) - slack) / std::max(code, kLeastCode);
+                if (!std::isfinite(beyond)) beyond = std::numeric_limits<double>::max();  // also for NaN
                 if (beyond > worst.codes) worst = {beyond, static_cast<int>(row), column};
             }
             ++column;

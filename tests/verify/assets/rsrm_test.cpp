@@ -331,6 +331,12 @@ TEST(VerifyRsrm, CodesOfFloatsAreTheirSteps) {
     roundTo(halves, [&](const glm::vec3& texel) { return glm::dvec3(power(texel.x, 10), power(texel.y, 10), power(texel.z, 10)); });
     halves.codes = RsrmCodes::Halves;
     EXPECT_LE(rsrmCodeError(halves, {gradient}, rowsOf(halves, gradient)).codes, 0);
+    for (const float value : {NAN, HUGE_VALF}) {
+        CookedRsrm broken = exact();
+        broken.codes = RsrmCodes::Halves;
+        broken.texels.at(2, 1).y = value;
+        EXPECT_GT(rsrmCodeError(broken, {gradient}, rowsOf(broken, gradient)).codes, 1e100);
+    }
     EXPECT_NEAR(rsrmCodeSize(halves, {1.5, 0.75, 30}).x, 0x1p-10, 1e-12);
     EXPECT_NEAR(rsrmCodeSize(halves, {1.5, 0.75, 30}).z, 0x1p-6, 1e-12);
     CookedRsrm shared = exact();
