@@ -10,6 +10,7 @@
 #include "lighting/sh.h"
 #include "lighting/sphere.h"
 #include "shaders/lightcook_cpp.h"
+#include "verify/assets/lut_derivative.h"
 #include "verify/assets/random.h"
 #include "verify/texture_unit.h"
 
@@ -21,8 +22,6 @@ constexpr int kLightCount = 12;
 constexpr int kReferencePoints = 24;
 /// Largest relative error of a value that is rounded to single precision.
 constexpr double kHalfUlp = 0x1p-24;
-/// Coefficients of a kernel, in the order of its entries.
-constexpr std::array<std::size_t, 6> kCoefficients = {0, 2, 3, 6, 7, 8};
 
 SpecularKernelEntries entriesOfShader(const shaders::LcSpecularKernel& k) {
     SpecularKernelEntries entries;
@@ -246,15 +245,14 @@ LutStepError lutStepError(const CookedLut& tables, const std::vector<LutSample>&
 }
 
 std::vector<SpecularKernelEntries> lutShadings(const std::vector<double>& f0) {
-    constexpr std::array<std::size_t, 6> kC = {0, 1, 2, 3, 8, 9}, kD = {4, 5, 6, 7, 10, 11};
     std::vector<SpecularKernelEntries> shadings;
     for (int light = 0; light <= kLightCount; ++light)
         for (const double f : f0) {
             const lighting::ShDouble incident = lightOf(light);
             SpecularKernelEntries shading{};
-            for (std::size_t i = 0; i < kC.size(); ++i) {
-                shading[kC[i]] = f * incident[kCoefficients[i]];
-                shading[kD[i]] = (1 - f) * incident[kCoefficients[i]];
+            for (std::size_t i = 0; i < lut::kKernelCoefficients.size(); ++i) {
+                shading[lut::kEntryOfC[i]] = f * incident[lut::kKernelCoefficients[i]];
+                shading[lut::kEntryOfD[i]] = (1 - f) * incident[lut::kKernelCoefficients[i]];
             }
             shadings.push_back(shading);
         }

@@ -25,6 +25,7 @@ namespace lightcook::verify {
 namespace {
 
 using lighting::SpecularLobe;
+using lut::EntryIntervals, lut::Interval, lut::kEntryOfC, lut::kEntryOfD;
 constexpr double kPi = std::numbers::pi;
 /// Pieces of the view axis: of the whole axis (each cell at least two), limits of the growth of NoV and of the angle [rad] within a piece.
 constexpr int kViewPieces = 224;
@@ -144,7 +145,7 @@ public:
             // At 90 degrees tangents are infinite. No light is reflected there.
             const double psi1 = std::min(ends_[ring + 1], kPi / 2 - 1e-6);
             for (int arc = 0; arc < kArcs; ++arc)
-                addDerivative({theta0, theta1, ends_[ring], psi1, kPi * arc / kArcs, kPi * (arc + 1) / kArcs}, rings[ring]);
+                lut::addDerivative({theta0, theta1, ends_[ring], psi1, kPi * arc / kArcs, kPi * (arc + 1) / kArcs}, rings[ring]);
         }
         return rings;
     }
@@ -315,7 +316,7 @@ private:
         const std::vector<EntryIntervals> rings = isAnalytic ? std::vector<EntryIntervals>() : rings_.derivativeOver(theta0, theta1);
         for (std::size_t row = 0; row < rowCount; ++row) {
             const EntryIntervals derivative =
-                isAnalytic ? phongDerivative(theta0, theta1, lighting::phongBands(tables_.lobe, roughness_.rows()[row]))
+                isAnalytic ? lut::phongDerivative(theta0, theta1, lighting::phongBands(tables_.lobe, roughness_.rows()[row]))
                            : rings_.weighted(rings, row);
             for (std::size_t k = 0; k < derivative.size(); ++k)
                 all[row][k] = deviationFromChord(derivative[k], perValue, width, theta1 - theta0);
@@ -337,7 +338,7 @@ private:
         for (std::size_t piece = 0; piece < roughness_.pieces().size(); ++piece) {
             const RoughnessPieces::Piece& row = roughness_.pieces()[piece];
             SpecularKernelEntries slack;
-            for (std::size_t i = 0; i < kKernelCoefficients.size(); ++i)
+            for (std::size_t i = 0; i < lut::kKernelCoefficients.size(); ++i)
                 for (const std::size_t k : {kEntryOfC[i], kEntryOfD[i]})
                     slack[k] = std::max(deviations[piece][k], deviations[piece + 1][k]) + row.secondDifference * kHalfRange[i] +
                                kKernelRounding * scale_ +

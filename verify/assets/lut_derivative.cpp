@@ -3,7 +3,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-namespace lightcook::verify {
+namespace lightcook::verify::lut {
 namespace {
 
 /// |Y_l|: no function of band l exceeds it, and each derivative along a rotation adds a factor l.
@@ -117,4 +117,4 @@ EntryIntervals phongDerivative(double theta0, double theta1, const lighting::ShB
     return derivative;
 }
 
-}  // namespace lightcook::verify
+}  // namespace lightcook::verify::lut

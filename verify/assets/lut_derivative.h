@@ -18,7 +18,8 @@
 #include "lighting/sh.h"
 #include "verify/lut.h"
 
-namespace lightcook::verify {
+/// Apart from verify, whose bounds of light maps have an Interval of their own (light_map/visible_metric.h).
+namespace lightcook::verify::lut {
 
 struct Interval {
     double low = 0, high = 0;
@@ -60,4 +61,4 @@ void addDerivative(const HalfVectorBox& box, EntryIntervals& sums);
 /// bands  lighting::phongBands of the lobe
 EntryIntervals phongDerivative(double theta0, double theta1, const lighting::ShBands& bands);
 
-}  // namespace lightcook::verify
+}  // namespace lightcook::verify::lut
