@@ -37,10 +37,6 @@ constexpr std::array<std::string_view, 26> kFileExtensions = {
 /// Name of the inputs of a command line that could not be parsed.
 constexpr const char* kUnparsedInput = "command line";
 
-Json jsonOf(const Error& error) {
-    return {{"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}};
-}
-
 /// Returns the absolute path without links, dots and a slash at its end.
 std::filesystem::path plainPath(const std::filesystem::path& path) {
     std::error_code code;
@@ -86,7 +82,7 @@ tl::unexpected<Error> samePlace(const std::string& output, const std::filesystem
 /// facts   that it found; null: none
 Json failureDocument(Json facts, const std::vector<Error>& errors) {
     Json list = Json::array();
-    for (const Error& error : errors) list.push_back(jsonOf(error));
+    for (const Error& error : errors) list.push_back(toJson(DocumentError{exitCode(error.code), error.subject, error.detail}));
     if (facts.is_null()) facts = Json::object();
     if (!facts.is_object()) facts = {{"results", std::move(facts)}};
     facts["passed"] = false;

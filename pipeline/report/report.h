@@ -82,6 +82,18 @@ void describe(Fields& fields, Self& incomplete) {
     fields.required("errors", incomplete.errors, "errors of that cook, the first one first");
 }
 
+/// An error in the JSON of a command that failed.
+struct DocumentError {
+    int code = 1;
+    std::string subject, detail;  ///< formats::Error
+};
+template <class Fields, Is<DocumentError> Self>
+void describe(Fields& fields, Self& error) {
+    fields.required("code", error.code, between(1, 6), "exit code of this error");
+    fields.required("subject", error.subject, "file and place");
+    fields.required("detail", error.detail, "what was found, and what was expected");
+}
+
 /// report.json.
 struct Report {
     std::string scene;
@@ -101,12 +113,16 @@ struct Report {
     std::optional<std::vector<PlatformUse>> platforms;  ///< of `report --budgets`
     std::optional<std::vector<ReportFile>> files;
     std::optional<std::string> digest;  ///< of a report that was read
+    // Only the document of --json has these: see JsonOutput.
+    std::optional<int> exitCode;
+    std::optional<std::vector<DocumentError>> errors;
 };
 template <class Fields, Is<Report> Self>
 void describe(Fields& fields, Self& report) {
     fields.required("scene", report.scene, "name of the scene");
     fields.optional("tool", report.tool, "program that wrote the report");
-    fields.required("passed", report.passed, "true if every asset was cooked and passed, and the scene keeps its budget and its limits on the whole");
+    fields.required("passed", report.passed,
+                    "true if every asset was cooked and passed, and the scene keeps its budget and its limits on the whole");
     fields.required("seconds", report.seconds, between(0, HUGE_VAL),
                     "wall time of the runs that made the results; of a verification its own");
     fields.required("peak_rss_bytes", report.peakRssBytes, between(0, kLargestBytes), "most memory that was resident in one of them");
@@ -122,6 +138,8 @@ void describe(Fields& fields, Self& report) {
     fields.optional("platforms", report.platforms, "budgets of platforms: of `lightcook report --budgets`");
     fields.optional("files", report.files, "files that belong to this report");
     fields.optional("digest", report.digest, "XXH3-128 of this file, taken with zeros for the digits of the digest itself");
+    fields.optional("exit_code", report.exitCode, between(1, 6), "in the document of `--json` of a command that failed: its exit code");
+    fields.optional("errors", report.errors, "in the document of `--json` of a command that failed: its errors, the first one first");
 }
 
 /// Returns the row of an asset: its manifest entry, the results of its cook and its verification, and the time of each.

@@ -377,6 +377,17 @@ TEST_F(Engines, SchemasRefuseWhatTheProgramDoesNotWrite) {
     EXPECT_TRUE(refuses([](Json& json) { json["assets"][0]["textures"][0]["width"] = 0; }));
 }
 
+TEST_F(Engines, JsonOfAFailedCookKeepsTheReportSchema) {
+    if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
+    ASSERT_EQ(run("cook scene.toml -o out --effort 0 --max-error 1e-7 --json cook.json").code, 4);
+    EXPECT_EQ(objections(scene_ / "cook.json", reportSchema()), "");
+    Json json = parseJson(formats::contentOf(scene_ / "cook.json"));
+    ASSERT_FALSE(json.at("errors").empty());
+    json["errors"][0].erase("subject");
+    formats::writeContent(scene_ / "changed.json", json.dump());
+    EXPECT_NE(objections(scene_ / "changed.json", reportSchema()), "");
+}
+
 TEST_F(Engines, GltfNeedsAMeshAndKtx2) {
     expectRefused("cook scene.toml -o out --gltf", 2, {"--gltf", "no light map with a mesh", "add `mesh`"});
     expectRefused("cook scene.toml -o out --gltf --container dds", 2, {"--gltf", "expected container ktx2"});
