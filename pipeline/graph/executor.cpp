@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include "formats/lower_extension.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/source_digest.h"
 
@@ -21,21 +22,22 @@ using formats::failure;
 using formats::Result;
 
 /// Returns the cache key of an action: a digest of everything that its result depends on. That is its function, parameters and inputs, the
-/// files and results of its dependencies, the sources of this program, and the asset's name, which files and manifest entry have.
+/// files and results of its dependencies, the sources of this program, and the asset's name, which files and manifest entry have. An input
+/// counts with its extension: a gradient in a .png has sRGB values, and a .hdr is not looked at as OpenEXR.
 Result<std::string> keyOf(const Action& action, const std::vector<const ActionRecord*>& upstream, DigestMemo& digests) {
     Json key = {{"tool", kSourceDigest},           {"kind", action.kind},      {"asset", action.asset},
                 {"parameters", action.parameters}, {"inputs", Json::object()}, {"upstream", Json::array()}};
     for (const auto& [role, path] : action.inputs) {
         const auto digest = digests.of(path);
         if (!digest) return tl::make_unexpected(digest.error());
-        key["inputs"][role] = *digest;
+        key["inputs"][role] = {*digest, formats::lowerExtension(path)};
     }
     for (const ActionRecord* record : upstream) {
         Json files = Json::array();
         for (const FileRecord& file : record->files) files.push_back({file.name, file.digest});
         key["upstream"].push_back({{"result", record->result}, {"files", files}});
     }
-    return digestOfText(key.dump());
+    return digestOfText(key.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 class Execution {

@@ -66,6 +66,20 @@ TEST_F(Executor, OnlyChangedActionsAndTheirDependantsRunAgain) {
     EXPECT_EQ(*readFile(folder_ / "out" / "c.txt"), "three uno ");
 }
 
+/// The extension says how the values of a picture are read.
+TEST_F(Executor, AnInputOfAnotherExtensionIsAnotherInput) {
+    const auto reuses = [&](const char* name) {
+        EXPECT_TRUE(writeFile(folder_ / name, "the same content").has_value());
+        Action each = action("a", "one ");
+        each.inputs["source"] = folder_ / name;
+        return run({each}).actionsReused == 1;
+    };
+    EXPECT_FALSE(reuses("sky.png"));
+    EXPECT_FALSE(reuses("sky.tif"));
+    EXPECT_FALSE(reuses("sky.\xff"));
+    EXPECT_TRUE(reuses("moved/SKY.PNG"));
+}
+
 TEST_F(Executor, AFileThatAnEarlierGraphStagedDoesNotReplaceTheOneOfTheResult) {
     const std::vector<Action> kept = {action("a", "one "), action("c", "three ", {"a"})};
     run(kept);
