@@ -7,6 +7,7 @@
 #include <glm/mat3x3.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "formats/error.h"
 #include "lighting/display.h"
@@ -38,6 +39,10 @@ struct LinearConversion {
 /// Returns the conversion. Fails for unknown spaces (the error names the nearest known one) and for conversions that are not linear.
 /// Linearity is tested with scaled and added colours; the name of a space does not matter.
 Result<LinearConversion> linearConversion(const ColorSpaces& spaces);
+
+/// Returns the files that a config file refers to for the conversion, such as the matrix of a FileTransform, sorted. Empty where
+/// linearConversion() fails.
+std::vector<std::filesystem::path> filesOfConversion(const ColorSpaces& spaces);
 
 /// Fails for a space that linearConversion() refuses whatever the other one is: unknown, of data, or not linear. Succeeds where the config
 /// file cannot be read; linearConversion() says why.

@@ -9,6 +9,7 @@
 #include <glm/glm.hpp>
 #include <initializer_list>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "formats/file/one_line.h"
@@ -100,6 +101,7 @@ OCIO::TransformRcPtr decodePower(double gamma) {
 }
 
 constexpr const char* kXyz = "lin_ciexyzd65";
+constexpr const char* kAcesInterchange = "aces_interchange";  ///< role of OpenColorIO configs: ACES2065-1
 
 struct OurSpace {
     const char* name;
@@ -265,7 +267,6 @@ void describeSpaces(LinearConversion& conversion, const OCIO::Config& config, co
             if (name == space.name) conversion.luminanceWeights = rowY(xyzFromRgb(space.chromaticities));
         return;
     }
-    constexpr const char* kAcesInterchange = "aces_interchange";
     if (config.hasRole(kAcesInterchange)) {
         const glm::dmat3 xyzFromWorking =
             xyzFromRgb(kAp0) * glm::dmat3(matrixOf(conversionBetween(config, working, config.getColorSpace(kAcesInterchange))));
@@ -329,6 +330,25 @@ Result<LinearConversion> linearConversion(const ColorSpaces& spaces) {
                        fmt::format("found \"{}\" in {}, expected a conversion that OpenColorIO can make", oneLine(exception.what()),
                                    configName(spaces)));
     }
+}
+
+std::vector<std::filesystem::path> filesOfConversion(const ColorSpaces& spaces) {
+    const auto config = openConfig(spaces);
+    if (!config || spaces.config.empty()) return {};
+    std::set<std::filesystem::path> files;
+    const auto add = [&](const OCIO::ConstColorSpaceRcPtr& from, const OCIO::ConstColorSpaceRcPtr& to) {
+        const OCIO::ConstProcessorMetadataRcPtr metadata = (*config)->getProcessor(from, to)->getProcessorMetadata();
+        for (int i = 0; i < metadata->getNumFiles(); ++i) files.emplace(metadata->getFile(i));
+    };
+    try {
+        const auto source = findSpace(**config, spaces.source, spaces), working = findSpace(**config, spaces.working, spaces);
+        if (!source || !working) return {};
+        add(*source, *working);
+        if ((*config)->hasRole(kAcesInterchange)) add(*working, (*config)->getColorSpace(kAcesInterchange));  // see describeSpaces
+    } catch (const std::exception&) {
+        return {};
+    }
+    return {files.begin(), files.end()};
 }
 
 Result<void> checkColorSpace(const std::string& name, const std::filesystem::path& config) {

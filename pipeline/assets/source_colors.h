@@ -13,10 +13,10 @@
 namespace lightcook::pipeline {
 
 /// Input of an action whose colours are converted by an OCIO configuration of the scene. The file is an input, so that its content counts
-/// and the file may move; parameters name the spaces alone.
+/// and the file may move; parameters name the spaces alone. Files that the configuration refers to are inputs "color_config-1" and so on.
 inline constexpr const char* kColorConfigRole = "color_config";
 
-/// Returns the inputs of an action that reads one file: "source", and the configuration of its colours.
+/// Returns the inputs of an action that reads one file: "source", and the configuration of its colours with its files.
 std::map<std::string, std::filesystem::path> sourceInputs(const std::filesystem::path& file, const formats::ColorSpaces& colors);
 /// The same of an environment: where it is one of six files, those of the other faces too that exist, as "source-NAME".
 std::map<std::string, std::filesystem::path> environmentInputs(const std::filesystem::path& file, const formats::ColorSpaces& colors);

@@ -106,7 +106,8 @@ Result<PackedLightMap> packedLightMap(const Action& action, const ActionRecord& 
     PackedLightMap packed;
     packed.sources = action.inputs;
     packed.files = {{kSourceRole, folder / result->map}, {kMeshRole, folder / result->mesh}};
-    if (const auto config = action.inputs.find(kColorConfigRole); config != action.inputs.end()) packed.files.insert(*config);
+    for (const auto& input : action.inputs)
+        if (input.first.starts_with(kColorConfigRole)) packed.files.insert(input);
     packed.bake = {parameters->description, result->packing, result->places, parameters->part};
     packed.boxes = result->boxes;
     packed.packed = writtenDescription(withFiles(parameters->description, action.inputs));

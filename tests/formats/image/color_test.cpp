@@ -246,6 +246,19 @@ TEST(LinearConversion, AUsersConfigIsProbedAndNotBelieved) {
     EXPECT_FALSE(statedPrimaries(kStatedRec709, *doubled));
 }
 
+TEST(FilesOfConversion, AreTheMatricesAndTablesOfTheTwoSpaces) {
+    const TemporaryFolder folder;
+    const auto config = folder / "config.ocio";
+    writeContent(config,
+                 std::string(kUserConfig) + "  - !<ColorSpace>\n    name: half\n    to_reference: !<FileTransform> {src: half.spimtx}\n");
+    writeContent(folder / "half.spimtx", "0.5 0 0 0\n0 0.5 0 0\n0 0 0.5 0\n");
+    EXPECT_THAT(filesOfConversion({"half", "plain", config}), testing::ElementsAre(folder / "half.spimtx"));
+    EXPECT_THAT(filesOfConversion({"doubled", "plain", config}), testing::IsEmpty());
+    EXPECT_THAT(filesOfConversion({"absent_table", "plain", config}), testing::IsEmpty());
+    EXPECT_THAT(filesOfConversion({"half", "plain", folder / "absent.ocio"}), testing::IsEmpty());
+    EXPECT_THAT(filesOfConversion({}), testing::IsEmpty());
+}
+
 TEST(StatedPrimaries, AConfigWithTheInterchangeRoleIsComparedWith) {
     const TemporaryFolder folder;
     writeContent(folder / "config.ocio", R"(ocio_profile_version: 2

@@ -214,6 +214,35 @@ TEST(Inputs, AColourConfigurationCountsAsAnInputAndMayMove) {
     EXPECT_TRUE(verifyCooked({scene / "out", scene / "moved", {}}, state).errors.empty());
 }
 
+TEST(Inputs, AMatrixThatAColourConfigurationRefersToCountsAsAnInputAndMayMove) {
+    const SmallScene scene(Parts::LightMap);
+    const auto writeMatrix = [&](double scale) {
+        formats::writeContent(scene / "m.spimtx", fmt::format("{0} 0 0 0\n0 {0} 0 0\n0 0 {0} 0\n", scale));
+    };
+    writeMatrix(0.5);
+    formats::writeContent(scene / "c.ocio",
+                          "ocio_profile_version: 2\nroles: {default: w, scene_linear: w}\n"
+                          "displays: {d: [!<View> {name: v, colorspace: w}]}\ncolorspaces:\n"
+                          "  - !<ColorSpace> {name: w}\n"
+                          "  - !<ColorSpace> {name: s, to_reference: !<FileTransform> {src: m.spimtx}}\n");
+    formats::writeContent(scene.sceneFile(),
+                          formats::contentOf(scene.sceneFile()) + "\n[color]\nsource = \"s\"\nworking = \"w\"\nconfig = \"c.ocio\"\n");
+    CookOptions options = scene.optionsWithOwnCache();
+    options.depfile = scene / "cook.d";
+    Outcome outcome = cook(options);
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    EXPECT_THAT(formats::contentOf(scene / "cook.d"), HasSubstr("m.spimtx"));
+    writeMatrix(0.25);
+    outcome = cook(options);
+    EXPECT_TRUE(outcome.errors.empty());
+    EXPECT_GT(outcome.actionsRun, 0);
+
+    std::filesystem::create_directory(scene / "moved");
+    for (const char* file : {"c.ocio", "m.spimtx", "map.exr"}) std::filesystem::rename(scene / file, scene / "moved" / file);
+    const RunState state;
+    EXPECT_TRUE(verifyCooked({scene / "out", scene / "moved", {}}, state).errors.empty());
+}
+
 /// The manifest depends on the inputs of every asset that it describes, and of no other.
 TEST(Inputs, ADepfileNamesTheInputsOfTheAssetsInTheFolder) {
     const SmallScene scene(Parts::All);
