@@ -184,13 +184,16 @@ bool readRow(Bytes& bytes, std::vector<std::uint8_t>& planes, std::span<glm::vec
 /// Headers are a few lines: what a file has beyond this is texels.
 constexpr std::size_t kLongestHeader = std::size_t{1} << 16;
 
-/// Returns the first bytes of a file, at most `most`; none if it cannot be read, or does not begin as Radiance pictures do.
+/// Returns the first bytes of a file, at most `most`; none if it cannot be read, does not begin as Radiance pictures do, or is larger than
+/// the memory.
 std::vector<std::uint8_t> radianceContent(const std::filesystem::path& file, std::size_t most = std::numeric_limits<std::size_t>::max()) {
     const auto opened = FileBytes::openForReading(file);
     if (!opened || opened->size() < 16) return {};
     std::array<std::byte, 2> magic{};
     if (!opened->readAt(0, magic) || magic != std::array{std::byte{'#'}, std::byte{'?'}}) return {};
-    std::vector<std::uint8_t> content(std::min<std::size_t>(opened->size(), most));
+    const std::size_t size = std::min<std::size_t>(opened->size(), most);
+    if (!checkMemory(size, "")) return {};
+    std::vector<std::uint8_t> content(size);
     if (!opened->readAt(0, std::as_writable_bytes(std::span(content)))) return {};
     return content;
 }

@@ -101,6 +101,19 @@ TEST(ReadRadiancePicture, CutFilesAreNone) {
     EXPECT_FALSE(readRadiancePicture(folder.path()));
 }
 
+/// A hole takes no room on the disk.
+TEST(ReadRadiancePicture, AFileLargerThanTheMemoryIsNone) {
+    const TemporaryFolder folder;
+    const auto file = folder / "p.hdr";
+    std::mt19937 random(4);
+    writePicture(file, 20, 4, random);
+    std::error_code code;
+    std::filesystem::resize_file(file, std::uintmax_t{1} << 42, code);
+    if (code) GTEST_SKIP() << "no file system for such files: " << code.message();
+    EXPECT_FALSE(readRadiancePicture(file));
+    EXPECT_TRUE(radianceFactors(file));
+}
+
 TEST(ReadRadiancePicture, OtherKindsAreLeftToOpenImageIO) {
     const TemporaryFolder folder;
     const auto file = folder / "p.hdr";
