@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "formats/temporaries.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/json/json_fields.h"
@@ -116,6 +117,7 @@ void Cache::prune() const {
     std::uint64_t total = 0;
     std::error_code code;
     for (const auto& entry : std::filesystem::directory_iterator(root_ / "cas", code)) {
+        if (entry.path().filename().string().starts_with(formats::kTemporaryPrefix)) continue;  // another process writes it
         std::error_code each;
         const Content content{entry.last_write_time(each), entry.path(), entry.file_size(each)};
         if (each) continue;

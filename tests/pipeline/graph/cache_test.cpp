@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "formats/temporaries.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 #include "tests/formats/temporary_folder.h"
@@ -99,6 +100,17 @@ TEST(Cache, PruningForgetsTheLeastRecentlyUsedFirst) {
     EXPECT_TRUE(cache.restore(digests[0], folder / "x"));
     EXPECT_FALSE(cache.restore(digests[1], folder / "x")) << "the oldest use";
     EXPECT_TRUE(cache.restore(digests[2], folder / "x"));
+}
+
+TEST(Cache, PruningLeavesTheContentThatAnotherProcessWrites) {
+    const formats::TemporaryFolder folder;
+    const Cache cache(folder / "cache", 50);
+    const std::string digest = storeOneFile(cache, folder.path(), "key", std::string(100, 'a')).files[0].digest;
+    const auto incomplete = folder / "cache" / "cas" / (std::string(formats::kTemporaryPrefix) + "1-0");
+    formats::writeContent(incomplete, std::string(100, 'b'));
+    cache.prune();
+    EXPECT_TRUE(std::filesystem::exists(incomplete));
+    EXPECT_FALSE(cache.restore(digest, folder / "x"));
 }
 
 TEST(DigestMemo, RemembersUntilTheFileChanges) {
