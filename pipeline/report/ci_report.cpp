@@ -4,13 +4,14 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <string_view>
 
 #include "pipeline/graph/version.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-/// Escapes text for XML 1.0, which has no control characters other than tabs and line ends.
+/// Escapes UTF-8 for XML 1.0, which has no control characters other than tabs and line ends, and neither U+FFFE nor U+FFFF.
 std::string xmlEscaped(const std::string& text) {
     std::string escaped;
     for (const char c : text) {
@@ -31,6 +32,9 @@ std::string xmlEscaped(const std::string& text) {
                 escaped += static_cast<unsigned char>(c) < 0x20 && c != '\n' && c != '\t' ? ' ' : c;
         }
     }
+    for (const std::string_view noCharacter : {"\xEF\xBF\xBE", "\xEF\xBF\xBF"})
+        for (std::size_t at = 0; (at = escaped.find(noCharacter, at)) != std::string::npos;)
+            escaped.replace(at, noCharacter.size(), "\xEF\xBF\xBD");  // U+FFFD
     return escaped;
 }
 

@@ -146,9 +146,9 @@ TEST_F(CiReport, AChangedSourceIsTheFaultOfItsAsset) {
 
 TEST_F(CiReport, EscapesNames) {
     Outcome outcome;
-    outcome.errors.push_back({formats::ErrorCode::FileUnreadable, "a<b>&\"c\"\x01\xff.exr", "found nothing, expected light"});
+    outcome.errors.push_back({formats::ErrorCode::FileUnreadable, "a<b>&\"c\"\x01\xff\xEF\xBF\xBF.exr", "found nothing, expected light"});
     const CiRun run = ciRun({"cook", scene_ / "out", scene_.sceneFile(), {}, outcome.report, outcome.errors});
-    EXPECT_THAT(junitReport(run), HasSubstr("a&lt;b&gt;&amp;&quot;c&quot;\\x01\xEF\xBF\xBD.exr"));
+    EXPECT_THAT(junitReport(run), HasSubstr("a&lt;b&gt;&amp;&quot;c&quot;\\x01\xEF\xBF\xBD\xEF\xBF\xBD.exr"));
     expectJunit(junitReport(run));
     expectSarif(sarifReport(run));
 }
