@@ -11,6 +11,7 @@
 #include "formats/pixel_format.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/note_keys.h"
+#include "pipeline/report/alternatives.h"
 #include "pipeline/report/captions.h"
 #include "pipeline/report/page_parts.h"
 
@@ -41,10 +42,6 @@ std::string nameOf(const Json& asset) {
     return fmt::format("{} '{}'", kindCaption(words(member(asset, "kind"))), words(member(asset, "name")));
 }
 
-double worseOf(const Json& candidate) {
-    return std::max(number(member(candidate, "diffuse")), number(member(candidate, "specular")));
-}
-
 /// Adds the asset that takes most memory for its error, and the one that makes most error for its memory.
 void addProportions(const std::vector<AssetShare>& shares, std::vector<std::string>& advice) {
     constexpr double kLeastDifference = 0.1;
@@ -67,19 +64,13 @@ void addProportions(const std::vector<AssetShare>& shares, std::vector<std::stri
 /// Adds the layouts beside the chosen one: the best of the smaller ones, the smallest of the better ones, and for a map over its limit
 /// the smallest that keeps it.
 void addLayouts(const Json& asset, std::vector<std::string>& advice) {
-    const Json& candidates = list(asset, "trial_candidates");
-    const Json *chosen = nullptr, *cheaper = nullptr, *better = nullptr, *kept = nullptr;
-    const auto bytes = [](const Json* candidate) { return count(member(*candidate, "bytes_gpu")); };
-    for (const Json& each : candidates)
-        if (words(member(each, "layout")) == words(member(asset, "layout"))) chosen = &each;
+    const Alternatives alternatives(asset);
+    const Json *chosen = alternatives.chosen, *cheaper = alternatives.cheaper, *better = alternatives.better, *kept = nullptr;
     if (chosen == nullptr) return;
     const double limit = limitOf(asset);
-    for (const Json& each : candidates) {
-        if (member(each, "excluded").is_boolean()) continue;
-        if (bytes(&each) < bytes(chosen) && (cheaper == nullptr || worseOf(each) < worseOf(*cheaper))) cheaper = &each;
-        if (worseOf(each) < worseOf(*chosen) && (better == nullptr || bytes(&each) < bytes(better))) better = &each;
-        if (worseOf(each) <= limit && (kept == nullptr || bytes(&each) < bytes(kept))) kept = &each;
-    }
+    for (const Json& each : list(asset, "trial_candidates"))
+        if (!isExcluded(each) && worseError(each) <= limit && (kept == nullptr || bytesOfCandidate(each) < bytesOfCandidate(*kept)))
+            kept = &each;
     const double share = number(member(asset, "trial_share"));
     const std::string where = share < 1 ? fmt::format("measured on {} of the map", humanPercent(share)) : "measured";
     const auto cost = [](const Json& candidate) {
@@ -90,15 +81,16 @@ void addLayouts(const Json& asset, std::vector<std::string>& advice) {
         advice.push_back(
             fmt::format("{}: layout {} in place of {} saves {}; the error (rel_rms, {}) goes from {} to {}{}. {} in place of {}.",
                         nameOf(asset), words(member(*cheaper, "layout")), words(member(*chosen, "layout")),
-                        humanBytes(bytes(chosen) - bytes(cheaper)), where, humanPercent(worseOf(*chosen)), humanPercent(worseOf(*cheaper)),
-                        worseOf(*cheaper) > limit ? ", over the limit of " + humanPercent(limit) : "", cost(*cheaper), cost(*chosen)));
-    if (better != nullptr && bytes(better) >= bytes(chosen))
+                        humanBytes(bytesOfCandidate(*chosen) - bytesOfCandidate(*cheaper)), where, humanPercent(worseError(*chosen)),
+                        humanPercent(worseError(*cheaper)),
+                        worseError(*cheaper) > limit ? ", over the limit of " + humanPercent(limit) : "", cost(*cheaper), cost(*chosen)));
+    if (better != nullptr && bytesOfCandidate(*better) >= bytesOfCandidate(*chosen))
         advice.push_back(fmt::format("{}: layout {} costs {} more; the error (rel_rms, {}) goes from {} to {}. {}.", nameOf(asset),
-                                     words(member(*better, "layout")), humanBytes(bytes(better) - bytes(chosen)), where,
-                                     humanPercent(worseOf(*chosen)), humanPercent(worseOf(*better)), cost(*better)));
+                                     words(member(*better, "layout")), humanBytes(bytesOfCandidate(*better) - bytesOfCandidate(*chosen)),
+                                     where, humanPercent(worseError(*chosen)), humanPercent(worseError(*better)), cost(*better)));
     if (!passed(asset) && kept != nullptr && kept != chosen)
         advice.push_back(fmt::format("{} failed: the smallest layout that kept the limit of {} when it was tried is {}, {}.", nameOf(asset),
-                                     humanPercent(limit), words(member(*kept, "layout")), humanBytes(bytes(kept))));
+                                     humanPercent(limit), words(member(*kept, "layout")), humanBytes(bytesOfCandidate(*kept))));
 }
 
 /// Adds the layout that the scene's list lacks and the map would be better off with.

@@ -7,6 +7,7 @@
 
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/light_map/unpacked_errors.h"
+#include "pipeline/report/alternatives.h"
 #include "pipeline/report/captions.h"
 #include "pipeline/report/chart_section.h"
 #include "pipeline/report/failures.h"
@@ -317,42 +318,14 @@ Html notes(const Json& asset) {
     return rows.isEmpty() ? Html() : element("div", {{"class", "notes"}}, element("h3", word("Notes")) + element("dl", rows));
 }
 
-double relRms(const Json& candidate, const char* shading) {
-    return number(member(candidate, shading));
+/// Returns the role of a candidate among those that were tried, for its row.
+const char* roleOf(const Json& candidate, const Alternatives& alternatives) {
+    return &candidate == alternatives.chosen    ? " (chosen)"
+           : &candidate == alternatives.cheaper ? " (next cheaper)"
+           : &candidate == alternatives.better  ? " (next better)"
+           : isExcluded(candidate)              ? " (not in layouts)"
+                                                : "";
 }
-/// Returns the larger of both errors, which a limit on both applies to.
-double worseError(const Json& candidate) {
-    return std::max(relRms(candidate, "diffuse"), relRms(candidate, "specular"));
-}
-
-/// Returns true if the scene's list of layouts lacks a candidate.
-bool isExcluded(const Json& candidate) {
-    return member(candidate, "excluded").is_boolean();
-}
-
-/// Three of the candidates: the chosen one, the best of the smaller ones, and the smallest of the better ones.
-struct Alternatives {
-    const Json *chosen = nullptr, *cheaper = nullptr, *better = nullptr;
-
-    Alternatives(const Json& candidates, const std::string& layout) {
-        const auto bytes = [](const Json* candidate) { return count(member(*candidate, "bytes_gpu")); };
-        for (const Json& each : candidates)
-            if (words(member(each, "layout")) == layout) chosen = &each;
-        if (chosen == nullptr) return;
-        for (const Json& each : candidates) {
-            if (isExcluded(each)) continue;
-            if (bytes(&each) < bytes(chosen) && (cheaper == nullptr || worseError(each) < worseError(*cheaper))) cheaper = &each;
-            if (worseError(each) < worseError(*chosen) && (better == nullptr || bytes(&each) < bytes(better))) better = &each;
-        }
-    }
-    const char* roleOf(const Json& candidate) const {
-        return &candidate == chosen    ? " (chosen)"
-               : &candidate == cheaper ? " (next cheaper)"
-               : &candidate == better  ? " (next better)"
-               : isExcluded(candidate) ? " (not in layouts)"
-                                       : "";
-    }
-};
 
 /// cost  member of a candidate: bits_per_texel, decode_ops or fetches
 Html candidateCurve(const Json& asset, CurveUnit unit, CurveCost cost) {
@@ -385,12 +358,12 @@ Html candidateCurves(const Json& asset) {
 Html candidateTable(const Json& asset) {
     const Json& candidates = list(asset, "trial_candidates");
     if (candidates.empty()) return {};
-    const Alternatives alternatives(candidates, words(member(asset, "layout")));
+    const Alternatives alternatives(asset);
     Html rows;
     for (const Json& each : candidates) {
         rows += element("tr", &each == alternatives.chosen ? Attributes{{"class", "total"}} : Attributes{},
-                        element("th", {{"scope", "row"}}, text(words(member(each, "layout")) + alternatives.roleOf(each))) +
-                            numberCell(bytesMarkup(count(member(each, "bytes_gpu")))) +
+                        element("th", {{"scope", "row"}}, text(words(member(each, "layout")) + roleOf(each, alternatives))) +
+                            numberCell(bytesMarkup(bytesOfCandidate(each))) +
                             numberCell(text(humanNumber(number(member(each, "bits_per_texel"))))) +
                             numberCell(text(groupedCount(count(member(each, "fetches"))))) +
                             numberCell(text(groupedCount(count(member(each, "decode_ops"))))) + numberCell(figureMarkup(each, "diffuse")) +
