@@ -163,8 +163,11 @@ Pair closestTurn(const std::vector<Corners>& original, std::size_t i, const std:
 
 using Cell = std::array<std::int64_t, 3>;
 Cell cellOf(const glm::dvec3& point, double extent) {
+    constexpr double kFarthest = 1e18;  // fits the integers; a copy may lie anywhere
     Cell cell{};
-    for (int axis = 0; axis < 3; ++axis) cell[static_cast<std::size_t>(axis)] = static_cast<std::int64_t>(std::floor(point[axis] / extent));
+    for (int axis = 0; axis < 3; ++axis)
+        cell[static_cast<std::size_t>(axis)] =
+            static_cast<std::int64_t>(std::clamp(std::floor(point[axis] / extent), -kFarthest, kFarthest));
     return cell;
 }
 

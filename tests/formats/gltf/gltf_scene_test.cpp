@@ -14,6 +14,7 @@
 #include <numbers>
 #include <random>
 #include <set>
+#include <span>
 
 #include "formats/gltf/material_needs.h"
 #include "formats/gltf_light_map.h"
@@ -888,6 +889,20 @@ TEST(GltfScene, StripsAndFansAreTheirTriangles) {
     ASSERT_TRUE(match) << match.error();
     EXPECT_EQ(match->position, 0);
     EXPECT_EQ(match->lightMapUv, 0);
+}
+
+/// A cooked file that was tampered with may have vertices anywhere. The sanitizers watch this one.
+TEST(MatchTriangles, ACopyFarAwayIsNoCounterpart) {
+    const auto meshAround = [](float size) {
+        TriangleMesh mesh;
+        const std::array<float, 9> corners = {size, 0, 0, 0, size, 0, 0, 0, size};
+        const auto bytes = std::as_bytes(std::span(corners));
+        mesh.attributes.push_back({"POSITION", ComponentType::Float32, 3, false, {bytes.begin(), bytes.end()}});
+        mesh.indices = {0, 1, 2};
+        return mesh;
+    };
+    EXPECT_TRUE(matchTriangles(meshAround(1), meshAround(1), 0));
+    EXPECT_FALSE(matchTriangles(meshAround(1), meshAround(3e38f), 0));
 }
 
 TEST(GltfScene, StripsAndFansAreWrittenAsTriangles) {
