@@ -166,6 +166,7 @@ Result<OCIO::ConstConfigRcPtr> openConfig(const ColorSpaces& spaces) {
     const OCIO::ConstConfigRcPtr& ours = ourConfig();
     if (spaces.config.empty()) return ours;
     try {
+        OCIO::ClearAllCaches();  // it keeps the files that a configuration refers to, which may have changed
         return OCIO::Config::CreateFromFile(spaces.config.c_str());
     } catch (const std::exception& exception) {
         return failure(ErrorCode::FileUnreadable, spaces.config.string(),
