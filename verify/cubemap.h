@@ -131,9 +131,10 @@ CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& r
 double cubemapReflectance(double m, lighting::NormalDistribution lobe);
 
 /// Returns stages "divide" (texel centres), "filter" (between them) and "total" (RMS and percentile of the texels, maxima of both), all
-/// specular. A map whose S is not finite or not positive everywhere (by its exact minimum), or whose texels are not all finite, gets
-/// figures that pass no limit. results  one for each sample, in their order viewing  display for visible errors, of the light times
-/// cubemapReflectance of its mip; empty: none Key: luminance of the mean radiance.
+/// specular. The key is the luminance of the mean radiance. A map whose S is not finite or not positive everywhere (by its exact minimum),
+/// or whose texels are not all finite, gets figures that pass no limit.
+/// results  one for each sample, in their order
+/// viewing  display for visible errors, of the light times cubemapReflectance of its mip; empty: none
 std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapReference& reference, std::span<const CubemapSample> samples,
                                       std::span<const CubemapResult> results,
                                       const glm::vec3& luminanceWeights = lighting::kRec709Luminance,

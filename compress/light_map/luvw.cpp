@@ -35,7 +35,7 @@ using formats::PixelFormat;
 /// against span.
 constexpr float kLuvwSpan = 0.125f;
 constexpr float kHalfCode = 0.5f / 255;
-/// As kLeastWeight. It is smaller, because the weights fall with the square of L.
+/// Least weight over the coverage, in place of kLeastWeight. It is smaller, since the weights fall with the square of L.
 constexpr float kLeastLuvwWeight = 1e-9f;
 
 /// The constants of the form that are the same for all coefficients.
