@@ -67,9 +67,9 @@ void addLayouts(const Json& asset, std::vector<std::string>& advice) {
     const Alternatives alternatives(asset);
     const Json *chosen = alternatives.chosen, *cheaper = alternatives.cheaper, *better = alternatives.better, *kept = nullptr;
     if (chosen == nullptr) return;
-    const double limit = limitOf(asset);
+    const ComparedError& error = alternatives.error;
     for (const Json& each : list(asset, "trial_candidates"))
-        if (!isExcluded(each) && worseError(each) <= limit && (kept == nullptr || bytesOfCandidate(each) < bytesOfCandidate(*kept)))
+        if (!isExcluded(each) && error.of(each) <= error.limit() && (kept == nullptr || bytesOfCandidate(each) < bytesOfCandidate(*kept)))
             kept = &each;
     const double share = number(member(asset, "trial_share"));
     const std::string where = share < 1 ? fmt::format("measured on {} of the map", humanPercent(share)) : "measured";
@@ -77,20 +77,22 @@ void addLayouts(const Json& asset, std::vector<std::string>& advice) {
         return fmt::format("{} fetches and {} operations a sample", groupedCount(count(member(candidate, "fetches"))),
                            groupedCount(count(member(candidate, "decode_ops"))));
     };
+    const auto change = [&](const Json& candidate) {
+        return fmt::format("the error ({}, {}) goes from {} to {}", error.name(), where, error.text(error.of(*chosen)),
+                           error.text(error.of(candidate)));
+    };
     if (cheaper != nullptr)
-        advice.push_back(
-            fmt::format("{}: layout {} in place of {} saves {}; the error (rel_rms, {}) goes from {} to {}{}. {} in place of {}.",
-                        nameOf(asset), words(member(*cheaper, "layout")), words(member(*chosen, "layout")),
-                        humanBytes(bytesOfCandidate(*chosen) - bytesOfCandidate(*cheaper)), where, humanPercent(worseError(*chosen)),
-                        humanPercent(worseError(*cheaper)),
-                        worseError(*cheaper) > limit ? ", over the limit of " + humanPercent(limit) : "", cost(*cheaper), cost(*chosen)));
+        advice.push_back(fmt::format(
+            "{}: layout {} in place of {} saves {}; {}{}. {} in place of {}.", nameOf(asset), words(member(*cheaper, "layout")),
+            words(member(*chosen, "layout")), humanBytes(bytesOfCandidate(*chosen) - bytesOfCandidate(*cheaper)), change(*cheaper),
+            error.of(*cheaper) > error.limit() ? ", over the limit of " + error.text(error.limit()) : "", cost(*cheaper), cost(*chosen)));
     if (better != nullptr && bytesOfCandidate(*better) >= bytesOfCandidate(*chosen))
-        advice.push_back(fmt::format("{}: layout {} costs {} more; the error (rel_rms, {}) goes from {} to {}. {}.", nameOf(asset),
-                                     words(member(*better, "layout")), humanBytes(bytesOfCandidate(*better) - bytesOfCandidate(*chosen)),
-                                     where, humanPercent(worseError(*chosen)), humanPercent(worseError(*better)), cost(*better)));
+        advice.push_back(fmt::format("{}: layout {} costs {} more; {}. {}.", nameOf(asset), words(member(*better, "layout")),
+                                     humanBytes(bytesOfCandidate(*better) - bytesOfCandidate(*chosen)), change(*better), cost(*better)));
     if (!passed(asset) && kept != nullptr && kept != chosen)
-        advice.push_back(fmt::format("{} failed: the smallest layout that kept the limit of {} when it was tried is {}, {}.", nameOf(asset),
-                                     humanPercent(limit), words(member(*kept, "layout")), humanBytes(bytesOfCandidate(*kept))));
+        advice.push_back(fmt::format("{} failed: the smallest layout that kept the limit of {} ({}) when it was tried is {}, {}.",
+                                     nameOf(asset), error.text(error.limit()), error.name(), words(member(*kept, "layout")),
+                                     humanBytes(bytesOfCandidate(*kept))));
 }
 
 /// Adds the layout that the scene's list lacks and the map would be better off with.
@@ -107,9 +109,10 @@ void addExcluded(const Json& asset, std::vector<std::string>& advice) {
                     humanNumber(number(member(excluded, "visible"))), humanNumber(number(member(excluded, "visible_then")))));
 }
 
-/// Adds the texels of a light map that no chart uses.
+/// Adds the texels of a light map that no chart uses. Those of a packed map are what blocks and filters need at the rims of its charts.
 void addUnusedTexels(const Json& asset, std::vector<std::string>& advice) {
     constexpr double kLeastShare = 0.1;
+    if (member(member(asset, "notes"), note_keys::kPacking).is_string()) return;
     std::uint64_t bytes = 0;
     std::uint64_t unused = 0;
     for (const Json& texture : list(asset, "textures")) {
@@ -118,8 +121,8 @@ void addUnusedTexels(const Json& asset, std::vector<std::string>& advice) {
     }
     if (bytes == 0 || static_cast<double>(unused) < kLeastShare * static_cast<double>(bytes)) return;
     advice.push_back(
-        fmt::format("{}: texels outside charts take {} of its textures: {}. A tighter packing of the light-map UVs "
-                    "saves up to that.",
+        fmt::format("{}: texels outside charts take {} of its textures: {}. charts = \"pack\" packs the light-map UVs of its mesh "
+                    "anew, which saves up to that.",
                     nameOf(asset), humanPercent(static_cast<double>(unused) / static_cast<double>(bytes)), humanBytes(unused)));
 }
 

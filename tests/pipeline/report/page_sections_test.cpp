@@ -213,6 +213,38 @@ TEST(Advice, NamesBytesAndErrorsThatWereMeasured) {
     EXPECT_THAT(advice[4], HasSubstr("texels outside charts take 25.0 % of its textures: 2.00 KiB"));
 }
 
+/// Two layouts of which the smaller one has less rel_rms, and more visible error.
+Json mapWithVisibleLimit() {
+    const auto candidate = [](const char* layout, std::uint64_t bytes, double relRms, double visible) {
+        return Json{{"layout", layout},       {"bytes_gpu", bytes},          {"diffuse", relRms}, {"specular", relRms / 2},
+                    {"visible_diffuse", 1.0}, {"visible_specular", visible}, {"fetches", 2},      {"decode_ops", 40}};
+    };
+    return {{"name", "hall"},
+            {"kind", "light-map"},
+            {"layout", "ratio"},
+            {"passed", true},
+            {"limit", {{"metric", "rel_rms"}, {"value", 0.1}, {"max_visible", 5.0}}},
+            {"trial_candidates", Json::array({candidate("basis-24", 1024, 0.01, 7.5), candidate("ratio", 3072, 0.02, 4.25)})}};
+}
+
+TEST(Advice, ComparesLayoutsByTheErrorThatIsLimited) {
+    Json map = mapWithVisibleLimit();
+    EXPECT_THAT(
+        adviceOf({{"assets", Json::array({map})}}),
+        ElementsAre(HasSubstr("layout basis-24 in place of ratio saves 2.00 KiB; the error (visible error, p99, measured) goes from "
+                              "4.25 to 7.50, over the limit of 5.00.")));
+    map["limit"].erase("max_visible");
+    EXPECT_THAT(adviceOf({{"assets", Json::array({map})}}), ElementsAre(HasSubstr("(rel_rms, measured) goes from 2.00 % to 1.00 %.")));
+}
+
+TEST(Advice, LeavesThePackingOfAPackedMapAlone) {
+    Json map = {{"name", "hall"}, {"kind", "light-map"}, {"width", 8}, {"height", 8}, {"notes", {{"covered_texels", 32}}}};
+    map["textures"] = Json::array({{{"role", "l0"}, {"bytes_gpu", 4096}}});
+    EXPECT_THAT(adviceOf({{"assets", Json::array({map})}}), ElementsAre(HasSubstr("texels outside charts take 50.0 % of its textures")));
+    map["notes"]["packing"] = "8 x 8 texels of 16 x 16";
+    EXPECT_TRUE(adviceOf({{"assets", Json::array({map})}}).empty());
+}
+
 TEST(Advice, SaysNothingWithoutFigures) {
     EXPECT_TRUE(adviceOf(Json::object()).empty());
     EXPECT_TRUE(adviceOf({{"assets", 3}, {"budget", "x"}}).empty());
