@@ -84,6 +84,10 @@ DigestMemo::DigestMemo(std::filesystem::path memoFile) : memoFile_(std::move(mem
     }
 }
 
+std::string DigestMemo::keyOf(const std::filesystem::path& file) {
+    return std::filesystem::absolute(file).lexically_normal().string();
+}
+
 Result<std::string> DigestMemo::of(const std::filesystem::path& file) {
     Stamp stamp;
     if (!stampOf(file, stamp)) {
@@ -95,7 +99,7 @@ Result<std::string> DigestMemo::of(const std::filesystem::path& file) {
                                                                             : "something that is no file";
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected a readable file", found));
     }
-    const std::string path = std::filesystem::absolute(file).lexically_normal().string();
+    const std::string path = keyOf(file);
     {
         const std::lock_guard lock(mutex_);
         const auto known = entries_.find(path);
@@ -111,6 +115,23 @@ Result<std::string> DigestMemo::of(const std::filesystem::path& file) {
         changed_ = true;
     }
     return digest;
+}
+
+Result<std::string> DigestMemo::ofInput(const std::filesystem::path& file) {
+    Result<std::string> digest = of(file);
+    if (!digest) return digest;
+    const std::lock_guard lock(mutex_);
+    if (inputs_.try_emplace(keyOf(file), *digest).first->second == *digest) return digest;
+    return failure(ErrorCode::FileUnreadable, file.string(),
+                   "found a file that changed while it was in use, expected the same content to the end: run the command again");
+}
+
+std::string DigestMemo::ofInputAsRead(const std::filesystem::path& file) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (const auto known = inputs_.find(keyOf(file)); known != inputs_.end()) return known->second;
+    }
+    return of(file).value_or("");
 }
 
 void DigestMemo::save() const {

@@ -23,6 +23,11 @@ public:
     /// memoFile  holds the digests of earlier runs; a missing or damaged one counts as empty
     explicit DigestMemo(std::filesystem::path memoFile);
     formats::Result<std::string> of(const std::filesystem::path& file);
+    /// Returns the digest of an input of a job. Fails if it is not that of the first call: the results of one job are those of one content.
+    formats::Result<std::string> ofInput(const std::filesystem::path& file);
+    /// Returns the digest that the first ofInput() of a file found, also if the file has changed since; else that of now, empty if the file
+    /// cannot be read.
+    std::string ofInputAsRead(const std::filesystem::path& file);
     /// Writes the memo if it changed. A memo that cannot be written costs time, not correctness.
     void save() const;
 
@@ -38,10 +43,12 @@ private:
         std::int64_t learntNs = 0;
     };
     static bool stampOf(const std::filesystem::path& file, Stamp& stamp);
+    static std::string keyOf(const std::filesystem::path& file);
 
     std::filesystem::path memoFile_;
     mutable std::mutex mutex_;
     std::map<std::string, Entry> entries_;
+    std::map<std::string, std::string> inputs_;  ///< digests by ofInput()
     bool changed_ = false;
 };
 

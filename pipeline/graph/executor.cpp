@@ -21,14 +21,22 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
+/// Returns the digest of an input. A file of the user that has changed since an action first read it is an error; a file of the staging
+/// folder, such as a packed bake, may be made anew.
+Result<std::string> digestOfInput(const std::filesystem::path& file, const std::filesystem::path& staging, DigestMemo& digests) {
+    const bool isStaged = std::mismatch(staging.begin(), staging.end(), file.begin(), file.end()).first == staging.end();
+    return isStaged ? digests.of(file) : digests.ofInput(file);
+}
+
 /// Returns the cache key of an action: a digest of everything that its result depends on. That is its function, parameters and inputs, the
 /// files and results of its dependencies, the sources of this program, and the asset's name, which files and manifest entry have. An input
 /// counts with its extension: a gradient in a .png has sRGB values, and a .hdr is not looked at as OpenEXR.
-Result<std::string> keyOf(const Action& action, const std::vector<const ActionRecord*>& upstream, DigestMemo& digests) {
+Result<std::string> keyOf(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::filesystem::path& staging,
+                          DigestMemo& digests) {
     Json key = {{"tool", kSourceDigest},           {"kind", action.kind},      {"asset", action.asset},
                 {"parameters", action.parameters}, {"inputs", Json::object()}, {"upstream", Json::array()}};
     for (const auto& [role, path] : action.inputs) {
-        const auto digest = digests.of(path);
+        const auto digest = digestOfInput(path, staging, digests);
         if (!digest) return tl::make_unexpected(digest.error());
         key["inputs"][role] = {*digest, formats::lowerExtension(path)};
     }
@@ -57,7 +65,7 @@ public:
     };
 
     Result<Done> perform(const Action& action, const std::vector<const ActionRecord*>& upstream) {
-        const auto key = keyOf(action, upstream, digests_);
+        const auto key = keyOf(action, upstream, staging_, digests_);
         if (!key) return tl::make_unexpected(key.error());
         if (!options_.force) {
             if (auto record = cache_.find(*key); record && bringBack(*record)) return Done{std::move(*record), true};
@@ -88,6 +96,9 @@ private:
         const ActionContext context{action, staging_, staging_, upstream, shared_, state_};
         auto outcome = functions_(action.kind)(context);
         if (!outcome) return tl::make_unexpected(outcome.error());
+        // The file may not be the one that was digested any more: then the result is not that of the key.
+        for (const auto& [role, path] : action.inputs)
+            if (const auto digest = digestOfInput(path, staging_, digests_); !digest) return tl::make_unexpected(digest.error());
         Done done;
         done.record.id = action.id;
         done.record.run = run_;

@@ -106,7 +106,7 @@ Result<CookedAsset> manifestAsset(const Action& cook, const Action& verify, cons
     auto& files = asset->source.files.emplace();
     for (const auto& [role, path] : sources)
         files[role] = {std::filesystem::proximate(path, sceneDirectory.empty() ? "." : sceneDirectory).generic_string(),
-                       digests.of(path).value_or("")};
+                       digests.ofInputAsRead(path)};
     asset->verify = verify.parameters;
     return asset;
 }

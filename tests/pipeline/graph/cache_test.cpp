@@ -132,6 +132,22 @@ TEST(DigestMemo, RemembersUntilTheFileChanges) {
     EXPECT_EQ(gone.error().code, formats::ErrorCode::FileUnreadable);
 }
 
+TEST(DigestMemo, AnInputKeepsTheContentOfItsFirstUse) {
+    const formats::TemporaryFolder folder;
+    const auto file = folder / "file";
+    formats::writeContent(file, "one");
+    DigestMemo memo(folder / "memo");
+    EXPECT_EQ(memo.ofInput(file), digestOfText("one"));
+    EXPECT_EQ(memo.ofInput(file), digestOfText("one"));
+    formats::writeContent(file, "two");
+    EXPECT_FALSE(memo.ofInput(file).has_value());
+    EXPECT_EQ(memo.of(file), digestOfText("two"));
+    EXPECT_EQ(memo.ofInputAsRead(file), digestOfText("one"));
+    formats::writeContent(file, "one");
+    EXPECT_EQ(memo.ofInput(file), digestOfText("one"));
+    EXPECT_EQ(memo.ofInputAsRead(folder / "none"), "");
+}
+
 TEST(Digest, AMegabyteOfFileAndOfTextAgree) {
     const formats::TemporaryFolder folder;
     const std::string content(3'000'001, 'x');

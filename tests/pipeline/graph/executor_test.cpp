@@ -24,8 +24,13 @@ formats::Result<ActionOutcome> writeText(const ActionContext& context) {
     if (auto written = writeFile(context.folder / name, text, OutputLink::Follow); !written) return tl::make_unexpected(written.error());
     return ActionOutcome{{{"length", text.size()}}, {name}};
 }
-ActionFunction functionOf(const std::string&) {
-    return writeText;
+/// Replaces the file that the parameters name, as a baker does that runs beside a cook.
+formats::Result<ActionOutcome> replaceFile(const ActionContext& context) {
+    EXPECT_TRUE(writeFile(context.action.parameters.at("file").get<std::string>(), "another content").has_value());
+    return writeText(context);
+}
+ActionFunction functionOf(const std::string& kind) {
+    return kind == "replace" ? replaceFile : writeText;
 }
 
 class Executor : public testing::Test {
@@ -78,6 +83,34 @@ TEST_F(Executor, AnInputOfAnotherExtensionIsAnotherInput) {
     EXPECT_FALSE(reuses("sky.tif"));
     EXPECT_FALSE(reuses("sky.\xff"));
     EXPECT_TRUE(reuses("moved/SKY.PNG"));
+}
+
+TEST_F(Executor, AnInputThatChangesWhileAnActionReadsItIsRefused) {
+    const std::filesystem::path file = folder_ / "map.exr";
+    const Action reader{"a", "replace", "a", {{"text", "one "}, {"file", file.string()}}, {{"source", file}}, {}};
+    for (const char* again : {"", " again"}) {
+        EXPECT_TRUE(writeFile(file, "the first content").has_value());
+        const ExecutionResult result = run({reader});
+        ASSERT_EQ(result.errors.size(), 1u) << "not from the cache" << again;
+        EXPECT_EQ(result.errors[0].code, formats::ErrorCode::FileUnreadable);
+        EXPECT_EQ(result.errors[0].subject, file.string());
+        EXPECT_THAT(result.errors[0].detail, testing::HasSubstr("changed while it was in use"));
+        EXPECT_FALSE(std::filesystem::exists(folder_ / "out" / "a.txt"));
+    }
+}
+
+TEST_F(Executor, ActionsDoNotReadOneInputWithTwoContents) {
+    const std::filesystem::path file = folder_ / "map.exr";
+    EXPECT_TRUE(writeFile(file, "the first content").has_value());
+    Action cook = action("cook", "one "), verify = action("verify", "two ", {"between"});
+    cook.inputs["source"] = verify.inputs["source"] = file;
+    const Action between{"between", "replace", "between", {{"text", ""}, {"file", file.string()}}, {}, {"cook"}};
+    const ExecutionResult result = run({cook, between, verify});
+    ASSERT_EQ(result.errors.size(), 1u);
+    EXPECT_EQ(result.errors[0].subject, file.string());
+    EXPECT_FALSE(result.records.contains("verify"));
+    verify.dependencies = {"cook"};
+    EXPECT_TRUE(run({cook, verify}).errors.empty()) << "the next run reads the new content alone";
 }
 
 TEST_F(Executor, AFileThatAnEarlierGraphStagedDoesNotReplaceTheOneOfTheResult) {
