@@ -54,7 +54,10 @@ std::vector<Error> checkDigests(const std::filesystem::path& folder, const Manif
     std::error_code code;
     if (!std::filesystem::exists(folder / kReportName, code)) return errors;
     const auto reportText = readFile(folder / kReportName);
-    if (!reportText) return {reportText.error()};
+    if (!reportText) {
+        errors.push_back(reportText.error());
+        return errors;
+    }
     if (!add(checkSelfDigest(*reportText, (folder / kReportName).string()))) return errors;
     const auto report = loadReport(folder / kReportName);
     if (!report) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "formats/light_map_layout.h"
+#include "pipeline/cook/integrity.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
@@ -435,6 +436,20 @@ TEST_F(EditedJson, ACookReplacesWhatItCannotRead) {
     }
     EXPECT_TRUE(readManifest(scene_ / "out").has_value());
     EXPECT_TRUE(readReport(scene_ / "out" / kReportName).has_value());
+}
+
+TEST(CheckDigests, AReportThatCannotBeReadHidesNoChangedTexture) {
+    const SmallScene scene(Parts::LightMap);
+    ASSERT_TRUE(cook(scene.optionsWithOwnCache()).errors.empty());
+    const auto manifest = loadManifest(scene / "out");
+    ASSERT_TRUE(manifest.has_value());
+    const std::filesystem::path texture = scene / "out" / manifest->assets.front().textures.front().file;
+    formats::writeContent(texture, formats::contentOf(texture) + "more");
+    std::filesystem::remove(scene / "out" / kReportName);
+    std::filesystem::create_directory(scene / "out" / kReportName);
+    std::vector<std::string> subjects;
+    for (const formats::Error& error : checkDigests(scene / "out", *manifest)) subjects.push_back(error.subject);
+    EXPECT_THAT(subjects, testing::ElementsAre(texture.string(), (scene / "out" / kReportName).string()));
 }
 
 TEST(ParseJson, DeepNestingIsNoFileOfOurs) {
