@@ -32,6 +32,7 @@ std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
         if (probe.sh) add(*probe.sh);
     }
     for (const GradientEntry& gradient : scene.gradients) add(gradient.file);
+    add(scene.colors.config);
     return files;
 }
 

@@ -14,8 +14,9 @@ TEST(FilesNamedBy, HasTheSceneFileAndEveryFileThatItNames) {
     scene.lightMaps[0].mesh = "map.glb";
     scene.lightMaps[0].groundTruth = "traced.csv";
     scene.probes[0].sh = "probes.json";
-    EXPECT_THAT(filesNamedBy(scene),
-                testing::UnorderedElementsAre("scene.toml", "map.exr", "map.glb", "traced.csv", "probe.exr", "probes.json", "sky.exr"));
+    scene.colors.config = "studio.ocio";
+    EXPECT_THAT(filesNamedBy(scene), testing::UnorderedElementsAre("scene.toml", "map.exr", "map.glb", "traced.csv", "probe.exr",
+                                                                   "probes.json", "sky.exr", "studio.ocio"));
 }
 
 TEST(NamedPlaces, AreThoseOfTheFilesHoweverTheyAreWritten) {
