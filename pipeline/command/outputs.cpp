@@ -229,7 +229,7 @@ Result<void> CommandPaths::check(const Path& output) const {
 Result<void> CommandPaths::checkCooked(const Path& output, const std::filesystem::path& folder) {
     const std::filesystem::path outer = plainPath(folder), inner = plainPath(output.path);
     if (std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first != outer.end()) return {};
-    std::vector<std::filesystem::path> files = {kManifestName};
+    std::vector<std::filesystem::path> files = {kManifestName, kShaderName};
     if (const auto manifest = loadManifest(folder))
         for (const FileRecord& record : filesOf(*manifest)) files.push_back(record.name);
     for (const std::filesystem::path& file : files)
@@ -270,6 +270,10 @@ Result<void> CommandPaths::checkAgainstScene(const Scene& scene, const std::file
     for (const Path& output : outputs_) {
         if (output.written != Written::Folder && isSamePlace(output.path, cooked))
             return refuse(samePlace(output.name, output.path, "the output folder"));
+        // The report itself is what --json writes of a cook.
+        const bool isReport = output.name != "--json" && isSamePlace(output.path, cooked / kReportName);
+        if (isReport || isSamePlace(output.path, cooked / kReportHtmlName))
+            return refuse(samePlace(output.name, output.path, "the report of the output folder"));
         if (auto checked = checkCooked(output, cooked); !checked) return refuse(tl::make_unexpected(checked.error()));
     }
     return {};
