@@ -101,8 +101,18 @@ std::string mistakeInNumber(const std::string& value, bool mayHaveUnit) {
     return "";
 }
 
+/// Takes the zeros off the front of a number: CLI11 would read the rest of a whole number in base 8.
+std::string withoutLeadingZeros(std::string& value) {
+    if (!isDecimal(value)) return "";
+    const std::size_t first = value.starts_with('-') ? 1 : 0;
+    std::size_t digit = first;
+    while (digit + 1 < value.size() && value[digit] == '0' && value[digit + 1] >= '0' && value[digit + 1] <= '9') ++digit;
+    value.erase(first, digit - first);
+    return "";
+}
+
 /// Refuses empty values, which are those of a script's variables that are not set: CLI11 would take an empty number as 0.
-/// Refuses numbers that are not finite or not decimal.
+/// Refuses numbers that are not finite or not decimal. Zeros at the front of a number mean nothing.
 void refuseUnusableValues(CLI::App& app) {
     for (CLI::Option* option : app.get_options()) {
         if (option->get_items_expected_max() == 0) continue;  // a flag
@@ -113,6 +123,7 @@ void refuseUnusableValues(CLI::App& app) {
         if (!takesNumbers(*option)) continue;
         const bool isSize = type.starts_with(kSizePlaceholder);
         option->check(CLI::Validator([isSize](const std::string& value) { return mistakeInNumber(value, isSize); }, ""));
+        option->transform(CLI::Validator(withoutLeadingZeros, ""));
     }
 }
 
@@ -168,7 +179,9 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
         if (arguments.empty()) fmt::print("{}\n", app.help());
         // An option after the mistake is not read by then.
         const std::array<std::string, 2> wanted = {"--log", "json"};
-        if (std::search(arguments.begin(), arguments.end(), wanted.begin(), wanted.end()) != arguments.end()) global.log = "json";
+        if (std::search(arguments.begin(), arguments.end(), wanted.begin(), wanted.end()) != arguments.end() ||
+            std::ranges::find(arguments, "--log=json") != arguments.end())
+            global.log = "json";
         return refuse(firstMistake(arguments, mistake.what()));
     }
     if (app.get_subcommands().empty()) return parsed;

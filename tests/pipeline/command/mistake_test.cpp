@@ -147,6 +147,30 @@ TEST(Mistake, NumbersAreDecimal) {
     EXPECT_THAT(mistakeOf("cook a.toml --max-error +0.02"), StartsWith("--max-error: found '+0.02', expected a fraction"));
 }
 
+/// Parses a command line without its own checks of files.
+GlobalOptions globalOptionsOf(const std::vector<const char*>& arguments) {
+    GlobalOptions global;
+    std::vector<const char*> all = {"lightcook"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    parseCommandLine(static_cast<int>(all.size()), all.data(), global);
+    return global;
+}
+
+TEST(ParseCommandLine, ZerosAtTheFrontOfANumberMeanNothing) {
+    for (const char* ten : {"10", "010", "00010"}) EXPECT_EQ(globalOptionsOf({"-j", ten, "help"}).threads, 10) << ten;
+    EXPECT_EQ(globalOptionsOf({"-j08", "help"}).threads, 8);
+    EXPECT_EQ(mistakeOf("cook a.toml --effort -01"), "--effort: found '-01', expected 0 to 9");
+    EXPECT_EQ(mistakeOf("cook a.toml --effort 0010"), "--effort: found '0010', expected 0 to 9");
+    EXPECT_EQ(mistakeOf("cook a.toml --effort 00x3"), "--effort: found '00x3', expected a number in decimal digits");
+}
+
+TEST(ParseCommandLine, AMistakeIsReportedInTheFormatThatIsAskedForBehindIt) {
+    testing::internal::CaptureStderr();
+    EXPECT_EQ(globalOptionsOf({"--no-such-option", "--log=json", "help"}).log, "json");
+    EXPECT_EQ(globalOptionsOf({"--no-such-option", "--log", "json", "help"}).log, "json");
+    EXPECT_THAT(testing::internal::GetCapturedStderr(), Not(HasSubstr("lightcook: error")));
+}
+
 TEST(Mistake, SaysThatAnOptionWasGivenTwice) {
     EXPECT_EQ(mistakeOf("-j 1 -j 2 cook scene.toml"), "-j: found this option 2 times, expected it once");
     EXPECT_EQ(mistakeOf("cook scene.toml -o a --output b"), "--output: found this option 2 times, expected it once");
