@@ -272,13 +272,14 @@ CommandFunction defineCompare(CLI::App& app) {
         const auto compared = compareFiles(options->a, options->b, session.state);
         if (!compared) return options->json.finish(session, {}, {compared.error()});
         const auto& [differences, changed] = *compared;
+        const auto figure = options->metric.empty() ? std::nullopt : figureOf(differences, options->metric);
+        if (!options->metric.empty() && !figure)
+            return options->json.finish(session, differences, {unknownMetric(differences, options->metric)});
         if (options->json.isStandardOutput()) return options->json.finish(session, differences, changed);
-        if (options->metric.empty())
-            printJson(session.terminal, differences);
-        else if (const auto figure = figureOf(differences, options->metric))
+        if (figure)
             session.terminal.say(fmt::format("{}", *figure));
         else
-            return options->json.finish(session, differences, {unknownMetric(differences, options->metric)});
+            printJson(session.terminal, differences);
         return options->json.finish(session, differences, changed);
     };
 }

@@ -75,6 +75,9 @@ files, and --cache must name a folder that they share.
 
 Settings are those of the scene file. A scene file with other assets needs another plan.)");
     return [options](Session& session) {
+        if (options->ninja == kStandardOutput && options->json.isStandardOutput())
+            return session.finish(
+                {{formats::ErrorCode::InvalidRequest, "--ninja, --json", "found - for both, expected one document on standard output"}});
         options->json.prepare(session);
         return options->json.finish(session, writePlan(*options, session));
     };
