@@ -209,10 +209,10 @@ void printReport(Terminal& terminal, const Report& report) {
 void printPlatforms(Terminal& terminal, const std::vector<PlatformUse>& platforms) {
     for (const PlatformUse& platform : platforms) {
         const auto failed = std::ranges::count_if(platform.checks, [](const BudgetCheck& check) { return !check.passed; });
-        terminal.say(StyledLine{{Style::Plain, fmt::format("platform {}: {} bytes in {} scene{}, {} of {} limits passed over  ",
-                                                           platform.name, platform.usedBytes, platform.scenes,
-                                                           platform.scenes == 1 ? "" : "s", failed, platform.checks.size())},
-                                verdictWord(platform.passed)});
+        terminal.say(StyledLine{
+            {Style::Plain, fmt::format("platform {}: {} bytes in {} scene{}, {} of {} limits exceeded  ", platform.name, platform.usedBytes,
+                                       platform.scenes, platform.scenes == 1 ? "" : "s", failed, platform.checks.size())},
+            verdictWord(platform.passed)});
     }
 }
 
