@@ -39,7 +39,7 @@ int runCommand(const CommandFunction& command, const GlobalOptions& global) {
     return arena.execute([&] {
         Session session(global);
         const int code = command(session);
-        // A command that prints its result, or whose outputs were complete, may end well in spite of the signal.
+        // Also where the command returned 0, because its outputs were complete before the signal.
         return session.state.interrupted ? exitCode(ErrorCode::Interrupted) : finishStandardOutput(code, global.logFormat());
     });
 }

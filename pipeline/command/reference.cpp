@@ -179,9 +179,9 @@ std::string commandReference(const ProgramDoc& program) {
     text += kGenerated;
     text += wrapped(
         "`lightcook help COMMAND` and `lightcook COMMAND --help` print the same as this page. A terminal gets one line of progress: "
-        "actions "
-        "that are done, stages that run, time left. On a pipe, commands that cook print one line at the end (verdict, sizes, what came "
-        "from the cache); `verify` and `report` print a table, `compare` and `info` what they found. `--quiet` leaves all of it out except "
+        "actions that are done, stages that run, time left. On a pipe, commands that cook print one line at the end (verdict, sizes, what "
+        "came from the cache); `verify` and `report` print a table, `compare` and `info` what they found. `--quiet` leaves all of it out "
+        "except "
         "errors, warnings and the output of `compare` and `info`. "
         "`lightmap`, `dominant`, `cubemap`, `lut` and `rsrm` convert one asset and verify it like a scene: `--max-error` is the limit of "
         "that asset.",
@@ -190,8 +190,7 @@ std::string commandReference(const ProgramDoc& program) {
                        "A fraction is a number or a percentage: `0.02` or `2%`. Every command has `--json F`; `-` is standard output, and "
                        "what is meant for people then goes to standard error. The JSON of a command that failed has `passed` "
                        "(false), `exit_code` and `errors`, a list of `code`, `subject` and `detail`. A mistake on the command line is "
-                       "reported in the order typed, "
-                       "with the nearest known name, and in the file of `--json` too.",
+                       "reported in the order typed, with the nearest known name, and in the file of `--json` too.",
                        kMarkdownColumns);
     text += "\n| command | does |\n| --- | --- |\n";
     for (const CommandDoc& command : program.commands)
@@ -212,12 +211,12 @@ std::string sceneFileReference() {
     text += wrapped(
         "A scene is one TOML file. Paths are relative to it. [examples/cornell/scene.toml](../../examples/cornell/scene.toml) is a "
         "complete example with comments, and [from a baker to a scene](../guide/from-a-baker-to-a-scene.md) explains the choices. Unknown "
-        "keys are "
-        "refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, and exit "
-        "code 2. On the command line, `--target`, `--layout`, `--objective`, `--container`, `--max-error`, `--max-converter-error`, "
-        "`--max-visible`, `--max-visible-bound`, `--max-whole-visible`, `--max-whole-error`, `--max-converter-visible`, `--budget`, "
-        "`--effort`, `--rdo` and `--zstd` "
-        "override keys of `[output]`.",
+        "keys are refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, "
+        "and exit code 2. On the command line, `--target`, `--layout`, `--objective`, `--container`, `--max-error`, "
+        "`--max-converter-error`, "
+        "`--max-visible`, `--max-visible-bound`, `--max-whole-visible`, `--max-whole-error`, `--max-converter-visible`, `--max-seam`, "
+        "`--budget`, `--effort`, `--rdo`, `--zstd`, `--charts`, `--charts-max-visible`, `--gltf` and `--mips` override keys of "
+        "`[output]`.",
         kMarkdownColumns);
     for (const SceneSectionInfo& section : allSceneSections()) {
         text += fmt::format("\n## {}\n\n", headingOf(section));
