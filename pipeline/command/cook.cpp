@@ -99,6 +99,9 @@ The last line has the verdict, the sizes, and how many actions came from the cac
 is an object on standard error. --quiet leaves it out. -v prints a line for each action.)");
     return [options](Session& session) {
         if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
+        for (const auto& [option, file] :
+             {std::pair("--depfile", options->cook.depfile.value_or("")), std::pair("--history", options->history)})
+            if (auto checked = checkIsFile(option, file); !checked) return session.finish(checked);
         if (options->samples) options->cook.samples = *options->samples;
         ChartSettings& charts = options->cook.charts;
         if (const auto* row = formats::findByName(allChartModes(), options->chartMode); row != nullptr) charts.mode = row->id;

@@ -124,6 +124,7 @@ What no part of the scene names is listed, with the reason. Folders are not sear
 that lie in them.)");
     return [options](Session& session) {
         options->json.prepare(session);
+        if (auto checked = checkIsFile("--output", options->output); !checked) return options->json.finish(session, {}, {checked.error()});
         return options->json.finish(session, writeScene(*options, session));
     };
 }

@@ -279,6 +279,11 @@ Result<void> CommandPaths::checkAgainstScene(const Scene& scene, const std::file
     return {};
 }
 
+Result<void> checkIsFile(const char* option, const std::filesystem::path& file) {
+    if (file != kStandardOutput) return {};
+    return formats::failure(formats::ErrorCode::InvalidRequest, option, "found -, expected the name of a file: it is not printed");
+}
+
 Result<void> checkFolderName(const std::filesystem::path& folder, const std::string& otherwise) {
     const std::string extension = formats::lowerExtension(folder);
     std::error_code code;

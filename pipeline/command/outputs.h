@@ -65,6 +65,9 @@ private:
     bool isRefused_ = false;
 };
 
+/// Refuses "-" for a file that cannot be standard output: it would be a file of that name.
+formats::Result<void> checkIsFile(const char* option, const std::filesystem::path& file);
+
 /// Refuses an output folder that does not exist and ends like a file ("room.png"): another output was meant.
 /// otherwise   what the command also writes: "or a .ktx2 file"; empty: nothing
 formats::Result<void> checkFolderName(const std::filesystem::path& folder, const std::string& otherwise = "");

@@ -161,6 +161,7 @@ int runReport(const ReportOptions& options, Session& session) {
         return session.finish(
             {{ErrorCode::InvalidRequest, "--json, --html", "found - for both, expected one document on standard output"}});
     if (isHtmlOnOutput) session.terminal.keepOutputForData();
+    if (auto checked = checkIsFile("--history", options.history); !checked) return options.json.finish(session, {}, {checked.error()});
     // Every input is read before anything is written.
     auto folders = readFolders(options.folders);
     if (!folders) return options.json.finish(session, {}, {folders.error()});
