@@ -338,8 +338,19 @@ private:
         return {};
     }
 
+    /// Warns before the files of another scene in the output folder are replaced: two converters may have been given one folder.
+    void warnOfOtherScene() const {
+        const auto old = loadManifest(outcome_.output);
+        if (!old || old->scene == scene_.name || !state_.warning) return;
+        state_.warning(
+            outcome_.output.string(),
+            fmt::format("found the cooked scene '{}', expected '{}' or none: its files are replaced; another folder would keep them",
+                        old->scene, scene_.name));
+    }
+
     /// Publishes files and manifest together: an interrupt comes before or after both.
     Result<Report> publishWithSummaries(const Plan& plan, const ExecutionResult& result) {
+        warnOfOtherScene();
         const auto transaction = formats::OutputTransaction::begin();
         if (!transaction) return tl::make_unexpected(transaction.error());
         if (auto checked = checkOutputs(result); !checked) return tl::make_unexpected(checked.error());

@@ -149,6 +149,13 @@ void describeSources(const PackedLightMap& packed, const CookedAsset& asset, Rep
 std::string whyNotLeft(const Scene& scene, const Plan& plan, const std::filesystem::path& folder) {
     auto old = loadManifest(folder);
     if (!old) return {};
+    const auto isUndecided = [&](const CookedAsset& asset) { return std::ranges::count(plan.undecided, lightMapOf(asset)) > 0; };
+    const auto isOfOtherScene = [&](const CookedAsset& asset) { return isLeft(plan, asset) && !isUndecided(asset); };
+    if (const auto other = std::ranges::find_if(old->assets, isOfOtherScene); old->scene != scene.name && other != old->assets.end())
+        return fmt::format(
+            "found '{}' of the scene '{}' in {}, expected assets of '{}' alone: cook into another folder, or the whole scene, "
+            "without --only, which replaces them",
+            other->name, old->scene, folder.string(), scene.name);
     std::erase_if(old->assets, [&](const CookedAsset& asset) { return !plan.unwanted.contains(asset.name); });
     if (old->assets.empty()) return {};
     for (const CookedAsset& asset : old->assets)

@@ -20,9 +20,9 @@ namespace lightcook::pipeline {
 std::string kindOfWork(const CookedAsset& asset);
 double workOf(const CookedAsset& asset);
 
-/// Returns why assets of an earlier cook in a folder cannot stay beside those that a plan cooks. Their textures or UVs may belong to
-/// another packing of the charts of a light map that is cooked now; and the manifest has one target, working colour space, lobe and up axis
-/// for all. Empty: they can.
+/// Returns why assets of an earlier cook in a folder cannot stay beside those that a plan cooks. They may be of another scene; their
+/// textures or UVs may belong to another packing of the charts of a light map that is cooked now; and the manifest has one target, working
+/// colour space, lobe and up axis for all. Empty: they can.
 std::string whyNotLeft(const Scene& scene, const Plan& plan, const std::filesystem::path& folder);
 
 /// Writes the summaries of one cook.

@@ -304,6 +304,44 @@ TEST(CookScene, OnlyRefusesAssetsThatAnotherTargetLeft) {
     EXPECT_EQ(digestsOf(scene / "out"), before);
 }
 
+/// Gives the scene another name.
+void renameScene(const SmallScene& scene) {
+    std::string text = formats::contentOf(scene.sceneFile());
+    formats::writeContent(scene.sceneFile(), text.replace(text.find("\"small\""), 7, "\"large\""));
+}
+
+TEST(CookScene, WarnsWhereItReplacesAnotherScene) {
+    const SmallScene scene(Parts::LightMap);
+    std::vector<std::string> warnings;
+    RunState state;
+    state.warning = [&](const std::string& subject, const std::string& detail) { warnings.push_back(subject + ": " + detail); };
+    ASSERT_TRUE(cookScene(scene.options(), state).errors.empty());
+    EXPECT_THAT(warnings, testing::IsEmpty());
+    renameScene(scene);
+    for ([[maybe_unused]] const int run : {1, 2}) {  // the second one finds its own
+        ASSERT_TRUE(cookScene(scene.options(), state).errors.empty());
+        EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr("found the cooked scene 'small', expected 'large' or none")));
+    }
+}
+
+TEST(CookScene, OnlyRefusesAssetsOfAnotherScene) {
+    const SmallScene scene(Parts::LightMap);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    const std::string manifest = formats::contentOf(scene / "out" / kManifestName);
+    renameScene(scene);
+    CookOptions options = scene.options();
+    options.only = "map";
+    const Outcome outcome = cook(options);
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
+    EXPECT_THAT(outcome.errors[0].line(), HasSubstr("--only: found 'specular' of the scene 'small'"));
+    EXPECT_EQ(formats::contentOf(scene / "out" / kManifestName), manifest);
+    options.only = "specular";
+    options.output = scene / "part";
+    ASSERT_TRUE(cook(options).errors.empty());
+    EXPECT_TRUE(cook(options).errors.empty());
+}
+
 TEST(CookScene, AFailureLeavesNothingBehind) {
     const SmallScene scene(Parts::All);
     std::filesystem::remove(scene / "probe.exr");
