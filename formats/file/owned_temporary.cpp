@@ -175,6 +175,7 @@ Result<OwnedTemporary> OwnedTemporary::makeFile(const fs::path& folder, const fs
 }
 
 Result<OwnedTemporary> OwnedTemporary::makeFolder(const fs::path& parent) {
+    const std::lock_guard enlisting(registry().mutex);  // abandonTemporaries() sees what exists
     std::vector<fs::path> missing;
     std::error_code code;
     for (fs::path each = parent; !each.empty() && !fs::exists(each, code); each = each.parent_path()) missing.push_back(each);
@@ -193,7 +194,6 @@ Result<OwnedTemporary> OwnedTemporary::makeFolder(const fs::path& parent) {
             return failure(lockFile.error().code, parent.string(), lockFile.error().detail);
         }
         const fs::path path = fs::path(lockFile->path()).replace_extension();
-        const std::lock_guard enlisting(registry().mutex);
         if (::mkdir(path.c_str(), 0700) != 0) {
             if (errno == EEXIST) continue;
             return refuse(errno);

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <set>
 
+#include "formats/folder_lock.h"
 #include "formats/gltf_scene.h"
 #include "formats/temporaries.h"
 #include "pipeline/assets/action_kind.h"
@@ -134,13 +135,20 @@ private:
         if (auto checked = checkSettings(scene_, options_, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
-        // The staging folder is on the file system of the output, so that finished files are renamed: inside the output, or where the
-        // output will be.
-        std::error_code code;
-        const std::filesystem::path parent = (absolute / "").parent_path().parent_path();
-        formats::removeLeftovers(parent);  // of a cook that was killed before there was a folder
-        auto staging = TemporaryFolder::create(std::filesystem::is_directory(absolute, code) ? absolute : parent);
+        const auto isTaken = [&] {
+            return failure(ErrorCode::InvalidRequest, outcome_.output.string(),
+                           "found another process that cooks into this folder, expected none: wait for its end, or name another folder");
+        };
+        auto lock = formats::FolderLock::take(absolute);
+        if (!lock) return isTaken();
+        // Inside the output, so that finished files are renamed. A folder that is made for it goes with it unless the cook leaves files.
+        auto staging = TemporaryFolder::create(absolute);
         if (!staging) return tl::make_unexpected(staging.error());
+        if (!lock->isOf(absolute)) {  // the folder is new, or another process has just removed the one that it had made
+            lock.reset();
+            lock = formats::FolderLock::take(absolute);
+            if (!lock) return isTaken();
+        }
         staging_ = staging->path();
         auto done = cookAndPublish();
         digests_->save();

@@ -246,9 +246,22 @@ TEST_F(Interrupt, TheNextCookRemovesWhatAKilledOneLeft) {
     }
     EXPECT_FALSE(temporariesIn(*scene_ / "").empty());
     // It writes into the cache too, where the killed one may have been writing.
-    EXPECT_EQ(end({"rsrm", "sky.exr", "other", "--exponents", "3"}), 0);
+    EXPECT_EQ(end({"rsrm", "sky.exr", "out", "--exponents", "3"}), 0);
     EXPECT_EQ(temporariesIn(*scene_ / ""), std::vector<std::string>());
-    fs::remove_all(*scene_ / "other");
+    for (const char* output : {"out", "other"}) fs::remove_all(*scene_ / output);
+}
+
+TEST_F(Interrupt, AFolderIsCookedIntoByOneProcessAtATimeAndAKilledOneLeavesItFree) {
+    Running running(*scene_ / "", {"lut", "out", "--views", "1024"});
+    for (int i = 0; i < 5000 && temporariesIn(*scene_ / "").empty() && !running.hasEnded(); ++i) std::this_thread::sleep_for(1ms);
+    std::this_thread::sleep_for(20ms);
+    ASSERT_FALSE(running.hasEnded());
+    EXPECT_EQ(end({"rsrm", "sky.exr", "out"}), 2);
+    EXPECT_THAT(contentOf(*scene_ / "log"), testing::HasSubstr("out: found another process that cooks into this folder"));
+    running.signal(SIGKILL);
+    ASSERT_TRUE(running.endsWithin(1000ms));
+    EXPECT_EQ(end({"rsrm", "sky.exr", "out"}), 0);
+    fs::remove_all(*scene_ / "out");
 }
 
 TEST_F(Interrupt, OutputsThatAreNoPlainFilesAreWrittenInto) {
