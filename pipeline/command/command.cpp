@@ -189,7 +189,10 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
     if (const auto checked = paths.check(); !checked) return refuse(checked.error());
     parsed.function = [function = std::move(parsed.function), paths = std::move(paths), arguments](Session& session) {
         session.paths = paths;
+        const OlderDocuments older(arguments);
+        session.atInterrupt([older] { older.remove(); });
         const int code = function(session);
+        if (session.state.interrupted && !session.paths.isRefused()) older.remove();
         if (!session.errors.empty() && !session.hasWrittenDocuments && !session.paths.isRefused())
             writeFailure(arguments, session.errors, session.terminal);
         return code;

@@ -10,6 +10,8 @@
 
 #include <atomic>
 #include <chrono>
+#include <functional>
+#include <mutex>
 #include <thread>
 
 #include "pipeline/command/terminal.h"
@@ -27,13 +29,19 @@ public:
     Interrupts(const Interrupts&) = delete;
     Interrupts& operator=(const Interrupts&) = delete;
 
+    /// Sets what is done before the process is ended from here, when its temporary files are gone and no output can appear any more.
+    void setLastAction(std::function<void()> action);
+
 private:
     void watch();
+    void runLastAction();
 
     std::atomic<bool>& asked_;
     LogFormat log_;
     std::atomic<bool> isOver_{false};  ///< the object is being destroyed
-    std::thread watcher_;
+    std::mutex lastActionMutex_;
+    std::function<void()> lastAction_;
+    std::thread watcher_;  ///< the last member: it reads the others
 };
 
 }  // namespace lightcook::pipeline

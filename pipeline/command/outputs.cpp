@@ -147,6 +147,14 @@ bool isReplaceable(const AskedDocument& document) {
     return json.is_array() || (json.is_object() && !json.contains("asset") && !json.contains("probes"));
 }
 
+/// Returns true if a document of a command line may take the place of its file: the command line cannot mean the file as an input either.
+bool mayReplace(const AskedDocument& document, const ScannedArguments& scanned) {
+    std::vector<std::string> others = scanned.words;
+    for (const AskedDocument& other : scanned.documents)
+        if (&other != &document) others.push_back(other.file);
+    return CommandPaths::ofUnparsed(document.option, document.file, others).check() && isReplaceable(document);
+}
+
 /// Returns the document of an option for a command that failed early.
 std::string failureText(const std::string& option, const std::vector<std::string>& words, const std::vector<Error>& errors) {
     if (option == "--json") return textOf(failureDocument({}, errors)) + "\n";
@@ -375,14 +383,31 @@ void writeFailure(std::span<const std::string> arguments, const std::vector<Erro
             if (!std::exchange(isOutputUsed, true)) terminal.data(failureText(document.option, scanned.words, errors));
             continue;
         }
-        if (!isStream(document.file)) {
-            std::vector<std::string> others = scanned.words;
-            for (const AskedDocument& other : scanned.documents)
-                if (&other != &document) others.push_back(other.file);
-            if (!CommandPaths::ofUnparsed(document.option, document.file, others).check() || !isReplaceable(document)) continue;
-        }
+        if (!isStream(document.file) && !mayReplace(document, scanned)) continue;
         if (auto written = writeFile(document.file, failureText(document.option, scanned.words, errors), OutputLink::Follow); !written)
             terminal.error(written.error());
+    }
+}
+
+OlderDocuments::OlderDocuments(std::span<const std::string> arguments) : arguments_(arguments.begin(), arguments.end()) {
+    for (const AskedDocument& document : scanArguments(arguments).documents) {
+        std::error_code code;
+        if (!std::filesystem::is_regular_file(document.file, code)) continue;
+        const auto changed = std::filesystem::last_write_time(document.file, code);
+        if (!code) found_.emplace(document.file, changed);
+    }
+}
+
+void OlderDocuments::remove() const {
+    if (found_.empty()) return;
+    const ScannedArguments scanned = scanArguments(arguments_);
+    for (const AskedDocument& document : scanned.documents) {
+        const auto found = found_.find(document.file);
+        std::error_code code;
+        if (found == found_.end() || std::filesystem::last_write_time(document.file, code) != found->second || code) continue;
+        if (!mayReplace(document, scanned)) continue;
+        const std::filesystem::path file = std::filesystem::canonical(document.file, code);
+        if (!code) std::filesystem::remove(file, code);
     }
 }
 

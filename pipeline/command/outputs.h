@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <utility>
@@ -132,6 +133,21 @@ private:
 /// made in a folder that exists, if it ends in .json, .xml or .sarif.
 /// arguments   without the program's name
 void writeFailure(std::span<const std::string> arguments, const std::vector<formats::Error>& errors, Terminal& terminal);
+
+/// The files of --json, --junit and --sarif that an earlier run left, for a command that a signal may interrupt: it writes none, and an
+/// older one must not say that all is well.
+class OlderDocuments {
+public:
+    /// arguments   of the command, without the program's name
+    explicit OlderDocuments(std::span<const std::string> arguments);
+    /// Removes those that the command has not written meanwhile and that writeFailure() would replace. Of a symbolic link the file goes
+    /// that it names.
+    void remove() const;
+
+private:
+    std::vector<std::string> arguments_;
+    std::map<std::string, std::filesystem::file_time_type> found_;  ///< with the times of their last change
+};
 
 /// Prints the result of a cook: warnings; on a terminal a table, then a line with the verdict, sizes and what came from the cache.
 /// Quiet: warnings only.

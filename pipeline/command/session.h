@@ -4,10 +4,12 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "formats/error.h"
@@ -49,6 +51,9 @@ public:
     int finish(const formats::Result<T>& result) {
         return result ? 0 : finish(std::vector<formats::Error>{result.error()});
     }
+
+    /// Sets what is done last if a signal ends the command before it has ended by itself; on another thread.
+    void atInterrupt(std::function<void()> action) { interrupts_.setLastAction(std::move(action)); }
 
     /// Writes a file, or standard output if its name is "-".
     formats::Result<void> write(const std::filesystem::path& file, const std::string& text);
