@@ -28,6 +28,10 @@ Files configFiles(const formats::ColorSpaces& colors) {
 
 }  // namespace
 
+bool isColorConfigRole(std::string_view role) {
+    return role == kColorConfigRole || role.starts_with(fmt::format("{}-", kColorConfigRole));
+}
+
 std::map<std::string, std::filesystem::path> sourceInputs(const std::filesystem::path& file, const formats::ColorSpaces& colors) {
     std::map<std::string, std::filesystem::path> inputs = {{"source", file}};
     if (colors.config.empty()) return inputs;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 
 #include "formats/color.h"
 #include "formats/environment.h"
@@ -15,6 +16,9 @@ namespace lightcook::pipeline {
 /// Input of an action whose colours are converted by an OCIO configuration of the scene. The file is an input, so that its content counts
 /// and the file may move; parameters name the spaces alone. Files that the configuration refers to are inputs "color_config-1" and so on.
 inline constexpr const char* kColorConfigRole = "color_config";
+
+/// Returns true for the role of a configuration and for those of the files that it refers to.
+bool isColorConfigRole(std::string_view role);
 
 /// Returns the inputs of an action that reads one file: "source", and the configuration of its colours with its files.
 std::map<std::string, std::filesystem::path> sourceInputs(const std::filesystem::path& file, const formats::ColorSpaces& colors);

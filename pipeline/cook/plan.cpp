@@ -381,7 +381,7 @@ private:
         if (probe != scene_.probes.end()) {
             parameters.probe = {probe->name, scene_.colors, probe->file.filename().string()};
             for (const auto& [role, file] : environmentInputs(probe->file, scene_.colors))
-                if (!role.starts_with(kColorConfigRole)) inputs["probe-" + role] = file;
+                if (!isColorConfigRole(role)) inputs["probe-" + role] = file;
             if (probe->sh) inputs[kProbeShRole] = *probe->sh;
         }
         plan_.actions.push_back({actionId(ActionStep::Gltf, entry.name),

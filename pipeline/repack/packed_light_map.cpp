@@ -107,7 +107,7 @@ Result<PackedLightMap> packedLightMap(const Action& action, const ActionRecord& 
     packed.sources = action.inputs;
     packed.files = {{kSourceRole, folder / result->map}, {kMeshRole, folder / result->mesh}};
     for (const auto& input : action.inputs)
-        if (input.first.starts_with(kColorConfigRole)) packed.files.insert(input);
+        if (isColorConfigRole(input.first)) packed.files.insert(input);
     packed.bake = {parameters->description, result->packing, result->places, parameters->part};
     packed.boxes = result->boxes;
     packed.packed = writtenDescription(withFiles(parameters->description, action.inputs));
