@@ -77,6 +77,8 @@ struct BakeRecognition {
 
 /// Value of the scene key `bake` that chooses the format by the channels, names and sizes of the files.
 inline constexpr std::string_view kAutoBake = "auto";
+/// Beginning of the error of a file in which nothing belongs to a bake format. Other files have part of one, or fit several.
+inline constexpr std::string_view kBelongsToNoBakeFormat = "found no light map, expected that of a bake format";
 
 std::span<const BakeFormatInfo> allBakeFormats();
 /// Returns "auto" and the names of all bake formats: the values of the scene key `bake`.

@@ -189,8 +189,8 @@ std::string guessOf(const ExrInfo& info) {
 tl::unexpected<Error> unknownFormat(const std::filesystem::path& file, const ExrInfo& info) {
     std::vector<std::string> known;
     for (const BakeFormatInfo& format : kBakeFormats) known.push_back(fmt::format("{} ({})", format.name, format.content));
-    return wrongShape(file, fmt::format("found no light map, expected that of a bake format: {}; it holds {}{}", fmt::join(known, ", "),
-                                        heldBy(info), guessOf(info)));
+    return wrongShape(file,
+                      fmt::format("{}: {}; it holds {}{}", kBelongsToNoBakeFormat, fmt::join(known, ", "), heldBy(info), guessOf(info)));
 }
 
 struct Candidate {

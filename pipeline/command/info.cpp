@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 
+#include "formats/bake_format.h"
 #include "formats/epic_light_maps.h"
 #include "formats/gltf_light_map.h"
 #include "formats/gltf_scene.h"
@@ -77,10 +78,12 @@ Json describeImage(const formats::PlainImage& image) {
 /// Describes a light map: how it was recognised, and its shape.
 Json describeLightMap(const formats::LightMapReader& map) {
     const BakeReading reading = readingOf(map);
-    return {{"light_map", reading.bake},   {"evidence", reading.evidence},
-            {"assumed", reading.assumed},  {"other_readings", reading.otherReadings},
-            {"width", map.width()},        {"height", map.height()},
-            {"normals", map.hasNormals()}, {"coverage", map.hasCoverage()}};
+    Json json = {{"light_map", reading.bake},   {"evidence", reading.evidence},
+                 {"assumed", reading.assumed},  {"other_readings", reading.otherReadings},
+                 {"width", map.width()},        {"height", map.height()},
+                 {"normals", map.hasNormals()}, {"coverage", map.hasCoverage()}};
+    if (!reading.incompleteSets.empty()) json["incomplete_sets"] = reading.incompleteSets;
+    return json;
 }
 
 /// Describes a light map that cannot be opened without its mesh.
@@ -212,14 +215,15 @@ Result<Json> describeFile(const std::filesystem::path& file) {
         if (!map)
             if (const auto known = formats::LightMapReader::recognize(file, {}); known && known->format->needsMesh())
                 return describeWithoutMesh(*known, map.error());
-        if (map) {
-            if (map->recognition().isCertain) return describeLightMap(*map);
-            return formats::readImage(file).map([&](const formats::PlainImage& image) {
-                Json json = describeImage(image);
+        if (map && map->recognition().isCertain) return describeLightMap(*map);
+        return formats::readImage(file).map([&](const formats::PlainImage& image) {
+            Json json = describeImage(image);
+            if (map)
                 json["as_light_map"] = describeLightMap(*map);
-                return json;
-            });
-        }
+            else if (!map.error().detail.starts_with(formats::kBelongsToNoBakeFormat))
+                json["as_light_map"] = {{"error", map.error().line()}};
+            return json;
+        });
     }
     return formats::readImage(file).map(describeImage);
 }

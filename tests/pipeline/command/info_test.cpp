@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "formats/plain_image.h"
 #include "pipeline/cook/cook.h"
 #include "tests/formats/temporary_folder.h"
 #include "tests/pipeline/example_folder.h"
@@ -82,6 +83,37 @@ TEST(InfoOfACookedFolder, CountsTheTrianglesOfAMeshAndNoTexels) {
     EXPECT_FALSE(mesh.contains("width"));
     EXPECT_FALSE(mesh.contains("textures"));
     EXPECT_FALSE(mesh.at("diffuse").contains("visible_bound"));
+}
+
+/// Writes a picture of one grey.
+void writeGrey(const std::filesystem::path& file, int width, int height) {
+    formats::Image<glm::vec4> picture(width, height);
+    for (glm::vec4& texel : picture.texels()) texel = glm::vec4(0.5f, 0.5f, 0.5f, 1.0f);
+    ASSERT_TRUE(formats::writeExr(file, picture.view(), 3));
+}
+
+TEST(InfoOfAnImage, SaysWhyItIsNotReadAsALightMap) {
+    const formats::TemporaryFolder folder;
+    writeGrey(folder / "stack.exr", 16, 64);
+    for (const char* name : {"two_RNM0.exr", "two_RNM1.exr", "one_RNM0.exr"}) writeGrey(folder / name, 16, 16);
+    const auto stack = describeFile(folder / "stack.exr"), two = describeFile(folder / "two_RNM0.exr");
+    ASSERT_TRUE(stack && two);
+    EXPECT_EQ(stack->at("height"), 64);
+    EXPECT_THAT(stack->at("as_light_map").at("error").get<std::string>(), HasSubstr("stack.exr: found a file that could be "));
+    EXPECT_EQ(two->at("maximum"), 0.5);
+    EXPECT_THAT(two->at("as_light_map").at("error").get<std::string>(), HasSubstr("two_RNM2.exr is missing"));
+    const auto one = describeFile(folder / "one_RNM0.exr");
+    ASSERT_TRUE(one);
+    EXPECT_EQ(one->at("as_light_map").at("light_map"), "flat");
+    EXPECT_THAT(one->at("as_light_map").at("incomplete_sets").at(0).get<std::string>(), HasSubstr("one_RNM1.exr and 1 more are missing"));
+}
+
+TEST(InfoOfAnImage, SaysNothingOfLightMapsWhereNoneIsMeant) {
+    const formats::TemporaryFolder folder;
+    writeGrey(folder / "faces.exr", 16, 96);
+    const auto facts = describeFile(folder / "faces.exr");
+    ASSERT_TRUE(facts);
+    EXPECT_FALSE(facts->contains("as_light_map"));
 }
 
 }  // namespace
