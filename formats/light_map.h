@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -72,7 +73,8 @@ struct LightMapCoverage {
     std::int64_t withoutNormal = 0;   ///< of these, texels whose normal is shorter than 1/2, which do not count as covered
     std::int64_t oddNormals = 0;      ///< of these, texels whose normal is far from unit length
     std::int64_t encodedNormals = 0;  ///< of these, texels whose normal n is no unit vector, but 2 n - 1 is: stored as a colour
-    float smallest = 0, largest = 0;  ///< of coverage.Y
+    /// Of coverage.Y. Without a finite one the smallest is above the largest.
+    float smallest = std::numeric_limits<float>::infinity(), largest = -std::numeric_limits<float>::infinity();
 
     LightMapCoverage& operator+=(const LightMapCoverage& other);
 };

@@ -19,6 +19,10 @@ std::optional<int> indexOf(const std::vector<std::string>& names, const std::opt
 
 }  // namespace
 
+std::string stageWords(const std::string& name) {
+    return name.starts_with("stage ") ? name : "stage " + name;
+}
+
 std::optional<double> visibleP99(const verify::StageError& stage) {
     std::optional<double> largest;
     for (const verify::ErrorFigures* figures : {&stage.diffuse, &stage.specular})
@@ -132,7 +136,7 @@ Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std
     verdict.maxVisible = maxVisible;
     verdict.maxVisibleBound = maxVisibleBound;
     if (maxVisibleBound && !stages.empty() && !hasVisibleBound(stages.back()))
-        violations.push_back(unknownBound("stage " + stages.back().name, *maxVisibleBound));
+        violations.push_back(unknownBound(stageWords(stages.back().name), *maxVisibleBound));
     verdict.passed = !stages.empty() && violations.empty();
     for (const verify::StageError& stage : stages) verdict.passed = verdict.passed && isFinite(stage.diffuse) && isFinite(stage.specular);
     if (verdict.passed) verdict.passed = stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;
@@ -166,7 +170,7 @@ void checkStage(const std::vector<verify::StageError>& stages, const std::string
     const double errorBefore = std::max(first->diffuse.relRms, first->specular.relRms);
     const double errorAfter = std::max(second->diffuse.relRms, second->specular.relRms);
     if (!addsError(errorBefore, errorAfter, rounding)) return;
-    violations.push_back({"stage " + after, fmt::format("rel_rms {:.4g}", errorAfter),
+    violations.push_back({stageWords(after), fmt::format("rel_rms {:.4g}", errorAfter),
                           fmt::format("no more than without it ({:.4g}): it belongs to something else", errorBefore)});
 }
 

@@ -30,6 +30,9 @@ struct Verdict {
 Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {},
                     const std::optional<double>& maxVisible = std::nullopt, const std::optional<double>& maxVisibleBound = std::nullopt);
 
+/// Returns "stage total" of a stage named "total"; a name that begins with the word stays ("stage 2").
+std::string stageWords(const std::string& name);
+
 /// Returns the 99th percentile of a stage's visible errors, the larger of diffuse and specular light. Empty without any.
 std::optional<double> visibleP99(const verify::StageError& stage);
 /// Returns the proven bound of a stage's visible errors, the larger of diffuse and specular light. Empty without any.

@@ -218,6 +218,7 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
             for (std::vector<float>& row : part.light) scanner.addRow(std::move(row));
         });
     if (!merged) return tl::make_unexpected(merged.error());
+    if (facts.coverage.smallest > facts.coverage.largest) facts.coverage.smallest = facts.coverage.largest = 0;
     facts.key = lit > 0 ? std::exp(logSum / static_cast<double>(lit)) : 0.0;
     facts.meanRadiance = facts.covered > facts.black ? radianceSum / static_cast<double>(facts.covered - facts.black) : 0.0;
     facts.charts = scanner.finish();

@@ -8,6 +8,7 @@
 
 #include "fit/environment_sh.h"
 #include "formats/environment.h"
+#include "formats/probe_place.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/lint/gamma.h"
@@ -76,6 +77,9 @@ Result<ActionOutcome> lintProbe(const ActionContext& context) {
     if (const auto sh = context.action.inputs.find("sh"); sh != context.action.inputs.end()) {
         const auto given = formats::loadProbeSh(sh->second, parameters->probeFile.value_or(""));
         if (!given) return tl::make_unexpected(given.error());
+        // The cook refuses it, too.
+        if (const auto place = formats::loadProbePlace(sh->second, parameters->probeFile.value_or("")); !place)
+            return tl::make_unexpected(place.error());
         facts.shDifference = relativeDifference(projected, *given);
         for (glm::vec3& texel : environment.texels.texels())
             for (int channel = 0; channel < 3; ++channel) texel[channel] = static_cast<float>(std::pow(texel[channel], kGamma));

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "pipeline/assets/verdict.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -56,7 +58,7 @@ void addStage(const ReportRow& row, const verify::StageError& stage, const std::
     failure.limit = limit;
     failure.detail =
         fmt::format("found rel_rms {:.4g}, expected at most {:.4g}{}", relRms, limit, areFinite ? "" : " and every figure finite");
-    complete(failure, row, fmt::format("stage {}, {}", stage.name, shading), figures.sampledAt);
+    complete(failure, row, fmt::format("{}, {}", stageWords(stage.name), shading), figures.sampledAt);
     failures.push_back(std::move(failure));
 }
 
@@ -86,7 +88,7 @@ void addVisible(const ReportRow& row, const std::string& shading, const VisibleF
                                       vectorWords(place["reference"]));
         if (figure.difference) failure.detail += fmt::format(", a difference of {:.3g}", *figure.difference);
     }
-    complete(failure, row, fmt::format("stage {}, {}", failure.stage, shading), {});
+    complete(failure, row, fmt::format("{}, {}", stageWords(failure.stage), shading), {});
     failures.push_back(std::move(failure));
 }
 

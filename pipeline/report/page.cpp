@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "pipeline/assets/verdict.h"
 #include "pipeline/report/advice_section.h"
 #include "pipeline/report/asset_section.h"
 #include "pipeline/report/baseline_section.h"
@@ -110,7 +111,7 @@ std::vector<std::string> reasonsOf(const Json& asset) {
     for (const Json& stage : stages)
         for (const char* shading : kShadings)
             if (const std::string names = notFiniteNames(member(member(stage, "error"), shading)); !names.empty())
-                reasons.push_back(fmt::format("{} after stage {} is not finite ({})", shading, words(member(stage, "name")), names));
+                reasons.push_back(fmt::format("{} after {} is not finite ({})", shading, stageWords(words(member(stage, "name"))), names));
     const double limit = limitOf(asset);
     const auto worstAt = [](const Json& at) {
         const std::string place = placeWords(at);

@@ -98,6 +98,12 @@ TEST(Verdict, ALimitOnAVisibleBoundThatIsNotKnownFails) {
     }
 }
 
+TEST(StageWords, SaysTheWordOnce) {
+    EXPECT_EQ(stageWords("total"), "stage total");
+    EXPECT_EQ(stageWords("residual 1"), "stage residual 1");
+    EXPECT_EQ(stageWords("stage 2"), "stage 2");
+}
+
 TEST(CheckStage, AResidualThatAddsToTheErrorIsAViolation) {
     verify::StageError code = stageWith(0.1, 0.1), residual = stageWith(0.2, 0.1);
     code.name = "code";

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/ci_report.h"
@@ -303,6 +305,26 @@ TEST(Lint, RefusesCoverageOutsideItsRange) {
         EXPECT_EQ(outcome.errors.size(), 1u);
         EXPECT_THAT(outcome.findings[0].found, HasSubstr(found));
     }
+}
+
+TEST(Lint, NamesTheRangeOfCoverageThatIsNowhereZero) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) { std::ranges::fill(map["coverage.Y"], 255.0f); });
+    const Outcome outcome = scene.lint();
+    const auto finding = std::ranges::find(outcome.findings, LintCheck::CoverageRange, &Finding::check);
+    ASSERT_NE(finding, outcome.findings.end());
+    EXPECT_THAT(finding->found, HasSubstr("from 255 to 255"));
+}
+
+TEST(Lint, RefusesAProbePositionOfTwoNumbers) {
+    const PlantedScene scene;
+    Json probes = parseJson(formats::contentOf(scene / "cornell_probes.json"));
+    probes.at("probes").at(0)["position"] = {1, 2};
+    formats::writeContent(scene / "cornell_probes.json", probes.dump());
+    const Outcome outcome = scene.lint();
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_EQ(outcome.errors[0].code, ErrorCode::WrongShape);
+    EXPECT_THAT(outcome.errors[0].line(), HasSubstr("expected three finite numbers"));
 }
 
 TEST(Lint, RefusesNormalsThatAreStoredAsColours) {
