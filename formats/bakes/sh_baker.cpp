@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,6 +36,17 @@ std::vector<std::string> shBakerChannels() {
     return names;
 }
 
+/// Returns the colour of a texel's luminances, which its first coefficient has. Luminances beside a black one are light that is lost; as
+/// grey they are bands without sh00, which are refused or repaired like those of any bake format.
+/// packed  the red of each other coefficient holds its luminance
+glm::vec3 packedColour(const ShRgb& packed) {
+    constexpr float kRounding = 1e-6f;  // of halves
+    const float luminance = glm::dot(packed[0], kPackedLuminance);
+    if (luminance > 0) return packed[0] / luminance;
+    const auto isLit = [](const glm::vec3& coefficient) { return std::abs(coefficient.x) > kRounding; };
+    return glm::vec3(std::any_of(packed.begin() + 1, packed.end(), isLit) ? 1.0f : 0.0f);
+}
+
 /// Reads the three packed files.
 class PackedReader final : public ImagesReader {
 public:
@@ -50,8 +62,7 @@ public:
         for (std::size_t i = 0; i < images().size(); ++i)
             if (const auto read = images()[i].readRows(firstRow, rowCount, planes.at(i)); !read) return tl::make_unexpected(read.error());
         for (ShRgb& sh : raw.sh.texels()) {
-            const float luminance = glm::dot(sh[0], kPackedLuminance);
-            const glm::vec3 colour = luminance > 0 ? sh[0] / luminance : glm::vec3(0);
+            const glm::vec3 colour = packedColour(sh);
             for (std::size_t i = 1; i < sh.size(); ++i) sh[i] = sh[i].x * colour;
         }
         return raw;

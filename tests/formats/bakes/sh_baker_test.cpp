@@ -125,14 +125,45 @@ TEST(ShBaker, PackedFilesTakeTheColourOfTheFirstCoefficient) {
         }
 }
 
+/// Writes packed files whose L0 is black at texel (1, 2), and whose luminances there are `luminance`.
+void writePackedWithBlack(const TemporaryFolder& folder, float luminance) {
+    writePacked(folder, 4, 4);
+    for (int file = 0; file < 3; ++file) {
+        ExrRecipe recipe = split(0, 4, 4);
+        recipe.channels["A"] = [](int, int) { return 0.25f; };
+        for (const char* channel : {"R", "G", "B", "A"}) {
+            if (file > 0) recipe.channels[channel] = [](int, int) { return 0.0f; };
+            if (file > 0 || std::string(channel) != "A") poke(recipe, channel, 1, 2, file == 0 ? 0.0f : luminance);
+        }
+        writeRecipe(folder / fmt::format("room_packed_{}.exr", file), recipe);
+    }
+}
+
 TEST(ShBaker, ABlackTexelOfPackedFilesStaysBlack) {
     const TemporaryFolder folder;
-    writePacked(folder, 4, 4);
-    ExrRecipe first = split(0, 4, 4);
-    first.channels["A"] = [](int, int) { return 1.0f; };
-    for (const char* channel : {"R", "G", "B"}) poke(first, channel, 1, 2, 0.0f);
-    writeRecipe(folder / "room_packed_0.exr", first);
-    EXPECT_EQ(readAll(folder / "room_packed_0.exr").sh.at(1, 2), ShRgb{});
+    for (const float luminance : {0.0f, 5e-7f}) {
+        writePackedWithBlack(folder, luminance);
+        EXPECT_EQ(readAll(folder / "room_packed_0.exr").sh.at(1, 2), ShRgb{}) << luminance;
+    }
+}
+
+TEST(ShBaker, LuminancesBesideABlackFirstCoefficientAreRefused) {
+    const TemporaryFolder folder;
+    writePackedWithBlack(folder, 0.1f);
+    LightMapDescription description;
+    const auto reader = LightMapReader::open(folder / "room_packed_0.exr", description);
+    ASSERT_TRUE(reader) << reader.error().line();
+    const auto refused = reader->read(0, 4);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::ValueOutOfRange);
+    EXPECT_THAT(refused.error().line(), testing::AllOf(HasSubstr("room_packed_1.exr"), HasSubstr("(1, 2)")));
+    description.repair = true;
+    const auto repairing = LightMapReader::open(folder / "room_packed_0.exr", description);
+    ASSERT_TRUE(repairing);
+    const auto strip = repairing->read(0, 4);
+    ASSERT_TRUE(strip);
+    EXPECT_EQ(strip->sh.at(1, 2), ShRgb{});
+    EXPECT_EQ(strip->repairs.bandsBeyond, 6);
 }
 
 TEST(ShBaker, MissingAndForeignFilesAreNamed) {
