@@ -13,6 +13,7 @@
 #include "atlas/reduction.h"
 #include "formats/gltf_scene.h"
 #include "formats/memory.h"
+#include "formats/temporaries.h"
 #include "lighting/radiometry.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/files.h"
@@ -241,6 +242,8 @@ std::vector<T> slice(std::vector<T>& all, std::size_t begin, std::size_t end) {
 
 Result<void> moveAll(const std::vector<fs::path>& outputs, const fs::path& from, const fs::path& folder) {
     if (auto made = makeFolder(folder); !made) return made;
+    const auto transaction = formats::OutputTransaction::begin();  // an interrupt comes before or after all of them
+    if (!transaction) return tl::make_unexpected(transaction.error());
     for (const fs::path& output : outputs)
         if (auto moved = moveFile(from / output.filename(), output); !moved) return moved;
     return {};
