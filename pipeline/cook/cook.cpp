@@ -108,7 +108,9 @@ public:
           scene_(std::move(scene)),
           asked_(scene_),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
-          planOptions_{options.only, options.onlyKind, options.repair, options.samples, std::move(layouts)} {}
+          planOptions_{options.only, options.onlyKind, options.repair, options.samples, std::move(layouts)},
+          givenLayouts_(planOptions_.layouts),
+          isForced_(options.force) {}
 
     Outcome run() {
         if (auto done = tryRun(); !done) outcome_.errors.insert(outcome_.errors.begin(), done.error());
@@ -202,6 +204,13 @@ private:
         outcome_.actionsReused += materials.actionsReused + result.actionsReused;
         addErrors(result);
         if (isStopped(result)) return {};
+        if (fitsWithUsualTables(*plan, result)) {
+            scene_.tables.viewCount = kUsualViewCount;
+            planOptions_.layouts = givenLayouts_;
+            isForced_ = false;  // the other actions have run
+            outcome_.actionsReused = 0;
+            return cookAndPublish();
+        }
         if (options_.only) sceneAssets_ = assetsOfScene(*plan, planned, needs);
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
@@ -214,18 +223,34 @@ private:
         return {};
     }
 
+    /// Returns true if the scene is over its budget with the many views that tables have beside one, and within it with the usual number.
+    bool fitsWithUsualTables(const Plan& plan, const ExecutionResult& result) const {
+        const auto& budget = scene_.output.budgetBytes;
+        if (!budget || scene_.tables.viewCount || options_.only || options_.onlyKind || !outcome_.errors.empty()) return false;
+        std::uint64_t bytes = 0, tables = 0;
+        for (const std::string& name : plan.assets) {
+            const auto record = result.records.find(actionId(ActionStep::Cook, name));
+            if (record == result.records.end()) return false;
+            const auto cooked = fromJson<CookResult>(record->second.result, record->first);
+            if (!cooked) return false;
+            bytes += cooked->asset.totalBytesGpu();
+            if (name == kTablesName) tables = cooked->asset.totalBytesGpu();
+        }
+        const std::uint64_t saved = tables / kFineViewCount * (kFineViewCount - kUsualViewCount);  // a view is a column
+        return bytes > *budget && bytes - saved <= *budget;
+    }
+
     /// Returns the folder of repacked bakes and meshes, which no output has.
     std::filesystem::path packedFolder() const { return staging_ / "charts"; }
 
     ExecutionResult execute(const std::vector<Action>& graph) {
-        return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing}, staging_,
+        return pipeline::execute(graph, {outcome_.output, isForced_, options_.keepGoing}, staging_,
                                  {actionFunction, cache_, *digests_, state_, at_});
     }
 
     /// Leaves the files of the actions in a folder.
     ExecutionResult executeInto(const std::filesystem::path& folder, const std::vector<Action>& graph) {
-        return pipeline::execute(graph, {folder, options_.force, options_.keepGoing}, folder,
-                                 {actionFunction, cache_, *digests_, state_, at_});
+        return pipeline::execute(graph, {folder, isForced_, options_.keepGoing}, folder, {actionFunction, cache_, *digests_, state_, at_});
     }
 
     /// Looks at the inputs of the planned assets. Its actions do not count as run or reused: they make nothing.
@@ -446,6 +471,8 @@ private:
     const Scene asked_;  ///< as scene_ was before the cook put several maps in place of those that are split
     Cache cache_;
     PlanOptions planOptions_;
+    const std::map<std::string, std::string> givenLayouts_;  ///< as planOptions_ had them before any was chosen
+    bool isForced_;                                          ///< runs actions that the cache has
     std::optional<DigestMemo> digests_;
     std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map
     std::vector<FrontierPoint> frontier_;                                     ///< of such a scene

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "formats/folder_lock.h"
+#include "pipeline/cook/plan.h"
 #include "pipeline/cook/verdicts.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
@@ -557,6 +558,35 @@ TEST(CookScene, ABoundThatIsNotHeldFailsButIsReported) {
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
     EXPECT_FALSE(outcome.report.at("passed").get<bool>());
     EXPECT_TRUE(std::filesystem::exists(scene / "out" / kReportName));
+}
+
+TEST(CookScene, ABudgetThatOnlyTablesOfTheUsualViewsFitHasThem) {
+    const SmallScene scene(Parts::LightMap);
+    CookOptions options = scene.options();
+    const auto cookWithin = [&](std::uint64_t budget) {
+        options.budgetBytes = budget;
+        return cook(options);
+    };
+    const auto widthOfTables = [](const Outcome& outcome) { return assetOf(outcome.report, kTablesName).at("width").get<int>(); };
+    const Outcome smallest = cookWithin(100);
+    ASSERT_TRUE(smallest.report.is_object());
+    ASSERT_EQ(widthOfTables(smallest), kFineViewCount);
+    const auto used = smallest.report.at("budget").at("used_bytes").get<std::uint64_t>();
+    const auto fine = assetOf(smallest.report, kTablesName).at("bytes_gpu").get<std::uint64_t>();
+    const std::uint64_t least = used - fine + fine * kUsualViewCount / kFineViewCount;
+    const Outcome over = cookWithin(least - 1);
+    ASSERT_FALSE(over.errors.empty());
+    EXPECT_EQ(over.errors.front().code, ErrorCode::OverBudget);
+    const Outcome within = cookWithin(least);
+    for (const formats::Error& error : within.errors) ADD_FAILURE() << error.line();
+    EXPECT_EQ(widthOfTables(within), kUsualViewCount);
+    EXPECT_EQ(within.report.at("budget").at("used_bytes").get<std::uint64_t>(), least);
+    const Outcome again = cookWithin(least);
+    EXPECT_EQ(again.actionsRun, 0);
+    EXPECT_EQ(widthOfTables(again), kUsualViewCount);
+    const Outcome roomy = cookWithin(used);
+    EXPECT_TRUE(roomy.errors.empty());
+    EXPECT_EQ(widthOfTables(roomy), kFineViewCount);
 }
 
 TEST(CookScene, AnExceededBudgetFailsButIsReported) {
