@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -665,6 +666,61 @@ class Controls(SceneSuite):
             with self.assertRaisesRegex(RuntimeError, message):
                 self.browser.open(self.serve(broken))
         self.browser.events.clear()  # what it logged
+
+
+class Nodes(SceneSuite):
+    """A mesh below nodes that rotate, then scale unevenly and mirror: a shear, which rotation and scale of one node cannot express."""
+    options = ('--layout', 'sh4')
+    max_error = 0.9
+    angle, scale = 0.6, (-1.0, 2.0, 1.0)
+
+    @classmethod
+    def setUpClass(cls):
+        source = pathlib.Path(tempfile.mkdtemp(prefix='lightcook-viewer-test-'))
+        cls.addClassCleanup(shutil.rmtree, source, True)
+        cls.scene = source / 'scene.toml'
+        cls.write_mesh(ROOT / 'examples' / 'cornell' / 'cornell.glb', source / 'nodes.glb')
+        cls.scene.write_text(
+            f'schema = 1\nname = "nodes"\n[[light_map]]\nname = "lightmap"\nfile = {json.dumps(str(BAKE))}\nmesh = "nodes.glb"\n'
+            '[[material]]\nname = "*"\nnormal_map = true\nspecular = false\n')
+        super().setUpClass()
+
+    @classmethod
+    def write_mesh(cls, source, target):
+        """Puts the nodes of a .glb below two others."""
+        data = source.read_bytes()
+        length = int.from_bytes(data[12:16], 'little')
+        document = json.loads(data[20:20 + length])
+        nodes, scene = document['nodes'], document['scenes'][0]
+        nodes.append({'children': scene['nodes'], 'rotation': [0, 0, float(np.sin(cls.angle / 2)), float(np.cos(cls.angle / 2))]})
+        nodes.append({'children': [len(nodes) - 1], 'scale': cls.scale})
+        scene['nodes'] = [len(nodes) - 1]
+        text = json.dumps(document).encode()
+        text += b' ' * (-len(text) % 4)
+        rest = data[20 + length:]
+        target.write_bytes(struct.pack('<5I', 0x46546c67, 2, 20 + len(text) + len(rest), len(text), 0x4e4f534a) + text + rest)
+
+    def test_nodes_place_the_mesh(self):
+        box = self.browser.evaluate('(({ min, max }) => [min.toArray(), max.toArray()])(lightcook.page.view.box)')
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        matrix = np.diag(self.scale) @ [[c, -s, 0], [s, c, 0], [0, 0, 1]]
+        corners = np.array([[x, y, z] for x in (0, 5.5) for y in (0, 5.5) for z in (0, 5.5)]) @ matrix.T
+        np.testing.assert_allclose(box, [corners.min(0), corners.max(0)], atol=2e-2)
+
+    def test_normals_are_those_of_the_surface(self):
+        """Light of a clicked place is shaded at its normal: across the triangle, on the side that is seen."""
+        width, height = self.browser.evaluate('[document.getElementById("canvas").clientWidth, document.getElementById("canvas").clientHeight]')
+        hits = self.browser.evaluate(f"""[...Array(400).keys()].map((i) => {{
+            const place = (dx, dy) => lightcook.page.view.pick(lightcook.page.camera.view, (i % 20 + 0.5) / 20 + dx / {width}, (Math.floor(i / 20) + 0.5) / 20 + dy / {height});
+            const hits = [place(0, 0), place(2, 0), place(0, 2)];
+            if (hits.some((hit) => !hit || hit.surface.chart !== hits[0].surface.chart)) return null;
+            return [...hits.map(({{ surface }}) => surface.position.toArray()), hits[0].surface.normal.toArray()];
+        }}).filter((hit) => hit)""")
+        self.assertGreater(len(hits), 50)
+        a, right, down, normal = np.swapaxes(np.array(hits), 0, 1)
+        across = np.cross(down - a, right - a)  # towards the viewer
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        self.assertGreater(np.min(np.sum(across * normal, 1)), 0.999)
 
 
 class Packed(SceneSuite):

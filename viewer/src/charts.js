@@ -1,5 +1,5 @@
 // Charts of a light map: triangles that share vertices, by position and light-map UV.
-import { BufferAttribute, BufferGeometry, Vector3 } from "three";
+import { BufferAttribute, BufferGeometry, Matrix3, Vector3 } from "three";
 
 /**
  * @typedef {object} Charts
@@ -114,7 +114,7 @@ export function surfaceAt(mesh, corner, weight) {
     uv: uvOf("uv1"),
     bakeUv: uvOf("bakeUv"),
     position: position.applyMatrix4(mesh.matrixWorld),
-    normal: normal.transformDirection(mesh.matrixWorld),
+    normal: normal.applyNormalMatrix(new Matrix3().getNormalMatrix(mesh.matrixWorld)).normalize(),
     chart: geometry.getAttribute("chartId").getX(corner[0]),
     cluster: geometry.getAttribute("_lightcook_basis")?.getX(corner[0]) ?? 0,
   };

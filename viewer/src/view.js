@@ -1,6 +1,6 @@
 // The scene on the canvas: loads it, draws it, and computes the values of single places with the same shader code.
 import {
-  BackSide, Box3, BufferAttribute, BufferGeometry, DataTexture, DoubleSide, FloatType, FrontSide, GLSL3, LineBasicMaterial, LineSegments, Matrix4,
+  Box3, BufferAttribute, BufferGeometry, DataTexture, DoubleSide, FloatType, FrontSide, GLSL3, LineBasicMaterial, LineSegments,
   Mesh, NearestFilter, OrthographicCamera, PlaneGeometry, RGBAFormat, Raycaster, Scene, ShaderMaterial, Vector2, Vector3, WebGLRenderTarget,
   WebGLRenderer,
 } from "three";
@@ -257,10 +257,10 @@ export class View {
       if (!bakeUv) throw new Error(`found no ${bakeUvs} in the mesh "${asset.name}", which has the UVs of its bake: cook the scene again`);
       geometry.setAttribute("bakeUv", bakeUv);
       const mesh = new Mesh(geometry, object.material);
-      mesh.applyMatrix4(object.matrixWorld);
+      // The matrix as it is: a rotation below an uneven scale shears, which position, rotation and scale cannot express.
+      mesh.matrixAutoUpdate = false;
+      mesh.matrix.copy(object.matrixWorld);
       mesh.updateMatrixWorld(true);
-      // A mirrored node turns its triangles round, as three.js does for what it places itself.
-      if (new Matrix4().copy(object.matrixWorld).determinant() < 0) object.material.side = object.material.side === FrontSide ? BackSide : object.material.side;
       meshes.push(mesh);
     });
     return meshes;

@@ -49,8 +49,12 @@ function normalMatrix(m) {
   const out = new Array(16).fill(0), at = (/** @type {number} */ row, /** @type {number} */ column) => m[4 * (column % 3) + (row % 3)];
   for (let c = 0; c < 3; ++c)
     for (let r = 0; r < 3; ++r) out[4 * c + r] = at(r + 1, c + 1) * at(r + 2, c + 2) - at(r + 1, c + 2) * at(r + 2, c + 1);
-  const determinant = m[0] * out[0] + m[1] * out[1] + m[2] * out[2];
-  return out.map((value) => value * Math.sign(determinant));
+  return out.map((value) => value * Math.sign(determinant(m)));
+}
+
+/** Determinant of the upper 3 x 3. @param {number[]} m by columns */
+function determinant(m) {
+  return m[0] * (m[5] * m[10] - m[6] * m[9]) + m[1] * (m[6] * m[8] - m[4] * m[10]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
 }
 
 /** @param {import("@gltf-transform/core").Primitive} primitive @param {string} semantic @param {number} size */
@@ -62,10 +66,13 @@ function floats(primitive, semantic, size) {
   return out;
 }
 
-/** @param {import("@gltf-transform/core").Primitive} primitive @param {number} count of vertices */
-function indicesOf(primitive, count) {
-  const indices = primitive.getIndices()?.getArray();
-  return indices ? Uint32Array.from(indices) : Uint32Array.from({ length: count }, (_, i) => i);
+/** Returns the indices of triangles. A matrix that mirrors turns their order round (glTF 2.0, 3.7.4), so that fronts stay fronts.
+ * @param {import("@gltf-transform/core").Primitive} primitive @param {number} count of vertices @param {boolean} isMirrored */
+function indicesOf(primitive, count, isMirrored) {
+  const stored = primitive.getIndices()?.getArray();
+  const indices = stored ? Uint32Array.from(stored) : Uint32Array.from({ length: count }, (_, i) => i);
+  for (let i = 0; isMirrored && i + 2 < indices.length; i += 3) [indices[i + 1], indices[i + 2]] = [indices[i + 2], indices[i + 1]];
+  return indices;
 }
 
 /** @param {import("@gltf-transform/core").Node} node @param {import("@gltf-transform/core").Primitive} primitive
@@ -80,7 +87,7 @@ function partOf(node, primitive, placed, file) {
   return {
     name: node.getName(), uvs, lightMap: placed?.lightMap, isDoubleSided: material?.getDoubleSided() ?? false,
     positions: transformed(positions, matrix, 1), normals: transformed(normals, normalMatrix(matrix), 0),
-    clusters: floats(primitive, "_LIGHTCOOK_BASIS", 1), indices: indicesOf(primitive, positions.length / 3),
+    clusters: floats(primitive, "_LIGHTCOOK_BASIS", 1), indices: indicesOf(primitive, positions.length / 3, determinant(matrix) < 0),
     baseColor: [color[0], color[1], color[2]],
   };
 }
