@@ -13,6 +13,7 @@
 #include <glm/vec4.hpp>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "formats/api_formats.h"
 #include "formats/gltf_scene.h"
@@ -157,8 +158,13 @@ Mesh uploadMesh(const std::vector<Vertex>& vertices, const std::vector<std::uint
 std::vector<Mesh> loadMeshes(const std::filesystem::path& file) {
     const formats::GltfScene scene = valueOf(formats::GltfScene::load(file));
     std::vector<Mesh> meshes;
-    for (const formats::GltfScene::Placed& placed : scene.placedMeshes())
-        meshes.push_back(uploadMesh(verticesOf(placed, file), placed.mesh->indices));
+    for (const formats::GltfScene::Placed& placed : scene.placedMeshes()) {
+        std::vector<std::uint32_t> indices = placed.mesh->indices;
+        // A node that mirrors turns the order of corners round (glTF 2.0, 3.7.4).
+        if (glm::determinant(glm::dmat3(placed.worldFromMesh)) < 0)
+            for (std::size_t i = 0; i + 2 < indices.size(); i += 3) std::swap(indices[i + 1], indices[i + 2]);
+        meshes.push_back(uploadMesh(verticesOf(placed, file), indices));
+    }
     return meshes;
 }
 
