@@ -144,12 +144,17 @@ function placeUvs({ parser }) {
   for (const [object, { nodes }] of parser.associations) {
     const placed = nodes === undefined ? undefined : lightMaps.get(nodes);
     if (!placed || !("traverse" in object)) continue;
-    for (const mesh of [object, ...object.children].filter((each) => "geometry" in each)) {
-      const { geometry } = /** @type {import("three").Mesh} */ (mesh), [su, sv, bu, bv] = placed.scaleBias;
+    // A mesh of several primitives is a group of them. Other children are nodes, which have entries of their own.
+    const isPart = (/** @type {any} */ each) => "geometry" in each && (each === object || parser.associations.get(each)?.nodes === undefined);
+    for (const part of [object, ...object.children].filter(isPart)) {
+      const mesh = /** @type {import("three").Mesh} */ (part), [su, sv, bu, bv] = placed.scaleBias;
+      mesh.userData.lightMap = placed.lightMap;
+      if (placed.texCoord === 1 && [su, sv, bu, bv].join() === "1,1,0,0") continue;
+      // Nodes may share a geometry: each has its own place in the light map.
+      const geometry = (mesh.geometry = mesh.geometry.clone());
       const uv = geometry.getAttribute(placed.texCoord === 0 ? "uv" : `uv${placed.texCoord}`), out = new Float32Array(2 * uv.count);
       for (let i = 0; i < uv.count; ++i) out.set([su * uv.getX(i) + bu, sv * uv.getY(i) + bv], 2 * i);
       geometry.setAttribute("uv1", new BufferAttribute(out, 2));
-      mesh.userData.lightMap = placed.lightMap;
     }
   }
 }

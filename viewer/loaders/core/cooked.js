@@ -40,6 +40,7 @@ import { manifestOfGltf } from "./gltf.js";
  * @property {{ name: string, version: string }} tool
  * @property {{ working: string }} color
  * @property {string} [lobe]
+ * @property {"y" | "z" | "x"} [up_axis]
  * @property {{ file: string }} shader
  * @property {CookedAsset[]} assets
  */
@@ -108,9 +109,18 @@ export class CookedFolder {
 export async function openFolder(url, { onBytes } = {}) {
   const folder = url.slice(0, url.lastIndexOf("/") + 1), file = url.slice(folder.length);
   const bytes = await fetchBytes(folder + (file || "cooked.json"), onBytes);
-  const manifest = file ? manifestOfGltf(bytes, file) : JSON.parse(new TextDecoder().decode(bytes));
+  const manifest = file ? manifestOfGltf(bytes, file) : jsonOf(bytes, `${url}cooked.json`);
   if (manifest.schema !== 1) throw new Error(`${url}cooked.json: found schema ${manifest.schema}, expected 1`);
   return [folder, manifest, new TextDecoder().decode(await fetchBytes(folder + manifest.shader.file, onBytes))];
+}
+
+/** Parses JSON. @param {Uint8Array} bytes @param {string} name of the file, for messages @returns {any} */
+export function jsonOf(bytes, name) {
+  try {
+    return JSON.parse(new TextDecoder().decode(bytes));
+  } catch (fault) {
+    throw new Error(`${name}: not a JSON file (${/** @type {Error} */ (fault).message})`);
+  }
 }
 
 /** Fetches a file and reports its bytes as they arrive. @param {string} url @param {(bytes: number) => void} [onBytes] */

@@ -1,4 +1,4 @@
-export { CookedFolder, fetchBytes, openFolder } from "./cooked.js";
+export { CookedFolder, fetchBytes, jsonOf, openFolder } from "./cooked.js";
 export { lightMapsOfNodes, manifestOfGltf } from "./gltf.js";
 export { glTexture } from "./gl_texture.js";
 export { imagesOf, mipSize, readKtx2, sampleable } from "./ktx2.js";

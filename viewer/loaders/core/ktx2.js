@@ -95,6 +95,9 @@ function decodedFormat(format, gl) {
  * @returns {Ktx2}
  */
 export function sampleable(ktx, gl, name, isKnown = () => true) {
+  const most = gl ? Number(gl.getParameter(ktx.faces === 6 ? gl.MAX_CUBE_MAP_TEXTURE_SIZE : gl.MAX_TEXTURE_SIZE)) : Infinity;
+  if (Math.max(ktx.width, ktx.height) > most)
+    throw new Error(`${name}: found ${ktx.width} x ${ktx.height} texels, this browser samples textures of up to ${most} x ${most}`);
   if (isSupported(gl, ktx.format) && isKnown(ktx.format)) return ktx;
   const decoded = decodedFormat(ktx.format, gl);
   return { ...ktx, format: formatOf(decoded), levels: ktx.levels.map((_, mip) => decodeLevel(ktx, mip, decoded, name)) };
