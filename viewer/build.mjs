@@ -16,7 +16,7 @@ rmSync(out, { recursive: true, force: true });
 mkdirSync(join(out, "assets", "draco"), { recursive: true });
 await build({
   absWorkingDir: here,
-  entryPoints: { page: "src/main.js", style: "src/style.css" },
+  entryPoints: { page: "src/main.js", start: "src/start.js", style: "src/style.css" },
   outdir: join(out, "assets"),
   bundle: true,
   format: "esm",

@@ -11,6 +11,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -605,6 +606,78 @@ class Controls(SceneSuite):
         distance = lambda c: np.linalg.norm(np.array(c)[:3] - np.array(c)[3:])
         self.assertLess(distance(self.state('camera')), 0.8 * distance(turned))
 
+    def test_keys_with_a_control_in_focus(self):
+        focus = lambda selector: self.browser.evaluate(f'document.querySelector({json.dumps(selector)}).focus()')
+        focus('details.card summary')
+        self.browser.press(' ', 'Space')
+        self.assertTrue(self.browser.evaluate('document.querySelector("details.card").open'))
+        self.assertEqual(self.state('mode'), 'wipe')
+        focus('#seams')
+        self.browser.press(' ', 'Space')
+        self.assertTrue(self.state('seams'))
+        self.assertEqual(self.state('mode'), 'wipe')
+        for control in ('#stops', '#wipe'):
+            self.press_mode('wipe')
+            focus(control)
+            self.browser.press('3', 'Digit3')
+            self.assertEqual(self.state('mode'), 'cooked', control)
+        self.press_mode('wipe')
+        focus('#wipe')
+        for key, share in (('End', 1), ('Home', 0), ('PageUp', 0.1), ('ArrowRight', 0.12)):
+            self.browser.press(key, key)
+            self.assertAlmostEqual(self.state('wipe'), share, places=9)
+        self.assertEqual(self.browser.evaluate('[...document.querySelectorAll("[role=group]")].filter((group) => !group.ariaLabel).length'), 0)
+
+    def test_a_lost_context_is_named_and_comes_back(self):
+        self.press_mode('cooked')
+        self.browser.click('#glossy [data-value="area"]')
+        before = self.picture('data:image/png;base64,' + base64.b64encode(self.browser.screenshot()).decode())
+        self.browser.evaluate('''new Promise((done) => {
+            window.lost = lightcook.page.view.gl().getExtension("WEBGL_lose_context");
+            document.getElementById("canvas").addEventListener("webglcontextlost", () => setTimeout(done), { once: true });
+            lost.loseContext();
+        })''')
+        self.assertFalse(self.browser.evaluate('document.getElementById("loading").hidden'))
+        self.assertIn('WebGL context', self.browser.evaluate('document.getElementById("loading-text").textContent'))
+        self.browser.evaluate('''new Promise((done) => {
+            document.getElementById("canvas").addEventListener("webglcontextrestored", () => setTimeout(done), { once: true });
+            lost.restoreContext();
+        })''')
+        self.browser.settle()
+        self.assertTrue(self.browser.evaluate('document.getElementById("loading").hidden'))
+        after = self.picture('data:image/png;base64,' + base64.b64encode(self.browser.screenshot()).decode())
+        np.testing.assert_array_equal(after, before)
+
+    def test_up_is_the_axis_of_the_scene(self):
+        turned = self.folder / 'turned'
+        shutil.copytree(self.site, turned)
+        manifest = {**self.manifest, 'up_axis': 'z'}
+        (turned / 'cooked' / 'cooked.json').write_text(json.dumps(manifest))
+        (turned / 'cooked' / 'report.json').write_text('<p>not found</p>')  # with status 200, as of some web servers: the page has no verdict then
+        self.browser.open(self.serve(turned))
+        self.assertFalse(self.browser.evaluate('!!document.querySelector(".verdict")'))
+        camera = 'lightcook.page.camera.view.matrix.elements'
+        x, y = self.browser.place_of('#canvas')
+        for end in ((x, y), (x + 90, y + 30)):
+            self.browser.drag((x, y), end)
+            right, up = np.reshape(self.browser.evaluate(f'[...{camera}]'), (4, 4))[:2, :3]
+            self.assertAlmostEqual(right[2], 0, places=6)  # the horizon is level
+            self.assertGreater(up[2], 0.1)
+        target, before = self.state('camera')[3:], self.state('camera')
+        self.browser.drag((x, y), (x + 90, y))
+        np.testing.assert_allclose([self.state('camera')[2], *self.state('camera')[3:]], [before[2], *target], atol=1e-6)  # about the vertical axis
+        self.browser.open(self.url)
+
+    def test_a_page_that_is_opened_as_a_file_says_so(self):
+        self.browser.call('Page.navigate', {'url': (self.site / 'index.html').as_uri()})
+        for _ in range(100):
+            text = self.browser.evaluate('document.getElementById("loading-text")?.textContent ?? ""')
+            if 'from a file' in text:
+                break
+            time.sleep(0.05)
+        self.assertIn('http.server', text)
+        self.browser.open(self.url)
+
     def test_themes_and_narrow_pages(self):
         background = lambda: self.browser.evaluate('getComputedStyle(document.body).backgroundColor')
         for scheme, theme in (('dark', 'dark'), ('light', 'light')):
@@ -654,7 +727,7 @@ class Controls(SceneSuite):
         self.assert_shown(255 * decoded['cookedShown'], 255 * native['cookedShown'], 'decoded on the CPU')
 
     def test_what_is_damaged_is_named(self):  # the last by its name: it leaves a page that has failed
-        for file, cut, message in (('cooked/lightmap_sh.ktx2', 100, 'lightmap_sh.ktx2'), ('cooked/cooked.json', None, 'cooked.json'),
+        for file, cut, message in (('cooked/lightmap_sh.ktx2', 100, 'lightmap_sh.ktx2'), ('cooked/cooked.json', None, 'cooked.json'), ('cooked/cooked.json', 1000, 'cooked/cooked.json: not a JSON file'),
                                    ('viewer/scene.json', None, 'scene.json')):
             broken = self.folder / 'broken'
             shutil.rmtree(broken, ignore_errors=True)

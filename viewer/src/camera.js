@@ -1,5 +1,5 @@
 // The camera: turns around a target (orbit) or looks around (fly); mouse, touch and keyboard.
-import { PerspectiveCamera, Spherical, Vector3 } from "three";
+import { PerspectiveCamera, Quaternion, Spherical, Vector3 } from "three";
 
 const NEAR_POLE = 0.02;
 /** Of a key that is only tapped [s]. */
@@ -8,11 +8,15 @@ const FIRST_STEP = 0.04;
 export class Camera {
   /**
    * @param {HTMLElement} element receives pointers and keys
+   * @param {Vector3} up unit
    * @param {() => void} onChange
    * @param {(x: number, y: number) => void} onClick a pointer went down and up in one place [CSS pixels of the element]
    */
-  constructor(element, onChange, onClick) {
+  constructor(element, up, onChange, onClick) {
     this.view = new PerspectiveCamera(50, 1, 0.1, 100);
+    this.view.up.copy(up);
+    /** Turns the axis that points up to y, about which three.js has its angles. */
+    this.upright = new Quaternion().setFromUnitVectors(up, new Vector3(0, 1, 0));
     this.target = new Vector3();
     this.isFlying = false;
     this.size = 1;
@@ -53,6 +57,7 @@ export class Camera {
       });
     element.addEventListener("wheel", (event) => {
       event.preventDefault();
+      this.stop();
       this.dolly(Math.exp(Math.max(-1, Math.min(1, event.deltaY * (event.deltaMode === 1 ? 0.05 : 0.0015)))));
     }, { passive: false });
     element.addEventListener("keydown", (event) => {
@@ -60,6 +65,7 @@ export class Camera {
       if (!MOVES[event.code]) return;
       event.preventDefault();
       if (this.keys.has(event.code)) return;
+      this.stop();
       const isFirst = this.keys.size === 0;
       this.keys.add(event.code);
       this.step(FIRST_STEP);
@@ -95,10 +101,10 @@ export class Camera {
   turn(dx, dy) {
     const perPixel = (this.isFlying ? 1 : -1) * (1.6 / Math.max(this.element.clientHeight, 1));
     const { position } = this.view, pivot = this.isFlying ? position : this.target, arm = this.isFlying ? this.target : position;
-    const angles = new Spherical().setFromVector3(arm.clone().sub(pivot));
+    const angles = new Spherical().setFromVector3(arm.clone().sub(pivot).applyQuaternion(this.upright));
     angles.theta += perPixel * dx * 1.4;
     angles.phi = Math.min(Math.max(angles.phi + (this.isFlying ? -1 : 1) * perPixel * dy * 1.4, NEAR_POLE), Math.PI - NEAR_POLE);
-    arm.copy(pivot).add(new Vector3().setFromSpherical(angles));
+    arm.copy(pivot).add(new Vector3().setFromSpherical(angles).applyQuaternion(this.upright.clone().conjugate()));
     this.update();
   }
 
@@ -171,9 +177,9 @@ export class Camera {
 
   /** Shows all of a box. @param {import("three").Box3} box */
   frame(box) {
-    const centre = box.getCenter(new Vector3()), towards = new Vector3(0.55, 0.35, 1).normalize();
+    const centre = box.getCenter(new Vector3()), towards = new Vector3(0.55, 0.35, 1).normalize().applyQuaternion(this.upright.clone().conjugate());
     this.size = Math.max(box.getSize(new Vector3()).length(), 1e-6);
-    const right = new Vector3(0, 1, 0).cross(towards).normalize(), up = towards.clone().cross(right);
+    const right = this.view.up.clone().cross(towards).normalize(), up = towards.clone().cross(right);
     const tangent = Math.tan((this.view.fov * Math.PI) / 360), margin = 1.08;
     let distance = 0;
     for (let i = 0; i < 8; ++i) {

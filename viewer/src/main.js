@@ -49,13 +49,15 @@ class Page {
   }
 
   async start() {
+    this.watchContext();
     const progress = /** @type {HTMLProgressElement} */ (byId("progress"));
     this.view = new View(this.canvas);
     await this.view.load((share) => (progress.value = share));
     const view = this.view;
     /** @type {any} */
-    this.report = await fetch("cooked/report.json").then((answer) => (answer.ok ? answer.json() : null), () => null);
-    this.camera = new Camera(this.canvas, () => this.moved(), (x, y) => this.click(x, y));
+    this.report = await fetch("cooked/report.json").then((answer) => (answer.ok ? answer.json() : null)).catch(() => null);
+    const axis = view.cooked?.manifest.up_axis ?? "y", up = new Vector3(Number(axis === "x"), Number(axis === "y"), Number(axis === "z"));
+    this.camera = new Camera(this.canvas, up, () => this.moved(), (x, y) => this.click(x, y));
     const camera = this.state.camera;
     this.camera.size = Math.max(view.box.getSize(new Vector3()).length(), 1e-6);
     this.camera.setAspect(view.resize());
@@ -73,6 +75,25 @@ class Page {
     this.changed();
     if (this.state.picked) this.showPicked();
     await this.needLayouts();
+  }
+
+  /** Says when the browser takes the context away, as it does with too little memory, and draws again once it is back. three.js makes its
+   * textures and buffers anew by itself. */
+  watchContext() {
+    const loading = byId("loading"), progress = byId("progress");
+    let hidden = true;
+    this.canvas.addEventListener("webglcontextlost", () => {
+      hidden = loading.hidden;
+      byId("loading-text").textContent = "The browser took the page's WebGL context away, perhaps for lack of memory. Reload the page if the scene does not come back.";
+      progress.hidden = true;
+      loading.hidden = false;
+    });
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      byId("loading-text").textContent = "Loading";
+      progress.hidden = false;
+      loading.hidden = hidden;
+      this.redraw();
+    });
   }
 
   /** Loads the layouts that the state shows. A layout that cannot be loaded is named, and the state goes back to the scene's own. */
@@ -219,7 +240,7 @@ class Page {
   blink() {
     if (this.state.mode !== "blink" || document.hidden) return;
     this.blinked = !this.blinked;
-    for (const refresh of this.refreshers) refresh();
+    this.showTags();
     this.redraw();
   }
 
@@ -240,7 +261,7 @@ class Page {
   }
 
   buildStage() {
-    const view = /** @type {View} */ (this.view), wipe = byId("wipe"), legend = byId("legend");
+    const wipe = byId("wipe"), legend = byId("legend");
     const move = (/** @type {number} */ at) => this.changed({ wipe: Math.min(Math.max(at, 0), 1) });
     wipe.addEventListener("pointerdown", (event) => wipe.setPointerCapture(event.pointerId));
     wipe.addEventListener("pointermove", (event) => {
@@ -248,10 +269,11 @@ class Page {
       if (wipe.hasPointerCapture(event.pointerId)) move((event.clientX - box.left) / box.width);
     });
     wipe.addEventListener("keydown", (event) => {
-      const step = { ArrowLeft: -0.02, ArrowRight: 0.02 }[event.key];
-      if (step === undefined) return;
+      const { wipe: at } = this.state;
+      const to = { ArrowLeft: at - 0.02, ArrowDown: at - 0.02, ArrowRight: at + 0.02, ArrowUp: at + 0.02, PageDown: at - 0.1, PageUp: at + 0.1, Home: 0, End: 1 }[event.key];
+      if (to === undefined) return;
       event.preventDefault();
-      move(this.state.wipe + step);
+      move(to);
     });
     this.refreshers.push(() => {
       const { mode } = this.state, isWiped = mode === "wipe";
@@ -260,11 +282,16 @@ class Page {
       wipe.setAttribute("aria-valuenow", String(Math.round(100 * this.state.wipe)));
       legend.hidden = mode !== "error";
       byId("legend-end").textContent = `${this.state.errorEnd} or more`;
-      const isReference = mode === "reference" || (mode === "blink" && this.blinked);
-      const right = this.layoutName(this.state.layout);
-      byId("left-tag").textContent = this.isCompared() && (isWiped || isReference) ? (this.state.beside || "Reference") : "";
-      byId("right-tag").textContent = mode === "error" ? `Visible error${view.candidates.length > 0 ? ` of ${right}` : ""}` : isReference ? "" : view.candidates.length > 0 ? right : "Cooked";
+      this.showTags();
     });
+  }
+  /** Names what is shown on each side. */
+  showTags() {
+    const view = /** @type {View} */ (this.view), { mode } = this.state, isWiped = mode === "wipe";
+    const isReference = mode === "reference" || (mode === "blink" && this.blinked);
+    const right = this.layoutName(this.state.layout);
+    byId("left-tag").textContent = this.isCompared() && (isWiped || isReference) ? (this.state.beside || "Reference") : "";
+    byId("right-tag").textContent = mode === "error" ? `Visible error${view.candidates.length > 0 ? ` of ${right}` : ""}` : isReference ? "" : view.candidates.length > 0 ? right : "Cooked";
   }
 
   header() {
@@ -298,11 +325,11 @@ class Page {
     return own.length === 1 ? own[0] : `as cooked (${maps.length} maps)`;
   }
 
-  /** A row of buttons, one of which is pressed. @param {string} id @param {"mode" | "glossy" | "navigation" | "memory"} key @param {[string, string][]} choices value and label */
-  segments(id, key, choices) {
+  /** A row of buttons, one of which is pressed. @param {string} id @param {string} label @param {"mode" | "glossy" | "navigation" | "memory"} key @param {[string, string][]} choices value and label */
+  segments(id, label, key, choices) {
     const buttons = choices.map(([value, label]) => make("button", { "data-value": value, onclick: () => this.choose(key, value) }, label));
     this.refreshers.push(() => buttons.forEach((button) => button.setAttribute("aria-pressed", String(button.dataset.value === this.state[key]))));
-    return make("div", { class: "segments", id, role: "group" }, ...buttons);
+    return make("div", { class: "segments", id, role: "group", "aria-label": label }, ...buttons);
   }
   /** @param {"mode" | "glossy" | "navigation" | "memory"} key @param {string} value */
   choose(key, value) {
@@ -343,7 +370,7 @@ class Page {
     const { has, candidates } = /** @type {View} */ (this.view), rows = [];
     if (this.isCompared()) {
       const names = { wipe: "Wipe", reference: "Reference", cooked: "Cooked", blink: "Blink", error: "Error" };
-      rows.push(this.segments("mode", "mode", this.modeChoices().map((mode) => [mode, names[mode]])));
+      rows.push(this.segments("mode", "View", "mode", this.modeChoices().map((mode) => [mode, names[mode]])));
     }
     if (candidates.length > 0) rows.push(...this.layoutRows());
     if (has.reference) {
@@ -359,7 +386,7 @@ class Page {
     rows.push(this.select("overlay", "Overlay", this.overlayChoices().map((value) => [value, names[/** @type {keyof names} */ (value)]])));
     if (has.mesh) rows.push(this.check("seams", "Borders of charts"));
     const home = make("button", { id: "home", onclick: () => this.goHome() }, "Show all");
-    rows.push(make("div", { class: "row" }, make("span", {}, "Camera"), this.segments("navigation", "navigation", [["orbit", "Orbit"], ["fly", "Fly"]])), home);
+    rows.push(make("div", { class: "row" }, make("span", {}, "Camera"), this.segments("navigation", "Camera", "navigation", [["orbit", "Orbit"], ["fly", "Fly"]])), home);
     return make("section", { class: "card" }, make("h2", {}, "View"), ...rows);
   }
   /** Choices of the layouts on both sides. */
@@ -386,7 +413,7 @@ class Page {
     if (has.tables) {
       rows.push(this.check("diffuse", "Diffuse"));
       const names = { none: "None", area: "Area", environment: "Probe" };
-      rows.push(make("div", { class: "row" }, make("span", {}, "Glossy"), this.segments("glossy", "glossy", this.glossyChoices().map((value) => [value, names[/** @type {keyof names} */ (value)]]))));
+      rows.push(make("div", { class: "row" }, make("span", {}, "Glossy"), this.segments("glossy", "Glossy", "glossy", this.glossyChoices().map((value) => [value, names[/** @type {keyof names} */ (value)]]))));
       if (view.environments.length > 1) {
         const probes = this.select("environment", "Probe", view.environments.map(({ name }, i) => [i, name]));
         this.refreshers.push(() => (probes.hidden = this.state.glossy !== "environment"));
@@ -430,8 +457,8 @@ class Page {
     if (!found) return;
     this.changed({ picked: [map, u, v] });
     this.showPicked();
-    const away = found.normal.clone().addScaledVector(new Vector3(0, 1, 0), Math.abs(found.normal.y) > 0.9 ? 0 : 0.25);
-    if (Math.abs(found.normal.y) > 0.9) away.z += 0.3;
+    const { up } = camera.view, isLevel = Math.abs(found.normal.dot(up)) > 0.9, aside = new Vector3(up.y, up.z, up.x);
+    const away = found.normal.clone().addScaledVector(isLevel ? aside : up, isLevel ? 0.3 : 0.25);
     camera.flyTo(found.position.clone().addScaledVector(away.normalize(), 0.12 * camera.size), found.position);
   }
 
@@ -494,7 +521,9 @@ class Page {
           make("i", { title: "Cooked", style: `background: ${shownColour(values.cookedLight)}` })));
       if (map.decode.hasDirections) parts.push(this.coefficients(values, map.hasReference));
     }
+    const isOnSummary = body.contains(document.activeElement);
     body.replaceChildren(make("dl", {}, ...rows.flatMap(([term, text]) => [make("dt", {}, term), make("dd", { "data-term": term }, text)])), ...parts);
+    if (isOnSummary) body.querySelector("summary")?.focus({ preventScroll: true });
   }
   /** @param {import("./view.js").Values} values @param {boolean} hasReference */
   coefficients(values, hasReference) {
@@ -520,7 +549,7 @@ class Page {
       // The report is that of the scene's own layout.
       body.replaceChildren(...this.memoryTiles(memory === "charts" ? chartItems(items, maps, layout && view.sets.has(layout) ? [] : this.chartErrors()) : items));
     });
-    const choice = hasCharts ? [this.segments("memory-by", "memory", [["assets", "Textures"], ["charts", "Charts"]])] : [];
+    const choice = hasCharts ? [this.segments("memory-by", "Tiles of memory", "memory", [["assets", "Textures"], ["charts", "Charts"]])] : [];
     return make("section", { class: "card" }, make("h2", {}, "Memory"), ...choice, body);
   }
   /** Errors of the report by chart of each map. The report numbers charts in its own way: they are paired by a texel. */
@@ -581,9 +610,10 @@ class Page {
 
   /** @param {KeyboardEvent} event */
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const target = /** @type {HTMLElement} */ (event.target), isOwn = ["INPUT", "SELECT", "TEXTAREA"].includes(target.tagName);
-    if (isOwn || (target.tagName === "BUTTON" && event.code === "Space")) return;
+    // Many keyboards type brackets with AltGr, which some systems report as Ctrl and Alt.
+    if ((event.ctrlKey || event.metaKey || event.altKey) && !event.getModifierState("AltGraph")) return;
+    const { tagName } = /** @type {HTMLElement} */ (event.target);
+    if (tagName === "SELECT" || (event.code === "Space" && ["BUTTON", "SUMMARY", "INPUT"].includes(tagName))) return;
     const { state } = this, digit = Number(event.key), modes = this.isCompared() ? this.modeChoices() : [];
     if (digit >= 1 && digit <= modes.length) this.choose("mode", modes[digit - 1]);
     else if (modes.length > 0 && event.code === "Space") this.choose("mode", state.mode === "reference" ? "cooked" : "reference");

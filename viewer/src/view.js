@@ -5,7 +5,7 @@ import {
   WebGLRenderer,
 } from "three";
 import {
-  CookedScene, LAYOUTS, clustersOfBlocks, dominantLight, environmentMap, fetchBytes, makeTexture, readKtx2, specularTables,
+  CookedScene, LAYOUTS, clustersOfBlocks, dominantLight, environmentMap, fetchBytes, jsonOf, makeTexture, readKtx2, specularTables,
 } from "../loaders/index.js";
 import { FRAGMENT_MAIN, POINTS_MAIN, POINTS_VERTEX, ROWS, VERTEX, shadingGlsl, sharedUniforms } from "./shading.js";
 import { findCharts, findSurface, surfaceAt } from "./charts.js";
@@ -71,7 +71,6 @@ export class View {
     } catch {
       throw new Error("This browser has no WebGL2, which the page draws with.");
     }
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.canvas = canvas;
     /** By layout; "": the scene as it was cooked. @type {Map<string, LayoutSet>} */
     this.sets = new Map();
@@ -116,7 +115,7 @@ export class View {
       onProgress(Math.min(arrived / expected, 1));
     };
     /** @type {{ schema: number, scene: string, light_maps: ViewedLightMap[], candidates: ViewedCandidate[] }} */
-    const data = JSON.parse(new TextDecoder().decode(await fetchBytes("viewer/scene.json", onBytes)));
+    const data = jsonOf(await fetchBytes("viewer/scene.json", onBytes), "viewer/scene.json");
     if (data.schema !== 1) throw new Error(`viewer/scene.json: found schema ${data.schema}, expected 1`);
     this.lightMaps = data.light_maps;
     this.candidates = data.candidates;
@@ -307,6 +306,7 @@ export class View {
   /** Fits the drawing to the canvas' size on the page. Returns the aspect. */
   resize() {
     const { clientWidth, clientHeight } = this.canvas;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));  // zoom and another screen change it
     this.renderer.setSize(Math.max(clientWidth, 1), Math.max(clientHeight, 1), false);
     return Math.max(clientWidth, 1) / Math.max(clientHeight, 1);
   }
