@@ -72,8 +72,8 @@ SceneSectionInfo rootSection() {
               "[specular lobe](../theory/lighting.md#specular-tables) of cubemaps, tables, dominant lights, shader and verification: "
               "that of the engine's materials"},
              enumeratedKey("up_axis", allUpAxes(),
-                           "axis of world space that points up: that of painted gradients. It is for the manifest alone; nothing is "
-                           "turned")},
+                           "axis of world space that points up: that of painted gradients. It is for the manifest and the camera of "
+                           "`view`; nothing is turned")},
         .outro = ""};
 }
 
