@@ -224,11 +224,12 @@ std::optional<formats::GltfScene> meshOf(const ActionContext& context) {
 }
 
 /// Holds a result to the limit on seams.
-void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam) {
+/// isConstant  true for a map of constant light: both sides of every edge read the same texel
+void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam, bool isConstant) {
     Verdict& verdict = result.verdict;
     verdict.maxSeam = maxSeam;
     if (!maxSeam) return;
-    if (result.seams->isUnmeasured()) {
+    if (result.seams->isUnmeasured() && !isConstant) {
         verdict.violations.push_back({"seams", *result.seams->note, "a mesh with light-map UVs: max_seam limits the steps at its edges"});
         verdict.passed = false;
     }
@@ -368,8 +369,10 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     if (!pictures) return tl::make_unexpected(pictures.error());
     auto seams = measureSeams(mesh.has_value(), triangles, bake, *cooked, context);
     if (!seams) return tl::make_unexpected(seams.error());
+    const bool isConstant = bake.constantTexels().has_value();
+    if (isConstant) seams->note = "all texels hold the same light: no edge can have a step";
     result->seams = std::move(*seams);
-    holdToSeamLimit(*result, parameters->maxSeam);
+    holdToSeamLimit(*result, parameters->maxSeam, isConstant);
     auto seamViews = writeSeamViews(*result->seams, triangles, bake, *cooked, viewing, context);
     if (!seamViews) return tl::make_unexpected(seamViews.error());
     return outcomeWithPreview(std::move(*result), preview, context, std::move(*pictures), std::move(*seamViews));
