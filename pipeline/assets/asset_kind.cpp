@@ -16,6 +16,7 @@
 #include "pipeline/assets/light_map/content.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/split_seams.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/light_map/whole_errors.h"
 #include "pipeline/assets/lut/lut.h"
@@ -131,13 +132,13 @@ struct PlanAction {
     std::string_view kind;
     ActionFunction function;
 };
-constexpr std::array kPlanActions = {PlanAction{kMaterialsKind, readMaterials},   PlanAction{kSplitChartsKind, splitCharts},
-                                     PlanAction{kPackChartsKind, packCharts},     PlanAction{kGltfKind, cookGltf},
-                                     PlanAction{kLightMapTrialKind, tryLightMap}, PlanAction{kJointTrialKind, tryJointly},
-                                     PlanAction{kVerifyWholeKind, verifyWhole},   PlanAction{kContentKind, readLightMapContent},
-                                     PlanAction{kProbeUseKind, findUnusedProbes}, PlanAction{kLintLightMapKind, lintLightMap},
-                                     PlanAction{kLintMeshKind, lintMesh},         PlanAction{kLintProbeKind, lintProbe},
-                                     PlanAction{kLintGradientKind, lintGradient}};
+constexpr std::array kPlanActions = {PlanAction{kMaterialsKind, readMaterials},     PlanAction{kSplitChartsKind, splitCharts},
+                                     PlanAction{kPackChartsKind, packCharts},       PlanAction{kGltfKind, cookGltf},
+                                     PlanAction{kLightMapTrialKind, tryLightMap},   PlanAction{kJointTrialKind, tryJointly},
+                                     PlanAction{kVerifyWholeKind, verifyWhole},     PlanAction{kVerifySplitSeamsKind, verifySplitSeams},
+                                     PlanAction{kContentKind, readLightMapContent}, PlanAction{kProbeUseKind, findUnusedProbes},
+                                     PlanAction{kLintLightMapKind, lintLightMap},   PlanAction{kLintMeshKind, lintMesh},
+                                     PlanAction{kLintProbeKind, lintProbe},         PlanAction{kLintGradientKind, lintGradient}};
 
 formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {
     return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,

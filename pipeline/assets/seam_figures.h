@@ -1,4 +1,4 @@
-// Seams of a light map as reports have them. docs/theory/visible.md defines the figures.
+// Seams of a light map, and between the maps of a split one, as reports have them. docs/theory/visible.md defines the figures.
 #pragma once
 
 #include <algorithm>
@@ -56,6 +56,8 @@ struct SeamPlace {
     std::optional<glm::dvec3> view;
     std::optional<double> m, f0;
     std::array<glm::dvec3, 2> reference{}, found{};  ///< light of each side
+    std::optional<std::array<std::string, 2>> maps;  ///< light map of each side, where they are not the same
+    std::optional<std::array<double, 2>> errors;     ///< visible error of each side, where there are maps; not of the bake's own steps
 };
 template <class Fields, Is<SeamPlace> Self>
 void describe(Fields& fields, Self& place) {
@@ -72,6 +74,8 @@ void describe(Fields& fields, Self& place) {
     fields.optional("f0", place.f0, "reflectance at normal incidence");
     fields.required("reference", place.reference, kNumberOrNull, "light of the bake on each side: red, green, blue");
     fields.required("found", place.found, kNumberOrNull, "light of the cooked map on each side: red, green, blue");
+    fields.optional("maps", place.maps, "light map of each side, where the edge lies between two");
+    fields.optional("errors", place.errors, kNumberOrNull, "visible error of each side of an edge between two light maps");
 }
 
 struct SeamFigures {
@@ -106,6 +110,20 @@ void describe(Fields& fields, Self& seams) {
     fields.optional("bake_specular", seams.bakeSpecular, "steps of the bake itself, area-specular shading");
     fields.presentIf(!seams.worstOfBake.empty(), "worst_of_bake", seams.worstOfBake, "largest steps of the bake itself");
     fields.presentIf(!seams.worst.empty(), "worst", seams.worst, "edges with the largest added steps, the worst first");
+}
+
+/// Seams between the maps of a split light map: result of action "verify-split-seams".
+struct SplitSeams {
+    std::vector<std::string> maps;  ///< in the order of the split
+    SeamFigures seams;              ///< `edges` are those between maps; the other counts are of the triangles of all maps together
+    std::optional<double> maxSeam;  ///< limit on the largest added step
+    bool isKept() const { return !maxSeam || seams.largestAdded() <= *maxSeam; }
+};
+template <class Fields, Is<SplitSeams> Self>
+void describe(Fields& fields, Self& split) {
+    fields.required("maps", split.maps, "light maps, in the order of the split");
+    describe(fields, split.seams);
+    fields.optional("max_seam", split.maxSeam, between(0, HUGE_VAL), "largest added step that passes");
 }
 
 }  // namespace lightcook::pipeline

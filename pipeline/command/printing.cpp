@@ -52,6 +52,16 @@ std::string seamWord(const ReportRow& row) {
     return row.seams && !row.seams->stages.empty() ? fmt::format("{:.2f}", row.seams->largestAdded()) : "-";
 }
 
+/// Returns a line for the seams between the maps of a split.
+std::string splitSeamLine(const SplitSeams& split) {
+    std::string line = fmt::format("  seams between '{}'", fmt::join(split.maps, "', '"));
+    if (split.seams.stages.empty()) return line + fmt::format(": not measured, {}", split.seams.note.value_or("all places are dark"));
+    line += fmt::format(": {} edges, {:.2f} added at most", split.seams.edges, split.seams.largestAdded());
+    if (!split.seams.worst.empty() && split.seams.worst.front().maps)
+        line += fmt::format(" (between '{}')", fmt::join(*split.seams.worst.front().maps, "' and '"));
+    return split.maxSeam ? line + fmt::format(", limit {:.3g}", *split.maxSeam) : line;
+}
+
 /// Returns a line for the mip levels of a light map: their number, why there are no more, and their largest errors.
 std::string mipLine(const ReportRow& row) {
     std::string line = fmt::format("  {}: {} mip level{}", row.name, row.mips.size() + 1, row.mips.empty() ? "" : "s");
@@ -196,6 +206,7 @@ void printReport(Terminal& terminal, const Report& report) {
                         visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row));
         terminal.say(StyledLine{{Style::Plain, figures}, verdictWord(row.verdict.passed)});
         if (row.mipsEnd) terminal.say(mipLine(row));
+        if (row.splitSeams) terminal.say(splitSeamLine(*row.splitSeams));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
     // Results from the cache keep the time of the run that made them.

@@ -49,9 +49,6 @@ std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
     if (output.cost != formats::LayoutCost::Bytes)
         return fmt::format("found charts to split beside cost = \"{}\", expected cost = \"bytes\": more maps save bytes alone",
                            formats::info(output.cost).name);
-    if (seamLimit(output, entry))
-        return "found charts to split beside max_seam, which does not see the edges between maps, expected charts = \"pack\" or no "
-               "max_seam";
     return "";
 }
 

@@ -301,6 +301,7 @@ private:
             auto plan = planScene(planned, needs, planOptions_);
             if (!plan) return plan;
             ExecutionResult chosen = execute(actionsOf(*plan, result));
+            for (const auto& [id, record] : result.records) chosen.reused.erase(id);  // it ran before in this cook
             const auto isRefuted = decision->learnFrom(*plan, result, chosen);
             if (!isRefuted) return tl::make_unexpected(isRefuted.error());
             if (*isRefuted && !isStopped(chosen)) continue;
@@ -339,12 +340,20 @@ private:
         return {};
     }
 
-    /// Returns the actions of the assets that waited for a layout, less those that ran before.
+    /// Returns the actions of the assets that waited for a layout, less those that ran before; but with all that the seams between maps of
+    /// a split depend on, one of which may have waited where another did not.
     std::vector<Action> actionsOf(const Plan& plan, const ExecutionResult& result) const {
-        std::vector<Action> rest;
+        std::set<std::string> split;  // actions on seams between maps, and those that they depend on
         for (const Action& action : plan.actions)
-            if (planOptions_.layouts.contains(lightMapOf(plan, action.asset)) && !result.records.contains(action.id))
-                rest.push_back(action);
+            if (isOfStep(action.id, ActionStep::SplitSeams) && !result.records.contains(action.id)) {
+                split.insert(action.id);
+                split.insert(action.dependencies.begin(), action.dependencies.end());
+            }
+        std::vector<Action> rest;
+        for (const Action& action : plan.actions) {
+            const bool hasWaited = planOptions_.layouts.contains(lightMapOf(plan, action.asset)) && !result.records.contains(action.id);
+            if (hasWaited || split.contains(action.id)) rest.push_back(action);
+        }
         return rest;
     }
 

@@ -141,6 +141,7 @@ std::map<std::string, std::map<std::string, std::string>> LayoutDecision::altern
 }
 
 Result<bool> LayoutDecision::learnFrom(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
+    if (auto noted = noteSplitSeams(chosen); !noted) return tl::make_unexpected(noted.error());
     const auto isMapRefuted = noteVerifiedMaps(chosen);
     if (!isMapRefuted || choices_.empty()) return isMapRefuted;
     if (auto noted = noteFailedDominants(chosen); !noted) return tl::make_unexpected(noted.error());
@@ -160,12 +161,35 @@ Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
         const verify::StageError& last = verified->verdict.stages.back();
-        const double found = verifiedUse(last, verified->seams ? verified->seams->largestAdded() : 0, limitsOf(scene_, map));
+        const double used = verifiedUse(last, verified->seams ? verified->seams->largestAdded() : 0, limitsOf(scene_, map));
+        const double found = std::max(used, splitUse_[map][layout]);
         LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
         if (found > 1 && candidate.usedOfLimits <= 1) isRefuted = true;
         candidate.usedOfLimits = found;
     }
     return isRefuted;
+}
+
+/// Notes edges between maps of a split that are over the limit on seams. The map with the larger visible error at the worst edge needs a
+/// better layout, if its layout was left open.
+Result<void> LayoutDecision::noteSplitSeams(const ExecutionResult& chosen) {
+    for (const auto& [id, record] : chosen.records) {
+        if (!isOfStep(id, ActionStep::SplitSeams)) continue;
+        const auto split = fromJson<SplitSeams>(record.result, id);
+        if (!split) return tl::make_unexpected(split.error());
+        if (split->isKept() || split->seams.worst.empty()) continue;
+        const SeamPlace& worst = split->seams.worst.front();
+        if (!worst.maps || !worst.errors) continue;
+        const std::size_t first = (*worst.errors)[1] > (*worst.errors)[0] ? 1 : 0;
+        for (const std::size_t side : {first, 1 - first}) {
+            const std::string& map = (*worst.maps)[side];
+            if (!candidates_.contains(map)) continue;
+            double& used = splitUse_[map][chosen_.at(map)];
+            used = std::max(used, split->seams.largestAdded() / *split->maxSeam);
+            break;
+        }
+    }
+    return {};
 }
 
 /// Notes dominant lights that failed their verification, so that they are chosen last.

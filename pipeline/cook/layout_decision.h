@@ -54,13 +54,17 @@ private:
     AllocationChoices allowedChoices() const;
     std::size_t pointOfLimits() const;
     formats::Result<bool> noteVerifiedMaps(const ExecutionResult& chosen);
+    formats::Result<void> noteSplitSeams(const ExecutionResult& chosen);
     formats::Result<void> noteFailedDominants(const ExecutionResult& chosen);
     formats::Result<void> noteFailedWholes(const ExecutionResult& chosen);
     formats::Result<void> correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
     const Scene& scene_;
     LightMapCandidates candidates_;
-    AllocationChoices choices_;                  ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole)
+    AllocationChoices choices_;  ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole)
+    /// Largest part of the limit on seams that an edge between maps of a split used, by light map and layout. What was found stays: the
+    /// layout on the other side may have been chosen anew for it, and so no choice comes back.
+    std::map<std::string, std::map<std::string, double>> splitUse_;
     std::uint64_t otherBytes_ = 0;               ///< GPU memory of the other assets, meshes at their upper bound
     bool mayShrink_ = true;                      ///< otherBytes_ was not corrected downwards yet
     std::map<std::string, std::string> chosen_;  ///< by the last choose(), as are those below

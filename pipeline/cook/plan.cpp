@@ -21,6 +21,7 @@
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/split_seams.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/light_map/whole_errors.h"
 #include "pipeline/assets/lut/lut.h"
@@ -114,6 +115,7 @@ public:
     /// Call it once: it moves the plan out.
     formats::Result<Plan> plan() {
         for (const LightMapEntry& entry : scene_.lightMaps) planLightMap(entry);
+        for (const LightMapEntry& entry : scene_.lightMaps) addSplitSeams(entry);
         if (scene_.output.gltf && std::ranges::none_of(scene_.lightMaps, [](const auto& entry) { return entry.mesh.has_value(); }))
             mistake_ = {formats::ErrorCode::InvalidRequest, "--gltf",
                         "found no light map with a mesh, expected one: add `mesh` to [[light_map]]"};
@@ -254,6 +256,22 @@ private:
         }
         plan_.actions.push_back(
             wholeAction(entry.name, bakeInputs(entry.file, entry.description), toJson(parameters), std::move(dependencies)));
+    }
+
+    /// Adds the verification of the seams between the maps of a split, with the first of them, where all of them are cooked.
+    void addSplitSeams(const LightMapEntry& first) {
+        if (!first.part || first.name != first.part->of) return;
+        SplitSeamsParameters parameters{{shading_, displayOf(scene_, first)}, {}, seamLimit(scene_.output, first)};
+        std::vector<const PackedLightMap*> maps;
+        std::vector<std::string> dependencies;
+        for (const LightMapEntry& entry : scene_.lightMaps) {
+            if (!entry.part || entry.part->of != first.name) continue;
+            if (std::ranges::find(plan_.assets, entry.name) == plan_.assets.end()) return;
+            parameters.maps.push_back(entry.name);
+            maps.push_back(packedOf(entry));
+            dependencies.push_back(actionId(ActionStep::Cook, entry.name));
+        }
+        if (maps.size() > 1) plan_.actions.push_back(splitSeamsAction(first.name, maps, toJson(parameters), std::move(dependencies)));
     }
 
     void addTrial(const LightMapEntry& entry, const LightMapReduction& reduction, const std::optional<JointTrial>& joint) {
@@ -627,6 +645,20 @@ Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std
 Action wholeAction(const std::string& lightMap, const std::map<std::string, std::filesystem::path>& sources, Json parameters,
                    std::vector<std::string> dependencies) {
     return {actionId(ActionStep::Whole, lightMap), kVerifyWholeKind, lightMap, std::move(parameters), sources, std::move(dependencies)};
+}
+
+Action splitSeamsAction(const std::string& lightMap, const std::vector<const PackedLightMap*>& maps, Json parameters,
+                        std::vector<std::string> dependencies) {
+    Inputs inputs;
+    for (std::size_t i = 0; i < maps.size(); ++i)
+        for (const auto& [role, file] : maps[i]->files)
+            inputs[role == kSourceRole ? splitBakeRole(i) : role == kMeshRole ? splitMeshRole(i) : role] = file;
+    return {actionId(ActionStep::SplitSeams, lightMap),
+            kVerifySplitSeamsKind,
+            lightMap,
+            std::move(parameters),
+            std::move(inputs),
+            std::move(dependencies)};
 }
 
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options) {

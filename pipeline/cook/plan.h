@@ -74,5 +74,9 @@ Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std
 /// Returns the action that verifies a light map and its dominant light together, "whole/a" of light map "a".
 Action wholeAction(const std::string& lightMap, const std::map<std::string, std::filesystem::path>& sources, Json parameters,
                    std::vector<std::string> dependencies);
+/// Returns the action that verifies the seams between the maps of a split light map, "split-seams/a" of light map "a".
+/// maps  in the order of the split, as its parameters name them
+Action splitSeamsAction(const std::string& lightMap, const std::vector<const PackedLightMap*>& maps, Json parameters,
+                        std::vector<std::string> dependencies);
 
 }  // namespace lightcook::pipeline

@@ -291,7 +291,10 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
         if (auto described = describeSource(packed->second, *asset); !described) return described;
     const auto whole = result.records.find(actionId(ActionStep::Whole, name));
     if (whole != result.records.end()) asset->verifyWhole = actionOf(plan, whole->first).parameters;
-    auto row = reportRow(*asset, cooked->second, verified->second, whole == result.records.end() ? nullptr : &whole->second);
+    const auto splitSeams = result.records.find(actionId(ActionStep::SplitSeams, name));
+    if (splitSeams != result.records.end()) asset->verifySplitSeams = actionOf(plan, splitSeams->first).parameters;
+    const auto recordOf = [&](const auto& found) { return found == result.records.end() ? nullptr : &found->second; };
+    auto row = reportRow(*asset, {&cooked->second, &verified->second, recordOf(whole), recordOf(splitSeams)});
     if (!row) return tl::make_unexpected(row.error());
     if (packed != plan.packed.end()) describeSources(packed->second, *asset, *row);
     if (const auto record = result.records.find(actionId(ActionStep::Trial, name)); record != result.records.end()) {

@@ -6,6 +6,7 @@
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/split_seams.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
@@ -127,11 +128,7 @@ private:
             const auto packed = repacked(asset, **unpacked, *sources, scratch);
             if (!packed) return tl::make_unexpected(packed.error());
             action.inputs = verifyInputsOf(asset.kind, **packed);
-            auto description = (*packed)->packed;
-            const ChartPacking& packing = (*unpacked)->packing;
-            if (const auto before = descriptionOf(asset); before && before->constantOf)
-                description.constantOf = glm::ivec2(packing.width, packing.height);
-            read.source.description = toJson(description);
+            read = asRepacked(asset, **packed);
         }
         const CookFacts facts = cookFactsOf(previous, asset.name);
         ActionRecord cooked, verified, lightMap;
@@ -152,30 +149,80 @@ private:
         verified.result.erase("preview");  // drawn in a scratch folder
         verified.seconds = watch.seconds();
         if (state_.event) state_.event(action, ActionEvent::Finished, verified.seconds);
-        if (!asset.verifyWhole) return reportRow(asset, cooked, verified);
-        const auto whole = verifyWhole(manifest, asset, action.inputs, cooked, scratch);
-        if (!whole) return tl::make_unexpected(whole.error());
-        return reportRow(asset, cooked, verified, &*whole);
+        AssetRecords records{&cooked, &verified};
+        Result<ActionRecord> whole, splitSeams;
+        if (asset.verifyWhole) {
+            whole = verifyWhole(manifest, asset, action.inputs, cooked, scratch);
+            if (!whole) return tl::make_unexpected(whole.error());
+            records.whole = &*whole;
+        }
+        if (asset.verifySplitSeams) {
+            splitSeams = verifySplitSeams(manifest, asset, scratch);
+            if (!splitSeams) return tl::make_unexpected(splitSeams.error());
+            records.splitSeams = &*splitSeams;
+        }
+        return reportRow(asset, records);
+    }
+
+    /// Returns an asset of a repacked light map as the cook had it, with the description of the repacked bake.
+    static CookedAsset asRepacked(CookedAsset asset, const PackedLightMap& packed) {
+        auto description = packed.packed;
+        const ChartPacking& packing = packed.bake.packing;
+        if (const auto before = descriptionOf(asset); before && before->constantOf)
+            description.constantOf = glm::ivec2(packing.width, packing.height);
+        asset.source.description = toJson(description);
+        return asset;
     }
 
     /// Verifies a light map and its dominant light together.
     Result<ActionRecord> verifyWhole(const Manifest& manifest, const CookedAsset& lightMap,
                                      const std::map<std::string, std::filesystem::path>& sources, const ActionRecord& cooked,
                                      const std::filesystem::path& scratch) {
-        ActionRecord dominant, record;
+        ActionRecord dominant;
         std::vector<const ActionRecord*> upstream = {&cooked};
         for (const CookedAsset& asset : manifest.assets) {
             if (asset.kind != AssetKind::Dominant || asset.lightMap != lightMap.name) continue;
             dominant.result = toJson(CookResult{asset, 0, {}});
             upstream.push_back(&dominant);
         }
-        const Action action = wholeAction(lightMap.name, sources, *lightMap.verifyWhole, {});
+        return run(wholeAction(lightMap.name, sources, *lightMap.verifyWhole, {}), upstream, scratch);
+    }
+
+    /// Verifies the seams between the maps of a split.
+    /// first  the map that has the parameters
+    Result<ActionRecord> verifySplitSeams(const Manifest& manifest, const CookedAsset& first, const std::filesystem::path& scratch) {
+        const auto parameters = fromJson<SplitSeamsParameters>(*first.verifySplitSeams, first.name + ", verify_split_seams");
+        if (!parameters) return tl::make_unexpected(parameters.error());
+        std::vector<const PackedLightMap*> maps;
+        std::vector<ActionRecord> cooked(parameters->maps.size());
+        std::vector<const ActionRecord*> upstream;
+        for (const std::string& name : parameters->maps) {
+            const auto asset = std::ranges::find_if(
+                manifest.assets, [&](const CookedAsset& each) { return each.name == name && each.kind == AssetKind::LightMap; });
+            const auto unpacked =
+                asset == manifest.assets.end() ? Result<std::optional<UnpackedBake>>(std::nullopt) : unpackedBakeOf(*asset);
+            if (!unpacked) return tl::make_unexpected(unpacked.error());
+            if (!*unpacked || !(*unpacked)->part || (*unpacked)->part->of != first.name)
+                return failure(
+                    ErrorCode::Verification, first.name + ", verify_split_seams",
+                    fmt::format("found no light map '{}' of the same split in the manifest, expected it: cook the scene again", name));
+            const auto sources = unchangedSources(*asset, sceneFolder(manifest));
+            if (!sources) return tl::make_unexpected(withSourcesAdvice(sources.error()));
+            const auto packed = repacked(*asset, **unpacked, *sources, scratch);
+            if (!packed) return tl::make_unexpected(packed.error());
+            cooked[maps.size()].result = toJson(CookResult{asRepacked(*asset, **packed), 0, {}});
+            upstream.push_back(&cooked[maps.size()]);
+            maps.push_back(*packed);
+        }
+        return run(splitSeamsAction(first.name, maps, *first.verifySplitSeams, {}), upstream, scratch);
+    }
+
+    /// Runs an action on cooked assets.
+    Result<ActionRecord> run(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::filesystem::path& scratch) {
         const Stopwatch watch;
         auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, upstream, shared_, state_});
         if (!outcome) return tl::make_unexpected(outcome.error());
-        record.result = std::move(outcome->result);
-        record.seconds = watch.seconds();
-        return record;
+        return ActionRecord{action.id, std::move(outcome->result), {}, watch.seconds()};
     }
 
     /// Packs the charts of an asset's light map again, once for all its assets.

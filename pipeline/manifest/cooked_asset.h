@@ -163,9 +163,10 @@ struct CookedAsset {
     std::vector<CookedTexture> textures;
     AssetSource source;
     std::optional<VertexBasis> basis;
-    std::optional<std::string> digest;  ///< of `file`
-    std::optional<Json> verify;         ///< parameters of the verify action
-    std::optional<Json> verifyWhole;    ///< of a light map: parameters of the action that verifies it and its dominant light together
+    std::optional<std::string> digest;     ///< of `file`
+    std::optional<Json> verify;            ///< parameters of the verify action
+    std::optional<Json> verifyWhole;       ///< of a light map: parameters of the action that verifies it and its dominant light together
+    std::optional<Json> verifySplitSeams;  ///< of the first map of a split: parameters of the action that verifies the seams between them
 
     /// Return the GPU memory and the size on disk [bytes] of the textures and of everything beside them.
     std::uint64_t totalBytesGpu() const;
@@ -222,6 +223,8 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("verify_whole", asset.verifyWhole,
                     "of a light map that a budget or a limit on the whole chose: parameters of its verification together with its dominant "
                     "light");
+    fields.optional("verify_split_seams", asset.verifySplitSeams,
+                    "of the first map of a split light map: parameters of the verification of the seams between its maps");
 }
 
 }  // namespace lightcook::pipeline

@@ -75,7 +75,8 @@ Manifest readFinished(const JsonPlace& root) {
         if (manifest.assets[i].file) asset["digest"].text();
         VerifyLimits limits;
         readValue(asset["verify"], limits, {});
-        if (asset.has("verify_whole")) readValue(asset["verify_whole"], limits, {});
+        for (const char* key : {"verify_whole", "verify_split_seams"})
+            if (asset.has(key)) readValue(asset[key], limits, {});
         if (asset["source"].has("description")) checkDescription(asset["source"]["description"]);
         const JsonPlace files = asset["source"]["files"];
         files.object();

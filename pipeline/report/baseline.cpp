@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 
@@ -47,6 +48,8 @@ AssetFigures figuresOf(const ReportRow& row) {
     figures.specular = row.verdict.stages.back().specular.relRms;
     figures.visible = visibleP99(row.verdict.stages.back());
     if (row.seams && !row.seams->stages.empty()) figures.seam = row.seams->largestAdded();
+    if (row.splitSeams && !row.splitSeams->seams.stages.empty())
+        figures.seam = std::max(figures.seam.value_or(0), row.splitSeams->seams.largestAdded());
     return figures;
 }
 

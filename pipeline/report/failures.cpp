@@ -126,16 +126,17 @@ void addWhole(const ReportRow& row, std::vector<Failure>& failures) {
 }
 
 /// Appends a failure if the largest step that cooking adds to an edge is over its limit.
-void addSeam(const ReportRow& row, std::vector<Failure>& failures) {
-    if (!row.verdict.maxSeam || !row.seams || row.seams->largestAdded() <= *row.verdict.maxSeam) return;
+/// subject  without the asset's name
+void addSeam(const ReportRow& row, const SeamFigures& seams, const std::optional<double>& maxSeam, std::string subject,
+             std::vector<Failure>& failures) {
+    if (!maxSeam || seams.largestAdded() <= *maxSeam) return;
     Failure failure;
-    failure.stage = row.seams->stages.back().name;
-    failure.seam = finiteOrNan(row.seams->largestAdded());
-    failure.limit = *row.verdict.maxSeam;
+    failure.stage = seams.stages.back().name;
+    failure.seam = finiteOrNan(seams.largestAdded());
+    failure.limit = *maxSeam;
     failure.detail = fmt::format("found a seam of {:.3g}, expected at most {:.3g}", *failure.seam, *failure.limit);
-    std::string subject = "seams";
-    if (!row.seams->worst.empty()) {
-        const SeamPlace& worst = row.seams->worst.front();
+    if (!seams.worst.empty()) {
+        const SeamPlace& worst = seams.worst.front();
         failure.shading = worst.shading;
         failure.seamAt = worst;
         subject += ", " + worst.shading;
@@ -160,7 +161,8 @@ std::string seamWords(const SeamPlace& seam) {
     const auto sides = [&](const char* key) { return vectorWords(place[key][0]) + " and " + vectorWords(place[key][1]); };
     std::string words = fmt::format("the edge from {} to {}, {}: a step of {:.3g} where the bake has {:.3g}", vectorWords(place["edge"][0]),
                                     vectorWords(place["edge"][1]), placeWords(place), seam.cookedStep, seam.bakeStep);
-    return words + fmt::format("; at texels {}: found {}, expected {}", sides("texels"), sides("found"), sides("reference"));
+    const std::string maps = seam.maps ? fmt::format(" of '{}' and '{}'", (*seam.maps)[0], (*seam.maps)[1]) : "";
+    return words + fmt::format("; at texels {}{}: found {}, expected {}", sides("texels"), maps, sides("found"), sides("reference"));
 }
 
 std::string placeWords(const Json& at) {
@@ -194,7 +196,8 @@ std::vector<Failure> failuresOf(const ReportRow& row) {
     }
     addVisible(row, "diffuse", row.verdict.stages.back().diffuse, failures);
     addVisible(row, "specular", row.verdict.stages.back().specular, failures);
-    addSeam(row, failures);
+    if (row.seams) addSeam(row, *row.seams, row.verdict.maxSeam, "seams", failures);
+    if (row.splitSeams) addSeam(row, row.splitSeams->seams, row.splitSeams->maxSeam, "seams between its maps", failures);
     addWhole(row, failures);
     return failures;
 }

@@ -11,7 +11,7 @@
 namespace lightcook::pipeline {
 
 /// Returns the failures of an asset: its violations, then each stage and kind of shading that is over the limit or not finite, then its
-/// worst seam if that is over its limit.
+/// worst seam if that is over its limit, and of the first map of a split the worst seam between its maps.
 std::vector<Failure> failuresOf(const ReportRow& row);
 
 /// Returns a place of report.json ("sampled_at", "bound_at", "at") as text: "texel (12, 31), green, normal (0, 0, 1)". Leaves out members
@@ -21,7 +21,7 @@ std::string placeWords(const Json& at);
 /// Returns a list of numbers as "(1, 2.5, 3)"; empty for another value.
 std::string vectorWords(const Json& v);
 
-/// Returns the place, the steps and the light of a seam as text.
+/// Returns the place, the steps, the light and, between two light maps, their names as text.
 std::string seamWords(const SeamPlace& seam);
 
 /// Returns one error of code Verification for each failure, in the same order.

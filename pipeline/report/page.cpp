@@ -134,11 +134,17 @@ std::vector<std::string> reasonsOf(const Json& asset) {
             reasons.push_back(fmt::format("the visible error of {} light is up to {:.2f} (proven bound), the limit is {:.3g}{}", shading,
                                           bound, highest, worstAt(member(member(error, "visible"), "bound_at"))));
     }
-    const Json& worstSeam = list(member(asset, "seams"), "worst");
-    const double mostSeam = number(member(member(asset, "limit"), "max_seam"));
-    if (!worstSeam.empty() && !(number(member(worstSeam[0], "added")) <= mostSeam) && std::isfinite(mostSeam))
-        reasons.push_back(fmt::format("cooking adds a {} seam of {:.2f}, the limit is {:.3g}{}", words(member(worstSeam[0], "shading")),
-                                      number(member(worstSeam[0], "added")), mostSeam, worstAt(worstSeam[0])));
+    const auto addSeam = [&](const Json& seams, const Json& holder) {
+        const Json& worst = list(seams, "worst");
+        const double most = number(member(holder, "max_seam"));
+        if (worst.empty() || number(member(worst[0], "added")) <= most || !std::isfinite(most)) return;
+        const Json& maps = list(worst[0], "maps");
+        const std::string between = maps.size() == 2 ? fmt::format(" between '{}' and '{}'", words(maps[0]), words(maps[1])) : "";
+        reasons.push_back(fmt::format("cooking adds a {} seam of {:.2f}{}, the limit is {:.3g}{}", words(member(worst[0], "shading")),
+                                      number(member(worst[0], "added")), between, most, worstAt(worst[0])));
+    };
+    addSeam(member(asset, "seams"), member(asset, "limit"));
+    addSeam(member(asset, "split_seams"), member(asset, "split_seams"));
     for (const Json& law : list(asset, "violations"))
         reasons.push_back(fmt::format("{}: found {}, expected {}{}", words(member(law, "place")), words(member(law, "found")),
                                       words(member(law, "expected")), worstAt(member(law, "at"))));

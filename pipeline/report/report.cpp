@@ -29,7 +29,8 @@ Result<std::pair<Json, Report>> readBoth(const std::filesystem::path& file) {
 
 }  // namespace
 
-Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked, const ActionRecord& verified, const ActionRecord* whole) {
+Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records) {
+    const ActionRecord &cooked = *records.cooked, &verified = *records.verified;
     auto cook = fromJson<CookResult>(cooked.result, asset.name);
     if (!cook) return tl::make_unexpected(cook.error());
     auto verification = fromJson<VerifyResult>(verified.result, asset.name);
@@ -63,12 +64,19 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked
     row.charts = std::move(verification->charts);
     row.measures = std::move(verification->measures);
     row.groundTruth = std::move(verification->groundTruth);
-    if (whole != nullptr) {
-        auto result = fromJson<WholeFigures>(whole->result, asset.name);
+    if (records.whole != nullptr) {
+        auto result = fromJson<WholeFigures>(records.whole->result, asset.name);
         if (!result) return tl::make_unexpected(result.error());
         row.whole = std::move(*result);
-        row.verifySeconds += whole->seconds;
+        row.verifySeconds += records.whole->seconds;
         row.verdict.passed = row.verdict.passed && row.whole->isKept();
+    }
+    if (records.splitSeams != nullptr) {
+        auto result = fromJson<SplitSeams>(records.splitSeams->result, asset.name);
+        if (!result) return tl::make_unexpected(result.error());
+        row.splitSeams = std::move(*result);
+        row.verifySeconds += records.splitSeams->seconds;
+        row.verdict.passed = row.verdict.passed && row.splitSeams->isKept();
     }
     if (!row.verdict.passed) row.failures = failuresOf(row);
     // Lights and meshes are matched to their light map by these.

@@ -142,10 +142,15 @@ void describe(Fields& fields, Self& report) {
     fields.optional("errors", report.errors, "in the document of `--json` of a command that failed: its errors, the first one first");
 }
 
+/// What the actions of an asset found. Null: there was no such action.
+struct AssetRecords {
+    const ActionRecord *cooked, *verified;
+    const ActionRecord* whole = nullptr;       ///< verification of a light map and its dominant light together
+    const ActionRecord* splitSeams = nullptr;  ///< verification of the seams between the maps of a split
+};
+
 /// Returns the row of an asset: its manifest entry, the results of its cook and its verification, and the time of each.
-/// whole  verification of a light map and its dominant light together; null: there was none
-formats::Result<ReportRow> reportRow(const CookedAsset& asset, const ActionRecord& cooked, const ActionRecord& verified,
-                                     const ActionRecord* whole = nullptr);
+formats::Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records);
 
 /// Members of a report that do not depend on the rows.
 struct ReportFrame {

@@ -96,6 +96,7 @@ struct ReportRow {
     std::optional<MeshErrorFigures> meshError;
     std::optional<PreviewFiles> preview;
     std::optional<SeamFigures> seams;
+    std::optional<SplitSeams> splitSeams;  ///< of the first map of a split
     std::optional<ChartSummary> charts;
     std::optional<Json> measures, groundTruth;
     std::optional<WholeFigures> whole;
@@ -132,6 +133,8 @@ void describe(Fields& fields, Self& row) {
     fields.optional("mesh_error", row.meshError, "how far quantization moved the vertices");
     fields.optional("preview", row.preview, "pictures");
     fields.optional("seams", row.seams, "steps of light at edges that charts share; of a light map");
+    fields.optional("split_seams", row.splitSeams,
+                    "of the first map of a split light map: steps of light at edges between its maps; its limit is `max_seam` there");
     fields.optional("charts", row.charts, "memory and visible errors of the charts of a light map with a mesh");
     fields.optional("measures", row.measures, "further figures of the kind");
     fields.optional("ground_truth", row.groundTruth, "errors against traced light");

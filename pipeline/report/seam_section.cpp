@@ -12,7 +12,9 @@ namespace {
 
 /// Returns the words for a seam: its kind of shading and the place in the world.
 std::string seamName(const Json& seam) {
-    return fmt::format("{}, at {}", words(member(seam, "shading")), vectorWords(member(seam, "position")));
+    const Json& maps = list(seam, "maps");
+    const std::string between = maps.size() == 2 ? fmt::format(", between '{}' and '{}'", words(maps[0]), words(maps[1])) : "";
+    return fmt::format("{}, at {}{}", words(member(seam, "shading")), vectorWords(member(seam, "position")), between);
 }
 
 std::string sidesOf(const Json& pair) {
@@ -103,6 +105,25 @@ Html seamSection(const std::filesystem::path& folder, const Json& asset) {
         return element("div", {{"class", "notes"}}, content + element("p", {{"class", "soft"}}, text("Not measured: " + note + ".")));
     content += element("p", {{"class", "soft"}}, text(countsOf(seams))) + stepTable(seams) +
                seamTable(seams, "worst", "Largest steps that cooking adds") + views(folder, asset, seams) +
+               seamTable(seams, "worst_of_bake", "Largest steps of the bake itself");
+    return element("div", {{"class", "notes"}}, content);
+}
+
+Html splitSeamSection(const Json& asset) {
+    const Json& seams = member(asset, "split_seams");
+    if (!seams.is_object()) return {};
+    std::string maps;
+    for (const Json& map : list(seams, "maps")) maps += fmt::format("{}'{}'", maps.empty() ? "" : ", ", words(map));
+    Html content = element("h3", text(fmt::format("Seams between the maps {}, in just noticeable differences", maps)));
+    if (const std::string note = words(member(seams, "note")); !note.empty())
+        return element("div", {{"class", "notes"}}, content + element("p", {{"class", "soft"}}, text("Not measured: " + note + ".")));
+    const auto number = [&](const char* key) { return groupedCount(count(member(seams, key))); };
+    const std::string counts = fmt::format(
+        "{} places of {} edges whose sides lie in two of the maps. Of the edges of all maps together {} are hard, {} belong to "
+        "one triangle alone.",
+        number("places"), number("edges"), number("hard_edges"), number("open_edges"));
+    content += element("p", {{"class", "soft"}}, text(counts)) + stepTable(seams) +
+               seamTable(seams, "worst", "Largest steps that cooking adds") +
                seamTable(seams, "worst_of_bake", "Largest steps of the bake itself");
     return element("div", {{"class", "notes"}}, content);
 }

@@ -11,5 +11,7 @@ namespace lightcook::pipeline {
 /// Returns tables of the seams of an asset and pictures of the worst; empty for an asset without them.
 /// folder  of the report, which has the pictures
 Html seamSection(const std::filesystem::path& folder, const Json& asset);
+/// Returns tables of the seams between the maps of a split light map; empty for an asset that is not the first of them.
+Html splitSeamSection(const Json& asset);
 
 }  // namespace lightcook::pipeline

@@ -98,8 +98,8 @@ SceneSectionInfo outputSection() {
               "limit on the [proven bound](../theory/bounds.md#visible-errors) of the visible error of light maps, in just noticeable "
               "differences: no place, normal or view is above it; else verification fails (exit code 4)"},
              {"max_seam", "number", "none",
-              "limit on the [seams](../theory/visible.md#seams) that cooking adds where charts of a light map meet on its mesh, in just "
-              "noticeable differences; above it verification fails (exit code 4)"},
+              "limit on the [seams](../theory/visible.md#seams) that cooking adds where charts of a light map meet on its mesh, also "
+              "between maps of `charts = \"split\"`, in just noticeable differences; above it verification fails (exit code 4)"},
              {"max_whole_visible", "number", "none",
               "limit on the visible error (p99) of what a pixel shows of a light map and its dominant light together. Their layouts are "
               "chosen together, [the smallest within it](../guide/memory-budgets.md#a-limit-in-place-of-a-budget); above it verification "

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "pipeline/assets/light_map/rendered_view.h"
@@ -30,18 +32,20 @@ struct Place {
     std::array<bool, 2> isLit{};
 };
 
-/// Places of consecutive edges, and the light on both sides of each.
+/// Places of consecutive edges, and the light on both sides of each: that of the bake, and that of the last stages of its map.
 class Batch {
 public:
-    Batch(const verify::SplitEdges& edges, const glm::dvec2& size, std::size_t lightCount)
-        : edges_(edges), size_(size), lightCount_(lightCount) {}
+    Batch(const verify::SplitEdges& edges, std::span<const SeamMap> maps, std::size_t lightCount) : edges_(edges), lightCount_(lightCount) {
+        for (const SeamMap& map : maps) sizes_.emplace_back(map.bake.width(), map.bake.height());
+    }
 
     /// Takes places from the next edges, as many as the memory of a batch holds. Returns false after the last edge.
     bool next() {
         places_.clear();
         const std::size_t most = std::max<std::size_t>(kBatchBytes / (2 * lightCount_ * sizeof(lighting::ShRgb)), 1);
         for (; edge_ < edges_.edges.size() && places_.size() < most; place_ = 0, ++edge_) {
-            const int count = edges_.edges[edge_].placeCount(size_);
+            const verify::SplitEdge& edge = edges_.edges[edge_];
+            const int count = edge.placeCount(std::array{sizes_[edge.map[0]], sizes_[edge.map[1]]});
             for (; place_ < count && places_.size() < most; ++place_)
                 places_.push_back({static_cast<std::uint32_t>(edge_), static_cast<double>(place_) / (count - 1), {}});
             if (place_ < count) break;
@@ -50,13 +54,17 @@ public:
         return !places_.empty();
     }
     const std::vector<Place>& places() const { return places_; }
+    std::size_t mapOf(std::size_t place, std::size_t side) const { return edges_.edges[places_[place].edge].map[side]; }
     glm::dvec2 texelOf(std::size_t place, std::size_t side) const {
-        return edges_.edges[places_[place].edge].texelAt(side, places_[place].along, size_);
+        return edges_.edges[places_[place].edge].texelAt(side, places_[place].along, sizes_[mapOf(place, side)]);
     }
-    std::span<lighting::ShRgb> lightOf(std::size_t place, std::size_t side) {
-        return std::span(lights_).subspan((2 * place + side) * lightCount_, lightCount_);
+    /// light  of LightMapVerifier::lightAt
+    void setLit(std::size_t place, std::size_t side, std::span<const lighting::ShRgb> light) {
+        const std::span<lighting::ShRgb> kept = lightOf(place, side);
+        kept.front() = light.front();
+        std::ranges::copy(light.last(lightCount_ - 1), kept.begin() + 1);
+        places_[place].isLit[side] = true;
     }
-    void setLit(std::size_t place, std::size_t side, bool isLit) { places_[place].isLit[side] = isLit; }
     /// Returns the places [first, last) that both sides light.
     std::vector<verify::LitSeamPlace> lit(std::size_t first, std::size_t last) {
         std::vector<verify::LitSeamPlace> out;
@@ -73,9 +81,13 @@ public:
     }
 
 private:
+    std::span<lighting::ShRgb> lightOf(std::size_t place, std::size_t side) {
+        return std::span(lights_).subspan((2 * place + side) * lightCount_, lightCount_);
+    }
+
     const verify::SplitEdges& edges_;
-    glm::dvec2 size_;
     std::size_t lightCount_;
+    std::vector<glm::dvec2> sizes_;  ///< [map]
     std::size_t edge_ = 0;
     int place_ = 0;
     std::vector<Place> places_;
@@ -86,28 +98,41 @@ private:
 struct PlaceSide {
     std::size_t place, side;
 };
+/// A strip of a map, with the sides whose rows it has.
+struct SeamStrip {
+    const SeamMap& map;
+    int strip;
+    std::vector<PlaceSide> sides;
+};
 
-/// Lights both sides of all places of a batch, each in the strip of its row.
-Result<void> light(Batch& batch, LightMapSource& bake, const CookedLightMapReader& cooked, const ActionContext& context) {
-    std::vector<std::vector<PlaceSide>> sides(static_cast<std::size_t>(bake.stripCount()));
+/// Returns the strips that light a batch, map by map.
+std::vector<SeamStrip> stripsOf(const Batch& batch, std::span<const SeamMap> maps) {
+    std::vector<std::map<int, std::vector<PlaceSide>>> sides(maps.size());
     for (std::size_t place = 0; place < batch.places().size(); ++place)
         for (std::size_t side = 0; side < 2; ++side) {
+            const std::size_t map = batch.mapOf(place, side);
             const int row = std::max(0, static_cast<int>(std::floor(batch.texelOf(place, side).y)));
-            sides[static_cast<std::size_t>(row / bake.stripRows(0))].push_back({place, side});
+            sides[map][row / maps[map].bake.stripRows(0)].push_back({place, side});
         }
-    std::vector<int> strips;
-    for (int strip = 0; strip < bake.stripCount(); ++strip)
-        if (!sides[static_cast<std::size_t>(strip)].empty()) strips.push_back(strip);
+    std::vector<SeamStrip> strips;
+    for (std::size_t map = 0; map < maps.size(); ++map)
+        for (auto& [strip, ofStrip] : sides[map]) strips.push_back({maps[map], strip, std::move(ofStrip)});
+    return strips;
+}
+
+/// Lights both sides of all places of a batch, each in the strip of its row.
+Result<void> light(Batch& batch, std::span<const SeamMap> maps, const ActionContext& context) {
+    const std::vector<SeamStrip> strips = stripsOf(batch, maps);
     const auto lightStrip = [&](int index) -> Result<int> {
-        const int strip = strips[static_cast<std::size_t>(index)];
-        const auto reference = bake.stripWithMargin(strip, 0, 1);
+        const auto& [map, strip, sides] = strips[static_cast<std::size_t>(index)];
+        const auto reference = map.bake.stripWithMargin(strip, 0, 1);
         if (!reference) return tl::make_unexpected(reference.error());
-        const auto texels = cooked.read(bake.stripFirstRow(strip), bake.stripRows(strip) + 1);
+        const auto texels = map.cooked.read(map.bake.stripFirstRow(strip), map.bake.stripRows(strip) + 1);
         if (!texels) return tl::make_unexpected(texels.error());
-        for (const auto& [place, side] : sides[static_cast<std::size_t>(strip)])
-            batch.setLit(place, side,
-                         cooked.verifier().lightAt(*texels, *reference, batch.texelOf(place, side), batch.lightOf(place, side)));
-        return strip;
+        std::vector<lighting::ShRgb> light(map.cooked.verifier().lightCount());
+        for (const auto& [place, side] : sides)
+            if (map.cooked.verifier().lightAt(*texels, *reference, batch.texelOf(place, side), light)) batch.setLit(place, side, light);
+        return index;
     };
     return foldInOrder<int>(static_cast<int>(strips.size()), context, "light the seams of " + context.action.asset, lightStrip, [](int) {});
 }
@@ -118,14 +143,15 @@ struct SeamPart {
     std::size_t dark = 0;
 };
 
-Result<void> measure(Batch& batch, const CookedLightMapReader& cooked, const ActionContext& context, verify::SeamErrors& errors,
-                     SeamFigures& figures) {
+/// none  errors of no places
+Result<void> measure(Batch& batch, const verify::LightMapVerifier& verifier, const verify::SeamErrors& none, const ActionContext& context,
+                     verify::SeamErrors& errors, SeamFigures& figures) {
     const std::size_t count = batch.places().size();
     const auto tasks = static_cast<int>((count + kPlacesOfTask - 1) / kPlacesOfTask);
     const auto work = [&](int task) -> Result<SeamPart> {
         const std::size_t first = static_cast<std::size_t>(task) * kPlacesOfTask, last = std::min(first + kPlacesOfTask, count);
         const auto lit = batch.lit(first, last);
-        return SeamPart{cooked.verifier().seamErrors(lit), last - first - lit.size()};
+        return SeamPart{verifier.seamErrors(lit, none), last - first - lit.size()};
     };
     return foldInOrder<SeamPart>(tasks, context, "measure the seams of " + context.action.asset, work, [&](const SeamPart& part) {
         errors.merge(part.errors);
@@ -133,8 +159,10 @@ Result<void> measure(Batch& batch, const CookedLightMapReader& cooked, const Act
     });
 }
 
-verify::SplitEdges splitEdgesOf(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& size) {
-    verify::SeamFinder finder(size);
+verify::SplitEdges splitEdgesOf(std::span<const verify::SurfaceTriangle> triangles, std::span<const SeamMap> maps) {
+    std::vector<glm::dvec2> sizes;
+    for (const SeamMap& map : maps) sizes.emplace_back(map.bake.width(), map.bake.height());
+    verify::SeamFinder finder(std::move(sizes));
     for (const verify::SurfaceTriangle& triangle : triangles) finder.add(triangle);
     return std::move(finder).finish();
 }
@@ -152,8 +180,15 @@ SeamSteps figuresOf(const verify::SeamErrors::Kind& kind) {
     return {figuresOf(kind.added), figuresOf(kind.cooked)};
 }
 
-SeamPlace placeOf(const SeamStep& step, const verify::SplitEdges& edges) {
-    const verify::SplitEdge& edge = edges.edges[step.edge];
+/// Edges with the light maps that they lie in.
+struct MappedEdges {
+    const verify::SplitEdges& edges;
+    std::span<const SeamMap> maps;
+    const verify::SplitEdge& at(std::size_t edge) const { return edges.edges[edge]; }
+};
+
+SeamPlace placeOf(const SeamStep& step, const MappedEdges& edges) {
+    const verify::SplitEdge& edge = edges.at(step.edge);
     const bool isSpecular = step.view != glm::dvec3(0);
     SeamPlace place;
     place.shading = isSpecular ? "specular" : "diffuse";
@@ -171,17 +206,23 @@ SeamPlace placeOf(const SeamStep& step, const verify::SplitEdges& edges) {
     }
     place.reference = step.bake;
     place.found = step.cooked;
+    if (edge.isBetweenMaps()) {
+        place.maps = std::array{edges.maps[edge.map[0]].name, edges.maps[edge.map[1]].name};
+        place.errors = step.error;
+    }
     return place;
 }
 
 /// Returns the largest added steps of both kinds of shading, each at an edge of its own and away from those before it.
-std::vector<SeamPlace> worstOf(const verify::SeamErrors& errors, const verify::SplitEdges& edges) {
+std::vector<SeamPlace> worstOf(const verify::SeamErrors& errors, const MappedEdges& edges) {
     std::vector<SeamStep> all = errors.worstDiffuse, chosen;
     all.insert(all.end(), errors.worstSpecular.begin(), errors.worstSpecular.end());
     std::ranges::stable_sort(all, std::ranges::greater(), &SeamStep::added);
-    const auto isApart = [](const SeamStep& a, const SeamStep& b) {
-        return a.edge != b.edge && glm::distance(a.texel[0], b.texel[0]) > kApartTexels &&
-               glm::distance(a.texel[0], b.texel[1]) > kApartTexels;
+    const auto isApart = [&](const SeamStep& a, const SeamStep& b) {
+        const auto isNear = [&](std::size_t side) {
+            return edges.at(a.edge).map[0] == edges.at(b.edge).map[side] && glm::distance(a.texel[0], b.texel[side]) <= kApartTexels;
+        };
+        return a.edge != b.edge && !isNear(0) && !isNear(1);
     };
     std::vector<SeamPlace> places;
     for (const SeamStep& step : all) {
@@ -193,7 +234,7 @@ std::vector<SeamPlace> worstOf(const verify::SeamErrors& errors, const verify::S
     return places;
 }
 
-void fill(SeamFigures& figures, const verify::SeamErrors& errors, const verify::SplitEdges& edges) {
+void fill(SeamFigures& figures, const verify::SeamErrors& errors, const MappedEdges& edges) {
     for (const verify::SeamErrors::Stage& stage : errors.stages) {
         SeamStage& made = figures.stages.emplace_back(SeamStage{stage.name, figuresOf(stage.diffuse), {}});
         if (stage.specular.cooked.sampleCount() > 0) made.specular = figuresOf(stage.specular);
@@ -201,7 +242,7 @@ void fill(SeamFigures& figures, const verify::SeamErrors& errors, const verify::
     figures.bakeDiffuse = figuresIfAny(errors.bakeDiffuse);
     figures.bakeSpecular = figuresIfAny(errors.bakeSpecular);
     for (const SeamStep* step : {&errors.worstBakeDiffuse, &errors.worstBakeSpecular})
-        if (step->isKnown()) figures.worstOfBake.push_back(placeOf(*step, edges));
+        if (step->isKnown()) figures.worstOfBake.emplace_back(placeOf(*step, edges)).errors.reset();  // of the bake against itself
     figures.worst = worstOf(errors, edges);
 }
 
@@ -212,27 +253,46 @@ std::string whyNot(bool hasMesh, std::span<const verify::SurfaceTriangle> triang
     return edges.edges.empty() ? "no edge of the mesh is shared by two charts" : "";
 }
 
-}  // namespace
-
-Result<SeamFigures> measureSeams(bool hasMesh, std::span<const verify::SurfaceTriangle> triangles, LightMapSource& bake,
-                                 const CookedLightMapReader& cooked, const ActionContext& context) {
-    const glm::dvec2 size(bake.width(), bake.height());
+/// Measures edges that lie in some maps.
+/// none  errors of no places, with the last stages of the maps
+Result<SeamFigures> measureEdges(const verify::SplitEdges& edges, std::span<const SeamMap> maps, const verify::SeamErrors& none,
+                                 const ActionContext& context) {
     SeamFigures figures;
-    const verify::SplitEdges edges = splitEdgesOf(triangles, size);
     figures.edges = static_cast<std::int64_t>(edges.edges.size());
     figures.joinedEdges = edges.joined;
     figures.hardEdges = edges.hard;
     figures.openEdges = edges.open;
-    verify::SeamErrors errors = cooked.verifier().noSeamErrors();
-    Batch batch(edges, size, cooked.verifier().lightCount());
+    verify::SeamErrors errors = none;
+    Batch batch(edges, maps, 1 + none.stages.size());
     while (batch.next()) {
-        if (auto lit = light(batch, bake, cooked, context); !lit) return tl::make_unexpected(lit.error());
-        if (auto measured = measure(batch, cooked, context, errors, figures); !measured) return tl::make_unexpected(measured.error());
+        if (auto lit = light(batch, maps, context); !lit) return tl::make_unexpected(lit.error());
+        if (auto measured = measure(batch, maps.front().cooked.verifier(), none, context, errors, figures); !measured)
+            return tl::make_unexpected(measured.error());
         figures.places += static_cast<std::int64_t>(batch.places().size());
     }
     figures.places -= figures.darkPlaces;
-    if (const std::string why = whyNot(hasMesh, triangles, edges); !why.empty()) figures.note = why;
-    if (figures.places > 0) fill(figures, errors, edges);
+    if (figures.places > 0) fill(figures, errors, {edges, maps});
+    return figures;
+}
+
+}  // namespace
+
+Result<SeamFigures> measureSeams(bool hasMesh, std::span<const verify::SurfaceTriangle> triangles, LightMapSource& bake,
+                                 const CookedLightMapReader& cooked, const ActionContext& context) {
+    const std::array maps = {SeamMap{context.action.asset, bake, cooked}};
+    const verify::SplitEdges edges = splitEdgesOf(triangles, maps);
+    auto figures = measureEdges(edges, maps, cooked.verifier().noSeamErrors(), context);
+    if (!figures) return figures;
+    if (const std::string why = whyNot(hasMesh, triangles, edges); !why.empty()) figures->note = why;
+    return figures;
+}
+
+Result<SeamFigures> measureSeamsBetween(std::span<const SeamMap> maps, std::span<const verify::SurfaceTriangle> triangles,
+                                        const ActionContext& context) {
+    verify::SplitEdges edges = splitEdgesOf(triangles, maps);
+    std::erase_if(edges.edges, [](const verify::SplitEdge& edge) { return !edge.isBetweenMaps(); });
+    auto figures = measureEdges(edges, maps, verify::SeamErrors(std::vector<verify::SeamErrors::Stage>{{"total", {}, {}}}), context);
+    if (figures && edges.edges.empty()) figures->note = "no edge of the mesh lies between two of the maps";
     return figures;
 }
 

@@ -1,7 +1,9 @@
-// Seams of a light map: steps of light between both sides of the edges that two charts share, in the bake and cooked.
+// Seams of light maps: steps of light between both sides of the edges that two charts share, in the bake and cooked. The charts may lie in
+// different maps of a split light map.
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "pipeline/assets/light_map/cooked_light_map.h"
@@ -19,6 +21,19 @@ namespace lightcook::pipeline {
 /// triangles  of the mesh
 formats::Result<SeamFigures> measureSeams(bool hasMesh, std::span<const verify::SurfaceTriangle> triangles, LightMapSource& bake,
                                           const CookedLightMapReader& cooked, const ActionContext& context);
+
+/// One of several light maps that the two sides of an edge lie in.
+struct SeamMap {
+    std::string name;
+    LightMapSource& bake;
+    const CookedLightMapReader& cooked;  ///< with the key and the viewing of the other maps
+};
+
+/// Measures the seams between light maps: the edges whose sides lie in different ones. There is one stage, "total": the maps may have
+/// stages of their own. The result is the same on any number of threads.
+/// triangles  of the meshes of all maps, with the numbers of their maps
+formats::Result<SeamFigures> measureSeamsBetween(std::span<const SeamMap> maps, std::span<const verify::SurfaceTriangle> triangles,
+                                                 const ActionContext& context);
 
 /// Draws the worst seams as a camera in front of each sees them, in the order of SeamFigures::worst. Steps below half of a just noticeable
 /// difference get no picture.

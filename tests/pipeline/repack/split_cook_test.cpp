@@ -1,7 +1,9 @@
 // A cook that splits the charts of a light map among maps: each gets the layout that its charts need.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -13,6 +15,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/repack/unpacked_bake.h"
 #include "tests/pipeline/repack/charts_cook.h"
+#include "tests/pipeline/rewritten_manifest.h"
 #include "tests/pipeline/small_scene.h"
 #include "tests/pipeline/walls.h"
 
@@ -185,6 +188,81 @@ TEST_F(SplitCook, AChartIsCutWhereItsLightChanges) {
     expectVerifiedAs(report);
 }
 
+/// The cut goes through a chart: the bake has the same light on both sides of it, and each map its own.
+TEST_F(SplitCook, SeamsBetweenMapsAreMeasured) {
+    writeMap(smoothLight, halfHardLight);
+    const Json report = cooked(std::string(kSplit) + "\nmax_seam = 200");
+    const Json& map = assetOf(report, "map");
+    ASSERT_TRUE(map.contains("split_seams")) << map.at("notes").dump();
+    const Json& seams = map.at("split_seams");
+    EXPECT_EQ(seams.at("maps"), Json::array({"map", "map_fine"}));
+    EXPECT_EQ(seams.at("max_seam"), 200);
+    EXPECT_GT(seams.at("edges"), 0);
+    EXPECT_GT(seams.at("places"), 20) << "one for each texel along the cut";
+    EXPECT_EQ(seams.at("dark_places"), 0);
+    EXPECT_LT(seams.at("bake_diffuse").at("max").get<double>(), 0.05) << "charts were moved, and keep their texels";
+    ASSERT_EQ(seams.at("stages").size(), 1u);
+    const double added = seams.at("stages").at(0).at("diffuse").at("added").at("max").get<double>();
+    EXPECT_GT(added, 0);
+    const Json& worst = seams.at("worst").at(0);
+    EXPECT_EQ(worst.at("added"), added);
+    EXPECT_EQ(std::set<std::string>({worst.at("maps").at(0), worst.at("maps").at(1)}), std::set<std::string>({"map", "map_fine"}));
+    EXPECT_LE(added, worst.at("errors").at(0).get<double>() + worst.at("errors").at(1).get<double>() + 1e-3);
+    EXPECT_FALSE(assetOf(report, "map_fine").contains("split_seams")) << "the first map has them";
+    for (const char* name : {"map", "map_fine"}) EXPECT_EQ(assetOf(report, name).at("limit").at("max_seam"), 200) << name;
+    EXPECT_THAT(formats::contentOf(options_.output / "report.html"), HasSubstr("Seams between the maps &#39;map&#39;, &#39;map_fine&#39;"));
+    EXPECT_EQ(assetOf(verified(), "map").at("split_seams"), seams) << "from the bytes on disk";
+    EXPECT_EQ(cookScene(options_, RunState()).actionsRun, 0) << "nothing has changed";
+}
+
+TEST_F(SplitCook, SeamsBetweenMapsAreHeldToTheLimit) {
+    writeMap(smoothLight, halfHardLight);
+    const Json loose = cooked(kSplit);
+    ASSERT_TRUE(hasAsset(loose, "map_fine")) << assetOf(loose, "map").at("notes").dump();
+    // Of two layouts, so that the search for one within the limit is short.
+    writeScene(std::string(kSplit) + "\nmax_seam = 0.001\nlayouts = " +
+               Json({assetOf(loose, "map").at("layout"), assetOf(loose, "map_fine").at("layout")}).dump());
+    const Outcome outcome = cookScene(options_, RunState());
+    ASSERT_FALSE(outcome.errors.empty());
+    const auto between = std::ranges::find_if(
+        outcome.errors, [](const formats::Error& error) { return error.subject.starts_with("map, seams between its maps, diffuse"); });
+    ASSERT_NE(between, outcome.errors.end()) << outcome.errors.front().line();
+    EXPECT_EQ(between->code, ErrorCode::Verification);
+    EXPECT_THAT(between->line(),
+                testing::AllOf(HasSubstr("found a seam of "), HasSubstr("expected at most 0.001; worst at the edge from ("),
+                               HasSubstr(" of 'map' and 'map_fine': found (")));
+    EXPECT_FALSE(assetOf(outcome.report, "map").at("passed").get<bool>());
+    const Outcome again = verifyCooked({options_.output, {}, {}}, RunState());
+    ASSERT_EQ(again.errors.size(), outcome.errors.size());
+    for (std::size_t i = 0; i < again.errors.size(); ++i) EXPECT_EQ(again.errors[i].line(), outcome.errors[i].line());
+}
+
+/// A layout that is over the limit at an edge between maps gives way to a better one.
+TEST_F(SplitCook, LayoutsAreChosenToKeepTheLimitBetweenMaps) {
+    writeMap(smoothLight, halfHardLight);
+    const auto addedIn = [](const Json& report) {
+        return assetOf(report, "map").at("split_seams").at("stages").at(0).at("diffuse").at("added").at("max").get<double>();
+    };
+    const Json loose = cooked(kSplit);
+    const double limit = 0.7 * addedIn(loose);
+    const Json tight = cooked(std::string(kSplit) + fmt::format("\nmax_seam = {}", limit));
+    EXPECT_LE(addedIn(tight), limit);
+    EXPECT_GT(bytesOf(tight), bytesOf(loose));
+}
+
+TEST_F(SplitCook, VerificationNeedsAllMapsOfTheSeams) {
+    writeMap(smoothLight, halfHardLight);
+    cooked(std::string(kSplit) + "\nmax_seam = 200");
+    auto manifest = loadManifest(options_.output);
+    ASSERT_TRUE(manifest);
+    for (CookedAsset& asset : manifest->assets)
+        if (asset.verifySplitSeams) asset.verifySplitSeams->at("maps") = Json::array({"map", "map_other"});
+    writeManifestAndDigests(options_.output, toJson(*manifest));
+    const Outcome outcome = verifyCooked({options_.output, {}, {}}, RunState());
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_THAT(outcome.errors.front().line(), HasSubstr("found no light map 'map_other' of the same split in the manifest"));
+}
+
 TEST_F(SplitCook, BothMapsTogetherAreTheBake) {
     writeMap(smoothLight, hardLight);
     cooked(kSplit);
@@ -244,10 +322,12 @@ TEST_F(SplitCook, VerificationRefusesAMeshOfOtherCharts) {
 
 TEST_F(SplitCook, AChartOfConstantLightTakesABlock) {
     writeMap(constantLight, hardLight);
-    const Json report = cooked(kSplit);
+    const Json report = cooked(std::string(kSplit) + "\nmax_seam = 200");
     const Json *map = findAsset(report, "map"), *fine = findAsset(report, "map_fine");
     ASSERT_TRUE(map != nullptr && fine != nullptr) << assetOf(report, "map").at("notes").dump();
     EXPECT_LE(map->at("width").get<int>(), 16);
+    EXPECT_TRUE(map->at("passed").get<bool>()) << "a map of one texel's light has no seam";
+    EXPECT_EQ(map->at("split_seams").at("note"), "no edge of the mesh lies between two of the maps");
     EXPECT_LE(visibleOf(*map), 3);
     verified();
     const formats::LightMapStrip both = reconstructed("map");
@@ -363,8 +443,6 @@ TEST_F(SplitCook, WhatCannotBeSplitIsRefused) {
     EXPECT_THAT(mistake(), testing::EndsWith("expected max_visible or max_error"));
     writeScene("charts = \"split\"\nbudget = \"1 MiB\"");
     EXPECT_THAT(mistake(), HasSubstr("expected max_visible or max_error"));
-    writeScene("charts = \"split\"\nmax_visible = 3\nmax_seam = 2");
-    EXPECT_THAT(mistake(), HasSubstr("found charts to split beside max_seam"));
     writeScene("charts = \"split\"\nmax_visible = 3\ncost = \"taps\"");
     EXPECT_THAT(mistake(), HasSubstr("found charts to split beside cost = \"taps\", expected cost = \"bytes\""));
     writeScene("charts = \"split\"\nmax_visible = 3", "");
