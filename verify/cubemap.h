@@ -48,6 +48,10 @@ public:
     /// white Lambert surfaces that it lights, by its first nine coefficients, for kKeyNormals normals spread evenly over the sphere.
     double displayKey(const glm::vec3& luminanceWeights) const;
     static constexpr int kKeyNormals = 256;
+    /// Returns the nine SH coefficients of the incident radiance, for a probe whose SH is not given. Texels of a small environment are
+    /// split, so that a face has at least 64 pieces across and a panorama 256 rows: integrals over their squares then err by less than 2e-4
+    /// of the largest coefficient.
+    std::array<glm::dvec3, lighting::kShCount> incidentSh() const;
     const glm::dvec3& smallest() const { return smallest_; }  ///< texel value, per channel
     const glm::dvec3& largest() const { return largest_; }
     /// Returns radiance through the normalized kernel of a lobe around a unit direction. Texels are weighted by solid angle, and split into

@@ -437,7 +437,7 @@ private:
             inputs["sh"] = *entry.sh;
             parameters.probeFile = entry.file.filename().string();
         }
-        add(entry.name, AssetKind::Cubemap, parameters, inputs, verification, environmentInputs(entry.file, scene_.colors));
+        add(entry.name, AssetKind::Cubemap, parameters, inputs, verification, inputs);
     }
 
     /// Returns the first level of a probe's chain that is cooked. Levels that no material reads are reported as skipped or, if they are

@@ -283,6 +283,23 @@ TEST(Mutation, OfAFlatLightMapIsCaught) {
           [](CookedCopy& c) { moveTexels(c, "exit", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }}});
 }
 
+TEST(Mutation, OfTheDivisorOfAProbeIsCaught) {
+    // Texels and divisor agree in each of them: only the probe's own SH tells them apart.
+    const SmallScene scene(SmallScene::Parts::All);
+    expectCaught(Cooked(scene.sceneFile(), "ratio", "cubemap"),
+                 {{"twice the divisor, half the range", "probe", Digests::Rewritten, 4, "windowed_sh",
+                   [](CookedCopy& c) {
+                       multiply(c.constants()["windowed_sh"], 2);
+                       multiply(c.constants()["range"], 0.5);
+                   }},
+                  {"a window of another lambda", "probe", Digests::Rewritten, 4, "window",
+                   [](CookedCopy& c) {
+                       c.constants()["window"] = {1, 0.5, 0.1};
+                   }},
+                  {"another lambda", "probe", Digests::Rewritten, 4, "window", [](CookedCopy& c) { c.constants()["window_lambda"] = 5; }},
+                  {"another epsilon", "probe", Digests::Rewritten, 4, "epsilon", [](CookedCopy& c) { c.constants()["epsilon"] = 0.5; }}});
+}
+
 // ---- the scene that ships with the program: learned layouts, dominant light, probe, sky, tables, mesh ----
 
 /// The runs of a learned layout's index, block by block and back.

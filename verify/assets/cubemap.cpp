@@ -246,6 +246,25 @@ double CubemapReference::displayKey(const glm::vec3& luminanceWeights) const {
     return displayKeyOf(exits);
 }
 
+std::array<glm::dvec3, lighting::kShCount> CubemapReference::incidentSh() const {
+    constexpr int kPanoramaRows = 256, kFaceRows = 64;
+    const formats::Image<glm::vec3>& texels = environment_.texels;
+    const int rows = isPanorama_ ? texels.height() : texels.width(), least = isPanorama_ ? kPanoramaRows : kFaceRows;
+    const int pieces = std::max(1, (least + rows - 1) / rows), width = texels.width() * pieces, height = texels.height() * pieces;
+    std::array<glm::dvec3, lighting::kShCount> sums{};
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const glm::dvec3 direction = isPanorama_ ? lighting::directionFromEquirectangular({(x + 0.5) / width, (y + 0.5) / height})
+                                                     : lighting::cubeTexelDirection(y / width, x, y % width, width);
+            const double solidAngle = isPanorama_ ? lighting::equirectangularTexelSolidAngle(y, width, height)
+                                                  : lighting::cubeTexelSolidAngle(x, y % width, width);
+            const glm::dvec3 light = solidAngle * glm::dvec3(texels.at(x / pieces, y / pieces));
+            const lighting::ShDouble basis = lighting::evaluateBasis(direction);
+            for (std::size_t i = 0; i < basis.size(); ++i) sums[i] += basis[i] * light;
+        }
+    return sums;
+}
+
 glm::dvec3 CubemapReference::directionOf(int x, int y) const {
     const int width = environment_.texels.width(), height = environment_.texels.height();
     return isPanorama_ ? lighting::directionFromEquirectangular({(x + 0.5) / width, (y + 0.5) / height})

@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "formats/vocabulary.h"
 #include "lighting/cube.h"
+#include "lighting/quadratic.h"
 #include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/source_colors.h"
@@ -215,6 +217,98 @@ void checkBands(const verify::CookedCubemap& map, std::vector<verify::Violation>
     }
 }
 
+/// Returns the SH that a probe is divided by before the window: stored beside it, or of its image.
+Result<std::array<glm::dvec3, lighting::kShCount>> incidentShOf(const verify::CubemapReference& reference, const Action& action) {
+    const auto stored = action.inputs.find("sh");
+    if (stored == action.inputs.end()) return reference.incidentSh();
+    const auto given = formats::loadProbeSh(stored->second, action.inputs.at("source").filename().string());
+    if (!given) return tl::make_unexpected(given.error());
+    std::array<glm::dvec3, lighting::kShCount> incident;
+    std::ranges::copy(*given, incident.begin());
+    return incident;
+}
+
+/// Compares the divisor of a map with the SH of its probe: stored texels and divisor may agree with each other and still have the energy of
+/// another probe, which every pixel then shows. docs/theory/lighting.md, "Pre-divided cubemaps", describes the divisor.
+class DivisorCheck {
+public:
+    DivisorCheck(const CubemapConstants& constants, std::vector<verify::Violation>& violations)
+        : constants_(constants), violations_(violations) {}
+
+    void check(const std::array<glm::dvec3, lighting::kShCount>& incident) {
+        checkWindow();
+        for (int channel = 0; channel < 3; ++channel) checkCoefficients(incident, channel);
+        checkMinimum();
+    }
+
+private:
+    static constexpr double kEpsilon = 0.05;           ///< least S over its mean
+    static constexpr double kBlackDivisor = 1e-30;     ///< S of a channel without light
+    static constexpr double kWindowTolerance = 1e-6;   ///< of factors in [0, 1] that are stored as doubles
+    static constexpr double kShTolerance = 1e-3;       ///< over the largest coefficient: five times the error of incidentSh()
+    static constexpr double kMinimumTolerance = 1e-3;  ///< of S over its mean: the coefficients are rounded to floats
+    static constexpr double kWindowExcess = 1e-2;      ///< S over its mean that a window may leave above epsilon
+    static constexpr double kLargestLambda = 0x1p39;   ///< S is constant beyond it, and lambda is not searched any more
+
+    void checkWindow() {
+        const double lambda = constants_.windowLambda;
+        const lighting::ShBands expected{1, 1 / (1 + 4 * lambda), 1 / (1 + 36 * lambda)}, &found = constants_.window;
+        bool isRight = lambda >= 0;
+        for (std::size_t l = 0; l < 3; ++l) isRight = isRight && std::abs(found[l] - expected[l]) <= kWindowTolerance;
+        if (!isRight)
+            violations_.push_back(
+                {"window", fmt::format("{:.6g}, {:.6g}, {:.6g}", found[0], found[1], found[2]),
+                 fmt::format("{:.6g}, {:.6g}, {:.6g} of window_lambda {:.6g}", expected[0], expected[1], expected[2], lambda)});
+        if (std::abs(constants_.epsilon - kEpsilon) > kWindowTolerance)
+            violations_.push_back({"epsilon", fmt::format("{:.6g}", constants_.epsilon), fmt::format("{}", kEpsilon)});
+    }
+
+    void checkCoefficients(const std::array<glm::dvec3, lighting::kShCount>& incident, int channel) {
+        const double mean = 0.5 * std::numbers::inv_sqrtpi * incident[0][channel];
+        if (std::abs(mean - kBlackDivisor) <= 1e-2 * kBlackDivisor) return;  // black or not is a matter of rounding
+        const bool isBlack = mean < kBlackDivisor;
+        std::array<double, lighting::kShCount> expected{};
+        double largest = 0;
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+            const double coefficient = isBlack ? (i == 0 ? 2 * kBlackDivisor / std::numbers::inv_sqrtpi : 0) : incident[i][channel];
+            expected[i] = coefficient / (1 + constants_.windowLambda * (lighting::kShBand[i] == 0   ? 0
+                                                                        : lighting::kShBand[i] == 1 ? 4
+                                                                                                    : 36));
+            largest = std::max(largest, std::abs(coefficient));
+        }
+        for (std::size_t i = 0; i < expected.size(); ++i) {
+            const auto found = static_cast<double>(constants_.windowedSh[i][channel]);
+            if (std::abs(found - expected[i]) <= kShTolerance * largest) continue;
+            violations_.push_back({fmt::format("windowed_sh {}, channel {}", i, channel), fmt::format("{:.6g}", found),
+                                   fmt::format("{:.6g} of the probe's SH and window_lambda", expected[i])});
+            return;
+        }
+    }
+
+    /// S stays above epsilon of its mean, and the window is no stronger than that takes.
+    void checkMinimum() {
+        double least = 1;
+        for (const CubemapConstants::Mip& mip : constants_.mips)
+            for (int channel = 0; channel < 3; ++channel) {
+                lighting::ShDouble scaled{};
+                const auto dc = static_cast<double>(constants_.windowedSh[0][channel]);
+                if (!(dc > 0)) return;  // the bound is infinite
+                for (std::size_t i = 0; i < scaled.size(); ++i) scaled[i] = static_cast<double>(constants_.windowedSh[i][channel]) / dc;
+                const double mean = 0.5 * std::numbers::inv_sqrtpi * mip.bands[0];
+                least = std::min(least, lighting::extremaOnSphere(lighting::sphereQuadratic(scaled, mip.bands)).minimum / mean);
+            }
+        const double lambda = constants_.windowLambda;
+        if (least < kEpsilon - kMinimumTolerance)
+            violations_.push_back({"least divisor over its mean", fmt::format("{:.4f}", least), fmt::format("at least {}", kEpsilon)});
+        else if (lambda > 0 && lambda < kLargestLambda && least > kEpsilon + kWindowExcess)
+            violations_.push_back({"window_lambda", fmt::format("{:.6g}, which keeps the divisor above {:.4f} of its mean", lambda, least),
+                                   fmt::format("the smallest one that keeps it above {}", kEpsilon)});
+    }
+
+    const CubemapConstants& constants_;
+    std::vector<verify::Violation>& violations_;
+};
+
 /// Checks that a map whose largest levels were left out has a level for the smoothest material.
 void checkFirstLevel(const verify::CookedCubemap& map, double smoothest, std::vector<verify::Violation>& violations) {
     constexpr double kTolerance = 1e-6;
@@ -258,6 +352,13 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     const verify::Viewing viewing = visible.viewing(reference.displayKey(colors->luminanceWeights), colors->bt2020FromWorking);
     std::vector<verify::Violation> violations = checkCubemapBlocks(*map, picture, samples, results, *maxError);
     checkBands(*map, violations);
+    if (map->isDivided) {
+        const auto incident = incidentShOf(reference, context.action);
+        if (!incident) return tl::make_unexpected(incident.error());
+        const auto constants = fromJson<CubemapConstants>(asset->constants.value_or(Json()), asset->name + ", constants");
+        if (!constants) return tl::make_unexpected(constants.error());
+        DivisorCheck(*constants, violations).check(*incident);
+    }
     if (parameters->smoothest) checkFirstLevel(*map, *parameters->smoothest, violations);
     VerifyResult result = judged(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights, viewing), *maxError,
                                  watch, std::move(violations), visible.maxVisible);

@@ -130,6 +130,28 @@ TEST(CubemapReference, PrefiltersGgxOverTheWholeHemisphere) {
         }
 }
 
+TEST(CubemapReference, ProjectsEnvironmentsOfAnySizeExactly) {
+    // One bright texel of a coarse environment: its SH is that of the whole texel, not of its centre.
+    Environment coarse, fine;
+    coarse.texels = Image<glm::vec3>(4, 2);
+    fine.texels = Image<glm::vec3>(2048, 1024);
+    coarse.texels.at(1, 0) = {3, 2, 1};
+    for (int y = 0; y < 512; ++y)
+        for (int x = 512; x < 1024; ++x) fine.texels.at(x, y) = {3, 2, 1};
+    Environment strip, fineStrip;
+    strip.projection = fineStrip.projection = Environment::Projection::CubeStrip;
+    strip.texels = Image<glm::vec3>(1, 6);
+    fineStrip.texels = Image<glm::vec3>(256, 6 * 256);
+    strip.texels.at(0, 2) = {3, 2, 1};
+    for (int y = 512; y < 768; ++y)
+        for (int x = 0; x < 256; ++x) fineStrip.texels.at(x, y) = {3, 2, 1};
+    for (const auto& [small, large] : {std::pair(&coarse, &fine), std::pair(&strip, &fineStrip)}) {
+        const auto found = CubemapReference(*small).incidentSh(), expected = CubemapReference(*large).incidentSh();
+        for (std::size_t i = 0; i < found.size(); ++i)
+            for (int channel = 0; channel < 3; ++channel) EXPECT_NEAR(found[i][channel], expected[i][channel], 2e-4 * expected[0][channel]);
+    }
+}
+
 TEST(CubemapReferenceSoak, LargePiecesOfTheTailOfGgxCostNothing) {
     // Texels of 7 degrees and a lobe of 1 to 6: pieces grow from the peak outwards. The truth splits every texel alike.
     const Environment environment = panorama(24, withSun);
