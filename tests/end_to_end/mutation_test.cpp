@@ -251,6 +251,57 @@ TEST(Mutation, OfALightMapIsCaught) {
     expectCaught(Cooked(scene.sceneFile(), "ratio", "light-map"), ratioFaults());
 }
 
+/// Rewrites the metadata of a texture of a copy.
+void changeMetadata(CookedCopy& copy, const std::string& role, const std::function<void(std::map<std::string, std::string>&)>& change) {
+    const std::filesystem::path file = copy.file(role);
+    auto reader = valueOf(formats::TextureReader::open(file));
+    formats::TextureFileOptions options;
+    for (const auto& [key, value] : reader.metadata())
+        if (!key.starts_with("KTX")) options.metadata[key] = value;
+    change(options.metadata);
+    const formats::TextureShape shape = reader.shape();
+    std::vector<std::vector<std::byte>> blocks;
+    for (int layer = 0; layer < shape.layerCount; ++layer) blocks.push_back(valueOf(reader.readImage({0, layer, 0})));
+    auto writer = valueOf(formats::TextureWriter::create(file, shape, options));
+    for (int layer = 0; layer < shape.layerCount; ++layer)
+        ASSERT_TRUE(writer.writeBlockRows({0, layer, 0}, 0, blocks[static_cast<std::size_t>(layer)]));
+    ASSERT_TRUE(writer.commit());
+}
+void changeFacts(CookedCopy& copy, const std::function<void(Json&)>& change) {
+    changeMetadata(copy, "ratio", [&](auto& metadata) {
+        Json facts = parseJson(metadata.at(kMetadataKey));
+        change(facts);
+        metadata[kMetadataKey] = facts.dump();
+    });
+}
+
+TEST(Mutation, OfWhatALoaderReadsIsCaught) {
+    // The texels are right: figures of the manifest, and copies of it inside a texture, are not.
+    const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky, 24);
+    expectCaught(
+        Cooked(scene.sceneFile(), "ratio", "light-map"),
+        {{"one constant less", "map", Digests::Rewritten, 4, "metadata constants/scale",
+          [](CookedCopy& c) { changeFacts(c, [](Json& facts) { facts["constants"].erase("scale"); }); }},
+         {"one constant more", "map", Digests::Rewritten, 4, "metadata constants/gamma",
+          [](CookedCopy& c) { changeFacts(c, [](Json& facts) { facts["constants"]["gamma"] = {2.2}; }); }},
+         {"another phase beside the constants", "map", Digests::Rewritten, 4, "metadata phase",
+          [](CookedCopy& c) { changeFacts(c, [](Json& facts) { facts["phase"] = "condon-shortley"; }); }},
+         {"no metadata", "map", Digests::Rewritten, 4, kMetadataKey,
+          [](CookedCopy& c) { changeMetadata(c, "ratio", [](auto& metadata) { metadata.erase(kMetadataKey); }); }},
+         {"linear texels called sRGB", "map", Digests::Rewritten, 4, "transfer function",
+          [](CookedCopy& c) {
+              std::string content = formats::contentOf(c.file("ratio"));
+              std::uint32_t descriptor = 0;
+              std::memcpy(&descriptor, content.data() + 48, 4);
+              content[descriptor + 14] = 2;
+              formats::writeContent(c.file("ratio"), content);
+          }},
+         {"a bit a texel", "map", Digests::Rewritten, 4, "bits_per_texel", [](CookedCopy& c) { c.asset()["bits_per_texel"] = 1.0; }},
+         {"a decode of degree 1", "map", Digests::Rewritten, 4, "decode_degree", [](CookedCopy& c) { c.asset()["decode_degree"] = 1; }},
+         {"irradiance", "map", Digests::Rewritten, 4, "quantity", [](CookedCopy& c) { c.asset()["quantity"] = "irradiance"; }},
+         {"blocks of another target", "map", Digests::Rewritten, 4, "target", [](CookedCopy& c) { c.manifest()["target"] = "astc"; }}});
+}
+
 TEST(Mutation, OfALightMapOfTwoStagesIsCaught) {
     const SmallScene scene(SmallScene::Parts::LightMap), other(SmallScene::Parts::LightMap, grey);
     const Cooked cooked(scene.sceneFile(), "luvw", "light-map");
@@ -491,6 +542,7 @@ const std::vector<Fault>& skyAndTableFaults() {
          [](CookedCopy& c) { moveTexels(c, "rsrm", [](int x, int y, int, int h) { return glm::ivec2(x, std::min(y + 1, h - 1)); }); }},
         {"south for north", "sky", Digests::Rewritten, 4, "row",
          [](CookedCopy& c) { moveTexels(c, "rsrm", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }},
+        {"an axis that points down", "sky", Digests::Rewritten, 4, "axis", [](CookedCopy& c) { multiply(c.asset()["axis"], -1); }},
         {"half a zone off", "sky", Digests::Rewritten, 4, "row",
          [](CookedCopy& c) {
              c.edit("rsrm", [](Images& images) {
@@ -619,6 +671,10 @@ const std::vector<Fault>& meshFaults() {
                  changeAttribute(json, buffer, "POSITION", 3, [](float* p) { p[0] = -p[0]; });
              });
          }},
+        {"vertices that take no memory", "cornell_mesh", Digests::Rewritten, 4, "bytes_gpu",
+         [](CookedCopy& c) { c.asset()["bytes_gpu"] = 1; }},
+        {"three vertices", "cornell_mesh", Digests::Rewritten, 4, "vertices", [](CookedCopy& c) { c.asset()["vertices"] = 3; }},
+        {"one triangle", "cornell_mesh", Digests::Rewritten, 4, "triangles", [](CookedCopy& c) { c.asset()["triangles"] = 1; }},
         {"an honest manifest of a coarse mesh", "cornell_mesh", Digests::Rewritten, 4, "texels",
          [](CookedCopy& c) {
              writeMesh(c, c.sources() / "cornell.glb", {.lightMapUvBits = 6});

@@ -10,9 +10,6 @@ namespace {
 
 using formats::Result;
 
-/// GPU memory of a vertex for its light-map UV [bytes]: two 16-bit numbers, or two floats.
-constexpr std::uint64_t kLightMapUvBytes = 4, kFloatUvBytes = 8;
-
 /// Returns the clusters of the light map that the mesh depends on, or nothing without learned bases.
 Result<std::optional<formats::ClusterMap>> upstreamClusters(const ActionContext& context) {
     if (context.upstream.empty()) return std::optional<formats::ClusterMap>();
@@ -26,7 +23,7 @@ Result<std::optional<formats::ClusterMap>> upstreamClusters(const ActionContext&
 
 CookedAsset manifestEntry(const ActionContext& context, const MeshParameters& parameters, const std::string& file,
                           const formats::MeshSize& size, const formats::DracoOptions& bits, bool hasClusters) {
-    CookedAsset asset = makeCookedAsset(context.action.asset, AssetKind::Mesh, parameters.draco ? "glb-draco" : "glb", 0, 0);
+    CookedAsset asset = makeCookedAsset(context.action.asset, AssetKind::Mesh, parameters.draco ? kDracoMeshLayout : "glb", 0, 0);
     asset.file = file;
     asset.lightMap = parameters.lightMap;
     // Lines and points have no light map.

@@ -21,6 +21,11 @@ inline constexpr const char* kSurfaceRole = "surface";
 /// GPU memory of a vertex for the index of its basis [bytes], with the padding of glTF.
 inline constexpr std::uint64_t kBasisBytes = 4;
 
+/// Layout of a mesh under Draco.
+inline constexpr const char* kDracoMeshLayout = "glb-draco";
+/// GPU memory of a vertex for its light-map UV [bytes]: two 16-bit numbers of a mesh under Draco, or two floats.
+inline constexpr std::uint64_t kLightMapUvBytes = 4, kFloatUvBytes = 8;
+
 /// Parameters of the cook action. Its inputs are "mesh", and "source" (the light map) where it chooses bits. It depends on the light map
 /// where bases are learned: vertices name their clusters.
 struct MeshParameters {

@@ -76,6 +76,24 @@ std::vector<verify::Violation> violationsOf(const formats::MeshError& moved, con
     return violations;
 }
 
+/// Checks the figures of memory in the manifest, by which a budget is kept. Primitives that share vertices may count them once or several
+/// times, and lines and points have no light map.
+void checkMeshSize(const CookedAsset& asset, const formats::GltfScene& cooked, std::vector<verify::Violation>& violations) {
+    std::uint64_t used = 0;
+    for (const formats::TriangleMesh* primitive : cooked.triangleMeshes()) used += primitive->vertexCount();
+    const auto all = std::max(used, static_cast<std::uint64_t>(cooked.vertexCount()));
+    const auto expect = [&](const char* place, std::uint64_t found, std::uint64_t low, std::uint64_t high) {
+        if (found < low || found > high)
+            violations.push_back({place, fmt::format("{}", found),
+                                  low == high ? fmt::format("{} of the file", low) : fmt::format("{} to {} of the file", low, high)});
+    };
+    const std::uint64_t perVertex = (asset.layout == kDracoMeshLayout ? kLightMapUvBytes : kFloatUvBytes) + (asset.basis ? kBasisBytes : 0);
+    const auto triangles = static_cast<std::uint64_t>(cooked.triangleCount());
+    expect("vertices", asset.vertices.value_or(0), used, all);
+    expect("triangles", asset.triangles.value_or(0), triangles, triangles);
+    expect("bytes_gpu", asset.bytesGpu.value_or(0), used * perVertex, all * perVertex);
+}
+
 /// The distances by which vertices of a mesh moved; `positionTexels` in texels of its light map.
 struct MovedMesh {
     verify::MeshShift shift;
@@ -159,9 +177,10 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     verify::StageError stage;
     stage.name = "quantize";
     stage.diffuse = figuresOf(*errors, meshes, bake.width(), bake.height());
+    std::vector<verify::Violation> violations = violationsOf(*moved, shift, asset->quantization.value_or(MeshQuantization{}));
+    checkMeshSize(*asset, *cooked, violations);
     VerifyResult result;
-    result.verdict =
-        makeVerdict({stage}, *maxError, violationsOf(*moved, shift, asset->quantization.value_or(MeshQuantization{})), visible->maxVisible);
+    result.verdict = makeVerdict({stage}, *maxError, std::move(violations), visible->maxVisible);
     result.light.emplace().diffuseRms = errors->energy.referenceRms();
     result.meshError = {moved->position, moved->normalRadians, moved->lightMapUv};
     return outcomeWithPreview(std::move(result), preview, context);
