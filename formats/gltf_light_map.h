@@ -46,4 +46,7 @@ Result<std::uint64_t> bindLightMap(const std::filesystem::path& scene, const std
 /// Returns the light maps that a glTF binds, as the JSON text of a list: the extension's `maps`, or "[]".
 Result<std::string> boundLightMaps(const std::filesystem::path& file);
 
+/// Returns the first node whose binding is another one than bindLightMap() writes, with what was expected; nothing if all are right.
+Result<std::optional<std::string>> wrongBinding(const std::filesystem::path& file);
+
 }  // namespace lightcook::formats

@@ -87,6 +87,9 @@ public:
     bool isZstd() const;
     const std::map<std::string, std::string>& metadata() const;
     std::size_t fileBytes() const;
+    /// Returns true if the data format descriptor names the transfer function that TextureWriter gives the format: sRGB of rgba8-srgb, else
+    /// linear. DDS has none; true.
+    bool hasOwnTransfer() const;
 
     /// out  whole rows of blocks, as writeBlockRows takes them
     Result<void> readBlockRows(SubImage image, int firstBlockRow, std::span<std::byte> out) const;

@@ -92,7 +92,7 @@ Result<std::uint32_t> readCommon(const FileBytes& file, std::span<const std::byt
 }
 
 TextureFileLayout layOut(const TextureShape& shape, std::uint64_t headerBytes) {
-    TextureFileLayout layout{Container::Dds, shape, false, {}, {}};
+    TextureFileLayout layout{.container = Container::Dds, .shape = shape, .zstd = false, .metadata = {}, .levels = {}};
     const std::uint64_t bytes =
         mipChainBytes(shape) * static_cast<std::uint64_t>(shape.layerCount) * static_cast<std::uint64_t>(shape.faceCount);
     layout.levels.push_back({headerBytes, bytes, bytes});

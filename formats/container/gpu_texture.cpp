@@ -272,6 +272,9 @@ bool TextureReader::isZstd() const {
 const std::map<std::string, std::string>& TextureReader::metadata() const {
     return state_->layout.metadata;
 }
+bool TextureReader::hasOwnTransfer() const {
+    return state_->layout.hasOwnTransfer;
+}
 std::size_t TextureReader::fileBytes() const {
     return state_->file.size();
 }

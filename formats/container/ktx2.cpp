@@ -278,8 +278,9 @@ private:
         return bytes;
     }
 
-    /// The descriptor must tell the same layout as vkFormat. Primaries, transfer and ranges are not ours to use and not judged.
-    Result<void> checkDescriptor() const {
+    /// The descriptor must tell the same layout as vkFormat. Primaries, transfer and ranges are not ours to use and not judged; whether the
+    /// transfer function is that of our own files is noted.
+    Result<void> checkDescriptor() {
         const std::vector<std::byte> expected = ktx2DataFormatDescriptor(layout_.shape.format);
         const Result<std::vector<std::byte>> found = readPart("dfd", field(kDfdOffsetAt), field(kDfdLengthAt), 4096);
         if (!found) return tl::make_unexpected(found.error());
@@ -294,6 +295,7 @@ private:
         const int plane = std::to_integer<int>((*found)[20]);
         if (plane != std::to_integer<int>(expected[20]) && !(layout_.zstd && plane == 0))
             return bad("data format descriptor, bytesPlane0", plane, fmt::format("{}", std::to_integer<int>(expected[20])));
+        layout_.hasOwnTransfer = (*found)[14] == expected[14];
         return {};
     }
 
@@ -369,7 +371,7 @@ std::vector<std::byte> ktx2DataFormatDescriptor(PixelFormat format) {
 Result<TextureFileLayout> layOutKtx2(const TextureShape& shape, const TextureFileOptions& options, const std::string& subject) {
     if (Result<void> checked = checkShape(shape, subject); !checked) return tl::make_unexpected(checked.error());
     if (Result<void> checked = checkMetadata(options, subject); !checked) return tl::make_unexpected(checked.error());
-    TextureFileLayout layout{Container::Ktx2, shape, false, options.metadata, {}};
+    TextureFileLayout layout{.container = Container::Ktx2, .shape = shape, .zstd = false, .metadata = options.metadata, .levels = {}};
     layout.metadata[std::string(kWriterKey)] = "lightcook " LIGHTCOOK_VERSION;
     layout.metadata[std::string(kOrientationKey)] = "rd";
     layout.levels.resize(static_cast<std::size_t>(shape.mipCount));

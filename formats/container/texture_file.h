@@ -36,6 +36,7 @@ struct TextureFileLayout {
     bool zstd = false;
     std::map<std::string, std::string> metadata;
     std::vector<LevelPlace> levels;
+    bool hasOwnTransfer = true;  ///< see TextureReader
 
     std::uint64_t fileBytes() const;
     /// Start of an image: in the file or, with zstd, in its uncompressed level.

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "formats/file/one_line.h"
 #include "formats/gltf/gltf_document.h"
 #include "formats/pending_file.h"
 
@@ -14,6 +15,16 @@ namespace {
 
 constexpr const char *kFallbackExtension = "MOZ_lightmap", *kEnvironmentExtension = "EXT_lights_image_based";
 constexpr int kLinear = 9729, kClampToEdge = 33071;  // of OpenGL, as glTF's samplers name them
+
+/// Returns the extension of a node that the light map lights.
+Json bindingOfNode() {
+    return {{"map", 0}, {"texCoord", 1}, {"coordinateScaleBias", {1, 1, 0, 0}}};
+}
+
+/// Returns false for lines and points without light-map UVs.
+bool isLit(const Json& primitive) {
+    return primitive.at("attributes").contains("TEXCOORD_1");
+}
 
 class LightMapBinder {
 public:
@@ -35,7 +46,7 @@ public:
         for (Json& node : listOf("nodes"))
             if (node.contains("mesh") &&
                 std::ranges::any_of(json_.at("meshes").at(node.at("mesh").get<std::size_t>()).at("primitives"), isLit))
-                node["extensions"][kLightMapExtension] = {{"map", 0}, {"texCoord", 1}, {"coordinateScaleBias", {1, 1, 0, 0}}};
+                node["extensions"][kLightMapExtension] = bindingOfNode();
         bindFallback();
         if (lightMap_.environment) bindEnvironment(*lightMap_.environment);
         if (!buffer_.empty()) json_["buffers"] = Json::array({{{"byteLength", buffer_.size()}}});
@@ -89,9 +100,6 @@ private:
                     {"index", texture}, {"texCoord", 1}, {"intensity", lightMap_.fallbackIntensity}};
         declare(kFallbackExtension);
     }
-
-    /// Returns false for lines and points without light-map UVs.
-    static bool isLit(const Json& primitive) { return primitive.at("attributes").contains("TEXCOORD_1"); }
 
     /// Returns the materials that only primitives without light-map UVs have. A material of both kinds of primitives gets a copy for these.
     std::set<std::size_t> separateUnlit() {
@@ -163,6 +171,23 @@ Result<std::string> boundLightMaps(const std::filesystem::path& file) {
         if (extensions == json.end() || !extensions->is_object() || !extensions->contains(kLightMapExtension)) return "[]";
         const Json& extension = extensions->at(kLightMapExtension);
         return extension.is_object() && extension.contains("maps") ? extension.at("maps").dump() : "[]";
+    });
+}
+
+Result<std::optional<std::string>> wrongBinding(const std::filesystem::path& file) {
+    return resultOf(file, [&]() -> std::optional<std::string> {
+        const GltfDocument document(file);
+        const Json& nodes = document.array("nodes");
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            const Json& node = nodes.at(i);
+            Json found, expected;
+            if (node.contains("extensions")) found = node.at("extensions").value(kLightMapExtension, Json());
+            if (node.contains("mesh") &&
+                std::ranges::any_of(document.entry("meshes", node.at("mesh").get<std::uint64_t>()).at("primitives"), isLit))
+                expected = bindingOfNode();
+            if (found != expected) return fmt::format("node {}: found {}, expected {}", i, oneLine(found.dump()), expected.dump());
+        }
+        return std::nullopt;
     });
 }
 

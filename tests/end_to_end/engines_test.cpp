@@ -21,6 +21,7 @@
 #include "lighting/sphere.h"
 #include "pipeline/assets/gltf/gltf.h"
 #include "pipeline/command/schemas.h"
+#include "pipeline/manifest/contract.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "tests/end_to_end/command_fixture.h"
@@ -151,6 +152,33 @@ TEST_F(ShippedScene, IsGltfThatTheValidatorAccepts) {
     formats::writeContent(out() / "broken.glb", broken);
     ASSERT_EQ(runShell(fmt::format("cd '{}' && node check.mjs '{}' >'{}'", checker.string(), (out() / "broken.glb").string(), answer)), 0);
     EXPECT_GT(parseJson(formats::contentOf(answer))[0].at("errors").get<int>(), 0);
+}
+
+TEST_F(ShippedScene, AsGltfIsHeldAgainstTheManifest) {
+    cook("basis-8", true);
+    const auto manifest = loadManifest(out());
+    ASSERT_TRUE(manifest);
+    for (const formats::Error& error : checkContract(out(), *manifest)) ADD_FAILURE() << error.line();
+    const std::filesystem::path file = out() / "lightmap_scene.glb";
+    const std::string whole = formats::contentOf(file);
+    struct Change {
+        std::string from, to, word;  ///< of one length, so that the chunks of the file stay in place
+    };
+    for (const Change& change : {Change{"\"layout\":\"basis-8\"", "\"layout\":\"basis-4\"", "layout"},
+                                 Change{"\"range\"", "\"rangf\"", "constants"}, Change{"lightmap_l0.ktx2", "lightmap_l1.ktx2", "textures"},
+                                 Change{"\"coordinateScaleBias\":[1,1,0,0]", "\"coordinateScaleBias\":[1,1,0,1]", "node"},
+                                 Change{"\"frame\"", "\"frane\"", "frame"}}) {
+        std::string changed = whole;
+        const std::size_t at = changed.find(change.from);
+        ASSERT_NE(at, std::string::npos) << change.from;
+        formats::writeContent(file, changed.replace(at, change.from.size(), change.to));
+        const std::vector<formats::Error> errors = checkContract(out(), *manifest);
+        ASSERT_FALSE(errors.empty()) << change.to;
+        std::string lines;
+        for (const formats::Error& error : errors) lines += error.line() + "\n";
+        EXPECT_THAT(lines, HasSubstr("lightmap_scene.glb"));
+        EXPECT_THAT(lines, HasSubstr(change.word));
+    }
 }
 
 TEST_F(ShippedScene, AsGltfKeepsTheMeshAndBindsTheLightMap) {

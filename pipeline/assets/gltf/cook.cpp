@@ -32,8 +32,9 @@ Result<Json> boundOf(const ActionRecord& verification) {
     return bound;
 }
 
-/// Returns the element of the extension's `maps`.
-Result<Json> descriptionOf(const CookedAsset& asset, const GltfParameters& parameters, const ActionRecord& verification) {
+}  // namespace
+
+Result<Json> boundMapOf(const CookedAsset& asset, const std::string& workingColor, const std::string& shader) {
     const auto layout = formats::lightMapLayoutFromName(asset.layout);
     if (!layout)
         return formats::failure(formats::ErrorCode::Verification, asset.name,
@@ -47,8 +48,6 @@ Result<Json> descriptionOf(const CookedAsset& asset, const GltfParameters& param
                             {"sampler", toJson(texture.sampler)}});
     Json constants = asset.constants.value_or(Json::object());
     constants.erase(kIndexRuns);  // the vertices name the clusters
-    auto bound = boundOf(verification);
-    if (!bound) return tl::make_unexpected(bound.error());
     Json map = {{"version", 1},
                 {"name", asset.name},
                 {"layout", asset.layout},
@@ -58,16 +57,13 @@ Result<Json> descriptionOf(const CookedAsset& asset, const GltfParameters& param
                 {"units", asset.units.value_or("")},
                 {"phase", asset.phase.value_or("")},
                 {"frame", asset.frame.value_or("")},
-                {"color", parameters.description.colors.working},
+                {"color", workingColor},
                 {"textures", std::move(textures)},
                 {"constants", std::move(constants)},
-                {"shader", {{"uri", parameters.shader}, {"functions", decodeFunctions(formats::info(*layout))}}},
-                {"bound", std::move(*bound)}};
+                {"shader", {{"uri", shader}, {"functions", decodeFunctions(formats::info(*layout))}}}};
     if (hasClustersInMesh(asset)) map["basis"] = {{"attribute", formats::kBasisAttribute}};
     return map;
 }
-
-}  // namespace
 
 std::string gltfNameOf(const std::string& lightMap) {
     return lightMap + "_scene";
@@ -102,8 +98,11 @@ Result<ActionOutcome> cookGltf(const ActionContext& context) {
         if (!map) return tl::make_unexpected(map.error());
         clusters = std::move(*map);
     }
-    const auto description = descriptionOf(*asset, *parameters, *context.upstream.at(1));
+    auto description = boundMapOf(*asset, parameters->description.colors.working, parameters->shader);
     if (!description) return tl::make_unexpected(description.error());
+    auto bound = boundOf(*context.upstream.at(1));
+    if (!bound) return tl::make_unexpected(bound.error());
+    (*description)["bound"] = std::move(*bound);
     const auto source = openLightMap(context, parameters->description);
     if (!source) return tl::make_unexpected(source.error());
     const auto picture = flatPictureOf(**source, context);

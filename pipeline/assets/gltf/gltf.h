@@ -49,6 +49,11 @@ std::string gltfNameOf(const std::string& lightMap);
 
 formats::Result<ActionOutcome> cookGltf(const ActionContext& context);
 
+/// Returns the element of the extension's `maps` without `bound`, the errors of the map.
+/// workingColor  colour space of the textures
+/// shader        file of the shader include
+formats::Result<Json> boundMapOf(const CookedAsset& asset, const std::string& workingColor, const std::string& shader);
+
 /// Returns the functions of lightcook.glsl that decode a layout, the first one first.
 std::vector<std::string> decodeFunctions(const formats::LightMapLayoutInfo& layout);
 

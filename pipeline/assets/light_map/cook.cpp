@@ -16,9 +16,6 @@ namespace {
 
 using formats::Result;
 
-/// Larger constants lie in the manifest alone.
-constexpr std::size_t kLargestMetadataConstant = 16;
-
 /// The index of a learned layout is a texture unless a mesh names the clusters.
 bool hasIndexTexture(const compress::LightMapPlan& plan) {
     return plan.indexBytes() > 0 && plan.vertexBytes == 0;

@@ -80,6 +80,9 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("max_seam", parameters.maxSeam, "limit on the largest step that cooking adds to an edge");
 }
 
+/// Numbers of a constant that the metadata of the textures has, too; larger constants lie in the manifest alone.
+inline constexpr std::size_t kLargestMetadataConstant = 16;
+
 formats::Result<ActionOutcome> cookLightMap(const ActionContext& context);
 /// Verifies the shaded light of the cooked textures against the bake, at texels and between them, with a certified bound.
 formats::Result<ActionOutcome> verifyLightMap(const ActionContext& context);
