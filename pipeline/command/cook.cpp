@@ -74,7 +74,9 @@ CommandFunction defineCook(CLI::App& app) {
     addStrictOption(app, cook.strict);
     addRepairOption(app, cook.repair);
     options->files.add(app);
-    addFileOption(app, "--history", options->history, "Append a line with the memory and the errors of the scene (JSON lines)");
+    declareWritten(
+        addFileOption(app, "--history", options->history, "Append a line with the memory and the errors of the scene (JSON lines)"),
+        Written::File);
     app.footer(R"(An action (one step: cooks or verifies an asset, tries layouts, packs charts) is identified by a
 digest of the content of its inputs, its parameters and lightcook's own sources. Results of earlier
 actions are taken from the cache, which holds at most 4 GiB and drops the least recently used first.

@@ -91,6 +91,13 @@ Json failureDocument(Json facts, const std::vector<Error>& errors) {
     return facts;
 }
 
+/// Returns the first word that names a command.
+template <class Words>
+auto findCommand(const Words& words) {
+    return std::ranges::find_if(
+        words, [](const std::string& word) { return std::ranges::find(allCommands(), word, &CommandInfo::name) != allCommands().end(); });
+}
+
 /// A document that a command line asks for.
 struct AskedDocument {
     std::string option;  ///< "--json"
@@ -158,10 +165,7 @@ bool mayReplace(const AskedDocument& document, const ScannedArguments& scanned) 
 /// Returns the document of an option for a command that failed early.
 std::string failureText(const std::string& option, const std::vector<std::string>& words, const std::vector<Error>& errors) {
     if (option == "--json") return textOf(failureDocument({}, errors)) + "\n";
-    const auto isCommand = [](const std::string& word) {
-        return std::ranges::find(allCommands(), word, &CommandInfo::name) != allCommands().end();
-    };
-    const auto command = std::ranges::find_if(words, isCommand);
+    const auto command = findCommand(words);
     const std::filesystem::path input = command == words.end() || command + 1 == words.end() ? "" : command[1];
     const bool isFolder = command != words.end() && *command == "verify";
     const Json none;
@@ -172,8 +176,15 @@ std::string failureText(const std::string& option, const std::vector<std::string
 
 }  // namespace
 
+void CommandPaths::setCommand(std::string_view name) {
+    constexpr std::array<std::string_view, 6> kCooks = {"cook", "lightmap", "dominant", "cubemap", "lut", "rsrm"};
+    isReport_ = name == "report" || std::ranges::find(kCooks, name) != kCooks.end();
+    isCook_ = name == "demo" || name == "plan" || (isReport_ && name != "report");
+}
+
 CommandPaths CommandPaths::of(CLI::App& command) {
     CommandPaths paths;
+    paths.setCommand(command.get_name());
     for (CLI::Option* option : command.get_options()) {
         const std::string type = option->get_type_name();
         if (!type.starts_with(kFilePlaceholder) && !type.starts_with(kFolderPlaceholder)) continue;
@@ -189,6 +200,7 @@ CommandPaths CommandPaths::ofUnparsed(const std::string& option, const std::file
                                       const std::vector<std::string>& words) {
     CommandPaths paths;
     paths.outputs_ = {{option, output, Written::File}};
+    if (const auto command = findCommand(words); command != words.end()) paths.setCommand(*command);
     for (const std::string& word : words) {
         const auto files = expandPatterns({word});
         for (const std::filesystem::path& file : files ? *files : std::vector<std::filesystem::path>()) {
@@ -229,19 +241,33 @@ Result<void> CommandPaths::check(const Path& output) const {
         if (auto checked = checkSources(output, input.path); !checked) return checked;
     }
     for (const Path& other : outputs_)
-        if (&other != &output && (other.written == Written::Folder || isDirectory(other.path)))
+        if (&other != &output && (other.written != Written::File || isDirectory(other.path)))
             if (auto checked = checkCooked(output, other.path); !checked) return checked;
     return {};
 }
 
-Result<void> CommandPaths::checkCooked(const Path& output, const std::filesystem::path& folder) {
+bool CommandPaths::isReportOf(const Path& output, const std::filesystem::path& folder) const {
+    if (!isReport_) return false;
+    return (output.name == "--json" && isSamePlace(output.path, folder / kReportName)) ||
+           (output.name == "--html" && isSamePlace(output.path, folder / kReportHtmlName));
+}
+
+Result<void> CommandPaths::checkCooked(const Path& output, const std::filesystem::path& folder) const {
     const std::filesystem::path outer = plainPath(folder), inner = plainPath(output.path);
     if (std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first != outer.end()) return {};
+    if (isReportOf(output, folder)) return {};
+    std::error_code code;
+    const bool isCooked = isCook_ || std::filesystem::exists(folder / kManifestName, code);
+    for (const char* name : {kReportName, kReportHtmlName})
+        if (isCooked && isSamePlace(output.path, folder / name))
+            return samePlace(output.name, output.path, "the report of the output folder");
     std::vector<std::filesystem::path> files = {kManifestName, kShaderName};
     if (const auto manifest = loadManifest(folder))
-        for (const FileRecord& record : filesOf(*manifest)) files.push_back(record.name);
+        for (const FileRecord& record : filesOf(*manifest)) files.emplace_back(record.name);
+    if (const auto report = loadReport(folder / kReportName))
+        for (const std::string& picture : picturesOf(report->assets)) files.emplace_back(picture);
     for (const std::filesystem::path& file : files)
-        if (isSamePlace(output.path, folder / file)) return samePlace(output.name, output.path, "one of the cooked folder");
+        if (isSamePlace(output.path, folder / file)) return samePlace(output.name, output.path, kCookedFile);
     return {};
 }
 
@@ -278,10 +304,6 @@ Result<void> CommandPaths::checkAgainstScene(const Scene& scene, const std::file
     for (const Path& output : outputs_) {
         if (output.written != Written::Folder && isSamePlace(output.path, cooked))
             return refuse(samePlace(output.name, output.path, "the output folder"));
-        // The report itself is what --json writes of a cook.
-        const bool isReport = output.name != "--json" && isSamePlace(output.path, cooked / kReportName);
-        if (isReport || isSamePlace(output.path, cooked / kReportHtmlName))
-            return refuse(samePlace(output.name, output.path, "the report of the output folder"));
         if (auto checked = checkCooked(output, cooked); !checked) return refuse(tl::make_unexpected(checked.error()));
     }
     return {};
@@ -370,8 +392,11 @@ std::vector<Error> CiOutputs::write(Session& session, const std::string& command
     if (junit_.empty() && sarif_.empty()) return errors;
     const CiRun run = ciRun(
         {command, outcome.output, sceneFile, sources, outcome.report, outcome.errors, outcome.isLinted ? &outcome.findings : nullptr});
-    if (!junit_.empty()) keep(session.write(junit_, junitReport(run)));
-    if (!sarif_.empty()) keep(session.write(sarif_, sarifReport(run)));
+    const auto isWritten = [&](const std::filesystem::path& file) {
+        return !file.empty() && (file == kStandardOutput || !session.paths.isRefused());
+    };
+    if (isWritten(junit_)) keep(session.write(junit_, junitReport(run)));
+    if (isWritten(sarif_)) keep(session.write(sarif_, sarifReport(run)));
     return errors;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,9 @@ namespace lightcook::pipeline {
 class Session;
 class Terminal;
 
+/// What an output would replace, in the words of an error.
+inline constexpr const char* kCookedFile = "one of the cooked folder";
+
 /// The paths of a command line. A command may not write over what it reads, nor two outputs into one place.
 ///
 /// Options that a command writes are declared so (declareWritten); all others with a path are read. Paths are the same if their
@@ -35,9 +39,9 @@ public:
     static CommandPaths ofUnparsed(const std::string& option, const std::filesystem::path& output, const std::vector<std::string>& words);
 
     bool hasOutputs() const { return !outputs_.empty(); }
-    /// Fails if an output is an input, another output, a file of a cooked folder of the command line other than its report, a source of
-    /// such a folder that is read, or below a file; if a folder has the name of an output file; or if an output folder is named like a
-    /// file.
+    /// Fails if an output is an input, another output, a file of a cooked folder of the command line, a source of such a folder that is
+    /// read, or below a file; if a folder has the name of an output file; or if an output folder is named like a file. A report may take
+    /// the place of that of its folder.
     formats::Result<void> check() const;
     /// Fails if an output is one of these inputs, which the command line does not name.
     /// what   "an input of the scene"
@@ -48,6 +52,7 @@ public:
     bool isRefused() const { return isRefused_; }
 
 private:
+    void setCommand(std::string_view name);
     struct Path {
         std::string name;  ///< "--json", "output"
         std::filesystem::path path;
@@ -58,11 +63,14 @@ private:
         isRefused_ = true;
         return error;
     }
-    static formats::Result<void> checkCooked(const Path& output, const std::filesystem::path& folder);
+    formats::Result<void> checkCooked(const Path& output, const std::filesystem::path& folder) const;
+    /// Returns true if an output is the report of a cooked folder itself, or its page.
+    bool isReportOf(const Path& output, const std::filesystem::path& folder) const;
     /// The same for the scene file and the sources of a cooked folder, where its manifest says and in that of --sources.
     formats::Result<void> checkSources(const Path& output, const std::filesystem::path& folder) const;
 
     std::vector<Path> inputs_, outputs_;
+    bool isCook_ = false, isReport_ = false;  ///< the command cooks into its folder; its --json is the report of that folder
     bool isRefused_ = false;
 };
 

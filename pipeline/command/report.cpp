@@ -209,7 +209,8 @@ CommandFunction defineReport(CLI::App& app) {
                      "Growth of the GPU memory of all scenes over the baseline that is allowed; more ends with code 5. Default: any")
         ->needs(baseline);
     addFileOption(app, "--budgets", options->budgets, "Memory budgets of platforms (TOML); more ends with code 5");
-    addFileOption(app, "--history", options->history, "Append a line for each scene (JSON lines); the page draws the trend");
+    declareWritten(addFileOption(app, "--history", options->history, "Append a line for each scene (JSON lines); the page draws the trend"),
+                   Written::File);
     app.footer(R"(The exit code is that of the folder: 3 if its manifest or report cannot be read, that of the first error
 if `cook --keep-going` left assets out, 4 if its verification failed or a file was changed since the cook,
 5 if it needs more GPU memory than the scene's budget or a platform's, or grew by more than

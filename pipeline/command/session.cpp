@@ -34,6 +34,7 @@ Session::Session(const GlobalOptions& options)
         };
     state.event = [this](const Action& action, ActionEvent event, double seconds) { onEvent(action, event, seconds); };
     state.warning = [this](const std::string& subject, const std::string& detail) { warnOnce(subject, detail); };
+    state.checkOutputs = [this](const std::vector<std::filesystem::path>& files) { return paths.checkAgainst(files, kCookedFile); };
 }
 
 int Session::finish(const std::vector<formats::Error>& found) {

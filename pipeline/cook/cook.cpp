@@ -368,7 +368,8 @@ private:
         return assets;
     }
 
-    /// Refuses to replace a file that the scene is made of, where it lies in the output folder under the name of an output.
+    /// Refuses to replace a file that the scene is made of, where it lies in the output folder under the name of an output; and an output
+    /// that the command would replace by another file afterwards.
     Result<void> checkOutputs(const ExecutionResult& result) const {
         const NamedPlaces inputs(scene_);
         std::vector<std::filesystem::path> names = {kManifestName, kShaderName, kReportName, kReportHtmlName};
@@ -377,7 +378,10 @@ private:
             if (inputs.contains(outcome_.output / name))
                 return failure(ErrorCode::InvalidRequest, (outcome_.output / name).string(),
                                "found a file of the scene in the place of an output, expected another output folder");
-        return {};
+        if (!state_.checkOutputs) return {};
+        std::vector<std::filesystem::path> files;  // the report may be a document of the command
+        for (const FileRecord& file : result.files) files.push_back(outcome_.output / file.name);
+        return state_.checkOutputs(files);
     }
 
     /// Warns before the files of another scene in the output folder are replaced: two converters may have been given one folder.

@@ -52,6 +52,8 @@ struct RunState {
     std::function<void(const Action& action, ActionEvent event, double seconds)> event;
     /// A fault that the run goes on with. May be called again with the same subject: only the first call is for the user.
     std::function<void(const std::string& subject, const std::string& detail)> warning;
+    /// Fails if one of the files that a cook is about to put into its folder may not be written: the command writes something else there.
+    std::function<formats::Result<void>(const std::vector<std::filesystem::path>& files)> checkOutputs;
 };
 
 /// Context of a running action.

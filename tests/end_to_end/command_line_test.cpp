@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/plain_image.h"
+#include "pipeline/command/outputs.h"
+#include "pipeline/report/report.h"
 #include "pipeline/view/bundle.h"
 #include "tests/end_to_end/command_fixture.h"
 #include "tests/pipeline/report_parts.h"
@@ -248,6 +250,36 @@ TEST_F(CommandLine, OutputsDoNotReplaceInputsOrEachOther) {
     EXPECT_EQ(contentOf(scene_ / "cooked" / "cooked.json"), manifest);
     EXPECT_EQ(contentOf(scene_ / "cooked" / "sky.ktx2"), sky);
     EXPECT_EQ(run("report cooked --json cooked/report.json --html cooked/report.html").code, 0);
+}
+
+TEST_F(CommandLine, DocumentsDoNotReplaceFilesOfACookedFolder) {
+    // Of a first cook no manifest says which files it will have.
+    for (const char* option : {"--json", "--junit", "--sarif", "--depfile", "--history"})
+        expectRefused(fmt::format("cook scene.toml -o out {} out/map_l0.ktx2", option), 2,
+                      {fmt::format("{}: found the same file as one of the cooked folder (out/map_l0.ktx2), expected another one", option)});
+    expectRefused("lightmap map.exr out --json out/map_ratio.ktx2", 2, {"--json: found the same file as one of the cooked folder"});
+    expectRefused("lightmap map.exr out --json out/cooked.json", 2, {"--json: found the same file as one of the cooked folder"});
+    expectRefused("demo -o out --json out/report.json", 2, {"--json: found the same file as the report of the output folder"});
+
+    ASSERT_EQ(run("cook scene.toml -o cooked").code, 0);
+    const auto report = loadReport(scene_ / "cooked" / kReportName);
+    ASSERT_TRUE(report && report->files);
+    std::map<std::string, std::string> before = {{kReportName, contentOf(scene_ / "cooked" / kReportName)}};
+    for (const ReportFile& file : *report->files) before[file.file] = contentOf(scene_ / "cooked" / file.file);
+    ASSERT_GT(before.size(), 2u) << "no pictures";
+    for (const char* command :
+         {"verify cooked --json cooked/report.json", "verify cooked --junit cooked/report.html", "info cooked --json cooked/report.json",
+          "compare cooked cooked --json cooked/report.json", "view cooked --export page --json cooked/report.json",
+          "plan scene.toml --ninja x.ninja -o cooked --json cooked/report.json", "report cooked --html cooked/report.json",
+          "verify cooked --samples 0x --json cooked/report.json"})
+        EXPECT_EQ(run(command).code, 2) << command;
+    for (const auto& [file, content] : before) {
+        if (file.starts_with("preview")) expectRefused(fmt::format("verify cooked --json cooked/{}", file), 2, {kCookedFile});
+        EXPECT_EQ(contentOf(scene_ / "cooked" / file), content) << file;
+    }
+    EXPECT_EQ(run("verify cooked").code, 0);
+    EXPECT_EQ(run("cook scene.toml -o cooked --json cooked/report.json").code, 0);
+    EXPECT_EQ(run("verify cooked --json report.json --junit cooked/junit.xml --sources .").code, 0) << "no file of the cook";
 }
 
 /// A script reads the file of --json: one that an earlier run left would say that all is well.

@@ -273,6 +273,21 @@ TEST(CookScene, OnlyLeavesTheOtherAssetsAsTheyWere) {
     EXPECT_EQ(outcome.report.at("assets").size(), 5u);
 }
 
+TEST(CookScene, AsksBeforeItPublishesFilesThatTheCommandWouldReplace) {
+    const SmallScene scene(Parts::LightMap);
+    RunState state;
+    std::vector<std::filesystem::path> asked;
+    state.checkOutputs = [&](const std::vector<std::filesystem::path>& files) -> formats::Result<void> {
+        asked = files;
+        return formats::failure(ErrorCode::InvalidRequest, "--json", "found the same file");
+    };
+    const Outcome outcome = cookScene(scene.options(), state);
+    ASSERT_EQ(outcome.errors.size(), 1u);
+    EXPECT_EQ(outcome.errors[0].line(), "--json: found the same file");
+    EXPECT_THAT(asked, testing::Contains(scene / "out" / "map_ratio.ktx2"));
+    EXPECT_FALSE(std::filesystem::exists(scene / "out"));
+}
+
 TEST(CookScene, OnlyNamesWhatTheFolderLacksOfTheScene) {
     const SmallScene scene(Parts::All);
     CookOptions options = scene.options();
