@@ -265,6 +265,7 @@ private:
                 assets.erase(entry.name);
                 assets.insert(entry.nameInScene());
             }
+        linted_ = assets;
         ExecutionResult facts = execute(planLint(scene_, options_.repair, assets));
         addErrors(facts);
         facts.records.insert(materials.records.begin(), materials.records.end());
@@ -411,6 +412,7 @@ private:
         writer.addNotes(plan.notes);
         writer.addFailed(failed_);
         writer.setSceneAssets(sceneAssets_);
+        writer.setLinted(linted_);
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
@@ -493,6 +495,7 @@ private:
     std::map<std::string, Json> preparationNotes_;                            ///< by light map
     std::vector<Action> packGraph_;
     std::vector<std::string> sceneAssets_;  ///< of the whole scene, in a cook with --only
+    std::set<std::string> linted_;          ///< assets whose inputs lint looked at
     std::filesystem::path staging_;
     std::vector<Error> failed_;  ///< of actions, which with --keep-going do not stop the cook
     Outcome outcome_;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <iterator>
 #include <utility>
 
 #include "formats/light_map_layout.h"
@@ -90,6 +90,17 @@ std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const
     for (const auto& [id, seconds] : result.reused)
         skips.push_back({.what = id, .why = "nothing that it depends on has changed", .secondsSaved = seconds});
     return skips;
+}
+
+/// Returns the asset that a skip is about, by its words; empty for an action.
+std::string assetOf(const Skip& skip) {
+    const std::string& what = skip.what;
+    const std::size_t end = what.rfind('\'');
+    if (end == std::string::npos || end == 0) return what.ends_with("Cook-Torrance tables") ? kTablesName : "";
+    const std::size_t begin = what.rfind('\'', end - 1);
+    if (begin == std::string::npos) return "";
+    const std::string name = what.substr(begin + 1, end - begin - 1);
+    return what.find("dominant light of '") != std::string::npos ? dominantNameOf(name) : name;
 }
 
 /// Gives an asset of a repacked light map the conventions of the user's bake.
@@ -205,24 +216,63 @@ Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& res
     if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
     frame.incomplete = incompleteOf(plan);
     frame.partial = leftOut(frame.incomplete);
+    frame.findings = withKeptFindings(std::move(frame.findings));
     if (auto written = writeManifest(frame); !written) return tl::make_unexpected(written.error());
     if (!isAnythingRun && isReportCurrent(frame)) return *oldReport_;
     addRunsOfKeptRows(frame.runs);
-    return writeReport(makeReport(frame, rows_, skipsOf(plan, result, assets_, rates)));
+    std::vector<Skip> skips = keptSkips(plan, frame.partial);
+    for (Skip& skip : skipsOf(plan, result, assets_, rates)) skips.push_back(std::move(skip));
+    return writeReport(makeReport(frame, rows_, std::move(skips)));
+}
+
+/// Adds to the findings of a cook of some assets those on inputs that it left alone, in the order of the report before.
+std::vector<Finding> SummaryWriter::withKeptFindings(std::vector<Finding> found) const {
+    if (!isPartial_) return found;
+    std::vector<Finding> all;
+    for (const Finding& old : oldReport_->findings) {
+        const bool isOfFolder = !old.asset.empty() && (isInFolder(old.asset) || isInFolder(dominantNameOf(old.asset)));
+        if (isOfFolder && !linted_.contains(old.asset)) {
+            all.push_back(old);
+            continue;
+        }
+        const auto again = std::ranges::find_if(found, [&](const Finding& each) { return toJson(each) == toJson(old); });
+        if (again == found.end()) continue;
+        all.push_back(std::move(*again));
+        found.erase(again);
+    }
+    std::ranges::move(found, std::back_inserter(all));
+    return all;
+}
+
+/// Returns what the cook before left out of assets that this one leaves alone.
+std::vector<Skip> SummaryWriter::keptSkips(const Plan& plan, const std::vector<std::string>& partial) const {
+    std::vector<Skip> kept;
+    if (!isPartial_) return kept;
+    for (const Skip& skip : oldReport_->skipped) {
+        const std::string asset = assetOf(skip);
+        if (plan.unwanted.contains(asset) && std::ranges::find(partial, asset) == partial.end()) kept.push_back(skip);
+    }
+    return kept;
 }
 
 bool SummaryWriter::isInFolder(const std::string& asset) const {
     return std::ranges::find(assets_, asset, &CookedAsset::name) != assets_.end();
 }
 
-/// Returns the assets of the scene that are not in the folder because nobody asked for them.
+/// Returns the assets of the scene that are not in the folder because nobody asked for them. The light of a map that this cook has not read
+/// may have nothing to fit a dominant light to: the cook of the map has decided it.
 std::vector<std::string> SummaryWriter::leftOut(const std::optional<IncompleteCook>& incomplete) const {
     std::vector<std::string> names;
     const auto isFailed = [&](const std::string& name) {
         return incomplete && std::ranges::find(incomplete->assets, name) != incomplete->assets.end();
     };
+    const auto isDecided = [&](const std::string& name) {
+        if (!isPartial_ || std::ranges::find(oldManifest_->partial, name) != oldManifest_->partial.end()) return false;
+        return std::ranges::any_of(
+            assets_, [&](const CookedAsset& asset) { return asset.kind == AssetKind::LightMap && dominantNameOf(asset.name) == name; });
+    };
     for (const std::string& name : sceneAssets_)
-        if (!isInFolder(name) && !isFailed(name)) names.push_back(name);
+        if (!isInFolder(name) && !isFailed(name) && !isDecided(name)) names.push_back(name);
     return names;
 }
 

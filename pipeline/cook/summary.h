@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -39,6 +40,8 @@ public:
     void addFailed(const std::vector<formats::Error>& errors) { failed_.insert(failed_.end(), errors.begin(), errors.end()); }
     /// Says which assets the whole scene has, in a cook of some: those that are not in the folder then are named.
     void setSceneAssets(std::vector<std::string> assets) { sceneAssets_ = std::move(assets); }
+    /// Says which inputs lint has looked at, in a cook of some assets: the findings on the others stay.
+    void setLinted(std::set<std::string> assets) { linted_ = std::move(assets); }
     /// Writes all files, and returns the report. The report of an earlier cook stays if nothing was run and it says the same.
     /// frame   of a new report
     /// rates   of this machine, for what was skipped
@@ -51,6 +54,8 @@ private:
     bool isInFolder(const std::string& asset) const;
     std::optional<IncompleteCook> incompleteOf(const Plan& plan) const;
     std::vector<std::string> leftOut(const std::optional<IncompleteCook>& incomplete) const;
+    std::vector<Finding> withKeptFindings(std::vector<Finding> found) const;
+    std::vector<Skip> keptSkips(const Plan& plan, const std::vector<std::string>& partial) const;
     void addRunsOfKeptRows(std::vector<RunRecord>& runs) const;
     formats::Result<void> writeManifest(const ReportFrame& frame);
     bool isReportCurrent(const ReportFrame& frame) const;
@@ -68,6 +73,7 @@ private:
     std::map<std::string, Json> notes_;  ///< by asset, beside those of its cook
     std::vector<formats::Error> failed_;
     std::vector<std::string> sceneAssets_;
+    std::set<std::string> linted_;
     std::string manifestText_;
 };
 

@@ -325,6 +325,39 @@ TEST(CookScene, OnlyDoesNotMissWhatTheSceneDoesNotNeed) {
     EXPECT_EQ(cook(options).report.at("partial"), Json::array({"sky"})) << "nothing reflects: no dominant light, probe or tables";
 }
 
+/// Returns what a report says was left out of assets, without the results that were reused.
+std::set<std::string> assetSkipsOf(const Json& report) {
+    std::set<std::string> skips;
+    for (const Json& skip : report.at("skipped"))
+        if (const auto what = skip.at("what").get<std::string>(); what.find('/') == std::string::npos)
+            skips.insert(what + ": " + skip.at("why").get<std::string>());
+    return skips;
+}
+
+TEST(CookScene, OnlyKeepsFindingsAndSkipsOfTheOtherAssets) {
+    // The map is grey, and gets no dominant light for it; the probe, at the middle, is clipped.
+    const SmallScene scene(Parts::All, [](const glm::dvec3& direction, const glm::dvec2& place) {
+        return place == glm::dvec2(0.5) ? glm::vec3(direction.z > 0 ? 1.0f : 0.3f) : glm::vec3(0.5f);
+    });
+    CookOptions options = scene.options();
+    const Outcome whole = cook(options);
+    ASSERT_TRUE(whole.errors.empty()) << whole.errors.front().line();
+    const auto isDominant = [](const Json& asset) { return asset.at("name") == "map_dominant"; };
+    ASSERT_TRUE(std::ranges::none_of(whole.report.at("assets"), isDominant));
+    ASSERT_FALSE(whole.report.at("findings").empty());
+    EXPECT_THAT(assetSkipsOf(whole.report), testing::Contains(testing::StartsWith("dominant light of 'map': ")));
+    for (const char* only : {"sky", "probe", "sky"}) {
+        options.only = only;
+        const Outcome outcome = cook(options);
+        ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+        EXPECT_FALSE(outcome.report.contains("partial")) << only;
+        EXPECT_FALSE(readManifest(scene / "out")->contains("partial")) << only;
+        EXPECT_EQ(outcome.report.at("findings"), whole.report.at("findings")) << only;
+        EXPECT_EQ(assetSkipsOf(outcome.report), assetSkipsOf(whole.report)) << only;
+        EXPECT_EQ(outcome.report.at("assets").size(), whole.report.at("assets").size()) << only;
+    }
+}
+
 TEST(CookScene, OnlyRefusesAssetsThatAnotherTargetLeft) {
     const SmallScene scene(Parts::All);
     CookOptions options = scene.options();
