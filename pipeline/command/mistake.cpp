@@ -6,7 +6,10 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
+#include <charconv>
+#include <limits>
 #include <optional>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -186,7 +189,16 @@ std::string optionOfLast(const Syntax& syntax, std::span<const std::string> argu
     return "command line";
 }
 
+/// Returns true for a whole number that is larger than any option takes.
+bool isTooLarge(const std::string& value) {
+    int number = 0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    return error == std::errc::result_out_of_range && end == value.data() + value.size() && !value.starts_with('-');
+}
+
 std::string expectedValue(const OptionDoc& option, const std::string& found) {
+    if (option.meaning.starts_with("a whole number") && isTooLarge(found))
+        return fmt::format("{}, at most {}", option.meaning, std::numeric_limits<int>::max());
     if (option.choices.empty()) return option.meaning.empty() ? option.placeholder : option.meaning;
     return fmt::format("one of: {}{}", fmt::join(option.choices, ", "), nearestWords(found, option.choices));
 }

@@ -60,6 +60,8 @@ TEST(Mistake, SaysWhatAValueMayBe) {
     EXPECT_THAT(mistakeOf("encode a b --format bc7 --weights 1,2,3"), StartsWith("--weights: found too few values, expected R,G,B,A"));
     EXPECT_THAT(mistakeOf("encode a b --format bc7 --effort"), StartsWith("--effort: found no value, expected 0 to 9"));
     EXPECT_EQ(mistakeOf("decode a.ktx2 b.exr --mip x"), "--mip: found 'x', expected a whole number, at least 0");
+    EXPECT_EQ(mistakeOf("decode a.ktx2 b.exr --mip 99999999999"),
+              "--mip: found '99999999999', expected a whole number, at least 0, at most 2147483647");
     EXPECT_EQ(mistakeOf("decode a.ktx2 b.exr --layer -1"), "--layer: found '-1', expected a whole number, at least 0");
     EXPECT_EQ(mistakeOf("cubemap a b --size 1.5"), "--size: found '1.5', expected a whole number");
     EXPECT_EQ(mistakeOf("repack a b -o c --firefly-limit x"), "--firefly-limit: found 'x', expected a number");
