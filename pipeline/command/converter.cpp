@@ -31,6 +31,8 @@ bool isKnownToHaveConstants(const std::string& kind, const CookOptions& cook) {
 Outcome keepTexture(Outcome outcome, const std::filesystem::path& output) {
     const auto manifest = readManifest(outcome.output);
     if (!manifest) return failedOutcome(manifest.error());
+    if (manifest->at("assets").empty())
+        return failedOutcome({ErrorCode::InvalidRequest, output.string(), "found nothing to write: the cook left the asset out"});
     const Json& asset = manifest->at("assets").at(0);
     const Json& textures = asset.at("textures");
     if (textures.size() != 1)

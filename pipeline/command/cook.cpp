@@ -117,8 +117,7 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
         // A file that is no history is refused before the cook.
         if (!options->history.empty())
             if (const auto history = readHistory(options->history); !history) return session.finish(history);
-        const Outcome outcome = scene ? cookScene(std::move(*scene), options->cook, session.state) : outcomeOf(scene.error());
-        printCook(session, outcome);
+        Outcome outcome = scene ? cookScene(std::move(*scene), options->cook, session.state) : outcomeOf(scene.error());
         std::vector<formats::Error> errors = options->files.write(session, "cook", outcome, options->cook.scene, {});
         if (!options->history.empty() && outcome.report.is_object()) {
             const auto report = fromJson<Report>(outcome.report, kReportName);
@@ -128,7 +127,9 @@ is an object on standard error. --quiet leaves it out. -v prints a line for each
                     !history)
                     errors.push_back(history.error());
         }
-        return session.finish(errors);
+        outcome.errors = std::move(errors);
+        printCook(session, outcome);
+        return session.finish(outcome.errors);
     };
 }
 

@@ -177,9 +177,7 @@ shows 17/16; --normalize d3dx multiplies everything by 16/17, as D3DX does.)");
             if (cooked && session.terminal.isInteractive()) printJson(session.terminal, *cooked);
             return options->json.finish(session, cooked);
         }
-        const Outcome outcome = convertCubemap(*options, session.state);
-        printCook(session, outcome);
-        return options->json.finish(session, outcome.report, outcome.errors);
+        return finishCook(session, options->json, convertCubemap(*options, session.state));
     };
 }
 

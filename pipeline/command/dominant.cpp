@@ -3,6 +3,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
+#include <utility>
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/lightmap.h"
@@ -69,8 +70,8 @@ hold one light.)");
         if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
         options->json.prepare(session);
         Outcome outcome = convertDominant(*options, session.state);
+        if (!options->explain || !outcome.errors.empty()) return finishCook(session, options->json, std::move(outcome));
         printCook(session, outcome);
-        if (!options->explain || !outcome.errors.empty()) return options->json.finish(session, outcome.report, outcome.errors);
         const auto explanation = printExplanation(*options, session);
         if (!explanation) return options->json.finish(session, outcome.report, {explanation.error()});
         outcome.report["explanation"] = *explanation;

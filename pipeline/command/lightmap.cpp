@@ -62,9 +62,7 @@ CommandFunction defineLightmap(CLI::App& app) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
         if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
         options->json.prepare(session);
-        const Outcome outcome = convertLightMap(*options, session.state);
-        printCook(session, outcome);
-        return options->json.finish(session, outcome.report, outcome.errors);
+        return finishCook(session, options->json, convertLightMap(*options, session.state));
     };
 }
 

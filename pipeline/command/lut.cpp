@@ -111,9 +111,7 @@ local relative error, which is large where the harmonics of the light cancel.)")
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
         options->json.prepare(session);
-        const Outcome outcome = convertLut(*options, session.state);
-        printCook(session, outcome);
-        return options->json.finish(session, outcome.report, outcome.errors);
+        return finishCook(session, options->json, convertLut(*options, session.state));
     };
 }
 

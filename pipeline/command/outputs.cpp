@@ -72,6 +72,26 @@ std::filesystem::path fileInPlaceOfFolder(const std::filesystem::path& path) {
     return {};
 }
 
+/// Longest name of a file that file systems take [bytes].
+constexpr std::size_t kLongestFileName = 255;
+
+/// Fails if no folder or file can be made at a path: a name in it is too long, or a symbolic link in place of a folder names nothing.
+/// isFolder   the path itself is to become a folder
+Result<void> checkCanBeMade(const std::filesystem::path& path, bool isFolder) {
+    for (const std::filesystem::path& name : path)
+        if (name.native().size() > kLongestFileName)
+            return formats::failure(formats::ErrorCode::InvalidRequest, path.string(),
+                                    fmt::format("found a name of {} bytes, expected at most {}", name.native().size(), kLongestFileName));
+    std::error_code code;
+    for (std::filesystem::path each = isFolder ? path : path.parent_path(); !each.empty(); each = each.parent_path()) {
+        if (std::filesystem::is_symlink(each, code) && !std::filesystem::exists(each, code))
+            return formats::failure(formats::ErrorCode::InvalidRequest, each.string(),
+                                    "found a symbolic link to nothing, expected a folder, or no such name");
+        if (each == each.parent_path()) break;
+    }
+    return {};
+}
+
 tl::unexpected<Error> samePlace(const std::string& output, const std::filesystem::path& path, const std::string& other) {
     return formats::failure(
         formats::ErrorCode::InvalidRequest, output,
@@ -226,6 +246,8 @@ Result<void> CommandPaths::check() const {
 }
 
 Result<void> CommandPaths::check(const Path& output) const {
+    const bool isFolder = output.written == Written::Folder || (output.written == Written::FileOrFolder && !output.path.has_extension());
+    if (auto checked = checkCanBeMade(output.path, isFolder); !checked) return checked;
     if (const std::filesystem::path file = fileInPlaceOfFolder(output.path); !file.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, output.path.string(),
                                 fmt::format("found the file {} in place of a folder, expected a folder or nothing", file.string()));
@@ -442,9 +464,16 @@ void printCook(Session& session, const Outcome& outcome) {
     const auto report = fromJson<Report>(outcome.report, kReportName);
     if (!report) return;
     printClampedLight(session.terminal, *report);
+    if (report->assets.empty() && outcome.errors.empty()) printSkipped(session.terminal, *report);
     if (session.terminal.verbosity() == Verbosity::Quiet) return;
     if (session.terminal.isInteractive()) printReport(session.terminal, *report);
     printSummary(session.terminal, *report, outcome);
+}
+
+int finishCook(Session& session, const JsonOutput& json, Outcome outcome) {
+    if (auto written = json.write(session, outcome.report, outcome.errors); !written) outcome.errors.push_back(written.error());
+    printCook(session, outcome);
+    return session.finish(outcome.errors);
 }
 
 }  // namespace lightcook::pipeline

@@ -158,7 +158,9 @@ private:
 };
 
 /// Prints the result of a cook: warnings; on a terminal a table, then a line with the verdict, sizes and what came from the cache.
-/// Quiet: warnings only.
+/// Quiet: warnings only. Call it after the documents were written, with the errors of that: they decide the verdict.
 void printCook(Session& session, const Outcome& outcome);
+/// Writes the JSON of a cook, prints the result and returns the exit code.
+int finishCook(Session& session, const JsonOutput& json, Outcome outcome);
 
 }  // namespace lightcook::pipeline

@@ -277,6 +277,10 @@ void printClampedLight(Terminal& terminal, const Report& report) {
                                                    row.notes->at(note_keys::kClampedLight).get<std::int64_t>(), row.layout));
 }
 
+void printSkipped(Terminal& terminal, const Report& report) {
+    for (const Skip& skip : report.skipped) terminal.warning(skip.what, fmt::format("not made: {}", skip.why));
+}
+
 void printReport(Terminal& terminal, const Json& json) {
     if (const auto report = fromJson<Report>(json, kReportName)) printReport(terminal, *report);
 }

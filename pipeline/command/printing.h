@@ -17,6 +17,8 @@ void printReport(Terminal& terminal, const Json& json);
 void printFindings(Terminal& terminal, const std::vector<Finding>& findings);
 /// Prints a warning for each asset that lost light above the largest value of its texels.
 void printClampedLight(Terminal& terminal, const Report& report);
+/// Prints a warning for each asset that was left out, with the reason.
+void printSkipped(Terminal& terminal, const Report& report);
 
 /// Prints one line: verdict, assets, sizes, what came from the cache, time and place. With --log json it is an object on standard error.
 void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome);

@@ -5,6 +5,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
+#include <utility>
 
 #include "pipeline/assets/note_keys.h"
 #include "pipeline/command/command.h"
@@ -110,10 +111,9 @@ the environment.)");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
         options->json.prepare(session);
-        const Outcome outcome = convertRsrm(*options, session.state);
-        printCook(session, outcome);
+        Outcome outcome = convertRsrm(*options, session.state);
         if (outcome.errors.empty() && !options->axis.empty()) printAsymmetry(session, outcome.report);
-        return options->json.finish(session, outcome.report, outcome.errors);
+        return finishCook(session, options->json, std::move(outcome));
     };
 }
 

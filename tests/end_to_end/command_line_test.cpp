@@ -150,6 +150,14 @@ TEST_F(CommandLine, AFolderIsNotNamedLikeAFile) {
     EXPECT_EQ(run("rsrm sky.exr mine.json").code, 0) << "a folder that is there";
 }
 
+TEST_F(CommandLine, AnOutputThatCannotBeMadeIsRefusedAtOnce) {
+    std::filesystem::create_symlink("nowhere", scene_ / "link");
+    for (const char* command : {"cook scene.toml -o link", "rsrm sky.exr link", "rsrm sky.exr link/deep", "decode nothing.ktx2 link/x.exr"})
+        expectRefused(command, 2, {"link: found a symbolic link to nothing, expected a folder, or no such name"});
+    expectRefused(fmt::format("cook scene.toml -o {}", std::string(300, 'x')), 2, {"found a name of 300 bytes, expected at most 255"});
+    expectRefused("decode nothing.ktx2 x.exr --mip 99999999999", 2, {"--mip: found '99999999999', expected"});
+}
+
 TEST_F(CommandLine, ALimitThatIsGivenIsTheLimitOfTheAsset) {
     scene_.writeSceneFile("light_map_layout = \"ratio\"");  // all layouts would be tried
     // The next test runs the same commands within their limits.
@@ -280,6 +288,24 @@ TEST_F(CommandLine, DocumentsDoNotReplaceFilesOfACookedFolder) {
     EXPECT_EQ(run("verify cooked").code, 0);
     EXPECT_EQ(run("cook scene.toml -o cooked --json cooked/report.json").code, 0);
     EXPECT_EQ(run("verify cooked --json report.json --junit cooked/junit.xml --sources .").code, 0) << "no file of the cook";
+}
+
+TEST_F(CommandLine, ADocumentThatCannotBeWrittenIsInTheVerdict) {
+    if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
+    for (const char* command : {"cook scene.toml -o cooked --json /dev/full", "rsrm sky.exr refl --exponents 1,8 --json /dev/full"}) {
+        const Ended ended = run(command);
+        EXPECT_EQ(ended.code, 1) << ended.err;
+        EXPECT_THAT(ended.out, AllOf(HasSubstr("FAILED: "), Not(HasSubstr("passed: ")))) << command;
+    }
+}
+
+TEST_F(CommandLine, AConverterThatMakesNothingSaysWhy) {
+    const SmallScene greyScene(SmallScene::Parts::LightMap, grey);
+    for (const char* quiet : {"", " -q"}) {
+        const Ended ended = run(fmt::format("dominant {} nothing{}", (greyScene / "map.exr").string(), quiet));
+        EXPECT_EQ(ended.code, 0) << ended.err;
+        EXPECT_THAT(ended.err, HasSubstr("warning: dominant light of 'map': not made: ")) << quiet;
+    }
 }
 
 /// A script reads the file of --json: one that an earlier run left would say that all is well.
