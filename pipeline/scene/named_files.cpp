@@ -2,6 +2,9 @@
 
 #include <system_error>
 
+#include "formats/bake_format.h"
+#include "formats/environment.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -22,16 +25,24 @@ std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
     add(scene.file);
     for (const LightMapEntry& map : scene.lightMaps) {
         add(map.file);
+        if (map.description.parts.empty())
+            for (const std::filesystem::path& beside : formats::bakeFilesBeside(map.file, map.description.bake)) add(beside);
         add(map.description.mesh);
         for (const auto& [part, file] : map.description.partFiles) add(file);
         if (map.mesh) add(*map.mesh);
         if (map.groundTruth) add(*map.groundTruth);
     }
+    const auto addEnvironment = [&](const std::filesystem::path& file) {
+        add(file);
+        std::error_code code;
+        for (const std::filesystem::path& face : formats::faceFiles(file))
+            if (face != file && std::filesystem::exists(face, code)) add(face);
+    };
     for (const ProbeEntry& probe : scene.probes) {
-        add(probe.file);
+        addEnvironment(probe.file);
         if (probe.sh) add(*probe.sh);
     }
-    for (const GradientEntry& gradient : scene.gradients) add(gradient.file);
+    for (const GradientEntry& gradient : scene.gradients) addEnvironment(gradient.file);
     add(scene.colors.config);
     return files;
 }

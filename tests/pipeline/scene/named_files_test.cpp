@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "formats/bake_format.h"
 #include "tests/formats/temporary_folder.h"
 #include "tests/pipeline/scene_with_one_map.h"
 
@@ -17,6 +18,21 @@ TEST(FilesNamedBy, HasTheSceneFileAndEveryFileThatItNames) {
     scene.colors.config = "studio.ocio";
     EXPECT_THAT(filesNamedBy(scene), testing::UnorderedElementsAre("scene.toml", "map.exr", "map.glb", "traced.csv", "probe.exr",
                                                                    "probes.json", "sky.exr", "studio.ocio"));
+}
+
+TEST(FilesNamedBy, HasTheFilesThatAreReadBesideThem) {
+    const formats::TemporaryFolder folder;
+    for (const char* name : {"sky_px.exr", "sky_nx.exr", "sky_nz.exr", "room_L0.exr", "room_L1.exr", "other.exr"})
+        formats::writeContent(folder / name, "light");
+    Scene scene = sceneWithOneMap();
+    scene.probes[0].file = folder / "sky_px.exr";
+    scene.lightMaps[0].file = folder / "room_L0.exr";
+    const auto beside = formats::bakeFilesBeside(scene.lightMaps[0].file, scene.lightMaps[0].description.bake);
+    const std::vector<std::filesystem::path> files = filesNamedBy(scene);
+    EXPECT_THAT(files, testing::IsSupersetOf(beside));
+    EXPECT_THAT(files, testing::IsSupersetOf({folder / "sky_px.exr", folder / "sky_nx.exr", folder / "sky_nz.exr"}));
+    EXPECT_THAT(files, testing::Not(testing::Contains(folder / "sky_py.exr"))) << "it does not exist";
+    EXPECT_THAT(files, testing::Not(testing::Contains(folder / "other.exr")));
 }
 
 TEST(NamedPlaces, AreThoseOfTheFilesHoweverTheyAreWritten) {
