@@ -20,16 +20,6 @@
 
 namespace lightcook::pipeline {
 
-namespace {
-
-std::string chartModeCaptions() {
-    std::string text;
-    for (const ChartModeInfo& row : allChartModes()) text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", row.name, row.caption);
-    return text;
-}
-
-}  // namespace
-
 CommandFunction defineCook(CLI::App& app) {
     struct Options {
         CookOptions cook;
@@ -52,7 +42,7 @@ CommandFunction defineCook(CLI::App& app) {
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
     addSamplesOption(app, options->samples);
     CLI::Option* chartMode =
-        app.add_option("--charts", options->chartMode, fmt::format("Charts of the light maps ({})", chartModeCaptions()));
+        app.add_option("--charts", options->chartMode, fmt::format("Charts of the light maps ({})", captionsOf(allChartModes())));
     chartMode->check(CLI::IsMember(formats::namesOf(allChartModes())));
     CLI::Option* keepsUv = app.add_flag("--keep-uv", options->keepsUv, "Leave the light-map UVs of all meshes as they are: --charts keep");
     keepsUv->excludes(chartMode);

@@ -4,6 +4,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
+#include <utility>
 
 #include "formats/process.h"
 #include "pipeline/command/command.h"
@@ -42,7 +43,10 @@ CommandFunction defineDemo(CLI::App& app) {
         if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
         options->json.prepare(session);
         options->cook.scene = demoScene();
-        const Outcome cooked = cookScene(options->cook, session.state);
+        auto scene = readScene(options->cook.scene);
+        if (!scene) return options->json.finish(session, {}, {scene.error()});
+        if (auto checked = session.paths.checkAgainstScene(*scene, options->cook.output); !checked) return session.finish(checked);
+        const Outcome cooked = cookScene(std::move(*scene), options->cook, session.state);
         printCook(session, cooked);
         if (!cooked.errors.empty()) return options->json.finish(session, cooked.report, cooked.errors);
         const std::filesystem::path& folder = options->cook.output;

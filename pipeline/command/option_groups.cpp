@@ -21,14 +21,6 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// Returns "none: no Condon-Shortley signs; condon-shortley: ..." for the rows of a table.
-template <class Row>
-std::string captionsOf(std::span<const Row> rows) {
-    std::string text;
-    for (const Row& row : rows) text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", row.name, row.caption);
-    return text;
-}
-
 template <class Enum>
 void addConvention(CLI::App& app, const char* name, std::string& value, const char* what) {
     const auto rows = formats::conventions<Enum>();

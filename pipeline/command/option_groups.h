@@ -1,6 +1,8 @@
 // Options that several commands share, each defined once.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -27,6 +29,14 @@ inline constexpr const char* kFolderPlaceholder = "FOLDER";
 inline constexpr const char* kSizePlaceholder = "SIZE";
 inline constexpr const char* kPercentPlaceholder = "PERCENT";
 inline constexpr const char* kFractionPlaceholder = "FRACTION";
+
+/// Returns "none: no Condon-Shortley signs; condon-shortley: ..." for the rows of a table.
+template <class Row>
+std::string captionsOf(std::span<const Row> rows) {
+    std::string text;
+    for (const Row& row : rows) text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", row.name, row.caption);
+    return text;
+}
 
 /// Add an option that takes a file or a folder, one or several.
 CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description);
