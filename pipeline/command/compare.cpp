@@ -89,8 +89,15 @@ Result<formats::PlainImage> readCompared(const std::filesystem::path& file, int 
     return image;
 }
 
-/// Adds the errors of an image of both files. Returns the number of channels that both have.
-Result<int> addImage(const std::filesystem::path& a, const std::filesystem::path& b, int mip, int layer, bool isSrgb, ImageError& error) {
+/// Numbers of channels of two images.
+struct ChannelCounts {
+    int first = 0, second = 0;
+    int common() const { return std::min({first, second, 4}); }
+};
+
+/// Adds the errors of an image of both files, in the channels that both have. Returns the numbers that they have.
+Result<ChannelCounts> addImage(const std::filesystem::path& a, const std::filesystem::path& b, int mip, int layer, bool isSrgb,
+                               ImageError& error) {
     const auto first = readCompared(a, mip, layer, isSrgb), second = readCompared(b, mip, layer, isSrgb);
     if (!first) return tl::make_unexpected(first.error());
     if (!second) return tl::make_unexpected(second.error());
@@ -98,13 +105,14 @@ Result<int> addImage(const std::filesystem::path& a, const std::filesystem::path
         return failure(ErrorCode::WrongShape, b.string(),
                        fmt::format("found {} x {} texels, expected {} x {} as in {}", second->texels.width(), second->texels.height(),
                                    first->texels.width(), first->texels.height(), a.string()));
-    const int channels = std::min({first->channelCount, second->channelCount, 4});
+    const ChannelCounts counts{first->channelCount, second->channelCount};
+    const int channels = counts.common();
     for (const auto& [image, file] : {std::pair(&*first, a), std::pair(&*second, b)})
         if (const auto checked = checkFinite(*image, channels, file); !checked) return tl::make_unexpected(checked.error());
     for (std::size_t i = 0; i < first->texels.texels().size(); ++i)
         for (int c = 0; c < channels; ++c)
             error.add(static_cast<double>(first->texels.texels()[i][c]), static_cast<double>(second->texels.texels()[i][c]));
-    return channels;
+    return counts;
 }
 
 Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -121,7 +129,7 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
                        fmt::format("found {} mip(s), expected {} as in {}", second->mips, first->mips, a.string()));
     const int mips = areTextures ? first->mips : 1;  // a picture is the first mip of a texture
     ImageError error;
-    int channels = 0;
+    ChannelCounts channels;
     for (int mip = 0; mip < mips; ++mip)
         for (int layer = 0; layer < first->layers; ++layer) {
             const auto added = addImage(a, b, mip, layer, first->isSrgb || second->isSrgb, error);
@@ -129,7 +137,9 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
             channels = *added;
         }
     Json json = error.toJson();
-    json["channels"] = channels;
+    json["channels"] = channels.common();
+    json["a_channels"] = channels.first;
+    json["b_channels"] = channels.second;
     json["images"] = mips * first->layers;
     return json;
 }
@@ -227,6 +237,14 @@ std::optional<double> figureOf(const Json& differences, const std::string& metri
     return std::max(figure("diffuse"), figure("specular"));
 }
 
+/// Warns of images of which one has channels that the other lacks: nobody has looked at these.
+void warnOfChannels(Terminal& terminal, const Json& differences, const std::filesystem::path& b) {
+    if (!differences.contains("a_channels") || differences["a_channels"] == differences["b_channels"]) return;
+    terminal.warning(b.string(), fmt::format("found {} channels, expected {} as in the reference: only the first {} are compared",
+                                             differences["b_channels"].get<int>(), differences["a_channels"].get<int>(),
+                                             differences["channels"].get<int>()));
+}
+
 /// Returns the error of a metric that what was compared does not have.
 formats::Error unknownMetric(const Json& differences, const std::string& metric) {
     const auto [things, expected] = differences.contains("assets") ? std::pair("cooked scenes", "no --metric: --json has all figures")
@@ -272,6 +290,7 @@ CommandFunction defineCompare(CLI::App& app) {
         const auto compared = compareFiles(options->a, options->b, session.state);
         if (!compared) return options->json.finish(session, {}, {compared.error()});
         const auto& [differences, changed] = *compared;
+        warnOfChannels(session.terminal, differences, options->b);
         const auto figure = options->metric.empty() ? std::nullopt : figureOf(differences, options->metric);
         if (!options->metric.empty() && !figure)
             return options->json.finish(session, differences, {unknownMetric(differences, options->metric)});

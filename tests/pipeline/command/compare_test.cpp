@@ -85,6 +85,17 @@ TEST_F(CompareFiles, TakesEveryLayerAndMipOfTextures) {
     EXPECT_EQ(picture->at("channels"), 3);
 }
 
+TEST_F(CompareFiles, SaysHowManyChannelsEachImageHas) {
+    const formats::Image<glm::vec4> texels(4, 4, glm::vec4(0.5f));
+    ASSERT_TRUE(formats::writeExr(folder_ / "rgba.exr", texels.view(), 4));
+    ASSERT_TRUE(formats::writeExr(folder_ / "rgb.exr", texels.view(), 3));
+    const auto differences = compare(folder_ / "rgba.exr", folder_ / "rgb.exr");
+    ASSERT_TRUE(differences.has_value()) << differences.error().line();
+    EXPECT_EQ(differences->at("channels"), 3);
+    EXPECT_EQ(differences->at("a_channels"), 4);
+    EXPECT_EQ(differences->at("b_channels"), 3);
+}
+
 TEST_F(CompareFiles, NamesTheFileBesideAFolder) {
     const auto file = image("a.exr", 0.5f);
     EXPECT_THAT(refusalOf(folder_.path(), folder_ / "nowhere", formats::ErrorCode::FileUnreadable),
