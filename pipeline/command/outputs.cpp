@@ -270,6 +270,9 @@ Result<void> CommandPaths::check(const Path& output) const {
 
 bool CommandPaths::isReportOf(const Path& output, const std::filesystem::path& folder) const {
     if (!isReport_) return false;
+    // Of several folders, or beside other figures, it is not what the cook wrote.
+    const auto isAdded = [](const Path& input) { return input.name == "--baseline" || input.name == "--budgets"; };
+    if (std::ranges::count(inputs_, "folder", &Path::name) > 1 || std::ranges::any_of(inputs_, isAdded)) return false;
     return (output.name == "--json" && isSamePlace(output.path, folder / kReportName)) ||
            (output.name == "--html" && isSamePlace(output.path, folder / kReportHtmlName));
 }

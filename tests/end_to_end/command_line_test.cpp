@@ -269,6 +269,9 @@ TEST_F(CommandLine, DocumentsDoNotReplaceFilesOfACookedFolder) {
     expectRefused("lightmap map.exr out --json out/cooked.json", 2, {"--json: found the same file as one of the cooked folder"});
     expectRefused("demo -o out --json out/report.json", 2, {"--json: found the same file as the report of the output folder"});
 
+    expectRefused("demo --json demo.cooked/report.json", 2, {"--json: found the same file as the report of the output folder"});
+    expectRefused("demo --json demo.cooked/cooked.json", 2, {"--json: found the same file as one of the cooked folder"});
+
     ASSERT_EQ(run("cook scene.toml -o cooked").code, 0);
     const auto report = loadReport(scene_ / "cooked" / kReportName);
     ASSERT_TRUE(report && report->files);
@@ -279,6 +282,7 @@ TEST_F(CommandLine, DocumentsDoNotReplaceFilesOfACookedFolder) {
          {"verify cooked --json cooked/report.json", "verify cooked --junit cooked/report.html", "info cooked --json cooked/report.json",
           "compare cooked cooked --json cooked/report.json", "view cooked --export page --json cooked/report.json",
           "plan scene.toml --ninja x.ninja -o cooked --json cooked/report.json", "report cooked --html cooked/report.json",
+          "report cooked cooked --json cooked/report.json", "report cooked --baseline cooked --json cooked/report.json",
           "verify cooked --samples 0x --json cooked/report.json"})
         EXPECT_EQ(run(command).code, 2) << command;
     for (const auto& [file, content] : before) {
@@ -692,6 +696,16 @@ TEST_F(CommandLine, ErrorsNameWhatAFileHoldsInsteadOfALightMap) {
     expectRefused("cook folder", 2, {"folder: found a folder, expected a scene file"});
     expectRefused("report folder", 3, {"report.json: found no report, expected the output folder of `lightcook cook`"});
     expectRefused("lightmap probe.exr x", 3, {"probe.exr", "it holds R, G, B", "The six faces of a probe?", "bake = \"flat\""});
+}
+
+TEST_F(CommandLine, CompareWarnsOfChannelsThatItDoesNotCompare) {
+    const formats::Image<glm::vec4> texels(4, 4, glm::vec4(0.5f));
+    ASSERT_TRUE(formats::writeExr(scene_ / "rgba.exr", texels.view(), 4));
+    ASSERT_TRUE(formats::writeExr(scene_ / "rgb.exr", texels.view(), 3));
+    const Ended ended = run("compare rgba.exr rgb.exr -q");
+    EXPECT_EQ(ended.code, 0);
+    EXPECT_THAT(ended.err, HasSubstr("rgb.exr: found 3 channels, expected 4 as in the reference: only the first 3 are compared"));
+    EXPECT_EQ(run("compare rgb.exr rgb.exr").err, "");
 }
 
 TEST_F(CommandLine, CompareTakesTwoLightMaps) {
