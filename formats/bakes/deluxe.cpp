@@ -23,6 +23,9 @@ using lighting::ShRgb;
 
 constexpr std::array<std::string_view, 2> kDeluxeEndings = {"", "_deluxe"};
 constexpr float kLeastCosine = 0.25f, kShortest = 0.125f;
+/// Share of the light that renderer 2 of ioquake3 takes for light from one direction (code/renderergl2/glsl/lightall_fp.glsl). It reserves
+/// the rest as even light, so that no normal of a normal map is black.
+constexpr float kDirected = 0.75f;
 /// Coefficients to whose red the direction is read.
 constexpr std::size_t kDirection = 1;
 
@@ -82,8 +85,8 @@ private:
         float light = 0, everywhere = 1;  // strengths over the colour
         if (!(length < kShortest)) {      // NaN goes on, and is refused by texel
             const float cosine = glm::dot(normal, direction / length), facing = std::max(cosine, 0.0f);
-            light = facing >= kLeastCosine ? 1 / shownAt(cosine) : 1 / kLeastCosine;
-            everywhere = facing >= kLeastCosine ? 0 : 1 - light * shownAt(cosine);
+            light = facing >= kLeastCosine ? kDirected / shownAt(cosine) : kDirected / kLeastCosine;
+            everywhere = facing >= kLeastCosine ? 1 - kDirected : 1 - light * shownAt(cosine);
             sh = lighting::projectDirectional(direction / length, std::numbers::pi_v<float> * light * colour);
         }
         sh[0] += kFirstOfExit * everywhere * colour;

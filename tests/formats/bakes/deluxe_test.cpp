@@ -43,11 +43,11 @@ dvec3 directionOf(int x, int y) {
     return d;
 }
 
-/// What the shader of ioquake3 shows of a white surface, written out, for light 1.
+/// What the shader of ioquake3 (code/renderergl2/glsl/lightall_fp.glsl) shows of a white surface, written out, for light 1.
 double shownByEngine(const dvec3& n, const dvec3& direction) {
     if (glm::length(direction) < 0.125) return 1;
     const dvec3 d = glm::normalize(direction);
-    const double facing = std::clamp(glm::dot(kNormal, d), 0.0, 1.0), light = 1 / std::max(facing, 0.25),
+    const double facing = std::clamp(glm::dot(kNormal, d), 0.0, 1.0), light = 0.75 / std::max(facing, 0.25),
                  ambient = std::max(1 - light * facing, 0.0);
     return light * std::clamp(glm::dot(n, d), 0.0, 1.0) + ambient;
 }
@@ -82,7 +82,7 @@ TEST(Deluxe, TheSurfaceShowsItsLightMapAndOtherNormalsNearlyWhatTheShaderShows) 
                 ASSERT_EQ(strip.covered.at(x, y), 1);
                 const double light = srgbToLinear(lightAt(c, x, y) / 255.0);
                 ASSERT_NEAR(shownBySh(strip.sh.at(x, y), c, kNormal), light, 1e-5);
-                const double strongest = std::max(1.0, 1 / std::max(glm::dot(kNormal, glm::normalize(directionOf(x, y))), 0.25));
+                const double strongest = 0.75 / std::max(glm::dot(kNormal, glm::normalize(directionOf(x, y))), 0.25);
                 for (int k = 0; k < 24; ++k) {
                     const dvec3 local = lighting::fibonacciHemisphere(k, 24), n(local.x, local.z, local.y);
                     const double off = shownBySh(strip.sh.at(x, y), c, n) - light * shownByEngine(n, directionOf(x, y));
@@ -99,6 +99,18 @@ TEST(Deluxe, TheSurfaceShowsItsLightMapAndOtherNormalsNearlyWhatTheShaderShows) 
             }
     RecordProperty("largest", fmt::format("{:.2g}", largest));
     EXPECT_LT(largest, 0.16) << "of the light's own strength: what order 2 leaves of a clamped cosine";
+}
+
+/// A light from straight above: the shader keeps a quarter as even light, so that a normal across the light is not black.
+TEST(Deluxe, AQuarterOfTheLightIsEven) {
+    const TemporaryFolder folder;
+    writePng(folder / "room.png", kDeluxeSide, kDeluxeSide, 3, [](int, int, int) { return 255; });
+    writePng(folder / "room_deluxe.png", kDeluxeSide, kDeluxeSide, 3, [](int c, int, int) { return c == 1 ? 255 : 128; });
+    writeSquare(folder / "square.glb", {});
+    const lighting::ShRgb sh = readAll(folder / "room.png", description(folder)).sh.at(3, 3);
+    EXPECT_NEAR(shownBySh(sh, 0, kNormal), 1, 1e-5);
+    // Nine coefficients of a light of strength 3/4 over 17/16 show 3/32 of it across, beside the quarter.
+    EXPECT_NEAR(shownBySh(sh, 0, dvec3(1, 0, 0)), 0.25 + 0.75 * 16 / 17 * 3 / 32, 3e-3);
 }
 
 TEST(Deluxe, EitherFileOfAPairNamesBoth) {
