@@ -59,8 +59,10 @@ constexpr bool isFireflyLimit(double limit) {
 }
 
 struct LightMapRepairs {
-    std::int64_t notFinite = 0;    ///< covered texels set to zero because a coefficient was NaN or infinite
-    std::int64_t negativeDc = 0;   ///< channels of covered texels set to zero because sh00 was negative
+    std::int64_t notFinite = 0;  ///< covered texels set to zero because a coefficient was NaN or infinite
+    /// Channels of covered texels set to zero because sh00 was negative. Where sh00 is computed from several numbers: those of which a
+    /// negative number was set to zero.
+    std::int64_t negativeDc = 0;
     std::int64_t bandsBeyond = 0;  ///< bands of a channel scaled down to the longest that light of its sh00 can have
     std::int64_t fireflies = 0;    ///< covered texels that took the mean of their neighbours
 

@@ -1,6 +1,7 @@
 // Interface between the readers of the bake formats and the conversion to canonical form that they share.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <glm/vec3.hpp>
 #include <memory>
@@ -26,6 +27,9 @@ struct RawStrip {
     Image<float> coverage;    ///< above 0.5 inside charts; empty if the file does not say
     Image<glm::vec3> normal;  ///< world space, any length; empty if the file has none
     Image<float> chart;       ///< number of the chart whose filter reads the texel, 0: none does; empty if the file does not say
+    /// Bits 0, 1 and 2: a number that is light of R, G or B is negative, and `sh` was computed as if it was 0. Empty: there is none. For
+    /// formats whose first coefficient is computed from several numbers.
+    Image<std::uint8_t> negative = {};
 };
 
 /// A place in the files of a bake: it holds one number.

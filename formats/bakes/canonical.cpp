@@ -160,6 +160,16 @@ Result<std::uint32_t> Canonicalizer::chartAt(const RawStrip& raw, int x, int y, 
                   fmt::format("found {}, expected the number of a chart, from 1 on, or 0 where the texel is outside charts", chart));
 }
 
+/// Refuses colours of a texel that are computed from a negative number (RawStrip::negative), or counts them: the number was taken as 0.
+Result<void> Canonicalizer::checkStored(std::uint8_t negative, int x, int y, LightMapStrip& strip, const BakeReader& reader) const {
+    for (int channel = 0; channel < 3; ++channel) {
+        if ((negative >> channel & 1) == 0) continue;
+        if (!repairs_) return refuseNumber(ErrorCode::ValueOutOfRange, 0, channel, x, strip.firstRow + y, -1, "no negative energy", reader);
+        ++strip.repairs.negativeDc;
+    }
+    return {};
+}
+
 /// Refuses coefficients that no light has, or repairs and counts them.
 Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const {
     if (!isFinite(sh)) {
@@ -250,6 +260,9 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow, cons
                 continue;
             }
             if (const auto good = checkTexel(sh, x, y, strip, reader); !good) return tl::make_unexpected(good.error());
+            if (raw.negative.width() > 0)
+                if (const auto good = checkStored(raw.negative.at(x, y), x, y, strip, reader); !good)
+                    return tl::make_unexpected(good.error());
             if (conversion_.isIdentity()) continue;
             if (const auto good = convert(sh, x, y, strip, reader); !good) return tl::make_unexpected(good.error());
         }

@@ -2,6 +2,7 @@
 // units, world axes, scene-linear working colour. Texels that cannot be light are refused or repaired before the conversion.
 #pragma once
 
+#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <string>
@@ -49,6 +50,7 @@ public:
 private:
     Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<std::uint32_t> chartAt(const RawStrip& raw, int x, int y, const LightMapStrip& strip) const;
+    Result<void> checkStored(std::uint8_t negative, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<void> convert(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;

@@ -1,6 +1,7 @@
 #include "formats/bakes/rnm.h"
 
 #include <array>
+#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <string_view>
 #include <utility>
@@ -54,11 +55,32 @@ public:
         }
         const Image<SurfaceFrame> frames = putOnSurface(raw, firstRow);
         for (int y = 0; y < rowCount; ++y)
-            for (int x = 0; x < width(); ++x) raw.sh.at(x, y) = decoded(raw.sh.at(x, y), frames.at(x, y));
+            for (int x = 0; x < width(); ++x) {
+                ShRgb& sh = raw.sh.at(x, y);
+                if (const std::uint8_t colours = removeNegative(sh); colours != 0) {
+                    if (raw.negative.width() == 0) raw.negative = Image<std::uint8_t>(width(), rowCount);
+                    raw.negative.at(x, y) = colours;
+                }
+                sh = decoded(sh, frames.at(x, y));
+            }
         return raw;
     }
 
 private:
+    /// Sets negative numbers of a texel to 0. Returns the colours in which one was more than rounding (RawStrip::negative).
+    static std::uint8_t removeNegative(ShRgb& stored) {
+        constexpr float kRounding = 1e-6f;
+        unsigned colours = 0;
+        for (std::size_t direction = 0; direction < kDirectionCount; ++direction)
+            for (int colour = 0; colour < 3; ++colour) {
+                float& light = stored[direction][colour];
+                if (!(light < 0)) continue;  // NaN stays, and is refused by texel
+                if (light < -kRounding) colours |= 1u << colour;
+                light = 0;
+            }
+        return static_cast<std::uint8_t>(colours);
+    }
+
     ShRgb decoded(const ShRgb& stored, const SurfaceFrame& frame) const {
         if (!frame.isSurface()) return {};
         ShRgb inTangents{};
@@ -76,7 +98,7 @@ constexpr Lobes kBakeryLobes = lobesOf(kBakeryLobe), kSourceLobes = lobesOf(kSou
 BakeMatch matchAs(const std::filesystem::path& file, const ExrInfo& info, std::string_view format) {
     const auto files = filesBesideRnm(file);
     if (files.empty() || !isPicture(info)) return {};
-    return matchFiles(file, files, 3 * static_cast<int>(files.size()), format);
+    return matchFiles(file, files, 3 * static_cast<int>(files.size()), format, FileKinds::Mixed);
 }
 
 }  // namespace

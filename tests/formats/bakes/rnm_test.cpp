@@ -176,6 +176,34 @@ TEST(Rnm, EvenLightStaysEvenInSource) {
     }
 }
 
+/// The sum of the three is positive at every normal: only the file tells.
+TEST(Rnm, ANegativeNumberOfOneFileIsRefusedOrRepaired) {
+    const TemporaryFolder folder;
+    const auto write = [&](float second) {
+        for (int map = 0; map < 3; ++map) {
+            ExrRecipe recipe;
+            for (const char* colour : {"R", "G", "B"}) recipe.channels[colour] = [](int, int) { return 0.5f; };
+            if (map == 1) poke(recipe, "G", 2, 3, second);
+            writeRecipe(folder / fmt::format("room_RNM{}.exr", map), recipe);
+        }
+    };
+    writeSquare(folder / "square.glb", {});
+    write(-0.25f);
+    LightMapDescription description = onMesh(folder, "bakery-rnm");
+    const Error error = refusal(folder / "room_RNM0.exr", description);
+    EXPECT_EQ(error.code, ErrorCode::ValueOutOfRange);
+    EXPECT_THAT(error.line(), HasSubstr("room_RNM1.exr, channel G, texel (2, 3): found -0.25, expected no negative energy"));
+    description.repair = true;
+    const LightMapStrip repaired = readAll(folder / "room_RNM0.exr", description);
+    EXPECT_EQ(repaired.repairs.negativeDc, 1);
+    for (const float harmless : {0.0f, -1e-7f}) {
+        write(harmless);
+        const LightMapStrip dark = readAll(folder / "room_RNM0.exr", onMesh(folder, "bakery-rnm"));
+        EXPECT_EQ(dark.sh.at(2, 3), repaired.sh.at(2, 3)) << "the other two files keep their light";
+    }
+    EXPECT_GT(repaired.sh.at(2, 3)[0].g, 0);
+}
+
 TEST(Rnm, NamesOfFilesIdentifyBakeryWhichNeedsAMesh) {
     const TemporaryFolder folder;
     writeMaps(folder);
