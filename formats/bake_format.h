@@ -31,15 +31,18 @@ struct BakeConventions {
 /// A match of a file with a bake format: of its header, its name and the files beside it.
 struct BakeMatch {
     enum class Kind {
-        None,       ///< nothing in the file belongs to the format
+        None,       ///< nothing in the file says that it belongs to the format
         Partial,    ///< some of its channels or files are there, others are not: `evidence` says which
         OnlyNamed,  ///< the file can be read so, but nothing says that it is meant so
         Possible,   ///< the shape of the image says so, but other pictures may have that shape too
         Certain     ///< names of channels or files say so
     };
     Kind kind = Kind::None;
-    int numberCount = 0;   ///< numbers of a texel that the file has for the format. Of two matches a Certain one is meant, else the larger
-    std::string evidence;  ///< "channels sh00.R .. sh08.B"; of Partial, "found 26 of the 27 channels ..., sh05.G is missing"
+    int numberCount = 0;  ///< numbers of a texel that the file has for the format. Of two matches a Certain one is meant, else the larger
+    /// "channels sh00.R .. sh08.B"; of Partial, "found 26 of the 27 channels ..., sh05.G is missing". Of None: why the file is not of the
+    /// format if that is named; empty if there is nothing to say but that.
+    std::string evidence;
+    int missingCount = 0;  ///< of Partial: channels or files that are missing
 };
 
 struct BakeFormatInfo {
@@ -92,6 +95,10 @@ std::vector<std::string> meshBakeNames();
 /// Returns the file that a bake of several files is opened by, under a value of the scene key `bake`: the first one of the set of which
 /// `file` is another one, if both exist; else `file`.
 std::filesystem::path leadingFile(const std::filesystem::path& file, std::string_view bake);
+/// Returns why a picture of integers that belongs to a set of files, under a value of the scene key `bake`, cannot be read: the set is
+/// incomplete and its first file missing, or it is complete and nothing says how its colours are encoded. Empty: it belongs to no set, or
+/// nothing is wrong with the set.
+std::string faultOfPictureSet(const std::filesystem::path& file, std::string_view bake);
 /// Returns the bake format, sh4 or sh9, of a bake that has an image for each coefficient, or for each colour of a coefficient. Fails for
 /// other names and for coefficients that are missing.
 /// names    "sh00" for a coefficient, "sh00.R" for one colour of it

@@ -177,16 +177,35 @@ std::string heldBy(const ExrInfo& info) {
     return held.empty() ? "no channels" : oneLine(fmt::format("{}", fmt::join(held, ", ")));
 }
 
+/// Returns the layers of a file without R, G and B that have them: "Combined" of Combined.R, Combined.G and Combined.B.
+std::vector<std::string> layersOf(const ExrInfo& info) {
+    std::vector<std::string> layers;
+    if (info.has("R")) return layers;
+    for (const std::string& name : info.channels)
+        if (name.size() > 2 && name.ends_with(".R")) {
+            const std::string layer = name.substr(0, name.size() - 2);
+            if (info.has(layer + ".G") && info.has(layer + ".B")) layers.push_back(layer);
+        }
+    return layers;
+}
+
+/// Returns true if the names of channels speak of SH.
+bool mayHoldCoefficients(const ExrInfo& info) {
+    return std::ranges::any_of(info.channels, [](const std::string& name) {
+        return name.find("sh") != std::string::npos || name.find("SH") != std::string::npos;
+    });
+}
+
 /// Returns what to do with a file whose channels belong to no format.
 std::string guessOf(const ExrInfo& info) {
     if (isPicture(info)) return ". The six faces of a probe? A light map of this shape needs bake = \"flat\"";
-    const bool hasCoefficients = std::ranges::any_of(info.channels, [](const std::string& name) {
-        return name.find("sh") != std::string::npos || name.find("SH") != std::string::npos;
-    });
-    return hasCoefficients ? ". SH under other names? Rename the channels" : "";
+    return mayHoldCoefficients(info) ? ". SH under other names? Rename the channels" : "";
 }
 
 tl::unexpected<Error> unknownFormat(const std::filesystem::path& file, const ExrInfo& info) {
+    if (const auto layers = layersOf(info); !layers.empty() && !mayHoldCoefficients(info))
+        return wrongShape(file, fmt::format("found R, G, B under {} {}, expected them without a layer: save one layer as R, G, B",
+                                            layers.size() == 1 ? "layer" : "layers", oneLine(fmt::format("{}", fmt::join(layers, ", ")))));
     std::vector<std::string> known;
     for (const BakeFormatInfo& format : kBakeFormats) known.push_back(fmt::format("{} ({})", format.name, format.content));
     return wrongShape(file,
@@ -208,6 +227,24 @@ tl::unexpected<Error> ambiguous(const std::filesystem::path& file, const std::ve
                                         fmt::join(choices, " or ")));
 }
 
+/// Returns what is missing of the set that a file belongs to, of several the one that lacks fewest parts, with the formats of the others:
+/// "found 1 of the 2 files of bake format ...". Empty: it belongs to none, or to a complete one.
+std::string incompleteSetOf(const std::vector<Candidate>& candidates) {
+    const Candidate* best = nullptr;
+    std::vector<std::string_view> others;
+    for (const Candidate& each : candidates) {
+        if (each.match.kind == Kind::Certain) return "";
+        if (each.match.kind != Kind::Partial) continue;
+        const auto rank = [](const BakeMatch& match) { return std::tuple(match.numberCount, -match.missingCount); };
+        const bool isBetter = best == nullptr || rank(each.match) > rank(best->match);
+        if (best != nullptr) others.push_back(isBetter ? best->format->name : each.format->name);
+        if (isBetter) best = &each;
+    }
+    if (best == nullptr) return "";
+    if (others.empty()) return best->match.evidence;
+    return fmt::format("{}; or it is one of {}", best->match.evidence, fmt::join(others, " or "));
+}
+
 /// Returns the candidate that a file without a named format is read as.
 Result<Candidate> identify(const std::vector<Candidate>& candidates, const std::filesystem::path& file, const ExrInfo& info) {
     const Candidate* best = nullptr;
@@ -215,7 +252,9 @@ Result<Candidate> identify(const std::vector<Candidate>& candidates, const std::
     for (const Candidate& each : candidates) {
         if (each.match.kind == Kind::Possible) possible.push_back(each);
         if (each.match.kind == Kind::None || each.match.kind == Kind::OnlyNamed) continue;
-        const auto rank = [](const BakeMatch& match) { return std::tuple(match.kind == Kind::Certain, match.numberCount, match.kind); };
+        const auto rank = [](const BakeMatch& match) {
+            return std::tuple(match.kind == Kind::Certain, match.numberCount, match.kind, -match.missingCount);
+        };
         if (best == nullptr || rank(each.match) > rank(best->match)) best = &each;
     }
     if (best == nullptr) return unknownFormat(file, info);
@@ -227,7 +266,7 @@ Result<Candidate> identify(const std::vector<Candidate>& candidates, const std::
 /// Returns the file of a named format, or why it is not of that format.
 Result<Candidate> asNamed(const BakeFormatInfo& format, const std::filesystem::path& file, const ExrInfo& info) {
     const BakeMatch match = format.match(file, info);
-    if (match.kind == Kind::Partial) return wrongShape(file, match.evidence);
+    if (match.kind == Kind::Partial || (match.kind == Kind::None && !match.evidence.empty())) return wrongShape(file, match.evidence);
     if (match.kind == Kind::None)
         return wrongShape(
             file, fmt::format("found no light map of bake format {}, expected {}; it holds {}", format.name, format.content, heldBy(info)));
@@ -301,6 +340,28 @@ std::filesystem::path leadingFile(const std::filesystem::path& file, std::string
     return file;
 }
 
+std::string faultOfPictureSet(const std::filesystem::path& file, std::string_view bake) {
+    ExrInfo picture;
+    picture.width = picture.height = 1;
+    picture.channels = {"B", "G", "R"};
+    std::vector<Candidate> incomplete;
+    for (const BakeFormatInfo& format : kBakeFormats) {
+        if (format.filesBeside == nullptr || (bake != kAutoBake && bake != format.name)) continue;
+        const auto files = format.filesBeside(file);
+        if (std::ranges::find(files, file) == files.end()) continue;
+        const BakeMatch match = format.match(file, picture);
+        std::error_code code;
+        if (match.kind == Kind::Certain && format.takesEncoding)
+            return fmt::format(
+                "found {} of bake format {} with light in a picture of integers, expected encoding = \"rgbm\", \"dldr\" or "
+                "\"srgb\" (--encoding) for {}",
+                match.evidence, format.name, files.front().filename().string());
+        if (match.kind == Kind::Partial && files.front() != file && !std::filesystem::exists(files.front(), code))
+            incomplete.push_back({&format, match});
+    }
+    return incompleteSetOf(incomplete);
+}
+
 std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& file, std::string_view bake) {
     std::vector<std::filesystem::path> files;
     for (const BakeFormatInfo& format : kBakeFormats) {
@@ -335,8 +396,7 @@ Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::files
             recognition.otherReadings.push_back(each.format->name);
     // A set that is complete, or a file whose channels are, is no part of another one.
     if (!isNamed && !recognition.isCertain)
-        for (const Candidate& each : candidates)
-            if (each.match.kind == Kind::Partial) recognition.incompleteSets.push_back(each.match.evidence);
+        if (std::string set = incompleteSetOf(candidates); !set.empty()) recognition.incompleteSets.push_back(std::move(set));
     return recognition;
 }
 

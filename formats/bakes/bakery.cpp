@@ -67,7 +67,7 @@ BakeMatch matchSet(const std::filesystem::path& file, const ExrInfo& info, std::
                    std::span<const std::string_view> others, std::string_view format) {
     const auto files = filesOfMixedSet(file, endings);
     if (files.empty() || !isPicture(info)) return {};
-    BakeMatch match = matchFiles(file, files, 3 * static_cast<int>(endings.size()), format);
+    BakeMatch match = matchFiles(file, files, 3 * static_cast<int>(endings.size()), format, FileKinds::Mixed);
     if (match.kind == BakeMatch::Kind::Certain && isComplete(filesOfMixedSet(file, others))) match.kind = BakeMatch::Kind::Possible;
     return match;
 }

@@ -105,11 +105,14 @@ std::vector<std::filesystem::path> filesBesideDeluxe(const std::filesystem::path
 
 BakeMatch matchDeluxe(const std::filesystem::path& file, const ExrInfo& info) {
     constexpr int kNumbers = 6;
+    if (!isPicture(info)) return {};
     const auto files = filesBesideDeluxe(file);
-    if (files.empty() || !isPicture(info)) return {};
-    BakeMatch match = matchFiles(file, files, kNumbers, "deluxe");
-    if (!files[1].stem().string().ends_with(kDeluxeEndings[1]))
-        match.kind = match.kind == BakeMatch::Kind::Certain ? BakeMatch::Kind::OnlyNamed : BakeMatch::Kind::None;
+    const bool isPair = files.empty() || files[1].stem().string().ends_with(kDeluxeEndings[1]);
+    BakeMatch match =
+        matchFiles(file, files.empty() ? pairOf(file) : files, kNumbers, "deluxe", isPair ? FileKinds::Mixed : FileKinds::Same);
+    // Every picture may lack directions: only the scene file can say that they are missing.
+    if (files.empty()) match.kind = BakeMatch::Kind::None;
+    if (!isPair) match.kind = match.kind == BakeMatch::Kind::Certain ? BakeMatch::Kind::OnlyNamed : BakeMatch::Kind::None;
     return match;
 }
 

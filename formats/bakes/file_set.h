@@ -18,10 +18,14 @@ std::vector<std::filesystem::path> filesOfSet(const std::filesystem::path& file,
 /// first of .exr, .hdr, .tga and .png with which it exists.
 std::vector<std::filesystem::path> filesOfMixedSet(const std::filesystem::path& file, std::span<const std::string_view> endings);
 
-/// Returns how well a file and those beside it fit a set: Certain if all exist, else Partial.
+/// Kinds of the files of a set: all that of the named file, or any that filesOfMixedSet() looks for.
+enum class FileKinds { Same, Mixed };
+
+/// Returns how well a file and those beside it fit a set: Certain if all exist, else Partial, which names the first that is missing.
 /// files        of the set, `file` among them
 /// numberCount  numbers of a texel that the whole set has
+/// kinds        of the files, with whose extensions one that is missing is named
 BakeMatch matchFiles(const std::filesystem::path& file, std::span<const std::filesystem::path> files, int numberCount,
-                     std::string_view format);
+                     std::string_view format, FileKinds kinds);
 
 }  // namespace lightcook::formats

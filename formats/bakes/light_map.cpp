@@ -39,6 +39,9 @@ Result<OpenBake> openImage(const std::filesystem::path& named, const LightMapDes
     const std::filesystem::path file = leadingFile(named, description.bake);
     const bool isEncoded = description.encoding != LightEncoding::None;
     Result<BakeImage> opened = isEncoded ? BakeImage::openEncoded(file, description.encoding) : BakeImage::open(file);
+    if (!opened && opened.error().code == ErrorCode::FormatUnsupported)
+        if (const std::string fault = faultOfPictureSet(file, description.bake); !fault.empty())
+            return failure(ErrorCode::WrongShape, file.string(), fault);
     if (!opened) return tl::make_unexpected(opened.error());
     const auto image = std::make_shared<BakeImage>(std::move(*opened));
     Result<BakeRecognition> recognition = findBakeFormat(description.bake, file, image->info());

@@ -103,8 +103,10 @@ BakeMatch matchShBaker(const std::filesystem::path& file, const ExrInfo& info) {
     BakeMatch whole = matchChannels(info, shBakerChannels(), kName, "L0.R .. L22.B");
     if (whole.kind != BakeMatch::Kind::None) return whole;
     if (!isPicture(info)) return {};
-    if (const auto files = filesOfSet(file, kSplit); !files.empty()) return matchFiles(file, files, 3 * lighting::kShCount, kName);
-    if (const auto files = filesOfSet(file, kPacked); !files.empty()) return matchFiles(file, files, kPackedNumbers, kName);
+    if (const auto files = filesOfSet(file, kSplit); !files.empty())
+        return matchFiles(file, files, 3 * lighting::kShCount, kName, FileKinds::Same);
+    if (const auto files = filesOfSet(file, kPacked); !files.empty())
+        return matchFiles(file, files, kPackedNumbers, kName, FileKinds::Same);
     return {};
 }
 

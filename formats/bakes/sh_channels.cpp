@@ -50,7 +50,8 @@ BakeMatch matchChannels(const ExrInfo& info, const std::vector<std::string>& wan
     const std::string others = missing.size() == 1 ? " is missing" : fmt::format(" and {} more are missing", missing.size() - 1);
     return {BakeMatch::Kind::Partial, static_cast<int>(present),
             fmt::format("found {} of the {} channels of bake format {}, {}{}, expected {}", present, wanted.size(), format, missing.front(),
-                        others, content)};
+                        others, content),
+            static_cast<int>(missing.size())};
 }
 
 Result<std::unique_ptr<BakeReader>> openShChannels(std::vector<BakeImage> images, std::vector<ShChannel> channels,

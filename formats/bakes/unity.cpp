@@ -31,7 +31,7 @@ BakeMatch matchUnityDirectional(const std::filesystem::path& file, const ExrInfo
     constexpr int kNumbers = 7;
     const auto files = filesOfMixedSet(file, kUnityEndings);
     if (files.empty() || !isPicture(info)) return {};
-    return matchFiles(file, files, kNumbers, "unity-directional");
+    return matchFiles(file, files, kNumbers, "unity-directional", FileKinds::Mixed);
 }
 
 std::vector<std::filesystem::path> filesBesideUnityDirectional(const std::filesystem::path& file) {
@@ -44,7 +44,7 @@ Result<std::unique_ptr<BakeReader>> openUnityDirectional(BakeImage image) {
     if (!images) return tl::make_unexpected(images.error());
     return openDirectionMap(
         std::move(*images),
-        {.response = responseOf, .needsAlpha = true, .expected = "a direction within 0.5 of (0.5, 0.5, 0.5), and an alpha above 0"});
+        {.response = responseOf, .needsAlpha = true, .expected = "a direction within 0.75 of (0.5, 0.5, 0.5), and an alpha above 0"});
 }
 
 }  // namespace lightcook::formats

@@ -101,7 +101,7 @@ TEST(BakerySh, MissingAndForeignFilesAreNamed) {
     EXPECT_THAT(refusal(folder / "room_L0.exr").line(), HasSubstr("room_L1y.png"));
     std::filesystem::remove(folder / "room_L1y.png");
     EXPECT_THAT(refusal(folder / "room_L0.exr").line(),
-                HasSubstr("found 3 of the 4 files of bake format bakery-sh, room_L1y.exr is missing"));
+                HasSubstr("found 3 of the 4 files of bake format bakery-sh, room_L1y (.exr, .hdr, .tga or .png) is missing, expected it"));
 }
 
 TEST(BakerySh, NumbersOfDirectionsThatAreNoLightAreNamed) {
@@ -165,7 +165,7 @@ TEST(BakeryMonoSh, MissingAndForeignFilesAreNamed) {
     LightMapDescription description;
     description.bake = "bakery-mono-sh";
     EXPECT_THAT(refusal(folder / "room_L0.exr", description).line(),
-                HasSubstr("found 1 of the 2 files of bake format bakery-mono-sh, room_L1.exr is missing"));
+                HasSubstr("found 1 of the 2 files of bake format bakery-mono-sh, room_L1 (.exr, .hdr, .tga or .png) is missing"));
 }
 
 TEST(BakeryMonoSh, ValuesThatAreNoLightAreNamed) {

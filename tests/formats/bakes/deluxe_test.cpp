@@ -127,7 +127,7 @@ TEST(Deluxe, EitherFileOfAPairNamesBoth) {
     std::filesystem::remove(folder / "room.png");
     const auto alone = LightMapReader::open(folder / "room_deluxe.png", description(folder));
     ASSERT_TRUE(alone) << alone.error().line();
-    EXPECT_THAT(alone->recognition().incompleteSets, testing::ElementsAre(HasSubstr("room.png is missing")));
+    EXPECT_THAT(alone->recognition().incompleteSets, testing::ElementsAre(HasSubstr("room (.exr, .hdr, .tga or .png) is missing")));
 }
 
 TEST(Deluxe, PagesAreReadOnlyWhereTheSceneNamesTheFormat) {
@@ -146,9 +146,30 @@ TEST(Deluxe, PagesAreReadOnlyWhereTheSceneNamesTheFormat) {
     EXPECT_EQ(byOther.sh.at(3, 3), readAll(folder / "lm_0002.png", description(folder, "deluxe")).sh.at(3, 3)) << "either page names both";
     EXPECT_EQ(leadingFile(folder / "lm_0003.png", kAutoBake), folder / "lm_0003.png") << "it may be a page of light";
     writePng(folder / "alone.png", kDeluxeSide, kDeluxeSide, 3, lightAt);
-    EXPECT_THAT(
-        refusal(folder / "alone.png", description(folder, "deluxe")).line(),
-        HasSubstr("found no light map of bake format deluxe, expected a file and its directions _deluxe, or pages lm_0000 and lm_0001"));
+    EXPECT_THAT(refusal(folder / "alone.png", description(folder, "deluxe")).line(),
+                HasSubstr("alone.png: found 1 of the 2 files of bake format deluxe, alone_deluxe (.exr, .hdr, .tga or .png) is missing"));
+    std::filesystem::remove(folder / "lm_0003.png");
+    EXPECT_THAT(refusal(folder / "lm_0002.png", description(folder, "deluxe")).line(),
+                HasSubstr("found 1 of the 2 files of bake format deluxe, lm_0003.png is missing, expected it in the same folder"));
+    EXPECT_EQ(LightMapReader::open(folder / "lm_0002.png", description(folder))->recognition().incompleteSets, std::vector<std::string>());
+}
+
+TEST(Deluxe, ThePairMayHaveTwoKindsOfFiles) {
+    const TemporaryFolder folder;
+    ExrRecipe light;
+    light.width = light.height = kDeluxeSide;
+    for (const char* colour : {"R", "G", "B"}) light.channels[colour] = [](int, int) { return 0.5f; };
+    writeRecipe(folder / "room.exr", light);
+    writePng(folder / "room_deluxe.png", kDeluxeSide, kDeluxeSide, 3, directionAt);
+    writeSquare(folder / "square.glb", {});
+    LightMapDescription named = description(folder);
+    named.encoding = LightEncoding::None;
+    for (const char* file : {"room.exr", "room_deluxe.png"}) {
+        const auto reader = LightMapReader::open(folder / file, named);
+        ASSERT_TRUE(reader) << reader.error().line();
+        EXPECT_EQ(reader->bake(), "deluxe") << file;
+        EXPECT_EQ(reader->recognition().evidence, "the 2 files room.exr to room_deluxe.png");
+    }
 }
 
 TEST(Deluxe, DirectionsThatAreNoNumbersAreNamed) {

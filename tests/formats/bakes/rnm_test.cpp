@@ -235,7 +235,7 @@ TEST(Rnm, NamesOfFilesIdentifyBakeryWhichNeedsAMesh) {
                 AllOf(HasSubstr("room_RNM2.exr"), HasSubstr("found 16 x 8 texels, expected 16 x 16")));
     std::filesystem::remove(folder / "room_RNM2.exr");
     EXPECT_THAT(refusal(folder / "room_RNM0.exr", onMesh(folder, "source-rnm")).line(),
-                HasSubstr("found 2 of the 3 files of bake format source-rnm, room_RNM2.exr is missing"));
+                HasSubstr("found 2 of the 3 files of bake format source-rnm, room_RNM2 (.exr, .hdr, .tga or .png) is missing"));
 }
 
 }  // namespace

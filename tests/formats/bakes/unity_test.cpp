@@ -114,8 +114,9 @@ TEST(UnityDirectional, FilesThatDoNotFitAreNamed) {
     std::filesystem::remove(bake.direction);
     LightMapDescription description;
     description.bake = "unity-directional";
-    EXPECT_THAT(refusal(bake.light, description).line(),
-                HasSubstr("found 1 of the 2 files of bake format unity-directional, Lightmap-0_comp_dir.exr is missing"));
+    EXPECT_THAT(
+        refusal(bake.light, description).line(),
+        HasSubstr("found 1 of the 2 files of bake format unity-directional, Lightmap-0_comp_dir (.exr, .hdr, .tga or .png) is missing"));
     const MapFile other(colours());
     EXPECT_THAT(refusal(other.path, description).line(),
                 HasSubstr("found no light map of bake format unity-directional, expected files _light and _dir; it holds R, G, B"));

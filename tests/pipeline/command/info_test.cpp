@@ -101,11 +101,12 @@ TEST(InfoOfAnImage, SaysWhyItIsNotReadAsALightMap) {
     EXPECT_EQ(stack->at("height"), 64);
     EXPECT_THAT(stack->at("as_light_map").at("error").get<std::string>(), HasSubstr("stack.exr: found a file that could be "));
     EXPECT_EQ(two->at("maximum"), 0.5);
-    EXPECT_THAT(two->at("as_light_map").at("error").get<std::string>(), HasSubstr("two_RNM2.exr is missing"));
+    EXPECT_THAT(two->at("as_light_map").at("error").get<std::string>(), HasSubstr("two_RNM2 (.exr, .hdr, .tga or .png) is missing"));
     const auto one = describeFile(folder / "one_RNM0.exr");
     ASSERT_TRUE(one);
     EXPECT_EQ(one->at("as_light_map").at("light_map"), "flat");
-    EXPECT_THAT(one->at("as_light_map").at("incomplete_sets").at(0).get<std::string>(), HasSubstr("one_RNM1.exr and 1 more are missing"));
+    EXPECT_THAT(one->at("as_light_map").at("incomplete_sets").at(0).get<std::string>(),
+                HasSubstr("one_RNM1 (.exr, .hdr, .tga or .png) and 1 more are missing"));
 }
 
 TEST(InfoOfAnImage, SaysNothingOfLightMapsWhereNoneIsMeant) {

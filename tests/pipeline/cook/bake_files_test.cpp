@@ -232,7 +232,8 @@ TEST(BakeFiles, OneFileOfASetIsNamed) {
     const Outcome alone = lintScene(lint, {});
     ASSERT_EQ(alone.findings.size(), 1u);
     EXPECT_EQ(alone.findings[0].check, LintCheck::IncompleteSet);
-    EXPECT_THAT(alone.findings[0].found, HasSubstr("found 1 of the 4 files of bake format bakery-sh, room_L0.exr and 2 more are missing"));
+    EXPECT_THAT(alone.findings[0].found,
+                HasSubstr("found 1 of the 4 files of bake format bakery-sh, room_L0 (.exr, .hdr, .tga or .png) and 2 more are missing"));
     scene.writeScene("room_L1x.exr", "bake = \"flat\"");
     EXPECT_TRUE(lintScene(lint, {}).findings.empty());
 }
