@@ -95,9 +95,9 @@ std::vector<std::string> meshBakeNames();
 /// Returns the file that a bake of several files is opened by, under a value of the scene key `bake`: the first one of the set of which
 /// `file` is another one, if both exist; else `file`.
 std::filesystem::path leadingFile(const std::filesystem::path& file, std::string_view bake);
-/// Returns why a picture of integers that belongs to a set of files, under a value of the scene key `bake`, cannot be read: the set is
-/// incomplete and its first file missing, or it is complete and nothing says how its colours are encoded. Empty: it belongs to no set, or
-/// nothing is wrong with the set.
+/// Returns why a picture of integers that belongs to a set of files, under a value of the scene key `bake`, cannot be read: it is not the
+/// first file, and others are missing; or the set is complete, and nothing says how its colours are encoded. Empty: it belongs to no set,
+/// or it is the first file of an incomplete one, which may as well be a picture of its own.
 std::string faultOfPictureSet(const std::filesystem::path& file, std::string_view bake);
 /// Returns the bake format, sh4 or sh9, of a bake that has an image for each coefficient, or for each colour of a coefficient. Fails for
 /// other names and for coefficients that are missing.

@@ -350,14 +350,12 @@ std::string faultOfPictureSet(const std::filesystem::path& file, std::string_vie
         const auto files = format.filesBeside(file);
         if (std::ranges::find(files, file) == files.end()) continue;
         const BakeMatch match = format.match(file, picture);
-        std::error_code code;
         if (match.kind == Kind::Certain && format.takesEncoding)
             return fmt::format(
                 "found {} of bake format {} with light in a picture of integers, expected encoding = \"rgbm\", \"dldr\" or "
                 "\"srgb\" (--encoding) for {}",
                 match.evidence, format.name, files.front().filename().string());
-        if (match.kind == Kind::Partial && files.front() != file && !std::filesystem::exists(files.front(), code))
-            incomplete.push_back({&format, match});
+        if (match.kind == Kind::Partial && files.front() != file) incomplete.push_back({&format, match});
     }
     return incompleteSetOf(incomplete);
 }

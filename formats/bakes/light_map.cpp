@@ -23,6 +23,7 @@
 #include "formats/bakes/surface_frames.h"
 #include "formats/bakes/unreal.h"
 #include "formats/epic_light_maps.h"
+#include "formats/plain_image.h"
 
 namespace lightcook::formats {
 namespace {
@@ -39,7 +40,7 @@ Result<OpenBake> openImage(const std::filesystem::path& named, const LightMapDes
     const std::filesystem::path file = leadingFile(named, description.bake);
     const bool isEncoded = description.encoding != LightEncoding::None;
     Result<BakeImage> opened = isEncoded ? BakeImage::openEncoded(file, description.encoding) : BakeImage::open(file);
-    if (!opened && opened.error().code == ErrorCode::FormatUnsupported)
+    if (!opened && opened.error().code == ErrorCode::FormatUnsupported && isPictureFile(file))
         if (const std::string fault = faultOfPictureSet(file, description.bake); !fault.empty())
             return failure(ErrorCode::WrongShape, file.string(), fault);
     if (!opened) return tl::make_unexpected(opened.error());

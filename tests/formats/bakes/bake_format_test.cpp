@@ -99,6 +99,14 @@ TEST(BakeFormat, MissingChannelsAreNamed) {
                 HasSubstr("found 25 of the 27 channels of bake format sh9, sh05.G and 1 more are missing"));
 }
 
+TEST(BakeFormat, LayersOfAFileAreNamedInOneShortLine) {
+    const auto found =
+        findBakeFormat(std::string(kAutoBake), "render.exr", fileOf({"Combined.A", "Combined.B", "Combined.G", "Combined.R"}));
+    ASSERT_FALSE(found);
+    EXPECT_EQ(found.error().line(),
+              "render.exr: found R, G, B under layer Combined, expected them without a layer: save one layer as R, G, B");
+}
+
 TEST(BakeFormat, ImpliedConventionsReplaceTheDefaultAndRefuseOthers) {
     BakeFormatInfo format = allBakeFormats().front();
     LightMapDescription description;
