@@ -96,6 +96,11 @@ Json describeWithoutMesh(const formats::BakeRecognition& recognition, const form
             {"needs", error.line()}};
 }
 
+/// Returns true for a picture whose name, and the files beside it, make it a part of a bake of several files.
+bool isPartOfSet(const std::filesystem::path& file) {
+    return formats::leadingFile(file, formats::kAutoBake) != file || !formats::faultOfPictureSet(file, formats::kAutoBake).empty();
+}
+
 /// Describes the light maps of Unreal that a glTF holds, each by its image. One that cannot be read has its error.
 Result<Json> describeEpicMaps(const std::filesystem::path& file) {
     const auto images = formats::epicImageNames(file);
@@ -210,7 +215,7 @@ Result<Json> describeFile(const std::filesystem::path& file) {
         if (!baked->empty()) (*facts)["as_light_maps"] = *baked;
         return facts;
     }
-    if (extension == ".exr" || extension == ".hdr") {
+    if (extension == ".exr" || extension == ".hdr" || isPartOfSet(file)) {
         const auto map = formats::LightMapReader::open(file, {});
         if (!map)
             if (const auto known = formats::LightMapReader::recognize(file, {}); known && known->format->needsMesh())

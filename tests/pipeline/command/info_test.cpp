@@ -1,12 +1,18 @@
 // `info` lists a cooked folder from its manifest, and adds the figures of its report.
 #include "pipeline/command/info.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <cstddef>
 #include <filesystem>
+#include <string>
+#include <vector>
 
+#include "formats/image/exr_file.h"
 #include "formats/plain_image.h"
 #include "pipeline/cook/cook.h"
+#include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"
 #include "tests/pipeline/example_folder.h"
 #include "tests/pipeline/small_scene.h"
@@ -107,6 +113,43 @@ TEST(InfoOfAnImage, SaysWhyItIsNotReadAsALightMap) {
     EXPECT_EQ(one->at("as_light_map").at("light_map"), "flat");
     EXPECT_THAT(one->at("as_light_map").at("incomplete_sets").at(0).get<std::string>(),
                 HasSubstr("one_RNM1 (.exr, .hdr, .tga or .png) and 1 more are missing"));
+}
+
+TEST(InfoOfAnImage, AnyFileOfASetIsDescribedAsTheSet) {
+    const formats::TemporaryFolder folder;
+    writeGrey(folder / "room_L0.exr", 16, 8);
+    const auto writePart = [&](const char* name) { formats::writePng(folder / name, 16, 8, 3, [](int, int, int) { return 128; }); };
+    for (const char* name : {"room_L1x.png", "room_L1y.png"}) writePart(name);
+    const auto incomplete = describeFile(folder / "room_L1x.png");
+    ASSERT_TRUE(incomplete);
+    EXPECT_THAT(incomplete->at("as_light_map").at("error").get<std::string>(),
+                HasSubstr("found 3 of the 4 files of bake format bakery-sh"));
+    writePart("room_L1z.png");
+    const auto whole = describeFile(folder / "room_L1x.png");
+    ASSERT_TRUE(whole);
+    EXPECT_EQ(whole->at("light_map"), "bakery-sh");
+    std::filesystem::remove(folder / "room_L0.exr");
+    const auto part = describeFile(folder / "room_L1x.png");
+    ASSERT_TRUE(part);
+    EXPECT_EQ(part->at("width"), 16);
+    EXPECT_THAT(part->at("as_light_map").at("error").get<std::string>(),
+                HasSubstr("found 3 of the 4 files of bake format bakery-sh, room_L0 (.exr, .hdr, .tga or .png) is missing"));
+}
+
+TEST(InfoOfAnImage, NamesTheChannelsThatABakeFormatLacks) {
+    const formats::TemporaryFolder folder;
+    std::vector<std::string> channels;
+    for (int i = 0; i < 9; ++i)
+        for (const char colour : {'R', 'G', 'B'})
+            if (i != 5 || colour != 'G') channels.push_back(fmt::format("sh{:02}.{}", i, colour));
+    constexpr int kSide = 4;
+    const std::vector<float> texels(kSide * kSide * channels.size(), 1.0f);
+    auto writer = formats::ExrWriter::create(folder / "map.exr", kSide, kSide, channels, formats::ExrLayout::ScanLines);
+    ASSERT_TRUE(writer && writer->append(texels.data(), static_cast<std::ptrdiff_t>(kSide * channels.size()), kSide) && writer->commit());
+    const auto lacking = describeFile(folder / "map.exr");
+    ASSERT_TRUE(lacking);
+    EXPECT_THAT(lacking->at("as_light_map").at("error").get<std::string>(),
+                HasSubstr("found 26 of the 27 channels of bake format sh9, sh05.G is missing"));
 }
 
 TEST(InfoOfAnImage, SaysNothingOfLightMapsWhereNoneIsMeant) {
