@@ -57,6 +57,13 @@ Result<std::vector<Found>> filesOf(const std::vector<fs::path>& paths) {
     return files;
 }
 
+/// Returns an error as the reason why a file is left out: without the name of that file, which stands before it, but with that of another.
+std::string reasonOf(const fs::path& file, const formats::Error& error) {
+    if (error.subject == file.string()) return error.detail;
+    const std::string folder = file.has_parent_path() ? (file.parent_path() / "").string() : "";
+    return fmt::format("{}: {}", error.subject.starts_with(folder) ? error.subject.substr(folder.size()) : error.subject, error.detail);
+}
+
 /// Returns true for the width and height of a panorama, of six faces in a strip or of a cross (formats/environment.h).
 bool isEnvironmentShape(int width, int height) {
     const auto is = [&](int x, int y) { return std::int64_t{width} * y == std::int64_t{height} * x; };
@@ -95,7 +102,7 @@ private:
     /// Leaves out a file of a folder that cannot be read. One that the command line names is an error.
     Result<void> refuse(const Found& found, const formats::Error& error) {
         if (found.isNamed) return tl::make_unexpected(error);
-        leaveOut(found.file, error.detail);
+        leaveOut(found.file, reasonOf(found.file, error));
         return {};
     }
 
@@ -105,11 +112,23 @@ private:
         if (scene->hasLightMapUvs())
             meshes_.push_back(found.file);
         else
-            leaveOut(found.file, "it has no light-map UVs (TEXCOORD_1)");
+            leaveOut(found.file, unrealLightMapsOf(found.file).value_or("it has no light-map UVs (TEXCOORD_1)"));
         return {};
     }
+    /// Returns what to write for a glTF that holds light maps of Unreal.
+    static std::optional<std::string> unrealLightMapsOf(const fs::path& file) {
+        const auto images = formats::epicImageNames(file);
+        if (!images || images->empty()) return std::nullopt;
+        const bool isOne = images->size() == 1;
+        return fmt::format("it holds {} of Unreal; write file = \"{}\"{} into a [[light_map]]{}", isOne ? "a light map" : "light maps",
+                           file.filename().string(), isOne ? "" : fmt::format(" and image = \"{}\"", images->front()),
+                           isOne ? "" : fmt::format(", and so for each: {}", fmt::join(*images, ", ")));
+    }
 
-    void addLightMap(const fs::path& file, const formats::LightMapReader& map) {
+    /// found  any file of a set
+    void addLightMap(const fs::path& found, const formats::LightMapReader& map) {
+        const fs::path file = formats::leadingFile(found, map.bake());
+        take(found);
         take(file);
         for (const fs::path& beside : formats::bakeFilesBeside(file, map.bake())) take(beside);
         const BakeReading reading = readingOf(map);
@@ -160,7 +179,7 @@ private:
         else
             leaveOut(found.file,
                      map ? "a picture of integers; if it is a light map, give it \"lightmap\" in its name, or write it into the scene"
-                         : map.error().detail);
+                         : reasonOf(found.file, map.error()));
         return {};
     }
     static bool areAllThere(const std::vector<fs::path>& files) {
@@ -202,7 +221,8 @@ private:
             take(mesh);
             if (!used.contains(mesh))
                 inputs_.leftOut.push_back(
-                    {mesh, "no light map has a name that begins with its name; write mesh = \"FILE\" at the light map that it carries"});
+                    {mesh, unrealLightMapsOf(mesh).value_or("no light map has a name that begins with its name; write mesh = \"FILE\" at "
+                                                            "the light map that it carries")});
         }
     }
 

@@ -4,6 +4,8 @@
 
 #include "formats/plain_image.h"
 #include "pipeline/json/json.h"
+#include "tests/formats/picture_fixture.h"
+#include "tests/formats/unreal_fixture.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -32,6 +34,9 @@ protected:
         std::string text = kTriangleScene;
         text.replace(text.find("UVS"), 3, hasUvs ? ", \"TEXCOORD_1\": 1" : "");
         formats::writeContent(folder_ / name, text);
+    }
+    void integers(const std::string& name, int width, int height, int channels = 3) const {
+        formats::writePng(folder_ / name, width, height, channels, [](int, int, int) { return 128; });
     }
     void write(const std::string& name) const { formats::writeContent(folder_ / name, "words"); }
     DraftInputs find() const {
@@ -71,6 +76,48 @@ TEST_F(DraftInputsOfAFolder, ThePartsOfABakeAreNoPicturesOfTheirOwn) {
     EXPECT_EQ(inputs.lightMaps[0].reading.bake, "bakery-sh");
     EXPECT_THAT(inputs.probes, IsEmpty()) << "though the parts have the shape of panoramas";
     EXPECT_THAT(inputs.leftOut, IsEmpty());
+}
+
+TEST_F(DraftInputsOfAFolder, TheFirstFileOfASetIsTheLightMap) {
+    picture("Lightmap-0_comp_light.exr", 16, 8);
+    integers("Lightmap-0_comp_dir.png", 16, 8, 4);
+    const DraftInputs inputs = find();
+    ASSERT_THAT(inputs.lightMaps, SizeIs(1));
+    EXPECT_EQ(inputs.lightMaps[0].file.filename(), "Lightmap-0_comp_light.exr") << "not the directions, which sort before it";
+    EXPECT_EQ(inputs.lightMaps[0].reading.bake, "unity-directional");
+    EXPECT_THAT(inputs.leftOut, IsEmpty());
+}
+
+TEST_F(DraftInputsOfAFolder, WhatASetLacksIsTheReasonWhyItsFilesAreLeftOut) {
+    picture("square.exr", 16, 16);
+    for (const char* name : {"room_L1x.png", "room_L1y.png", "room_L1z.png", "hall_light.png", "hall_dir.png"}) integers(name, 16, 8, 4);
+    DraftInputs inputs = find();
+    EXPECT_THAT(whyLeftOut(inputs, "room_L1y.png"),
+                HasSubstr("found 3 of the 4 files of bake format bakery-sh, room_L0 (.exr, .hdr, .tga or .png) is missing"));
+    for (const char* name : {"hall_light.png", "hall_dir.png"})
+        EXPECT_THAT(whyLeftOut(inputs, name), HasSubstr("hall_light.png to hall_dir.png of bake format unity-directional with light in a "
+                                                        "picture of integers, expected encoding = \"rgbm\""))
+            << name;
+    picture("room_L0.exr", 16, 9);
+    inputs = find();
+    EXPECT_THAT(whyLeftOut(inputs, "room_L0.exr"), testing::StartsWith("room_L1x.png: found 16 x 8 texels, expected 16 x 9"));
+}
+
+TEST_F(DraftInputsOfAFolder, AGltfOfUnrealSaysWhatToWrite) {
+    picture("square.exr", 16, 16);
+    picture("circle.exr", 16, 16);
+    std::string text = kTriangleScene;
+    text.replace(text.find("UVS"), 3, ", \"TEXCOORD_1\": 1");
+    Json level = Json::parse(text);
+    const formats::UnrealImage image(8, 8);
+    const auto lightMap = [&](int texture) { return formats::unrealLightMap(image, {0, 0, 8, 8}, {}, texture); };
+    level.update(formats::unrealGltf(Json::array({{{"name", "HQ_0"}, {"uri", "a.png"}}, {{"name", "HQ_1"}, {"uri", "b.png"}}}),
+                                     Json::array({lightMap(0), lightMap(1)})));
+    level["nodes"].push_back({{"mesh", 0}});
+    level["scenes"][0]["nodes"] = {2};
+    formats::writeContent(folder_ / "level.gltf", level.dump());
+    EXPECT_THAT(whyLeftOut(find(), "level.gltf"), HasSubstr("it holds light maps of Unreal; write file = \"level.gltf\" and image = "
+                                                            "\"HQ_0\" into a [[light_map]], and so for each: HQ_0, HQ_1"));
 }
 
 TEST_F(DraftInputsOfAFolder, APictureIsAnEnvironmentByItsShapeOrALightMapByItsName) {
