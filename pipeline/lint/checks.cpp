@@ -32,6 +32,11 @@ constexpr std::array kLintChecks = {
                   "no light of one hemisphere has these ratios of SH bands, under any reading of the file",
                   "Compare the order of the coefficients with `sh00` to `sh08`, and look for a window on the bands. If the bake gathers "
                   "light over the whole sphere, allow this code."},
+    LintCheckInfo{
+        LintCheck::ImpossibleDirections, "impossible-directions", Warning,
+        "most of the map has more directed light than all of its light allows",
+        "Look at the files of the directions: values near 0.5 say that light comes evenly from everywhere, and a white file is none. "
+        "In channels of coefficients, compare their order with `sh00` to `sh08`."},
     LintCheckInfo{LintCheck::GammaCurve, "gamma-curve", Warning, "values look like they were stored under a gamma curve",
                   "Export linear values: no sRGB or 2.2 curve, and no tone mapping. lightcook does not undo the curve of an SH map."},
     LintCheckInfo{

@@ -17,6 +17,7 @@ enum class LintCheck {
     LitFromBehind,
     WrongQuantity,
     ImpossibleBands,
+    ImpossibleDirections,
     GammaCurve,
     WrongPrimaries,
     LightUnits,

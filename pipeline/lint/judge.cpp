@@ -23,6 +23,8 @@ namespace {
 
 /// Share of texels that may be lit from behind, or break the inequalities of the bands: noise of the baker.
 constexpr double kMostBehind = 0.005, kMostImpossible = 0.005;
+/// Share of lit texels whose band 1 may be longer than that of any light.
+constexpr double kMostTooDirected = 0.5;
 /// A reading of the file explains a fault if it leaves at most this part of it.
 constexpr double kExplained = 0.1;
 /// Texels that may lie in black charts: a share of the covered ones, and a number.
@@ -239,11 +241,22 @@ private:
     /// of any light.
     bool holdsBandsOfLight() const { return !impliedByFormat().quantity; }
 
+    /// Looks for a map of which most has more directed light than there is. A few such texels are what an engine makes of its formula.
+    void judgeLengths() {
+        const std::int64_t lit = facts_.covered - facts_.black;
+        const double found = share(facts_.tooDirected, lit);
+        if (found <= kMostTooDirected) return;
+        add(LintCheck::ImpossibleDirections, "file",
+            fmt::format("found a band 1 longer than that of light from a single direction in {} of {} lit texels, expected 0 %",
+                        percent(found), lit),
+            {{"impossible", found}});
+    }
+
     void judgeBands() {
-        if (!holdsBandsOfLight()) return;
+        if (!holdsBandsOfLight()) return judgeLengths();
         const BandFacts& bands = facts_.bands;
         const double found = share(bands.asDescribed, bands.texels);
-        if (found <= kMostImpossible) return;
+        if (found <= kMostImpossible) return judgeLengths();
         const double otherQuantity = share(bands.otherQuantity, bands.texels), decoded = share(bands.decoded, bands.texels);
         const double explained = std::max(kMostImpossible, kExplained * found);
         const std::string what = fmt::format("found bands 1 and 2 that no light of a hemisphere has in {} of {} texels, expected 0 %",

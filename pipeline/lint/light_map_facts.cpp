@@ -26,6 +26,8 @@ static_assert(kAxisChoices == kSignChoices * kPermutations.size());
 
 /// Shortest band 1, over its longest, that has a direction.
 constexpr double kShortestDirection = 0.02;
+/// Length of band 1, over its longest, beyond which 8-bit directions are more than rounded.
+constexpr double kLongestDirection = 1.1;
 /// Rounding of halves, and of baker's windows, in f and g.
 constexpr double kBandTolerance = 0.02;
 
@@ -131,8 +133,9 @@ private:
         // Light of radiance 1 from a hemisphere has an sh00 of sqrt(pi).
         part.radianceSum += values[0] / std::sqrt(std::numbers::pi);
         if (!(values[0] > 0)) return;
-        const double noise = kShortestDirection * std::sqrt(3.0) * values[0];
-        if (glm::length(band1(values)) >= noise) {
+        const double longest = std::sqrt(3.0) * values[0], noise = kShortestDirection * longest, length = glm::length(band1(values));
+        facts.tooDirected += length > kLongestDirection * longest ? 1 : 0;
+        if (length >= noise) {
             ++facts.directional;
             if (hasNormals) addDirection(band1(values), noise, normal, facts);
         }
@@ -168,6 +171,7 @@ void merge(LightMapFacts& whole, const LightMapFacts& part) {
     whole.coverage += part.coverage;
     whole.covered += part.covered;
     whole.black += part.black;
+    whole.tooDirected += part.tooDirected;
     whole.directional += part.directional;
     for (std::size_t i = 0; i < whole.behind.size(); ++i) whole.behind[i] += part.behind[i];
     whole.behindInOtherFrame += part.behindInOtherFrame;

@@ -51,6 +51,7 @@ struct LightMapFacts {
     std::int64_t black = 0;                           ///< covered texels without any light
     double key = 0;                                   ///< log-average luminance of the exit radiance of a white surface, where lit
     double meanRadiance = 0;                          ///< mean luminance of the incident radiance over the hemisphere, where there is light
+    std::int64_t tooDirected = 0;                     ///< texels whose band 1 is longer than that of any light of their sh00
     std::int64_t directional = 0;                     ///< texels whose band 1 is not too short to have a direction
     std::array<std::int64_t, kAxisChoices> behind{};  ///< of these, those that are lit from behind under each choice of axes
     std::int64_t behindInOtherFrame = 0;              ///< the same with coefficients of the other frame
@@ -76,6 +77,7 @@ void describe(Fields& fields, Self& facts) {
     fields.required("key", facts.key, kNumberOrNull, "log-average luminance of the exit radiance of a white surface, where lit");
     fields.required("mean_radiance", facts.meanRadiance, kNumberOrNull,
                     "mean luminance of the incident radiance over the hemisphere, where there is light");
+    fields.required("too_directed", facts.tooDirected, "texels whose band 1 is longer than that of any light");
     fields.required("directional", facts.directional, "texels whose light has a direction");
     fields.required("behind", facts.behind, "of these, texels that are lit from behind, for each choice of axes");
     fields.required("behind_in_other_frame", facts.behindInOtherFrame, "the same with coefficients of the other frame");

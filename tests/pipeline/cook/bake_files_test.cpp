@@ -238,6 +238,25 @@ TEST(BakeFiles, OneFileOfASetIsNamed) {
     EXPECT_TRUE(lintScene(lint, {}).findings.empty());
 }
 
+TEST(BakeFiles, AWhiteMapOfDirectionsIsNamed) {
+    const BakeScene scene;
+    float direction = 1;
+    const auto lint = [&] {
+        scene.writePicture("room_L0.exr", kSide, kSide, 3, [](int, int) { return glm::vec4(0.5f); });
+        scene.writePicture("room_L1.exr", kSide, kSide, 3, [&](int, int) { return glm::vec4(direction); });
+        scene.writeScene("room_L0.exr");
+        LintOptions options;
+        options.scene = scene / "scene.toml";
+        options.cache = scene / "cache";
+        std::vector<LintCheck> checks;
+        for (const Finding& finding : lintScene(options, {}).findings) checks.push_back(finding.check);
+        return checks;
+    };
+    EXPECT_THAT(lint(), testing::Contains(LintCheck::ImpossibleDirections));
+    direction = 0.6f;
+    EXPECT_THAT(lint(), testing::Not(testing::Contains(LintCheck::ImpossibleDirections)));
+}
+
 /// The same bytes under a name that belongs to no set: the facts of the first lint are not those of the second.
 TEST(BakeFiles, ARenamedFileIsLookedAtAnew) {
     const BakeScene scene;

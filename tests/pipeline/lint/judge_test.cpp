@@ -56,5 +56,21 @@ TEST(LintJudge, NamesAxesWhereTheBakeFormatImpliesTheConvention) {
     }
 }
 
+TEST(LintJudge, NamesDirectionsThatNoLightHasWhereMostTexelsHaveThem) {
+    LightMapFacts facts;
+    facts.reading.bake = "bakery-mono-sh";
+    facts.hasCoverage = true;
+    facts.coverage.inside = facts.covered = facts.directional = 120;
+    facts.coverage.largest = 1;
+    facts.black = 20;
+    facts.key = 1;
+    facts.tooDirected = 51;
+    const Finding finding = onlyFinding(facts);
+    EXPECT_EQ(finding.check, LintCheck::ImpossibleDirections);
+    EXPECT_THAT(finding.found, HasSubstr("in 51.0 % of 100 lit texels"));
+    facts.tooDirected = 50;
+    EXPECT_TRUE(judgeLightMap(Scene{}, LightMapEntry{}, facts).empty());
+}
+
 }  // namespace
 }  // namespace lightcook::pipeline
