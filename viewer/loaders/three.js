@@ -141,8 +141,9 @@ export class CookedScene extends CookedFolder {
  * @param {import("three/addons/loaders/GLTFLoader.js").GLTF} gltf */
 function placeUvs({ parser }) {
   const lightMaps = lightMapsOfNodes(parser.json);
-  for (const [object, { nodes }] of parser.associations) {
-    const placed = nodes === undefined ? undefined : lightMaps.get(nodes);
+  for (const [object, association] of parser.associations) {
+    // The material of primitives without one has no association.
+    const nodes = association?.nodes, placed = nodes === undefined ? undefined : lightMaps.get(nodes);
     if (!placed || !("traverse" in object)) continue;
     // A mesh of several primitives is a group of them. Other children are nodes, which have entries of their own.
     const isPart = (/** @type {any} */ each) => "geometry" in each && (each === object || parser.associations.get(each)?.nodes === undefined);
