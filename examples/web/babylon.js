@@ -19,9 +19,10 @@ start(async () => {
   camera.attachControl();
 
   const cooked = await CookedScene.open(options.cooked, { scene, draco: options.draco });
-  const [lightMap] = cooked.assets("light-map");
-  const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure, srgb: true });
-  for (const asset of cooked.assets("mesh")) await cooked.mesh(asset, material);
+  for (const lightMap of cooked.assets("light-map")) {
+    const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure, srgb: true });
+    for (const asset of cooked.assets("mesh").filter((mesh) => mesh.light_map === lightMap.name)) await cooked.mesh(asset, material);
+  }
 
   await scene.whenReadyAsync();
   engine.runRenderLoop(() => scene.render());

@@ -19,9 +19,10 @@ start(async () => {
   camera.script.create(CameraControls, { properties: { focusPoint: new Vec3(...options.target) } });
 
   const cooked = await CookedScene.open(options.cooked, { device, draco: options.draco });
-  const [lightMap] = cooked.assets("light-map");
-  const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure, srgb: true });
-  for (const asset of cooked.assets("mesh")) app.root.addChild(await cooked.mesh(asset, material));
+  for (const lightMap of cooked.assets("light-map")) {
+    const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure, srgb: true });
+    for (const asset of cooked.assets("mesh").filter((mesh) => mesh.light_map === lightMap.name)) app.root.addChild(await cooked.mesh(asset, material));
+  }
 
   addEventListener("resize", () => app.resizeCanvas());
   return () => app.render();

@@ -12,17 +12,18 @@ start(async () => {
   controls.update();
 
   const cooked = await CookedScene.open(options.cooked, { gl: renderer.getContext(), draco: options.draco });
-  const [lightMap] = cooked.assets("light-map");
-  const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure, srgb: true });
-  const both = material.clone();
-  both.uniforms = material.uniforms;
-  both.side = DoubleSide;
-  for (const asset of cooked.assets("mesh")) {
-    const group = await cooked.mesh(asset);
-    group.traverse((object) => {
-      if (object.isMesh) object.material = object.material.side === DoubleSide ? both : material;
-    });
-    world.add(group);
+  for (const lightMap of cooked.assets("light-map")) {
+    const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure, srgb: true });
+    const both = material.clone();
+    both.uniforms = material.uniforms;
+    both.side = DoubleSide;
+    for (const asset of cooked.assets("mesh").filter((mesh) => mesh.light_map === lightMap.name)) {
+      const group = await cooked.mesh(asset);
+      group.traverse((object) => {
+        if (object.isMesh) object.material = object.material.side === DoubleSide ? both : material;
+      });
+      world.add(group);
+    }
   }
 
   const draw = () => {
