@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import shutil
+import struct
 import subprocess
 import sys
 import unittest
@@ -26,6 +27,7 @@ if not (WEB / 'node_modules' / 'playcanvas').is_dir():
 class Scene(Folder):
     """A scene that is cooked with each of `layouts`, drawn by `camera`."""
     layouts = ('hdr',)
+    least_share = 0.3  # of pixels inside surfaces
 
     @classmethod
     def setUpClass(cls):
@@ -97,7 +99,7 @@ specular = false
     def check(self, picture, name, mesh, what):
         at, expected = self.reference(name, mesh)
         self.assertEqual(picture.shape[1::-1], self.camera.size, what)
-        self.assertGreater(len(at[0]), 0.3 * picture.shape[0] * picture.shape[1], what)
+        self.assertGreater(len(at[0]), self.least_share * picture.shape[0] * picture.shape[1], what)
         self.assert_shown(picture[at], expected, what)
 
     def check_engine(self, browser, engine, name, glb=''):
@@ -174,6 +176,112 @@ class EnginesSoak(Engines):
     """The same for the ways that Engines leaves out."""
     drawn = (('babylon', 'hdr.ktx2'), ('three', 'basis-4.ktx2'))
     drawn_decoded = (('playcanvas', 'basis-4.ktx2'), ('three', 'hdr.ktx2'))
+
+
+def write_glb(path, nodes, positions, normals, uvs, indices):
+    """Writes a mesh that each of `nodes` with "mesh": 0 shows. The first node is the root. uvs are those of the light map."""
+    arrays = [np.array(values, kind) for values, kind in ((positions, '<f4'), (normals, '<f4'), (uvs, '<f4'), (indices, '<u4'))]
+    starts = np.cumsum([0] + [array.nbytes for array in arrays])
+    accessors = [{'bufferView': i, 'componentType': 5125 if i == 3 else 5126, 'count': array.size if i == 3 else len(array),
+                  'type': ('VEC3', 'VEC3', 'VEC2', 'SCALAR')[i]} for i, array in enumerate(arrays)]
+    accessors[0].update(min=arrays[0].min(0).tolist(), max=arrays[0].max(0).tolist())
+    attributes = {'POSITION': 0, 'NORMAL': 1, 'TEXCOORD_0': 2, 'TEXCOORD_1': 2}
+    document = {'asset': {'version': '2.0'}, 'scene': 0, 'scenes': [{'nodes': [0]}], 'nodes': nodes,
+                'meshes': [{'primitives': [{'attributes': attributes, 'indices': 3}]}], 'accessors': accessors,
+                'bufferViews': [{'buffer': 0, 'byteOffset': int(start), 'byteLength': array.nbytes} for start, array in zip(starts, arrays)],
+                'buffers': [{'byteLength': int(starts[-1])}]}
+    path.write_bytes(glb_of(document, b''.join(array.tobytes() for array in arrays)))
+
+
+def glb_of(document, binary):
+    """Binary glTF of a JSON chunk and a binary one."""
+    text = json.dumps(document).encode()
+    text += b' ' * (-len(text) % 4)
+    chunks = struct.pack('<2I', len(text), 0x4e4f534a) + text + struct.pack('<2I', len(binary), 0x4e4942) + binary
+    return struct.pack('<3I', 0x46546c67, 2, 12 + len(chunks)) + chunks
+
+
+class EnginesMaps(Scene):
+    """Two light maps, each with a mesh. Two nodes share the mesh of one; the child of them mirrors, and shears by the uneven scale of its
+    parent."""
+    camera = Camera((0, 0, 4), (0, 0, 0), 40, (320, 240))
+    layouts = ()
+    least_share = 0.1
+    nodes = {
+        'left': [{'name': 'upper', 'mesh': 0, 'children': [1], 'translation': [-0.9, 0.6, 0], 'scale': [1.4, 0.8, 1]},
+                 {'name': 'lower', 'mesh': 0, 'translation': [0, -1.6, 0.2], 'rotation': [0, 0, float(np.sin(0.2)), float(np.cos(0.2))],
+                  'scale': [-1, 1, 1]}],
+        'right': [{'name': 'right', 'mesh': 0, 'translation': [0.9, 0, 0], 'scale': [1.2, 2, 1]}],
+    }
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+        normals = np.column_stack([0.3 * corners, np.ones(4)])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        y, x = np.mgrid[0:16, 0:16] / 15
+        maps = []
+        for i, (name, nodes) in enumerate(cls.nodes.items()):
+            write_glb(cls.folder / f'{name}.glb', nodes, np.column_stack([corners, np.zeros(4)]), normals, np.array([0.5, 0.5]) + corners * [1, -1],
+                      [0, 1, 2, 0, 2, 3])
+            light = {f'sh{k:02d}.{c}': np.zeros((16, 16), np.float32) for k in range(9) for c in 'RGB'}
+            for c, colour in zip('RGB', ((0.9, 0.4, 0.1), (0.1, 0.5, 0.8))[i]):
+                light[f'sh00.{c}'] += (colour * (0.5 + x + (1 - y) * i)).astype(np.float32)
+                light[f'sh03.{c}'] += (0.4 * colour * y).astype(np.float32)
+            lighting.write_exr(cls.folder / f'{name}.exr', {**light, 'coverage.Y': np.ones((16, 16), np.float32)})
+            maps.append(f'[[light_map]]\nname = "{name}"\nfile = "{name}.exr"\nmesh = "{name}.glb"\n')
+        scene = cls.folder / 'maps.toml'
+        scene.write_text('schema = 1\nname = "maps"\n[output]\nlight_map_layout = "hdr"\nmax_error = 1\neffort = 1\ngltf = true\n' + ''.join(maps) +
+                         '[[material]]\nname = "*"\nnormal_map = true\nspecular = false\n')
+        run(LIGHTCOOK, 'cook', scene, '-o', cls.site / 'maps', '--cache', CACHE)
+
+    def parts(self, file):
+        run('node', ROOT / 'tests' / 'viewer' / 'mesh.mjs', file, self.folder / 'mesh.json')
+        return json.loads((self.folder / 'mesh.json').read_text())
+
+    def expect(self, parts, maps):
+        """Adds what the pixels show to the references. parts: of each of `maps`."""
+        sh = []
+        for each, name in zip(parts, maps):
+            for part in each:
+                part['clusters'] = [len(sh)] * (len(part['positions']) // 3)
+            run(LIGHTCOOK, 'reconstruct', self.site / 'maps', name, self.folder / 'decoded.exr')
+            sh.append(lighting.sh_of(lighting.read_exr(self.folder / 'decoded.exr')))
+        surfaces = rasterize([part for each in parts for part in each], self.camera)
+        coefficients = np.array([lighting.bilinear(image, *surfaces.uv) for image in sh])[surfaces.cluster.astype(int), np.arange(len(surfaces.cluster))]
+        return surfaces.at, lighting.shown(np.maximum(lighting.exit_radiance(coefficients, surfaces.normal), 0), 203)
+
+    def test_each_mesh_has_the_light_of_its_own_map(self):
+        maps = {asset['light_map']: asset['file'] for asset in json.loads((self.site / 'maps' / 'cooked.json').read_text())['assets'] if asset['kind'] == 'mesh'}
+        self.assertEqual(sorted(maps), sorted(self.nodes))
+        self.references['maps', ''] = self.expect([self.parts(self.site / 'maps' / file) for file in maps.values()], maps)
+        browser = self.new_browser()
+        for engine in ENGINES:
+            with self.subTest(engine=engine):
+                self.check(self.draw(browser, engine, 'maps'), 'maps', '', engine)
+
+    def test_each_node_has_its_own_place_in_the_light_map(self):
+        """coordinateScaleBias of nodes that share a geometry: each shows another half of the map."""
+        file = self.site / 'maps' / 'left_scene.glb'
+        data = file.read_bytes()
+        end = 20 + int.from_bytes(data[12:16], 'little')
+        document = json.loads(data[20:end])
+        places = {'upper': [0.5, 1, 0, 0], 'lower': [0.5, 0.5, 0.5, 0.5]}
+        for node in document['nodes']:
+            node['extensions']['LIGHTCOOK_light_map']['coordinateScaleBias'] = places[node['name']]
+        halves = self.site / 'maps' / 'halves.glb'
+        halves.write_bytes(glb_of(document, data[end + 8:]))
+        parts = self.parts(halves)
+        self.assertEqual(sorted(part['node'] for part in parts), sorted(places))
+        for part in parts:
+            su, sv, bu, bv = places[part['node']]
+            part['uvs'] = (np.array(part['uvs']).reshape(-1, 2) * [su, sv] + [bu, bv]).tolist()
+        self.references['maps', 'halves.glb'] = self.expect([parts], ['left'])
+        browser = self.new_browser()
+        for engine in ENGINES:
+            with self.subTest(engine=engine):
+                self.check(self.draw(browser, engine, 'maps', 'halves.glb'), 'maps', 'halves.glb', engine)
 
 
 class TypesSoak(unittest.TestCase):

@@ -35,14 +35,22 @@ class Surfaces:
 
 
 def rasterize(parts, camera):
-    """parts: meshes in world space, as mesh.mjs writes them. Triangles are front faces if counterclockwise; others are not drawn."""
+    """parts: meshes as mesh.mjs writes them. Triangles are front faces if counterclockwise, below a matrix that mirrors if clockwise; others
+    are not drawn."""
     width, height = camera.size
     depth = np.full((height, width), np.inf)
     shown = np.zeros((height, width, 6))  # uv, normal, cluster
     for part in parts:
         positions, indices = np.array(part['positions']).reshape(-1, 3), np.array(part['indices']).reshape(-1, 3)
+        matrix = np.array(part['matrix']).reshape(4, 4).T
+        turn = matrix[:3, :3]
+        positions = positions @ turn.T + matrix[:3, 3]
+        normals = np.array(part['normals']).reshape(-1, 3) @ np.linalg.inv(turn)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        if np.linalg.det(turn) < 0:
+            indices = indices[:, ::-1]
         clusters = np.array(part['clusters']) if part['clusters'] else np.zeros(len(positions))
-        values = np.column_stack([np.array(part['uvs']).reshape(-1, 2), np.array(part['normals']).reshape(-1, 3), clusters])
+        values = np.column_stack([np.array(part['uvs']).reshape(-1, 2), normals, clusters])
         clip = np.column_stack([positions, np.ones(len(positions))]) @ camera.clip_from_world().T
         assert (clip[indices.ravel(), 3] > 0.05).all(), 'a triangle reaches behind the camera'
         x, y = (clip[:, 0] / clip[:, 3] * 0.5 + 0.5) * width, (0.5 - clip[:, 1] / clip[:, 3] * 0.5) * height
