@@ -134,7 +134,7 @@ class Decoders(Folder):
         for name in cls.formats:
             run(LIGHTCOOK, 'encode', cls.picture, cls.folder / f'{name}.ktx2', '--format', name, '--effort', 3)
 
-    formats = ('bc1', 'bc3', 'bc4', 'bc5', 'bc6h-uf16', 'bc6h-sf16', 'bc7', 'r16-unorm', 'rg16-unorm', 'rgba16-unorm')
+    formats = ('bc1', 'bc3', 'bc4', 'bc4-snorm', 'bc5', 'bc5-snorm', 'bc6h-uf16', 'bc6h-sf16', 'bc7', 'r16-unorm', 'rg16-unorm', 'rgba16-unorm')
 
     def test_encoded_pictures(self):
         exact, close = [], []
@@ -147,14 +147,16 @@ class Decoders(Folder):
     def test_random_blocks_of_every_mode(self):
         random = np.random.default_rng(11)
         exact, close = [], []
-        for name in ('bc6h-uf16', 'bc6h-sf16', 'bc7', 'bc4', 'bc5', 'bc1'):
+        for name in ('bc6h-uf16', 'bc6h-sf16', 'bc7', 'bc4', 'bc4-snorm', 'bc5', 'bc5-snorm', 'bc1'):
             file = self.folder / f'random_{name}.ktx2'
             data = bytearray((self.folder / f'{name}.ktx2').read_bytes())
-            size = 1024 * (8 if name in ('bc4', 'bc1') else 16)
+            size = 1024 * (8 if name in ('bc4', 'bc4-snorm', 'bc1') else 16)
             blocks = random.integers(0, 256, size, np.uint8)
             if name == 'bc7':  # modes by a unary code: as many of each
                 for block in range(1024):
                     blocks[16 * block] = (blocks[16 * block] << (block % 9)) & 255 if block % 9 == 8 else ((blocks[16 * block] | 1) << (block % 8)) & 255
+            if name == 'bc4-snorm':  # -128 and -127 both mean -1, and differ in the mode that their order chooses
+                blocks[:16] = [0x81, 0x80] + 6 * [0xff] + [0x80, 0x81] + 6 * [0xff]
             data[-size:] = blocks.tobytes()
             file.write_bytes(data)
             (exact if name.startswith('bc6h') else close).append(file)

@@ -1,9 +1,10 @@
 // BC1, BC3, BC4 and BC5 on the CPU, for browsers without the extensions. After the Khronos Data Format Specification 1.3, chapters 18 and 19.
 
-/** Eight palette values of a BC4 block, in units of 1/255 (unsigned) or 1/127 (signed). @param {number} a @param {number} b @param {number} low */
-function palette4(a, b, low) {
+/** Eight palette values of a BC4 block, in units of 1/255 (unsigned) or 1/127 (signed).
+ * @param {number} a @param {number} b @param {number} low @param {boolean} isWhole true: all eight lie between the ends; false: low and high are two of them */
+function palette4(a, b, low, isWhole) {
   const values = [a, b];
-  if (a > b) for (let i = 1; i < 7; ++i) values.push(((7 - i) * a + i * b) / 7);
+  if (isWhole) for (let i = 1; i < 7; ++i) values.push(((7 - i) * a + i * b) / 7);
   else {
     for (let i = 1; i < 5; ++i) values.push(((5 - i) * a + i * b) / 5);
     values.push(low, low < 0 ? 127 : 255);
@@ -14,8 +15,9 @@ function palette4(a, b, low) {
 /** Decodes eight bytes to one channel of 16 texels in [0, 1], or [-1, 1] if signed.
  * @param {Uint8Array} bytes @param {number} at @param {Float32Array} out @param {number} first @param {number} step @param {boolean} signed */
 export function decodeBc4Block(bytes, at, out, first, step, signed) {
-  const end = (/** @type {number} */ v) => (signed ? Math.max((v << 24) >> 24, -127) : v);
-  const values = palette4(end(bytes[at]), end(bytes[at + 1]), signed ? -127 : 0);
+  // The stored ends are compared, -128 below -127; both mean -1.
+  const [a, b] = [bytes[at], bytes[at + 1]].map((v) => (signed ? (v << 24) >> 24 : v)), low = signed ? -127 : 0;
+  const values = palette4(Math.max(a, low), Math.max(b, low), low, a > b);
   for (let t = 0; t < 16; ++t) {
     const bit = 3 * t;
     const pair = bytes[at + 2 + (bit >> 3)] | ((bytes[at + 3 + (bit >> 3)] ?? 0) << 8);
