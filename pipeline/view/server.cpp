@@ -36,7 +36,18 @@ void refuse(httplib::Response& response, int status, const std::string& line) {
     response.set_content(line + "\n", "text/plain; charset=utf-8");
 }
 
-void sendFile(const std::filesystem::path& file, std::string_view mediaType, httplib::Response& response) {
+/// Returns true, with status 416, for a request of bytes past the end of a file.
+bool refusesRange(const httplib::Request& request, std::uintmax_t size, httplib::Response& response) {
+    for (const auto& [first, last] : request.ranges) {
+        if (first < 0 || static_cast<std::uintmax_t>(first) < size) continue;
+        response.status = 416;
+        response.set_header("Content-Range", fmt::format("bytes */{}", size));
+        return true;
+    }
+    return false;
+}
+
+void sendFile(const std::filesystem::path& file, std::string_view mediaType, const httplib::Request& request, httplib::Response& response) {
     std::error_code code;
     const std::uintmax_t size = std::filesystem::file_size(file, code);
     auto stream = std::make_shared<std::ifstream>(file, std::ios::binary);
@@ -44,6 +55,7 @@ void sendFile(const std::filesystem::path& file, std::string_view mediaType, htt
         refuse(response, 404, "this file can no longer be read");
         return;
     }
+    if (refusesRange(request, size, response)) return;
     response.set_content_provider(static_cast<std::size_t>(size), std::string(mediaType),
                                   [stream](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
                                       std::vector<char> piece(std::min(length, kPieceBytes));
@@ -64,7 +76,7 @@ void answer(const Site& site, const httplib::Request& request, httplib::Response
     }
     const SiteFile& file = found->second;
     if (const auto* onDisk = std::get_if<std::filesystem::path>(&file.content)) {
-        sendFile(*onDisk, file.mediaType, response);
+        sendFile(*onDisk, file.mediaType, request, response);
         return;
     }
     const std::string_view bytes =
