@@ -13,17 +13,17 @@
 namespace lightcook::verify::layouts {
 
 /// Lengths of a cluster's derivatives.
-template <int kCodes, std::size_t kResiduals>
+template <int kCodes>
 struct BasisNorms {
-    std::array<BandLengths, kCodes> slope{};                        ///< [code], of dP/dcode at code 1/2
-    std::array<std::array<BandLengths, kCodes>, kCodes> second{};   ///< [code][code], of the second derivatives
-    std::array<std::array<BandLengths, 4>, kResiduals> residual{};  ///< [layer][channel], of R's derivatives
-    BandLengths allSlopes{}, allSecond{};                           ///< sums over all of them, for codes anywhere in [0, 1]
-    BandLengths unit{};                                             ///< deviation by the sampler tolerance for l0 = 1 and any codes
+    std::array<BandLengths, kCodes> slope{};                       ///< [code], of dP/dcode at code 1/2
+    std::array<std::array<BandLengths, kCodes>, kCodes> second{};  ///< [code][code], of the second derivatives
+    std::vector<std::array<BandLengths, 4>> residual;              ///< [layer][channel], of R's derivatives
+    BandLengths allSlopes{}, allSecond{};                          ///< sums over all of them, for codes anywhere in [0, 1]
+    BandLengths unit{};                                            ///< deviation by the sampler tolerance for l0 = 1 and any codes
 
-    BasisNorms(const BasisTables& tables, std::size_t cluster) {
+    BasisNorms(const BasisTables& tables, std::size_t cluster) : residual(tables.residual.size()) {
         addCodes(kCodes == 3 ? tables.first3[cluster].v : tables.first4[cluster].v);
-        for (std::size_t layer = 0; layer < kResiduals; ++layer)
+        for (std::size_t layer = 0; layer < residual.size(); ++layer)
             for (std::size_t j = 0; j < 4; ++j) {
                 shaders::LcSh factors{};
                 for (std::size_t i = 0; i < 9; ++i) factors.c[i] = tables.residual[layer][cluster].v[9 * j + i];
@@ -65,34 +65,32 @@ private:
     }
 };
 
-template <LightMapLayout kId>
-class CoarseBounds<Basis<kId>> {
+/// Coarse bounds of the learned layouts with kCodes codes and any number of residual layers. The degree is 3.
+template <int kCodes>
+class BasisCoarseBounds final : public CoarseBounds {
 public:
-    using Layout = Basis<kId>;
-    CoarseBounds(const Layout& layout, const std::vector<FormatTolerance>& tolerance)
-        : range_(std::abs(layout.tables->range)), isUnit_(!tolerance.empty()) {
-        static_assert(Layout::kDegree == 3);
-        Boxes<Layout::kLayers> boxes;
-        for (std::size_t layer = 0; layer < tolerance.size(); ++layer) {
-            isKnown_ = isKnown_ && (layer == 0 ? isRelative(tolerance[layer]) : isUnsigned(tolerance[layer]));
-            boxes[layer] = {glm::vec4(0.5f), glm::vec4(0.5f), largestTolerance(tolerance[layer])};
+    BasisCoarseBounds(const BasisTables& tables, const std::vector<FormatTolerance>& formats)
+        : range_(std::abs(tables.range)), isUnit_(!formats.empty()) {
+        std::vector<TexelBox> boxes;
+        for (std::size_t layer = 0; layer < formats.size(); ++layer) {
+            isKnown_ = isKnown_ && (layer == 0 ? isRelative(formats[layer]) : isUnsigned(formats[layer]));
+            boxes.push_back({glm::vec4(0.5f), glm::vec4(0.5f), largestTolerance(formats[layer])});
         }
-        const BasisTables& tables = *layout.tables;
         const std::size_t count = std::max(tables.first3.size(), tables.first4.size());
         for (std::size_t cluster = 0; cluster < count; ++cluster) {
             clusters_.emplace_back(tables, cluster);
-            if (!tolerance.empty()) clusters_.back().unit = toleranceLengths(deviationOf<kId>({&tables, cluster}, boxes));
+            if (!formats.empty()) clusters_.back().unit = toleranceLengths(deviationOf<kCodes>(tables, cluster, boxes));
         }
     }
-    bool isKnown() const { return isKnown_; }
-    /// Faster and looser: assumes codes anywhere in [0, 1], and takes the largest step of all codes and residuals for each, on both axes.
-    CoarseBound quickBound(const typename Layout::Decode& decode, const Corners<Layout::kLayers>& t) const {
-        const Norms& norms = clusters_[decode.cluster];
+    bool isKnown() const override { return isKnown_; }
+    /// Assumes codes anywhere in [0, 1], and takes the largest step of all codes and residuals for each, on both axes.
+    std::optional<CoarseBound> quickBound(const QuadTexels& t, std::size_t cluster) const override {
+        const Norms& norms = clusters_[cluster];
         std::array<float, 4> light{}, lightStep{};
         float codeStep = 0;
-        for (std::size_t layer = 0; layer < Layout::kLayers; ++layer)
+        for (std::size_t layer = 0; layer < 2 + norms.residual.size(); ++layer)
             for (int c = 0; c < 4; ++c) {
-                const auto at = [&](std::size_t corner) { return (*t[corner])[layer][c]; };
+                const auto at = [&](std::size_t corner) { return t[corner][layer][c]; };
                 const float low = std::min(std::min(at(0), at(1)), std::min(at(2), at(3))),
                             high = std::max(std::max(at(0), at(1)), std::max(at(2), at(3)));
                 if (layer > 0) {
@@ -114,9 +112,8 @@ public:
             }
         return out;
     }
-    template <class ToleranceAt>
-    CoarseBound bound(const typename Layout::Decode& decode, const Corners<Layout::kLayers>& t, ToleranceAt&&) const {
-        const Norms& norms = clusters_[decode.cluster];
+    CoarseBound bound(const QuadTexels& t, std::size_t cluster, const QuadTolerance&) const override {
+        const Norms& norms = clusters_[cluster];
         const auto l0 = detail::layerAt(t, 0), code = detail::layerAt(t, 1);
         const glm::vec4 light = detail::largestOf(l0);
         const glm::vec4 fromMiddle = glm::max(glm::max(glm::abs(code[0] - 0.5f), glm::abs(code[1] - 0.5f)),
@@ -132,7 +129,7 @@ public:
                 Norms::add(first, codeStep[j], slope[at(j)]);
                 for (int k = 0; k < kCodes; ++k) Norms::add(second, codeStep[j] * codeStep[k], norms.second[at(j)][at(k)]);
             }
-            for (std::size_t layer = 0; layer < Layout::kResidualCount; ++layer) {
+            for (std::size_t layer = 0; layer < norms.residual.size(); ++layer) {
                 const glm::vec4 residual = detail::step(detail::layerAt(t, 2 + layer), axis);
                 for (int j = 0; j < 4; ++j) Norms::add(first, residual[j], norms.residual[layer][at(j)]);
             }
@@ -148,12 +145,10 @@ public:
     }
 
 private:
-    static constexpr int kCodes = Layout::kCodeCount;
-    using Norms = BasisNorms<kCodes, Layout::kResidualCount>;
+    using Norms = BasisNorms<kCodes>;
     static constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-    template <std::size_t kGroups>
-    static BandLengths toleranceLengths(const Deviation<kGroups>& off) {
+    static BandLengths toleranceLengths(const lightmap::Deviation& off) {
         BandLengths out = detail::lengthsOf(off.absolute);
         for (const std::array<shaders::LcSh, 4>& group : off.groups) {
             const BandLengths largest = lightmap::largestLengths(lightmap::signedSumsOf(group));

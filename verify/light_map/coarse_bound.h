@@ -10,11 +10,7 @@
 // Control values of a product are means of products of the factors' corners, so factors at their largest bound the second derivative too:
 // for bilinear f, g, h along one axis (fg)'' = 2 f'g' and (fgh)'' = 2 (f'g'h + f'gh' + fg'h'). The bounds of both axes add up.
 //
-// Each layout gives CoarseBounds<Layout> with
-//   isKnown()                              false if the formats are outside the bound's assumptions (no coarse bound then)
-//   bound(decode, corners, toleranceAt)    the bound; toleranceAt(layer) returns the tolerance of a layer's texels in this quad
-//   quickBound(decode, corners)            optional: faster and looser
-// basis_coarse_bound.h adds the learned layouts.
+// CoarseBoundsOf<Layout> implements CoarseBounds (map_decoder.h) for each layout. basis_coarse_bound.h adds the learned layouts.
 #pragma once
 
 #include <algorithm>
@@ -26,18 +22,17 @@
 
 #include "verify/light_map/curvature.h"
 #include "verify/light_map/deviation.h"
+#include "verify/light_map/map_decoder.h"
+#include "verify/light_map/tolerance.h"
 #include "verify/light_map/vectors.h"
 
 namespace lightcook::verify::layouts {
 
 using lightmap::BandLengths;
+using lightmap::CoarseBound;
+using lightmap::CoarseBounds;
 using lightmap::kBandLanes;
-
-/// Coarse bound of a quad, light in the units of its texels.
-struct CoarseBound {
-    BandLengths curvature{};  ///< distance of the control vectors from the bilinear blend of the corners' decodes
-    BandLengths tolerance{};  ///< deviation by the sampler tolerance
-};
+using lightmap::QuadTolerance;
 
 namespace detail {
 
@@ -60,7 +55,7 @@ inline TexelBox boxOf(const std::array<glm::vec4, 4>& at, const glm::vec4& absol
 
 /// Coarse bounds of one layout.
 template <class Layout>
-class CoarseBounds;
+class CoarseBoundsOf;
 
 /// Returns the largest tolerance of a layer of values in [0, 1], for any block endpoints.
 inline glm::vec4 largestTolerance(const FormatTolerance& format) {
@@ -77,44 +72,43 @@ inline bool isUnsigned(const FormatTolerance& format) {
 
 /// Linear decodes: the corners are the control vectors, so the curvature is 0.
 template <class Layout>
-requires(Layout::kDegree == 1 && !Curved<Layout>) class CoarseBounds<Layout> {
+requires(Layout::kDegree == 1 && !Curved<Layout>) class CoarseBoundsOf<Layout> final : public CoarseBounds {
 public:
-    CoarseBounds(const Layout&, const std::vector<FormatTolerance>& tolerance) : formats_(tolerance) {}
-    bool isKnown() const { return true; }
-    template <class ToleranceAt>
-    CoarseBound bound(const Layout& layout, const Corners<Layout::kLayers>& t, ToleranceAt&&) const {
+    CoarseBoundsOf(const Layout& layout, const std::vector<FormatTolerance>& formats) : layout_(layout), formats_(formats) {}
+    bool isKnown() const override { return true; }
+    CoarseBound bound(const QuadTexels& t, std::size_t, const QuadTolerance&) const override {
         if (formats_.empty()) return {};
-        Boxes<Layout::kLayers> boxes;
+        std::array<TexelBox, Layout::kLayers> boxes;
         for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
             const FormatTolerance& format = formats_[layer];
             // Endpoints of signed blocks are up to 2 apart.
             boxes[layer].tolerance =
                 format.decoded + 2.0f * format.perSpan + format.absolute + format.relative * detail::largestOf(detail::layerAt(t, layer));
         }
-        return {{}, detail::lengthsOf(deviationOf(layout, boxes))};
+        return {{}, detail::lengthsOf(deviationOf(layout_, boxes))};
     }
 
 private:
+    const Layout& layout_;
     std::vector<FormatTolerance> formats_;
 };
 
 /// Ratios: L (1, ratios), degree 2. For zonal layouts the bound is that of bands(), where the zonal coefficient is all of band 2.
 template <RatioFamily Layout>
-class CoarseBounds<Layout> {
+class CoarseBoundsOf<Layout> final : public CoarseBounds {
 public:
-    CoarseBounds(const Layout& layout, const std::vector<FormatTolerance>& tolerance) : k_(layout.k) {
+    CoarseBoundsOf(const Layout& layout, const std::vector<FormatTolerance>& formats) : k_(layout.k) {
         static_assert(Layout::kDegree == 2);
-        if (tolerance.empty()) return;
-        Boxes<Layout::kLayers> boxes;
+        if (formats.empty()) return;
+        std::array<TexelBox, Layout::kLayers> boxes;
         for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
-            isKnown_ = isKnown_ && (layer == 0 ? isRelative(tolerance[layer]) : isUnsigned(tolerance[layer]));
-            boxes[layer] = {glm::vec4(0.5f), glm::vec4(0.5f), largestTolerance(tolerance[layer])};
+            isKnown_ = isKnown_ && (layer == 0 ? isRelative(formats[layer]) : isUnsigned(formats[layer]));
+            boxes[layer] = {glm::vec4(0.5f), glm::vec4(0.5f), largestTolerance(formats[layer])};
         }
         unit_ = detail::lengthsOf(deviationOf(layout, boxes));
     }
-    bool isKnown() const { return isKnown_; }
-    template <class ToleranceAt>
-    CoarseBound bound(const Layout&, const Corners<Layout::kLayers>& t, ToleranceAt&&) const {
+    bool isKnown() const override { return isKnown_; }
+    CoarseBound bound(const QuadTexels& t, std::size_t, const QuadTolerance&) const override {
         using detail::layerAt;
         using detail::step;
         const auto l0 = layerAt(t, 0);
@@ -139,89 +133,88 @@ private:
 
 /// Linear exit radiance: L0 (1, u), degree 2. Texels of u may be of a floating-point format, whose tolerance follows from the quad's own.
 template <LinearExitLayout Layout>
-class CoarseBounds<Layout> {
+class CoarseBoundsOf<Layout> final : public CoarseBounds {
 public:
-    CoarseBounds(const Layout&, const std::vector<FormatTolerance>& tolerance) : formats_(tolerance) {
+    CoarseBoundsOf(const Layout& layout, const std::vector<FormatTolerance>& formats) : layout_(layout), formats_(formats) {
         static_assert(Layout::kDegree == 2);
     }
-    bool isKnown() const { return true; }
-    template <class ToleranceAt>
-    CoarseBound bound(const Layout& layout, const Corners<Layout::kLayers>& t, ToleranceAt&& toleranceAt) const {
+    bool isKnown() const override { return true; }
+    CoarseBound bound(const QuadTexels& t, std::size_t, const QuadTolerance& tolerance) const override {
         Texels<Layout::kLayers> across, down;
-        Boxes<Layout::kLayers> boxes;
+        std::array<TexelBox, Layout::kLayers> boxes;
         for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
             const auto at = detail::layerAt(t, layer);
             across[layer] = detail::step(at, 0);
             down[layer] = detail::step(at, 1);
             if (formats_.empty()) continue;
-            boxes[layer] = detail::boxOf(at, toleranceAt(layer), formats_[layer].relative);
+            boxes[layer] = detail::boxOf(at, tolerance.at(layer), formats_[layer].relative);
         }
         shaders::LcSh curvature{};
         for (std::size_t i = 1; i < 4; ++i)
             curvature.c[i] = 2 * detail::kCurvature2 * Layout::kSlope *
                              (glm::vec3(across[0]) * Layout::unit(across, i) + glm::vec3(down[0]) * Layout::unit(down, i));
-        return {detail::lengthsOf(curvature), formats_.empty() ? BandLengths{} : detail::lengthsOf(deviationOf(layout, boxes))};
+        return {detail::lengthsOf(curvature), formats_.empty() ? BandLengths{} : detail::lengthsOf(deviationOf(layout_, boxes))};
     }
 
 private:
+    const Layout& layout_;
     std::vector<FormatTolerance> formats_;
 };
 
 /// Curved layouts. Parts of a quad are refined one by one (curved_bounds.h), and the curvature of a part adds to how far its corners are
 /// from the blend: halving divides the curvature by four, so that all of them are within 1 + 1/4 of the curvature of the quad, here 4/3.
 template <Curved Layout>
-class CoarseBounds<Layout> {
+class CoarseBoundsOf<Layout> final : public CoarseBounds {
 public:
-    CoarseBounds(const Layout&, const std::vector<FormatTolerance>& tolerance) : formats_(tolerance) {}
-    bool isKnown() const { return true; }
-    template <class ToleranceAt>
-    CoarseBound bound(const Layout& layout, const Corners<Layout::kLayers>& t, ToleranceAt&& toleranceAt) const {
-        CoarseBound out{detail::lengthsOf(curvatureOf(layout, t)), {}};
+    CoarseBoundsOf(const Layout& layout, const std::vector<FormatTolerance>& formats) : layout_(layout), formats_(formats) {}
+    bool isKnown() const override { return true; }
+    CoarseBound bound(const QuadTexels& t, std::size_t, const QuadTolerance& tolerance) const override {
+        CoarseBound out{detail::lengthsOf(curvatureOf(layout_, t)), {}};
         for (float& length : out.curvature) length *= kParts;
         if (formats_.empty()) return out;
-        Boxes<Layout::kLayers> boxes;
+        std::array<TexelBox, Layout::kLayers> boxes;
         for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
             const auto at = detail::layerAt(t, layer);
-            boxes[layer] = detail::boxOf(at, toleranceAt(layer), formats_[layer].relative);
+            boxes[layer] = detail::boxOf(at, tolerance.at(layer), formats_[layer].relative);
         }
-        out.tolerance = detail::lengthsOf(deviationOf(layout, boxes));
+        out.tolerance = detail::lengthsOf(deviationOf(layout_, boxes));
         return out;
     }
 
 private:
     static constexpr float kParts = 4.0f / 3;
+    const Layout& layout_;
     std::vector<FormatTolerance> formats_;
 };
 
 /// luvw: a0 a1 uvw, degree 3. For zonal layouts the bound is that of bands(), where the zonal coefficient is all of band 2.
 template <LuvwFamily Layout>
-class CoarseBounds<Layout> {
+class CoarseBoundsOf<Layout> final : public CoarseBounds {
 public:
-    CoarseBounds(const Layout& layout, const std::vector<FormatTolerance>& tolerance) : k_(layout.k), isIdeal_(tolerance.empty()) {
+    CoarseBoundsOf(const Layout& layout, const std::vector<FormatTolerance>& formats) : k_(layout.k), isIdeal_(formats.empty()) {
         static_assert(Layout::kDegree == 3);
-        for (const FormatTolerance& format : tolerance) isKnown_ = isKnown_ && isUnsigned(format);
+        for (const FormatTolerance& format : formats) isKnown_ = isKnown_ && isUnsigned(format);
     }
-    bool isKnown() const { return isKnown_; }
-    template <class ToleranceAt>
-    CoarseBound bound(const Layout&, const Corners<Layout::kLayers>& t, ToleranceAt&& toleranceAt) const {
-        shaders::LcSh curvature{}, tolerance{};
+    bool isKnown() const override { return isKnown_; }
+    CoarseBound bound(const QuadTexels& t, std::size_t, const QuadTolerance& tolerance) const override {
+        shaders::LcSh curvature{}, off{};
         for (std::size_t i = 0; i < kCount; ++i)
             if (isIdeal_)
-                addCoefficient(t, i, glm::vec4(0), glm::vec4(0), curvature.c[i], tolerance.c[i]);
+                addCoefficient(t, i, glm::vec4(0), glm::vec4(0), curvature.c[i], off.c[i]);
             else
-                addCoefficient(t, i, toleranceAt(i), toleranceAt(kCount + i), curvature.c[i], tolerance.c[i]);
+                addCoefficient(t, i, tolerance.at(i), tolerance.at(kCount + i), curvature.c[i], off.c[i]);
         if constexpr (Zonal<Layout>) {
             curvature.c[4] *= detail::kLuvwLinearZonal;
-            tolerance.c[4] *= detail::kLuvwLinearZonal;
+            off.c[4] *= detail::kLuvwLinearZonal;
         }
-        return {detail::lengthsOf(curvature), detail::lengthsOf(tolerance)};
+        return {detail::lengthsOf(curvature), detail::lengthsOf(off)};
     }
 
 private:
     static constexpr std::size_t kCount = Layout::kLayers / 2;
 
-    void addCoefficient(const Corners<Layout::kLayers>& t, std::size_t i, const glm::vec4& tolerance0, const glm::vec4& tolerance1,
-                        glm::vec3& curvature, glm::vec3& tolerance) const {
+    void addCoefficient(const QuadTexels& t, std::size_t i, const glm::vec4& tolerance0, const glm::vec4& tolerance1, glm::vec3& curvature,
+                        glm::vec3& tolerance) const {
         using detail::step;
         const auto first = detail::layerAt(t, i), second = detail::layerAt(t, kCount + i);
         const float span = std::abs(2 * k_.span[i]), range = std::abs(k_.range[i]);

@@ -6,7 +6,11 @@
 // every value is a weighted mean of the control vectors b_ij, so a convex condition that holds for all b_ij holds everywhere in the quad.
 #pragma once
 
+#include <array>
+#include <span>
+
 #include "verify/light_map/bound.h"
+#include "verify/light_map/map_decoder.h"
 #include "verify/light_map/rows.h"
 #include "verify/light_map/shading.h"
 
@@ -17,57 +21,77 @@ struct Part {
     float u = 0, v = 0, size = 1;
 };
 
-/// Control vectors of a decode of degree Layout::kDegree over a part of a quad.
-template <class Layout>
-struct QuadControls {
-    static constexpr int kNodes = Layout::kDegree + 1;
-    static constexpr std::size_t kControls = static_cast<std::size_t>(kNodes) * kNodes;
-    using Controls = std::array<LcSh, kControls>;
-    using Pairs = std::array<std::array<ErrorPair, kControls>, kChannels>;
-    using QuadTexels = typename MapRows<Layout>::QuadTexels;
-    using QuadReferences = typename MapRows<Layout>::QuadReferences;
+/// Control vectors of what of a decode is a polynomial (MapDecoder::polynomial) over a part of a quad.
+class QuadControls {
+public:
+    static constexpr std::size_t kMostControls = (kMostDegree + 1) * (kMostDegree + 1);
+    /// By channel, each control vector as an error, paired with that of the reference.
+    struct Pairs {
+        std::array<std::array<ErrorPair, kMostControls>, kChannels> all;
+        std::size_t count;
+        std::span<const ErrorPair> operator[](std::size_t channel) const { return {all[channel].data(), count}; }
+    };
 
-    Controls values;    ///< of value()
-    Controls filtered;  ///< of the filtered reference
-
-    /// Evaluates value(filtered texels, filtered reference) at the nodes and converts the values to control vectors. The filtered reference
-    /// is bilinear: its control vectors of any degree are its values at the nodes.
-    template <class Value>
-    QuadControls(const QuadTexels& texels, const QuadReferences& references, const Part& part, Value&& value) {
-        for (int v = 0; v < kNodes; ++v) {
-            const float fv = part.v + part.size * static_cast<float>(v) / Layout::kDegree;
-            const auto left = blend(*texels[0], *texels[2], fv), right = blend(*texels[1], *texels[3], fv);
-            const LcSh leftReference = blend(*references[0], *references[2], fv),
-                       rightReference = blend(*references[1], *references[3], fv);
-            for (int u = 0; u < kNodes; ++u) {
-                const float fu = part.u + part.size * static_cast<float>(u) / Layout::kDegree;
-                const auto node = static_cast<std::size_t>(v * kNodes + u);
-                filtered[node] = blend(leftReference, rightReference, fu);
-                values[node] = value(blend(left, right, fu), filtered[node]);
-            }
-        }
-        if constexpr (Layout::kDegree > 1) {
-            for (int line = 0; line < kNodes; ++line) convertLine(line * kNodes, 1);
-            for (int line = 0; line < kNodes; ++line) convertLine(line, kNodes);
-        }
+    /// Returns the control vectors of decode - filtered reference.
+    static QuadControls ofErrors(const MapDecoder& decoder, std::size_t cluster, const QuadTexels& texels, const QuadReferences& references,
+                                 const Part& part) {
+        QuadControls out(decoder, cluster, texels, references, part);
+        for (std::size_t k = 0; k < out.count(); ++k) out.values_[k] = difference(out.values_[k], out.filtered_[k]);
+        out.toControls();
+        return out;
+    }
+    /// Returns the control vectors of the decode itself.
+    static QuadControls ofDecode(const MapDecoder& decoder, std::size_t cluster, const QuadTexels& texels, const QuadReferences& references,
+                                 const Part& part) {
+        QuadControls out(decoder, cluster, texels, references, part);
+        out.toControls();
+        return out;
     }
 
-    /// Returns, by channel, each control vector as an error, paired with that of the reference.
+    /// Returns the number of control vectors along each axis.
+    std::size_t nodes() const { return nodes_; }
+    std::size_t count() const { return nodes_ * nodes_; }
+    std::span<LcSh> values() { return {values_.data(), count()}; }
+    std::span<const LcSh> values() const { return {values_.data(), count()}; }
+    /// Returns those of the filtered reference.
+    std::span<const LcSh> filtered() const { return {filtered_.data(), count()}; }
     Pairs pairs() const {
         Pairs pairs;
-        for (std::size_t k = 0; k < kControls; ++k) {
-            const Channels error = channelsOf(values[k]), reference = channelsOf(filtered[k]);
-            for (std::size_t c = 0; c < kChannels; ++c) pairs[c][k] = {error[c], reference[c]};
+        pairs.count = count();
+        for (std::size_t k = 0; k < count(); ++k) {
+            const Channels error = channelsOf(values_[k]), reference = channelsOf(filtered_[k]);
+            for (std::size_t c = 0; c < kChannels; ++c) pairs.all[c][k] = {error[c], reference[c]};
         }
         return pairs;
     }
 
 private:
-    void convertLine(int first, int step) {
-        std::array<LcSh*, static_cast<std::size_t>(kNodes)> line;
-        for (int i = 0; i < kNodes; ++i) line[static_cast<std::size_t>(i)] = &values[static_cast<std::size_t>(first + i * step)];
-        bernsteinFromNodes<Layout::kDegree>(line);
+    /// Evaluates decode and filtered reference at the nodes. The filtered reference is bilinear: its control vectors of any degree are its
+    /// values at the nodes.
+    QuadControls(const MapDecoder& decoder, std::size_t cluster, const QuadTexels& texels, const QuadReferences& references,
+                 const Part& part)
+        : nodes_(decoder.nodes()) {
+        const std::size_t layers = decoder.layers();
+        const auto place = [&](float from, std::size_t node) {
+            return from + part.size * static_cast<float>(node) / static_cast<float>(decoder.degree());
+        };
+        for (std::size_t v = 0; v < nodes_; ++v) {
+            const float fv = place(part.v, v);
+            const FilteredTexels left = blend(texels[0], texels[2], fv, layers), right = blend(texels[1], texels[3], fv, layers);
+            const LcSh leftReference = blend(*references[0], *references[2], fv),
+                       rightReference = blend(*references[1], *references[3], fv);
+            for (std::size_t u = 0; u < nodes_; ++u) {
+                const float fu = place(part.u, u);
+                const std::size_t node = v * nodes_ + u;
+                filtered_[node] = blend(leftReference, rightReference, fu);
+                values_[node] = decoder.polynomial(blend(left.data(), right.data(), fu, layers).data(), cluster);
+            }
+        }
     }
+    void toControls() { controlsFromNodes(values(), nodes_); }
+
+    std::size_t nodes_;
+    std::array<LcSh, kMostControls> values_, filtered_;
 };
 
 }  // namespace lightcook::verify::lightmap

@@ -14,24 +14,21 @@
 
 namespace lightcook::verify::lightmap {
 
-template <class Layout>
 struct CoveredQuad {
-    using LayerTexels = typename MapRows<Layout>::LayerTexels;
-    using Row = typename MapRows<Layout>::Row;
-
     int x = 0, y = 0;                 ///< of texel (0, 0), which may lie one texel outside of the map: texels are repeated there
     int mapWidth = 0, mapHeight = 0;  ///< [texels]
-    typename MapRows<Layout>::Corners corners;
+    std::size_t layers = 0;
+    MapRows::Corners corners;
     std::array<bool, 4> covered{};
 
     /// above, below  rows y and y + 1, clamped to the map, from column firstX on
-    CoveredQuad(const MapRows<Layout>& rows, const Row& above, const Row& below, int quadX, int quadY, int firstX = 0)
-        : x(quadX), y(quadY), mapWidth(rows.width()), mapHeight(rows.height()) {
+    CoveredQuad(const MapRows& rows, const MapRows::Row& above, const MapRows::Row& below, int quadX, int quadY, int firstX = 0)
+        : x(quadX), y(quadY), mapWidth(rows.width()), mapHeight(rows.height()), layers(above.layers) {
         std::array<std::uint32_t, 4> charts{};
         for (int corner = 0; corner < 4; ++corner) {
-            const Row& row = corner < 2 ? above : below;
+            const MapRows::Row& row = corner < 2 ? above : below;
             const std::size_t at = index(texelX(corner) - firstX), i = index(corner);
-            corners.texels[i] = &row.texels[at];
+            corners.texels[i] = row.texelsAt(at);
             corners.references[i] = &row.reference[at];
             covered[i] = row.covered[at] != 0;
             if (!row.chart.empty()) charts[i] = row.chart[at];
@@ -51,7 +48,7 @@ struct CoveredQuad {
     bool hasQuarter(int corner) const { return covered[index(corner)] && isOwn(corner); }
 
     /// Returns true if a corner is covered, and no earlier one that is has the same decode.
-    bool isNewDecode(const MapRows<Layout>& rows, int corner) const {
+    bool isNewDecode(const MapRows& rows, int corner) const {
         if (!covered[index(corner)]) return false;
         for (int before = 0; before < corner; ++before)
             if (covered[index(before)] && rows.hasSameDecode(x, y, before, corner)) return false;
@@ -59,10 +56,7 @@ struct CoveredQuad {
     }
 
     // Places are fractions of the quad.
-    LayerTexels texelsAt(const glm::vec2& place) const {
-        const auto& t = corners.texels;
-        return blend(blend(*t[0], *t[1], place.x), blend(*t[2], *t[3], place.x), place.y);
-    }
+    FilteredTexels texelsAt(const glm::vec2& place) const { return blend(corners.texels, place, layers); }
     /// Returns the filtered reference and the sum of the weights of covered texels.
     std::pair<LcSh, float> referenceAt(const glm::vec2& p) const {
         const auto& r = corners.references;
@@ -84,15 +78,15 @@ struct CoveredQuad {
 };
 
 /// Calls work(quad) for the quads with a covered texel that begin in these rows, and those that reach over the edges of the map there.
-template <class Layout, class Work>
-void forEachCoveredQuad(const MapRows<Layout>& rows, int firstRow, int rowCount, Work&& work) {
-    typename MapRows<Layout>::Row above, below;
+template <class Work>
+void forEachCoveredQuad(const MapRows& rows, int firstRow, int rowCount, Work&& work) {
+    MapRows::Row above, below;
     const int first = firstRow == 0 ? -1 : firstRow;
     for (int y = first; y < firstRow + rowCount; ++y) {
         if (y == first) rows.load(0, rows.width(), std::max(y, 0), above);
         rows.load(0, rows.width(), std::min(y + 1, rows.height() - 1), below);
         for (int x = -1; x < rows.width(); ++x) {
-            const CoveredQuad<Layout> quad(rows, above, below, x, y);
+            const CoveredQuad quad(rows, above, below, x, y);
             if (quad.coveredCount() > 0) work(quad);
         }
         std::swap(above, below);
@@ -100,13 +94,13 @@ void forEachCoveredQuad(const MapRows<Layout>& rows, int firstRow, int rowCount,
 }
 
 /// Calls work(quad) for the quad at (x, y).
-template <class Layout, class Work>
-void withCoveredQuad(const MapRows<Layout>& rows, int x, int y, Work&& work) {
-    typename MapRows<Layout>::Row above, below;
+template <class Work>
+void withCoveredQuad(const MapRows& rows, int x, int y, Work&& work) {
+    MapRows::Row above, below;
     const int firstX = std::max(x, 0), count = std::min(x + 1, rows.width() - 1) - firstX + 1;
     rows.load(firstX, count, std::max(y, 0), above);
     rows.load(firstX, count, std::min(y + 1, rows.height() - 1), below);
-    work(CoveredQuad<Layout>(rows, above, below, x, y, firstX));
+    work(CoveredQuad(rows, above, below, x, y, firstX));
 }
 
 }  // namespace lightcook::verify::lightmap

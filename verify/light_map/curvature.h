@@ -15,9 +15,7 @@
 
 namespace lightcook::verify::layouts {
 
-/// Texels (0, 0), (1, 0), (0, 1), (1, 1) of a quad, or filtered ones at the corners of a rectangle.
-template <std::size_t kLayers>
-using Corners = std::array<const Texels<kLayers>*, 4>;
+using lightmap::QuadTexels;
 
 namespace detail {
 
@@ -31,15 +29,14 @@ template <class Value>
 Value largestOf(const std::array<Value, 4>& at) {
     return glm::max(glm::max(glm::abs(at[0]), glm::abs(at[1])), glm::max(glm::abs(at[2]), glm::abs(at[3])));
 }
-template <std::size_t kLayers>
-std::array<glm::vec4, 4> layerAt(const Corners<kLayers>& t, std::size_t layer) {
-    return {(*t[0])[layer], (*t[1])[layer], (*t[2])[layer], (*t[3])[layer]};
+inline std::array<glm::vec4, 4> layerAt(const QuadTexels& t, std::size_t layer) {
+    return {t[0][layer], t[1][layer], t[2][layer], t[3][layer]};
 }
 
 }  // namespace detail
 
 /// Returns upper bounds of |decode - bilinear blend of the decodes at the corners|, rounding of the exponential included.
-inline shaders::LcSh curvatureOf(const UnrealHq& layout, const Corners<2>& ends) {
+inline shaders::LcSh curvatureOf(const UnrealHq& layout, const QuadTexels& ends) {
     const auto& k = layout.k;
     Texels<2> low, high;
     for (std::size_t i = 0; i < 2; ++i) {
@@ -54,7 +51,7 @@ inline shaders::LcSh curvatureOf(const UnrealHq& layout, const Corners<2>& ends)
     for (int i = 0; i < 4; ++i)
         off[static_cast<std::size_t>(i)] = UnrealFactors::exponentialRounding(layout) * exponential * largest.sh[i] * largest.color;
     std::array<float, 4> fraction;
-    for (std::size_t corner = 0; corner < 4; ++corner) fraction[corner] = UnrealFactors::fractionOf(*ends[corner]);
+    for (std::size_t corner = 0; corner < 4; ++corner) fraction[corner] = UnrealFactors::fractionOf(ends[corner]);
     for (int axis = 0; axis < 2; ++axis) {
         const float exponent = std::numbers::ln2_v<float> * std::abs(k.scale0.w) * detail::step(fraction, axis);
         const glm::vec3 root = detail::rgb(detail::step(detail::layerAt(ends, 0), axis));

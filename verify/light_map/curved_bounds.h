@@ -10,22 +10,15 @@
 #include <array>
 
 #include "verify/light_map/controls.h"
-#include "verify/light_map/curvature.h"
 #include "verify/light_map/part_split.h"
 #include "verify/light_map/tolerance.h"
 
 namespace lightcook::verify::lightmap {
 
-template <layouts::Curved Layout>
 class CurvedBounds {
 public:
-    using Quad = QuadControls<Layout>;
-    using LayerTexels = typename MapRows<Layout>::LayerTexels;
-    using QuadTexels = typename Quad::QuadTexels;
-    using QuadReferences = typename Quad::QuadReferences;
-
-    CurvedBounds(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
-        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator) {}
+    CurvedBounds(const MapRows& rows, const SamplerTolerance& tolerance, const BoundEvaluator& evaluator)
+        : decoder_(rows.decoder()), tolerance_(tolerance), evaluator_(evaluator) {}
 
     /// Raises the maximum to the bound of quad (x, y).
     void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, LargestBounds& largest) const {
@@ -45,27 +38,25 @@ private:
         const float size = std::min(part.size + 2 * kFractionTolerance, 1.0f);
         return {std::clamp(part.u - kFractionTolerance, 0.0f, 1 - size), std::clamp(part.v - kFractionTolerance, 0.0f, 1 - size), size};
     }
-    static std::array<LayerTexels, 4> cornersOf(const QuadTexels& t, const Part& part) {
-        std::array<LayerTexels, 4> out;
+    std::array<FilteredTexels, 4> cornersOf(const QuadTexels& t, const Part& part) const {
+        std::array<FilteredTexels, 4> out;
         for (std::size_t i = 0; i < 4; ++i) {
             const std::size_t column = i % 2, row = i / 2;
             const float u = part.u + part.size * static_cast<float>(column), v = part.v + part.size * static_cast<float>(row);
-            out[i] = blend(blend(*t[0], *t[1], u), blend(*t[2], *t[3], u), v);
+            out[i] = blend(t, {u, v}, decoder_.layers());
         }
         return out;
     }
 
     void boundPart(const Place& place, const Part& part, int depth, LargestBounds& largest) const {
         const Part reach = widened(part);
-        const std::array<LayerTexels, 4> corners = cornersOf(place.texels, reach);
-        const QuadTexels ends = {&corners[0], &corners[1], &corners[2], &corners[3]};
-        const Quad quad(place.texels, place.references, reach, [&](const LayerTexels& t, const LcSh& reference) {
-            return difference(rows_.decoded(t, place.x, place.y), reference);
-        });
+        const std::array<FilteredTexels, 4> corners = cornersOf(place.texels, reach);
+        const QuadTexels ends = {corners[0].data(), corners[1].data(), corners[2].data(), corners[3].data()};
+        const QuadControls quad = QuadControls::ofErrors(decoder_, 0, place.texels, place.references, reach);
         ChannelSlack curvature{};
-        addLengths(curvature, layouts::curvatureOf(rows_.layout(), ends), static_cast<double>(rows_.perKey()));
+        addLengths(curvature, decoder_.curvature(ends), static_cast<double>(decoder_.perKey()));
         ChannelSlack slack = curvature;
-        const Squares squares = largestSquares(quad.values);
+        const Squares squares = largestSquares(quad.values());
         addRounding(slack, squares, referenceSquares(place.references));
         if (!tolerance_.isNone()) addTolerance(place, reach, quad, ends, slack);
         if (evaluator_.cannotExceed(largest, squares, slack)) return;
@@ -77,7 +68,7 @@ private:
         for (std::size_t c = 0; c < kChannels; ++c)
             evaluator_.raise(largest, pairs[c], slack[c],
                              {place.x + static_cast<double>(reach.u), place.y + static_cast<double>(reach.v),
-                              static_cast<double>(reach.size), static_cast<std::size_t>(Quad::kNodes), static_cast<int>(c)});
+                              static_cast<double>(reach.size), quad.nodes(), static_cast<int>(c)});
     }
     static std::array<double, kChannels> exitOf(const ChannelSlack& slack) {
         std::array<double, kChannels> exit{};
@@ -85,9 +76,9 @@ private:
         return exit;
     }
     /// Adds the sampler tolerance over a widened part.
-    void addTolerance(const Place& place, const Part& reach, const Quad& quad, const QuadTexels& ends, ChannelSlack& slack) const {
-        const auto off = tolerance_.partDeviation(place.texels, ends, place.x, place.y, rows_.layout());
-        addLengths(slack, off.absolute, static_cast<double>(rows_.perKey()));
+    void addTolerance(const Place& place, const Part& reach, const QuadControls& quad, const QuadTexels& ends, ChannelSlack& slack) const {
+        const auto off = tolerance_.partDeviation(place.texels, ends, place.x, place.y, 0);
+        addLengths(slack, off.absolute, static_cast<double>(decoder_.perKey()));
         const auto addSteps = [&](const auto& at, double factor) {
             for (const auto& [a, b, c, d] : {std::array<std::size_t, 4>{1, 0, 3, 2}, std::array<std::size_t, 4>{2, 0, 3, 1}}) {
                 const std::array<LcSh, 2> edges = {difference(at(a), at(b)), difference(at(c), at(d))};
@@ -95,12 +86,12 @@ private:
             }
         };
         constexpr double kSteepest = kOutward * kFractionTolerance;
-        addSteps([&](std::size_t i) -> const LcSh& { return quad.values[i]; }, kSteepest / static_cast<double>(reach.size));
+        addSteps([&](std::size_t i) -> const LcSh& { return quad.values()[i]; }, kSteepest / static_cast<double>(reach.size));
         addSteps([&](std::size_t i) -> const LcSh& { return *place.references[i]; }, kSteepest);
     }
 
-    const MapRows<Layout>& rows_;
-    const SamplerTolerance<Layout>& tolerance_;
+    const MapDecoder& decoder_;
+    const SamplerTolerance& tolerance_;
     const BoundEvaluator& evaluator_;
 };
 

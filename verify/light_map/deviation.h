@@ -3,7 +3,8 @@
 //
 // A Lipschitz bound by the largest derivatives over the box. For a product of factors, |ab - a'b'| <= |a| |b - b'| + |b'| |a - a'|: each
 // factor is taken at its largest value with its own deviation, so products of deviations are covered. The learned layouts have polynomials
-// of four codes, whose derivatives often cancel between coefficients: they keep signed vectors (Deviation::groups) instead of lengths.
+// of four codes, whose derivatives often cancel between coefficients: they keep signed vectors (lightmap::Deviation::groups) instead of
+// lengths.
 #pragma once
 
 #include <algorithm>
@@ -12,23 +13,19 @@
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 #include <numbers>
+#include <span>
+#include <vector>
 
 #include "verify/light_map/layouts.h"
+#include "verify/light_map/map_decoder.h"
 #include "verify/light_map/rounding.h"
 #include "verify/sampler_tolerance.h"
 
 namespace lightcook::verify::layouts {
 
+/// One box for each layer.
 template <std::size_t kLayers>
-using Boxes = std::array<TexelBox, kLayers>;
-
-/// A deviation by coefficient and channel: at most `absolute` in each, plus, for each group, the sum of its four vectors, each times any
-/// number in [-1, 1]. A group is a texel, its vectors are those of the texel's four channels.
-template <std::size_t kGroups>
-struct Deviation {
-    shaders::LcSh absolute{};
-    std::array<std::array<shaders::LcSh, 4>, kGroups> groups{};
-};
+using Boxes = std::span<const TexelBox, kLayers>;
 
 namespace detail {
 
@@ -138,7 +135,7 @@ struct UnrealFactors {
 
     UnrealFactors(const UnrealHq& layout, const Texels<2>& low, const Texels<2>& high) {
         const auto& k = layout.k;
-        const auto exponentialOf = [&](const Texels<2>& t) { return std::exp2(fractionOf(t) * k.scale0.w + k.add0.w); };
+        const auto exponentialOf = [&](const Texels<2>& t) { return std::exp2(fractionOf(t.data()) * k.scale0.w + k.add0.w); };
         const float first = exponentialOf(low), second = exponentialOf(high);
         exponential = lightmap::kOutwardUnreal * std::max(first, second);
         luminance = std::max(std::abs(first - UnrealHq::kBlack), std::abs(second - UnrealHq::kBlack)) +
@@ -152,7 +149,7 @@ struct UnrealFactors {
         sh = glm::max(glm::abs(low[1] * k.scale1 + k.add1), glm::abs(high[1] * k.scale1 + k.add1));
     }
     /// Returns the fraction in E = fraction scale0.a + add0.a.
-    static float fractionOf(const Texels<2>& t) { return t[0].w + (t[1].w - 0.5f) / 255; }
+    static float fractionOf(const glm::vec4* t) { return t[0].w + (t[1].w - 0.5f) / 255; }
     /// Relative error of a float evaluation of 2^E. Vulkan allows exp2(x) an error of 3 + 2 |x| units in the last place; x is rounded too.
     static float exponentialRounding(const UnrealHq& layout) {
         return 1.2e-7f * (3 + 3 * (std::abs(layout.k.scale0.w) + std::abs(layout.k.add0.w)));
@@ -222,15 +219,14 @@ CodeRange codeRange(const glm::vec3* v, const TexelBox& code) {
 
 /// Learned layouts: c = range l0 (1, P(code)) + range l0 sum of residuals, P quadratic, residuals linear. The first group is the code, the
 /// others are the residual layers.
-template <LightMapLayout kId>
-Deviation<1 + Basis<kId>::kResidualCount> deviationOf(const typename Basis<kId>::Decode& decode, const Boxes<Basis<kId>::kLayers>& t) {
-    constexpr std::size_t kResiduals = Basis<kId>::kResidualCount;
-    const BasisTables& tables = *decode.tables;
-    const glm::vec3* v = Basis<kId>::kCodeCount == 3 ? tables.first3[decode.cluster].v : tables.first4[decode.cluster].v;
-    const CodeRange code = codeRange<Basis<kId>::kCodeCount>(v, t[1]);
+template <int kCodes>
+lightmap::Deviation deviationOf(const BasisTables& tables, std::size_t cluster, std::span<const TexelBox> t) {
+    const std::size_t residuals = t.size() - 2;
+    const glm::vec3* v = kCodes == 3 ? tables.first3[cluster].v : tables.first4[cluster].v;
+    const CodeRange code = codeRange<kCodes>(v, t[1]);
     const glm::vec3 range(std::abs(tables.range));
     const glm::vec3 l0 = range * detail::rgb(t[0].largest()), l0Off = range * detail::rgb(t[0].tolerance);
-    Deviation<1 + kResiduals> out;
+    lightmap::Deviation out{{}, std::vector<std::array<shaders::LcSh, 4>>(1 + residuals)};
     std::array<glm::vec3, 9> largest{glm::vec3(1)};
     for (std::size_t i = 0; i < 8; ++i) {
         largest[i + 1] = code.largest[i];
@@ -240,8 +236,8 @@ Deviation<1 + Basis<kId>::kResidualCount> deviationOf(const typename Basis<kId>:
             out.absolute.c[i + 1] += tolerance * l0 * code.curvature[j][i];
         }
     }
-    for (std::size_t layer = 0; layer < kResiduals; ++layer) {
-        const shaders::LcBasisResidual& basis = tables.residual[layer][decode.cluster];
+    for (std::size_t layer = 0; layer < residuals; ++layer) {
+        const shaders::LcBasisResidual& basis = tables.residual[layer][cluster];
         const TexelBox& residual = t[2 + layer];
         const glm::vec4 reach = glm::abs(residual.centre - tables.neutral) + residual.half + residual.tolerance;
         for (std::size_t j = 0; j < 4; ++j)

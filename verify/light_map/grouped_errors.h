@@ -9,23 +9,21 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "verify/light_map/bound_evaluator.h"
-#include "verify/light_map/deviation.h"
+#include "verify/light_map/map_decoder.h"
 
 namespace lightcook::verify::lightmap {
 
 /// The signed sums of each group and the references of the corners, by channel.
-template <std::size_t kGroups>
 struct SignedGroups {
     std::vector<std::array<Channels, kSigns>> sums;  ///< [group][signs]
     std::array<Channels, 4> corners;
 
-    SignedGroups(const layouts::Deviation<kGroups>& deviation, const std::array<const LcSh*, 4>& references, float perKey) : sums(kGroups) {
-        for (std::size_t group = 0; group < kGroups; ++group) {
+    SignedGroups(const Deviation& deviation, const std::array<const LcSh*, 4>& references, float perKey) : sums(deviation.groups.size()) {
+        for (std::size_t group = 0; group < sums.size(); ++group) {
             const std::array<LcSh, kSigns> signedSums = signedSumsOf(deviation.groups[group]);
             for (std::size_t i = 0; i < kSigns; ++i) sums[group][i] = channelsOf(scaled(signedSums[i], perKey));
         }
@@ -34,30 +32,26 @@ struct SignedGroups {
 };
 
 /// The errors of one channel over a quad, bounded with all slack, or with the groups apart, whichever is less.
-template <std::size_t kGroups>
 class GroupedErrors {
 public:
     /// pairs  control vectors of error and reference
     /// all    slack, the lengths of the groups included
     /// slack  the same without the groups
     GroupedErrors(std::span<const ErrorPair> pairs, const lighting::ShBands& all, const lighting::ShBands& slack,
-                  const SignedGroups<kGroups>& groups, std::size_t channel)
+                  const SignedGroups& groups, std::size_t channel)
         : pairs_(pairs), all_(all), slack_(slack), signed_(groups), channel_(channel) {}
 
     /// Returns true if the bound is proven not to exceed `limit`.
     bool cannotExceed(std::span<const Response> responses, double limit) {
         if (verify::cannotExceed(pairs_, responses, kFloor, all_, limit)) return true;
-        if constexpr (kGroups == 0)
-            return false;
-        else
-            return cannotExceedInParts(responses, limit);
+        return !signed_.sums.empty() && cannotExceedInParts(responses, limit);
     }
     /// Returns the bound.
     /// threshold  bounds below it need not be tight
     /// place      receives the place where it is reached
     double bound(std::span<const Response> responses, double threshold, BoundPlace& place) {
         const double bound = localErrorBound(pairs_, responses, kFloor, all_, std::numeric_limits<double>::infinity(), &place);
-        if (kGroups == 0 || bound < threshold) return bound;
+        if (signed_.sums.empty() || bound < threshold) return bound;
         double sum = localErrorBound(pairs_, responses, kFloor, slack_, bound);
         for (const Group& group : groups())
             if (sum < bound) sum += localErrorBound(group.pairs, responses, kFloor, group.rounding, bound - sum);
@@ -75,25 +69,27 @@ private:
             for (std::size_t l = 0; l < 3; ++l) rounding[l] = std::max(rounding[l], kControlRounding * lengths[l]);
         }
     };
-    const std::array<Group, kGroups>& groups() {
-        if (!groups_) {
-            groups_.emplace();
-            for (std::size_t group = 0; group < kGroups; ++group)
-                for (std::size_t i = 0; i < (*groups_)[group].pairs.size(); ++i)
-                    (*groups_)[group].set(i, {signed_.sums[group][i / 4][channel_], signed_.corners[i % 4][channel_]});
+    const std::vector<Group>& groups() {
+        if (groups_.empty()) {
+            groups_.resize(signed_.sums.size());
+            for (std::size_t group = 0; group < groups_.size(); ++group)
+                for (std::size_t i = 0; i < groups_[group].pairs.size(); ++i)
+                    groups_[group].set(i, {signed_.sums[group][i / 4][channel_], signed_.corners[i % 4][channel_]});
         }
-        return *groups_;
+        return groups_;
     }
     /// Tests errors and groups separately, each against a share of the limit in proportion to its length.
     bool cannotExceedInParts(std::span<const Response> responses, double limit) {
         const lighting::ShBands norms = responses.front().norms();
         const double error = bandSum(largestLengths(pairs_), norms) + bandSum(slack_, norms);
-        std::array<double, kGroups> parts;
+        std::vector<double> parts;
         double sum = error;
-        for (std::size_t group = 0; group < kGroups; ++group)
-            sum += parts[group] = bandSum(largestLengths(groups()[group].pairs), norms) + bandSum(groups()[group].rounding, norms);
+        for (const Group& group : groups()) {
+            parts.push_back(bandSum(largestLengths(group.pairs), norms) + bandSum(group.rounding, norms));
+            sum += parts.back();
+        }
         if (!verify::cannotExceed(pairs_, responses, kFloor, slack_, limit * (error / sum))) return false;
-        for (std::size_t group = 0; group < kGroups; ++group)
+        for (std::size_t group = 0; group < parts.size(); ++group)
             if (!verify::cannotExceed(groups()[group].pairs, responses, kFloor, groups()[group].rounding, limit * (parts[group] / sum)))
                 return false;
         return true;
@@ -109,9 +105,9 @@ private:
 
     std::span<const ErrorPair> pairs_;
     const lighting::ShBands &all_, &slack_;
-    const SignedGroups<kGroups>& signed_;
+    const SignedGroups& signed_;
     std::size_t channel_;
-    std::optional<std::array<Group, kGroups>> groups_;  ///< made when first needed
+    std::vector<Group> groups_;  ///< made when first needed
 };
 
 }  // namespace lightcook::verify::lightmap

@@ -183,6 +183,7 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
             if constexpr (requires { each.isOwnNormalOnly; }) each.isOwnNormalOnly = isOwnNormalOnly;
         },
         state->layout);
+    state->decoder = lightmap::mapDecoder(state->layout, state->perKey);
     std::optional<ScannedKernels> scanned;
     setup.matrices = shadingMatrices(shading, 1 / static_cast<double>(state->perKey), viewing);
     if (isOwnNormalOnly) {
@@ -232,22 +233,17 @@ LightMapErrors LightMapVerifier::verifyRows(const DecodedLightMapRows& texels, c
     assert(texels.textures.size() == state_->textures.size());
     assert(reference.sh.width() == state_->map.width && firstRow >= reference.firstRow && firstRow >= texels.firstRow);
     assert(reference.firstRow + reference.sh.height() >= std::min(state_->map.height, firstRow + rowCount + needsRowBelow));
-    return std::visit(
-        [&](const auto& layout) { return lightmap::verifyRows(layout, noErrors(), state_->inputs(texels, reference), firstRow, rowCount); },
-        state_->layout);
+    return lightmap::verifyRows(noErrors(), state_->inputs(texels, reference), firstRow, rowCount);
 }
 
 LightMapVerifier::QuadBound LightMapVerifier::boundQuad(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int x,
                                                         int y) const {
-    return std::visit([&](const auto& layout) { return lightmap::boundQuad(layout, noErrors(), state_->inputs(texels, reference), x, y); },
-                      state_->layout);
+    return lightmap::boundQuad(noErrors(), state_->inputs(texels, reference), x, y);
 }
 
 LightMapVerifier::AreaVisibleBound LightMapVerifier::visibleBound(const DecodedLightMapRows& texels,
                                                                   const formats::LightMapStrip& reference, const TexelArea& area) const {
-    return std::visit(
-        [&](const auto& layout) { return lightmap::visibleBound(layout, noErrors(), state_->inputs(texels, reference), area); },
-        state_->layout);
+    return lightmap::visibleBound(noErrors(), state_->inputs(texels, reference), area);
 }
 
 formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount,

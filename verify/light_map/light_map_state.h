@@ -1,11 +1,13 @@
 // The state of a LightMapVerifier. Private to verify/.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "verify/light_map.h"
 #include "verify/light_map/bound_evaluator.h"
 #include "verify/light_map/layouts.h"
+#include "verify/light_map/map_decoder.h"
 #include "verify/light_map/shading.h"
 #include "verify/light_map/verified_rows.h"
 
@@ -17,11 +19,12 @@ struct LightMapVerifier::State {
     LightMapSampling sampling;
     float perKey = 1;  ///< light in units of the key
     layouts::Layout layout;
+    std::unique_ptr<const lightmap::MapDecoder> decoder;  ///< of layout
     std::vector<TextureNeed> textures;
     ShadingSetup setup;
 
     lightmap::RowInputs inputs(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference) const {
-        return {map, sampling, setup, perKey, texels, reference};
+        return {*decoder, map, sampling, setup, texels, reference};
     }
 };
 

@@ -11,39 +11,28 @@
 
 #include "verify/light_map/controls.h"
 #include "verify/light_map/covered_quad.h"
-#include "verify/light_map/curvature.h"
 #include "verify/light_map/tolerance.h"
 #include "verify/light_map/visible_search.h"
 
 namespace lightcook::verify::lightmap {
 
 /// Light of the quarter of a quad that is nearest to one of its texels, under the decode of one of them.
-template <class Layout>
 class QuarterLight {
 public:
-    using Rows = MapRows<Layout>;
-    using Quad = CoveredQuad<Layout>;
-    using LayerTexels = typename Rows::LayerTexels;
-
     /// corner  the texel whose quarter it is
     /// decode  the texel whose decode it is
-    QuarterLight(const Rows& rows, const SamplerTolerance<Layout>& tolerance, const Quad& quad, int corner, int decode,
+    QuarterLight(const MapRows& rows, const SamplerTolerance& tolerance, const CoveredQuad& quad, int corner, int decode,
                  const std::array<glm::vec3, 3>& frame)
-        : rows_(rows), tolerance_(tolerance), quad_(quad), decode_(decode), frame_(frame) {
+        : decoder_(rows.decoder()), tolerance_(tolerance), quad_(quad), cluster_(rows.clusterOf(quad.x, quad.y, decode)), frame_(frame) {
         whole_.low = 0.5f * glm::vec2(corner % 2, corner / 2);
         whole_.size = glm::vec2(0.5f);
     }
     const PlaceRectangle& whole() const { return whole_; }
-    /// Control vectors along each axis of a quad of which some texels are not covered.
-    static constexpr std::size_t kRimNodes = Layout::kDegree + 2;
-    /// Returns the control vectors along each axis of this quad.
-    std::size_t nodes() const { return quad_.isCovered() ? Layout::kDegree + 1 : kRimNodes; }
+    /// Returns the control vectors along each axis of this quad: one more if some of its texels are not covered.
+    std::size_t nodes() const { return quad_.isCovered() ? decoder_.nodes() : decoder_.nodes() + 1; }
 
     /// Returns the control vectors over a rectangle; of one without size, the light there.
-    CellLight over(const PlaceRectangle& place) const {
-        if (place.size.x == 0) return at(place.low);
-        return quad_.isCovered() ? over<Layout::kDegree>(place) : over<static_cast<int>(kRimNodes) - 1>(place);
-    }
+    CellLight over(const PlaceRectangle& place) const { return place.size.x == 0 ? at(place.low) : overArea(place); }
     /// Returns the largest band lengths of the error over the quarter, by channel.
     BandLengths errorLengths() const {
         const CellLight light = over(whole_);
@@ -58,20 +47,8 @@ public:
     }
 
 private:
-    static constexpr bool kIsZonal = layouts::Zonal<Layout>, kIsCurved = layouts::Curved<Layout>;
+    static constexpr std::size_t kMostNodes = kMostDegree + 2;
 
-    decltype(auto) decodeLayout() const { return rows_.decodeOf(quad_.x, quad_.y, decode_); }
-    /// Returns the decode, or what of it is a polynomial: bands(), with the axis vector in c[5].
-    LcSh polynomialOf(const LayerTexels& texels) const {
-        if constexpr (kIsZonal) {
-            LcSh sh = scaled(rows_.layout().bands(texels), rows_.perKey());
-            const glm::vec3& weights = rows_.layout().k.luminance;
-            sh.c[5] = {glm::dot(weights, sh.c[3]), glm::dot(weights, sh.c[1]), glm::dot(weights, sh.c[2])};
-            return sh;
-        } else {
-            return scaled(decodeLayout().decode(texels), rows_.perKey());
-        }
-    }
     Channels local(const LcSh& sh) const { return channelsOf(shaders::lcLocalSh(sh, frame_[0], frame_[1], frame_[2])); }
 
     void addVectors(CellLight& out, const LcSh& error, const LcSh& reference) const {
@@ -86,90 +63,79 @@ private:
     CellLight at(const glm::vec2& place) const {
         CellLight out;
         const LcSh reference = quad_.referenceAt(place).first,
-                   error = difference(scaled(decodeLayout().decode(quad_.texelsAt(place)), rows_.perKey()), reference);
+                   error = difference(decoder_.decode(quad_.texelsAt(place).data(), cluster_), reference);
         addVectors(out, error, reference);
         addRoundingOf(out, {&error, 1}, {&reference, 1}, 1);
         addTolerance({place, glm::vec2(0)}, out);
         return out;
     }
-    /// Returns the values of a polynomial at the nodes of a rectangle as control vectors.
-    template <int kDegree>
-    static void toControls(std::span<LcSh> values) {
-        constexpr std::size_t kNodes = kDegree + 1;
-        const auto convert = [&](std::size_t first, std::size_t step) {
-            std::array<LcSh*, kNodes> nodes;
-            for (std::size_t i = 0; i < kNodes; ++i) nodes[i] = &values[first + i * step];
-            bernsteinFromNodes<kDegree>(nodes);
-        };
-        for (std::size_t line = 0; line < kNodes; ++line) convert(line * kNodes, 1);
-        for (std::size_t line = 0; line < kNodes; ++line) convert(line, kNodes);
-    }
     /// Returns the filtered texels at the corners of a rectangle.
-    std::array<LayerTexels, 4> cornersOf(const PlaceRectangle& place) const {
-        std::array<LayerTexels, 4> out;
+    std::array<FilteredTexels, 4> cornersOf(const PlaceRectangle& place) const {
+        std::array<FilteredTexels, 4> out;
         for (std::size_t i = 0; i < 4; ++i) out[i] = quad_.texelsAt(place.low + place.size * glm::vec2(i % 2, i / 2));
         return out;
     }
+    static QuadTexels pointersTo(const std::array<FilteredTexels, 4>& corners) {
+        return {corners[0].data(), corners[1].data(), corners[2].data(), corners[3].data()};
+    }
     /// Adds the curvature over a rectangle with these corners.
-    void addCurvature([[maybe_unused]] const std::array<LayerTexels, 4>& corners, [[maybe_unused]] double factor,
-                      [[maybe_unused]] CellLight& out) const {
-        if constexpr (kIsCurved)
-            addLengths(out.errorSlack, layouts::curvatureOf(rows_.layout(), {&corners[0], &corners[1], &corners[2], &corners[3]}),
-                       factor * static_cast<double>(rows_.perKey()));
+    void addCurvature(const std::array<FilteredTexels, 4>& corners, double factor, CellLight& out) const {
+        addLengths(out.errorSlack, decoder_.curvature(pointersTo(corners)), factor * static_cast<double>(decoder_.perKey()));
     }
-    /// Returns a function that returns the decode, or what of it is a polynomial, for fractions of a rectangle. In place of a curved decode
-    /// that is the blend of its corners, and its curvature is added to `out`.
-    auto decodeOver(const PlaceRectangle& place, [[maybe_unused]] CellLight& out) const {
-        if constexpr (kIsCurved) {
-            const std::array<LayerTexels, 4> corners = cornersOf(place);
+    /// Returns a function that returns what of the decode is a polynomial, for fractions of a rectangle. In place of a curved decode that
+    /// is the blend of its corners, and its curvature is added to `out`.
+    auto decodeOver(const PlaceRectangle& place, CellLight& out) const {
+        std::array<LcSh, 4> ends;
+        if (decoder_.isCurved()) {
+            const std::array<FilteredTexels, 4> corners = cornersOf(place);
             addCurvature(corners, 1, out);
-            std::array<LcSh, 4> ends;
-            for (std::size_t i = 0; i < 4; ++i) ends[i] = polynomialOf(corners[i]);
-            return [ends](const glm::vec2& at) { return blend(blend(ends[0], ends[1], at.x), blend(ends[2], ends[3], at.x), at.y); };
-        } else {
-            return [this, place](const glm::vec2& at) { return polynomialOf(quad_.texelsAt(place.low + place.size * at)); };
+            for (std::size_t i = 0; i < 4; ++i) ends[i] = decoder_.polynomial(corners[i].data(), cluster_);
         }
+        return [this, place, ends](const glm::vec2& at) {
+            if (decoder_.isCurved()) return blend(blend(ends[0], ends[1], at.x), blend(ends[2], ends[3], at.x), at.y);
+            return decoder_.polynomial(quad_.texelsAt(place.low + place.size * at).data(), cluster_);
+        };
     }
-    template <int kDegree>
-    CellLight over(const PlaceRectangle& place) const {
-        constexpr std::size_t kNodes = kDegree + 1, kControls = kNodes * kNodes;
-        std::array<LcSh, kControls> values, references;
-        std::array<float, kControls> weights;
+    /// Returns the control vectors over a rectangle with a size.
+    CellLight overArea(const PlaceRectangle& place) const {
+        const std::size_t nodes = this->nodes(), count = nodes * nodes;
+        std::array<LcSh, kMostNodes * kMostNodes> allValues, allReferences;
+        std::array<float, kMostNodes * kMostNodes> weights;
+        const std::span<LcSh> values(allValues.data(), count), references(allReferences.data(), count);
         CellLight out;
         const auto decodeAt = decodeOver(place, out);
-        for (std::size_t v = 0; v < kNodes; ++v)
-            for (std::size_t u = 0; u < kNodes; ++u) {
-                const glm::vec2 at = glm::vec2(u, v) / static_cast<float>(kDegree);
-                const std::size_t k = v * kNodes + u;
+        for (std::size_t v = 0; v < nodes; ++v)
+            for (std::size_t u = 0; u < nodes; ++u) {
+                const glm::vec2 at = glm::vec2(u, v) / static_cast<float>(nodes - 1);
+                const std::size_t k = v * nodes + u;
                 std::tie(references[k], weights[k]) = quad_.referenceAt(place.low + place.size * at);
                 values[k] = scaled(decodeAt(at), weights[k]);
             }
-        toControls<kDegree>(values);
-        for (std::size_t k = 0; k < kControls; ++k) values[k] = scaled(values[k], 1 / weights[k]);
-        takeZonal(values, addTolerance(place, out), out);
-        for (std::size_t k = 0; k < kControls; ++k) values[k] = difference(values[k], references[k]);
+        controlsFromNodes(values, nodes);
+        for (std::size_t k = 0; k < count; ++k) values[k] = scaled(values[k], 1 / weights[k]);
+        const double axisTolerance = addTolerance(place, out);
+        if (decoder_.isZonal()) takeZonal(values, axisTolerance, out);
+        for (std::size_t k = 0; k < count; ++k) values[k] = difference(values[k], references[k]);
         addRoundingOf(out, values, references, quad_.isCovered() ? 1 : kRimFactor);
-        for (std::size_t k = 0; k < kControls; ++k) addVectors(out, values[k], references[k]);
+        for (std::size_t k = 0; k < count; ++k) addVectors(out, values[k], references[k]);
         return out;
     }
     /// Turns bands() into coefficients about one axis, and adds how far other axes are.
-    void takeZonal([[maybe_unused]] std::span<LcSh> values, [[maybe_unused]] double axisTolerance, [[maybe_unused]] CellLight& out) const {
-        if constexpr (kIsZonal) {
-            std::vector<glm::vec3> vectors;
-            double largest = 0;
-            for (const LcSh& sh : values) {
-                vectors.push_back(sh.c[5]);
-                for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(sh.c[i])));
-            }
-            const AxisCone cone = axisCone(vectors, kRimFactor * kControlRounding * largest + axisTolerance);
-            std::array<double, kChannels> zonal{};
-            for (LcSh& sh : values) {
-                for (std::size_t c = 0; c < kChannels; ++c)
-                    zonal[c] = std::max(zonal[c], static_cast<double>(std::abs(sh.c[4][static_cast<int>(c)])));
-                sh = shaders::lcZonalBand2(sh, cone.axis);
-            }
-            for (std::size_t c = 0; c < kChannels; ++c) out.errorSlack[c][2] += cone.deviation * zonal[c];
+    static void takeZonal(std::span<LcSh> values, double axisTolerance, CellLight& out) {
+        std::vector<glm::vec3> vectors;
+        double largest = 0;
+        for (const LcSh& sh : values) {
+            vectors.push_back(sh.c[5]);
+            for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(sh.c[i])));
         }
+        const AxisCone cone = axisCone(vectors, kRimFactor * kControlRounding * largest + axisTolerance);
+        std::array<double, kChannels> zonal{};
+        for (LcSh& sh : values) {
+            for (std::size_t c = 0; c < kChannels; ++c)
+                zonal[c] = std::max(zonal[c], static_cast<double>(std::abs(sh.c[4][static_cast<int>(c)])));
+            sh = shaders::lcZonalBand2(sh, cone.axis);
+        }
+        for (std::size_t c = 0; c < kChannels; ++c) out.errorSlack[c][2] += cone.deviation * zonal[c];
     }
     static void addRoundingOf(CellLight& out, std::span<const LcSh> errors, std::span<const LcSh> references, double factor) {
         // The evaluation rounds, and so does the rotation to the frame of the texel.
@@ -190,21 +156,20 @@ private:
         PlaceRectangle reach;
         reach.low = glm::max(place.low - kFractionTolerance, 0.0f);
         reach.size = glm::min(place.low + place.size + kFractionTolerance, 1.0f) - reach.low;
-        const std::array<LayerTexels, 4> ends = cornersOf(reach);
-        const typename Rows::QuadTexels pointers = {&ends[0], &ends[1], &ends[2], &ends[3]};
-        const auto off = tolerance_.partDeviation(quad_.corners.texels, pointers, quad_.x, quad_.y, decodeLayout());
-        addCurvature(ends, 2, out);  // of both places between which a fraction moves
-        addLengths(out.errorSlack, off.absolute, static_cast<double>(rows_.perKey()));
+        const std::array<FilteredTexels, 4> ends = cornersOf(reach);
+        const Deviation off = tolerance_.partDeviation(quad_.corners.texels, pointersTo(ends), quad_.x, quad_.y, cluster_);
+        if (decoder_.isCurved()) addCurvature(ends, 2, out);  // of both places between which a fraction moves
+        addLengths(out.errorSlack, off.absolute, static_cast<double>(decoder_.perKey()));
         for (const std::array<LcSh, 4>& group : off.groups)
             for (const LcSh& vector : group) {
-                const LcSh moved = scaled(vector, rows_.perKey());
+                const LcSh moved = scaled(vector, decoder_.perKey());
                 out.deviations.add(local(moved));
                 addLengths(out.errorSlack, moved, kControlRounding);
             }
         double axis = addFractions(reach, out);
-        if constexpr (kIsZonal) {
-            const glm::vec3 weights = glm::abs(rows_.layout().k.luminance);
-            const LcSh moved = scaled(off.absolute, rows_.perKey());
+        if (decoder_.isZonal()) {
+            const glm::vec3 weights = glm::abs(decoder_.luminance());
+            const LcSh moved = scaled(off.absolute, decoder_.perKey());
             axis += kOutward * static_cast<double>(glm::length(
                                    glm::vec3(glm::dot(weights, moved.c[3]), glm::dot(weights, moved.c[1]), glm::dot(weights, moved.c[2]))));
         }
@@ -214,21 +179,24 @@ private:
     /// neighbouring control vectors.
     double addFractions(const PlaceRectangle& reach, CellLight& out) const {
         double axisTolerance = 0;
-        constexpr std::size_t kNodes = Layout::kDegree + 1;
-        std::array<LcSh, kNodes * kNodes> values;
-        for (std::size_t k = 0; k < values.size(); ++k)
-            values[k] = polynomialOf(
-                quad_.texelsAt(reach.low + reach.size * (glm::vec2(k % kNodes, k / kNodes) / static_cast<float>(Layout::kDegree))));
-        toControls<Layout::kDegree>(values);
+        const std::size_t nodes = decoder_.nodes();
+        const auto degree = static_cast<float>(decoder_.degree());
+        std::array<LcSh, kMostNodes * kMostNodes> allValues;
+        const std::span<LcSh> values(allValues.data(), nodes * nodes);
+        for (std::size_t k = 0; k < values.size(); ++k) {
+            const glm::vec2 at = reach.low + reach.size * (glm::vec2(k % nodes, k / nodes) / degree);
+            values[k] = decoder_.polynomial(quad_.texelsAt(at).data(), cluster_);
+        }
+        controlsFromNodes(values, nodes);
         for (int axis = 0; axis < 2; ++axis) {
-            const double steepest = kOutward * static_cast<double>(kFractionTolerance / reach.size[axis]) * Layout::kDegree;
-            const std::size_t step = axis == 0 ? 1 : kNodes;
+            const double steepest = kOutward * static_cast<double>(kFractionTolerance / reach.size[axis]) * decoder_.degree();
+            const std::size_t step = axis == 0 ? 1 : nodes;
             std::vector<LcSh> moved;
             double axisStep = 0;
             for (std::size_t k = 0; k < values.size(); ++k) {
-                if ((axis == 0 ? k % kNodes : k / kNodes) == kNodes - 1) continue;
+                if ((axis == 0 ? k % nodes : k / nodes) == nodes - 1) continue;
                 moved.push_back(difference(values[k + step], values[k]));
-                if constexpr (kIsZonal) {
+                if (decoder_.isZonal()) {
                     axisStep = std::max(axisStep, static_cast<double>(glm::length(moved.back().c[5])));
                     moved.back().c[5] = glm::vec3(0);
                 }
@@ -239,10 +207,10 @@ private:
         return axisTolerance;
     }
 
-    const Rows& rows_;
-    const SamplerTolerance<Layout>& tolerance_;
-    const Quad& quad_;
-    int decode_;
+    const MapDecoder& decoder_;
+    const SamplerTolerance& tolerance_;
+    const CoveredQuad& quad_;
+    std::size_t cluster_;
     std::array<glm::vec3, 3> frame_;
     PlaceRectangle whole_;
 };

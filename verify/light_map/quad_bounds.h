@@ -18,7 +18,6 @@
 #include <functional>
 #include <limits>
 #include <span>
-#include <variant>
 #include <vector>
 
 #include "verify/light_map/controls.h"
@@ -31,16 +30,16 @@
 namespace lightcook::verify::lightmap {
 
 /// The largest bounds over the quads of some rows.
-template <class Layout>
 class QuadBounds {
 public:
-    using LayerTexels = typename MapRows<Layout>::LayerTexels;
-    using QuadTexels = typename MapRows<Layout>::QuadTexels;
-    using QuadReferences = typename MapRows<Layout>::QuadReferences;
-    using Corners = typename MapRows<Layout>::Corners;
+    using Corners = MapRows::Corners;
 
-    QuadBounds(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
-        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator), parts_(partsOf(rows, tolerance, evaluator)) {}
+    QuadBounds(const MapRows& rows, const SamplerTolerance& tolerance, const BoundEvaluator& evaluator)
+        : rows_(rows),
+          tolerance_(tolerance),
+          evaluator_(evaluator),
+          zonal_(rows, tolerance, evaluator),
+          curved_(rows, tolerance, evaluator) {}
     const LargestBounds& largest() const { return largest_; }
 
     /// Raises the maximum to the exact bound of quad (x, y).
@@ -49,7 +48,7 @@ public:
     }
     /// Computes the coarse bound of every quad that begins in these rows, and defers those that may exceed the maximum.
     void boundRows(int firstRow, int rowCount) {
-        const QuadCoarseBound<Layout> coarseBound(rows_, tolerance_, evaluator_);
+        const QuadCoarseBound coarseBound(rows_, tolerance_, evaluator_);
         std::vector<TexelLengths> upper, lower;
         rows_.forEachPairOfRows(firstRow, rowCount, [&](const auto& above, const auto& below, int y) {
             if (y == firstRow) coarseBound.measure(above, y, upper);
@@ -80,33 +79,16 @@ public:
     }
 
 private:
-    using Quad = QuadControls<Layout>;
-
-    /// Returns the bounds of layouts whose quads are bounded in parts.
-    static auto partsOf(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator) {
-        if constexpr (layouts::Zonal<Layout>)
-            return ZonalBounds<Layout>(rows, tolerance, evaluator);
-        else if constexpr (layouts::Curved<Layout>)
-            return CurvedBounds<Layout>(rows, tolerance, evaluator);
-        else
-            return std::monostate{};
-    }
-
     void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, bool mayDefer) {
-        if constexpr (layouts::Zonal<Layout> || layouts::Curved<Layout>) {
-            parts_.bound(texels, references, x, y, largest_);
-        } else {
-            for (int corner = 0; corner < 4; ++corner)
-                if (rows_.isNewDecode(x, y, corner) && !boundDecode(texels, references, x, y, corner, mayDefer)) return;
-        }
+        if (rows_.decoder().isZonal()) return zonal_.bound(texels, references, x, y, largest_);
+        if (rows_.decoder().isCurved()) return curved_.bound(texels, references, x, y, largest_);
+        for (int corner = 0; corner < 4; ++corner)
+            if (rows_.isNewDecode(x, y, corner) && !boundDecode(texels, references, x, y, corner, mayDefer)) return;
     }
     /// Bounds the quad under the decode of one corner. Returns false if the quad was deferred, with its remaining decodes.
     bool boundDecode(const QuadTexels& texels, const QuadReferences& references, int x, int y, int corner, bool mayDefer) {
-        const int cornerX = x + corner % 2, cornerY = y + corner / 2;
-        const Quad quad(texels, references, {}, [&](const LayerTexels& t, const LcSh& reference) {
-            return difference(rows_.decoded(t, cornerX, cornerY), reference);
-        });
-        const Squares squares = largestSquares(quad.values);
+        const QuadControls quad = QuadControls::ofErrors(rows_.decoder(), rows_.clusterOf(x, y, corner), texels, references, {});
+        const Squares squares = largestSquares(quad.values());
         ChannelSlack slack{};
         addRounding(slack, squares, referenceSquares(references));
         if (tolerance_.isNone()) {
@@ -116,7 +98,7 @@ private:
             for (std::size_t c = 0; c < kChannels; ++c) evaluator_.raise(largest_, pairs[c], slack[c], placesOf(x, y, c));
             return true;
         }
-        SamplerTolerance<Layout>::addFilterFractions(slack, references, squares);
+        tolerance_.addFilterFractions(slack, references, squares);
         const auto off = tolerance_.quadDeviation(texels, x, y, corner);
         if (evaluator_.cannotExceed(largest_, squares, sumOf(slack, tolerance_.lengthsOf(off, false)))) return true;
         const ChannelSlack all = sumOf(slack, tolerance_.lengthsOf(off, true));
@@ -126,18 +108,17 @@ private:
         raiseWithTolerance(quad.pairs(), references, all, slack, off, x, y);
         return true;
     }
-    static PairPlaces placesOf(int x, int y, std::size_t channel) {
-        return {static_cast<double>(x), static_cast<double>(y), 1, static_cast<std::size_t>(Quad::kNodes), static_cast<int>(channel)};
+    PairPlaces placesOf(int x, int y, std::size_t channel) const {
+        return {static_cast<double>(x), static_cast<double>(y), 1, rows_.decoder().nodes(), static_cast<int>(channel)};
     }
     /// Raises the maximum to the bound of the pairs under the sampler tolerance.
     /// all    slack, the lengths of the deviation's groups included
     /// slack  the same without the groups
-    template <std::size_t kGroups>
-    void raiseWithTolerance(const typename Quad::Pairs& pairs, const QuadReferences& references, const ChannelSlack& all,
-                            const ChannelSlack& slack, const layouts::Deviation<kGroups>& off, int x, int y) {
-        const SignedGroups<kGroups> groups(off, references, rows_.perKey());
+    void raiseWithTolerance(const QuadControls::Pairs& pairs, const QuadReferences& references, const ChannelSlack& all,
+                            const ChannelSlack& slack, const Deviation& off, int x, int y) {
+        const SignedGroups groups(off, references, rows_.perKey());
         for (std::size_t c = 0; c < kChannels; ++c) {
-            GroupedErrors<kGroups> errors(pairs[c], all[c], slack[c], groups, c);
+            GroupedErrors errors(pairs[c], all[c], slack[c], groups, c);
             const auto raiseTo = [&](std::span<const Response> responses, LargestBound& current) {
                 if (responses.empty() || errors.cannotExceed(responses, kTieFactor * current.bound)) return;
                 BoundPlace found;
@@ -210,11 +191,11 @@ private:
         return false;
     }
 
-    const MapRows<Layout>& rows_;
-    const SamplerTolerance<Layout>& tolerance_;
+    const MapRows& rows_;
+    const SamplerTolerance& tolerance_;
     const BoundEvaluator& evaluator_;
-    decltype(partsOf(std::declval<const MapRows<Layout>&>(), std::declval<const SamplerTolerance<Layout>&>(),
-                     std::declval<const BoundEvaluator&>())) parts_;
+    const ZonalBounds zonal_;
+    const CurvedBounds curved_;
     LargestBounds largest_;
     std::vector<CoarselyBoundedQuad> coarselyBounded_;
     std::vector<DeferredQuad> deferred_;

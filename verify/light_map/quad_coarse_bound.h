@@ -8,11 +8,11 @@
 // materials. Quads whose coarse bound cannot exceed the map's current maximum are done; all others are refined by QuadBounds.
 #pragma once
 
+#include <memory>
 #include <numbers>
 #include <span>
 #include <vector>
 
-#include "verify/light_map/basis_coarse_bound.h"
 #include "verify/light_map/bound_evaluator.h"
 #include "verify/light_map/covered_quad.h"
 #include "verify/light_map/rows.h"
@@ -32,34 +32,33 @@ struct CornerLengths {
     BandLengths step{};                           ///< largest differences of their references
 };
 
-template <class Layout>
 class QuadCoarseBound {
 public:
-    using Rows = MapRows<Layout>;
-    using Row = typename Rows::Row;
-    using Corners = typename Rows::Corners;
+    using Row = MapRows::Row;
+    using Corners = MapRows::Corners;
 
-    QuadCoarseBound(const Rows& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
+    QuadCoarseBound(const MapRows& rows, const SamplerTolerance& tolerance, const BoundEvaluator& evaluator)
         : rows_(rows),
+          decoder_(rows.decoder()),
           isIdeal_(tolerance.isNone()),
           evaluator_(evaluator),
-          coarseBounds_(rows.layout(), tolerance.formats()),
+          coarseBounds_(rows.decoder().coarseBounds(tolerance.formats())),
           tolerance_(tolerance) {}
 
     /// Computes the lengths of row y.
     void measure(const Row& row, int y, std::vector<TexelLengths>& out) const {
-        if (!coarseBounds_.isKnown()) return;
+        if (!isKnown()) return;
         const int width = rows_.width();
         out.resize(index(width));
         for (int x = 0; x < width; ++x) {
             const std::size_t i = index(x);
             if (row.covered[i] == 0) continue;
-            out[i] = lengthsOf(row.texels[i], row.reference[i], x, y);
+            out[i] = lengthsOf(row.texelsAt(i), row.reference[i], x, y);
         }
     }
     /// Returns the lengths of texel (x, y).
-    TexelLengths lengthsOf(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y) const {
-        return {bandLengths(errorOf(texels, reference, x, y)), bandLengths(reference)};
+    TexelLengths lengthsOf(LayerTexels texels, const LcSh& reference, int x, int y) const {
+        return {bandLengths(errorUnder(decoder_.clusterAt(x, y), texels, reference)), bandLengths(reference)};
     }
     /// Raises lengths to those of others.
     static void raise(BandLengths& largest, const BandLengths& lengths) {
@@ -67,7 +66,7 @@ public:
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
             largest[lane] = lengths[lane] <= largest[lane] ? largest[lane] : lengths[lane];
     }
-    bool isKnown() const { return coarseBounds_.isKnown(); }
+    bool isKnown() const { return coarseBounds_->isKnown(); }
 
     struct Estimate {
         ErrorBound bound;     ///< upper bound of the error, under every decode of the corners
@@ -86,19 +85,16 @@ public:
         Estimate estimate;
         for (int corner = 0; corner < 4; ++corner) {
             if (!rows_.isNewDecode(x, y, corner)) continue;
-            const auto& decode = layouts::decodeAt(rows_.layout(), x + corner % 2, y + corner / 2);
-            const BandLengths error = largestError(decode, corners, texels, x, y, corner);
+            const std::size_t cluster = rows_.clusterOf(x, y, corner);
+            const BandLengths error = largestError(cluster, corners, texels, x, y, corner);
             Estimate each;
-            const auto cannotExceed = [&](const layouts::CoarseBound& coarseBound, const BandLengths& errorSlack) {
+            const auto cannotExceed = [&](const CoarseBound& coarseBound, const BandLengths& errorSlack) {
                 each = estimateOf(error, coarseBound, errorSlack, light);
                 return evaluator_.cannotExceed(largest, each.bound);
             };
-            bool isProven = false;
-            if constexpr (requires { coarseBounds_.quickBound(decode, corners.texels); })
-                isProven = cannotExceed(coarseBounds_.quickBound(decode, corners.texels), slack);
-            if (!isProven) {
-                const layouts::CoarseBound coarseBound =
-                    coarseBounds_.bound(decode, corners.texels, [&](std::size_t layer) { return tolerance_.toleranceAt(layer, x, y); });
+            const auto quickBound = coarseBounds_->quickBound(corners.texels, cluster);
+            if (!quickBound || !cannotExceed(*quickBound, slack)) {
+                const CoarseBound coarseBound = coarseBounds_->bound(corners.texels, cluster, {tolerance_, x, y});
                 if (!cannotExceed(coarseBound, slack) && hasFractions()) cannotExceed(coarseBound, slackOf(corners.references, light));
             }
             estimate.bound.raise(each.bound);
@@ -112,8 +108,8 @@ public:
     /// them.
     /// corner   the texel whose decode it is
     /// isQuick  faster and looser, where the layout has such a bound
-    BandLengths errorLengths(const CoveredQuad<Layout>& quad, const CornerLengths& lengths, int corner, bool isQuick) const {
-        const auto& decode = rows_.decodeOf(quad.x, quad.y, corner);
+    BandLengths errorLengths(const CoveredQuad& quad, const CornerLengths& lengths, int corner, bool isQuick) const {
+        const std::size_t cluster = rows_.clusterOf(quad.x, quad.y, corner);
         const Corners& corners = quad.corners;
         BandLengths error{}, light{};
         for (std::size_t i = 0; i < 4; ++i) {
@@ -121,42 +117,36 @@ public:
                 raise(light, lengths.texels[i]->reference);
                 raise(error, rows_.hasSameDecode(quad.x, quad.y, corner, static_cast<int>(i))
                                  ? lengths.texels[i]->error
-                                 : bandLengths(errorUnder(decode, *corners.texels[i], *corners.references[i])));
+                                 : bandLengths(errorUnder(cluster, corners.texels[i], *corners.references[i])));
                 continue;
             }
             for (std::size_t j = 0; j < 4; ++j)
-                if (quad.covered[j]) raise(error, bandLengths(errorUnder(decode, *corners.texels[i], *corners.references[j])));
+                if (quad.covered[j]) raise(error, bandLengths(errorUnder(cluster, corners.texels[i], *corners.references[j])));
         }
         BandLengths slack{};
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
             slack[lane] = kFloatRounding * light[lane] + (hasFractions() ? 2 * kFractionTolerance * lengths.step[lane] : 0);
-        if constexpr (requires { coarseBounds_.quickBound(decode, corners.texels); })
-            if (isQuick) return sumOf(error, coarseBounds_.quickBound(decode, corners.texels), slack, light);
-        const auto toleranceAt = [&](std::size_t layer) { return tolerance_.toleranceAt(layer, quad.x, quad.y); };
-        return sumOf(error, coarseBounds_.bound(decode, corners.texels, toleranceAt), slack, light);
+        if (isQuick)
+            if (const auto quickBound = coarseBounds_->quickBound(corners.texels, cluster)) return sumOf(error, *quickBound, slack, light);
+        return sumOf(error, coarseBounds_->bound(corners.texels, cluster, {tolerance_, quad.x, quad.y}), slack, light);
     }
 
 private:
     /// Rounding of this bound's floats, and of those of the refined bound.
     static constexpr auto kFloatRounding = static_cast<float>(2.5 * kControlRounding);
 
-    LcSh errorOf(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y) const {
-        return errorUnder(layouts::decodeAt(rows_.layout(), x, y), texels, reference);
-    }
-    template <class Decode>
-    LcSh errorUnder(const Decode& decode, const typename Rows::LayerTexels& texels, const LcSh& reference) const {
-        if constexpr (layouts::Zonal<Layout>) {
-            LcSh error = scaled(rows_.layout().bands(texels), rows_.perKey());
-            for (std::size_t i = 0; i < 4; ++i) error.c[i] -= reference.c[i];
-            return error;
-        } else {
-            return difference(scaled(decode.decode(texels), rows_.perKey()), reference);
-        }
+    /// Returns the error under the decode of a cluster; for zonal layouts, band 2 is the decoded zonal coefficient itself.
+    LcSh errorUnder(std::size_t cluster, LayerTexels texels, const LcSh& reference) const {
+        LcSh error = decoder_.polynomial(texels, cluster);
+        if (!decoder_.isZonal()) return difference(error, reference);
+        for (std::size_t i = 0; i < 4; ++i) error.c[i] -= reference.c[i];
+        error.c[5] = glm::vec3(0);  // the axis vector
+        return error;
     }
     /// Returns true if inexact filter fractions move the reference. Zonal layouts count them in estimateOf.
-    bool hasFractions() const { return !isIdeal_ && !layouts::Zonal<Layout>; }
+    bool hasFractions() const { return !isIdeal_ && !decoder_.isZonal(); }
     /// Returns the slack of rounding, and of filter fractions by the exact differences of neighbouring references.
-    static BandLengths slackOf(const typename Rows::QuadReferences& references, const BandLengths& light) {
+    static BandLengths slackOf(const QuadReferences& references, const BandLengths& light) {
         const auto steps = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
             const std::array<LcSh, 2> edges = {difference(*references[a], *references[b]), difference(*references[c], *references[d])};
             return largestLengths(edges);
@@ -173,42 +163,38 @@ private:
         return largest;
     }
     /// Returns the largest error of the corners under the decode of one of them.
-    template <class Decode>
-    BandLengths largestError(const Decode& decode, const Corners& corners, const std::array<const TexelLengths*, 4>& texels, int x, int y,
+    BandLengths largestError(std::size_t cluster, const Corners& corners, const std::array<const TexelLengths*, 4>& texels, int x, int y,
                              int corner) const {
         BandLengths error{};
         for (int i = 0; i < 4; ++i) {
             const auto at = static_cast<std::size_t>(i);
-            if (rows_.hasSameDecode(x, y, corner, i)) {
-                raise(error, texels[at]->error);
-            } else {
-                const LcSh decoded = scaled(decode.decode(*corners.texels[at]), rows_.perKey());
-                raise(error, bandLengths(difference(decoded, *corners.references[at])));
-            }
+            raise(error, rows_.hasSameDecode(x, y, corner, i)
+                             ? texels[at]->error
+                             : bandLengths(errorUnder(cluster, corners.texels[at], *corners.references[at])));
         }
         return error;
     }
     /// Returns the sum of all parts of the error.
-    BandLengths sumOf(const BandLengths& error, const layouts::CoarseBound& coarseBound, const BandLengths& slack,
-                      const BandLengths& light) const {
-        const float fractions = isIdeal_ ? 0 : kFractionTolerance * 4 * Layout::kDegree, perKey = rows_.perKey();
-        BandLengths all;
-        for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
-            const float curvature = perKey * coarseBound.curvature[lane];
-            float own = error[lane] + curvature, moved = own;
-            if constexpr (layouts::Zonal<Layout>) {
+    BandLengths sumOf(const BandLengths& error, const CoarseBound& coarseBound, const BandLengths& slack, const BandLengths& light) const {
+        const float perKey = rows_.perKey();
+        const float fractions = isIdeal_ ? 0 : kFractionTolerance * 4 * static_cast<float>(decoder_.degree());
+        BandLengths own, moved;
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane) own[lane] = moved[lane] = error[lane] + perKey * coarseBound.curvature[lane];
+        if (decoder_.isZonal())
+            for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
                 // Fractions move the decode itself, not only its error. Decoded band 2 is a number times a unit vector about an axis; the
                 // unit vector about another axis may be sqrt 3 away.
                 const bool isZonalBand = lane >= 2 * kChannels;
-                moved = isZonalBand ? own : own + light[lane];
-                if (isZonalBand) own = (1 + std::numbers::sqrt3_v<float>)*own + light[lane];
+                moved[lane] = isZonalBand ? own[lane] : own[lane] + light[lane];
+                if (isZonalBand) own[lane] = (1 + std::numbers::sqrt3_v<float>)*own[lane] + light[lane];
             }
-            all[lane] =
-                kOutwardFloat * ((1 + kFloatRounding) * own + fractions * moved + slack[lane] + perKey * coarseBound.tolerance[lane]);
-        }
+        BandLengths all;
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
+            all[lane] = kOutwardFloat *
+                        ((1 + kFloatRounding) * own[lane] + fractions * moved[lane] + slack[lane] + perKey * coarseBound.tolerance[lane]);
         return all;
     }
-    Estimate estimateOf(const BandLengths& error, const layouts::CoarseBound& coarseBound, const BandLengths& slack,
+    Estimate estimateOf(const BandLengths& error, const CoarseBound& coarseBound, const BandLengths& slack,
                         const BandLengths& light) const {
         const BandLengths all = sumOf(error, coarseBound, slack, light);
         Estimate estimate;
@@ -220,11 +206,12 @@ private:
         return estimate;
     }
 
-    const Rows& rows_;
+    const MapRows& rows_;
+    const MapDecoder& decoder_;
     bool isIdeal_;
     const BoundEvaluator& evaluator_;
-    layouts::CoarseBounds<Layout> coarseBounds_;
-    const SamplerTolerance<Layout>& tolerance_;
+    std::unique_ptr<const CoarseBounds> coarseBounds_;
+    const SamplerTolerance& tolerance_;
 };
 
 }  // namespace lightcook::verify::lightmap

@@ -19,16 +19,15 @@
 
 namespace lightcook::verify::lightmap {
 
-template <class Layout>
 class RimBounds {
 public:
-    RimBounds(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
+    RimBounds(const MapRows& rows, const SamplerTolerance& tolerance, const BoundEvaluator& evaluator)
         : rows_(rows), tolerance_(tolerance), evaluator_(evaluator), coarse_(rows, tolerance, evaluator) {}
 
     /// Raises the largest bounds to those of the quads of these rows of which some texels are not covered.
     void raiseRows(int firstRow, int rowCount, LargestBounds& largest) {
         std::vector<CoarselyBoundedQuad> kept;
-        forEachCoveredQuad(rows_, firstRow, rowCount, [&](const CoveredQuad<Layout>& quad) {
+        forEachCoveredQuad(rows_, firstRow, rowCount, [&](const CoveredQuad& quad) {
             if (quad.isInside() || isOfAnotherQuad(quad)) return;
             const ErrorBound bound = coarseBound(quad, largest);
             if (!evaluator_.cannotExceed(largest, bound)) kept.push_back({quad.x, quad.y, bound});
@@ -41,10 +40,10 @@ public:
         std::ranges::stable_sort(kept, std::greater{}, [&](const CoarselyBoundedQuad& each) { return sizeOf(each.bound); });
         for (const CoarselyBoundedQuad& each : kept)
             if (!evaluator_.cannotExceed(largest, each.bound))
-                withCoveredQuad(rows_, each.x, each.y, [&](const CoveredQuad<Layout>& quad) { raise(quad, largest); });
+                withCoveredQuad(rows_, each.x, each.y, [&](const CoveredQuad& quad) { raise(quad, largest); });
     }
     /// Raises the largest bounds to those of a quad of which some texels are not covered.
-    void raise(const CoveredQuad<Layout>& quad, LargestBounds& largest) {
+    void raise(const CoveredQuad& quad, LargestBounds& largest) {
         measure(quad);
         for (int decode = 0; decode < 4; ++decode) {
             if (!quad.isNewDecode(rows_, decode)) continue;
@@ -63,7 +62,7 @@ private:
 
     /// Returns true for a quad beyond the edge of the map whose light is known to be that at the rim of a quad inside: beyond the edge the
     /// light is that at the edge. The quad inside holds no surface if a chart ends at the texel beside the edge.
-    bool isOfAnotherQuad(const CoveredQuad<Layout>& quad) const {
+    bool isOfAnotherQuad(const CoveredQuad& quad) const {
         const bool isBesideX = rows_.width() > 1 && quad.texelX(0) == quad.texelX(1),
                    isBesideY = rows_.height() > 1 && quad.texelY(0) == quad.texelY(2);
         if (!isBesideX && !isBesideY) return false;
@@ -71,24 +70,24 @@ private:
         if (isBesideY && quad.y > 0) return false;  // a strip may begin at the last row: then it has no quad inside
         const int x = isBesideX ? std::clamp(quad.x, 0, rows_.width() - 2) : quad.x, y = isBesideY ? 0 : quad.y;
         bool holdsSurface = false;
-        withCoveredQuad(rows_, x, y, [&](const CoveredQuad<Layout>& inside) { holdsSurface = inside.coveredCount() > 0; });
+        withCoveredQuad(rows_, x, y, [&](const CoveredQuad& inside) { holdsSurface = inside.coveredCount() > 0; });
         return holdsSurface;
     }
     /// Computes the lengths of the covered corners, and those of the differences of their references.
-    void measure(const CoveredQuad<Layout>& quad) {
+    void measure(const CoveredQuad& quad) {
         if (!coarse_.isKnown()) return;
         step_ = {};
         for (std::size_t i = 0; i < 4; ++i) {
             if (!quad.covered[i]) continue;
             const LcSh& reference = *quad.corners.references[i];
             const int corner = static_cast<int>(i);
-            lengths_[i] = coarse_.lengthsOf(*quad.corners.texels[i], reference, quad.texelX(corner), quad.texelY(corner));
+            lengths_[i] = coarse_.lengthsOf(quad.corners.texels[i], reference, quad.texelX(corner), quad.texelY(corner));
             for (std::size_t j = 0; j < i; ++j)
-                if (quad.covered[j]) QuadCoarseBound<Layout>::raise(step_, bandLengths(difference(reference, *quad.corners.references[j])));
+                if (quad.covered[j]) QuadCoarseBound::raise(step_, bandLengths(difference(reference, *quad.corners.references[j])));
         }
     }
     /// Returns an upper bound of the error of a quad under every decode of its covered corners, refined only until it is below the largest.
-    ErrorBound coarseBound(const CoveredQuad<Layout>& quad, const LargestBounds& largest) {
+    ErrorBound coarseBound(const CoveredQuad& quad, const LargestBounds& largest) {
         measure(quad);
         ErrorBound bound;
         for (int decode = 0; decode < 4; ++decode)
@@ -96,7 +95,7 @@ private:
         return bound;
     }
     /// Returns the same under the decode of one corner, for the quad that was measured last.
-    ErrorBound coarseBound(const CoveredQuad<Layout>& quad, int decode, const LargestBounds& largest) const {
+    ErrorBound coarseBound(const CoveredQuad& quad, int decode, const LargestBounds& largest) const {
         if (!coarse_.isKnown()) return {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
         const CornerLengths lengths = {{&lengths_[0], &lengths_[1], &lengths_[2], &lengths_[3]}, step_};
         ErrorBound least;
@@ -109,9 +108,9 @@ private:
     }
     /// Raises the largest bounds to those of a quarter.
     /// coarse  upper bound of its error
-    void raiseQuarter(const CoveredQuad<Layout>& quad, int corner, int decode, const ErrorBound& coarse, LargestBounds& largest) {
+    void raiseQuarter(const CoveredQuad& quad, int corner, int decode, const ErrorBound& coarse, LargestBounds& largest) {
         // Bounds hold for every direction, so light stays in the frame of the world.
-        const QuarterLight<Layout> quarter(rows_, tolerance_, quad, corner, decode, {glm::vec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}});
+        const QuarterLight quarter(rows_, tolerance_, quad, corner, decode, {glm::vec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}});
         const CellLight light = quarter.over(quarter.whole());
         ChannelSlack slack = light.errorSlack, all = slack;
         for (std::size_t c = 0; c < kChannels; ++c)
@@ -148,10 +147,10 @@ private:
         take(largest.specular, found.specular, coarse.specular);
     }
 
-    const MapRows<Layout>& rows_;
-    const SamplerTolerance<Layout>& tolerance_;
+    const MapRows& rows_;
+    const SamplerTolerance& tolerance_;
     const BoundEvaluator& evaluator_;
-    QuadCoarseBound<Layout> coarse_;
+    QuadCoarseBound coarse_;
     std::array<TexelLengths, 4> lengths_;  ///< of the covered corners of the quad that was measured last
     BandLengths step_{};                   ///< largest differences of their references
     std::vector<ErrorPair> pairs_;         ///< reused

@@ -3,12 +3,12 @@
 #pragma once
 
 #include <algorithm>
-#include <type_traits>
+#include <glm/vec2.hpp>
 #include <utility>
 #include <vector>
 
 #include "verify/light_map.h"
-#include "verify/light_map/layouts.h"
+#include "verify/light_map/map_decoder.h"
 #include "verify/light_map/vectors.h"
 
 namespace lightcook::verify::lightmap {
@@ -17,24 +17,39 @@ inline std::size_t index(int x) {
     return static_cast<std::size_t>(x);
 }
 
-/// A cooked map and its reference, for a layout known at compile time.
-template <class Layout>
+/// References of the corners of a quad, in the order of its texels.
+using QuadReferences = std::array<const LcSh*, 4>;
+
+/// Returns filtered texels between two places.
+inline FilteredTexels blend(LayerTexels a, LayerTexels b, float weight, std::size_t layers) {
+    FilteredTexels out;
+    for (std::size_t i = 0; i < layers; ++i) out[i] = (1 - weight) * a[i] + weight * b[i];
+    return out;
+}
+/// Returns filtered texels at a place of a quad, in fractions of it.
+inline FilteredTexels blend(const QuadTexels& t, const glm::vec2& place, std::size_t layers) {
+    FilteredTexels out;
+    for (std::size_t i = 0; i < layers; ++i) {
+        const glm::vec4 above = (1 - place.x) * t[0][i] + place.x * t[1][i], below = (1 - place.x) * t[2][i] + place.x * t[3][i];
+        out[i] = (1 - place.y) * above + place.y * below;
+    }
+    return out;
+}
+
+/// A cooked map and its reference.
 class MapRows {
 public:
-    using LayerTexels = layouts::Texels<Layout::kLayers>;
-    /// Corners of a quad in the order (0, 0), (1, 0), (0, 1), (1, 1).
-    using QuadTexels = std::array<const LayerTexels*, 4>;
-    using QuadReferences = std::array<const LcSh*, 4>;
-
-    /// perKey  1 / key: converts light to units of the key
-    MapRows(const Layout& layout, const CookedLightMap& map, float perKey, const DecodedLightMapRows& texels,
+    MapRows(const MapDecoder& decoder, const CookedLightMap& map, const DecodedLightMapRows& texels,
             const formats::LightMapStrip& reference)
-        : layout_(layout), map_(map), perKey_(perKey), texels_(texels), reference_(reference) {}
+        : decoder_(decoder), map_(map), texels_(texels), reference_(reference) {
+        for (const auto& texture : texels_.textures)
+            for (const formats::Image<glm::vec4>& image : texture) layers_.push_back(&image);
+    }
 
-    const Layout& layout() const { return layout_; }
+    const MapDecoder& decoder() const { return decoder_; }
     int width() const { return map_.width; }
     int height() const { return map_.height; }
-    float perKey() const { return perKey_; }
+    float perKey() const { return decoder_.perKey(); }
     const DecodedLightMapRows& texels() const { return texels_; }
     /// Returns the last row that texels and reference both hold.
     int lastRow() const {
@@ -48,7 +63,9 @@ public:
         std::vector<std::uint8_t> covered;
         std::vector<std::uint32_t> chart;  ///< empty as in the reference
         std::vector<LcSh> reference;
-        std::vector<LayerTexels> texels;
+        std::size_t layers = 0;
+        std::vector<glm::vec4> texels;  ///< [column][layer]
+        LayerTexels texelsAt(std::size_t i) const { return texels.data() + layers * i; }
     };
     struct Corners {
         QuadTexels texels;
@@ -56,7 +73,7 @@ public:
     };
     static Corners cornersOf(const Row& above, const Row& below, int x) {
         const std::size_t i = index(x);
-        return {{&above.texels[i], &above.texels[i + 1], &below.texels[i], &below.texels[i + 1]},
+        return {{above.texelsAt(i), above.texelsAt(i + 1), below.texelsAt(i), below.texelsAt(i + 1)},
                 {&above.reference[i], &above.reference[i + 1], &below.reference[i], &below.reference[i + 1]}};
     }
 
@@ -107,12 +124,11 @@ public:
 
     /// Returns true if corners i and j of the quad at (x, y) have the same decode. Only learned layouts have several.
     bool hasSameDecode(int x, int y, int i, int j) const {
-        if constexpr (requires { layout_.at(x, y); }) return i == j || decodeOf(x, y, i) == decodeOf(x, y, j);
-        return true;
+        return !decoder_.isLearned() || i == j || clusterOf(x, y, i) == clusterOf(x, y, j);
     }
-    /// Returns the decode of a corner of the quad at (x, y), which may reach over the edge of the map by one texel.
-    decltype(auto) decodeOf(int x, int y, int corner) const {
-        return layouts::decodeAt(layout_, std::clamp(x + corner % 2, 0, map_.width - 1), std::clamp(y + corner / 2, 0, map_.height - 1));
+    /// Returns the cluster of a corner of the quad at (x, y), which may reach over the edge of the map by one texel.
+    std::size_t clusterOf(int x, int y, int corner) const {
+        return decoder_.clusterAt(std::clamp(x + corner % 2, 0, map_.width - 1), std::clamp(y + corner / 2, 0, map_.height - 1));
     }
     /// Returns true if no earlier corner has the same decode. A quad is bounded under the decode of each corner, because a surface there
     /// may use any of them.
@@ -122,48 +138,47 @@ public:
         return true;
     }
 
-    /// Returns the decode of texel (x, y), applied to filtered texels, in units of the key.
-    LcSh decoded(const LayerTexels& texels, int x, int y) const { return scaled(layouts::decodeAt(layout_, x, y).decode(texels), perKey_); }
+    /// Returns the light that texel (x, y) decodes from filtered texels.
+    LcSh decoded(LayerTexels texels, int x, int y) const { return decoder_.decode(texels, decoder_.clusterAt(x, y)); }
 
 private:
     void loadRow(int y, Row& row) const { loadTexels(0, map_.width, y, row); }
     void loadTexels(int firstX, int count, int y, Row& row) const {
         row.covered.resize(index(count));
         row.reference.resize(index(count));
-        row.texels.resize(index(count));
+        row.layers = layers_.size();
+        row.texels.resize(row.layers * index(count));
         const int stripRow = y - reference_.firstRow, texelRow = y - texels_.firstRow;
         if (reference_.chart.width() > 0) {
             const std::uint32_t* const charts = reference_.chart.view().row(stripRow) + firstX;
             row.chart.assign(charts, charts + count);
         }
+        // Filters reach uncovered texels too.
+        for (std::size_t layer = 0; layer < row.layers; ++layer) {
+            const glm::vec4* const texels = layers_[layer]->view().row(texelRow) + firstX;
+            for (std::size_t i = 0; i < index(count); ++i) row.texels[row.layers * i + layer] = texels[i];
+        }
         for (int i = 0; i < count; ++i) {
             const int x = firstX + i;
             row.covered[index(i)] = reference_.covered.at(x, stripRow);
-            // Filters reach uncovered texels too.
-            std::size_t layer = 0;
-            for (const auto& texture : texels_.textures)
-                for (const formats::Image<glm::vec4>& image : texture) row.texels[index(i)][layer++] = image.at(x, texelRow);
             if (row.covered[index(i)] != 0) row.reference[index(i)] = referenceAt(x, stripRow);
         }
     }
     LcSh referenceAt(int x, int stripRow) const {
         LcSh out{};
         const lighting::ShRgb& sh = reference_.sh.at(x, stripRow);
-        for (std::size_t i = 0; i < kCoefficients; ++i) out.c[i] = perKey_ * sh[i];
-        if constexpr (layouts::FlatFamily<Layout>) {
-            if (!layout_.isOwnNormalOnly) return out;
-            LcSh flat{};
-            flat.c[0] = shaders::lcExitRadiance(out, reference_.normal.at(x, stripRow)) / layouts::Flat::kY0;
-            return flat;
-        }
-        return out;
+        for (std::size_t i = 0; i < kCoefficients; ++i) out.c[i] = perKey() * sh[i];
+        if (!decoder_.isOwnNormalOnly()) return out;
+        LcSh flat{};
+        flat.c[0] = shaders::lcExitRadiance(out, reference_.normal.at(x, stripRow)) / layouts::Flat::kY0;
+        return flat;
     }
 
-    const Layout& layout_;
+    const MapDecoder& decoder_;
     const CookedLightMap& map_;
-    float perKey_;
     const DecodedLightMapRows& texels_;
     const formats::LightMapStrip& reference_;
+    std::vector<const formats::Image<glm::vec4>*> layers_;
 };
 
 }  // namespace lightcook::verify::lightmap

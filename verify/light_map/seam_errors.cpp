@@ -8,7 +8,6 @@
 #include <glm/vec2.hpp>
 #include <tuple>
 #include <utility>
-#include <variant>
 
 #include "lighting/sphere.h"
 #include "verify/light_map/covered_quad.h"
@@ -19,6 +18,7 @@ namespace lightcook::verify {
 namespace {
 
 using lightmap::CoveredQuad;
+using lightmap::MapDecoder;
 using lightmap::MapRows;
 using shaders::LcSh;
 
@@ -28,8 +28,7 @@ void store(const LcSh& sh, lighting::ShRgb& out) {
 
 /// Returns the corner of a quad whose decode a surface at a place uses: the nearest one. Where vertices name the decode, it is that of the
 /// chart, hence that of a covered corner.
-template <class Layout>
-int decodingCorner(const CoveredQuad<Layout>& quad, const glm::vec2& at, bool isOfChart) {
+int decodingCorner(const CoveredQuad& quad, const glm::vec2& at, bool isOfChart) {
     const int nearest = (at.x > 0.5f ? 1 : 0) + (at.y > 0.5f ? 2 : 0);
     if (!isOfChart || quad.covered[lightmap::index(nearest)]) return nearest;
     int best = nearest;
@@ -44,22 +43,15 @@ int decodingCorner(const CoveredQuad<Layout>& quad, const glm::vec2& at, bool is
 }
 
 /// Stores the light of a place of a quad: that of the bake, then that of each stage.
-template <class Layout>
-bool storeLight(const MapRows<Layout>& rows, const CoveredQuad<Layout>& quad, const glm::vec2& at, bool isOfChart,
-                std::span<lighting::ShRgb> light) {
+bool storeLight(const MapRows& rows, const CoveredQuad& quad, const glm::vec2& at, bool isOfChart, std::span<lighting::ShRgb> light) {
     const auto [reference, covered] = quad.referenceAt(at);
     if (!(covered > 0)) return false;
     store(reference, light.front());
     const int corner = decodingCorner(quad, at, isOfChart);
-    const int x = quad.texelX(corner), y = quad.texelY(corner);
-    const auto texels = quad.texelsAt(at);
-    if constexpr (Layout::kEarlyStages > 0) {
-        const LcSh unscaled = lightmap::scaled(reference, 1 / rows.perKey());
-        const auto& decode = layouts::decodeAt(rows.layout(), x, y);
-        for (std::size_t stage = 0; stage < Layout::kEarlyStages; ++stage)
-            store(lightmap::scaled(decode.decodeEarly(stage, texels, unscaled), rows.perKey()), light[1 + stage]);
-    }
-    store(rows.decoded(texels, x, y), light.back());
+    const MapDecoder& decoder = rows.decoder();
+    std::array<LcSh, lightmap::kMostStages> stages;
+    decoder.decodeStages(quad.texelsAt(at).data(), reference, rows.clusterOf(quad.x, quad.y, corner), stages);
+    for (std::size_t stage = 0; stage < decoder.stages(); ++stage) store(stages[stage], light[1 + stage]);
     return true;
 }
 
@@ -217,16 +209,12 @@ bool LightMapVerifier::lightAt(const DecodedLightMapRows& texels, const formats:
                                std::span<lighting::ShRgb> light) const {
     const glm::ivec2 corner(glm::floor(texel));
     const bool isOfChart = state_->map.clusterOfBlock.empty();
-    return std::visit(
-        [&](const auto& layout) {
-            const MapRows rows(layout, state_->map, state_->perKey, texels, reference);
-            bool isLit = false;
-            lightmap::withCoveredQuad(rows, corner.x, corner.y, [&](const auto& quad) {
-                isLit = storeLight(rows, quad, glm::vec2(texel - glm::dvec2(corner)), isOfChart, light);
-            });
-            return isLit;
-        },
-        state_->layout);
+    const MapRows rows(*state_->decoder, state_->map, texels, reference);
+    bool isLit = false;
+    lightmap::withCoveredQuad(rows, corner.x, corner.y, [&](const CoveredQuad& quad) {
+        isLit = storeLight(rows, quad, glm::vec2(texel - glm::dvec2(corner)), isOfChart, light);
+    });
+    return isLit;
 }
 
 SeamErrors LightMapVerifier::noSeamErrors() const {

@@ -6,20 +6,14 @@
 #include <vector>
 
 #include "verify/light_map/bound_evaluator.h"
-#include "verify/light_map/deviation.h"
 #include "verify/light_map/rows.h"
 
 namespace lightcook::verify::lightmap {
 
-template <class Layout>
 class SamplerTolerance {
 public:
-    using LayerTexels = typename MapRows<Layout>::LayerTexels;
-    using QuadTexels = typename MapRows<Layout>::QuadTexels;
-    using QuadReferences = typename MapRows<Layout>::QuadReferences;
-
     /// formats  tolerance of each layer; empty: an ideal sampler
-    SamplerTolerance(const MapRows<Layout>& rows, const std::vector<FormatTolerance>& formats) : rows_(rows), formats_(formats) {
+    SamplerTolerance(const MapRows& rows, const std::vector<FormatTolerance>& formats) : rows_(rows), formats_(formats) {
         for (const auto& texture : rows.texels().spans)
             for (const formats::Image<glm::vec4>& image : texture) spans_.push_back(&image);
     }
@@ -27,36 +21,32 @@ public:
     bool isNone() const { return formats_.empty(); }
 
     /// Returns the slack at the centre of texel (x, y).
-    ChannelSlack centreSlack(const LayerTexels& texels, int x, int y) const {
+    ChannelSlack centreSlack(LayerTexels texels, int x, int y) const {
         if (isNone()) return {};
-        layouts::Boxes<Layout::kLayers> boxes;
+        LayerBoxes boxes;
         bool hasTolerance = false;
-        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+        for (std::size_t layer = 0; layer < layers(); ++layer) {
             boxes[layer] = {texels[layer], glm::vec4(0), decodedTolerance(layer, x, y, 0)};
             hasTolerance = hasTolerance || boxes[layer].tolerance != glm::vec4(0);
         }
-        return hasTolerance ? lengthsOf(deviation(boxes, x, y), true) : ChannelSlack{};
+        return hasTolerance ? lengthsOf(deviation(boxes, rows_.decoder().clusterAt(x, y)), true) : ChannelSlack{};
     }
     /// Returns the deviation of the decode of the texel at `corner`, anywhere in the quad at (x, y).
-    auto quadDeviation(const QuadTexels& texels, int x, int y, int corner) const {
-        return deviation(quadBoxes(texels, x, y), x + corner % 2, y + corner / 2);
+    Deviation quadDeviation(const QuadTexels& texels, int x, int y, int corner) const {
+        return deviation(quadBoxes(texels, x, y), rows_.decoder().clusterAt(x + corner % 2, y + corner / 2));
     }
-    /// Returns the deviation of a decode in a part of the quad at (x, y).
+    /// Returns the deviation of the decode of a cluster in a part of the quad at (x, y).
     /// ends  filtered texels at the corners of the part
-    template <class Decode>
-    auto partDeviation(const QuadTexels& texels, const QuadTexels& ends, int x, int y, const Decode& decode) const {
-        layouts::Boxes<Layout::kLayers> boxes = quadBoxes(ends, x, y), whole = quadBoxes(texels, x, y);
+    Deviation partDeviation(const QuadTexels& texels, const QuadTexels& ends, int x, int y, std::size_t cluster) const {
+        LayerBoxes boxes = quadBoxes(ends, x, y);
+        const LayerBoxes whole = quadBoxes(texels, x, y);
         // The tolerance is that of the texels, which may be brighter than what is filtered from them.
-        for (std::size_t layer = 0; layer < boxes.size(); ++layer) boxes[layer].tolerance = whole[layer].tolerance;
-        if constexpr (requires { Layout::kCodeCount; })
-            return layouts::deviationOf<Layout::kLayout>(decode, boxes);
-        else
-            return layouts::Deviation<0>{layouts::deviationOf(decode, boxes), {}};
+        for (std::size_t layer = 0; layer < layers(); ++layer) boxes[layer].tolerance = whole[layer].tolerance;
+        return deviation(boxes, cluster);
     }
     /// Returns the band lengths of a deviation. A convex function of factors in [-1, 1] has its maximum where each is +-1, so the exact
     /// length of a group is the largest over all choices of signs. Not exact: the sum of the vectors' lengths, which is larger and faster.
-    template <std::size_t kGroups>
-    ChannelSlack lengthsOf(const layouts::Deviation<kGroups>& off, bool isExact) const {
+    ChannelSlack lengthsOf(const Deviation& off, bool isExact) const {
         ChannelSlack slack{};
         const auto perKey = static_cast<double>(rows_.perKey());
         addLengths(slack, off.absolute, perKey);
@@ -72,17 +62,17 @@ public:
     /// Adds the effect of inexact filter fractions, which move a sample by up to kFractionTolerance texels along each axis. A polynomial in
     /// Bernstein form changes by at most its degree times the largest difference of neighbouring control vectors. For the reference these
     /// are the texels; differences of errors are at most twice the largest error.
-    static void addFilterFractions(ChannelSlack& slack, const QuadReferences& references, const Squares& error) {
+    void addFilterFractions(ChannelSlack& slack, const QuadReferences& references, const Squares& error) const {
         const auto steps = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
             const std::array<LcSh, 2> edges = {difference(*references[a], *references[b]), difference(*references[c], *references[d])};
             return largestSquares(edges);
         };
         const Squares across = steps(1, 0, 3, 2), down = steps(2, 0, 3, 1);
-        constexpr double kErrorFactor = 4.0 * Layout::kDegree;  // 2 axes, each degree * 2 |error|
+        const double errorFactor = 4.0 * rows_.decoder().degree();  // 2 axes, each degree * 2 |error|
         for (std::size_t l = 0; l < 3; ++l) {
             for (std::size_t c = 0; c < kChannels; ++c) {
                 const auto length = [&](const Squares& squares) { return outwardLength(squares[l][static_cast<int>(c)]); };
-                slack[c][l] += kFractionTolerance * (length(across) + length(down) + kErrorFactor * length(error));
+                slack[c][l] += kFractionTolerance * (length(across) + length(down) + errorFactor * length(error));
             }
         }
     }
@@ -91,6 +81,10 @@ public:
     glm::vec4 toleranceAt(std::size_t layer, int x, int y) const { return decodedTolerance(layer, x, y, 1) + formats_[layer].absolute; }
 
 private:
+    /// Those beyond the layers of the layout are not used.
+    using LayerBoxes = std::array<TexelBox, kMostLayers>;
+
+    std::size_t layers() const { return formats_.size(); }
     /// Returns the tolerance of a layer's decoded texels (x, y) to (x + reach, y + reach), by the largest span of their blocks.
     glm::vec4 decodedTolerance(std::size_t layer, int x, int y, int reach) const {
         const FormatTolerance& format = formats_[layer];
@@ -103,17 +97,13 @@ private:
             for (int blockX = std::max(x, 0) / 4; blockX <= lastX / 4; ++blockX) span = glm::max(span, spans_[layer]->at(blockX, blockY));
         return format.decoded + format.perSpan * span;
     }
-    /// Returns the deviation of the decode of texel (x, y) over boxes of texels.
-    auto deviation(const layouts::Boxes<Layout::kLayers>& boxes, int x, int y) const {
-        if constexpr (requires { Layout::kCodeCount; })
-            return layouts::deviationOf<Layout::kLayout>(rows_.layout().at(x, y), boxes);
-        else
-            return layouts::Deviation<0>{layouts::deviationOf(rows_.layout(), boxes), {}};
+    Deviation deviation(const LayerBoxes& boxes, std::size_t cluster) const {
+        return rows_.decoder().deviation({boxes.data(), layers()}, cluster);
     }
-    layouts::Boxes<Layout::kLayers> quadBoxes(const QuadTexels& texels, int x, int y) const {
-        layouts::Boxes<Layout::kLayers> boxes;
-        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
-            const auto at = [&](std::size_t corner) -> const glm::vec4& { return (*texels[corner])[layer]; };
+    LayerBoxes quadBoxes(const QuadTexels& texels, int x, int y) const {
+        LayerBoxes boxes;
+        for (std::size_t layer = 0; layer < layers(); ++layer) {
+            const auto at = [&](std::size_t corner) -> const glm::vec4& { return texels[corner][layer]; };
             const glm::vec4 low = glm::min(glm::min(at(0), at(1)), glm::min(at(2), at(3))),
                             high = glm::max(glm::max(at(0), at(1)), glm::max(at(2), at(3)));
             TexelBox& box = boxes[layer];
@@ -125,9 +115,20 @@ private:
         return boxes;
     }
 
-    const MapRows<Layout>& rows_;
+    const MapRows& rows_;
     const std::vector<FormatTolerance>& formats_;
     std::vector<const formats::Image<glm::vec4>*> spans_;  ///< [layer]
+};
+
+/// Tolerance of the layers in one quad.
+class QuadTolerance {
+public:
+    QuadTolerance(const SamplerTolerance& tolerance, int x, int y) : tolerance_(tolerance), x_(x), y_(y) {}
+    glm::vec4 at(std::size_t layer) const { return tolerance_.toleranceAt(layer, x_, y_); }
+
+private:
+    const SamplerTolerance& tolerance_;
+    int x_, y_;
 };
 
 }  // namespace lightcook::verify::lightmap

@@ -46,30 +46,43 @@ inline LcSh blend(const LcSh& a, const LcSh& b, float weight) {
     return out;
 }
 
-template <std::size_t kLayers>
-std::array<glm::vec4, kLayers> blend(const std::array<glm::vec4, kLayers>& a, const std::array<glm::vec4, kLayers>& b, float weight) {
-    std::array<glm::vec4, kLayers> out;
-    for (std::size_t i = 0; i < kLayers; ++i) out[i] = (1 - weight) * a[i] + weight * b[i];
-    return out;
+/// Converts the values of a polynomial at i / degree, i = 0 .. degree, to its Bernstein coefficients, in place.
+/// nodes  the degree + 1 values; degrees 1 to 4
+inline void bernsteinFromNodes(std::span<LcSh* const> nodes) {
+    const auto forEachCoefficient = [](auto&& work) {
+        for (std::size_t i = 0; i < kCoefficients; ++i) work(i);
+    };
+    switch (nodes.size()) {
+        case 3:
+            return forEachCoefficient(
+                [&](std::size_t i) { nodes[1]->c[i] = 2.0f * nodes[1]->c[i] - 0.5f * (nodes[0]->c[i] + nodes[2]->c[i]); });
+        case 4:
+            return forEachCoefficient([&](std::size_t i) {
+                const glm::vec3 p0 = nodes[0]->c[i], p1 = nodes[1]->c[i], p2 = nodes[2]->c[i], p3 = nodes[3]->c[i];
+                nodes[1]->c[i] = (-5.0f * p0 + 18.0f * p1 - 9.0f * p2 + 2.0f * p3) / 6.0f;
+                nodes[2]->c[i] = (2.0f * p0 - 9.0f * p1 + 18.0f * p2 - 5.0f * p3) / 6.0f;
+            });
+        case 5:
+            return forEachCoefficient([&](std::size_t i) {
+                const glm::vec3 p0 = nodes[0]->c[i], p1 = nodes[1]->c[i], p2 = nodes[2]->c[i], p3 = nodes[3]->c[i], p4 = nodes[4]->c[i];
+                nodes[1]->c[i] = (-13.0f * p0 + 48.0f * p1 - 36.0f * p2 + 16.0f * p3 - 3.0f * p4) / 12.0f;
+                nodes[2]->c[i] = (13.0f * p0 - 64.0f * p1 + 120.0f * p2 - 64.0f * p3 + 13.0f * p4) / 18.0f;
+                nodes[3]->c[i] = (-3.0f * p0 + 16.0f * p1 - 36.0f * p2 + 48.0f * p3 - 13.0f * p4) / 12.0f;
+            });
+        default:  // degree 1: the values are the coefficients
+            return;
+    }
 }
 
-/// Converts the values of a polynomial of degree kDegree at i / kDegree, i = 0 .. kDegree, to its Bernstein coefficients, in place.
-template <int kDegree>
-void bernsteinFromNodes(std::array<LcSh*, kDegree + 1> nodes) {
-    for (std::size_t i = 0; i < kCoefficients; ++i) {
-        if constexpr (kDegree == 2) {
-            nodes[1]->c[i] = 2.0f * nodes[1]->c[i] - 0.5f * (nodes[0]->c[i] + nodes[2]->c[i]);
-        } else if constexpr (kDegree == 3) {
-            const glm::vec3 p0 = nodes[0]->c[i], p1 = nodes[1]->c[i], p2 = nodes[2]->c[i], p3 = nodes[3]->c[i];
-            nodes[1]->c[i] = (-5.0f * p0 + 18.0f * p1 - 9.0f * p2 + 2.0f * p3) / 6.0f;
-            nodes[2]->c[i] = (2.0f * p0 - 9.0f * p1 + 18.0f * p2 - 5.0f * p3) / 6.0f;
-        } else if constexpr (kDegree == 4) {
-            const glm::vec3 p0 = nodes[0]->c[i], p1 = nodes[1]->c[i], p2 = nodes[2]->c[i], p3 = nodes[3]->c[i], p4 = nodes[4]->c[i];
-            nodes[1]->c[i] = (-13.0f * p0 + 48.0f * p1 - 36.0f * p2 + 16.0f * p3 - 3.0f * p4) / 12.0f;
-            nodes[2]->c[i] = (13.0f * p0 - 64.0f * p1 + 120.0f * p2 - 64.0f * p3 + 13.0f * p4) / 18.0f;
-            nodes[3]->c[i] = (-3.0f * p0 + 16.0f * p1 - 36.0f * p2 + 48.0f * p3 - 13.0f * p4) / 12.0f;
-        }
-    }
+/// Converts the values of a polynomial in two variables at nodes x nodes places, row by row, to its control vectors, in place.
+inline void controlsFromNodes(std::span<LcSh> values, std::size_t nodes) {
+    std::array<LcSh*, 5> line;
+    const auto convert = [&](std::size_t first, std::size_t step) {
+        for (std::size_t i = 0; i < nodes; ++i) line[i] = &values[first + i * step];
+        bernsteinFromNodes({line.data(), nodes});
+    };
+    for (std::size_t row = 0; row < nodes; ++row) convert(row * nodes, 1);
+    for (std::size_t column = 0; column < nodes; ++column) convert(column, nodes);
 }
 
 /// Returns the largest squared length of each band and channel among these vectors.

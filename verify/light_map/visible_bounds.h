@@ -119,16 +119,11 @@ private:
 };
 
 /// Bounds over the quads of some rows.
-template <class Layout>
 class VisibleBounds {
 public:
-    using Rows = MapRows<Layout>;
-    using Row = typename Rows::Row;
-    using Quad = CoveredQuad<Layout>;
-
     /// sampledDiffuse, sampledSpecular  visible errors that were found in these rows: the bounds are at least as large
-    VisibleBounds(const Rows& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator,
-                  const VisibleBoundSetup& setup, double sampledDiffuse, double sampledSpecular)
+    VisibleBounds(const MapRows& rows, const SamplerTolerance& tolerance, const BoundEvaluator& evaluator, const VisibleBoundSetup& setup,
+                  double sampledDiffuse, double sampledSpecular)
         : rows_(rows),
           tolerance_(tolerance),
           coarse_(rows, tolerance, evaluator),
@@ -154,9 +149,9 @@ public:
     /// Returns the bound of a quarter, as boundArea takes the largest of.
     VisibleMaximum quarterBound(ShadingKind kind, int x, int y, int corner, int decode) {
         VisibleMaximum out;
-        withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
+        withCoveredQuad(rows_, x, y, [&](const CoveredQuad& quad) {
             const glm::dmat3 frame = frameOf(quad, corner);
-            const QuarterLight<Layout> light = lightOf(quad, corner, decode);
+            const QuarterLight light = lightOf(quad, corner, decode);
             out = kinds_[kind].bound(light.whole(), [&](const PlaceRectangle& place) { return light.over(place); });
             VisiblePlace& place = out.place;
             const glm::dvec2 inMap = quad.inMap({place.x, place.y});
@@ -174,7 +169,7 @@ public:
 private:
     /// A row with what its coarse bounds need.
     struct Measured {
-        Row row;
+        MapRows::Row row;
         std::vector<TexelLengths> lengths;
         std::vector<PerKind<glm::dvec3>> lowest;  ///< [texel]
     };
@@ -201,11 +196,10 @@ private:
         out.lowest.resize(index(rows_.width()));
         for (int x = 0; x < rows_.width(); ++x)
             if (out.row.covered[index(x)] != 0)
-                measure(out.row.texels[index(x)], out.row.reference[index(x)], x, y, out.lengths[index(x)], out.lowest[index(x)]);
+                measure(out.row.texelsAt(index(x)), out.row.reference[index(x)], x, y, out.lengths[index(x)], out.lowest[index(x)]);
     }
     /// Measures a covered texel.
-    void measure(const typename Rows::LayerTexels& texels, const LcSh& reference, int x, int y, TexelLengths& lengths,
-                 PerKind<glm::dvec3>& lowest) {
+    void measure(LayerTexels texels, const LcSh& reference, int x, int y, TexelLengths& lengths, PerKind<glm::dvec3>& lowest) {
         const glm::vec3& normal = rows_.normalAt(x, y);
         if (normal != normal_) {
             const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
@@ -220,7 +214,7 @@ private:
         for (const ShadingKind kind : kShadingKinds)
             lowest[kind] = kinds_[kind].isNone() ? glm::dvec3(0) : kinds_[kind].lowest(local, lengths.reference);
     }
-    MeasuredQuad measuredQuad(const Quad& quad, const std::array<const TexelLengths*, 4>& lengths,
+    MeasuredQuad measuredQuad(const CoveredQuad& quad, const std::array<const TexelLengths*, 4>& lengths,
                               const std::array<const PerKind<glm::dvec3>*, 4>& lowest) const {
         MeasuredQuad out{{lengths, {}}};
         // Differences of the references of covered corners: of each corner from the others.
@@ -229,7 +223,7 @@ private:
             for (std::size_t j = i + 1; j < 4; ++j) {
                 if (!quad.covered[i] || !quad.covered[j]) continue;
                 steps[i][j] = steps[j][i] = bandLengths(difference(*quad.corners.references[i], *quad.corners.references[j]));
-                QuadCoarseBound<Layout>::raise(out.lengths.step, steps[i][j]);
+                QuadCoarseBound::raise(out.lengths.step, steps[i][j]);
             }
         out.darkest.values.fill(glm::dvec3(std::numeric_limits<double>::max()));
         for (int corner = 0; corner < 4; ++corner) {
@@ -244,7 +238,7 @@ private:
     }
     /// Keeps a quad whose coarse bound exceeds the largest error known so far.
     void boundQuad(const Measured& above, const Measured& below, int x, int y) {
-        const Quad quad(rows_, above.row, below.row, x, y);
+        const CoveredQuad quad(rows_, above.row, below.row, x, y);
         if (quad.coveredCount() == 0) return;
         constexpr float kInfinite = std::numeric_limits<float>::infinity();
         if (!coarse_.isKnown()) {
@@ -284,7 +278,7 @@ private:
     /// Calls work(quad, what its coarse bounds need) for a quad.
     template <class Work>
     void withMeasuredQuad(int x, int y, Work&& work) {
-        withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
+        withCoveredQuad(rows_, x, y, [&](const CoveredQuad& quad) {
             std::array<TexelLengths, 4> lengths{};
             std::array<PerKind<glm::dvec3>, 4> lowest{};
             std::array<const TexelLengths*, 4> lengthsAt;
@@ -294,7 +288,7 @@ private:
                 lengthsAt[i] = &lengths[i];
                 lowestAt[i] = &lowest[i];
                 if (quad.covered[i])
-                    measure(*quad.corners.texels[i], *quad.corners.references[i], quad.texelX(corner), quad.texelY(corner), lengths[i],
+                    measure(quad.corners.texels[i], *quad.corners.references[i], quad.texelX(corner), quad.texelY(corner), lengths[i],
                             lowest[i]);
             }
             work(quad, measuredQuad(quad, lengthsAt, lowestAt));
@@ -326,7 +320,7 @@ private:
     }
     /// Appends to quarters_ those of a quad whose coarse bounds exceed the largest error known so far.
     void addQuartersOf(const KeptQuad& kept) {
-        withMeasuredQuad(kept.x, kept.y, [&](const Quad& quad, const MeasuredQuad& measured) {
+        withMeasuredQuad(kept.x, kept.y, [&](const CoveredQuad& quad, const MeasuredQuad& measured) {
             for (int decode = 0; decode < 4; ++decode) {
                 if (!quad.isNewDecode(rows_, decode)) continue;
                 BandLengths error{};
@@ -358,18 +352,15 @@ private:
         return out;
     }
     /// Returns the tangent frame of a corner's texel.
-    glm::dmat3 frameOf(const Quad& quad, int corner) const {
+    glm::dmat3 frameOf(const CoveredQuad& quad, int corner) const {
         return lighting::worldFromTangentFrame(glm::dvec3(rows_.normalAt(quad.texelX(corner), quad.texelY(corner))));
     }
-    QuarterLight<Layout> lightOf(const Quad& quad, int corner, int decode) const {
+    QuarterLight lightOf(const CoveredQuad& quad, int corner, int decode) const {
         const glm::dmat3 frame = frameOf(quad, corner);
         return {rows_, tolerance_, quad, corner, decode, {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])}};
     }
     /// Returns true if the quarters of a texel are tried together. Deviations of learned layouts are those of one quarter.
-    bool areGrouped() const {
-        if constexpr (requires { Layout::kCodeCount; }) return tolerance_.isNone();
-        return true;
-    }
+    bool areGrouped() const { return !rows_.decoder().isLearned() || tolerance_.isNone(); }
     void search(ShadingKind kind) {
         if (kinds_[kind].isNone()) return;
         std::ranges::stable_sort(quarters_, [&](const Quarter& a, const Quarter& b) { return a.bound[kind] > b.bound[kind]; });
@@ -399,8 +390,8 @@ private:
         for (const std::size_t i : quarters) {
             const Quarter& each = quarters_[i];
             bool isAdded = false;
-            withCoveredQuad(rows_, each.x, each.y, [&](const Quad& quad) {
-                const QuarterLight<Layout> light = lightOf(quad, each.corner, each.decode);
+            withCoveredQuad(rows_, each.x, each.y, [&](const CoveredQuad& quad) {
+                const QuarterLight light = lightOf(quad, each.corner, each.decode);
                 const CellLight whole = light.over(light.whole());
                 isAdded = !all || all->hasRoomFor(whole);
                 if (!isAdded) return;
@@ -414,9 +405,9 @@ private:
         return kinds_[kind].cannotExceed(*all);
     }
 
-    const Rows& rows_;
-    const SamplerTolerance<Layout>& tolerance_;
-    QuadCoarseBound<Layout> coarse_;
+    const MapRows& rows_;
+    const SamplerTolerance& tolerance_;
+    QuadCoarseBound coarse_;
     PerKind<VisibleKind> kinds_;
     std::vector<KeptQuad> quads_;
     std::vector<Quarter> quarters_;

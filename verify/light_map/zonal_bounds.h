@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <span>
 
 #include "verify/light_map/controls.h"
 #include "verify/light_map/part_split.h"
@@ -16,16 +17,10 @@
 
 namespace lightcook::verify::lightmap {
 
-template <layouts::Zonal Layout>
 class ZonalBounds {
 public:
-    using Quad = QuadControls<Layout>;
-    using Controls = typename Quad::Controls;
-    using QuadTexels = typename Quad::QuadTexels;
-    using QuadReferences = typename Quad::QuadReferences;
-
-    ZonalBounds(const MapRows<Layout>& rows, const SamplerTolerance<Layout>& tolerance, const BoundEvaluator& evaluator)
-        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator) {}
+    ZonalBounds(const MapRows& rows, const SamplerTolerance& tolerance, const BoundEvaluator& evaluator)
+        : decoder_(rows.decoder()), tolerance_(tolerance), evaluator_(evaluator) {}
 
     /// Raises the maximum to the bound of quad (x, y).
     void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, LargestBounds& largest) const {
@@ -33,8 +28,6 @@ public:
     }
 
 private:
-    static constexpr int kNodes = Quad::kNodes;
-
     /// Deviation of bands() and of the axis vector by the sampler tolerance.
     struct Tolerance {
         ChannelSlack slack{};
@@ -47,37 +40,27 @@ private:
         Tolerance tolerance;
     };
 
-    Quad controlsOf(const QuadTexels& texels, const QuadReferences& references, const Part& part) const {
-        return Quad(texels, references, part, [&](const auto& t, const LcSh&) { return bandsAndAxis(t); });
-    }
-    /// Returns bands(), with the zonal coefficient in c[4] and the axis vector in c[5]: both are polynomials.
-    LcSh bandsAndAxis(const typename MapRows<Layout>::LayerTexels& t) const {
-        LcSh sh = scaled(rows_.layout().bands(t), rows_.perKey());
-        const glm::vec3& weights = rows_.layout().k.luminance;
-        sh.c[5] = {glm::dot(weights, sh.c[3]), glm::dot(weights, sh.c[1]), glm::dot(weights, sh.c[2])};
-        return sh;
-    }
-
     Tolerance toleranceOf(const QuadTexels& texels, const QuadReferences& references, int x, int y) const {
         Tolerance out;
         if (tolerance_.isNone()) return out;
-        const LcSh off = scaled(tolerance_.quadDeviation(texels, x, y, 0).absolute, rows_.perKey());
+        const LcSh off = scaled(tolerance_.quadDeviation(texels, x, y, 0).absolute, decoder_.perKey());
         addLengths(out.slack, off, 1);
-        const Quad quad = controlsOf(texels, references, {});
-        const glm::vec3 weights = glm::abs(rows_.layout().k.luminance);
+        const QuadControls quad = QuadControls::ofDecode(decoder_, 0, texels, references, {});
+        const glm::vec3 weights = glm::abs(decoder_.luminance());
         out.axis = kOutward * static_cast<double>(glm::length(
                                   glm::vec3(glm::dot(weights, off.c[3]), glm::dot(weights, off.c[1]), glm::dot(weights, off.c[2]))));
         // Like SamplerTolerance::addFilterFractions, from the differences of the control vectors; c[5] is the axis vector.
-        for (int axis = 0; axis < 2; ++axis) addStep(quad.values, axis, out);
+        for (int axis = 0; axis < 2; ++axis) addStep(quad, axis, out);
         return out;
     }
-    static void addStep(const Controls& bands, int axis, Tolerance& out) {
-        const int step = axis == 0 ? 1 : kNodes;
+    void addStep(const QuadControls& quad, int axis, Tolerance& out) const {
+        const std::span<const LcSh> bands = quad.values();
+        const std::size_t nodes = quad.nodes(), step = axis == 0 ? 1 : nodes;
         ChannelSlack largest{};
         double axisStep = 0;
-        for (int k = 0; k < static_cast<int>(bands.size()); ++k) {
-            if ((axis == 0 ? k % kNodes : k / kNodes) == kNodes - 1) continue;
-            LcSh moved = difference(bands[static_cast<std::size_t>(k + step)], bands[static_cast<std::size_t>(k)]);
+        for (std::size_t k = 0; k < bands.size(); ++k) {
+            if ((axis == 0 ? k % nodes : k / nodes) == nodes - 1) continue;
+            LcSh moved = difference(bands[k + step], bands[k]);
             axisStep = std::max(axisStep, static_cast<double>(glm::length(moved.c[5])));
             moved.c[5] = glm::vec3(0);
             ChannelSlack lengths{};
@@ -85,21 +68,22 @@ private:
             for (std::size_t c = 0; c < kChannels; ++c)
                 for (std::size_t l = 0; l < 3; ++l) largest[c][l] = std::max(largest[c][l], lengths[c][l]);
         }
-        constexpr double kSteepest = kOutward * kFractionTolerance * Layout::kDegree;
+        const double steepest = kOutward * kFractionTolerance * decoder_.degree();
         for (std::size_t c = 0; c < kChannels; ++c)
-            for (std::size_t l = 0; l < 3; ++l) out.slack[c][l] += kSteepest * largest[c][l];
-        out.axis += kSteepest * axisStep;
+            for (std::size_t l = 0; l < 3; ++l) out.slack[c][l] += steepest * largest[c][l];
+        out.axis += steepest * axisStep;
     }
 
     void boundPart(const Place& place, const Part& part, int depth, LargestBounds& largest) const {
-        Quad quad = controlsOf(place.texels, place.references, part);
-        Controls& bands = quad.values;
+        QuadControls quad = QuadControls::ofDecode(decoder_, 0, place.texels, place.references, part);
+        const std::span<LcSh> bands = quad.values();
         const AxisCone cone = coneOf(bands, place.tolerance.axis);
         std::array<double, kChannels> axisSlack{};
-        for (LcSh& sh : bands)
+        for (const LcSh& sh : bands)
             for (std::size_t c = 0; c < kChannels; ++c)
                 axisSlack[c] = std::max(axisSlack[c], cone.deviation * static_cast<double>(std::abs(sh.c[4][static_cast<int>(c)])));
-        for (std::size_t k = 0; k < bands.size(); ++k) bands[k] = difference(shaders::lcZonalBand2(bands[k], cone.axis), quad.filtered[k]);
+        for (std::size_t k = 0; k < bands.size(); ++k)
+            bands[k] = difference(shaders::lcZonalBand2(bands[k], cone.axis), quad.filtered()[k]);
         ChannelSlack slack = place.tolerance.slack;
         const Squares squares = largestSquares(bands);
         addRounding(slack, squares, referenceSquares(place.references));
@@ -115,21 +99,21 @@ private:
         for (std::size_t c = 0; c < kChannels; ++c)
             evaluator_.raise(largest, pairs[c], slack[c],
                              {place.x + static_cast<double>(part.u), place.y + static_cast<double>(part.v), static_cast<double>(part.size),
-                              static_cast<std::size_t>(kNodes), static_cast<int>(c)});
+                              quad.nodes(), static_cast<int>(c)});
     }
 
-    static AxisCone coneOf(const Controls& bands, double tolerance) {
-        std::array<glm::vec3, std::tuple_size_v<Controls>> vectors;
+    static AxisCone coneOf(std::span<const LcSh> bands, double tolerance) {
+        std::array<glm::vec3, QuadControls::kMostControls> vectors;
         double largest = 0;
         for (std::size_t k = 0; k < bands.size(); ++k) {
             vectors[k] = bands[k].c[5];
             for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(bands[k].c[i])));
         }
-        return axisCone(vectors, kControlRounding * largest + tolerance);
+        return axisCone({vectors.data(), bands.size()}, kControlRounding * largest + tolerance);
     }
 
-    const MapRows<Layout>& rows_;
-    const SamplerTolerance<Layout>& tolerance_;
+    const MapDecoder& decoder_;
+    const SamplerTolerance& tolerance_;
     const BoundEvaluator& evaluator_;
 };
 

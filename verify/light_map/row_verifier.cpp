@@ -1,4 +1,4 @@
-// Verification of some rows of a map, for a layout known at compile time. Private to verify/.
+// Verification of some rows of a map.
 //
 //   1. Every covered texel: each stage is decoded at its centre, shaded, compared with the reference and bounded.
 //   2. Every quad with a covered texel: random places on the surface are decoded, shaded and compared. A place that is nearest to a texel
@@ -6,48 +6,46 @@
 //      group too, if there are groups.
 //   3. Every quad is bounded (quad_bounds.h, rim_bounds.h), beginning with those that had the worst samples: large bounds found early save
 //      refinements.
-//
-// Templates of one layout each: only the sources that instantiate them (rows_*.cpp) include this header. Others include
-// verified_rows.h.
-#pragma once
+#include "verify/light_map/verified_rows.h"
 
 #include "verify/light_map/quad_bounds.h"
 #include "verify/light_map/rim_bounds.h"
-#include "verify/light_map/verified_rows.h"
 #include "verify/light_map/visible_bounds.h"
 
 namespace lightcook::verify::lightmap {
 
+namespace {
+
 /// Returns a pseudorandom number in [0, 1) that depends on seed and place only.
-inline float hashedFraction(std::uint64_t seed, std::uint64_t place) {
+float hashedFraction(std::uint64_t seed, std::uint64_t place) {
     std::uint64_t z = seed * 0x9e3779b97f4a7c15u + place * 0xbf58476d1ce4e5b9u + 0x94d049bb133111ebu;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
     z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
     return static_cast<float>((z ^ (z >> 31)) >> 40) * 0x1p-24f;
 }
 
-template <class Layout>
 class RowVerifier {
 public:
     /// errors  empty, with one stage for each of the layout's
-    RowVerifier(const Layout& layout, LightMapErrors errors, const RowInputs& inputs)
-        : rows_(layout, inputs.map, inputs.perKey, inputs.texels, inputs.reference),
+    RowVerifier(LightMapErrors errors, const RowInputs& inputs)
+        : rows_(inputs.decoder, inputs.map, inputs.texels, inputs.reference),
           sampling_(inputs.sampling),
           tolerance_(rows_, inputs.setup.tolerance),
-          evaluator_(inputs.setup, inputs.perKey),
+          evaluator_(inputs.setup, rows_.perKey()),
           quads_(rows_, tolerance_, evaluator_),
           errors_(std::move(errors)),
-          largest_(kStages),
-          shader_(inputs.setup.matrices, 1 / static_cast<double>(inputs.perKey), inputs.sampling.groups.maxVisible) {}
+          largest_(stages()),
+          shader_(inputs.setup.matrices, 1 / static_cast<double>(rows_.perKey()), inputs.sampling.groups.maxVisible) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
-        if (!sampling_.isForTrial()) rows_.forEachTexel(firstRow, rowCount, [&](const Row& row, int x, int y) { shadeCentre(row, x, y); });
+        if (!sampling_.isForTrial())
+            rows_.forEachTexel(firstRow, rowCount, [&](const MapRows::Row& row, int x, int y) { shadeCentre(row, x, y); });
         if (sampling_.placesPerTexel > 0)
-            forEachCoveredQuad(rows_, firstRow, rowCount, [&](const Quad& quad) {
+            forEachCoveredQuad(rows_, firstRow, rowCount, [&](const CoveredQuad& quad) {
                 for (int sample = 0; sample < sampling_.placesPerTexel; ++sample) shadePlace(quad, sample);
             });
         if (sampling_.isForTrial()) return std::move(errors_);
-        for (std::size_t stage = 0; stage < kStages; ++stage) addBounds(errors_.stages[stage].errors, largest_[stage]);
+        for (std::size_t stage = 0; stage < stages(); ++stage) addBounds(errors_.stages[stage].errors, largest_[stage]);
         if (!sampling_.hasBounds()) return std::move(errors_);
         LargestBounds bounds = boundPlaces(firstRow, rowCount);
         decodeAt(bounds.diffuse);
@@ -59,12 +57,12 @@ public:
 
     LightMapVerifier::QuadBound oneQuad(int x, int y) {
         LargestBounds bounds;
-        withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
+        withCoveredQuad(rows_, x, y, [&](const CoveredQuad& quad) {
             if (quad.isInside()) {
                 quads_.boundQuad(x, y);
                 bounds = quads_.largest();
             } else {
-                RimBounds<Layout>(rows_, tolerance_, evaluator_).raise(quad, bounds);
+                RimBounds(rows_, tolerance_, evaluator_).raise(quad, bounds);
             }
         });
         return {bounds.diffuse.bound, bounds.specular.bound};
@@ -73,18 +71,15 @@ public:
     LightMapVerifier::AreaVisibleBound visibleBound(const TexelArea& area) {
         const auto& visible = evaluator_.setup().visible;
         if (!visible) return {};
-        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *visible, 0, 0);
+        VisibleBounds bounds(rows_, tolerance_, evaluator_, *visible, 0, 0);
         bounds.boundArea(area);
         return {bounds.diffuse().bound, bounds.specular().bound, bounds.diffuse().place, bounds.specular().place};
     }
 
 private:
-    using Row = typename MapRows<Layout>::Row;
-    using Quad = CoveredQuad<Layout>;
-    using LayerTexels = typename MapRows<Layout>::LayerTexels;
-    static constexpr std::size_t kStages = Layout::kStages;
     static constexpr double kHardlyVisible = 0.5;  ///< [just noticeable differences]
 
+    std::size_t stages() const { return rows_.decoder().stages(); }
     /// Returns the largest bounds of local relative errors over the places of these rows.
     LargestBounds boundPlaces(int firstRow, int rowCount) {
         for (const auto& [x, y] : worstSampled_)
@@ -92,7 +87,7 @@ private:
         quads_.boundRows(firstRow, rowCount);
         quads_.refineDeferred();
         LargestBounds bounds = quads_.largest();
-        RimBounds<Layout>(rows_, tolerance_, evaluator_).raiseRows(firstRow, rowCount, bounds);
+        RimBounds(rows_, tolerance_, evaluator_).raiseRows(firstRow, rowCount, bounds);
         return bounds;
     }
     /// Bounds the visible errors of the last stage, wherever its light is sampled.
@@ -100,14 +95,14 @@ private:
         const auto& visible = evaluator_.setup().visible;
         if (!visible) return;
         ShadedErrors& surface = errors_.surface;
-        const ShadedErrors& centres = errors_.stages[kStages - 1].errors;
+        const ShadedErrors& centres = errors_.stages.back().errors;
         // Bounds of at most this need not be tight: they are within the search's own accuracy of what was sampled, or hardly visible.
         const auto enough = [&](VisibleAccumulator ShadedErrors::*kind) {
             return std::max(VisibleSearch::kConvergedFactor * std::max((surface.*kind).largest(), (centres.*kind).largest()),
                             kHardlyVisible);
         };
         const double diffuse = enough(&ShadedErrors::visibleDiffuse), specular = enough(&ShadedErrors::visibleSpecular);
-        VisibleBounds<Layout> bounds(rows_, tolerance_, evaluator_, *visible, diffuse, specular);
+        VisibleBounds bounds(rows_, tolerance_, evaluator_, *visible, diffuse, specular);
         bounds.boundArea({0, firstRow, rows_.width(), rowCount});
         const auto raise = [](VisibleAccumulator& errors, const VisibleMaximum& found, double threshold) {
             errors.addBound(std::max(found.bound, threshold), found.bound < threshold ? errors.maxAt() : found.place);
@@ -127,14 +122,14 @@ private:
         const int x = static_cast<int>(place.x);
         const int y = std::min(static_cast<int>(place.y), rows_.lastRow() - 1);
         const glm::vec2 at(place.x - x, place.y - y);
-        withCoveredQuad(rows_, x, y, [&](const Quad& quad) {
+        withCoveredQuad(rows_, x, y, [&](const CoveredQuad& quad) {
             const int nearest = nearestOf(at);
             const auto light = [&](const LcSh& sh) {
                 return shadedAbout(channelsOf(sh)[index(*place.channel)], largest.bands, place.normal) /
                        static_cast<double>(rows_.perKey());
             };
             place.reference = light(quad.referenceAt(at).first);
-            place.found = light(rows_.decoded(quad.texelsAt(at), quad.texelX(nearest), quad.texelY(nearest)));
+            place.found = light(rows_.decoded(quad.texelsAt(at).data(), quad.texelX(nearest), quad.texelY(nearest)));
         });
     }
     /// Returns the corner nearest to a place of a quad.
@@ -142,25 +137,21 @@ private:
 
     /// Calls work(stage, error) for the light that each stage decodes from the texels of a place, whose surface is that of texel (x, y).
     template <class Work>
-    void forEachStage(const LayerTexels& texels, const LcSh& reference, int x, int y, Work&& work) const {
-        if constexpr (Layout::kEarlyStages > 0) {
-            const LcSh unscaledReference = scaled(reference, 1 / rows_.perKey());
-            const auto& decode = layouts::decodeAt(rows_.layout(), x, y);
-            for (std::size_t stage = 0; stage < Layout::kEarlyStages; ++stage)
-                work(stage, difference(scaled(decode.decodeEarly(stage, texels, unscaledReference), rows_.perKey()), reference));
-        }
-        work(Layout::kEarlyStages, difference(rows_.decoded(texels, x, y), reference));
+    void forEachStage(LayerTexels texels, const LcSh& reference, int x, int y, Work&& work) const {
+        std::array<LcSh, kMostStages> light;
+        rows_.decoder().decodeStages(texels, reference, rows_.decoder().clusterAt(x, y), light);
+        for (std::size_t stage = 0; stage < stages(); ++stage) work(stage, difference(light[stage], reference));
     }
 
-    void shadeCentre(const Row& row, int x, int y) {
+    void shadeCentre(const MapRows::Row& row, int x, int y) {
         const LcSh& reference = row.reference[index(x)];
-        const LayerTexels& texels = row.texels[index(x)];
+        const LayerTexels texels = row.texelsAt(index(x));
         shader_.setReference(reference, rows_.normalAt(x, y), {x, y});
         forEachStage(texels, reference, x, y, [&](std::size_t stage, const LcSh& error) {
             shader_.add(error, errors_.stages[stage].errors);
             if (!sampling_.hasBounds()) return;
             // Bounds of earlier stages are those of an ideal sampler.
-            const bool isLast = stage == Layout::kEarlyStages;
+            const bool isLast = stage + 1 == stages();
             boundCentre(largest_[stage], error, reference, isLast ? tolerance_.centreSlack(texels, x, y) : ChannelSlack{}, x, y);
         });
     }
@@ -182,7 +173,7 @@ private:
     }
 
     /// Shades a random place of a quad, if it is on a surface.
-    void shadePlace(const Quad& quad, int sample) {
+    void shadePlace(const CoveredQuad& quad, int sample) {
         // Quads begin at -1.
         const auto quadIndex =
             static_cast<std::uint64_t>(quad.y + 1) * static_cast<std::uint64_t>(quad.mapWidth + 1) + static_cast<std::uint64_t>(quad.x + 1);
@@ -192,11 +183,11 @@ private:
         if (!quad.hasQuarter(nearest)) return;
         const int x = quad.texelX(nearest), y = quad.texelY(nearest);
         const LcSh reference = quad.referenceAt(at).first;
-        const auto texels = quad.texelsAt(at);
+        const FilteredTexels texels = quad.texelsAt(at);
         shader_.setReference(reference, rows_.normalAt(x, y), quad.inMap(glm::dvec2(at)));
         if (sampling_.isForTrial()) {
             const std::uint32_t group = sampling_.groups.at(x, y);
-            forEachStage(texels, reference, x, y, [&](std::size_t stage, const LcSh& error) {
+            forEachStage(texels.data(), reference, x, y, [&](std::size_t stage, const LcSh& error) {
                 LightMapErrors::Stage& tried = errors_.stages[stage];
                 const ShadedSums sums = shader_.add(error, tried.errors);
                 if (group != PlaceGroups::kNone) tried.groups[group].merge(sums);
@@ -206,49 +197,40 @@ private:
         ShadedErrors& errors = errors_.surface;
         const std::array<double, 2> before = {errors.diffuse.maxSampled(), errors.specular.maxSampled()};
         const double light = diffuseSquare(reference);
-        forEachStage(texels, reference, x, y, [&](std::size_t stage, const LcSh& error) {
+        forEachStage(texels.data(), reference, x, y, [&](std::size_t stage, const LcSh& error) {
             DiffuseSquares& squares = errors_.stages[stage].surface;
             squares.error += diffuseSquare(error);
             squares.reference += light;
-            if (stage == Layout::kEarlyStages) shader_.add(error, errors);
+            if (stage + 1 == stages()) shader_.add(error, errors);
         });
         const std::array<double, 2> after = {errors.diffuse.maxSampled(), errors.specular.maxSampled()};
         for (std::size_t kind = 0; kind < after.size(); ++kind)
             if (after[kind] > before[kind] && quad.isInside()) worstSampled_[kind] = {quad.x, quad.y};
     }
 
-    const MapRows<Layout> rows_;
+    const MapRows rows_;
     const LightMapSampling& sampling_;
-    const SamplerTolerance<Layout> tolerance_;
+    const SamplerTolerance tolerance_;
     const BoundEvaluator evaluator_;
-    QuadBounds<Layout> quads_;
+    QuadBounds quads_;
     LightMapErrors errors_;
     std::vector<LargestBounds> largest_;  ///< [stage], at texel centres
     ErrorShader shader_;
     std::array<std::pair<int, int>, 2> worstSampled_{{{-1, -1}, {-1, -1}}};  ///< quads with the worst diffuse and specular samples
 };
 
-template <class Layout>
-LightMapErrors verifyRows(const Layout& layout, LightMapErrors errors, const RowInputs& inputs, int firstRow, int rowCount) {
-    return RowVerifier(layout, std::move(errors), inputs).run(firstRow, rowCount);
+}  // namespace
+
+LightMapErrors verifyRows(LightMapErrors errors, const RowInputs& inputs, int firstRow, int rowCount) {
+    return RowVerifier(std::move(errors), inputs).run(firstRow, rowCount);
 }
 
-template <class Layout>
-LightMapVerifier::QuadBound boundQuad(const Layout& layout, LightMapErrors errors, const RowInputs& inputs, int x, int y) {
-    return RowVerifier(layout, std::move(errors), inputs).oneQuad(x, y);
+LightMapVerifier::QuadBound boundQuad(LightMapErrors errors, const RowInputs& inputs, int x, int y) {
+    return RowVerifier(std::move(errors), inputs).oneQuad(x, y);
 }
 
-template <class Layout>
-LightMapVerifier::AreaVisibleBound visibleBound(const Layout& layout, LightMapErrors errors, const RowInputs& inputs,
-                                                const TexelArea& area) {
-    return RowVerifier(layout, std::move(errors), inputs).visibleBound(area);
+LightMapVerifier::AreaVisibleBound visibleBound(LightMapErrors errors, const RowInputs& inputs, const TexelArea& area) {
+    return RowVerifier(std::move(errors), inputs).visibleBound(area);
 }
 
 }  // namespace lightcook::verify::lightmap
-
-/// Instantiates the functions of verified_rows.h for a layout of verify/light_map/layouts.h.
-// NOLINTNEXTLINE(cppcoreguidelines-macro-usage): a template cannot instantiate another
-#define LIGHTCOOK_VERIFY_LAYOUT(LAYOUT)                                                                                 \
-    template LightMapErrors verifyRows(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, int, int);             \
-    template LightMapVerifier::QuadBound boundQuad(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, int, int); \
-    template LightMapVerifier::AreaVisibleBound visibleBound(const layouts::LAYOUT&, LightMapErrors, const RowInputs&, const TexelArea&)

@@ -1,0 +1,98 @@
+// MapDecoder of each layout.
+#include <variant>
+
+#include "verify/light_map/basis_coarse_bound.h"
+#include "verify/light_map/coarse_bound.h"
+#include "verify/light_map/curvature.h"
+#include "verify/light_map/deviation.h"
+#include "verify/light_map/map_decoder.h"
+
+namespace lightcook::verify::lightmap {
+
+namespace {
+
+/// Learned layouts: each cluster has a decode.
+template <class Layout>
+concept Learned = requires {
+    Layout::kCodeCount;
+};
+
+template <class Layout>
+class LayoutDecoder final : public MapDecoder {
+public:
+    LayoutDecoder(const Layout& layout, float perKey) : MapDecoder(formats::info(Layout::kLayout), perKey), layout_(layout) {
+        if constexpr (Learned<Layout>) tables_ = layout.tables.get();
+        if constexpr (layouts::FlatFamily<Layout>) isOwnNormalOnly_ = layout.isOwnNormalOnly;
+        if constexpr (layouts::Zonal<Layout>) luminance_ = layout.k.luminance;
+    }
+
+    LcSh decode(LayerTexels texels, std::size_t cluster) const override {
+        return scaled(decodeOf(cluster).decode(layersOf(texels)), perKey());
+    }
+    void decodeStages(LayerTexels texels, const LcSh& reference, std::size_t cluster, std::span<LcSh> out) const override {
+        const auto& decode = decodeOf(cluster);
+        const Texels each = layersOf(texels);
+        if constexpr (Layout::kEarlyStages > 0) {
+            const LcSh unscaledReference = scaled(reference, 1 / perKey());
+            for (std::size_t stage = 0; stage < Layout::kEarlyStages; ++stage)
+                out[stage] = scaled(decode.decodeEarly(stage, each, unscaledReference), perKey());
+        }
+        out[Layout::kEarlyStages] = scaled(decode.decode(each), perKey());
+    }
+    LcSh polynomial(LayerTexels texels, std::size_t cluster) const override {
+        if constexpr (layouts::Zonal<Layout>) {
+            LcSh sh = scaled(layout_.bands(layersOf(texels)), perKey());
+            sh.c[5] = {glm::dot(luminance_, sh.c[3]), glm::dot(luminance_, sh.c[1]), glm::dot(luminance_, sh.c[2])};
+            return sh;
+        } else {
+            return decode(texels, cluster);
+        }
+    }
+    Deviation deviation(std::span<const TexelBox> boxes, [[maybe_unused]] std::size_t cluster) const override {
+        if constexpr (Learned<Layout>)
+            return layouts::deviationOf<Layout::kCodeCount>(*layout_.tables, cluster, boxes);
+        else
+            return {layouts::deviationOf(layout_, boxes.template first<Layout::kLayers>()), {}};
+    }
+    LcSh curvature([[maybe_unused]] const QuadTexels& corners) const override {
+        if constexpr (layouts::Curved<Layout>)
+            return layouts::curvatureOf(layout_, corners);
+        else
+            return {};
+    }
+    std::unique_ptr<const CoarseBounds> coarseBounds(const std::vector<FormatTolerance>& formats) const override {
+        if constexpr (Learned<Layout>)
+            return std::make_unique<layouts::BasisCoarseBounds<Layout::kCodeCount>>(*layout_.tables, formats);
+        else
+            return std::make_unique<layouts::CoarseBoundsOf<Layout>>(layout_, formats);
+    }
+
+private:
+    using Texels = layouts::Texels<Layout::kLayers>;
+
+    static Texels layersOf(LayerTexels texels) {
+        Texels out;
+        std::copy_n(texels, out.size(), out.begin());
+        return out;
+    }
+    decltype(auto) decodeOf([[maybe_unused]] std::size_t cluster) const {
+        if constexpr (Learned<Layout>)
+            return typename Layout::Decode{layout_.tables.get(), cluster};
+        else
+            return (layout_);
+    }
+
+    const Layout& layout_;
+};
+
+}  // namespace
+
+std::unique_ptr<const MapDecoder> mapDecoder(const layouts::Layout& layout, float perKey) {
+    return std::visit(
+        [&]<class Layout>(const Layout& each) -> std::unique_ptr<const MapDecoder> {
+            return std::make_unique<LayoutDecoder<Layout>>(each, perKey);
+        },
+        layout);
+}
+
+}  // namespace lightcook::verify::lightmap
