@@ -1,4 +1,4 @@
-// The decode of each light-map layout, as the verifier's templates see it. Private to verify/.
+// The decode of each light-map layout. MapDecoder (map_decoder.h) hides which it is. Private to verify/.
 //
 // Each layout is a struct that names its row of formats/light_map_layout.h as kLayout. Number of layers, degree and stage names come from
 // that row; the struct adds the shader's constants and functions:
@@ -8,7 +8,7 @@
 //   at(x, y)                                learned layouts: the decode of one texel, whose constants differ from cluster to cluster
 //
 // To add a layout: a struct here and its place in the variant `Layout`, readConstants() in layouts.cpp, deviationOf() in deviation.h and
-// CoarseBounds in coarse_bound.h. A layout of an existing family is one alias: the ratio family, say, needs `using X = RatioDecode<...>`.
+// CoarseBoundsOf in coarse_bound.h. A layout of an existing family is one alias: the ratio family, say, needs `using X = RatioDecode<...>`.
 #pragma once
 
 #include <algorithm>

@@ -263,29 +263,25 @@ formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLight
             weight = at - below;
         }
     };
-    std::visit(
-        [&](const auto& layout) {
-            using Layout = std::decay_t<decltype(layout)>;
-            for (int row = 0; row < out.height(); ++row) {
-                const int placeY = placesPerTexel * firstRow + row;
-                const Between y(placeY, placesPerTexel, height);
-                for (int column = 0; column < out.width(); ++column) {
-                    const Between x(column, placesPerTexel, width);
-                    layouts::Texels<Layout::kLayers> filtered{};
-                    std::size_t layer = 0;
-                    for (const auto& texture : texels.textures)
-                        for (const formats::Image<glm::vec4>& image : texture) {
-                            const auto at = [&](int tx, int ty) { return image.at(tx, ty - texels.firstRow); };
-                            const auto along = [&](int ty) { return glm::mix(at(x.first, ty), at(x.second, ty), x.weight); };
-                            filtered[layer++] =
-                                placesPerTexel == 1 ? at(x.first, y.first) : glm::mix(along(y.first), along(y.second), y.weight);
-                        }
-                    const shaders::LcSh sh = layouts::decodeAt(layout, column / placesPerTexel, placeY / placesPerTexel).decode(filtered);
-                    std::copy_n(sh.c, lighting::kShCount, out.at(column, row).begin());
+    const auto decoder = lightmap::mapDecoder(state_->layout, 1);  // in the units of the map
+    lightmap::FilteredTexels filtered;
+    for (int row = 0; row < out.height(); ++row) {
+        const int placeY = placesPerTexel * firstRow + row;
+        const Between y(placeY, placesPerTexel, height);
+        for (int column = 0; column < out.width(); ++column) {
+            const Between x(column, placesPerTexel, width);
+            std::size_t layer = 0;
+            for (const auto& texture : texels.textures)
+                for (const formats::Image<glm::vec4>& image : texture) {
+                    const auto at = [&](int tx, int ty) { return image.at(tx, ty - texels.firstRow); };
+                    const auto along = [&](int ty) { return glm::mix(at(x.first, ty), at(x.second, ty), x.weight); };
+                    filtered[layer++] = placesPerTexel == 1 ? at(x.first, y.first) : glm::mix(along(y.first), along(y.second), y.weight);
                 }
-            }
-        },
-        state_->layout);
+            const std::size_t cluster = decoder->clusterAt(column / placesPerTexel, placeY / placesPerTexel);
+            const shaders::LcSh sh = decoder->decode(filtered.data(), cluster);
+            std::copy_n(sh.c, lighting::kShCount, out.at(column, row).begin());
+        }
+    }
     return out;
 }
 

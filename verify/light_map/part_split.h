@@ -18,9 +18,8 @@ inline constexpr double kSplitShare = 0.05;
 /// pairs      control vectors by channel
 /// slack      all of it
 /// shrinking  what the part's size causes of it, as exit radiance
-template <class Pairs>
-bool isWorthSplitting(const BoundEvaluator& evaluator, const Pairs& pairs, const ChannelSlack& slack,
-                      const std::array<double, kChannels>& shrinking, const LargestBounds& largest) {
+inline bool isWorthSplitting(const BoundEvaluator& evaluator, const QuadControls::Pairs& pairs, const ChannelSlack& slack,
+                             const std::array<double, kChannels>& shrinking, const LargestBounds& largest) {
     for (std::size_t c = 0; c < kChannels; ++c) {
         double error = 0;
         for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(lighting::bandLengths(pair.error), kExitNorm));
