@@ -49,25 +49,26 @@ CommandFunction defineHelp(CLI::App& app);
 namespace {
 
 constexpr std::array kCommands = {
-    CommandInfo{"cook", "Cook a whole scene, incrementally, and verify it", defineCook},
+    CommandInfo{"cook", "Cook a whole scene, incrementally, and verify it", defineCook, FolderUse::CooksAndReports},
     CommandInfo{"init", "Write a first scene file for some bakes, meshes and environments", defineInit},
     CommandInfo{"lint", "Look for what is implausible in the inputs of a scene, before a cook", defineLint},
     CommandInfo{"verify", "Reopen a cooked scene; measure and bound its errors again from the files", defineVerify},
-    CommandInfo{"report", "Print the memory and errors of a cooked scene; compare them with a baseline", defineReport},
+    CommandInfo{"report", "Print the memory and errors of a cooked scene; compare them with a baseline", defineReport, FolderUse::Reports},
     CommandInfo{"view", "Show a cooked scene in the browser, beside its bake", defineView},
-    CommandInfo{"plan", "Write the cook of a scene as a Ninja file, for a build system or a cluster", definePlan},
+    CommandInfo{"plan", "Write the cook of a scene as a Ninja file, for a build system or a cluster", definePlan, FolderUse::Cooks},
     CommandInfo{"repack", "Pack the charts of a light map anew, with fewer texels where its light is smooth", defineRepack},
-    CommandInfo{"lightmap", "Compress one SH light map", defineLightmap},
-    CommandInfo{"dominant", "Fit and compress the dominant light of one SH light map", defineDominant},
-    CommandInfo{"cubemap", "Prefilter and pre-divide one environment, or take its diffuse light", defineCubemap},
-    CommandInfo{"lut", "Make the tables of area-specular light", defineLut},
-    CommandInfo{"rsrm", "Make the radially symmetric reflection map of one gradient", defineRsrm},
+    CommandInfo{"lightmap", "Compress one SH light map", defineLightmap, FolderUse::CooksAndReports},
+    CommandInfo{"dominant", "Fit and compress the dominant light of one SH light map", defineDominant, FolderUse::CooksAndReports},
+    CommandInfo{"cubemap", "Prefilter and pre-divide one environment, or take its diffuse light", defineCubemap,
+                FolderUse::CooksAndReports},
+    CommandInfo{"lut", "Make the tables of area-specular light", defineLut, FolderUse::CooksAndReports},
+    CommandInfo{"rsrm", "Make the radially symmetric reflection map of one gradient", defineRsrm, FolderUse::CooksAndReports},
     CommandInfo{"encode", "Compress an image into a KTX2 or DDS texture", defineEncode},
     CommandInfo{"decode", "Decode a texture into a float EXR", defineDecode},
     CommandInfo{"reconstruct", "Write a cooked light map as the shader sees it, in the form of a bake", defineReconstruct},
     CommandInfo{"compare", "Print the differences of two images, textures, light maps or cooked scenes", defineCompare},
     CommandInfo{"info", "Print the contents of a file or a cooked scene", defineInfo},
-    CommandInfo{"demo", "Cook, verify and report the scene that ships with the program", defineDemo},
+    CommandInfo{"demo", "Cook, verify and report the scene that ships with the program", defineDemo, FolderUse::Cooks},
     CommandInfo{"help", "Print the help of the program or of one command", defineHelp},
 };
 
@@ -102,13 +103,12 @@ std::string mistakeInNumber(const std::string& value, bool mayHaveUnit) {
 }
 
 /// Takes the zeros off the front of a number: CLI11 would read the rest of a whole number in base 8.
-std::string withoutLeadingZeros(std::string& value) {
-    if (!isDecimal(value)) return "";
+void removeLeadingZeros(std::string& value) {
+    if (!isDecimal(value)) return;
     const std::size_t first = value.starts_with('-') ? 1 : 0;
     std::size_t digit = first;
     while (digit + 1 < value.size() && value[digit] == '0' && value[digit + 1] >= '0' && value[digit + 1] <= '9') ++digit;
     value.erase(first, digit - first);
-    return "";
 }
 
 /// Refuses empty values, which are those of a script's variables that are not set: CLI11 would take an empty number as 0.
@@ -122,8 +122,14 @@ void refuseUnusableValues(CLI::App& app) {
         option->check(CLI::Validator([mistake](const std::string& value) { return value.empty() ? mistake : std::string(); }, ""));
         if (!takesNumbers(*option)) continue;
         const bool isSize = type.starts_with(kSizePlaceholder);
-        option->check(CLI::Validator([isSize](const std::string& value) { return mistakeInNumber(value, isSize); }, ""));
-        option->transform(CLI::Validator(withoutLeadingZeros, ""));
+        // A transformation comes before the range of the option.
+        option->transform(CLI::Validator(
+            [isSize](std::string& value) {
+                std::string fault = mistakeInNumber(value, isSize);
+                if (fault.empty()) removeLeadingZeros(value);
+                return fault;
+            },
+            ""));
     }
 }
 
@@ -166,10 +172,10 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
     ParsedCommandLine parsed;
     defineProgram(app, global, parsed.function);
     const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
-    const auto refuse = [&](const formats::Error& error) {
+    const auto refuse = [&](const formats::Error& error, const CommandPaths& paths = {}) {
         Terminal terminal(global.terminal());
         terminal.error(error);
-        writeFailure(arguments, {error}, terminal);
+        writeFailure(arguments, {error}, terminal, paths);
         return ParsedCommandLine{{}, exitCode(formats::ErrorCode::InvalidRequest)};
     };
     try {
@@ -186,7 +192,7 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
     }
     if (app.get_subcommands().empty()) return parsed;
     auto paths = CommandPaths::of(*app.get_subcommands().front());
-    if (const auto checked = paths.check(); !checked) return refuse(checked.error());
+    if (const auto checked = paths.check(); !checked) return refuse(checked.error(), paths);
     parsed.function = [function = std::move(parsed.function), paths = std::move(paths), arguments](Session& session) {
         session.paths = paths;
         const OlderDocuments older(arguments);

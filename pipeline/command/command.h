@@ -21,10 +21,19 @@ struct GlobalOptions;
 /// Runs a command whose options are parsed; returns the exit code.
 using CommandFunction = std::function<int(Session&)>;
 
+/// What a command has to do with a cooked folder, besides reading it.
+enum class FolderUse {
+    None,
+    Cooks,           ///< writes one
+    Reports,         ///< its --json may take the place of the report in that folder
+    CooksAndReports  ///< writes one, with its --json as the report
+};
+
 struct CommandInfo {
     std::string_view name;
     std::string_view summary;                  ///< one line for `--help` and the reference
     CommandFunction (*define)(CLI::App& app);  ///< adds the command's options to its subcommand
+    FolderUse folder = FolderUse::None;
 };
 
 /// Returns every command, in the order of `--help`.

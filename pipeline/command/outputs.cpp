@@ -197,9 +197,10 @@ std::string failureText(const std::string& option, const std::vector<std::string
 }  // namespace
 
 void CommandPaths::setCommand(std::string_view name) {
-    constexpr std::array<std::string_view, 6> kCooks = {"cook", "lightmap", "dominant", "cubemap", "lut", "rsrm"};
-    isReport_ = name == "report" || std::ranges::find(kCooks, name) != kCooks.end();
-    isCook_ = name == "demo" || name == "plan" || (isReport_ && name != "report");
+    const auto command = std::ranges::find(allCommands(), name, &CommandInfo::name);
+    if (command == allCommands().end()) return;
+    isReport_ = command->folder == FolderUse::Reports || command->folder == FolderUse::CooksAndReports;
+    isCook_ = command->folder == FolderUse::Cooks || command->folder == FolderUse::CooksAndReports;
 }
 
 CommandPaths CommandPaths::of(CLI::App& command) {
@@ -245,6 +246,10 @@ Result<void> CommandPaths::check() const {
     return {};
 }
 
+bool CommandPaths::mayWrite(const std::string& option) const {
+    return std::ranges::all_of(outputs_, [&](const Path& output) { return output.name != option || check(output); });
+}
+
 Result<void> CommandPaths::check(const Path& output) const {
     const bool isFolder = output.written == Written::Folder || (output.written == Written::FileOrFolder && !output.path.has_extension());
     if (auto checked = checkCanBeMade(output.path, isFolder); !checked) return checked;
@@ -270,7 +275,7 @@ Result<void> CommandPaths::check(const Path& output) const {
 
 bool CommandPaths::isReportOf(const Path& output, const std::filesystem::path& folder) const {
     if (!isReport_) return false;
-    // Of several folders, or beside other figures, it is not what the cook wrote.
+    // A report of several folders, or with a baseline or budgets, has more than the report of the cook.
     const auto isAdded = [](const Path& input) { return input.name == "--baseline" || input.name == "--budgets"; };
     if (std::ranges::count(inputs_, "folder", &Path::name) > 1 || std::ranges::any_of(inputs_, isAdded)) return false;
     return (output.name == "--json" && isSamePlace(output.path, folder / kReportName)) ||
@@ -425,7 +430,7 @@ std::vector<Error> CiOutputs::write(Session& session, const std::string& command
     return errors;
 }
 
-void writeFailure(std::span<const std::string> arguments, const std::vector<Error>& errors, Terminal& terminal) {
+void writeFailure(std::span<const std::string> arguments, const std::vector<Error>& errors, Terminal& terminal, const CommandPaths& paths) {
     const ScannedArguments scanned = scanArguments(arguments);
     bool isOutputUsed = false;
     for (const AskedDocument& document : scanned.documents) {
@@ -433,7 +438,7 @@ void writeFailure(std::span<const std::string> arguments, const std::vector<Erro
             if (!std::exchange(isOutputUsed, true)) terminal.data(failureText(document.option, scanned.words, errors));
             continue;
         }
-        if (!isStream(document.file) && !mayReplace(document, scanned)) continue;
+        if (!isStream(document.file) && (!paths.mayWrite(document.option) || !mayReplace(document, scanned))) continue;
         if (auto written = writeFile(document.file, failureText(document.option, scanned.words, errors), OutputLink::Follow); !written)
             terminal.error(written.error());
     }

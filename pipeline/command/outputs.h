@@ -23,7 +23,7 @@ namespace lightcook::pipeline {
 class Session;
 class Terminal;
 
-/// What an output would replace, in the words of an error.
+/// Words in errors for a file that a cook wrote.
 inline constexpr const char* kCookedFile = "one of the cooked folder";
 
 /// The paths of a command line. A command may not write over what it reads, nor two outputs into one place.
@@ -43,6 +43,8 @@ public:
     /// read, or below a file; if a folder has the name of an output file; or if an output folder is named like a file. A report may take
     /// the place of that of its folder.
     formats::Result<void> check() const;
+    /// Returns false for an option whose output check() refuses.
+    bool mayWrite(const std::string& option) const;
     /// Fails if an output is one of these inputs, which the command line does not name.
     /// what   "an input of the scene"
     formats::Result<void> checkAgainst(const std::vector<std::filesystem::path>& inputs, const std::string& what);
@@ -140,10 +142,12 @@ private:
 /// A file stays as it is if the command line could mean it as an input, or if it holds something else than such a document. A new one is
 /// made in a folder that exists, if it ends in .json, .xml or .sarif.
 /// arguments   without the program's name
-void writeFailure(std::span<const std::string> arguments, const std::vector<formats::Error>& errors, Terminal& terminal);
+/// paths       of the command line, if it could be parsed: an output that check() refuses is not written
+void writeFailure(std::span<const std::string> arguments, const std::vector<formats::Error>& errors, Terminal& terminal,
+                  const CommandPaths& paths = {});
 
-/// The files of --json, --junit and --sarif that an earlier run left, for a command that a signal may interrupt: it writes none, and an
-/// older one must not say that all is well.
+/// The files of --json, --junit and --sarif that an earlier run left. An interrupted command writes none of them, and removes these, which
+/// would say that all is well.
 class OlderDocuments {
 public:
     /// arguments   of the command, without the program's name
