@@ -302,13 +302,13 @@ private:
         const std::string asked = layoutAsked(scene_.output);
         const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
         if (reduction.constantOf)
-            skip(fmt::format("texels of light map '{}'", entry.name), reduction.why,
+            skip(entry.name, fmt::format("texels of light map '{}'", entry.name), reduction.why,
                  savedBytes(bytesOf(would, *reduction.constantOf), bytesOf(is, {kConstantSide, kConstantSide})),
                  {"light-map", texelsOf(*reduction.constantOf)});
         else if (const std::string why = reduction.why.empty() ? reduction.whyWithoutBands(layout) : reduction.why; !why.empty())
-            skip(fmt::format("bands of light map '{}'", entry.name), why, "light-map", entry.name, would, is);
+            skip(entry.name, fmt::format("bands of light map '{}'", entry.name), why, "light-map", entry.name, would, is);
         else if (formats::isFlat(layout) && asked != layout && asked != kAutoLayout)
-            skip(fmt::format("directional light map '{}'", entry.name),
+            skip(entry.name, fmt::format("directional light map '{}'", entry.name),
                  "no material has a normal map or is specular: a flat exit-radiance map is enough", "light-map", entry.name, would, is);
     }
 
@@ -317,7 +317,7 @@ private:
         if (!wanted(dominant, AssetKind::Dominant, entry)) return;
         const std::vector<SkippedImages> images = dominantImages(scene_.output.target);
         const auto leaveOut = [&](const char* why) {
-            skip("dominant light of '" + entry.name + "'", why, "dominant", entry.name, images, {});
+            skip(dominant, "dominant light of '" + entry.name + "'", why, "dominant", entry.name, images, {});
         };
         if (!needs_.specular) return leaveOut("no material is specular");
         const auto content = needs_.contents.find(entry.name);
@@ -331,7 +331,7 @@ private:
             return leaveOut(entry.dominantLayout ? "the scene file leaves it out" : "within the budget its bytes buy more elsewhere");
         if (reduction.isDominantConstant) {
             description.constantOf = size;
-            skip("texels of the dominant light of '" + entry.name + "'", "every covered texel has the same light and normal",
+            skip(dominant, "texels of the dominant light of '" + entry.name + "'", "every covered texel has the same light and normal",
                  savedBytes(bytesOf(images, size), bytesOf(images, {kConstantSide, kConstantSide})), {"dominant", texelsOf(size)});
         }
         DominantParameters parameters{description, entry.dominantFit, scene_.output.target, textures_, entry.name, {}};
@@ -413,7 +413,7 @@ private:
     void planProbe(const ProbeEntry& entry) {
         if (!wanted(entry.name, AssetKind::Cubemap, entry.name)) return;
         const auto leaveOut = [&](std::string why) {
-            skip("cubemap '" + entry.name + "'", std::move(why), cubemapBytes(entry.size, scene_.output.target),
+            skip(entry.name, "cubemap '" + entry.name + "'", std::move(why), cubemapBytes(entry.size, scene_.output.target),
                  {"cubemap", static_cast<double>(entry.size) * entry.size});
         };
         if (!needs_.specular) return leaveOut("no material is specular");
@@ -452,7 +452,7 @@ private:
                 plan_.notes[entry.name] = {{note_keys::kUnreadLevels, unread}, {note_keys::kUnreadBytes, bytes}};
             return 0;
         }
-        skip(fmt::format("{} of {} levels of cubemap '{}'", unread, lastCubemapLevel(entry.size) + 1, entry.name),
+        skip(entry.name, fmt::format("{} of {} levels of cubemap '{}'", unread, lastCubemapLevel(entry.size) + 1, entry.name),
              fmt::format("materials use m from {}, which reads no level larger than {} x {}", needs_.m.low, size, size), bytes,
              {"cubemap", static_cast<double>(entry.size) * entry.size - static_cast<double>(size) * size});
         return unread;
@@ -472,10 +472,10 @@ private:
         const double rowTexels = static_cast<double>(kRsrmWidth) * static_cast<double>(entry.exponents.size() - exponents.size());
         const std::uint64_t saved = rsrmBytes(entry, entry.exponents.size()) - (exponents.empty() ? 0 : rsrmBytes(entry, exponents.size()));
         if (exponents.empty())
-            skip("RSRM '" + entry.name + "'", "no material is specular, and no row of exponent 1 was asked for", saved,
+            skip(entry.name, "RSRM '" + entry.name + "'", "no material is specular, and no row of exponent 1 was asked for", saved,
                  {"rsrm", rowTexels});
         else if (exponents.size() < entry.exponents.size())
-            skip("specular rows of RSRM '" + entry.name + "'", "no material is specular", saved, {"rsrm", rowTexels});
+            skip(entry.name, "specular rows of RSRM '" + entry.name + "'", "no material is specular", saved, {"rsrm", rowTexels});
         return exponents;
     }
 
@@ -486,7 +486,7 @@ private:
         const double sharpest = largestExponentFor(needs_, exponents);
         std::erase_if(exponents, [&](double exponent) { return exponent > sharpest; });
         if (const std::size_t unused = entry.exponents.size() - exponents.size(); unused > 0)
-            skip(fmt::format("{} of {} rows of RSRM '{}'", unused, entry.exponents.size(), entry.name),
+            skip(entry.name, fmt::format("{} of {} rows of RSRM '{}'", unused, entry.exponents.size(), entry.name),
                  fmt::format("materials use m from {}, which reads exponents up to {}", needs_.m.low, sharpest),
                  rsrmBytes(entry, entry.exponents.size()) - rsrmBytes(entry, exponents.size()),
                  {"rsrm", static_cast<double>(kRsrmWidth) * static_cast<double>(unused)});
@@ -527,7 +527,7 @@ private:
         const int viewCount = viewCountOf(tables, scene_.output);
         const auto skipRows = [&](std::string what, std::string why, int rows) {
             const int texels = rows * viewCount;
-            skip(std::move(what), std::move(why), static_cast<std::uint64_t>(texels * kTableTexelBytes),
+            skip(kTablesName, std::move(what), std::move(why), static_cast<std::uint64_t>(texels * kTableTexelBytes),
                  {"lut", static_cast<double>(texels)});
         };
         if (!needs_.specular) return skipRows("Cook-Torrance tables", "no material is specular", kTableRows);
@@ -550,19 +550,21 @@ private:
             {}, LutVerifyParameters{shading_, visible(tables.maxVisible)}, {});
     }
 
-    void skip(std::string what, std::string why, std::uint64_t bytes, SkippedWork work) {
-        plan_.skipped.push_back({.what = std::move(what), .why = std::move(why), .bytesSaved = bytes, .work = std::move(work)});
+    void skip(std::string asset, std::string what, std::string why, std::uint64_t bytes, SkippedWork work) {
+        plan_.skipped.push_back(
+            {.what = std::move(what), .why = std::move(why), .asset = std::move(asset), .bytesSaved = bytes, .work = std::move(work)});
     }
     /// Reports images of a light map's size as skipped. A size that is not known yet is filled in when the map was cooked.
-    void skip(std::string what, std::string why, std::string kind, std::string lightMap, std::vector<SkippedImages> images,
-              std::vector<SkippedImages> instead) {
+    void skip(std::string asset, std::string what, std::string why, std::string kind, std::string lightMap,
+              std::vector<SkippedImages> images, std::vector<SkippedImages> instead) {
         if (const auto known = needs_.contents.find(lightMap); known != needs_.contents.end()) {
             const glm::ivec2 size(known->second.width, known->second.height);
-            return skip(std::move(what), std::move(why), savedBytes(bytesOf(images, size), bytesOf(instead, size)),
+            return skip(std::move(asset), std::move(what), std::move(why), savedBytes(bytesOf(images, size), bytesOf(instead, size)),
                         {std::move(kind), texelsOf(size)});
         }
         plan_.skipped.push_back({.what = std::move(what),
                                  .why = std::move(why),
+                                 .asset = std::move(asset),
                                  .work = {std::move(kind), 0},
                                  .lightMap = std::move(lightMap),
                                  .images = std::move(images),

@@ -24,6 +24,7 @@ struct SkippedWork {
 /// Something that is not cooked, or not cooked again, and the memory and time that this saved.
 struct Skip {
     std::string what, why;
+    std::string asset = {};  ///< that would have it; empty: an action whose result was reused
     std::uint64_t bytesSaved = 0;
     double secondsSaved = 0;  ///< the time that a reused result took, else that of `work`; NaN if it was never measured
     SkippedWork work = {};
@@ -36,6 +37,7 @@ template <class Fields, Is<Skip> Self>
 void describe(Fields& fields, Self& skip) {
     fields.required("what", skip.what, "asset or action");
     fields.required("why", skip.why, "reason");
+    fields.presentIf(!skip.asset.empty(), "asset", skip.asset, "name of the asset that would have it; absent for actions");
     fields.required("bytes_saved", skip.bytesSaved, "GPU memory that this saved [bytes]");
     fields.required(
         "seconds_saved", skip.secondsSaved, kNumberOrNull,

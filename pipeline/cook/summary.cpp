@@ -92,17 +92,6 @@ std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const
     return skips;
 }
 
-/// Returns the asset that a skip is about, by its words; empty for an action.
-std::string assetOf(const Skip& skip) {
-    const std::string& what = skip.what;
-    const std::size_t end = what.rfind('\'');
-    if (end == std::string::npos || end == 0) return what.ends_with("Cook-Torrance tables") ? kTablesName : "";
-    const std::size_t begin = what.rfind('\'', end - 1);
-    if (begin == std::string::npos) return "";
-    const std::string name = what.substr(begin + 1, end - begin - 1);
-    return what.find("dominant light of '") != std::string::npos ? dominantNameOf(name) : name;
-}
-
 /// Gives an asset of a repacked light map the conventions of the user's bake.
 Result<void> describeSource(const PackedLightMap& packed, CookedAsset& asset) {
     const auto repacked = descriptionOf(asset);
@@ -244,14 +233,12 @@ std::vector<Finding> SummaryWriter::withKeptFindings(std::vector<Finding> found)
     return all;
 }
 
-/// Returns what the cook before left out of assets that this one leaves alone.
+/// Returns the skips in the report before of assets that this cook leaves alone.
 std::vector<Skip> SummaryWriter::keptSkips(const Plan& plan, const std::vector<std::string>& partial) const {
     std::vector<Skip> kept;
     if (!isPartial_) return kept;
-    for (const Skip& skip : oldReport_->skipped) {
-        const std::string asset = assetOf(skip);
-        if (plan.unwanted.contains(asset) && std::ranges::find(partial, asset) == partial.end()) kept.push_back(skip);
-    }
+    for (const Skip& skip : oldReport_->skipped)
+        if (plan.unwanted.contains(skip.asset) && std::ranges::find(partial, skip.asset) == partial.end()) kept.push_back(skip);
     return kept;
 }
 
