@@ -18,6 +18,7 @@
 #include "pipeline/report/page_parts.h"
 #include "pipeline/report/platform_section.h"
 #include "pipeline/report/report.h"
+#include "pipeline/report/seam_section.h"
 #include "pipeline/report/treemap.h"
 #include "pipeline/report/trend_section.h"
 #include "pipeline/report/whole_section.h"
@@ -138,8 +139,7 @@ std::vector<std::string> reasonsOf(const Json& asset) {
         const Json& worst = list(seams, "worst");
         const double most = number(member(holder, "max_seam"));
         if (worst.empty() || number(member(worst[0], "added")) <= most || !std::isfinite(most)) return;
-        const Json& maps = list(worst[0], "maps");
-        const std::string between = maps.size() == 2 ? fmt::format(" between '{}' and '{}'", words(maps[0]), words(maps[1])) : "";
+        const std::string maps = mapsOfSeam(worst[0]), between = maps.empty() ? "" : " " + maps;
         reasons.push_back(fmt::format("cooking adds a {} seam of {:.2f}{}, the limit is {:.3g}{}", words(member(worst[0], "shading")),
                                       number(member(worst[0], "added")), between, most, worstAt(worst[0])));
     };

@@ -142,7 +142,7 @@ void describe(Fields& fields, Self& report) {
     fields.optional("errors", report.errors, "in the document of `--json` of a command that failed: its errors, the first one first");
 }
 
-/// What the actions of an asset found. Null: there was no such action.
+/// Results of the actions of an asset; null where there was no such action.
 struct AssetRecords {
     const ActionRecord *cooked, *verified;
     const ActionRecord* whole = nullptr;       ///< verification of a light map and its dominant light together

@@ -12,8 +12,7 @@ namespace {
 
 /// Returns the words for a seam: its kind of shading and the place in the world.
 std::string seamName(const Json& seam) {
-    const Json& maps = list(seam, "maps");
-    const std::string between = maps.size() == 2 ? fmt::format(", between '{}' and '{}'", words(maps[0]), words(maps[1])) : "";
+    const std::string maps = mapsOfSeam(seam), between = maps.empty() ? "" : ", " + maps;
     return fmt::format("{}, at {}{}", words(member(seam, "shading")), vectorWords(member(seam, "position")), between);
 }
 
@@ -107,6 +106,11 @@ Html seamSection(const std::filesystem::path& folder, const Json& asset) {
                seamTable(seams, "worst", "Largest steps that cooking adds") + views(folder, asset, seams) +
                seamTable(seams, "worst_of_bake", "Largest steps of the bake itself");
     return element("div", {{"class", "notes"}}, content);
+}
+
+std::string mapsOfSeam(const Json& seam) {
+    const Json& maps = list(seam, "maps");
+    return maps.size() == 2 ? fmt::format("between '{}' and '{}'", words(maps[0]), words(maps[1])) : "";
 }
 
 Html splitSeamSection(const Json& asset) {

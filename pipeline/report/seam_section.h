@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "pipeline/graph/action.h"
 #include "pipeline/report/html.h"
@@ -11,6 +12,8 @@ namespace lightcook::pipeline {
 /// Returns tables of the seams of an asset and pictures of the worst; empty for an asset without them.
 /// folder  of the report, which has the pictures
 Html seamSection(const std::filesystem::path& folder, const Json& asset);
+/// Returns "between 'room' and 'room_fine'" for an edge between two light maps; empty for one inside a map.
+std::string mapsOfSeam(const Json& seam);
 /// Returns tables of the seams between the maps of a split light map; empty for an asset that is not the first of them.
 Html splitSeamSection(const Json& asset);
 

@@ -233,7 +233,7 @@ Result<std::array<glm::dvec3, lighting::kShCount>> incidentShOf(const verify::Cu
 class DivisorCheck {
 public:
     DivisorCheck(const CubemapConstants& constants, std::vector<verify::Violation>& violations)
-        : constants_(constants), violations_(violations) {}
+        : constants_(constants), window_(windowOf(constants.windowLambda)), violations_(violations) {}
 
     void check(const std::array<glm::dvec3, lighting::kShCount>& incident) {
         checkWindow();
@@ -250,9 +250,12 @@ private:
     static constexpr double kWindowExcess = 1e-2;      ///< S over its mean that a window may leave above epsilon
     static constexpr double kLargestLambda = 0x1p39;   ///< S is constant beyond it, and lambda is not searched any more
 
+    /// Returns the factors 1 / (1 + lambda l^2 (l + 1)^2) of the bands.
+    static lighting::ShBands windowOf(double lambda) { return {1, 1 / (1 + 4 * lambda), 1 / (1 + 36 * lambda)}; }
+
     void checkWindow() {
         const double lambda = constants_.windowLambda;
-        const lighting::ShBands expected{1, 1 / (1 + 4 * lambda), 1 / (1 + 36 * lambda)}, &found = constants_.window;
+        const lighting::ShBands &expected = window_, &found = constants_.window;
         bool isRight = lambda >= 0;
         for (std::size_t l = 0; l < 3; ++l) isRight = isRight && std::abs(found[l] - expected[l]) <= kWindowTolerance;
         if (!isRight)
@@ -271,9 +274,7 @@ private:
         double largest = 0;
         for (std::size_t i = 0; i < expected.size(); ++i) {
             const double coefficient = isBlack ? (i == 0 ? 2 * kBlackDivisor / std::numbers::inv_sqrtpi : 0) : incident[i][channel];
-            expected[i] = coefficient / (1 + constants_.windowLambda * (lighting::kShBand[i] == 0   ? 0
-                                                                        : lighting::kShBand[i] == 1 ? 4
-                                                                                                    : 36));
+            expected[i] = coefficient * window_[static_cast<std::size_t>(lighting::kShBand[i])];
             largest = std::max(largest, std::abs(coefficient));
         }
         for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -306,6 +307,7 @@ private:
     }
 
     const CubemapConstants& constants_;
+    const lighting::ShBands window_;  ///< that the constants must have
     std::vector<verify::Violation>& violations_;
 };
 
