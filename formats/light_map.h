@@ -75,7 +75,7 @@ struct LightMapCoverage {
     std::int64_t withoutNormal = 0;   ///< of these, texels whose normal is shorter than 1/2, which do not count as covered
     std::int64_t oddNormals = 0;      ///< of these, texels whose normal is far from unit length
     std::int64_t encodedNormals = 0;  ///< of these, texels whose normal n is no unit vector, but 2 n - 1 is: stored as a colour
-    /// Of coverage.Y. Without a finite one the smallest is above the largest.
+    /// Smallest and largest finite coverage.Y; infinity and -infinity if there is none.
     float smallest = std::numeric_limits<float>::infinity(), largest = -std::numeric_limits<float>::infinity();
 
     LightMapCoverage& operator+=(const LightMapCoverage& other);

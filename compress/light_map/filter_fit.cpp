@@ -270,7 +270,7 @@ private:
     }
     float exitOf(const glm::vec3& v) const { return rows::exitOf(family_, v); }
 
-    /// Sets one unknown to the solution for the current values of its neighbours, clamped to what the layout can store.
+    /// Solves for one unknown with the current values of its neighbours, and clamps it to the range of the layout.
     void update(std::size_t u, std::size_t first, std::size_t end, bool isRatio) {
         const Unknown& unknown = unknowns_[u];
         const glm::vec3 diagonal = unknown.row[4];

@@ -15,8 +15,8 @@
 // there, too. The centre of each texel weighs as much as the places of a quad, since texels are seen at their centres as well.
 //
 // The normal equations couple a texel to its eight neighbours. They are solved by projected Gauss-Seidel in four colours: each value is
-// clamped to what the layout can store. A sweep reaches two rows. So the result depends on a few rows beyond the encoded ones, and not on
-// the strips that a map is divided into.
+// clamped to the range of the layout. A sweep reaches two rows, so that the result depends on a few rows beyond the encoded ones, and not
+// on the strips that a map is divided into.
 #pragma once
 
 #include "compress/light_map/rows.h"

@@ -29,7 +29,8 @@ public:
     Interrupts(const Interrupts&) = delete;
     Interrupts& operator=(const Interrupts&) = delete;
 
-    /// Sets what is done before the process is ended from here, when its temporary files are gone and no output can appear any more.
+    /// Sets a function that is called just before this object ends the process: the temporary files are gone by then, and no output can
+    /// appear.
     void setLastAction(std::function<void()> action);
 
 private:

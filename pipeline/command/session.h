@@ -52,7 +52,7 @@ public:
         return result ? 0 : finish(std::vector<formats::Error>{result.error()});
     }
 
-    /// Sets what is done last if a signal ends the command before it has ended by itself; on another thread.
+    /// Sets a function that is called, on another thread, if a signal ends the process before the command has ended by itself.
     void atInterrupt(std::function<void()> action) { interrupts_.setLastAction(std::move(action)); }
 
     /// Writes a file, or standard output if its name is "-".

@@ -261,7 +261,7 @@ TEST_F(CommandLine, OutputsDoNotReplaceInputsOrEachOther) {
 }
 
 TEST_F(CommandLine, DocumentsDoNotReplaceFilesOfACookedFolder) {
-    // Of a first cook no manifest says which files it will have.
+    // Before a first cook, no manifest lists the files that it will write.
     for (const char* option : {"--json", "--junit", "--sarif", "--depfile", "--history"})
         expectRefused(fmt::format("cook scene.toml -o out {} out/map_l0.ktx2", option), 2,
                       {fmt::format("{}: found the same file as one of the cooked folder (out/map_l0.ktx2), expected another one", option)});

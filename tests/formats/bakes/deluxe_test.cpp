@@ -43,7 +43,7 @@ dvec3 directionOf(int x, int y) {
     return d;
 }
 
-/// What the shader of ioquake3 (code/renderergl2/glsl/lightall_fp.glsl) shows of a white surface, written out, for light 1.
+/// Returns the light that a white surface shows in ioquake3 (code/renderergl2/glsl/lightall_fp.glsl) at a light map of 1.
 double shownByEngine(const dvec3& n, const dvec3& direction) {
     if (glm::length(direction) < 0.125) return 1;
     const dvec3 d = glm::normalize(direction);

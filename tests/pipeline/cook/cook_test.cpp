@@ -325,7 +325,7 @@ TEST(CookScene, OnlyDoesNotMissWhatTheSceneDoesNotNeed) {
     EXPECT_EQ(cook(options).report.at("partial"), Json::array({"sky"})) << "nothing reflects: no dominant light, probe or tables";
 }
 
-/// Returns what a report says was left out of assets, without the results that were reused.
+/// Returns the skips of assets in a report; those of actions, whose results were reused, are left out.
 std::set<std::string> assetSkipsOf(const Json& report) {
     std::set<std::string> skips;
     for (const Json& skip : report.at("skipped"))
