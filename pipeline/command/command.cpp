@@ -93,22 +93,28 @@ bool isDecimal(const std::string& value) {
     return error != std::errc::invalid_argument && end == value.data() + value.size();
 }
 
+std::string notDecimal(const std::string& value) {
+    return fmt::format("found '{}', expected a number in decimal digits", value);
+}
+
 /// Refuses a number that is not finite or not decimal. Returns the mistake, or an empty text. CLI11 itself refuses what is no number.
 /// mayHaveUnit  for sizes, such as "2 MiB"
 std::string mistakeInNumber(const std::string& value, bool mayHaveUnit) {
     if (isNotFinite(value)) return fmt::format("found '{}', expected a finite number", value);
     const bool beginsAsNumber = value.find_first_of("+-.0123456789 ") == 0;
-    if (beginsAsNumber && !mayHaveUnit && !isDecimal(value)) return fmt::format("found '{}', expected a number in decimal digits", value);
+    if (beginsAsNumber && !mayHaveUnit && !isDecimal(value)) return notDecimal(value);
     return "";
 }
 
-/// Takes the zeros off the front of a number: CLI11 would read the rest of a whole number in base 8.
-void removeLeadingZeros(std::string& value) {
-    if (!isDecimal(value)) return;
+/// Takes the zeros off the front of a number: CLI11 would read the rest of a whole number in base 8. Refuses "00x3", which would become
+/// hexadecimal.
+std::string withoutLeadingZeros(std::string& value) {
     const std::size_t first = value.starts_with('-') ? 1 : 0;
     std::size_t digit = first;
     while (digit + 1 < value.size() && value[digit] == '0' && value[digit + 1] >= '0' && value[digit + 1] <= '9') ++digit;
+    if (digit > first && value.find_first_of("xX", digit) == digit + 1) return notDecimal(value);
     value.erase(first, digit - first);
+    return "";
 }
 
 /// Refuses empty values, which are those of a script's variables that are not set: CLI11 would take an empty number as 0.
@@ -122,14 +128,8 @@ void refuseUnusableValues(CLI::App& app) {
         option->check(CLI::Validator([mistake](const std::string& value) { return value.empty() ? mistake : std::string(); }, ""));
         if (!takesNumbers(*option)) continue;
         const bool isSize = type.starts_with(kSizePlaceholder);
-        // A transformation comes before the range of the option.
-        option->transform(CLI::Validator(
-            [isSize](std::string& value) {
-                std::string fault = mistakeInNumber(value, isSize);
-                if (fault.empty()) removeLeadingZeros(value);
-                return fault;
-            },
-            ""));
+        option->check(CLI::Validator([isSize](const std::string& value) { return mistakeInNumber(value, isSize); }, ""));
+        option->transform(CLI::Validator(withoutLeadingZeros, ""));
     }
 }
 
