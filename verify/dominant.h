@@ -60,9 +60,7 @@ struct CookedDominant {
     float directionScale = 1, directionBias = 0, intensityRange = 1;
     int width = 0, height = 0;  ///< of the light map [texels]
     DominantFit fit = DominantFit::Closed;
-    int divisor = 1;  ///< of the textures: they have 1 / divisor of the light map's width and height, rounded up
-    int textureWidth() const { return (width + divisor - 1) / divisor; }
-    int textureHeight() const { return (height + divisor - 1) / divisor; }
+    int textureWidth = width, textureHeight = height;  ///< may be smaller than the light map; both have the same UVs
 };
 
 struct DominantShading {

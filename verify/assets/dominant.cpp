@@ -40,6 +40,12 @@ double luminanceOf(const glm::dvec3& color, const glm::vec3& weights) {
     return glm::dot(color, glm::dvec3(weights));
 }
 
+/// Returns where a texture has the UV of a place of the light map, along one axis: both spread their texels over the same [0, 1].
+/// place, return value  [texels of the map, and of the texture] integers are texel centres
+double texelAt(double place, int mapTexels, int textureTexels) {
+    return (place + 0.5) * textureTexels / mapTexels - 0.5;
+}
+
 }  // namespace
 
 struct DominantVerifier::Place {
@@ -161,8 +167,8 @@ DominantVerifier::DominantVerifier(const CookedDominant& map, const DominantShad
 }
 
 DominantRowRange dominantRowsFor(const CookedDominant& map, double first, double last) {
-    const auto rowOf = [&](double place) { return static_cast<int>(std::floor((place + 0.5) / map.divisor - 0.5)); };
-    const int top = std::clamp(rowOf(first), 0, map.textureHeight() - 1), bottom = std::clamp(rowOf(last) + 1, 0, map.textureHeight() - 1);
+    const auto rowOf = [&](double place) { return static_cast<int>(std::floor(texelAt(place, map.height, map.textureHeight))); };
+    const int top = std::clamp(rowOf(first), 0, map.textureHeight - 1), bottom = std::clamp(rowOf(last) + 1, 0, map.textureHeight - 1);
     return {top, bottom - top + 1};
 }
 
@@ -172,8 +178,8 @@ DominantLightSample DominantVerifier::decodeTexel(const DecodedDominantRows& tex
 }
 
 DominantLightSample DominantVerifier::decode(const DecodedDominantRows& texels, double x, double y) const {
-    const auto texelOf = [&](double place, int count) { return std::clamp((place + 0.5) / map_.divisor - 0.5, 0.0, count - 1.0); };
-    const double u = texelOf(x, map_.textureWidth()), v = texelOf(y, map_.textureHeight());
+    const double u = std::clamp(texelAt(x, map_.width, map_.textureWidth), 0.0, map_.textureWidth - 1.0),
+                 v = std::clamp(texelAt(y, map_.height, map_.textureHeight), 0.0, map_.textureHeight - 1.0);
     const int left = static_cast<int>(u), top = static_cast<int>(v);
     const double right = u - left, below = v - top;
     DominantLightSample sum;

@@ -34,11 +34,11 @@ Image<glm::vec4> copyOf(const Image<glm::vec4>& image) {
     return copy;
 }
 
-/// Returns the divisor that gives textures of a size from that of the light map; nothing if none does.
-std::optional<int> divisorOf(const glm::ivec2& texture, const glm::ivec2& lightMap) {
-    for (const DominantLayoutInfo& layout : allDominantLayouts())
-        if (layout.divisor > 0 && reducedSize(lightMap, layout.divisor) == texture) return layout.divisor;
-    return std::nullopt;
+/// Returns true if a layout gives textures of a size from that of the light map.
+bool isSizeOfALayout(const glm::ivec2& texture, const glm::ivec2& lightMap) {
+    return std::ranges::any_of(allDominantLayouts(), [&](const DominantLayoutInfo& layout) {
+        return layout.divisor > 0 && reducedSize(lightMap, layout.divisor) == texture;
+    });
 }
 
 }  // namespace
@@ -69,14 +69,19 @@ Result<CookedDominantReader> CookedDominantReader::open(const std::filesystem::p
     const auto sizeOf = [](const formats::TextureReader& texture) { return glm::ivec2(texture.shape().width, texture.shape().height); };
     const glm::ivec2 found = sizeOf(reader.direction_);
     const bool areAlike = sizeOf(reader.intensity_) == found && (!reader.residual_ || sizeOf(*reader.residual_) == found);
-    const auto divisor = areAlike ? divisorOf(found, lightMap) : std::nullopt;
-    if (!divisor)
+    if (!areAlike || !isSizeOfALayout(found, lightMap))
         return formats::failure(
             formats::ErrorCode::Verification, asset.name,
             fmt::format("found textures of {} x {} texels, expected {} x {} as the source, or a half or a quarter of that", found.x,
                         found.y, lightMap.x, lightMap.y));
-    reader.map_ = {
-        constants->directionScale, constants->directionBias, constants->intensityRange, lightMap.x, lightMap.y, (*fit)->verified, *divisor};
+    reader.map_ = {constants->directionScale,
+                   constants->directionBias,
+                   constants->intensityRange,
+                   lightMap.x,
+                   lightMap.y,
+                   (*fit)->verified,
+                   found.x,
+                   found.y};
     return reader;
 }
 

@@ -190,13 +190,14 @@ std::uint64_t DominantEncoder::gpuBytes(bool withResidual) const {
 }
 
 Result<EncodedDominantRows> DominantEncoder::encode(int strip) const {
-    const int margin = divisor_ * kMargin;
-    auto texels = source_->stripWithMargin(strip, margin, margin);
-    if (!texels) return tl::make_unexpected(texels.error());
-    if (divisor_ > 1) *texels = reducedStrip(*texels, divisor_);
     EncodedDominantRows out;
     out.firstRow = source_->stripFirstRow(strip) / divisor_;
     out.rowCount = reducedSize({0, source_->stripRows(strip)}, divisor_).y;
+    const int first = std::max(0, out.firstRow - kMargin), end = std::min(size_.y, out.firstRow + out.rowCount + kMargin);
+    const MapRows needed = rowsUnder(first, end - first, source_->height(), size_.y);
+    auto texels = source_->rows(needed.first, needed.count);
+    if (!texels) return tl::make_unexpected(texels.error());
+    if (divisor_ > 1) *texels = reducedStrip(*texels, source_->height(), size_, first, end - first);
     DominantRows rows = fitRows(*texels, out.firstRow, out.rowCount, options_, out.fitted);
     encodeRows(rows, constants_, formats_, encodeOptions_, out);
     return out;

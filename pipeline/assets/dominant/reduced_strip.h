@@ -1,4 +1,7 @@
-// Strips of a light map at a fraction of its size, for dominant lights that are smaller than their light map.
+// Strips of a light map at the size of smaller textures, for dominant lights that have fewer texels than their light map.
+//
+// Shaders sample both with the same UVs, so texel i of n spans [i / n, (i + 1) / n) of the map. Where n does not divide the map's size, a
+// texel of the map lies under two texels of the texture, and counts in each by the part that is under it.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -12,9 +15,17 @@ inline glm::ivec2 reducedSize(const glm::ivec2& size, int divisor) {
     return (size + glm::ivec2(divisor - 1)) / divisor;
 }
 
-/// Returns a strip at 1 / divisor of its width and height. A texel has the mean coefficients and the mean normal of the covered texels
-/// that it stands for, and is covered if one of them is.
-/// strip  its first row is a multiple of `divisor`; so is its row count, except at the map's end
-formats::LightMapStrip reducedStrip(const formats::LightMapStrip& strip, int divisor);
+/// Some rows of a map.
+struct MapRows {
+    int first = 0, count = 0;
+};
+/// Returns the rows of a map that lie under some rows of a texture.
+MapRows rowsUnder(int firstRow, int rowCount, int mapHeight, int textureHeight);
+
+/// Returns rows [firstRow, firstRow + rowCount) of a map at the size of a texture that is not larger. A texel has the mean coefficients and
+/// the mean normal of the covered texels under it, by their areas, and is covered if one of them is.
+/// strip  holds rowsUnder() these rows
+formats::LightMapStrip reducedStrip(const formats::LightMapStrip& strip, int mapHeight, const glm::ivec2& textureSize, int firstRow,
+                                    int rowCount);
 
 }  // namespace lightcook::pipeline

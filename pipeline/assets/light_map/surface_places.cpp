@@ -17,6 +17,8 @@ namespace {
 constexpr double kMostPlaces = 2500;
 /// Rows at the ends of a strip that have no places: the filter of a texture of a quarter of the map's size reads two rows of the map more.
 constexpr int kFilterRows = 2;
+/// The smallest texture of a dominant light has one row for so many of the map.
+constexpr int kMostRowsOfATexel = 4;
 
 /// Returns a place of the footprint of a texel, from its centre: the first numbers of a sequence fill the square evenly (Roberts 2018, The
 /// Unreasonable Effectiveness of Quasirandom Sequences: multiples of the plastic number's inverse powers).
@@ -60,11 +62,13 @@ std::optional<lighting::ShRgb> bakeAt(const formats::LightMapStrip& texels, cons
 SurfacePlaces::SurfacePlaces(int width, int height)
     : width_(width),
       height_(height),
-      step_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / kMostPlaces))) | 1) {}
+      step_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / kMostPlaces))) | 1),
+      // Where the number of its rows is rounded up, row i of the texture begins above row 4 i of the map, by at most so many rows.
+      rowsAtEnd_(kFilterRows + (kMostRowsOfATexel - height % kMostRowsOfATexel) % kMostRowsOfATexel) {}
 
 std::vector<SurfacePlace> SurfacePlaces::of(const formats::LightMapStrip& texels, int firstRow, int rowCount) const {
     const int end = firstRow + rowCount;
-    const int firstPlace = firstRow == 0 ? 0 : firstRow + kFilterRows, endPlace = end == height_ ? end : end - kFilterRows;
+    const int firstPlace = firstRow == 0 ? 0 : firstRow + kFilterRows, endPlace = end == height_ ? end : end - rowsAtEnd_;
     const int placesAcross = (width_ + step_ - 1) / step_;
     std::vector<SurfacePlace> places;
     for (int y = firstPlace; y < endPlace; ++y)

@@ -28,7 +28,8 @@ public:
 
 private:
     int width_, height_;
-    int step_;  ///< between texels that have a place, along both axes
+    int step_;       ///< between texels that have a place, along both axes
+    int rowsAtEnd_;  ///< of a strip, without places
 };
 
 }  // namespace lightcook::pipeline

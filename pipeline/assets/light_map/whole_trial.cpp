@@ -122,8 +122,8 @@ Result<WholeTrial::LitStrip> WholeTrial::shadeStrip(int strip, const DominantEnc
     const std::vector<SurfacePlace> places = places_.of(*texels, source_->stripFirstRow(strip), source_->stripRows(strip));
     const std::size_t count = 3 * shader_.stride();
     const DominantConstants& k = encoder.constants();
-    const verify::CookedDominant map{k.directionScale,        k.directionBias, k.intensityRange, source_->width(), source_->height(), fit,
-                                     layouts.front()->divisor};
+    const verify::CookedDominant map{k.directionScale, k.directionBias, k.intensityRange, source_->width(), source_->height(), fit,
+                                     encoder.size().x, encoder.size().y};
     const verify::DominantVerifier verifier(map, {}, source_->luminanceWeights(), 0);
     LitStrip lit;
     for (const DominantLayoutInfo* layout : layouts) {

@@ -123,7 +123,8 @@ TEST(DominantVerifier, SmallerTexturesAreFilteredAtThePlacesOfTheLightMap) {
     CookedDominant map;
     map.width = 8;
     map.height = 6;
-    map.divisor = 2;
+    map.textureWidth = 4;
+    map.textureHeight = 3;
     const DominantVerifier verifier(map, {}, lighting::kRec709Luminance, 1);
     DecodedDominantRows rows{0, formats::Image<glm::vec4>(4, 3), formats::Image<glm::vec4>(4, 3)};
     for (int y = 0; y < 3; ++y)
@@ -140,6 +141,28 @@ TEST(DominantVerifier, SmallerTexturesAreFilteredAtThePlacesOfTheLightMap) {
     const DominantRowRange range = dominantRowsFor(map, 2, 4);
     EXPECT_EQ(range.first, 0);
     EXPECT_EQ(range.count, 3);
+}
+
+/// Shaders know no texels: they sample both maps with the same UVs, also where the smaller one's size is rounded up.
+TEST(DominantVerifier, SmallerTexturesHaveTheUvsOfTheLightMap) {
+    constexpr int kSize = 33, kTextureSize = 17;
+    CookedDominant map;
+    map.width = map.height = kSize;
+    map.textureWidth = map.textureHeight = kTextureSize;
+    const DominantVerifier verifier(map, {}, lighting::kRec709Luminance, 1);
+    DecodedDominantRows rows{0, formats::Image<glm::vec4>(kTextureSize, kTextureSize),
+                             formats::Image<glm::vec4>(kTextureSize, kTextureSize)};
+    for (int y = 0; y < kTextureSize; ++y)
+        for (int x = 0; x < kTextureSize; ++x)
+            rows.direction.at(x, y) = glm::vec4((glm::vec2(x, y) + 0.5f) / static_cast<float>(kTextureSize), 1, 1);
+    for (int i = 1; i < kSize - 1; ++i) {
+        EXPECT_NEAR(verifier.decode(rows, i, 5).direction.x, (i + 0.5) / kSize, 1e-6) << i;
+        EXPECT_NEAR(verifier.decode(rows, 5, i).direction.y, (i + 0.5) / kSize, 1e-6) << i;
+        const DominantRowRange range = dominantRowsFor(map, i, i);
+        const double row = (i + 0.5) / kSize * kTextureSize - 0.5;
+        EXPECT_LE(range.first, row);
+        EXPECT_GE(range.first + range.count - 1, row);
+    }
 }
 
 }  // namespace

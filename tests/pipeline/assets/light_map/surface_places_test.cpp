@@ -76,5 +76,23 @@ TEST(SurfacePlaces, OfStripsAreThoseOfTheMapLessTheRowsAtTheirEnds) {
     }
 }
 
+/// A strip of the dominant light is decoded alone: no filter may read the rows of its neighbours, also where rows are rounded up.
+TEST(SurfacePlaces, SmallerTexturesHaveTheRowsThatTheFilterReads) {
+    const formats::LightMapStrip texels = ramp();
+    constexpr int kStripRows = 16;
+    for (const int height : {253, 254, 255, 256})
+        for (const int divisor : {2, 4}) {
+            const int textureRows = (height + divisor - 1) / divisor;
+            const SurfacePlaces all(40, height);
+            for (int first = 0; first < height; first += kStripRows) {
+                const int rows = std::min(kStripRows, height - first), own = first / divisor, end = own + (rows + divisor - 1) / divisor;
+                for (const SurfacePlace& place : all.of(texels, first, rows)) {
+                    const double row = std::clamp((place.at.y + 0.5) * textureRows / height - 0.5, 0.0, textureRows - 1.0);
+                    EXPECT_TRUE(row >= own && row <= end - 1) << height << " / " << divisor << ": " << place.at.y;
+                }
+            }
+        }
+}
+
 }  // namespace
 }  // namespace lightcook::pipeline
