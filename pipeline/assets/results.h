@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipeline/assets/chart_figures.h"
+#include "pipeline/assets/rendered_view_files.h"
 #include "pipeline/assets/seam_figures.h"
 #include "pipeline/assets/verdict.h"
 #include "pipeline/graph/action.h"
@@ -62,21 +63,6 @@ void describe(Fields& fields, Self& error) {
     fields.required("light_map_uv", error.lightMapUv, kFigure, "largest distance [UV units]");
 }
 
-/// A place of a mesh as a camera in front of it sees it, lit by the bake and by the cooked light map.
-struct RenderedView {
-    std::string reference, cooked;
-    glm::dvec3 position{0}, normal{0};  ///< of the place, in the mesh's world
-    double distance = 0;                ///< of the camera [scene units]
-};
-template <class Fields, Is<RenderedView> Self>
-void describe(Fields& fields, Self& view) {
-    fields.required("reference", view.reference, kFileInFolder, "the mesh lit by the bake");
-    fields.required("cooked", view.cooked, kFileInFolder, "the mesh lit by the cooked map");
-    fields.required("position", view.position, "place at the centre of the picture, in the mesh's world");
-    fields.required("normal", view.normal, "normal of the mesh there, along which the camera looks back");
-    fields.required("distance", view.distance, "distance of the camera [scene units]");
-}
-
 /// A picture of the surroundings of a texel: reference, cooked and visible error side by side.
 struct WorstPlacePicture {
     std::string file;
@@ -109,7 +95,7 @@ struct PreviewFiles {
             files.push_back(place.file);
             if (place.view) files.insert(files.end(), {place.view->reference, place.view->cooked});
         }
-        for (const RenderedView& seam : seams) files.insert(files.end(), {seam.reference, seam.cooked});
+        appendFiles(seams, files);
         return files;
     }
 };

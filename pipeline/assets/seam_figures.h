@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/assets/rendered_view_files.h"
 #include "pipeline/json/json_fields.h"
 
 namespace lightcook::pipeline {
@@ -114,9 +115,10 @@ void describe(Fields& fields, Self& seams) {
 
 /// Seams between the maps of a split light map: result of action "verify-split-seams".
 struct SplitSeams {
-    std::vector<std::string> maps;  ///< in the order of the split
-    SeamFigures seams;              ///< `edges` are those between maps; the other counts are of the triangles of all maps together
-    std::optional<double> maxSeam;  ///< limit on the largest added step
+    std::vector<std::string> maps;         ///< in the order of the split
+    SeamFigures seams;                     ///< `edges` are those between maps; the other counts are of the triangles of all maps together
+    std::optional<double> maxSeam;         ///< limit on the largest added step
+    std::vector<RenderedView> views = {};  ///< of SeamFigures::worst, in their order
     bool isKept() const { return !maxSeam || seams.largestAdded() <= *maxSeam; }
 };
 template <class Fields, Is<SplitSeams> Self>
@@ -124,6 +126,7 @@ void describe(Fields& fields, Self& split) {
     fields.required("maps", split.maps, "light maps, in the order of the split");
     describe(fields, split.seams);
     fields.optional("max_seam", split.maxSeam, between(0, HUGE_VAL), "largest added step that passes");
+    fields.presentIf(!split.views.empty(), "views", split.views, "the mesh around the worst seams, in their order");
 }
 
 }  // namespace lightcook::pipeline

@@ -391,8 +391,7 @@ Result<Report> SummaryWriter::writeReport(Report report) {
     if (auto written = writeFile(folder_ / kReportHtmlName, page); !written) return tl::make_unexpected(written.error());
     report.files = {{kManifestName, digestOfText(manifestText_)}, {kReportHtmlName, digestOfText(page)}};
     for (const ReportRow& row : rows_) {
-        if (!row.preview) continue;
-        for (const std::string& file : row.preview->all()) {
+        for (const std::string& file : row.pictures()) {
             const auto digest = digestOfFile(folder_ / file);
             if (!digest) return tl::make_unexpected(digest.error());
             report.files->push_back({file, *digest});

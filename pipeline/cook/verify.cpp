@@ -159,6 +159,7 @@ private:
         if (asset.verifySplitSeams) {
             splitSeams = verifySplitSeams(manifest, asset, scratch);
             if (!splitSeams) return tl::make_unexpected(splitSeams.error());
+            splitSeams->result.erase("views");  // drawn in a scratch folder
             records.splitSeams = &*splitSeams;
         }
         return reportRow(asset, records);

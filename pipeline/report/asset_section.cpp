@@ -439,9 +439,9 @@ Html assetSection(const std::filesystem::path& folder, const Json& asset, std::s
     const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},
                    title + assetFacts(asset) + pictures(folder, asset) + worstPlaces(folder, asset) + stageTable(asset) +
-                       visibleTable(asset) + wholeVisible(asset) + mipTable(asset) + seamSection(folder, asset) + splitSeamSection(asset) +
-                       chartSection(asset) + worstTable(asset) + groundTruth(asset) + candidateTable(asset) +
-                       (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
+                       visibleTable(asset) + wholeVisible(asset) + mipTable(asset) + seamSection(folder, asset) +
+                       splitSeamSection(folder, asset) + chartSection(asset) + worstTable(asset) + groundTruth(asset) +
+                       candidateTable(asset) + (lists.isEmpty() ? lists : element("div", {{"class", "pair"}}, lists)));
 }
 
 }  // namespace lightcook::pipeline

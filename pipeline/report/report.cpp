@@ -128,9 +128,8 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
 std::vector<std::string> picturesOf(const std::vector<ReportRow>& rows) {
     std::vector<std::string> pictures;
     for (const ReportRow& row : rows)
-        if (row.preview)
-            for (const std::string& file : row.preview->all())
-                if (std::filesystem::path(file).parent_path() == "preview") pictures.push_back(file);
+        for (const std::string& file : row.pictures())
+            if (std::filesystem::path(file).parent_path() == "preview") pictures.push_back(file);
     return pictures;
 }
 

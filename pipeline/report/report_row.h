@@ -105,6 +105,13 @@ struct ReportRow {
     std::optional<double> trialShare;
     std::optional<ExcludedLayout> betterExcluded;     ///< see bestExcluded()
     std::optional<std::string> cookedAt, verifiedAt;  ///< RunRecord::at
+
+    /// Returns the files of all pictures.
+    std::vector<std::string> pictures() const {
+        std::vector<std::string> files = preview ? preview->all() : std::vector<std::string>();
+        if (splitSeams) appendFiles(splitSeams->views, files);
+        return files;
+    }
 };
 template <class Fields, Is<ReportRow> Self>
 void describe(Fields& fields, Self& row) {

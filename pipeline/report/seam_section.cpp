@@ -72,8 +72,9 @@ Html seamTable(const Json& seams, const char* key, const char* title) {
                  rows);
 }
 
-Html views(const std::filesystem::path& folder, const Json& asset, const Json& seams) {
-    const Json &drawn = list(member(asset, "preview"), "seams"), &worst = list(seams, "worst");
+/// drawn  views of the worst seams, in their order
+Html views(const std::filesystem::path& folder, const Json& drawn, const Json& seams) {
+    const Json& worst = list(seams, "worst");
     Html content;
     for (std::size_t i = 0; i < drawn.size() && i < worst.size(); ++i) {
         const auto figure = [&](const char* role, const char* name) {
@@ -103,7 +104,8 @@ Html seamSection(const std::filesystem::path& folder, const Json& asset) {
     if (!note.empty())
         return element("div", {{"class", "notes"}}, content + element("p", {{"class", "soft"}}, text("Not measured: " + note + ".")));
     content += element("p", {{"class", "soft"}}, text(countsOf(seams))) + stepTable(seams) +
-               seamTable(seams, "worst", "Largest steps that cooking adds") + views(folder, asset, seams) +
+               seamTable(seams, "worst", "Largest steps that cooking adds") +
+               views(folder, list(member(asset, "preview"), "seams"), seams) +
                seamTable(seams, "worst_of_bake", "Largest steps of the bake itself");
     return element("div", {{"class", "notes"}}, content);
 }
@@ -113,7 +115,7 @@ std::string mapsOfSeam(const Json& seam) {
     return maps.size() == 2 ? fmt::format("between '{}' and '{}'", words(maps[0]), words(maps[1])) : "";
 }
 
-Html splitSeamSection(const Json& asset) {
+Html splitSeamSection(const std::filesystem::path& folder, const Json& asset) {
     const Json& seams = member(asset, "split_seams");
     if (!seams.is_object()) return {};
     std::string maps;
@@ -127,7 +129,7 @@ Html splitSeamSection(const Json& asset) {
         "one triangle alone.",
         number("places"), number("edges"), number("hard_edges"), number("open_edges"));
     content += element("p", {{"class", "soft"}}, text(counts)) + stepTable(seams) +
-               seamTable(seams, "worst", "Largest steps that cooking adds") +
+               seamTable(seams, "worst", "Largest steps that cooking adds") + views(folder, list(seams, "views"), seams) +
                seamTable(seams, "worst_of_bake", "Largest steps of the bake itself");
     return element("div", {{"class", "notes"}}, content);
 }

@@ -14,7 +14,7 @@ namespace lightcook::pipeline {
 Html seamSection(const std::filesystem::path& folder, const Json& asset);
 /// Returns "between 'room' and 'room_fine'" for an edge between two light maps; empty for one inside a map.
 std::string mapsOfSeam(const Json& seam);
-/// Returns tables of the seams between the maps of a split light map; empty for an asset that is not the first of them.
-Html splitSeamSection(const Json& asset);
+/// Returns the same of the seams between the maps of a split light map; empty for an asset that is not the first of them.
+Html splitSeamSection(const std::filesystem::path& folder, const Json& asset);
 
 }  // namespace lightcook::pipeline

@@ -10,8 +10,6 @@
 namespace lightcook::pipeline {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
 double cross2(const glm::dvec2& a, const glm::dvec2& b) {
     return a.x * b.y - a.y * b.x;
 }
@@ -97,11 +95,12 @@ std::vector<Corner> clipped(const std::array<Corner, 3>& corners, double nearest
 /// The picture and its depths.
 class Canvas {
 public:
-    explicit Canvas(int side) : uv_(side, side, glm::dvec2(kNan)), depth_(side, side, HUGE_VAL) {}
+    explicit Canvas(int side) : shown_(side, side), depth_(side, side, HUGE_VAL) {}
 
     /// slope  of the camera
-    void draw(const Corner& a, const Corner& b, const Corner& c, double slope) {
-        const double half = 0.5 * uv_.width();
+    /// map    number of the triangle's light map
+    void draw(const Corner& a, const Corner& b, const Corner& c, double slope, std::uint8_t map) {
+        const double half = 0.5 * shown_.width();
         const std::array<const Corner*, 3> corners = {&a, &b, &c};
         std::array<glm::dvec2, 3> places;
         glm::dvec2 low(HUGE_VAL), high(-HUGE_VAL);
@@ -126,13 +125,13 @@ public:
                 }
                 if (!(1 / inverse < depth_.at(x, y))) continue;
                 depth_.at(x, y) = 1 / inverse;
-                uv_.at(x, y) = uv / inverse;
+                shown_.at(x, y) = {uv / inverse, map};
             }
     }
-    formats::Image<glm::dvec2> take() { return std::move(uv_); }
+    formats::Image<ShownPlace> take() { return std::move(shown_); }
 
 private:
-    formats::Image<glm::dvec2> uv_;
+    formats::Image<ShownPlace> shown_;
     formats::Image<double> depth_;
 };
 
@@ -158,11 +157,13 @@ std::vector<verify::SurfaceTriangle> litTriangles(const formats::GltfScene& scen
     return triangles;
 }
 
-std::optional<MeshPlace> placeAt(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size) {
+std::optional<MeshPlace> placeAt(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size,
+                                 std::uint8_t map) {
     const verify::SurfaceTriangle* nearest = nullptr;
     glm::dvec2 nearestUv(0);
     double least = 1;  // [texels squared]
     for (const verify::SurfaceTriangle& triangle : triangles) {
+        if (triangle.map != map) continue;
         const auto weights = weightsAt(triangle.uv, uv);
         if (!weights) continue;
         if (isInside(*weights)) {
@@ -198,7 +199,7 @@ MeshCamera cameraInFrontOf(std::span<const verify::SurfaceTriangle> triangles, c
     return camera;
 }
 
-formats::Image<glm::dvec2> rasterized(std::span<const verify::SurfaceTriangle> triangles, const MeshCamera& camera, int side) {
+formats::Image<ShownPlace> rasterized(std::span<const verify::SurfaceTriangle> triangles, const MeshCamera& camera, int side) {
     Canvas canvas(side);
     for (const verify::SurfaceTriangle& triangle : triangles) {
         std::array<Corner, 3> corners;
@@ -207,7 +208,7 @@ formats::Image<glm::dvec2> rasterized(std::span<const verify::SurfaceTriangle> t
             corners[i] = {{glm::dot(to, camera.right), glm::dot(to, camera.up), glm::dot(to, camera.forward)}, triangle.uv[i]};
         }
         const std::vector<Corner> polygon = clipped(corners, camera.nearest);
-        for (std::size_t i = 2; i < polygon.size(); ++i) canvas.draw(polygon[0], polygon[i - 1], polygon[i], camera.slope);
+        for (std::size_t i = 2; i < polygon.size(); ++i) canvas.draw(polygon[0], polygon[i - 1], polygon[i], camera.slope, triangle.map);
     }
     return canvas.take();
 }

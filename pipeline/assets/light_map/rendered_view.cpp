@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_precision.hpp>
+#include <iterator>
 #include <map>
 
 #include "formats/png.h"
@@ -74,41 +75,35 @@ BakedPlace bakedAt(const formats::LightMapStrip& strip, const glm::dvec2& at) {
     return place;
 }
 
-/// Returns the pixels that show a place of the map, by their rows of texels.
-std::map<int, std::vector<LitPixel>> pixelsByRow(const formats::Image<glm::dvec2>& uvs, const glm::ivec2& size) {
+/// Returns the pixels that show a place of one of the maps, by their rows of texels.
+/// map, size  number and size [texels] of the map
+std::map<int, std::vector<LitPixel>> pixelsByRow(const formats::Image<ShownPlace>& shown, std::size_t map, const glm::ivec2& size) {
     std::map<int, std::vector<LitPixel>> rows;
-    for (int y = 0; y < uvs.height(); ++y)
-        for (int x = 0; x < uvs.width(); ++x) {
-            const glm::dvec2 at = uvs.at(x, y) * glm::dvec2(size);
+    for (int y = 0; y < shown.height(); ++y)
+        for (int x = 0; x < shown.width(); ++x) {
+            if (shown.at(x, y).map != map) continue;
+            const glm::dvec2 at = shown.at(x, y).uv * glm::dvec2(size);
             if (!(at.x >= 0 && at.y >= 0 && at.x < size.x && at.y < size.y)) continue;
             rows[static_cast<int>(at.y)].push_back({x, y, at});
         }
     return rows;
 }
 
-Result<void> writePng(const formats::Image<glm::u8vec3>& picture, const std::filesystem::path& file) {
-    const auto png = formats::encodePng(picture.view());
-    if (!png) return tl::make_unexpected(png.error());
-    return writeFile(file, *png);
-}
+/// A view lit by the bakes and by the cooked maps.
+struct LitView {
+    formats::Image<glm::u8vec3> reference{kSide, kSide, kOutside}, found{kSide, kSide, kOutside};
+};
 
-}  // namespace
-
-Result<std::optional<RenderedView>> writeRenderedView(std::span<const verify::SurfaceTriangle> triangles, const glm::ivec2& texel,
-                                                      LightMapSource& bake, const CookedLightMapReader& cooked, double key,
-                                                      const ActionContext& context, const std::string& name) {
-    const glm::ivec2 size(bake.width(), bake.height());
-    const auto place = placeAt(triangles, (glm::dvec2(texel) + 0.5) / glm::dvec2(size), glm::dvec2(size));
-    if (!place) return std::optional<RenderedView>();
-    RenderedView view;
-    const MeshCamera camera = cameraInFrontOf(triangles, *place, kRadiusTexels * place->texelSide, view.distance);
-    formats::Image<glm::u8vec3> reference(kSide, kSide, kOutside), found(kSide, kSide, kOutside);
-    CookedPlaces places(cooked);
-    for (const auto& [row, pixels] : pixelsByRow(rasterized(triangles, camera, kSide), size)) {
+/// Draws the pixels that show places of one of the maps.
+/// centreRow  row of the map around which places are the finer ones
+Result<void> drawMap(const ComparedMap& map, const std::map<int, std::vector<LitPixel>>& pixelsOfRows, int centreRow, double key,
+                     LitView& view) {
+    CookedPlaces places(map.cooked);
+    for (const auto& [row, pixels] : pixelsOfRows) {
         const int first = std::max(0, row - 1);
-        const auto baked = bake.rows(first, std::min(row + 2, size.y) - first);
+        const auto baked = map.bake.rows(first, std::min(row + 2, map.bake.height()) - first);
         if (!baked) return tl::make_unexpected(baked.error());
-        const int count = std::abs(row - texel.y) <= kNear ? kFinePlaces : kCoarsePlaces;
+        const int count = std::abs(row - centreRow) <= kNear ? kFinePlaces : kCoarsePlaces;
         const auto decoded = places.row(row, count);
         if (!decoded) return tl::make_unexpected(decoded.error());
         for (const LitPixel& pixel : pixels) {
@@ -119,16 +114,46 @@ Result<std::optional<RenderedView>> writeRenderedView(std::span<const verify::Su
             const auto shown = [&](const lighting::ShRgb& sh) {
                 return toneMapped(lighting::lambertExitRadiance(sh, lit.normal, glm::vec3(1)).value, key);
             };
-            reference.at(pixel.x, pixel.y) = shown(lit.sh);
-            found.at(pixel.x, pixel.y) = shown(decoded->at(x, y));
+            view.reference.at(pixel.x, pixel.y) = shown(lit.sh);
+            view.found.at(pixel.x, pixel.y) = shown(decoded->at(x, y));
         }
+    }
+    return {};
+}
+
+Result<void> writePng(const formats::Image<glm::u8vec3>& picture, const std::filesystem::path& file) {
+    const auto png = formats::encodePng(picture.view());
+    if (!png) return tl::make_unexpected(png.error());
+    return writeFile(file, *png);
+}
+
+}  // namespace
+
+Result<std::optional<RenderedView>> writeRenderedView(std::span<const verify::SurfaceTriangle> triangles, const MapTexel& texel,
+                                                      std::span<const ComparedMap> maps, double key, const ActionContext& context,
+                                                      const std::string& name) {
+    const auto sizeOf = [](const ComparedMap& map) { return glm::ivec2(map.bake.width(), map.bake.height()); };
+    const glm::dvec2 size(sizeOf(maps[texel.map]));
+    const auto place = placeAt(triangles, (glm::dvec2(texel.texel) + 0.5) / size, size, static_cast<std::uint8_t>(texel.map));
+    if (!place) return std::optional<RenderedView>();
+    RenderedView view;
+    const MeshCamera camera = cameraInFrontOf(triangles, *place, kRadiusTexels * place->texelSide, view.distance);
+    const formats::Image<ShownPlace> shown = rasterized(triangles, camera, kSide);
+    LitView lit;
+    for (std::size_t i = 0; i < maps.size(); ++i) {
+        const auto pixels = pixelsByRow(shown, i, sizeOf(maps[i]));
+        // Of the other maps, the row in the middle of what is seen lies next to the place.
+        const int centreRow = i == texel.map   ? texel.texel.y
+                              : pixels.empty() ? 0
+                                               : std::next(pixels.begin(), static_cast<std::ptrdiff_t>(pixels.size() / 2))->first;
+        if (auto drawn = drawMap(maps[i], pixels, centreRow, key, lit); !drawn) return tl::make_unexpected(drawn.error());
     }
     view.reference = "preview/" + name + "_bake.png";
     view.cooked = "preview/" + name + "_cooked.png";
     view.position = place->position;
     view.normal = place->normal;
-    if (auto written = writePng(reference, context.folder / view.reference); !written) return tl::make_unexpected(written.error());
-    if (auto written = writePng(found, context.folder / view.cooked); !written) return tl::make_unexpected(written.error());
+    if (auto written = writePng(lit.reference, context.folder / view.reference); !written) return tl::make_unexpected(written.error());
+    if (auto written = writePng(lit.found, context.folder / view.cooked); !written) return tl::make_unexpected(written.error());
     return std::optional(std::move(view));
 }
 

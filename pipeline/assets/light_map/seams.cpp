@@ -35,8 +35,9 @@ struct Place {
 /// Places of consecutive edges, and the light on both sides of each: that of the bake, and that of the last stages of its map.
 class Batch {
 public:
-    Batch(const verify::SplitEdges& edges, std::span<const SeamMap> maps, std::size_t lightCount) : edges_(edges), lightCount_(lightCount) {
-        for (const SeamMap& map : maps) sizes_.emplace_back(map.bake.width(), map.bake.height());
+    Batch(const verify::SplitEdges& edges, std::span<const ComparedMap> maps, std::size_t lightCount)
+        : edges_(edges), lightCount_(lightCount) {
+        for (const ComparedMap& map : maps) sizes_.emplace_back(map.bake.width(), map.bake.height());
     }
 
     /// Takes places from the next edges, as many as the memory of a batch holds. Returns false after the last edge.
@@ -100,13 +101,13 @@ struct PlaceSide {
 };
 /// A strip of a map, with the sides whose rows it has.
 struct SeamStrip {
-    const SeamMap& map;
+    const ComparedMap& map;
     int strip;
     std::vector<PlaceSide> sides;
 };
 
 /// Returns the strips that light a batch, map by map.
-std::vector<SeamStrip> stripsOf(const Batch& batch, std::span<const SeamMap> maps) {
+std::vector<SeamStrip> stripsOf(const Batch& batch, std::span<const ComparedMap> maps) {
     std::vector<std::map<int, std::vector<PlaceSide>>> sides(maps.size());
     for (std::size_t place = 0; place < batch.places().size(); ++place)
         for (std::size_t side = 0; side < 2; ++side) {
@@ -121,7 +122,7 @@ std::vector<SeamStrip> stripsOf(const Batch& batch, std::span<const SeamMap> map
 }
 
 /// Lights both sides of all places of a batch, each in the strip of its row.
-Result<void> light(Batch& batch, std::span<const SeamMap> maps, const ActionContext& context) {
+Result<void> light(Batch& batch, std::span<const ComparedMap> maps, const ActionContext& context) {
     const std::vector<SeamStrip> strips = stripsOf(batch, maps);
     const auto lightStrip = [&](int index) -> Result<int> {
         const auto& [map, strip, sides] = strips[static_cast<std::size_t>(index)];
@@ -159,9 +160,9 @@ Result<void> measure(Batch& batch, const verify::LightMapVerifier& verifier, con
     });
 }
 
-verify::SplitEdges splitEdgesOf(std::span<const verify::SurfaceTriangle> triangles, std::span<const SeamMap> maps) {
+verify::SplitEdges splitEdgesOf(std::span<const verify::SurfaceTriangle> triangles, std::span<const ComparedMap> maps) {
     std::vector<glm::dvec2> sizes;
-    for (const SeamMap& map : maps) sizes.emplace_back(map.bake.width(), map.bake.height());
+    for (const ComparedMap& map : maps) sizes.emplace_back(map.bake.width(), map.bake.height());
     verify::SeamFinder finder(std::move(sizes));
     for (const verify::SurfaceTriangle& triangle : triangles) finder.add(triangle);
     return std::move(finder).finish();
@@ -183,7 +184,7 @@ SeamSteps figuresOf(const verify::SeamErrors::Kind& kind) {
 /// Edges with the light maps that they lie in.
 struct MappedEdges {
     const verify::SplitEdges& edges;
-    std::span<const SeamMap> maps;
+    std::span<const ComparedMap> maps;
     const verify::SplitEdge& at(std::size_t edge) const { return edges.edges[edge]; }
 };
 
@@ -255,7 +256,7 @@ std::string whyNot(bool hasMesh, std::span<const verify::SurfaceTriangle> triang
 
 /// Measures edges that lie in some maps.
 /// none  errors of no places, with the last stages of the maps
-Result<SeamFigures> measureEdges(const verify::SplitEdges& edges, std::span<const SeamMap> maps, const verify::SeamErrors& none,
+Result<SeamFigures> measureEdges(const verify::SplitEdges& edges, std::span<const ComparedMap> maps, const verify::SeamErrors& none,
                                  const ActionContext& context) {
     SeamFigures figures;
     figures.edges = static_cast<std::int64_t>(edges.edges.size());
@@ -279,7 +280,7 @@ Result<SeamFigures> measureEdges(const verify::SplitEdges& edges, std::span<cons
 
 Result<SeamFigures> measureSeams(bool hasMesh, std::span<const verify::SurfaceTriangle> triangles, LightMapSource& bake,
                                  const CookedLightMapReader& cooked, const ActionContext& context) {
-    const std::array maps = {SeamMap{context.action.asset, bake, cooked}};
+    const std::array maps = {ComparedMap{context.action.asset, bake, cooked}};
     const verify::SplitEdges edges = splitEdgesOf(triangles, maps);
     auto figures = measureEdges(edges, maps, cooked.verifier().noSeamErrors(), context);
     if (!figures) return figures;
@@ -287,7 +288,7 @@ Result<SeamFigures> measureSeams(bool hasMesh, std::span<const verify::SurfaceTr
     return figures;
 }
 
-Result<SeamFigures> measureSeamsBetween(std::span<const SeamMap> maps, std::span<const verify::SurfaceTriangle> triangles,
+Result<SeamFigures> measureSeamsBetween(std::span<const ComparedMap> maps, std::span<const verify::SurfaceTriangle> triangles,
                                         const ActionContext& context) {
     verify::SplitEdges edges = splitEdgesOf(triangles, maps);
     std::erase_if(edges.edges, [](const verify::SplitEdge& edge) { return !edge.isBetweenMaps(); });
@@ -297,15 +298,18 @@ Result<SeamFigures> measureSeamsBetween(std::span<const SeamMap> maps, std::span
 }
 
 Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, std::span<const verify::SurfaceTriangle> triangles,
-                                                 LightMapSource& bake, const CookedLightMapReader& cooked, const verify::Viewing& viewing,
-                                                 const ActionContext& context) {
+                                                 std::span<const ComparedMap> maps, const verify::Viewing& viewing,
+                                                 const ActionContext& context, const std::string& name) {
     std::vector<RenderedView> views;
     for (const SeamPlace& place : seams.worst) {
         if (place.added < kLeastShown) break;
-        const glm::ivec2 texel(static_cast<int>(std::clamp(std::round(place.texels[0][0]), 0.0, bake.width() - 1.0)),
-                               static_cast<int>(std::clamp(std::round(place.texels[0][1]), 0.0, bake.height() - 1.0)));
-        auto view = writeRenderedView(triangles, texel, bake, cooked, shownKey(viewing), context,
-                                      fmt::format("{}_seam_{}", context.action.asset, views.size() + 1));
+        MapTexel texel;
+        if (place.maps)
+            texel.map = static_cast<std::size_t>(std::ranges::find(maps, place.maps->front(), &ComparedMap::name) - maps.begin());
+        const LightMapSource& bake = maps[texel.map].bake;
+        texel.texel = {static_cast<int>(std::clamp(std::round(place.texels[0][0]), 0.0, bake.width() - 1.0)),
+                       static_cast<int>(std::clamp(std::round(place.texels[0][1]), 0.0, bake.height() - 1.0))};
+        auto view = writeRenderedView(triangles, texel, maps, shownKey(viewing), context, fmt::format("{}_{}", name, views.size() + 1));
         if (!view) return tl::make_unexpected(view.error());
         if (!*view) break;
         views.push_back(std::move(**view));

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "pipeline/assets/light_map/cooked_light_map.h"
-#include "pipeline/assets/light_map/mesh_view.h"
+#include "pipeline/assets/light_map/rendered_view.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/action.h"
@@ -22,24 +22,19 @@ namespace lightcook::pipeline {
 formats::Result<SeamFigures> measureSeams(bool hasMesh, std::span<const verify::SurfaceTriangle> triangles, LightMapSource& bake,
                                           const CookedLightMapReader& cooked, const ActionContext& context);
 
-/// One of several light maps that the two sides of an edge lie in.
-struct SeamMap {
-    std::string name;
-    LightMapSource& bake;
-    const CookedLightMapReader& cooked;  ///< with the key and the viewing of the other maps
-};
-
 /// Measures the seams between light maps: the edges whose sides lie in different ones. There is one stage, "total": the maps may have
 /// stages of their own. The result is the same on any number of threads.
+/// maps       all cooked with the same key and viewing
 /// triangles  of the meshes of all maps, with the numbers of their maps
-formats::Result<SeamFigures> measureSeamsBetween(std::span<const SeamMap> maps, std::span<const verify::SurfaceTriangle> triangles,
+formats::Result<SeamFigures> measureSeamsBetween(std::span<const ComparedMap> maps, std::span<const verify::SurfaceTriangle> triangles,
                                                  const ActionContext& context);
 
 /// Draws the worst seams as a camera in front of each sees them, in the order of SeamFigures::worst. Steps below half of a just noticeable
 /// difference get no picture.
-/// triangles  of the mesh
+/// triangles  of the mesh, with the numbers of their maps
+/// name       of the files, before their numbers
 formats::Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, std::span<const verify::SurfaceTriangle> triangles,
-                                                          LightMapSource& bake, const CookedLightMapReader& cooked,
-                                                          const verify::Viewing& viewing, const ActionContext& context);
+                                                          std::span<const ComparedMap> maps, const verify::Viewing& viewing,
+                                                          const ActionContext& context, const std::string& name);
 
 }  // namespace lightcook::pipeline

@@ -88,13 +88,17 @@ Result<ActionOutcome> verifySplitSeams(const ActionContext& context) {
         if (!reader) return tl::make_unexpected(reader.error());
         readers.push_back(std::move(*reader));
     }
-    std::vector<SeamMap> maps;
+    std::vector<ComparedMap> maps;
     for (std::size_t i = 0; i < mapCount; ++i) maps.push_back({parameters->maps[i], *bakes[i], readers[i]});
     const auto triangles = trianglesOfMaps(context, mapCount);
     if (!triangles) return tl::make_unexpected(triangles.error());
     auto seams = measureSeamsBetween(maps, *triangles, context);
     if (!seams) return tl::make_unexpected(seams.error());
-    return outcomeWith(SplitSeams{parameters->maps, std::move(*seams), parameters->maxSeam});
+    auto views = writeSeamViews(*seams, *triangles, maps, viewing, context, context.action.asset + "_split_seam");
+    if (!views) return tl::make_unexpected(views.error());
+    std::vector<std::string> pictures;
+    appendFiles(*views, pictures);
+    return outcomeWith(SplitSeams{parameters->maps, std::move(*seams), parameters->maxSeam, std::move(*views)}, std::move(pictures));
 }
 
 }  // namespace lightcook::pipeline

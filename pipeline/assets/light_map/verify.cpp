@@ -373,7 +373,8 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     if (isConstant) seams->note = "all texels hold the same light: no edge can have a step";
     result->seams = std::move(*seams);
     holdToSeamLimit(*result, parameters->maxSeam, isConstant);
-    auto seamViews = writeSeamViews(*result->seams, triangles, bake, *cooked, viewing, context);
+    auto seamViews = writeSeamViews(*result->seams, triangles, std::array{ComparedMap{context.action.asset, bake, *cooked}}, viewing,
+                                    context, context.action.asset + "_seam");
     if (!seamViews) return tl::make_unexpected(seamViews.error());
     return outcomeWithPreview(std::move(*result), preview, context, std::move(*pictures), std::move(*seamViews));
 }

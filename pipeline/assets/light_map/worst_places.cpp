@@ -102,8 +102,8 @@ Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst
         if (!png) return tl::make_unexpected(png.error());
         if (auto written = writeFile(context.folder / place.file, *png); !written) return tl::make_unexpected(written.error());
         if (!triangles.empty()) {
-            auto view = writeRenderedView(triangles, {texel.x, texel.y}, bake, cooked, shownKey(viewing), context,
-                                          fmt::format("{}_view_{}", context.action.asset, places.size() + 1));
+            auto view = writeRenderedView(triangles, {0, {texel.x, texel.y}}, std::array{ComparedMap{context.action.asset, bake, cooked}},
+                                          shownKey(viewing), context, fmt::format("{}_view_{}", context.action.asset, places.size() + 1));
             if (!view) return tl::make_unexpected(view.error());
             place.view = std::move(*view);
         }

@@ -6,11 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <map>
 #include <set>
 
 #include "formats/gltf_scene.h"
+#include "formats/plain_image.h"
 #include "pipeline/assets/light_map/layout_choice.h"
+#include "pipeline/assets/preview.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/repack/unpacked_bake.h"
@@ -211,8 +214,31 @@ TEST_F(SplitCook, SeamsBetweenMapsAreMeasured) {
     EXPECT_FALSE(assetOf(report, "map_fine").contains("split_seams")) << "the first map has them";
     for (const char* name : {"map", "map_fine"}) EXPECT_EQ(assetOf(report, name).at("limit").at("max_seam"), 200) << name;
     EXPECT_THAT(formats::contentOf(options_.output / "report.html"), HasSubstr("Seams between the maps &#39;map&#39;, &#39;map_fine&#39;"));
-    EXPECT_EQ(assetOf(verified(), "map").at("split_seams"), seams) << "from the bytes on disk";
+    Json figures = seams;
+    figures.erase("views");
+    EXPECT_EQ(assetOf(verified(), "map").at("split_seams"), figures) << "from the bytes on disk";
     EXPECT_EQ(cookScene(options_, RunState()).actionsRun, 0) << "nothing has changed";
+}
+
+/// The camera looks at the seam: half of what it sees is lit by each of the maps.
+TEST_F(SplitCook, PicturesOfSeamsBetweenMapsShowBothMaps) {
+    writeMap(smoothLight, halfHardLight);
+    const Json report = cooked(std::string(kSplit) + "\nmax_seam = 200");
+    const Json& seams = assetOf(report, "map").at("split_seams");
+    ASSERT_GE(seams.at("worst").at(0).at("added").get<double>(), 0.5) << "smaller steps get no picture";
+    ASSERT_TRUE(seams.contains("views"));
+    EXPECT_LE(seams.at("views").size(), seams.at("worst").size());
+    for (const char* which : {"reference", "cooked"}) {
+        const auto picture = formats::readImage(options_.output / seams.at("views").at(0).at(which).get<std::string>());
+        ASSERT_TRUE(picture.has_value()) << which;
+        const int middle = picture->texels.width() / 2;
+        for (int y = middle - 8; y < middle + 8; ++y)
+            for (int x = middle - 8; x < middle + 8; ++x)
+                EXPECT_GT(glm::distance(255.0f * glm::vec3(picture->texels.at(x, y)), glm::vec3(kOutside)), 3)
+                    << which << ' ' << x << ' ' << y << " shows no light map";
+    }
+    EXPECT_THAT(formats::contentOf(options_.output / "report.html"),
+                testing::ContainsRegex("seen around the seam [a-z]+, at [^\"]*, between"));
 }
 
 TEST_F(SplitCook, SeamsBetweenMapsAreHeldToTheLimit) {
