@@ -88,8 +88,8 @@ struct SeamFigures {
     std::vector<SeamPlace> worstOfBake;
     std::vector<SeamPlace> worst;  ///< of the last stage, the largest added step first
 
-    /// Returns true if there is no mesh, or one without light-map UVs.
-    bool isUnmeasured() const { return note && joinedEdges + hardEdges + openEdges == 0; }
+    /// Returns true if there is no mesh, or one without light-map UVs, or if no place of any edge could be measured.
+    bool isUnmeasured() const { return note && (edges > 0 || joinedEdges + hardEdges + openEdges == 0); }
     /// Returns the largest added step of the last stage, of diffuse and specular light; 0 without places.
     double largestAdded() const {
         if (stages.empty()) return 0;

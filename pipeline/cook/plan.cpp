@@ -381,11 +381,14 @@ private:
         Inputs verifyInputs = bakeInputs(entry.file, entry.description);
         verifyInputs.insert(inputs.begin(), inputs.end());
         const VisibleParameters visible{displayOf(scene_, entry), visibleLimit(scene_.output, entry.maxVisible)};
+        const std::optional<double> maxSeam = seamLimit(scene_.output, entry);
         MeshParameters parameters{description, scene_.output.draco, errorLimit(scene_.output), entry.name};
         if (visible.maxVisible) parameters.visible = visible;
+        parameters.hasSeamLimit = maxSeam.has_value();
         OfLightMap ofLightMap{.unpacked = bakeWithoutPlaces(entry)};
         if (hasLearnedBases(layout)) ofLightMap.dependencies = {actionId(ActionStep::Cook, entry.name)};
-        add(asset, AssetKind::Mesh, parameters, scene_.output.draco ? verifyInputs : inputs, visible, verifyInputs, ofLightMap);
+        add(asset, AssetKind::Mesh, parameters, scene_.output.draco ? verifyInputs : inputs, MeshVerifyParameters{visible, maxSeam},
+            verifyInputs, ofLightMap);
         plan_.meshes[asset] = entry.name;
     }
 

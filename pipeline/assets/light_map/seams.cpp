@@ -273,6 +273,8 @@ Result<SeamFigures> measureEdges(const verify::SplitEdges& edges, std::span<cons
     }
     figures.places -= figures.darkPlaces;
     if (figures.places > 0) fill(figures, errors, {edges, maps});
+    if (figures.places == 0 && figures.edges > 0)
+        figures.note = fmt::format("no place of the {} edges has a covered texel in reach of the filter on both sides", figures.edges);
     return figures;
 }
 

@@ -230,7 +230,9 @@ void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam,
     verdict.maxSeam = maxSeam;
     if (!maxSeam) return;
     if (result.seams->isUnmeasured() && !isConstant) {
-        verdict.violations.push_back({"seams", *result.seams->note, "a mesh with light-map UVs: max_seam limits the steps at its edges"});
+        verdict.violations.push_back({"seams", *result.seams->note,
+                                      result.seams->edges > 0 ? "coverage that reaches the edges of charts: max_seam limits the steps there"
+                                                              : "a mesh with light-map UVs: max_seam limits the steps at its edges"});
         verdict.passed = false;
     }
     verdict.passed = verdict.passed && result.seams->largestAdded() <= *maxSeam;

@@ -32,7 +32,7 @@ struct BitRange {
     int DracoOptions::*bits;
     int fewest, most;
 };
-constexpr BitRange kUvRange{&DracoOptions::lightMapUvBits, 8, 16};
+constexpr BitRange kUvRange{&DracoOptions::lightMapUvBits, 8, kMostUvBits};
 constexpr BitRange kNormalRange{&DracoOptions::normalBits, 6, 14};
 constexpr BitRange kPositionRange{&DracoOptions::positionBits, DracoOptions().positionBits, 20};
 
@@ -55,15 +55,17 @@ Result<verify::MeshShiftBound> surveyShifts(LightMapSource& bake, const ActionCo
 /// Chooses the bits of one mesh.
 class BitChoice {
 public:
-    /// extent  of the scene, as GltfScene::errorOf() has it
+    /// extent     of the scene, as GltfScene::errorOf() has it
+    /// hasSeamLimit  true if the seams of the light map have a limit
     BitChoice(const formats::GltfScene& scene, const formats::MeshError& extent, LightMapSource& bake, const verify::MeshShiftBound& bound,
-              const ActionContext& context)
+              bool hasSeamLimit, const ActionContext& context)
         : extent_(extent),
           bake_(bake),
           bound_(bound),
           context_(context),
           texels_(std::max(bake.width(), bake.height())),
-          texelsPerUnit_(verify::texelsPerUnit(scene.triangleMeshes(), bake.width(), bake.height())) {}
+          texelsPerUnit_(verify::texelsPerUnit(scene.triangleMeshes(), bake.width(), bake.height())),
+          mostUvShift_(hasSeamLimit ? mostUvShiftAtSeams(extent.lightMapUvExtent * texels_) : kMostTexels) {}
 
     /// Returns the fewest bits of UVs and normals together whose bound keeps the limit; the finest lattice if none does.
     MeshBits within(double maxRelRms) const {
@@ -76,7 +78,7 @@ public:
             for (each.normalBits = kNormalRange.fewest; each.normalBits <= kNormalRange.most; ++each.normalBits) {
                 const verify::MeshShift shift = shiftOf(each);
                 const double found = bound_.relRms(shift);
-                if (found > maxRelRms || shift.uTexels > kMostTexels) continue;
+                if (found > maxRelRms || shift.uTexels > mostUvShift_) continue;
                 const int bits = each.lightMapUvBits + each.normalBits, fewest = chosen.options.lightMapUvBits + chosen.options.normalBits;
                 if (bits < fewest || (bits == fewest && found < chosen.bound)) chosen = {each, found};
             }
@@ -141,6 +143,7 @@ private:
     verify::MeshShiftBound bound_;
     const ActionContext& context_;
     double texels_, texelsPerUnit_;
+    double mostUvShift_;  ///< [texels]
 };
 
 }  // namespace
@@ -152,7 +155,7 @@ Result<MeshBits> chooseMeshBits(const formats::GltfScene& scene, const MeshParam
     if (!extent) return tl::make_unexpected(extent.error());
     const auto bound = surveyShifts(**opened, context);
     if (!bound) return tl::make_unexpected(bound.error());
-    const BitChoice choice(scene, *extent, **opened, *bound, context);
+    const BitChoice choice(scene, *extent, **opened, *bound, parameters.hasSeamLimit, context);
     MeshBits chosen = choice.within(kShareOfLimit * parameters.maxError);
     if (!parameters.visible || !parameters.visible->maxVisible) return chosen;
     if (auto refined = choice.refine(chosen, kShareOfVisible * *parameters.visible->maxVisible, *parameters.visible); !refined)

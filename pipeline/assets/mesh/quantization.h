@@ -1,8 +1,11 @@
 // Quantization of meshes: how far a lattice moves vertices.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "verify/seams.h"
 
 namespace lightcook::pipeline {
 
@@ -17,5 +20,15 @@ inline constexpr double kPositionSteps = kRoundingSlack * 0.5 * std::numbers::sq
 inline constexpr double kUvSteps = kRoundingSlack * 0.5 * std::numbers::sqrt2;
 /// The octahedral map stretches the steps of its square unevenly: normals of the public scenes stay under 4.2 of them [radians].
 inline constexpr double kNormalSteps = kRoundingSlack * 6;
+
+/// The most bits of a light-map UV: two of them fill the four bytes of a vertex.
+inline constexpr int kMostUvBits = 16;
+
+/// Returns the largest distance that light-map UVs may move where the seams of their map have a limit: places so close read the same
+/// texels, as edges inside charts do (SeamFinder). On maps of over 1024 texels it is that of the finest lattice [texels].
+/// extentTexels  largest extent of the UVs [texels]
+inline double mostUvShiftAtSeams(double extentTexels) {
+    return std::max(verify::SeamFinder::kSameTexels, extentTexels * kUvSteps / latticeSteps(kMostUvBits));
+}
 
 }  // namespace lightcook::pipeline

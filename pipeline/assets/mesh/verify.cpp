@@ -76,6 +76,16 @@ std::vector<verify::Violation> violationsOf(const formats::MeshError& moved, con
     return violations;
 }
 
+/// Checks that the light-map UVs are those at which the seams of the light map are measured.
+void checkUvsAtSeams(const formats::MeshError& moved, const verify::MeshShift& shift, const LightMapSource& bake,
+                     std::vector<verify::Violation>& violations) {
+    const double found = std::max(shift.uTexels, shift.vTexels),
+                 allowed = mostUvShiftAtSeams(moved.lightMapUvExtent * std::max(bake.width(), bake.height()));
+    if (found > allowed)
+        violations.push_back({"light-map UVs", fmt::format("{:.4g} texels from the source", found),
+                              fmt::format("at most {:.4g}: max_seam is judged at the UVs of the source", allowed)});
+}
+
 /// Checks the figures of memory in the manifest, by which a budget is kept. Primitives that share vertices may count them once or several
 /// times, and lines and points have no light map.
 void checkMeshSize(const CookedAsset& asset, const formats::GltfScene& cooked, std::vector<verify::Violation>& violations) {
@@ -148,8 +158,8 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     if (!asset) return tl::make_unexpected(asset.error());
     const auto maxError = maxErrorOf(context);
     if (!maxError) return tl::make_unexpected(maxError.error());
-    const auto visible = parametersOf<VisibleParameters>(context);
-    if (!visible) return tl::make_unexpected(visible.error());
+    const auto parameters = parametersOf<MeshVerifyParameters>(context);
+    if (!parameters) return tl::make_unexpected(parameters.error());
     const auto source = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
     if (!source) return tl::make_unexpected(source.error());
     const auto cooked = formats::GltfScene::load(context.upstreamFolder / asset->file.value_or(""));
@@ -169,7 +179,7 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     const auto meshes = source->triangleMeshes();
     const verify::MeshShift shift{moved->lightMapUv * bake.width(), moved->lightMapUv * bake.height(), moved->normalRadians};
     const double positionTexels = moved->position * verify::texelsPerUnit(meshes, bake.width(), bake.height());
-    const verify::Viewing viewing = visible->viewing(surveyed->displayKey(), bake.bt2020FromWorking());
+    const verify::Viewing viewing = parameters->visible.viewing(surveyed->displayKey(), bake.bt2020FromWorking());
     Preview preview(bake.width(), bake.height(), key);
     const auto errors = shadingErrors(bake, {shift, positionTexels}, key, viewing, context, preview);
     if (!errors) return tl::make_unexpected(errors.error());
@@ -178,9 +188,10 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     stage.name = "quantize";
     stage.diffuse = figuresOf(*errors, meshes, bake.width(), bake.height());
     std::vector<verify::Violation> violations = violationsOf(*moved, shift, asset->quantization.value_or(MeshQuantization{}));
+    if (parameters->maxSeam) checkUvsAtSeams(*moved, shift, bake, violations);
     checkMeshSize(*asset, *cooked, violations);
     VerifyResult result;
-    result.verdict = makeVerdict({stage}, *maxError, std::move(violations), visible->maxVisible);
+    result.verdict = makeVerdict({stage}, *maxError, std::move(violations), parameters->visible.maxVisible);
     result.light.emplace().diffuseRms = errors->energy.referenceRms();
     result.meshError = {moved->position, moved->normalRadians, moved->lightMapUv};
     return outcomeWithPreview(std::move(result), preview, context);

@@ -1,11 +1,14 @@
 // Seams of light maps: figures in the report, and the limit on what cooking adds to them.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "formats/image/exr_file.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/report/ci_checks.h"
+#include "tests/pipeline/rewritten_manifest.h"
 #include "tests/pipeline/small_scene.h"
 #include "tests/pipeline/walls.h"
 
@@ -144,6 +147,64 @@ TEST_F(SeamLimit, SeamsThatCannotBeMeasuredHaveANote) {
     scene_.writeSceneFile("light_map_layout = \"ratio\"");
     const Outcome alone = cookScene(options_, RunState());
     EXPECT_THAT(mapOf(alone).at("seams").at("note"), HasSubstr("no mesh"));
+}
+
+/// Coverage that ends two texels before the edge: the filter reaches no light of the bake there, and a limit on nothing is not kept.
+TEST_F(SeamLimit, FailsWhereNoPlaceOfAnEdgeCanBeMeasured) {
+    std::vector<std::string> channels;
+    for (int i = 0; i < 9; ++i)
+        for (const char channel : {'R', 'G', 'B'}) channels.push_back(fmt::format("sh0{}.{}", i, channel));
+    channels.emplace_back("coverage.Y");
+    std::vector<float> texels;
+    for (int y = 0; y < SmallScene::kHeight; ++y)
+        for (int x = 0; x < SmallScene::kWidth; ++x) {
+            const lighting::ShRgb sh = shOf(sunAndSky, {(x + 0.5) / SmallScene::kWidth, (y + 0.5) / SmallScene::kHeight});
+            for (const glm::vec3& c : sh) texels.insert(texels.end(), {c.x, c.y, c.z});
+            texels.push_back(x < 3 || x > 8 ? 1.0f : 0.0f);
+        }
+    auto writer =
+        formats::ExrWriter::create(scene_ / "map.exr", SmallScene::kWidth, SmallScene::kHeight, channels, formats::ExrLayout::ScanLines);
+    ASSERT_TRUE(writer.has_value());
+    ASSERT_TRUE(writer->append(texels.data(), static_cast<std::ptrdiff_t>(channels.size()) * SmallScene::kWidth, SmallScene::kHeight) &&
+                writer->commit());
+    const Outcome loose = cook("light_map_layout = \"ratio\"");
+    for (const formats::Error& error : loose.errors) ADD_FAILURE() << error.line();
+    EXPECT_EQ(mapOf(loose).at("seams").at("places"), 0);
+    EXPECT_EQ(mapOf(loose).at("seams").at("dark_places"), 73);
+    const Outcome limited = cook("light_map_layout = \"ratio\"\nmax_seam = 50");
+    ASSERT_EQ(limited.errors.size(), 1u);
+    EXPECT_EQ(limited.errors.front().code, ErrorCode::Verification);
+    EXPECT_THAT(limited.errors.front().line(), AllOf(HasSubstr("seams: found no place of the 1 edges has a covered texel"),
+                                                     HasSubstr("expected coverage that reaches the edges of charts")));
+}
+
+/// Seams are measured at the UVs of the source. The mesh that ships may not show others.
+TEST_F(SeamLimit, KeepsTheUvsOfTheMeshWhereTheyAreMeasured) {
+    const auto cookWith = [&](const std::string& output) {
+        scene_.writeSceneFile("light_map_layout = \"ratio\"\nmax_error = 0.9\nmax_visible = 80\n" + output);
+        // Corners that lie on no coarse lattice.
+        writeWalls(scene_ / "", {.leftUvs = {0.05f, 0, 0.05f, 1, 0.443f, 0.968f, 0.451f, 0.037f},
+                                 .rightUvs = {0.55f, 0, 0.56f, 0.977f, 0.95f, 1, 0.93f, 0.029f},
+                                 .right = {2, 7, 0, 2, 0, 0, 4, 0, 0, 4, 7, 0}});
+        addToMap("mesh = \"walls.gltf\"\n");
+        const Outcome outcome = cookScene(options_, RunState());
+        for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
+        return outcome;
+    };
+    const auto isMesh = [](const Json& asset) { return asset.at("kind") == "mesh"; };
+    const auto shiftOf = [&](const Outcome& outcome) {
+        const Json& mesh = *std::ranges::find_if(outcome.report.at("assets"), isMesh);
+        return SmallScene::kHeight * mesh.at("mesh_error").at("light_map_uv").get<double>();
+    };
+    const Outcome limited = cookWith("max_seam = 50");
+    EXPECT_LE(shiftOf(limited), 1.0 / 64);
+    EXPECT_GT(shiftOf(cookWith("")), 1.0 / 64) << "the limits on errors allow that";
+    Json manifest = parseJson(formats::contentOf(scene_ / "out" / kManifestName));
+    (*std::ranges::find_if(manifest.at("assets"), isMesh)).at("verify")["max_seam"] = 50;
+    writeManifestAndDigests(scene_ / "out", manifest);
+    const Outcome verified = verifyCooked({scene_ / "out", {}, {}}, RunState());
+    ASSERT_FALSE(verified.errors.empty());
+    EXPECT_THAT(verified.errors.front().line(), HasSubstr("at most 0.01562: max_seam is judged at the UVs of the source"));
 }
 
 TEST_F(SeamLimit, MistakesAreNamed) {
