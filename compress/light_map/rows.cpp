@@ -5,6 +5,7 @@
 #include <cstring>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <utility>
 
 #include "formats/padding.h"
 #include "lighting/radiometry.h"
@@ -59,26 +60,54 @@ bool padTexel(const formats::LightMapStrip& strip, bool isFlat, int x, int y, st
     return true;
 }
 
+/// The texels of a block that lie in the image: columns [left, right), rows [top, bottom).
+struct BlockArea {
+    int left, top, right, bottom;
+
+    int texelCount() const { return (right - left) * (bottom - top); }
+    template <class Visit>
+    void forEachTexel(Visit visit) const {
+        for (int y = top; y < bottom; ++y)
+            for (int x = left; x < right; ++x) visit(x, y);
+    }
+};
+
+/// Calls visit(area) for the blocks of an image, row by row.
+/// block  width and height of a block [texels]
+template <class Visit>
+void forEachBlockArea(int width, int height, const glm::ivec2& block, Visit visit) {
+    for (int top = 0; top < height; top += block.y)
+        for (int left = 0; left < width; left += block.x)
+            visit(BlockArea{left, top, std::min(left + block.x, width), std::min(top + block.y, height)});
+}
+
 /// Sets the texels without significance to the mean of the others of their 4 x 4 block, so that the block encoder sees no edge between
 /// them.
 void fillBlocks(Image<glm::vec4>& texels, const Image<float>& significance) {
-    constexpr int size = 4;
-    for (int top = 0; top < texels.height(); top += size)
-        for (int left = 0; left < texels.width(); left += size) {
-            const int bottom = std::min(top + size, texels.height()), right = std::min(left + size, texels.width());
-            glm::vec4 sum(0);
-            int count = 0;
-            for (int y = top; y < bottom; ++y)
-                for (int x = left; x < right; ++x)
-                    if (significance.at(x, y) > 0) {
-                        sum += texels.at(x, y);
-                        ++count;
-                    }
-            if (count == 0 || count == (bottom - top) * (right - left)) continue;
-            for (int y = top; y < bottom; ++y)
-                for (int x = left; x < right; ++x)
-                    if (!(significance.at(x, y) > 0)) texels.at(x, y) = sum / static_cast<float>(count);
+    forEachBlockArea(texels.width(), texels.height(), glm::ivec2(4), [&](const BlockArea& area) {
+        glm::vec4 sum(0);
+        int count = 0;
+        area.forEachTexel([&](int x, int y) {
+            if (!(significance.at(x, y) > 0)) return;
+            sum += texels.at(x, y);
+            ++count;
+        });
+        if (count == 0 || count == area.texelCount()) return;
+        area.forEachTexel([&](int x, int y) {
+            if (!(significance.at(x, y) > 0)) texels.at(x, y) = sum / static_cast<float>(count);
+        });
+    });
+}
+
+/// Returns the texels of a second texture of HDR light: see secondOf.
+Image<glm::vec4> secondTexels(const Image<glm::vec4>& wanted, const Image<glm::vec4>& firstDecoded, float share) {
+    Image<glm::vec4> texels(wanted.width(), wanted.height(), glm::vec4(0, 0, 0, 1));
+    for (int y = 0; y < texels.height(); ++y)
+        for (int x = 0; x < texels.width(); ++x) {
+            const glm::vec3 second = secondOf(glm::vec3(wanted.at(x, y)), glm::vec3(firstDecoded.at(x, y)), share);
+            texels.at(x, y) = glm::vec4(glm::max(second, glm::vec3(0)), 1);
         }
+    return texels;
 }
 
 template <class T>
@@ -148,27 +177,23 @@ void dropFarPadding(Source& source, int blockSize) {
         const glm::vec3& v = source.values[0].at(x, y);
         return std::max({v.x, v.y, v.z, 0.0f});
     };
-    for (int top = 0; top < source.height; top += blockSize)
-        for (int left = 0; left < source.width; left += blockSize) {
-            const int bottom = std::min(top + blockSize, source.height), right = std::min(left + blockSize, source.width);
-            float sum = 0, weights = 0;
-            for (int y = top; y < bottom; ++y)
-                for (int x = left; x < right; ++x) {
-                    if (source.coverage.at(x, y) <= kSecondSignificance) continue;
-                    sum += source.coverage.at(x, y) * lightAt(x, y);
-                    weights += source.coverage.at(x, y);
-                }
-            if (!(weights > 0)) continue;
-            const float mean = sum / weights;
-            for (int y = top; y < bottom; ++y)
-                for (int x = left; x < right; ++x) {
-                    const float light = lightAt(x, y);
-                    if (source.coverage.at(x, y) > kSecondSignificance || (light * kFarLight >= mean && light <= kFarLight * mean))
-                        continue;
-                    source.coverage.at(x, y) = 0;
-                    source.importance.at(x, y) = 0;
-                }
-        }
+    forEachBlockArea(source.width, source.height, glm::ivec2(blockSize), [&](const BlockArea& area) {
+        float sum = 0, weights = 0;
+        area.forEachTexel([&](int x, int y) {
+            if (source.coverage.at(x, y) <= kSecondSignificance) return;
+            sum += source.coverage.at(x, y) * lightAt(x, y);
+            weights += source.coverage.at(x, y);
+        });
+        if (!(weights > 0)) return;
+        const float mean = sum / weights;
+        area.forEachTexel([&](int x, int y) {
+            const float light = lightAt(x, y);
+            const bool isNear = light * kFarLight >= mean && light <= kFarLight * mean;
+            if (source.coverage.at(x, y) > kSecondSignificance || isNear) return;
+            source.coverage.at(x, y) = 0;
+            source.importance.at(x, y) = 0;
+        });
+    });
 }
 
 Layer encodeLayer(PixelFormat format, Image<glm::vec4>& texels, const Image<float>& significance, const EncodeOptions& options,
@@ -197,38 +222,29 @@ Layer encodeHdr(const LightMapPlan& plan, const Source& source, const Image<glm:
 Layer encodeSecond(const LightMapPlan& plan, const Source& source, const Image<glm::vec4>& wanted, std::span<const std::byte> first,
                    const Image<glm::vec4>& firstDecoded, EncodeOptions options, EncodeReport& report) {
     const float share = constant(plan, "share", 0);
-    Image<glm::vec4> texels(source.width, source.height, glm::vec4(0, 0, 0, 1));
-    for (int y = 0; y < source.height; ++y)
-        for (int x = 0; x < source.width; ++x) {
-            const glm::vec3 second = secondOf(glm::vec3(wanted.at(x, y)), glm::vec3(firstDecoded.at(x, y)), share);
-            texels.at(x, y) = glm::vec4(glm::max(second, glm::vec3(0)), 1);
-        }
+    Image<glm::vec4> texels = secondTexels(wanted, firstDecoded, share);
     options.hdrMetric = HdrMetric::Linear;
     const PixelFormat format = plan.textures[1].format;
     const Image<float> significance = linearSignificance(source);
     Layer layer = encodeLayer(format, texels, significance, options, true, report);
 
     const formats::PixelFormatInfo& block = formats::info(format);
-    const auto blockBytes = static_cast<std::size_t>(block.bytesPerBlock);
-    std::size_t at = 0;  // of the block
-    for (int top = 0; top < source.height; top += block.blockHeight)
-        for (int left = 0; left < source.width; left += block.blockWidth, at += blockBytes) {
-            const int bottom = std::min(top + block.blockHeight, source.height), right = std::min(left + block.blockWidth, source.width);
-            double alone = 0, mixed = 0;  // weighted squared errors
-            for (int y = top; y < bottom; ++y)
-                for (int x = left; x < right; ++x) {
-                    const auto weight = static_cast<double>(significance.at(x, y));
-                    const glm::vec3 without(firstDecoded.at(x, y) - wanted.at(x, y)),
-                        with = glm::mix(glm::vec3(firstDecoded.at(x, y)), glm::vec3(layer.decoded.at(x, y)), share) -
-                               glm::vec3(wanted.at(x, y));
-                    alone += weight * static_cast<double>(glm::dot(without, without));
-                    mixed += weight * static_cast<double>(glm::dot(with, with));
-                }
-            if (mixed <= alone) continue;
-            std::copy_n(first.begin() + static_cast<std::ptrdiff_t>(at), blockBytes, layer.bytes.begin() + static_cast<std::ptrdiff_t>(at));
-            for (int y = top; y < bottom; ++y)
-                for (int x = left; x < right; ++x) layer.decoded.at(x, y) = firstDecoded.at(x, y);
-        }
+    const auto blockBytes = static_cast<std::ptrdiff_t>(block.bytesPerBlock);
+    std::ptrdiff_t offset = 0;  // of the block's bytes
+    forEachBlockArea(source.width, source.height, {block.blockWidth, block.blockHeight}, [&](const BlockArea& area) {
+        const std::ptrdiff_t from = std::exchange(offset, offset + blockBytes);
+        double alone = 0, mixed = 0;  // weighted squared errors
+        area.forEachTexel([&](int x, int y) {
+            const auto weight = static_cast<double>(significance.at(x, y));
+            const glm::vec3 target(wanted.at(x, y)), one(firstDecoded.at(x, y)), two(layer.decoded.at(x, y));
+            const glm::vec3 errorAlone = one - target, errorMixed = glm::mix(one, two, share) - target;
+            alone += weight * static_cast<double>(glm::dot(errorAlone, errorAlone));
+            mixed += weight * static_cast<double>(glm::dot(errorMixed, errorMixed));
+        });
+        if (mixed <= alone) return;
+        std::copy_n(first.begin() + from, blockBytes, layer.bytes.begin() + from);
+        area.forEachTexel([&](int x, int y) { layer.decoded.at(x, y) = firstDecoded.at(x, y); });
+    });
     return layer;
 }
 
