@@ -82,7 +82,7 @@ Result<PackedMap> openPacked(const Manifest& manifest, const std::filesystem::pa
     if (!description) return tl::make_unexpected(description.error());
     auto charts = chartPlacesOf(asset, unpacked, folder / manifest.sceneDirectory);
     if (!charts) return tl::make_unexpected(charts.error());
-    auto cooked = CookedLightMapReader::open(folder, asset, {}, {}, 0);
+    auto cooked = CookedLightMapReader::open(folder, asset, {});
     if (!cooked) return tl::make_unexpected(cooked.error());
     PackedMap map{std::move(*charts), std::move(*cooked), {}};
     if (description->constantOf) {
@@ -156,7 +156,7 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
         const ChartPacking& packing = (*unpacked)->packing;
         return writeUnpacked(*maps, placesPerTexel * glm::ivec2(packing.widthBefore, packing.heightBefore), output, placesPerTexel, state);
     }
-    const auto cooked = CookedLightMapReader::open(folder, **asset, {}, {}, 0);
+    const auto cooked = CookedLightMapReader::open(folder, **asset, {});
     if (!cooked) return tl::make_unexpected(cooked.error());
     const glm::ivec2 size = placesPerTexel * description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
     auto writer = formats::LightMapWriter::create(output, size.x, size.y);

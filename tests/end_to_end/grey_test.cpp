@@ -64,7 +64,7 @@ void expectGrey(const glm::vec3& value, const std::string& where) {
 }
 
 void GreyTest::lightMapShadesToGreyForEveryNormal() const {
-    const auto cooked = CookedLightMapReader::open(folder(), asset("map"), {}, {}, kGrey);
+    const auto cooked = CookedLightMapReader::open(folder(), asset("map"), {.key = kGrey});
     ASSERT_TRUE(cooked.has_value()) << cooked.error().line();
     const auto texels = cooked->read(0, cooked->height());
     ASSERT_TRUE(texels.has_value());

@@ -79,29 +79,24 @@ Result<LightMapConstants> constantsOf(const std::filesystem::path& folder, const
 }
 
 Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
-                                                        const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
-                                                        double key, const std::optional<verify::Viewing>& viewing) {
+                                                        const VerifierSettings& settings) {
     auto clusters = clustersOfBlocks(folder, asset);
     if (!clusters) return tl::make_unexpected(clusters.error());
     verify::CookedLightMap map;
     map.clusterOfBlock = std::move(*clusters);
-    return openMap(folder, asset, 0, std::move(map), shading, sampling, key, viewing);
+    return openMap(folder, asset, 0, std::move(map), settings);
 }
 
 Result<CookedLightMapReader> CookedLightMapReader::openMip(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
-                                                           std::vector<std::uint8_t> clusterOfTexel, const verify::LightMapShading& shading,
-                                                           const verify::LightMapSampling& sampling, double key,
-                                                           const std::optional<verify::Viewing>& viewing) {
+                                                           std::vector<std::uint8_t> clusterOfTexel, const VerifierSettings& settings) {
     verify::CookedLightMap map;
     map.clusterOfBlock = std::move(clusterOfTexel);
     map.clusterBlock = 1;
-    return openMap(folder, asset, mip, std::move(map), shading, sampling, key, viewing);
+    return openMap(folder, asset, mip, std::move(map), settings);
 }
 
 Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
-                                                           verify::CookedLightMap map, const verify::LightMapShading& shading,
-                                                           const verify::LightMapSampling& sampling, double key,
-                                                           const std::optional<verify::Viewing>& viewing) {
+                                                           verify::CookedLightMap map, const VerifierSettings& settings) {
     auto constants = constantsOf(folder, asset);
     if (!constants) return tl::make_unexpected(constants.error());
     map.layout = asset.layout;
@@ -125,7 +120,7 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
         map.formats.push_back(shape.format);
         textures.push_back(std::move(*texture));
     }
-    auto verifier = verify::LightMapVerifier::create(map, shading, sampling, key, viewing);
+    auto verifier = verify::LightMapVerifier::create(map, settings.shading, settings.sampling, settings.key, settings.viewing);
     if (!verifier) return tl::make_unexpected(verifier.error());
     return CookedLightMapReader(std::move(*verifier), std::move(textures), map.width, map.height, mip);
 }

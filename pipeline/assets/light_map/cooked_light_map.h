@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,18 +16,23 @@ namespace lightcook::pipeline {
 
 class LightMapSource;
 
+/// Settings of the verifier that a cooked light map is read with: see verify::LightMapVerifier::create.
+struct VerifierSettings {
+    verify::LightMapShading shading = {};
+    verify::LightMapSampling sampling = {};
+    double key = 0;
+    std::optional<verify::Viewing> viewing = {};
+};
+
 /// Reads and decodes a cooked light map from its manifest entry and the files beside it.
 class CookedLightMapReader {
 public:
     static formats::Result<CookedLightMapReader> open(const std::filesystem::path& folder, const CookedAsset& asset,
-                                                      const verify::LightMapShading& shading, const verify::LightMapSampling& sampling,
-                                                      double key, const std::optional<verify::Viewing>& viewing = std::nullopt);
+                                                      const VerifierSettings& settings);
     /// Opens a mip level, 1 or more, as a light map of its own.
     /// clusterOfTexel  of a learned layout: the cluster of each texel of the level (mips.h)
     static formats::Result<CookedLightMapReader> openMip(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
-                                                         std::vector<std::uint8_t> clusterOfTexel, const verify::LightMapShading& shading,
-                                                         const verify::LightMapSampling& sampling, double key,
-                                                         const std::optional<verify::Viewing>& viewing);
+                                                         std::vector<std::uint8_t> clusterOfTexel, const VerifierSettings& settings);
     const verify::LightMapVerifier& verifier() const { return verifier_; }
     int width() const { return width_; }
     int height() const { return height_; }
@@ -38,9 +44,7 @@ private:
         : verifier_(std::move(verifier)), textures_(std::move(textures)), width_(width), height_(height), mip_(mip) {}
     /// map  without formats
     static formats::Result<CookedLightMapReader> openMap(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
-                                                         verify::CookedLightMap map, const verify::LightMapShading& shading,
-                                                         const verify::LightMapSampling& sampling, double key,
-                                                         const std::optional<verify::Viewing>& viewing);
+                                                         verify::CookedLightMap map, const VerifierSettings& settings);
     verify::LightMapVerifier verifier_;
     std::vector<formats::TextureReader> textures_;
     int width_, height_, mip_;

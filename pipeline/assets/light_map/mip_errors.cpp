@@ -100,8 +100,8 @@ Result<std::vector<verify::StageError>> mipErrors(const MippedLightMap& map, std
         LightMapSource& level = map.bake.mip(mip);
         auto ofTexels =
             clusters->empty() ? std::vector<std::uint8_t>() : clustersOfMip(**survey, mip, map.asset.width, map.asset.height, *clusters);
-        const auto cooked = CookedLightMapReader::openMip(map.folder, map.asset, mip, std::move(ofTexels), map.parameters.shading, sampling,
-                                                          map.key, map.viewing);
+        const auto cooked = CookedLightMapReader::openMip(map.folder, map.asset, mip, std::move(ofTexels),
+                                                          {map.parameters.shading, sampling, map.key, map.viewing});
         if (!cooked) return tl::make_unexpected(cooked.error());
         MipPart whole{cooked->verifier().noErrors(), verify::BlockErrors(level.width(), 0)};
         const auto compared = foldInOrder<MipPart>(

@@ -9,8 +9,10 @@
 #include <map>
 
 #include "formats/png.h"
+#include "lighting/display.h"
 #include "lighting/radiometry.h"
 #include "pipeline/assets/light_map/bake_filter.h"
+#include "pipeline/assets/light_map/mesh_view.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/graph/files.h"
 
@@ -129,24 +131,28 @@ Result<void> writePng(const formats::Image<glm::u8vec3>& picture, const std::fil
 
 }  // namespace
 
-Result<std::optional<RenderedView>> writeRenderedView(std::span<const verify::SurfaceTriangle> triangles, const MapTexel& texel,
-                                                      std::span<const ComparedMap> maps, double key, const ActionContext& context,
+double shownKey(const verify::Viewing& viewing) {
+    return lighting::kKeyOfDiffuseWhite * lighting::kDiffuseWhite / viewing.display.nitsPerUnit;
+}
+
+Result<std::optional<RenderedView>> writeRenderedView(const LitSurface& surface, const MapTexel& texel, const ActionContext& context,
                                                       const std::string& name) {
-    const auto sizeOf = [](const ComparedMap& map) { return glm::ivec2(map.bake.width(), map.bake.height()); };
-    const glm::dvec2 size(sizeOf(maps[texel.map]));
-    const auto place = placeAt(triangles, (glm::dvec2(texel.texel) + 0.5) / size, size, static_cast<std::uint8_t>(texel.map));
+    const auto sizeOf = [&](std::size_t map) { return glm::ivec2(surface.maps[map].bake.width(), surface.maps[map].bake.height()); };
+    const glm::dvec2 size(sizeOf(texel.map));
+    const auto place = placeAt(surface.triangles, (glm::dvec2(texel.texel) + 0.5) / size, size, static_cast<std::uint8_t>(texel.map));
     if (!place) return std::optional<RenderedView>();
     RenderedView view;
-    const MeshCamera camera = cameraInFrontOf(triangles, *place, kRadiusTexels * place->texelSide, view.distance);
-    const formats::Image<ShownPlace> shown = rasterized(triangles, camera, kSide);
+    const MeshCamera camera = cameraInFrontOf(surface.triangles, *place, kRadiusTexels * place->texelSide, view.distance);
+    const formats::Image<ShownPlace> shown = rasterized(surface.triangles, camera, kSide);
     LitView lit;
-    for (std::size_t i = 0; i < maps.size(); ++i) {
-        const auto pixels = pixelsByRow(shown, i, sizeOf(maps[i]));
+    for (std::size_t map = 0; map < surface.maps.size(); ++map) {
+        const auto pixels = pixelsByRow(shown, map, sizeOf(map));
+        if (pixels.empty()) continue;
         // Of the other maps, the row in the middle of what is seen lies next to the place.
-        const int centreRow = i == texel.map   ? texel.texel.y
-                              : pixels.empty() ? 0
-                                               : std::next(pixels.begin(), static_cast<std::ptrdiff_t>(pixels.size() / 2))->first;
-        if (auto drawn = drawMap(maps[i], pixels, centreRow, key, lit); !drawn) return tl::make_unexpected(drawn.error());
+        const auto middle = std::next(pixels.begin(), static_cast<std::ptrdiff_t>(pixels.size() / 2));
+        const int centreRow = map == texel.map ? texel.texel.y : middle->first;
+        if (auto drawn = drawMap(surface.maps[map], pixels, centreRow, shownKey(surface.viewing), lit); !drawn)
+            return tl::make_unexpected(drawn.error());
     }
     view.reference = "preview/" + name + "_bake.png";
     view.cooked = "preview/" + name + "_cooked.png";

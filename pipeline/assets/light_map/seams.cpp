@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "pipeline/assets/light_map/rendered_view.h"
-#include "pipeline/assets/light_map/worst_places.h"
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
@@ -160,11 +159,11 @@ Result<void> measure(Batch& batch, const verify::LightMapVerifier& verifier, con
     });
 }
 
-verify::SplitEdges splitEdgesOf(std::span<const verify::SurfaceTriangle> triangles, std::span<const ComparedMap> maps) {
+verify::SplitEdges splitEdgesOf(const LitSurface& surface) {
     std::vector<glm::dvec2> sizes;
-    for (const ComparedMap& map : maps) sizes.emplace_back(map.bake.width(), map.bake.height());
+    for (const ComparedMap& map : surface.maps) sizes.emplace_back(map.bake.width(), map.bake.height());
     verify::SeamFinder finder(std::move(sizes));
-    for (const verify::SurfaceTriangle& triangle : triangles) finder.add(triangle);
+    for (const verify::SurfaceTriangle& triangle : surface.triangles) finder.add(triangle);
     return std::move(finder).finish();
 }
 
@@ -280,38 +279,33 @@ Result<SeamFigures> measureEdges(const verify::SplitEdges& edges, std::span<cons
 
 }  // namespace
 
-Result<SeamFigures> measureSeams(bool hasMesh, std::span<const verify::SurfaceTriangle> triangles, LightMapSource& bake,
-                                 const CookedLightMapReader& cooked, const ActionContext& context) {
-    const std::array maps = {ComparedMap{context.action.asset, bake, cooked}};
-    const verify::SplitEdges edges = splitEdgesOf(triangles, maps);
-    auto figures = measureEdges(edges, maps, cooked.verifier().noSeamErrors(), context);
+Result<SeamFigures> measureSeams(const LitSurface& surface, bool hasMesh, const ActionContext& context) {
+    const verify::SplitEdges edges = splitEdgesOf(surface);
+    auto figures = measureEdges(edges, surface.maps, surface.maps.front().cooked.verifier().noSeamErrors(), context);
     if (!figures) return figures;
-    if (const std::string why = whyNot(hasMesh, triangles, edges); !why.empty()) figures->note = why;
+    if (const std::string why = whyNot(hasMesh, surface.triangles, edges); !why.empty()) figures->note = why;
     return figures;
 }
 
-Result<SeamFigures> measureSeamsBetween(std::span<const ComparedMap> maps, std::span<const verify::SurfaceTriangle> triangles,
-                                        const ActionContext& context) {
-    verify::SplitEdges edges = splitEdgesOf(triangles, maps);
+Result<SeamFigures> measureSeamsBetween(const LitSurface& surface, const ActionContext& context) {
+    verify::SplitEdges edges = splitEdgesOf(surface);
     std::erase_if(edges.edges, [](const verify::SplitEdge& edge) { return !edge.isBetweenMaps(); });
-    auto figures = measureEdges(edges, maps, verify::SeamErrors(std::vector<verify::SeamErrors::Stage>{{"total", {}, {}}}), context);
+    auto figures =
+        measureEdges(edges, surface.maps, verify::SeamErrors(std::vector<verify::SeamErrors::Stage>{{"total", {}, {}}}), context);
     if (figures && edges.edges.empty()) figures->note = "no edge of the mesh lies between two of the maps";
     return figures;
 }
 
-Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, std::span<const verify::SurfaceTriangle> triangles,
-                                                 std::span<const ComparedMap> maps, const verify::Viewing& viewing,
-                                                 const ActionContext& context, const std::string& name) {
+Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, const LitSurface& surface, const ActionContext& context,
+                                                 const std::string& name) {
     std::vector<RenderedView> views;
     for (const SeamPlace& place : seams.worst) {
         if (place.added < kLeastShown) break;
-        MapTexel texel;
-        if (place.maps)
-            texel.map = static_cast<std::size_t>(std::ranges::find(maps, place.maps->front(), &ComparedMap::name) - maps.begin());
-        const LightMapSource& bake = maps[texel.map].bake;
-        texel.texel = {static_cast<int>(std::clamp(std::round(place.texels[0][0]), 0.0, bake.width() - 1.0)),
-                       static_cast<int>(std::clamp(std::round(place.texels[0][1]), 0.0, bake.height() - 1.0))};
-        auto view = writeRenderedView(triangles, texel, maps, shownKey(viewing), context, fmt::format("{}_{}", name, views.size() + 1));
+        const auto map = place.maps ? std::ranges::find(surface.maps, place.maps->front(), &ComparedMap::name) : surface.maps.begin();
+        const MapTexel texel{static_cast<std::size_t>(map - surface.maps.begin()),
+                             {static_cast<int>(std::clamp(std::round(place.texels[0][0]), 0.0, map->bake.width() - 1.0)),
+                              static_cast<int>(std::clamp(std::round(place.texels[0][1]), 0.0, map->bake.height() - 1.0))}};
+        auto view = writeRenderedView(surface, texel, context, fmt::format("{}_{}", name, views.size() + 1));
         if (!view) return tl::make_unexpected(view.error());
         if (!*view) break;
         views.push_back(std::move(**view));

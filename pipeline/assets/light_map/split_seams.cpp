@@ -84,7 +84,7 @@ Result<ActionOutcome> verifySplitSeams(const ActionContext& context) {
     sampling.figures = verify::LightMapFigures::Sampled;
     std::vector<CookedLightMapReader> readers;
     for (const CookedAsset& asset : assets) {
-        auto reader = CookedLightMapReader::open(context.upstreamFolder, asset, parameters->view.shading, sampling, key->key(), viewing);
+        auto reader = CookedLightMapReader::open(context.upstreamFolder, asset, {parameters->view.shading, sampling, key->key(), viewing});
         if (!reader) return tl::make_unexpected(reader.error());
         readers.push_back(std::move(*reader));
     }
@@ -92,9 +92,10 @@ Result<ActionOutcome> verifySplitSeams(const ActionContext& context) {
     for (std::size_t i = 0; i < mapCount; ++i) maps.push_back({parameters->maps[i], *bakes[i], readers[i]});
     const auto triangles = trianglesOfMaps(context, mapCount);
     if (!triangles) return tl::make_unexpected(triangles.error());
-    auto seams = measureSeamsBetween(maps, *triangles, context);
+    const LitSurface surface{maps, *triangles, viewing};
+    auto seams = measureSeamsBetween(surface, context);
     if (!seams) return tl::make_unexpected(seams.error());
-    auto views = writeSeamViews(*seams, *triangles, maps, viewing, context, context.action.asset + "_split_seam");
+    auto views = writeSeamViews(*seams, surface, context, context.action.asset + "_split_seam");
     if (!views) return tl::make_unexpected(views.error());
     std::vector<std::string> pictures;
     appendFiles(*views, pictures);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <string_view>
@@ -14,6 +15,7 @@
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/lit_row.h"
+#include "pipeline/assets/light_map/mesh_view.h"
 #include "pipeline/assets/light_map/mip_errors.h"
 #include "pipeline/assets/light_map/seams.h"
 #include "pipeline/assets/light_map/survey.h"
@@ -223,6 +225,13 @@ std::optional<formats::GltfScene> meshOf(const ActionContext& context) {
     return scene ? std::optional(std::move(*scene)) : std::nullopt;
 }
 
+/// Returns the tilt of the normal maps whose errors a map is compared under [degrees]. Empty: surfaces show light at their own normals
+/// alone.
+std::optional<double> comparedTilt(const verify::LightMapShading& shading, bool isFlat) {
+    const bool hasNormalMaps = shading.normalCount > 1 && shading.normalMapTilt > 0 && !isFlat;
+    return hasNormalMaps ? std::optional(shading.normalMapTilt) : std::nullopt;
+}
+
 /// Holds a result to the limit on seams.
 /// isConstant  true for a map of constant light: both sides of every edge read the same texel
 void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam, bool isConstant) {
@@ -236,6 +245,19 @@ void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam,
         verdict.passed = false;
     }
     verdict.passed = verdict.passed && result.seams->largestAdded() <= *maxSeam;
+}
+
+/// Adds the seams of a surface with one light map to its result, and holds them to their limit.
+/// hasMesh  see measureSeams
+Result<void> addSeams(const LitSurface& surface, bool hasMesh, const std::optional<double>& maxSeam, VerifyResult& result,
+                      const ActionContext& context) {
+    auto seams = measureSeams(surface, hasMesh, context);
+    if (!seams) return tl::make_unexpected(seams.error());
+    const bool isConstant = surface.maps.front().bake.constantTexels().has_value();
+    if (isConstant) seams->note = "all texels hold the same light: no edge can have a step";
+    result.seams = std::move(*seams);
+    holdToSeamLimit(result, maxSeam, isConstant);
+    return {};
 }
 
 /// Adds the verdict against the bake from before its charts were packed. Where charts were moved only, the light of the repacked bake at
@@ -345,7 +367,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = parameters->samples;
-    const auto cooked = CookedLightMapReader::open(context.upstreamFolder, *asset, parameters->shading, sampling, key, viewing);
+    const auto cooked = CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->shading, sampling, key, viewing});
     if (!cooked) return tl::make_unexpected(cooked.error());
     const auto truth = GroundTruth::open(context, bake, description->colors);
     if (!truth) return tl::make_unexpected(truth.error());
@@ -353,11 +375,10 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     // Blocks of a flat map are checked for what it stores, whatever the materials need.
     const bool isFlat = formats::isFlat(asset->layout);
     Preview preview(bake.width(), bake.height(), key);
-    const bool hasNormalMaps = parameters->shading.normalCount > 1 && parameters->shading.normalMapTilt > 0 && !isFlat;
     const auto mesh = meshOf(context);
     // A map of constant light stands for texels that no chart names.
     const auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
-    const auto tilt = hasNormalMaps ? std::optional(parameters->shading.normalMapTilt) : std::nullopt;
+    const auto tilt = comparedTilt(parameters->shading, isFlat);
     const auto whole = compareStrips({bake, *cooked, *truth, viewing, isFlat, tilt, charts, preview}, context);
     if (!whole) return tl::make_unexpected(whole.error());
 
@@ -367,16 +388,13 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     if (!truth->isEmpty()) result->groundTruth = toJson(verify::lightMapTruth(whole->truthPlaces, parameters->shading.lobe, viewing));
     if (charts) result->charts = whole->charts.summary(*charts, asset->totalBytesGpu(), std::int64_t{bake.width()} * bake.height());
     const auto triangles = mesh ? litTriangles(*mesh) : std::vector<verify::SurfaceTriangle>();
-    auto pictures = writeWorstPlaces(whole->worst, bake, *cooked, viewing, triangles, context);
+    const std::array maps = {ComparedMap{context.action.asset, bake, *cooked}};
+    const LitSurface surface{maps, triangles, viewing};
+    auto pictures = writeWorstPlaces(whole->worst, surface, context);
     if (!pictures) return tl::make_unexpected(pictures.error());
-    auto seams = measureSeams(mesh.has_value(), triangles, bake, *cooked, context);
-    if (!seams) return tl::make_unexpected(seams.error());
-    const bool isConstant = bake.constantTexels().has_value();
-    if (isConstant) seams->note = "all texels hold the same light: no edge can have a step";
-    result->seams = std::move(*seams);
-    holdToSeamLimit(*result, parameters->maxSeam, isConstant);
-    auto seamViews = writeSeamViews(*result->seams, triangles, std::array{ComparedMap{context.action.asset, bake, *cooked}}, viewing,
-                                    context, context.action.asset + "_seam");
+    if (auto added = addSeams(surface, mesh.has_value(), parameters->maxSeam, *result, context); !added)
+        return tl::make_unexpected(added.error());
+    auto seamViews = writeSeamViews(*result->seams, surface, context, context.action.asset + "_seam");
     if (!seamViews) return tl::make_unexpected(seamViews.error());
     return outcomeWithPreview(std::move(*result), preview, context, std::move(*pictures), std::move(*seamViews));
 }

@@ -128,7 +128,7 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = 0;
     sampling.figures = verify::LightMapFigures::Sampled;
-    const auto lightMap = CookedLightMapReader::open(context.upstreamFolder, *asset, parameters->view.shading, sampling, surveyed->key());
+    const auto lightMap = CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->view.shading, sampling, surveyed->key()});
     if (!lightMap) return tl::make_unexpected(lightMap.error());
     const auto dominant = openDominant(context, bake);
     if (!dominant) return tl::make_unexpected(dominant.error());

@@ -8,7 +8,6 @@
 #include <iterator>
 
 #include "formats/png.h"
-#include "lighting/display.h"
 #include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/rendered_view.h"
 #include "pipeline/assets/preview.h"
@@ -36,8 +35,9 @@ void drawRow(const LitRow& lit, const formats::LightMapStrip& reference, int lef
 }
 
 /// Draws the surroundings of a texel, and sets the light there.
-Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, LightMapSource& bake, const CookedLightMapReader& cooked,
-                                         const verify::Viewing& viewing, WorstPlacePicture& place) {
+Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, const LitSurface& surface, WorstPlacePicture& place) {
+    const auto& [name, bake, cooked] = surface.maps.front();
+    const verify::Viewing& viewing = surface.viewing;
     const int width = std::min(kCropSide, bake.width()), height = std::min(kCropSide, bake.height());
     const int left = std::clamp(texel.x - width / 2, 0, bake.width() - width),
               top = std::clamp(texel.y - height / 2, 0, bake.height() - height);
@@ -64,10 +64,6 @@ Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, LightMapSource
 
 }  // namespace
 
-double shownKey(const verify::Viewing& viewing) {
-    return lighting::kKeyOfDiffuseWhite * lighting::kDiffuseWhite / viewing.display.nitsPerUnit;
-}
-
 void WorstTexels::merge(const WorstTexels& other) {
     std::ranges::copy_if(other.texels_, std::back_inserter(texels_), [](const WorstTexel& texel) { return texel.visible >= 0; });
     std::ranges::sort(texels_, isWorse);
@@ -86,9 +82,7 @@ std::vector<WorstTexel> WorstTexels::apart(std::size_t count, int distance) cons
     return chosen;
 }
 
-Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, LightMapSource& bake, const CookedLightMapReader& cooked,
-                                                        const verify::Viewing& viewing, std::span<const verify::SurfaceTriangle> triangles,
-                                                        const ActionContext& context) {
+Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, const LitSurface& surface, const ActionContext& context) {
     std::vector<WorstPlacePicture> places;
     for (const WorstTexel& texel : worst.apart(kPlaces, kCropSide)) {
         if (texel.visible < kLeastShown) break;
@@ -96,14 +90,14 @@ Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst
         place.file = fmt::format("preview/{}_worst_{}.png", context.action.asset, places.size() + 1);
         place.texel = {texel.x, texel.y};
         place.visible = static_cast<double>(texel.visible);
-        const auto picture = draw(texel, bake, cooked, viewing, place);
+        const auto picture = draw(texel, surface, place);
         if (!picture) return tl::make_unexpected(picture.error());
         const auto png = formats::encodePng(picture->view());
         if (!png) return tl::make_unexpected(png.error());
         if (auto written = writeFile(context.folder / place.file, *png); !written) return tl::make_unexpected(written.error());
-        if (!triangles.empty()) {
-            auto view = writeRenderedView(triangles, {0, {texel.x, texel.y}}, std::array{ComparedMap{context.action.asset, bake, cooked}},
-                                          shownKey(viewing), context, fmt::format("{}_view_{}", context.action.asset, places.size() + 1));
+        if (!surface.triangles.empty()) {
+            auto view = writeRenderedView(surface, {0, {texel.x, texel.y}}, context,
+                                          fmt::format("{}_view_{}", context.action.asset, places.size() + 1));
             if (!view) return tl::make_unexpected(view.error());
             place.view = std::move(*view);
         }

@@ -1,15 +1,11 @@
 // The texels of a light map with the largest visible errors, and pictures of what lies around them.
 #pragma once
 
-#include <span>
 #include <vector>
 
-#include "pipeline/assets/light_map/cooked_light_map.h"
-#include "pipeline/assets/light_map/mesh_view.h"
-#include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/compared_map.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/action.h"
-#include "verify/visible.h"
 
 namespace lightcook::pipeline {
 
@@ -50,17 +46,10 @@ private:
     std::vector<WorstTexel> texels_;  ///< [square], or those that were merged
 };
 
-/// Smallest visible error that gets a picture.
-inline constexpr float kLeastShown = 0.5f;
-/// Returns the luminance that the display shows as a grey card.
-double shownKey(const verify::Viewing& viewing);
-
 /// Writes pictures of the worst places into the action's folder: 24 x 24 texels of the bake, of the cooked map, and of the visible error
-/// between them, side by side, at the exposure of the display. Errors below half of a just noticeable difference get none.
-/// triangles  of the map's mesh, for a rendered view of each place; empty: no views
-formats::Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, LightMapSource& bake,
-                                                                 const CookedLightMapReader& cooked, const verify::Viewing& viewing,
-                                                                 std::span<const verify::SurfaceTriangle> triangles,
+/// between them, side by side, at the exposure of the display; with triangles also a rendered view of each place. Errors below half of a
+/// just noticeable difference get none.
+formats::Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, const LitSurface& surface,
                                                                  const ActionContext& context);
 
 }  // namespace lightcook::pipeline
