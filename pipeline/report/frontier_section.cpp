@@ -27,59 +27,85 @@ double shownError(double visible) {
     return std::max(visible, kLeastShown);
 }
 
-Html plot(const std::vector<FrontierPoint>& points, double limitBytes) {
-    constexpr double kPlotWidth = 640, kPlotHeight = 280, kPlotLeft = 58, kPlotRight = 14, kPlotTop = 14, kPlotBottom = 38;
-    double mostBytes = limitBytes > 0 ? limitBytes : 0, leastBytes = mostBytes > 0 ? mostBytes : HUGE_VAL, mostError = 0,
-           leastError = HUGE_VAL;
+constexpr PlotArea kFrontierArea{640, 280, 58, 626, 14, 242};
+constexpr double kKib = 1024;
+
+double kibOf(const FrontierPoint& point) {
+    return static_cast<double>(point.bytesGpu) / kKib;
+}
+
+/// The axes of the plot.
+struct FrontierAxes {
+    Axis kib, error;
+    double x(const FrontierPoint& point) const { return kib.at(kibOf(point)); }
+    double y(const FrontierPoint& point) const { return error.at(shownError(point.visible)); }
+};
+
+/// limitBytes  0: none
+FrontierAxes axesOf(const std::vector<FrontierPoint>& points, double limitBytes) {
+    double mostKib = limitBytes / kKib, leastKib = limitBytes > 0 ? mostKib : HUGE_VAL, mostError = 0, leastError = HUGE_VAL;
     for (const FrontierPoint& point : points) {
-        const auto bytes = static_cast<double>(point.bytesGpu);
-        leastBytes = std::min(leastBytes, bytes);
-        mostBytes = std::max(mostBytes, bytes);
+        leastKib = std::min(leastKib, kibOf(point));
+        mostKib = std::max(mostKib, kibOf(point));
         leastError = std::min(leastError, shownError(point.visible));
         mostError = std::max(mostError, shownError(point.visible));
     }
-    constexpr double kKib = 1024;
-    const Axis bytes(kPlotLeft, kPlotWidth - kPlotRight, leastBytes / kKib, mostBytes / kKib, 0.15),
-        error(kPlotHeight - kPlotBottom, kPlotTop, leastError, mostError);
+    return {Axis(kFrontierArea.left, kFrontierArea.right, leastKib, mostKib, 0.15),
+            Axis(kFrontierArea.bottom, kFrontierArea.top, leastError, mostError)};
+}
+
+/// Returns the lines and numbers of both axes.
+Html frontierGrid(const FrontierAxes& axes) {
     Html drawing;
-    for (const double tick : error.ticks()) {
-        drawing += line("grid", kPlotLeft, error.at(tick), kPlotWidth - kPlotRight, error.at(tick));
-        drawing += label("tick end", kPlotLeft - 7, error.at(tick) + 4, fmt::format("{:g}", tick));
+    for (const double tick : axes.error.ticks()) {
+        drawing += line("grid", kFrontierArea.left, axes.error.at(tick), kFrontierArea.right, axes.error.at(tick));
+        drawing += label("tick end", kFrontierArea.left - 7, axes.error.at(tick) + 4, fmt::format("{:g}", tick));
     }
     // Powers of two, of which memory has round figures.
     for (int exponent = 0; exponent < 40; ++exponent) {
-        const double tick = std::exp2(exponent), x = bytes.at(tick);
-        if (x < kPlotLeft || x > kPlotWidth - kPlotRight) continue;
-        drawing += line("grid", x, kPlotTop, x, kPlotHeight - kPlotBottom);
-        drawing += label("tick middle", x, kPlotHeight - kPlotBottom + 15, humanBytes(static_cast<std::uint64_t>(tick * kKib)));
+        const double tick = std::exp2(exponent), x = axes.kib.at(tick);
+        if (x < kFrontierArea.left || x > kFrontierArea.right) continue;
+        drawing += line("grid", x, kFrontierArea.top, x, kFrontierArea.bottom);
+        drawing += label("tick middle", x, kFrontierArea.bottom + 15, humanBytes(static_cast<std::uint64_t>(tick * kKib)));
     }
-    drawing += label("tick middle", (kPlotLeft + kPlotWidth - kPlotRight) / 2, kPlotHeight - 4, "GPU memory of the scene");
-    if (limitBytes > 0) {
-        const double x = bytes.at(limitBytes / kKib);
-        drawing += line("limit", x, kPlotTop, x, kPlotHeight - kPlotBottom) + label("tick end limit", x - 5, kPlotTop + 8, "budget");
-    }
-    // A budget between two points buys the one on the left.
+    return drawing +
+           label("tick middle", (kFrontierArea.left + kFrontierArea.right) / 2, kFrontierArea.height - 4, "GPU memory of the scene");
+}
+
+/// Returns the steps between the points: a budget between two points buys the one on the left.
+Html frontierSteps(const std::vector<FrontierPoint>& points, const FrontierAxes& axes) {
     std::string path;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const std::string x = place(bytes.at(static_cast<double>(points[i].bytesGpu) / kKib));
-        if (i > 0) path += fmt::format(" {},{}", x, place(error.at(shownError(points[i - 1].visible))));
-        path += fmt::format("{}{},{}", path.empty() ? "" : " ", x, place(error.at(shownError(points[i].visible))));
+        const std::string x = place(axes.x(points[i]));
+        if (i > 0) path += fmt::format(" {},{}", x, place(axes.y(points[i - 1])));
+        path += fmt::format("{}{},{}", path.empty() ? "" : " ", x, place(axes.y(points[i])));
     }
-    drawing += element("polyline", {{"class", "trendline"}, {"points", path}}, {});
-    for (const FrontierPoint& point : points) {
-        const Html tip =
-            element("title", text(fmt::format("{}, {}: {}", humanBytes(point.bytesGpu), humanNumber(point.visible), layoutWords(point))));
-        drawing += element("g", {{"class", point.isChosen ? "chosen" : "other"}},
-                           element("circle",
-                                   {{"class", "dot"},
-                                    {"cx", place(bytes.at(static_cast<double>(point.bytesGpu) / kKib))},
-                                    {"cy", place(error.at(shownError(point.visible)))},
-                                    {"r", point.isChosen ? "6" : "4"}},
-                                   tip));
+    return element("polyline", {{"class", "trendline"}, {"points", path}}, {});
+}
+
+/// Returns the dot of a point, whose title names the layouts.
+Html frontierDot(const FrontierPoint& point, const FrontierAxes& axes) {
+    const Html tip =
+        element("title", text(fmt::format("{}, {}: {}", humanBytes(point.bytesGpu), humanNumber(point.visible), layoutWords(point))));
+    return element(
+        "g", {{"class", point.isChosen ? "chosen" : "other"}},
+        element("circle", {{"class", "dot"}, {"cx", place(axes.x(point))}, {"cy", place(axes.y(point))}, {"r", point.isChosen ? "6" : "4"}},
+                tip));
+}
+
+Html plot(const std::vector<FrontierPoint>& points, double limitBytes) {
+    const FrontierAxes axes = axesOf(points, limitBytes);
+    Html drawing = frontierGrid(axes);
+    if (limitBytes > 0) {
+        const double x = axes.kib.at(limitBytes / kKib);
+        drawing +=
+            line("limit", x, kFrontierArea.top, x, kFrontierArea.bottom) + label("tick end limit", x - 5, kFrontierArea.top + 8, "budget");
     }
+    drawing += frontierSteps(points, axes);
+    for (const FrontierPoint& point : points) drawing += frontierDot(point, axes);
     return element("svg",
                    {{"class", "curve"},
-                    {"viewBox", fmt::format("0 0 {} {}", kPlotWidth, kPlotHeight)},
+                    {"viewBox", fmt::format("0 0 {} {}", kFrontierArea.width, kFrontierArea.height)},
                     {"role", "img"},
                     {"aria-label", "Visible error of the whole shading against GPU memory: the best allocations, this cook's marked"}},
                    drawing);

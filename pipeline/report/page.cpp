@@ -105,6 +105,42 @@ std::string notFiniteNames(const Json& figures) {
     return names;
 }
 
+/// Returns "; worst at ...": where a figure is largest. Empty if the report has no place.
+std::string worstWords(const Json& at) {
+    const std::string place = placeWords(at);
+    return place.empty() ? place : "; worst at " + place;
+}
+
+/// Adds the figures of one kind of shading that are over the limits of an asset.
+void addOverLimits(const Json& asset, const char* shading, std::vector<std::string>& reasons) {
+    const Json &error = member(member(lastStage(asset), "error"), shading), &limits = member(asset, "limit");
+    const double relRms = number(member(error, "rel_rms")), maxError = limitOf(asset);
+    if (relRms > maxError)
+        reasons.push_back(fmt::format("{} rel_rms is {}, the limit is {}{}", shading, humanPercent(relRms), humanPercent(maxError),
+                                      worstWords(member(error, "sampled_at"))));
+    const Json& visible = member(error, "visible");
+    const double p99 = number(member(visible, "p99")), maxVisible = number(member(limits, "max_visible"));
+    if (p99 > maxVisible)
+        reasons.push_back(fmt::format("the visible error of {} light is {:.2f} (p99), the limit is {:.3g}{}", shading, p99, maxVisible,
+                                      worstWords(member(visible, "max_at"))));
+    const double bound = number(member(visible, "bound")), maxVisibleBound = number(member(limits, "max_visible_bound"));
+    if (bound > maxVisibleBound)
+        reasons.push_back(fmt::format("the visible error of {} light is up to {:.2f} (proven bound), the limit is {:.3g}{}", shading, bound,
+                                      maxVisibleBound, worstWords(member(visible, "bound_at"))));
+}
+
+/// Adds the largest seam if it is over its limit.
+/// holder  has the limit, as `max_seam`
+void addSeamOverLimit(const Json& seams, const Json& holder, std::vector<std::string>& reasons) {
+    const Json& worst = list(seams, "worst");
+    const double maxSeam = number(member(holder, "max_seam"));
+    if (worst.empty() || number(member(worst[0], "added")) <= maxSeam || !std::isfinite(maxSeam)) return;
+    const std::string maps = mapsOfSeam(worst[0]), between = maps.empty() ? "" : " " + maps;
+    reasons.push_back(fmt::format("cooking adds a {} seam of {:.2f}{}, the limit is {:.3g}{}", words(member(worst[0], "shading")),
+                                  number(member(worst[0], "added")), between, maxSeam, worstWords(worst[0])));
+}
+
+/// Returns why an asset did not pass.
 std::vector<std::string> reasonsOf(const Json& asset) {
     std::vector<std::string> reasons;
     const Json& stages = list(asset, "stages");
@@ -113,41 +149,12 @@ std::vector<std::string> reasonsOf(const Json& asset) {
         for (const char* shading : kShadings)
             if (const std::string names = notFiniteNames(member(member(stage, "error"), shading)); !names.empty())
                 reasons.push_back(fmt::format("{} after {} is not finite ({})", shading, stageWords(words(member(stage, "name"))), names));
-    const double limit = limitOf(asset);
-    const auto worstAt = [](const Json& at) {
-        const std::string place = placeWords(at);
-        return place.empty() ? place : "; worst at " + place;
-    };
-    for (const char* shading : kShadings) {
-        const Json& error = member(member(lastStage(asset), "error"), shading);
-        const double relRms = number(member(error, "rel_rms"));
-        if (relRms > limit)
-            reasons.push_back(fmt::format("{} rel_rms is {}, the limit is {}{}", shading, humanPercent(relRms), humanPercent(limit),
-                                          worstAt(member(error, "sampled_at"))));
-        const double visible = number(member(member(error, "visible"), "p99")),
-                     most = number(member(member(asset, "limit"), "max_visible"));
-        if (visible > most)
-            reasons.push_back(fmt::format("the visible error of {} light is {:.2f} (p99), the limit is {:.3g}{}", shading, visible, most,
-                                          worstAt(member(member(error, "visible"), "max_at"))));
-        const double bound = number(member(member(error, "visible"), "bound")),
-                     highest = number(member(member(asset, "limit"), "max_visible_bound"));
-        if (bound > highest)
-            reasons.push_back(fmt::format("the visible error of {} light is up to {:.2f} (proven bound), the limit is {:.3g}{}", shading,
-                                          bound, highest, worstAt(member(member(error, "visible"), "bound_at"))));
-    }
-    const auto addSeam = [&](const Json& seams, const Json& holder) {
-        const Json& worst = list(seams, "worst");
-        const double most = number(member(holder, "max_seam"));
-        if (worst.empty() || number(member(worst[0], "added")) <= most || !std::isfinite(most)) return;
-        const std::string maps = mapsOfSeam(worst[0]), between = maps.empty() ? "" : " " + maps;
-        reasons.push_back(fmt::format("cooking adds a {} seam of {:.2f}{}, the limit is {:.3g}{}", words(member(worst[0], "shading")),
-                                      number(member(worst[0], "added")), between, most, worstAt(worst[0])));
-    };
-    addSeam(member(asset, "seams"), member(asset, "limit"));
-    addSeam(member(asset, "split_seams"), member(asset, "split_seams"));
-    for (const Json& law : list(asset, "violations"))
-        reasons.push_back(fmt::format("{}: found {}, expected {}{}", words(member(law, "place")), words(member(law, "found")),
-                                      words(member(law, "expected")), worstAt(member(law, "at"))));
+    for (const char* shading : kShadings) addOverLimits(asset, shading, reasons);
+    addSeamOverLimit(member(asset, "seams"), member(asset, "limit"), reasons);
+    addSeamOverLimit(member(asset, "split_seams"), member(asset, "split_seams"), reasons);
+    for (const Json& violation : list(asset, "violations"))
+        reasons.push_back(fmt::format("{}: found {}, expected {}{}", words(member(violation, "place")), words(member(violation, "found")),
+                                      words(member(violation, "expected")), worstWords(member(violation, "at"))));
     if (reasons.empty()) reasons.emplace_back("the verifier refused it; its section has the figures");
     return reasons;
 }

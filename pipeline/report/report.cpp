@@ -27,6 +27,49 @@ Result<std::pair<Json, Report>> readBoth(const std::filesystem::path& file) {
     return std::pair(std::move(json), std::move(*report));
 }
 
+/// Returns the figures of a row that stand in the manifest, and in the results of cook and verification.
+ReportRow rowOf(const CookedAsset& asset, CookResult cook, VerifyResult verification) {
+    ReportRow row;
+    row.name = asset.name;
+    row.kind = asset.kind;
+    row.width = asset.width;
+    row.height = asset.height;
+    row.bytesIn = cook.bytesIn;
+    row.bytesGpu = asset.totalBytesGpu();
+    row.bytesDisk = asset.totalBytesDisk();
+    const double texels = static_cast<double>(asset.width) * asset.height * (asset.kind == AssetKind::Cubemap ? 6 : 1);
+    row.bitsPerTexel = texels > 0 ? 8 * static_cast<double>(row.bytesGpu + asset.vertexBytes.value_or(0)) / texels : 0.0;
+    row.layout = asset.layout;
+    row.verdict = std::move(verification.verdict);
+    for (const CookedTexture& texture : asset.textures)
+        row.textures.push_back({texture.role, texture.file, texture.format, texture.bytesGpu});
+    row.notes = std::move(cook.notes);
+    row.mips = std::move(verification.mips);
+    row.mipsEnd = asset.mipsEnd;
+    row.key = verification.key;
+    row.light = std::move(verification.light);
+    row.meshError = verification.meshError;
+    row.preview = std::move(verification.preview);
+    row.seams = std::move(verification.seams);
+    row.charts = std::move(verification.charts);
+    row.measures = std::move(verification.measures);
+    row.groundTruth = std::move(verification.groundTruth);
+    return row;
+}
+
+/// Adds a further verification to a row, which passes only if that keeps its limits. Does nothing without a record.
+/// figures  member of the row
+template <class Figures>
+Result<void> addVerification(const ActionRecord* record, std::optional<Figures>& figures, ReportRow& row) {
+    if (record == nullptr) return {};
+    auto result = fromJson<Figures>(record->result, row.name);
+    if (!result) return tl::make_unexpected(result.error());
+    figures = std::move(*result);
+    row.verifySeconds += record->seconds;
+    row.verdict.passed = row.verdict.passed && figures->isKept();
+    return {};
+}
+
 }  // namespace
 
 Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records) {
@@ -35,49 +78,13 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& record
     if (!cook) return tl::make_unexpected(cook.error());
     auto verification = fromJson<VerifyResult>(verified.result, asset.name);
     if (!verification) return tl::make_unexpected(verification.error());
-    ReportRow row;
-    row.name = asset.name;
-    row.kind = asset.kind;
-    row.width = asset.width;
-    row.height = asset.height;
-    row.bytesIn = cook->bytesIn;
-    row.bytesGpu = asset.totalBytesGpu();
-    row.bytesDisk = asset.totalBytesDisk();
-    const double texels = static_cast<double>(asset.width) * asset.height * (asset.kind == AssetKind::Cubemap ? 6 : 1);
-    row.bitsPerTexel = texels > 0 ? 8 * static_cast<double>(row.bytesGpu + asset.vertexBytes.value_or(0)) / texels : 0.0;
-    row.layout = asset.layout;
+    ReportRow row = rowOf(asset, std::move(*cook), std::move(*verification));
     row.seconds = cooked.seconds;
+    row.verifySeconds = verified.seconds;
     if (!cooked.run.empty()) row.cookedAt = cooked.run;
     if (!verified.run.empty()) row.verifiedAt = verified.run;
-    row.verifySeconds = verified.seconds;
-    row.verdict = std::move(verification->verdict);
-    for (const CookedTexture& texture : asset.textures)
-        row.textures.push_back({texture.role, texture.file, texture.format, texture.bytesGpu});
-    row.notes = std::move(cook->notes);
-    row.mips = std::move(verification->mips);
-    row.mipsEnd = asset.mipsEnd;
-    row.key = verification->key;
-    row.light = std::move(verification->light);
-    row.meshError = verification->meshError;
-    row.preview = std::move(verification->preview);
-    row.seams = std::move(verification->seams);
-    row.charts = std::move(verification->charts);
-    row.measures = std::move(verification->measures);
-    row.groundTruth = std::move(verification->groundTruth);
-    if (records.whole != nullptr) {
-        auto result = fromJson<WholeFigures>(records.whole->result, asset.name);
-        if (!result) return tl::make_unexpected(result.error());
-        row.whole = std::move(*result);
-        row.verifySeconds += records.whole->seconds;
-        row.verdict.passed = row.verdict.passed && row.whole->isKept();
-    }
-    if (records.splitSeams != nullptr) {
-        auto result = fromJson<SplitSeams>(records.splitSeams->result, asset.name);
-        if (!result) return tl::make_unexpected(result.error());
-        row.splitSeams = std::move(*result);
-        row.verifySeconds += records.splitSeams->seconds;
-        row.verdict.passed = row.verdict.passed && row.splitSeams->isKept();
-    }
+    if (auto added = addVerification(records.whole, row.whole, row); !added) return tl::make_unexpected(added.error());
+    if (auto added = addVerification(records.splitSeams, row.splitSeams, row); !added) return tl::make_unexpected(added.error());
     if (!row.verdict.passed) row.failures = failuresOf(row);
     // Lights and meshes are matched to their light map by these.
     const bool hasBake = row.kind == AssetKind::LightMap || row.kind == AssetKind::Dominant || row.kind == AssetKind::Mesh;
@@ -94,8 +101,10 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
     report.seconds = frame.seconds;
     report.peakRssBytes = frame.peakRssBytes;
     report.runs = frame.runs;
-    if (!report.runs.empty()) report.seconds = 0;
-    if (!report.runs.empty()) report.peakRssBytes = 0;
+    if (!report.runs.empty()) {
+        report.seconds = 0;
+        report.peakRssBytes = 0;
+    }
     for (const RunRecord& run : report.runs) {
         report.seconds += run.seconds;
         report.peakRssBytes = std::max(report.peakRssBytes, run.peakRssBytes);
