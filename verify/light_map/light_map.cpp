@@ -149,6 +149,48 @@ std::vector<StageError> LightMapErrors::figures() const {
     return out;
 }
 
+namespace {
+
+/// Returns the tolerance of each layer of a map's textures. None without formats.
+formats::Result<std::vector<FormatTolerance>> tolerancesOf(const CookedLightMap& map,
+                                                           const std::vector<LightMapVerifier::TextureNeed>& textures) {
+    std::vector<FormatTolerance> tolerances;
+    if (map.formats.empty()) return tolerances;
+    if (map.formats.size() != textures.size())
+        return formats::failure(
+            formats::ErrorCode::WrongShape, "light map layout " + map.layout,
+            "found formats of " + std::to_string(map.formats.size()) + " textures, expected " + std::to_string(textures.size()));
+    for (std::size_t i = 0; i < map.formats.size(); ++i)
+        tolerances.insert(tolerances.end(), static_cast<std::size_t>(textures[i].layerCount), toleranceOf(map.formats[i]));
+    return tolerances;
+}
+
+/// Returns the setup of the shading, without tolerances.
+/// key              of the light that is shaded
+/// isOwnNormalOnly  the map is shaded at its own normals alone, from a flat layout
+ShadingSetup shadingSetup(const LightMapShading& shading, bool hasBounds, bool isOwnNormalOnly, double key,
+                          const std::optional<Viewing>& viewing) {
+    ShadingSetup setup;
+    setup.matrices = shadingMatrices(shading, key, viewing);
+    std::optional<ScannedKernels> scanned;
+    if (isOwnNormalOnly) {
+        setup.matrices.diffuse = flatMatrix();
+        if (setup.matrices.visible) setup.matrices.visible->cap = flatMatrix();
+    } else if (shading.specular && hasBounds) {
+        scanned.emplace(shading);
+        setup.responses = specularResponses(shading, *scanned);
+    }
+    for (const Response& response : setup.responses)
+        for (std::size_t l = 0; l < 3; ++l) setup.largestResponse[l] = std::max(setup.largestResponse[l], response.norms()[l]);
+    if (viewing && hasBounds) {
+        const bool hasCap = shading.normalCount > 1 && !isOwnNormalOnly;
+        setup.visible = visibleBoundSetup(shading, *viewing, key, hasCap ? shading.normalMapTilt : 0, scanned ? &*scanned : nullptr);
+    }
+    return setup;
+}
+
+}  // namespace
+
 formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap& map, const LightMapShading& shading,
                                                            const LightMapSampling& sampling, double key,
                                                            const std::optional<Viewing>& viewing) {
@@ -167,16 +209,8 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
     state->perKey = key > 0 ? static_cast<float>(1 / key) : 1.0f;
     state->layout = *layout;
     state->textures = layouts::texturesOf(*layout);
-    ShadingSetup& setup = state->setup;
-    if (!map.formats.empty()) {
-        if (map.formats.size() != state->textures.size())
-            return formats::failure(
-                formats::ErrorCode::WrongShape, "light map layout " + map.layout,
-                "found formats of " + std::to_string(map.formats.size()) + " textures, expected " + std::to_string(state->textures.size()));
-        for (std::size_t i = 0; i < map.formats.size(); ++i)
-            setup.tolerance.insert(setup.tolerance.end(), static_cast<std::size_t>(state->textures[i].layerCount),
-                                   toleranceOf(map.formats[i]));
-    }
+    auto tolerances = tolerancesOf(map, state->textures);
+    if (!tolerances) return tl::make_unexpected(tolerances.error());
     const bool isOwnNormalOnly = layouts::infoOf(state->layout).isFlat() && !shading.needsDirections();
     std::visit(
         [&](auto& each) {
@@ -184,24 +218,8 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
         },
         state->layout);
     state->decoder = lightmap::mapDecoder(state->layout, state->perKey);
-    std::optional<ScannedKernels> scanned;
-    setup.matrices = shadingMatrices(shading, 1 / static_cast<double>(state->perKey), viewing);
-    if (isOwnNormalOnly) {
-        setup.matrices.diffuse = flatMatrix();
-        if (setup.matrices.visible) setup.matrices.visible->cap = flatMatrix();
-    } else {
-        if (shading.specular && sampling.hasBounds()) {
-            scanned.emplace(shading);
-            setup.responses = specularResponses(shading, *scanned);
-        }
-        for (const Response& response : setup.responses)
-            for (std::size_t l = 0; l < 3; ++l) setup.largestResponse[l] = std::max(setup.largestResponse[l], response.norms()[l]);
-    }
-    if (viewing && sampling.hasBounds()) {
-        const bool hasCap = shading.normalCount > 1 && !isOwnNormalOnly;
-        setup.visible = visibleBoundSetup(shading, *viewing, 1 / static_cast<double>(state->perKey), hasCap ? shading.normalMapTilt : 0,
-                                          scanned ? &*scanned : nullptr);
-    }
+    state->setup = shadingSetup(shading, sampling.hasBounds(), isOwnNormalOnly, 1 / static_cast<double>(state->perKey), viewing);
+    state->setup.tolerance = std::move(*tolerances);
     return LightMapVerifier(std::move(state));
 }
 
