@@ -104,14 +104,32 @@ CubemapConstants constantsOf(const fit::CubemapPrefilter& filter, const std::opt
     return constants;
 }
 
-/// Returns size and roughness of the levels that are made. They are those of the whole chain, from the first level on.
+/// Returns kernel, size and roughness of the levels that are made. They are those of the whole chain, from the first level on.
 fit::CubemapOptions levelsOf(const CubemapParameters& parameters) {
     fit::CubemapOptions options;
+    options.kernel = parameters.lobe == lighting::NormalDistribution::Ggx ? fit::PrefilterKernel::Ggx : fit::PrefilterKernel::Beckmann;
     options.size = parameters.size >> parameters.firstLevel;
     const int last = lastCubemapLevel(parameters.size);
     for (int level = parameters.firstLevel; parameters.firstLevel > 0 && level <= last; ++level)
         options.roughness.push_back(std::pow(static_cast<double>(level) / last, 2));
     return options;
+}
+
+Result<CubemapLayoutInfo> layoutOf(const CubemapParameters& parameters, const std::string& asset) {
+    if (const CubemapLayoutInfo* const layout = cubemapLayoutFromName(parameters.layout)) return *layout;
+    return formats::failure(
+        formats::ErrorCode::InvalidRequest, asset,
+        fmt::format("found the layout \"{}\", expected {}", parameters.layout, formats::listOfNames(allCubemapLayouts())));
+}
+
+/// Returns the shape of the texture that holds some levels.
+formats::TextureShape shapeOf(const std::vector<Image<glm::vec3>>& levels, formats::Target target) {
+    formats::TextureShape shape;
+    shape.format = formats::info(target).hdr;
+    shape.width = shape.height = levels.front().width();
+    shape.mipCount = static_cast<int>(levels.size());
+    shape.faceCount = 6;
+    return shape;
 }
 
 /// Returns the SH of a probe: stored beside it, or projected from its image.
@@ -157,13 +175,9 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     read.repair = parameters->repair;
     const auto loaded = formats::loadEnvironment(source, environmentOptions(read, context.action));
     if (!loaded) return tl::make_unexpected(loaded.error());
-    const CubemapLayoutInfo* const layout = cubemapLayoutFromName(parameters->layout);
-    if (layout == nullptr)
-        return formats::failure(
-            formats::ErrorCode::InvalidRequest, context.action.asset,
-            fmt::format("found the layout \"{}\", expected {}", parameters->layout, formats::listOfNames(allCubemapLayouts())));
-    fit::CubemapOptions options = levelsOf(*parameters);
-    options.kernel = parameters->lobe == lighting::NormalDistribution::Ggx ? fit::PrefilterKernel::Ggx : fit::PrefilterKernel::Beckmann;
+    const auto layout = layoutOf(*parameters, context.action.asset);
+    if (!layout) return tl::make_unexpected(layout.error());
+    const fit::CubemapOptions options = levelsOf(*parameters);
     const auto place = placeOf(*parameters, context.action);
     if (!place) return tl::make_unexpected(place.error());
     const auto filter = fit::CubemapPrefilter::create(loaded->environment, options);
@@ -174,11 +188,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     if (context.state.interrupted) return interrupted(context);
 
     const float range = hdrRange(brightest(filtered.levels));
-    formats::TextureShape shape;
-    shape.format = formats::info(parameters->target).hdr;
-    shape.width = shape.height = options.size;
-    shape.mipCount = filter->mipCount();
-    shape.faceCount = 6;
+    const formats::TextureShape shape = shapeOf(filtered.levels, parameters->target);
     const Json divisions = divisionNotes(*divide, filtered, range);
     compress::EncodeReport report;
     std::vector<std::vector<std::byte>> images;

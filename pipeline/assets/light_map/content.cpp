@@ -102,6 +102,52 @@ Result<double> truncationError(LightMapSource& source, const verify::LightMapSco
     return std::max(diffuse.relRms, isSpecular ? specular.relRms : 0.0);
 }
 
+/// Surveys a light map.
+/// hasDominant  true: the caller does not ask; else gets whether any texel has a dominant light
+Result<Survey> surveyContent(LightMapSource& source, const fit::DominantLightOptions& options, bool& hasDominant,
+                             const ActionContext& context) {
+    std::atomic<bool> isFound = hasDominant;
+    Survey survey;
+    const auto surveyed = foldInOrder<Survey>(
+        source.chunkCount(), context, fmt::format("survey the content of {}", context.action.asset),
+        [&](int index) -> Result<Survey> {
+            const auto chunk = source.chunk(index);
+            if (!chunk) return tl::make_unexpected(chunk.error());
+            Survey part;
+            part.add(**chunk);
+            if (!isFound && hasDominantLight(**chunk, options)) isFound = true;
+            return part;
+        },
+        [&](const Survey& part) { survey.merge(part); });
+    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    hasDominant = isFound;
+    return survey;
+}
+
+/// Measures the errors without the bands above orders 0 and 1. One over the limit stays empty.
+Result<void> measureOrders(LightMapSource& source, const Survey& survey, const LightMapContentParameters& parameters,
+                           LightMapContent& content, const ActionContext& context) {
+    std::optional<verify::LightMapScore> score;
+    for (const int order : {0, 1}) {
+        std::optional<double>& result = order == 0 ? content.errorOfOrder0 : content.errorOfOrder1;
+        if (survey.errorOf(order) == 0) {  // bakes of lower order, which have nothing to leave out
+            result = 0;
+            continue;
+        }
+        // The estimate is of all normals. Those that are shaded see more of the light, so the error is at most about this.
+        if (survey.errorOf(order) > 2 * parameters.maxError) continue;
+        if (!score) {
+            auto created = scoreOf(source, parameters, context);
+            if (!created) return tl::make_unexpected(created.error());
+            score = std::move(*created);
+        }
+        const auto error = truncationError(source, *score, parameters.shading.specular, order, context);
+        if (!error) return tl::make_unexpected(error.error());
+        if (*error <= parameters.maxError) result = *error;
+    }
+    return {};
+}
+
 }  // namespace
 
 Result<ActionOutcome> readLightMapContent(const ActionContext& context) {
@@ -116,47 +162,19 @@ Result<ActionOutcome> readLightMapContent(const ActionContext& context) {
         if (!fit) return tl::make_unexpected(fit.error());
         light.fit = (*fit)->cooked;
     }
-    std::atomic<bool> hasDominant = !parameters->dominantFit;
-    Survey survey;
-    const auto surveyed = foldInOrder<Survey>(
-        source.chunkCount(), context, fmt::format("survey the content of {}", context.action.asset),
-        [&](int index) -> Result<Survey> {
-            const auto chunk = source.chunk(index);
-            if (!chunk) return tl::make_unexpected(chunk.error());
-            Survey part;
-            part.add(**chunk);
-            if (!hasDominant && hasDominantLight(**chunk, light)) hasDominant = true;
-            return part;
-        },
-        [&](const Survey& part) { survey.merge(part); });
-    if (!surveyed) return tl::make_unexpected(surveyed.error());
-
+    bool hasDominant = !parameters->dominantFit;
+    const auto survey = surveyContent(source, light, hasDominant, context);
+    if (!survey) return tl::make_unexpected(survey.error());
     LightMapContent content;
     content.width = source.width();
     content.height = source.height();
-    content.covered = survey.light.texels();
-    content.isConstant = survey.light.isConstant() && (survey.light.hasOneNormal() || survey.light.isIsotropic());
-    content.isBlack = survey.light.isBlack();
-    content.hasOneNormal = survey.light.hasOneNormal();
+    content.covered = survey->light.texels();
+    content.isConstant = survey->light.isConstant() && (survey->light.hasOneNormal() || survey->light.isIsotropic());
+    content.isBlack = survey->light.isBlack();
+    content.hasOneNormal = survey->light.hasOneNormal();
     content.hasDominant = hasDominant;
-    std::optional<verify::LightMapScore> score;
-    for (const int order : {0, 1}) {
-        std::optional<double>& result = order == 0 ? content.errorOfOrder0 : content.errorOfOrder1;
-        if (survey.errorOf(order) == 0) {  // bakes of lower order, which have nothing to leave out
-            result = 0;
-            continue;
-        }
-        // The estimate is of all normals. Those that are shaded see more of the light, so the error is at most about this.
-        if (survey.errorOf(order) > 2 * parameters->maxError) continue;
-        if (!score) {
-            auto created = scoreOf(source, *parameters, context);
-            if (!created) return tl::make_unexpected(created.error());
-            score = std::move(*created);
-        }
-        const auto error = truncationError(source, *score, parameters->shading.specular, order, context);
-        if (!error) return tl::make_unexpected(error.error());
-        if (*error <= parameters->maxError) result = *error;
-    }
+    if (auto measured = measureOrders(source, *survey, *parameters, content, context); !measured)
+        return tl::make_unexpected(measured.error());
     return outcomeWith(content);
 }
 

@@ -46,6 +46,60 @@ std::vector<TileTexels> readTiles(const std::vector<Chart>& charts, const Packed
     return tiles;
 }
 
+/// Joins tiles to groups.
+class TileGrouping {
+public:
+    explicit TileGrouping(const std::vector<TileTexels>& tiles) : tiles_(tiles), groupOfTile_(tiles.size(), PlaceGroups::kNone) {}
+
+    /// Adds a tile to a group that is not finished, unless the tile has no texels.
+    void addTo(TileGroup& group, int tile) const {
+        const TileTexels& texels = tiles_[static_cast<std::size_t>(tile)];
+        if (texels.count == 0) return;
+        group.firstRow = group.tiles.empty() ? texels.firstRow : std::min(group.firstRow, texels.firstRow);
+        group.texels += texels.count;
+        group.tiles.push_back(tile);
+    }
+    /// Groups the tiles [first, end) of a large chart: large tiles alone, the others with those that follow.
+    void groupTilesOfChart(int first, int end) {
+        TileGroup smallTiles;
+        for (int tile = first; tile < end; ++tile) {
+            TileGroup alone;
+            addTo(alone, tile);
+            if (alone.texels >= kLeastGroupTexelsOfTiles)
+                finish(alone);
+            else
+                addTo(smallTiles, tile);
+            if (smallTiles.texels >= kLeastGroupTexelsOfTiles) finish(smallTiles);
+        }
+        finish(smallTiles);
+    }
+    /// Groups whole charts, from the top of the map down.
+    void joinCharts(std::vector<TileGroup> charts) {
+        std::ranges::stable_sort(charts, {}, &TileGroup::firstRow);
+        TileGroup together;
+        for (const TileGroup& chart : charts) {
+            for (const int tile : chart.tiles) addTo(together, tile);
+            if (together.texels >= kLeastGroupTexels) finish(together);
+        }
+        finish(together);
+    }
+    std::uint32_t groupOf(std::uint32_t tile) const { return groupOfTile_[tile]; }
+    std::vector<TileGroup> groups() && { return std::move(groups_); }
+
+private:
+    /// Takes a group unless it is empty, and leaves an empty one.
+    void finish(TileGroup& group) {
+        if (group.tiles.empty()) return;
+        std::ranges::sort(group.tiles);
+        for (const int tile : group.tiles) groupOfTile_[static_cast<std::size_t>(tile)] = static_cast<std::uint32_t>(groups_.size());
+        groups_.push_back(std::exchange(group, {}));
+    }
+
+    const std::vector<TileTexels>& tiles_;
+    std::vector<std::uint32_t> groupOfTile_;
+    std::vector<TileGroup> groups_;
+};
+
 }  // namespace
 
 PlaceGroups TileGroups::places(std::optional<double> maxVisible) const {
@@ -57,51 +111,22 @@ PlaceGroups TileGroups::places(std::optional<double> maxVisible) const {
 TileGroups groupTiles(const std::vector<Chart>& charts, const PackedTiles& packed, int width, int height) {
     TileGroups made{{}, formats::Image<std::uint32_t>(width, height, PlaceGroups::kNone)};
     const std::vector<TileTexels> tiles = readTiles(charts, packed, made.ofTexel);  // which has tiles until they are grouped
-    std::vector<std::uint32_t> groupOfTile(tiles.size(), PlaceGroups::kNone);
-    const auto addTo = [&](TileGroup& group, int tile) {
-        const TileTexels& texels = tiles[static_cast<std::size_t>(tile)];
-        if (texels.count == 0) return;
-        group.firstRow = group.tiles.empty() ? texels.firstRow : std::min(group.firstRow, texels.firstRow);
-        group.texels += texels.count;
-        group.tiles.push_back(tile);
-    };
-    const auto finish = [&](TileGroup& group) {
-        if (group.tiles.empty()) return;
-        std::ranges::sort(group.tiles);
-        for (const int tile : group.tiles) groupOfTile[static_cast<std::size_t>(tile)] = static_cast<std::uint32_t>(made.groups.size());
-        made.groups.push_back(std::exchange(group, {}));
-    };
+    TileGrouping grouping(tiles);
     std::vector<TileGroup> small;  // whole charts
     for (std::size_t i = 0; i < charts.size(); ++i) {
         const glm::ivec2 grid = packed.tiles.gridOf(i);
         const int first = packed.tiles.at(i, {0, 0}), end = first + grid.x * grid.y;
         TileGroup whole;
-        for (int tile = first; tile < end; ++tile) addTo(whole, tile);
-        if (whole.texels < kLeastGroupTexels) {
+        for (int tile = first; tile < end; ++tile) grouping.addTo(whole, tile);
+        if (whole.texels < kLeastGroupTexels)
             small.push_back(std::move(whole));
-            continue;
-        }
-        TileGroup littleTiles;
-        for (int tile = first; tile < end; ++tile) {
-            TileGroup alone;
-            addTo(alone, tile);
-            if (alone.texels >= kLeastGroupTexelsOfTiles)
-                finish(alone);
-            else
-                addTo(littleTiles, tile);
-            if (littleTiles.texels >= kLeastGroupTexelsOfTiles) finish(littleTiles);
-        }
-        finish(littleTiles);
+        else
+            grouping.groupTilesOfChart(first, end);
     }
-    std::ranges::stable_sort(small, {}, &TileGroup::firstRow);
-    TileGroup together;
-    for (const TileGroup& chart : small) {
-        for (const int tile : chart.tiles) addTo(together, tile);
-        if (together.texels >= kLeastGroupTexels) finish(together);
-    }
-    finish(together);
+    grouping.joinCharts(std::move(small));
     for (std::uint32_t& texel : made.ofTexel.texels())
-        if (texel != PlaceGroups::kNone) texel = groupOfTile[texel];
+        if (texel != PlaceGroups::kNone) texel = grouping.groupOf(texel);
+    made.groups = std::move(grouping).groups();
     return made;
 }
 

@@ -153,41 +153,59 @@ private:
     std::vector<verify::LightMapVerifier> verifiers_;
 };
 
+/// A light map, and the part of it that trials measure.
+struct TriedMap {
+    LightMapSource& source;
+    std::vector<int> strips;
+    const TrialParameters& parameters;
+    verify::Viewing viewing;
+};
+
+/// Returns the index of the last stage of a layout among those of the trial that it is a part of. "total" comes after them and has the
+/// figures of the last.
+std::size_t lastStageOf(const formats::LightMapLayoutInfo& layout, const std::vector<verify::StageError>& stages) {
+    const std::string_view last = layout.trialLayout ? layout.trialStage : layout.stages.back();
+    return static_cast<std::size_t>(std::ranges::find(stages, last, &verify::StageError::name) - stages.begin());
+}
+
 /// Errors of every stage of a plan, and the light of its layouts.
 struct TriedPlan {
     std::vector<verify::StageError> stages;
     std::vector<std::vector<float>> samples;            ///< [layout of the group]
     std::vector<std::vector<verify::ShadedSums>> sums;  ///< [stage][group of places]
+
+    const std::vector<verify::ShadedSums>& sumsOf(const formats::LightMapLayoutInfo& layout) const {
+        return sums[std::min(lastStageOf(layout, stages), sums.size() - 1)];
+    }
 };
 struct TriedStrip {
     verify::LightMapErrors errors;
     std::vector<std::vector<float>> samples;
 };
 
-/// Returns the errors of every stage of a plan on the surface of some strips.
+/// Returns the errors of every stage of a plan on the surface of a map.
 /// places  groups that errors are summed by
-Result<TriedPlan> tryPlan(LightMapSource& source, const compress::LightMapPlan& plan, const std::vector<int>& strips,
-                          const TrialParameters& parameters, const verify::Viewing& viewing, const GroupShader& shader,
+Result<TriedPlan> tryPlan(const TriedMap& map, const compress::LightMapPlan& plan, const GroupShader& shader,
                           const verify::PlaceGroups& places, const ActionContext& context) {
     const std::string layout(formats::info(plan.layout).name);
-    const compress::EncodeOptions options = parameters.textures.encodeOptions();
+    const compress::EncodeOptions options = map.parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
     sampling.figures = verify::LightMapFigures::Trial;
     sampling.groups = places;
-    const auto verifier = verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, parameters.shading, sampling,
-                                                           plan.key, viewing);
+    const auto verifier = verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, map.parameters.shading,
+                                                           sampling, plan.key, map.viewing);
     if (!verifier) return tl::make_unexpected(verifier.error());
     verify::LightMapErrors errors = verifier->noErrors();
     TriedPlan tried;
     const auto verified = foldInOrder<TriedStrip>(
-        static_cast<int>(strips.size()), context, fmt::format("try {} on {}", layout, context.action.asset),
+        static_cast<int>(map.strips.size()), context, fmt::format("try {} on {}", layout, context.action.asset),
         [&](int index) -> Result<TriedStrip> {
-            const int strip = strips[static_cast<std::size_t>(index)], firstRow = source.stripFirstRow(strip),
-                      rowCount = source.stripRows(strip);
+            const int strip = map.strips[static_cast<std::size_t>(index)], firstRow = map.source.stripFirstRow(strip),
+                      rowCount = map.source.stripRows(strip);
             // Places below the last row are filtered from the next one too.
             const int encodedRows = std::min(rowCount + plan.blockHeight(), plan.height - firstRow);
             const auto texels =
-                source.stripWithMargin(strip, compress::kLightMapContextRows, compress::kLightMapContextRows + encodedRows - rowCount);
+                map.source.stripWithMargin(strip, compress::kLightMapContextRows, compress::kLightMapContextRows + encodedRows - rowCount);
             if (!texels) return tl::make_unexpected(texels.error());
             const auto rows = compress::encodeLightMapRows(plan, *texels, firstRow, encodedRows, options);
             verify::DecodedLightMapRows decoded = decodedRows(plan, rows, firstRow, encodedRows);
@@ -207,17 +225,10 @@ Result<TriedPlan> tryPlan(LightMapSource& source, const compress::LightMapPlan& 
     return tried;
 }
 
-/// Returns the index of the last stage of a layout among those of the trial that it is a part of. "total" comes after them and has the
-/// figures of the last.
-std::size_t lastStageOf(const formats::LightMapLayoutInfo& layout, const std::vector<verify::StageError>& stages) {
-    const std::string_view last = layout.trialLayout ? layout.trialStage : layout.stages.back();
-    return static_cast<std::size_t>(std::ranges::find(stages, last, &verify::StageError::name) - stages.begin());
-}
-
 /// Returns the candidate of a layout from the trial of the layout that it is a part of: basis-4 to -20 have the bits of basis-24
 /// without the last stages of its residual.
-TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan,
-                           const std::vector<verify::StageError>& stages) {
+TrialCandidate candidateOf(const Trial& trial, const compress::LightMapPlan& plan, const std::vector<verify::StageError>& stages) {
+    const formats::LightMapLayoutInfo& layout = *trial.layout;
     const std::uint64_t bytes = plan.gpuBytesAs(layout.id);
     const verify::StageError& error = stages[lastStageOf(layout, stages)];
     return {std::string(layout.name),
@@ -229,14 +240,15 @@ TrialCandidate candidateOf(const formats::LightMapLayoutInfo& layout, const comp
             error.specular.visible ? error.specular.visible->p99 : 0,
             layout.fetchCount(),
             layout.decodeOps,
-            plan.tableBytesAs(layout.id)};
+            plan.tableBytesAs(layout.id),
+            trial.isExcluded};
 }
 
 /// Shades the reference and the dominant lights of a joint trial. Empty for a trial of the light map alone.
-Result<std::optional<WholeTrial>> startJointTrial(LightMapSource& source, const std::vector<int>& strips, const TrialParameters& parameters,
-                                                  const std::optional<JointTrial>& joint, const verify::Viewing& viewing,
+Result<std::optional<WholeTrial>> startJointTrial(const TriedMap& map, const std::optional<JointTrial>& joint,
                                                   const ActionContext& context) {
     if (!joint) return std::optional<WholeTrial>();
+    const auto& [source, strips, parameters, viewing] = map;
     auto trial = WholeTrial::create(source, strips, parameters.shading, viewing);
     if (!trial) return tl::make_unexpected(trial.error());
     const std::optional<DominantTrial>& dominant = joint->dominant;
@@ -244,6 +256,12 @@ Result<std::optional<WholeTrial>> startJointTrial(LightMapSource& source, const 
                                                 parameters.textures};
     if (auto tried = trial->tryDominants(dominant, dominantParameters, context); !tried) return tl::make_unexpected(tried.error());
     return std::optional(std::move(*trial));
+}
+
+/// Returns the objective of learned layouts in a trial. Empty: energy.
+std::optional<compress::LightMapObjective> objectiveOf(const TrialParameters& parameters, const LightMapSource& source, double displayKey) {
+    if (parameters.objective != formats::Objective::Visible) return std::nullopt;
+    return objectiveFor({parameters.shading, parameters.display}, displayKey, source.bt2020FromWorking());
 }
 
 /// Groups of places, and the layouts as a trial finds them there.
@@ -264,32 +282,30 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
         std::ranges::any_of(groups, [](const LayoutGroup& group) { return compress::needsSharedExit(group.planned); });
     const auto measured = measureLightMap(**source, hasSharedExit, context);
     if (!measured) return tl::make_unexpected(measured.error());
-    const verify::Viewing viewing{parameters.display.of(measured->key.displayKey()), (*source)->bt2020FromWorking()};
-    std::optional<compress::LightMapObjective> objective;
-    if (parameters.objective == formats::Objective::Visible)
-        objective = objectiveFor({parameters.shading, parameters.display}, measured->key.displayKey(), (*source)->bt2020FromWorking());
+    const double displayKey = measured->key.displayKey();
+    const TriedMap map{**source,
+                       spreadStrips(**source, byGroup != nullptr ? std::numeric_limits<std::int64_t>::max() : kTrialTexels),
+                       parameters,
+                       {parameters.display.of(displayKey), (*source)->bt2020FromWorking()}};
     const auto mipCount = mipCountOf(**source, parameters.mips, context);
     if (!mipCount) return tl::make_unexpected(mipCount.error());
-    LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure, objective, *mipCount, context);
-    const std::vector<int> strips = spreadStrips(**source, byGroup != nullptr ? std::numeric_limits<std::int64_t>::max() : kTrialTexels);
-    auto whole = startJointTrial(**source, strips, parameters, joint, viewing, context);
+    LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure,
+                            objectiveOf(parameters, **source, displayKey), *mipCount, context);
+    auto whole = startJointTrial(map, joint, context);
     if (!whole) return tl::make_unexpected(whole.error());
+    const verify::PlaceGroups places = byGroup != nullptr ? byGroup->places : verify::PlaceGroups{};
     JointTrialResult result;
     for (const LayoutGroup& group : groups) {
         const auto plan = planner.plan(std::string(formats::info(group.planned).name));
         if (!plan) return tl::make_unexpected(plan.error());
         const auto shader = GroupShader::create(group, *plan, parameters.shading, *whole ? &**whole : nullptr);
         if (!shader) return tl::make_unexpected(shader.error());
-        auto tried = tryPlan(**source, *plan, strips, parameters, viewing, *shader,
-                             byGroup != nullptr ? byGroup->places : verify::PlaceGroups{}, context);
+        auto tried = tryPlan(map, *plan, *shader, places, context);
         if (!tried) return tl::make_unexpected(tried.error());
         for (std::size_t i = 0; i < group.layouts.size(); ++i) {
             const auto& [layout, isExcluded] = group.layouts[i];
-            result.trial.candidates.push_back(candidateOf(*layout, *plan, tried->stages));
-            result.trial.candidates.back().isExcluded = isExcluded;
-            if (byGroup != nullptr && !isExcluded)
-                byGroup->found.push_back(
-                    {result.trial.candidates.back(), tried->sums[std::min(lastStageOf(*layout, tried->stages), tried->sums.size() - 1)]});
+            const TrialCandidate& candidate = result.trial.candidates.emplace_back(candidateOf(group.layouts[i], *plan, tried->stages));
+            if (byGroup != nullptr && !isExcluded) byGroup->found.push_back({candidate, tried->sumsOf(*layout)});
             if (*whole && !isExcluded) (*whole)->add(std::string(layout->name), std::move(tried->samples[i]));
         }
     }
@@ -299,7 +315,7 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
     }
     if (context.state.interrupted) return interrupted(context);
     std::ranges::stable_sort(result.trial.candidates, {}, &TrialCandidate::bytesGpu);
-    result.trial.share = static_cast<double>(strips.size()) / (*source)->stripCount();
+    result.trial.share = static_cast<double>(map.strips.size()) / (*source)->stripCount();
     return result;
 }
 
