@@ -165,15 +165,7 @@ private:
         auto known = needsOf(materials);
         if (!known) return tl::make_unexpected(known.error());
         Needs needs = std::move(*known);
-        MapPreparation preparation(planOptions_, options_.keepGoing, state_, packedFolder(), [this](const auto& graph, const auto& folder) {
-            return folder.empty() ? execute(graph) : executeInto(folder, graph);
-        });
-        const auto prepared = preparation.prepare(scene_, needs);
-        packGraph_ = preparation.graph();
-        preparationNotes_ = preparation.notes();
-        addErrors(preparation.result());
-        outcome_.actionsRun += preparation.result().actionsRun;
-        outcome_.actionsReused += preparation.result().actionsReused;
+        const auto prepared = prepareMaps(needs);
         if (!prepared) return tl::make_unexpected(prepared.error());
         if (isStopped()) return {};
         const Scene& planned = *prepared;
@@ -184,14 +176,7 @@ private:
         if (auto added = addContents(contents, needs); !added) return added;
         auto plan = planScene(planned, needs, planOptions_);
         if (!plan) return tl::make_unexpected(plan.error());
-        if (const std::string why = options_.only ? whyNotLeft(scene_, *plan, outcome_.output) : ""; !why.empty())
-            return failure(ErrorCode::InvalidRequest, "--only", why);
-        if (options_.keepCandidates && plan->undecided.empty())
-            return failure(ErrorCode::InvalidRequest, "--keep-candidates",
-                           layoutAsked(scene_.output) == kAutoLayout
-                               ? "found no light map whose layout is tried, expected at least one that leaves a choice"
-                               : "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, "
-                                 "--max-error) or a budget");
+        if (auto checked = checkOptions(*plan); !checked) return checked;
         if (auto linted = lint(*plan, materials); !linted) return linted;
         if (isStopped()) return {};
         ExecutionResult result = execute(plan->actions);
@@ -221,6 +206,32 @@ private:
         appendErrorsOf(*report, options_.budgetBytes ? "--budget" : placeIn(scene_, "output", "", "budget", "[output]") + ", budget",
                        outcome_.errors);
         return {};
+    }
+
+    /// Packs the charts of the light maps that ask for it, and returns the scene with the new maps.
+    Result<Scene> prepareMaps(Needs& needs) {
+        MapPreparation preparation(planOptions_, options_.keepGoing, state_, packedFolder(), [this](const auto& graph, const auto& folder) {
+            return folder.empty() ? execute(graph) : executeInto(folder, graph);
+        });
+        auto prepared = preparation.prepare(scene_, needs);
+        packGraph_ = preparation.graph();
+        preparationNotes_ = preparation.notes();
+        addErrors(preparation.result());
+        outcome_.actionsRun += preparation.result().actionsRun;
+        outcome_.actionsReused += preparation.result().actionsReused;
+        return prepared;
+    }
+
+    /// Refuses options that the plan shows to be impossible.
+    Result<void> checkOptions(const Plan& plan) const {
+        if (const std::string why = options_.only ? whyNotLeft(scene_, plan, outcome_.output) : ""; !why.empty())
+            return failure(ErrorCode::InvalidRequest, "--only", why);
+        if (!options_.keepCandidates || !plan.undecided.empty()) return {};
+        return failure(ErrorCode::InvalidRequest, "--keep-candidates",
+                       layoutAsked(scene_.output) == kAutoLayout
+                           ? "found no light map whose layout is tried, expected at least one that leaves a choice"
+                           : "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, "
+                             "--max-error) or a budget");
     }
 
     /// Returns true if the scene is over its budget with the many views that tables have beside one, and within it with the usual number.

@@ -127,6 +127,21 @@ std::string packingWords(const ChartPacking& packing, bool isPart, const CookedA
                        saved < 0 ? "more" : "less", fewer);
 }
 
+/// Adds the trial of a light map to its row, with the layout that the scene's list lacks and that would have been better.
+void addTrial(TrialResult trial, const LayoutLimits& limits, ReportRow& row) {
+    if (const TrialCandidate* excluded = bestExcluded(trial.candidates, row.layout, limits)) {
+        const auto chosen = std::ranges::find(trial.candidates, row.layout, &TrialCandidate::layout);
+        row.betterExcluded = ExcludedLayout{excluded->layout,
+                                            static_cast<std::int64_t>(chosen->bytesGpu) - static_cast<std::int64_t>(excluded->bytesGpu),
+                                            std::max(chosen->diffuse, chosen->specular),
+                                            std::max(excluded->diffuse, excluded->specular),
+                                            std::max(chosen->visibleDiffuse, chosen->visibleSpecular),
+                                            std::max(excluded->visibleDiffuse, excluded->visibleSpecular)};
+    }
+    row.trialCandidates = std::move(trial.candidates);
+    row.trialShare = trial.share;
+}
+
 /// Gives the row of an asset of a repacked light map the bytes and the counts of the user's files.
 void describeSources(const PackedLightMap& packed, const CookedAsset& asset, ReportRow& row) {
     const std::string role = row.kind == AssetKind::Mesh ? "mesh" : "source";
@@ -340,18 +355,7 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
         // Whatever else allows a smaller layout, one of a large error is not better.
         LayoutLimits limits = limitsOf(scene_, name);
         limits.maxError = errorLimit(scene_.output);
-        if (const TrialCandidate* excluded = bestExcluded(trial->trial.candidates, row->layout, limits)) {
-            const auto chosen = std::ranges::find(trial->trial.candidates, row->layout, &TrialCandidate::layout);
-            row->betterExcluded =
-                ExcludedLayout{excluded->layout,
-                               static_cast<std::int64_t>(chosen->bytesGpu) - static_cast<std::int64_t>(excluded->bytesGpu),
-                               std::max(chosen->diffuse, chosen->specular),
-                               std::max(excluded->diffuse, excluded->specular),
-                               std::max(chosen->visibleDiffuse, chosen->visibleSpecular),
-                               std::max(excluded->visibleDiffuse, excluded->visibleSpecular)};
-        }
-        row->trialCandidates = std::move(trial->trial.candidates);
-        row->trialShare = trial->trial.share;
+        addTrial(std::move(trial->trial), limits, *row);
     }
     if (const auto notes = notes_.find(name); notes != notes_.end()) {
         if (!row->notes) row->notes = Json::object();

@@ -32,6 +32,8 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
+using Sources = std::map<std::string, std::filesystem::path>;
+
 /// Facts of an asset's cook, from an earlier report.
 struct CookFacts {
     std::uint64_t bytesIn = 0;
@@ -62,6 +64,11 @@ Error withSourcesAdvice(Error error) {
         error.detail += ". Has the scene moved? --sources DIR names the folder of its scene file";
     return error;
 }
+
+/// Records of an asset's own actions.
+struct OwnRecords {
+    ActionRecord cooked, verified;
+};
 
 /// Verifies a cooked folder again, from the bytes on disk and the sources.
 class Verification {
@@ -131,7 +138,7 @@ private:
             read = asRepacked(asset, **packed);
         }
         const CookFacts facts = cookFactsOf(previous, asset.name);
-        ActionRecord cooked, verified, lightMap;
+        ActionRecord cooked, lightMap;
         cooked.result = toJson(CookResult{read, facts.bytesIn, {}});
         cooked.seconds = facts.seconds;
         std::vector<const ActionRecord*> upstream = {&cooked};
@@ -141,18 +148,22 @@ private:
             lightMap.result = toJson(CookResult{**found, 0, {}});
             upstream.push_back(&lightMap);
         }
-        const Stopwatch watch;
         if (state_.event) state_.event(action, ActionEvent::Started, 0);
-        auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, upstream, shared_, state_});
-        if (!outcome) return tl::make_unexpected(outcome.error());
-        verified.result = std::move(outcome->result);
-        verified.result.erase("preview");  // drawn in a scratch folder
-        verified.seconds = watch.seconds();
-        if (state_.event) state_.event(action, ActionEvent::Finished, verified.seconds);
-        AssetRecords records{&cooked, &verified};
+        auto verified = run(action, upstream, scratch);
+        if (!verified) return tl::make_unexpected(verified.error());
+        verified->result.erase("preview");  // drawn in a scratch folder
+        if (state_.event) state_.event(action, ActionEvent::Finished, verified->seconds);
+        return rowOf(manifest, asset, action.inputs, {cooked, *verified}, scratch);
+    }
+
+    /// Verifies an asset together with others, where the manifest says so, and returns its row.
+    /// sources  of the asset
+    Result<ReportRow> rowOf(const Manifest& manifest, const CookedAsset& asset, const Sources& sources, const OwnRecords& own,
+                            const std::filesystem::path& scratch) {
+        AssetRecords records{&own.cooked, &own.verified};
         Result<ActionRecord> whole, splitSeams;
         if (asset.verifyWhole) {
-            whole = verifyWhole(manifest, asset, action.inputs, cooked, scratch);
+            whole = verifyWhole(manifest, asset, sources, own.cooked, scratch);
             if (!whole) return tl::make_unexpected(whole.error());
             records.whole = &*whole;
         }
@@ -176,9 +187,8 @@ private:
     }
 
     /// Verifies a light map and its dominant light together.
-    Result<ActionRecord> verifyWhole(const Manifest& manifest, const CookedAsset& lightMap,
-                                     const std::map<std::string, std::filesystem::path>& sources, const ActionRecord& cooked,
-                                     const std::filesystem::path& scratch) {
+    Result<ActionRecord> verifyWhole(const Manifest& manifest, const CookedAsset& lightMap, const Sources& sources,
+                                     const ActionRecord& cooked, const std::filesystem::path& scratch) {
         ActionRecord dominant;
         std::vector<const ActionRecord*> upstream = {&cooked};
         for (const CookedAsset& asset : manifest.assets) {
@@ -227,8 +237,7 @@ private:
     }
 
     /// Packs the charts of an asset's light map again, once for all its assets.
-    Result<const PackedLightMap*> repacked(const CookedAsset& asset, const UnpackedBake& bake,
-                                           const std::map<std::string, std::filesystem::path>& sources,
+    Result<const PackedLightMap*> repacked(const CookedAsset& asset, const UnpackedBake& bake, const Sources& sources,
                                            const std::filesystem::path& scratch) {
         const std::string name = asset.lightMap.value_or(asset.name);
         if (const auto known = packed_.find(name); known != packed_.end()) return &known->second;
@@ -257,7 +266,7 @@ private:
     }
 
     /// Adds the sources of an asset to the scene that lint looks at.
-    Result<void> noteSources(const CookedAsset& asset, const std::map<std::string, std::filesystem::path>& sources) {
+    Result<void> noteSources(const CookedAsset& asset, const Sources& sources) {
         const auto source = sources.find("source");
         if (asset.verify && asset.verify->contains("max_error") && info(asset.kind).isHeldToMaxError)
             scene_.output.maxError = asset.verify->at("max_error").get<double>();
