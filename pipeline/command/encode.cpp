@@ -196,24 +196,43 @@ formats::TextureShape shapeOf(PixelFormat format, const Image<glm::vec4>& texels
     return shape;
 }
 
+/// Refuses a format that the container of the output lacks.
+Result<void> requireFormatOfContainer(const EncodeCommand& command, PixelFormat format) {
+    if (containerOf(command.output) != formats::Container::Dds || formats::info(format).dxgiFormat != 0) return {};
+    return failure(
+        ErrorCode::InvalidRequest, "--format",
+        fmt::format("found {} for {}, expected a format that DDS has, or a .ktx2 file", command.format, command.output.string()));
+}
+
+/// Encodes the faces of a texture, which lie below each other.
+/// significance  without texels: all count alike
+std::vector<std::vector<std::byte>> encodeStackedFaces(const formats::TextureShape& shape, const Image<glm::vec4>& texels,
+                                                       const Image<float>& significance, const compress::EncodeOptions& options,
+                                                       compress::EncodeReport& report) {
+    std::vector<std::vector<std::byte>> images;
+    for (int face = 0; face < shape.faceCount; ++face) {
+        const int top = face * shape.height;
+        formats::ImageView<const float> weights = significance.view();
+        if (weights.texels != nullptr) weights = weights.rows(top, shape.height);
+        images.push_back(encodeImage(shape.format, texels.view().rows(top, shape.height), weights, options, report));
+    }
+    return images;
+}
+
 }  // namespace
 
 Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     const auto format = formatFromName(command.format);
     if (!format) return tl::make_unexpected(format.error());
     if (auto checked = requireTextureFile(command.output); !checked) return tl::make_unexpected(checked.error());
-    const formats::Container container = containerOf(command.output);
-    if (container == formats::Container::Dds && formats::info(*format).dxgiFormat == 0)
-        return failure(
-            ErrorCode::InvalidRequest, "--format",
-            fmt::format("found {} for {}, expected a format that DDS has, or a .ktx2 file", command.format, command.output.string()));
-    const auto options = optionsOf(command, formats::info(*format));
+    if (auto checked = requireFormatOfContainer(command, *format); !checked) return tl::make_unexpected(checked.error());
+    const formats::PixelFormatInfo& facts = formats::info(*format);
+    const auto options = optionsOf(command, facts);
     if (!options) return tl::make_unexpected(options.error());
     auto image = readPicture(command.input);
     if (!image) return tl::make_unexpected(image.error());
     if (*format == PixelFormat::Rgba8Srgb && formats::isPictureFile(command.input)) decodeSrgb(*image);
     Image<glm::vec4>& texels = image->texels;
-    const formats::PixelFormatInfo& facts = formats::info(*format);
     const auto repaired = checkTexels(texels, command.input, facts, command.repair);
     if (!repaired) return tl::make_unexpected(repaired.error());
     if (command.cube && texels.height() != 6 * texels.width())
@@ -222,23 +241,17 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
 
     const formats::TextureShape shape = shapeOf(*format, texels, command.cube ? 6 : 1);
     TextureSettings settings;
-    settings.container = container;
+    settings.container = containerOf(command.output);
     settings.zstd = command.zstd;
-    formats::Image<float> significance;
+    Image<float> significance;
     if (!command.significance.empty()) {
         auto read = readSignificance(command.significance, texels.width(), texels.height());
         if (!read) return tl::make_unexpected(read.error());
         significance = std::move(*read);
     }
     compress::EncodeReport report;
-    std::vector<std::vector<std::byte>> images;
     const auto start = std::chrono::steady_clock::now();
-    for (int face = 0; face < shape.faceCount; ++face) {
-        const int top = face * shape.height;
-        formats::ImageView<const float> weights = std::as_const(significance).view();
-        if (weights.texels != nullptr) weights = weights.rows(top, shape.height);
-        images.push_back(encodeImage(*format, texels.view().rows(top, shape.height), weights, *options, report));
-    }
+    const auto images = encodeStackedFaces(shape, texels, significance, *options, report);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const auto folders = FoldersOfFile::make(command.output);
     if (!folders) return tl::make_unexpected(folders.error());

@@ -49,15 +49,19 @@ Result<verify::IrradianceFigures> verified(const std::filesystem::path& file, fl
     return verify::compareIrradiance(faces, range, wrap, environment);
 }
 
+/// Refuses outputs that are no KTX2 file.
+Result<void> checkOutput(const std::filesystem::path& output) {
+    const std::string extension = formats::lowerExtension(output);
+    if (extension == ".ktx2") return {};
+    if (extension == ".dds") return tl::make_unexpected(constantsAreLost(output, "a .ktx2 file"));
+    return failure(ErrorCode::InvalidRequest, output.string(),
+                   fmt::format("found the extension \"{}\", expected .ktx2 for an irradiance cubemap", output.extension().string()));
+}
+
 }  // namespace
 
 Result<Json> cookIrradiance(const IrradianceCommand& command) {
-    const std::string extension = formats::lowerExtension(command.output);
-    if (extension == ".dds") return tl::make_unexpected(constantsAreLost(command.output, "a .ktx2 file"));
-    if (extension != ".ktx2")
-        return failure(
-            ErrorCode::InvalidRequest, command.output.string(),
-            fmt::format("found the extension \"{}\", expected .ktx2 for an irradiance cubemap", command.output.extension().string()));
+    if (auto checked = checkOutput(command.output); !checked) return tl::make_unexpected(checked.error());
     const auto loaded = formats::loadEnvironment(command.input, {{}, command.repair});
     if (!loaded) return tl::make_unexpected(loaded.error());
     const auto strip = fit::irradianceCubemap(loaded->environment, {command.size, command.wrap});
@@ -80,7 +84,7 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     // Written to a temporary folder: a file that fails its verification does not replace an earlier output.
     auto folder = TemporaryFolder::create();
     if (!folder) return tl::make_unexpected(folder.error());
-    const std::filesystem::path file = folder->path() / ("irradiance" + extension);
+    const std::filesystem::path file = folder->path() / "irradiance.ktx2";
     if (auto written = writeTexture(file, shape, command.textures, metadata, images); !written) return tl::make_unexpected(written.error());
     const double converted = cpuSeconds();
     const auto figures = verified(file, range, command.wrap, loaded->environment);
