@@ -208,32 +208,6 @@ private:
         return {};
     }
 
-    /// Packs the charts of the light maps that ask for it, and returns the scene with the new maps.
-    Result<Scene> prepareMaps(Needs& needs) {
-        MapPreparation preparation(planOptions_, options_.keepGoing, state_, packedFolder(), [this](const auto& graph, const auto& folder) {
-            return folder.empty() ? execute(graph) : executeInto(folder, graph);
-        });
-        auto prepared = preparation.prepare(scene_, needs);
-        packGraph_ = preparation.graph();
-        preparationNotes_ = preparation.notes();
-        addErrors(preparation.result());
-        outcome_.actionsRun += preparation.result().actionsRun;
-        outcome_.actionsReused += preparation.result().actionsReused;
-        return prepared;
-    }
-
-    /// Refuses options that the plan shows to be impossible.
-    Result<void> checkOptions(const Plan& plan) const {
-        if (const std::string why = options_.only ? whyNotLeft(scene_, plan, outcome_.output) : ""; !why.empty())
-            return failure(ErrorCode::InvalidRequest, "--only", why);
-        if (!options_.keepCandidates || !plan.undecided.empty()) return {};
-        return failure(ErrorCode::InvalidRequest, "--keep-candidates",
-                       layoutAsked(scene_.output) == kAutoLayout
-                           ? "found no light map whose layout is tried, expected at least one that leaves a choice"
-                           : "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, "
-                             "--max-error) or a budget");
-    }
-
     /// Returns true if the scene is over its budget with the many views that tables have beside one, and within it with the usual number.
     bool fitsWithUsualTables(const Plan& plan, const ExecutionResult& result) const {
         const auto& budget = scene_.output.budgetBytes;
@@ -286,6 +260,32 @@ private:
         outcome_.findings = std::move(*findings);
         for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
         return {};
+    }
+
+    /// Packs the charts of the light maps that ask for it, and returns the scene with the new maps.
+    Result<Scene> prepareMaps(Needs& needs) {
+        MapPreparation preparation(planOptions_, options_.keepGoing, state_, packedFolder(), [this](const auto& graph, const auto& folder) {
+            return folder.empty() ? execute(graph) : executeInto(folder, graph);
+        });
+        auto prepared = preparation.prepare(scene_, needs);
+        packGraph_ = preparation.graph();
+        preparationNotes_ = preparation.notes();
+        addErrors(preparation.result());
+        outcome_.actionsRun += preparation.result().actionsRun;
+        outcome_.actionsReused += preparation.result().actionsReused;
+        return prepared;
+    }
+
+    /// Refuses options that the plan shows to be impossible.
+    Result<void> checkOptions(const Plan& plan) const {
+        if (const std::string why = options_.only ? whyNotLeft(scene_, plan, outcome_.output) : ""; !why.empty())
+            return failure(ErrorCode::InvalidRequest, "--only", why);
+        if (!options_.keepCandidates || !plan.undecided.empty()) return {};
+        return failure(ErrorCode::InvalidRequest, "--keep-candidates",
+                       layoutAsked(scene_.output) == kAutoLayout
+                           ? "found no light map whose layout is tried, expected at least one that leaves a choice"
+                           : "found no light map whose layout is tried, expected --layout auto with a limit (--max-visible, "
+                             "--max-error) or a budget");
     }
 
     bool isStopped() const { return isEndedBy(outcome_.errors, options_.keepGoing, state_); }
