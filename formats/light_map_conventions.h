@@ -21,7 +21,7 @@ enum class ShQuantity { Radiance, Irradiance };
 enum class LightUnits { Radiometric, Game };
 /// Encoding of the colours of an 8-bit picture: scene key `encoding`.
 enum class LightEncoding { None, Rgbm, Dldr, Srgb };
-/// What says which texels lie inside charts: scene key `coverage`.
+/// Sources of the texels that lie inside charts: scene key `coverage`.
 enum class CoverageSource { File, Mesh };
 
 template <class Enum>

@@ -24,9 +24,9 @@ struct Verdict {
     std::vector<verify::Violation> violations;  ///< faults that the figures of the whole asset would average away
 };
 
-/// Returns a verdict. It passes if the last stage's rel_rms of diffuse and specular is within the limit, and so is the 99th percentile of
-/// its visible errors, and so is their proven bound, all figures of all stages are finite, and there is no violation. A limit on a bound
-/// that is not known is a violation.
+/// Returns a verdict. It passes if the last stage keeps the limits on rel_rms of diffuse and specular, on the 99th percentile of its
+/// visible errors and on their proven bound; if all figures of all stages are finite; and if there is no violation. A limit on a bound that
+/// is not known is a violation.
 Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {},
                     const std::optional<double>& maxVisible = std::nullopt, const std::optional<double>& maxVisibleBound = std::nullopt);
 

@@ -21,7 +21,7 @@ struct GlobalOptions;
 /// Runs a command whose options are parsed; returns the exit code.
 using CommandFunction = std::function<int(Session&)>;
 
-/// What a command has to do with a cooked folder, besides reading it.
+/// Uses that a command makes of a cooked folder, besides reading it.
 enum class FolderUse {
     None,
     Cooks,           ///< writes one

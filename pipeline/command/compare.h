@@ -15,10 +15,12 @@ struct Comparison {
     std::vector<formats::Error> changed;  ///< of cooked scenes: an error for each file that does not match its own manifest
 };
 
-/// Returns as figures {"rmse","rel_rmse","log2_psnr_db","max_abs","channels","images"} of two images or textures of one size, over the
-/// channels that both have and over all mips, layers and faces of two textures; the errors of shaded light of two light maps
-/// (compare_light_maps.h); or bytes and errors of each asset of two cooked scenes. An asset is "same" if these figures, its constants and
-/// the contents of its files are. "different_files" names the files of another content, "changed_since_cook" has the lines of `changed`.
+/// Compares two files or folders of one kind. The figures are
+///   - of images or textures of one size: {"rmse","rel_rmse","log2_psnr_db","max_abs","channels","images"}, over the channels that both
+///     have, and over all mips, layers and faces of textures
+///   - of light maps: the errors of shaded light (compare_light_maps.h)
+///   - of cooked scenes: bytes and errors of each asset. An asset is "same" if these figures, its constants and the contents of its files
+///     are. "different_files" names the files of another content, "changed_since_cook" has the lines of `changed`.
 formats::Result<Comparison> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state);
 
 }  // namespace lightcook::pipeline

@@ -39,9 +39,11 @@ public:
     static CommandPaths ofUnparsed(const std::string& option, const std::filesystem::path& output, const std::vector<std::string>& words);
 
     bool hasOutputs() const { return !outputs_.empty(); }
-    /// Fails if an output is an input, another output, a file of a cooked folder of the command line, a source of such a folder that is
-    /// read, or below a file; if a folder has the name of an output file; or if an output folder is named like a file. A report may take
-    /// the place of that of its folder.
+    /// Fails if an output
+    ///   - is an input, another output, or a file of a cooked folder of the command line; a report may replace that of its folder
+    ///   - is a source of a cooked folder that is read
+    ///   - lies below a file
+    ///   - is a file and has the name of a folder, or is a folder and is named like a file
     formats::Result<void> check() const;
     /// Returns false for an option whose output check() refuses.
     bool mayWrite(const std::string& option) const;

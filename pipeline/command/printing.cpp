@@ -33,7 +33,7 @@ bool hasShading(const ReportRow& row, verify::ErrorFigures verify::StageError::*
     return measures(shading) || !measures(other);
 }
 
-/// In place of a rel_rms of light that an asset or a scene does not have, as wide as percent().
+/// Stands in place of a rel_rms of light that an asset or a scene does not have, as wide as percent().
 constexpr const char* kNoRelRms = "         -";
 
 /// Returns rel_rms of a kind of shading; a dash for assets without it.

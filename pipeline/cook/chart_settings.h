@@ -6,8 +6,8 @@
 
 namespace lightcook::pipeline {
 
-/// Fails if the charts of a light map cannot be packed or split beside the other settings of the scene, or if a limit on charts with fewer
-/// texels is given where no charts are packed.
+/// Fails if other settings of the scene do not allow the charts of a light map to be packed or split. Fails also if a limit on charts with
+/// fewer texels is given where no charts are packed.
 /// asked  settings of the command line, which the scene has taken over
 formats::Result<void> checkCharts(const Scene& scene, const ChartSettings& asked = {});
 

@@ -40,7 +40,7 @@ struct ActionRecord {
     std::string run = {};  ///< RunRecord::at of the run that made it
 };
 
-/// What happens to an action while its graph runs. Each action of a graph is Planned before the first one is Started.
+/// Events of an action while its graph runs. Each action of a graph is Planned before the first one is Started.
 enum class ActionEvent { Planned, Started, Finished, Reused, Failed };
 
 /// Progress and interrupt, shared by everything that runs in one cook. The functions may be empty, and are called from any thread.

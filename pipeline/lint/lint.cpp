@@ -30,7 +30,7 @@ Action meshAction(const LightMapEntry& entry, const formats::LightMapDescription
 }
 
 Action probeAction(const Scene& scene, const ProbeEntry& entry, bool repair) {
-    // As stored: levels of 8 bits, and SH that the baker computed in the colours of the image.
+    // The image is read as stored: checks look at its 8-bit levels, and at SH that the baker computed in its colours.
     formats::ColorSpaces colors = scene.colors;
     colors.working = colors.source;
     Inputs inputs = environmentInputs(entry.file, colors);

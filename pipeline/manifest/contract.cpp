@@ -62,7 +62,7 @@ private:
             complain(file.string(), "another shader", "the one that this version verifies with");
     }
 
-    /// One scene, one lobe: of the tables, of the cubemap's prefilter, and of the surfaces that verification shades.
+    /// Checks that tables, cubemap prefilters and shaded surfaces have the one lobe of the scene.
     void checkLobe(const CookedAsset& asset) {
         const std::string expected(formats::info(manifest_.lobe).name);
         if (asset.kind == AssetKind::Lut) expectEqual(asset.name + ", distribution", asset.distribution.value_or(""), expected);

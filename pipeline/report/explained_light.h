@@ -10,9 +10,10 @@
 
 namespace lightcook::pipeline {
 
-/// Fits the closed form and the best single light to every covered texel, and two lights to a sample of the texels. Returns for each fit
-/// the fraction of energy (the sum of squares of all coefficients) that is not explained and the distribution of the residual: the root of
-/// the squared error over the norm of the texel's coefficients, in [0, 1]. hasAmbient: each fit has an ambient light too.
+/// Fits the closed form and the best single light to every covered texel, and two lights to a sample of the texels. Returns for each fit:
+///   - the fraction of the energy that it does not explain; energy is the sum of the squares of all coefficients
+///   - the distribution of the residual: the norm of a texel's error over the norm of its coefficients, in [0, 1]
+/// hasAmbient  each fit has an ambient light too
 formats::Result<Json> explainDominant(const std::filesystem::path& file, const formats::LightMapDescription& description, bool hasAmbient,
                                       const RunState& state);
 

@@ -10,8 +10,8 @@
 
 namespace lightcook::pipeline {
 
-/// Returns the failures of an asset: its violations, then each stage and kind of shading that is over the limit or not finite, then its
-/// worst seam if that is over its limit, and of the first map of a split the worst seam between its maps.
+/// Returns the failures of an asset, in this order: its violations; each stage and kind of shading that is over the limit or not finite;
+/// its worst seam, if that is over its limit; and, on the first map of a split, the worst seam between the maps, likewise.
 std::vector<Failure> failuresOf(const ReportRow& row);
 
 /// Returns a place of report.json ("sampled_at", "bound_at", "at") as text: "texel (12, 31), green, normal (0, 0, 1)". Leaves out members

@@ -23,7 +23,7 @@ struct ChartPart {
     std::string of;          ///< light map of the scene file; the part of this name has the lines and points of the mesh, too
     int tileSide = 0;        ///< of the tiles that charts are cut into (atlas/tiles.h) [texels]; 0: charts are whole
     std::vector<int> tiles;  ///< numbers of the tiles, ascending
-    /// With three maps, the tiles of one of the other two: triangles are cut at the borders between those, too, so that no gaps open.
+    /// Tiles of one of the other two maps, if there are three: triangles are cut at the borders between those too, so that no gaps open.
     std::vector<int> otherTiles = {};
     bool operator==(const ChartPart&) const = default;
 };

@@ -32,7 +32,7 @@ bool isReservedOnWindows(std::string_view name);
 struct ValueError {
     std::string found, expected;
 };
-/// Nothing where a value is allowed.
+/// The error of a value that is not allowed; empty for one that is.
 using Objection = std::optional<ValueError>;
 
 /// Parses a fraction: "0.02", "2%" or "2 %". Returns nothing for other texts and for numbers that are not finite.

@@ -28,7 +28,7 @@ struct Needs {
 };
 
 /// Returns the union of the needs of all materials: those of the meshes, overridden by the scene's own list. "*" overrides every material.
-/// Without any material everything is needed, over the default ranges.
+/// If there is no material, everything is needed, over the default ranges.
 Needs resolveNeeds(const Scene& scene, const std::vector<MaterialRecord>& meshMaterials);
 
 /// Returns the materials that a scene's assets are shaded with.

@@ -20,8 +20,8 @@ inline constexpr double kNoErrorLimit = 2;
 /// Returns max_error, or its default.
 double errorLimit(const OutputSettings& output);
 
-/// Returns the limit on rel_rms of a scene's light maps: max_error. Without it none, if there is a budget or a limit on what a pixel shows,
-/// else the default of max_error.
+/// Returns the limit on rel_rms of a scene's light maps: max_error. If that is not given, there is no limit where a budget or a limit on
+/// what a pixel shows chooses the layouts; elsewhere its default holds.
 std::optional<double> lightMapErrorLimit(const OutputSettings& output);
 
 /// Returns the limit on rel_rms that the layouts of light maps are chosen by: lightMapErrorLimit, or kNoErrorLimit without one.

@@ -214,7 +214,7 @@ double logAverage(const std::vector<RsrmRow>& rows, const glm::vec3& luminanceWe
 }
 
 /// Returns the bound of the local error between two centres, or between an outermost centre and its pole (a and b are then the same point).
-/// Only `local` and `channel` are set.
+/// Sets only `local` and `channel`.
 ///   - The result is between the values of both texels, extended by the sampler tolerance.
 ///   - The reference is Lipschitz in the angle. Its slope is at most half the gradient's range times the integral of |dk/da| of the lobe,
 ///     (s + 1) s / pi B(s/2, 3/2) < sqrt(2 (s + 1) / pi) (Kershaw's inequality). It is also within the gradient's range.

@@ -25,7 +25,7 @@ struct Part {
 class QuadControls {
 public:
     static constexpr std::size_t kMostControls = (kMostDegree + 1) * (kMostDegree + 1);
-    /// By channel, each control vector as an error, paired with that of the reference.
+    /// Control vectors of each channel as errors, each paired with that of the reference.
     struct Pairs {
         std::array<std::array<ErrorPair, kMostControls>, kChannels> all;
         std::size_t count;

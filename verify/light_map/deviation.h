@@ -23,7 +23,7 @@
 
 namespace lightcook::verify::layouts {
 
-/// One box for each layer.
+/// Boxes of the layers, one each.
 template <std::size_t kLayers>
 using Boxes = std::span<const TexelBox, kLayers>;
 

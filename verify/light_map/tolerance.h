@@ -81,7 +81,7 @@ public:
     glm::vec4 toleranceAt(std::size_t layer, int x, int y) const { return decodedTolerance(layer, x, y, 1) + formats_[layer].absolute; }
 
 private:
-    /// Those beyond the layers of the layout are not used.
+    /// Boxes of the layers; those beyond the layers of the layout are not used.
     using LayerBoxes = std::array<TexelBox, kMostLayers>;
 
     std::size_t layers() const { return formats_.size(); }

@@ -263,7 +263,7 @@ private:
     /// Returns an interval of M or S over L.
     Interval ratioOf(Light light, std::size_t k, const Intervals& lms) const {
         const glm::dvec3 &l = metric_.lms(0), &other = metric_.lms(static_cast<int>(k));
-        // Of any light: between the ratios of the channels and of black.
+        // The ratio of any light is between those of the channels and that of black.
         Interval any = {1, 1};
         for (int c = 0; c < 3; ++c) any = {std::min(any.low, other[c] / l[c]), std::max(any.high, other[c] / l[c])};
         const double guess = (lms[k].low + lms[k].high) / (lms[0].low + lms[0].high);
@@ -298,7 +298,7 @@ private:
             const double fromSlopes = slope * (main.interval.largest() + rest),
                          largest = std::min(fromSlopes, std::max(std::abs(fromCodes.low), std::abs(fromCodes.high)));
             out.spread.add(std::min(slope, 1.0), main.spread);
-            // How much the slope changes with the luminance.
+            // The slope changes with the luminance by at most this.
             out.spread.add(largest / luminance.low, spreads[0]);
             squares += largest * largest;
         }

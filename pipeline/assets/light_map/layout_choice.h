@@ -46,14 +46,15 @@ std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const Layo
 /// Returns the layouts that no other candidate beats in both bytes and usedOfLimits, the smallest first.
 std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidates);
 
-/// Returns the layout that the map would be better off with if the scene's list of layouts had it: the smallest that keeps the limits where
-/// the chosen one misses them or takes more memory; else the one of least error that is no larger and has less error than the chosen one.
+/// Returns the layout that would serve a map better if the scene's list of layouts had it. That is the smallest one that keeps the limits,
+/// if the chosen one misses them or takes more memory; else the one of least error among those that are no larger than the chosen one and
+/// have less error.
 /// Null if none is, as far as the trial measured them.
 const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const LayoutLimits& limits);
 
-/// Returns for each map the layout of least cost whose usedOfLimits is at most mostUsed; where none is, the one
-/// that uses least of those that a trial found within the limits: only these were verified, and only verification knows bounds and seams.
-/// Without any, the one that uses least in the trial.
+/// Returns for each map the layout of least cost whose usedOfLimits is at most mostUsed. If there is none, returns the one that uses least
+/// of the limits among those that the trial found within them: only these were verified, and only verification knows bounds and seams. If
+/// the trial found none within them, returns the one that uses least in the trial.
 std::map<std::string, std::string> cheapestWithin(const LightMapCandidates& candidates, double mostUsed = 1,
                                                   formats::LayoutCost cost = formats::LayoutCost::Bytes);
 

@@ -176,9 +176,11 @@ void describe(Fields& fields, Self& description) {
 
 /// Returns how the light map of a cooked asset is read.
 formats::Result<formats::LightMapDescription> descriptionOf(const CookedAsset& asset);
-/// Returns the inputs of an action that opens a light map: "source"; "source-" with its name each file that is read beside it: the images
-/// that the description lists, or those that the bake format finds; "frames", the mesh of a bake in tangent space; and the configuration
-/// of its colours.
+/// Returns the inputs of an action that opens a light map, by role:
+///   source       the file
+///   source-NAME  each file that is read beside it: the images that the description lists, or those that the bake format finds
+///   frames       the mesh of a bake in tangent space
+/// and the configuration of its colours (isColorConfigRole).
 std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::path& file, const formats::LightMapDescription& description);
 /// Returns the description with the files among the inputs of an action: the configuration of colours, and the images that it lists.
 formats::LightMapDescription withFiles(formats::LightMapDescription description,

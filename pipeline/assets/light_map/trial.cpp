@@ -59,7 +59,7 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
         const bool isListed = !parameters.layouts.empty() && !each.isExcluded;
         if (isFlat(each) || isListed) return true;
         if (!parameters.hasDirections) return each.layout->refinesCoefficient0();
-        // Layouts of directions that nobody sees can only be better by texels of their own.
+        // Where no shading shows directions, a layout that stores them is better only if its first texture is finer.
         return parameters.shading.needsDirections() || first == formats::TexelRole::Half || first == formats::TexelRole::HdrFine;
     };
     if (std::ranges::any_of(trials, [&](const Trial& each) { return isFlat(each) && !each.isExcluded; }))
@@ -271,7 +271,7 @@ struct GroupCandidates {
 };
 
 /// Tries the layouts of a light map, with `joint` those of its dominant light too.
-/// byGroup  gets the sums by group, of the whole map; null: nobody asks for them
+/// byGroup  gets the sums by group, of the whole map; null: they are not wanted
 Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint, GroupCandidates* byGroup,
                                     const ActionContext& context) {
     const auto source = openLightMap(context, parameters.description);
