@@ -11,14 +11,12 @@
 
 #include "formats/nearest.h"
 #include "formats/pixel_format.h"
-#include "formats/read_file.h"
 #include "formats/target.h"
 #include "formats/vocabulary.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/byte_count.h"
-#include "pipeline/scene/scene.h"
-#include "pipeline/scene/toml_nesting.h"
+#include "pipeline/scene/toml_file.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -42,11 +40,6 @@ constexpr std::array kPlatformKeys = {
         "by the name of a scene: its own limit, in place of `scene`; a name that no cooked folder of the report has is a warning"},
     BudgetKeyInfo{"kinds", "table of sizes", "none", "by asset kind: largest GPU memory of a scene's assets of that kind"},
     BudgetKeyInfo{"formats", "table of sizes", "none", "by pixel format: largest GPU memory of a scene's textures of that format"},
-};
-
-/// Thrown inside this file only, at the first mistake; readBudgets returns it as an error.
-struct BudgetMistake {
-    Error error;
 };
 
 /// Reads the tables of one file.
@@ -86,16 +79,16 @@ private:
 
     std::string place(const toml::source_position& at) const { return fmt::format("{}:{}:{}", file_, at.line, at.column); }
     [[noreturn]] void fail(const toml::node& node, const std::string& detail) const {
-        throw BudgetMistake{{ErrorCode::InvalidRequest, place(node.source().begin), detail}};
+        throw TomlMistake{{ErrorCode::InvalidRequest, place(node.source().begin), detail}};
     }
 
     void refuseUnknown(const toml::table& table, const std::string& where, const std::vector<std::string>& known) const {
         for (const auto& [key, node] : table) {
             const std::string name(key.str());
             if (std::ranges::find(known, name) != known.end()) continue;
-            throw BudgetMistake{{ErrorCode::InvalidRequest, place(key.source().begin),
-                                 fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, where,
-                                             formats::nearestName(name, known))}};
+            throw TomlMistake{{ErrorCode::InvalidRequest, place(key.source().begin),
+                               fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, where,
+                                           formats::nearestName(name, known))}};
         }
     }
 
@@ -103,7 +96,7 @@ private:
         const auto text = node.value<std::string>();
         if (!text || !node.is_string()) fail(node, fmt::format("found no string for platform.{}, expected a size such as \"8 MiB\"", key));
         const auto bytes = parseByteCount(*text, place(node.source().begin));
-        if (!bytes) throw BudgetMistake{bytes.error()};
+        if (!bytes) throw TomlMistake{bytes.error()};
         return *bytes;
     }
     std::optional<std::uint64_t> optionalSize(const toml::table& table, const char* key) const {
@@ -195,26 +188,13 @@ std::span<const BudgetKeyInfo> allPlatformKeys() {
 
 Result<PlatformBudgets> readBudgets(const std::filesystem::path& file) {
     constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20;
-    constexpr int kDeepest = 16;  // budgets are 3 deep
     std::error_code code;
     if (!std::filesystem::is_regular_file(file, code))
         return failure(ErrorCode::InvalidRequest, file.string(),
                        fmt::format("found {}, expected the budgets of platforms (TOML)",
                                    std::filesystem::is_directory(file, code) ? "a folder" : "no such file"));
-    const auto text = formats::readWholeText(file, kMostBytes);
-    if (!text) return failure(ErrorCode::InvalidRequest, text.error().subject, text.error().detail);
-    if (const auto place = placeNestedDeeper(*text, kDeepest))
-        return failure(ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file.string(), place->line, place->column),
-                       fmt::format("found values nested more than {} deep, expected budgets, which are 3 deep", kDeepest));
-    try {
-        return BudgetReader(file.string()).read(toml::parse(*text, file.string()));
-    } catch (const BudgetMistake& mistake) {
-        return tl::make_unexpected(mistake.error);
-    } catch (const toml::parse_error& mistake) {
-        const toml::source_position at = mistake.source().begin;
-        return failure(ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file.string(), at.line, at.column),
-                       fmt::format("found a syntax error ({}), expected TOML", mistake.description()));
-    }
+    return readToml(file, kMostBytes, "budgets, which are 3 deep",
+                    [&](const toml::table& root) { return BudgetReader(file.string()).read(root); });
 }
 
 std::vector<PlatformUse> usesOf(const PlatformBudgets& budgets, const std::vector<SceneMemory>& scenes) {

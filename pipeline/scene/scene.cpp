@@ -13,18 +13,16 @@
 #include "formats/color.h"
 #include "formats/light_map_layout.h"
 #include "formats/nearest.h"
-#include "formats/read_file.h"
 #include "formats/vocabulary.h"
 #include "pipeline/scene/byte_count.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
 #include "pipeline/scene/dominant_layout.h"
-#include "pipeline/scene/keys.h"
 #include "pipeline/scene/rsrm_format.h"
 #include "pipeline/scene/settings.h"
 #include "pipeline/scene/table_reader.h"
-#include "pipeline/scene/toml_nesting.h"
+#include "pipeline/scene/toml_file.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -116,9 +114,8 @@ std::optional<bool> readMips(TableReader& reader) {
     return reader.optional<bool>("mips", "true or false: the charts of a map decide how many levels it has");
 }
 
-OutputSettings readOutput(TableReader reader) {
-    OutputSettings output;
-    output.target = reader.oneOfRows("target", formats::allTargets());
+/// Reads the limits on errors, and the budget.
+void readLimits(TableReader& reader, OutputSettings& output) {
     const auto fraction = [&](const char* key) {
         const auto value = reader.fraction(key, "a positive fraction: 0.02, or \"2%\"");
         if (value && (!(*value > 0) || !std::isfinite(*value)))
@@ -136,14 +133,13 @@ OutputSettings readOutput(TableReader reader) {
     output.maxWholeError = fraction("max_whole_error");
     if (const auto text = reader.optional<std::string>("budget", "a size such as \"2 MiB\"")) {
         const auto bytes = parseByteCount(*text, reader.place("budget"));
-        if (!bytes) throw SceneMistake{bytes.error()};
+        if (!bytes) throw TomlMistake{bytes.error()};
         output.budgetBytes = *bytes;
     }
-    if (reader.has("light_map_layout")) output.lightMapLayout = reader.oneOf("light_map_layout", lightMapLayoutChoices(), "");
-    readDecode(reader, output);
-    output.objective = reader.oneOfRows("objective", formats::allObjectives());
-    output.container = reader.oneOf("container", {"ktx2", "dds"}, "ktx2") == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
-    output.zstd = reader.optional<bool>("zstd", "true or false").value_or(false);
+}
+
+/// Reads the settings of the block encoders. Needs the target.
+void readEncoding(TableReader& reader, OutputSettings& output) {
     if (const auto effort = reader.optional<std::int64_t>("effort", "an integer from 0 to 9")) {
         if (*effort < 0 || *effort > 9)
             reader.fail(reader.node("effort"), fmt::format("found {} for output.effort, expected an integer from 0 to 9", *effort));
@@ -157,6 +153,18 @@ OutputSettings readOutput(TableReader reader) {
             reader.fail(reader.node("rdo"), fmt::format("found {} for output.rdo, expected a fraction from 0 to {}", *rdo, kLargestRdo));
         output.rdo = *rdo;
     }
+}
+
+OutputSettings readOutput(TableReader reader) {
+    OutputSettings output;
+    output.target = reader.oneOfRows("target", formats::allTargets());
+    readLimits(reader, output);
+    if (reader.has("light_map_layout")) output.lightMapLayout = reader.oneOf("light_map_layout", lightMapLayoutChoices(), "");
+    readDecode(reader, output);
+    output.objective = reader.oneOfRows("objective", formats::allObjectives());
+    output.container = reader.oneOf("container", {"ktx2", "dds"}, "ktx2") == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
+    output.zstd = reader.optional<bool>("zstd", "true or false").value_or(false);
+    readEncoding(reader, output);
     output.draco = reader.optional<bool>("draco", "true or false").value_or(true);
     output.charts = readChartSettings(reader);
     output.gltf = reader.optional<bool>("gltf", "true or false").value_or(false);
@@ -180,7 +188,7 @@ formats::ColorSpaces readColors(TableReader reader) {
         if (checked) continue;
         // The default of a key that is not there may be unknown to a config file.
         const std::string place = reader.has(key) ? reader.place(key) : reader.place("config");
-        throw SceneMistake{
+        throw TomlMistake{
             {ErrorCode::InvalidRequest, fmt::format("{}, color.{}, {}", place, key, checked.error().subject), checked.error().detail}};
     }
     return colors;
@@ -239,7 +247,7 @@ std::filesystem::path readFiles(TableReader& reader, formats::LightMapDescriptio
     description.partFiles = readPartFiles(reader, files);
     for (const auto& [name, path] : description.partFiles) description.parts.push_back(name);
     const auto format = formats::bakeFormatOfFiles(description.parts, reader.place("files"));
-    if (!format) throw SceneMistake{format.error()};
+    if (!format) throw TomlMistake{format.error()};
     if (description.bake != formats::kAutoBake && description.bake != (*format)->name)
         reader.fail(reader.node("files"),
                     fmt::format("found the images of bake format {} beside bake = \"{}\", expected that bake or \"{}\"", (*format)->name,
@@ -248,22 +256,46 @@ std::filesystem::path readFiles(TableReader& reader, formats::LightMapDescriptio
     return whole != description.partFiles.end() ? whole->second : description.partFiles.at("sh00.R");
 }
 
+/// Reads the conventions of a bake, and its limit on fireflies.
+void readConventions(TableReader& reader, formats::LightMapDescription& description) {
+    description.phase = reader.oneOfRows("phase", formats::conventions<formats::ShPhase>());
+    description.frame = reader.oneOfRows("frame", formats::conventions<formats::ShFrame>());
+    description.quantity = reader.oneOfRows("quantity", formats::conventions<formats::ShQuantity>());
+    description.encoding = reader.oneOfRows("encoding", formats::conventions<formats::LightEncoding>());
+    description.coverage = reader.oneOfRows("coverage", formats::conventions<formats::CoverageSource>());
+    description.image = reader.optional<std::string>("image", "the name of an image in the glTF").value_or("");
+    description.lightUnits = reader.oneOfRows("light_units", formats::conventions<formats::LightUnits>());
+    if (const auto limit = reader.optional<double>("firefly_limit", "a number from 1, or 0 for no check")) {
+        reader.check("firefly_limit", objectionToFireflyLimit(*limit));
+        description.fireflyLimit = *limit;
+    }
+}
+
+void readDominantFit(TableReader& reader, LightMapEntry& entry) {
+    if (!reader.has("dominant_fit")) return;
+    const auto name = reader.optional<std::string>("dominant_fit", "a string");
+    const DominantFitInfo* fit = dominantFitFromName(*name);
+    entry.dominantFit =
+        fit != nullptr ? std::string(fit->name) : reader.oneOf("dominant_fit", formats::namesOf(allDominantFits()), entry.dominantFit);
+}
+
+/// Reads the layout of the dominant light. A fit beside the layout without a light is refused.
+void readDominantLayout(TableReader& reader, LightMapEntry& entry) {
+    if (reader.has("dominant_layout")) entry.dominantLayout = reader.oneOf("dominant_layout", formats::namesOf(allDominantLayouts()), "");
+    const DominantLayoutInfo* const dominant = dominantLayoutFromName(entry.dominantLayout.value_or(""));
+    if (reader.has("dominant_fit") && dominant != nullptr && dominant->divisor == 0)
+        reader.fail(reader.node("dominant_fit"),
+                    fmt::format("found light_map.dominant_fit beside dominant_layout = \"{}\", expected one of "
+                                "them: there is no dominant light",
+                                dominant->name));
+}
+
 LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& colors) {
     LightMapEntry entry;
     entry.name = readName(reader);
     entry.description.bake = readBake(reader);
     entry.file = reader.has("files") ? readFiles(reader, entry.description) : reader.requiredPath("file");
-    entry.description.phase = reader.oneOfRows("phase", formats::conventions<formats::ShPhase>());
-    entry.description.frame = reader.oneOfRows("frame", formats::conventions<formats::ShFrame>());
-    entry.description.quantity = reader.oneOfRows("quantity", formats::conventions<formats::ShQuantity>());
-    entry.description.encoding = reader.oneOfRows("encoding", formats::conventions<formats::LightEncoding>());
-    entry.description.coverage = reader.oneOfRows("coverage", formats::conventions<formats::CoverageSource>());
-    entry.description.image = reader.optional<std::string>("image", "the name of an image in the glTF").value_or("");
-    entry.description.lightUnits = reader.oneOfRows("light_units", formats::conventions<formats::LightUnits>());
-    if (const auto limit = reader.optional<double>("firefly_limit", "a number from 1, or 0 for no check")) {
-        reader.check("firefly_limit", objectionToFireflyLimit(*limit));
-        entry.description.fireflyLimit = *limit;
-    }
+    readConventions(reader, entry.description);
     entry.description.colors = colors;
     entry.maxVisible = readVisibleLimit(reader, "max_visible");
     entry.maxVisibleBound = readVisibleLimit(reader, "max_visible_bound");
@@ -279,20 +311,9 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
             reader.node("max_seam"),
             fmt::format("found light_map.max_seam without a mesh for '{}', expected mesh = \"FILE\": seams are at its edges", entry.name));
     entry.groundTruth = reader.optionalPath("ground_truth");
-    if (reader.has("dominant_fit")) {
-        const auto name = reader.optional<std::string>("dominant_fit", "a string");
-        const DominantFitInfo* fit = dominantFitFromName(*name);
-        entry.dominantFit =
-            fit != nullptr ? std::string(fit->name) : reader.oneOf("dominant_fit", formats::namesOf(allDominantFits()), entry.dominantFit);
-    }
+    readDominantFit(reader, entry);
     entry.charts = readChartSettings(reader);
-    if (reader.has("dominant_layout")) entry.dominantLayout = reader.oneOf("dominant_layout", formats::namesOf(allDominantLayouts()), "");
-    const DominantLayoutInfo* const dominant = dominantLayoutFromName(entry.dominantLayout.value_or(""));
-    if (reader.has("dominant_fit") && dominant != nullptr && dominant->divisor == 0)
-        reader.fail(reader.node("dominant_fit"),
-                    fmt::format("found light_map.dominant_fit beside dominant_layout = \"{}\", expected one of "
-                                "them: there is no dominant light",
-                                dominant->name));
+    readDominantLayout(reader, entry);
     return entry;
 }
 
@@ -589,7 +610,6 @@ std::string placeIn(const Scene& scene, std::string_view section, std::string_vi
 
 Result<Scene> readScene(const std::filesystem::path& file) {
     constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 20;
-    constexpr int kDeepest = 16;  // a scene is 3 deep
     std::error_code code;
     const auto kind = std::filesystem::status(file, code).type();
     if (kind == std::filesystem::file_type::directory && std::filesystem::is_regular_file(file / "scene.toml", code))
@@ -605,20 +625,7 @@ Result<Scene> readScene(const std::filesystem::path& file) {
                                    : kind == std::filesystem::file_type::not_found || kind == std::filesystem::file_type::none
                                        ? "no such file"
                                        : "something that is no file"));
-    const auto text = formats::readWholeText(file, kMostBytes);
-    if (!text) return failure(ErrorCode::InvalidRequest, text.error().subject, text.error().detail);
-    if (const auto place = placeNestedDeeper(*text, kDeepest))
-        return failure(ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file.string(), place->line, place->column),
-                       fmt::format("found values nested more than {} deep, expected a scene file, which is 3 deep", kDeepest));
-    try {
-        return readRoot(toml::parse(*text, file.string()), file);
-    } catch (const SceneMistake& mistake) {
-        return tl::make_unexpected(mistake.error);
-    } catch (const toml::parse_error& mistake) {
-        const toml::source_position at = mistake.source().begin;
-        return failure(ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file.string(), at.line, at.column),
-                       fmt::format("found a syntax error ({}), expected TOML", mistake.description()));
-    }
+    return readToml(file, kMostBytes, "a scene file, which is 3 deep", [&](const toml::table& root) { return readRoot(root, file); });
 }
 
 }  // namespace lightcook::pipeline

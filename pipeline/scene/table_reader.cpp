@@ -52,7 +52,7 @@ TableReader::TableReader(const toml::table& table, std::filesystem::path file, s
 }
 
 void TableReader::fail(const toml::node& node, const std::string& detail) const {
-    throw SceneMistake{{ErrorCode::InvalidRequest, placeOf(file_, node.source().begin), detail}};
+    throw TomlMistake{{ErrorCode::InvalidRequest, placeOf(file_, node.source().begin), detail}};
 }
 
 void TableReader::failType(const toml::node& node, const char* key, std::string_view expected) const {
@@ -171,9 +171,9 @@ void TableReader::refuseUnknownKeys() const {
     for (const auto& [key, node] : table_) {
         const std::string name(key.str());
         if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-        throw SceneMistake{{ErrorCode::InvalidRequest, placeOf(file_, key.source().begin),
-                            fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, name_,
-                                        formats::nearestName(name, known))}};
+        throw TomlMistake{{ErrorCode::InvalidRequest, placeOf(file_, key.source().begin),
+                           fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, name_,
+                                       formats::nearestName(name, known))}};
     }
 }
 

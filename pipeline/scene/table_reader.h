@@ -19,13 +19,9 @@
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/keys.h"
 #include "pipeline/scene/scene.h"
+#include "pipeline/scene/toml_file.h"
 
 namespace lightcook::pipeline {
-
-/// Thrown while a scene file is read, and never leaves readScene.
-struct SceneMistake {
-    formats::Error error;
-};
 
 /// Returns a text as messages quote it.
 std::string inQuotes(std::string_view text);

@@ -1,0 +1,44 @@
+// Reads TOML files: scene files, and budgets.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include "formats/error.h"
+
+namespace lightcook::pipeline {
+
+/// Thrown while the tables of a file are read, and never leaves readToml.
+struct TomlMistake {
+    formats::Error error;
+};
+
+/// Returns the text of a file. Fails if it has more than `mostBytes`, or values that are nested deeper than any file needs.
+/// expected  "budgets, which are 3 deep", for that error
+formats::Result<std::string> readTomlText(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected);
+
+/// Returns what `read` makes of the root table of a file. Errors name file, line and column.
+/// mostBytes, expected  see readTomlText
+/// read                 takes a const toml::table&, and may throw TomlMistake
+template <class Read>
+auto readToml(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected, Read read)
+    -> formats::Result<decltype(read(std::declval<const toml::table&>()))> {
+    const auto text = readTomlText(file, mostBytes, expected);
+    if (!text) return tl::make_unexpected(text.error());
+    try {
+        return read(toml::parse(*text, file.string()));
+    } catch (const TomlMistake& mistake) {
+        return tl::make_unexpected(mistake.error);
+    } catch (const toml::parse_error& mistake) {
+        const toml::source_position at = mistake.source().begin;
+        return formats::failure(formats::ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file.string(), at.line, at.column),
+                                fmt::format("found a syntax error ({}), expected TOML", mistake.description()));
+    }
+}
+
+}  // namespace lightcook::pipeline
