@@ -10,7 +10,6 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
-#include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
@@ -20,31 +19,34 @@
 
 namespace lightcook::pipeline {
 
-CommandFunction defineCook(CLI::App& app) {
-    struct Options {
-        CookOptions cook;
-        OutputOptions output;
-        CiOutputs files;
-        std::optional<int> samples;
-        std::filesystem::path history;
-        std::string chartMode;
-        bool keepsUv = false;
-    };
-    const auto options = std::make_shared<Options>();
-    CookOptions& cook = options->cook;
+namespace {
+
+/// The command line of `cook`.
+struct CookCommand {
+    CookOptions cook;
+    OutputOptions output;
+    CiOutputs files;
+    std::optional<int> samples;
+    std::filesystem::path history;
+    std::string chartMode;
+    bool keepsUv = false;
+};
+
+void addCookOptions(CLI::App& app, CookCommand& command) {
+    CookOptions& cook = command.cook;
     addFileOption(app, "scene", cook.scene, "The scene file (scene.toml)")->required();
     declareWritten(addFolderOption(app, "-o,--output", cook.output, "Output folder; default: <scene name>.cooked"), Written::Folder);
-    options->output.addScene(app);
+    command.output.addScene(app);
     declareWritten(app.add_option("--depfile", cook.depfile, "Write the inputs as a Makefile rule")->type_name(kFilePlaceholder),
                    Written::File);
     CLI::Option* only = app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are");
     only->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
-    addSamplesOption(app, options->samples);
+    addSamplesOption(app, command.samples);
     CLI::Option* chartMode =
-        app.add_option("--charts", options->chartMode, fmt::format("Charts of the light maps ({})", captionsOf(allChartModes())));
+        app.add_option("--charts", command.chartMode, fmt::format("Charts of the light maps ({})", captionsOf(allChartModes())));
     chartMode->check(CLI::IsMember(formats::namesOf(allChartModes())));
-    CLI::Option* keepsUv = app.add_flag("--keep-uv", options->keepsUv, "Leave the light-map UVs of all meshes as they are: --charts keep");
+    CLI::Option* keepsUv = app.add_flag("--keep-uv", command.keepsUv, "Leave the light-map UVs of all meshes as they are: --charts keep");
     keepsUv->excludes(chartMode);
     app.add_option(
            "--charts-max-visible", cook.charts.maxVisible,
@@ -63,10 +65,49 @@ CommandFunction defineCook(CLI::App& app) {
     app.add_flag("--keep-going", cook.keepGoing, "Cook the other assets after a failure; the exit code is the first failure's");
     addStrictOption(app, cook.strict);
     addRepairOption(app, cook.repair);
-    options->files.add(app);
+    command.files.add(app);
     declareWritten(
-        addFileOption(app, "--history", options->history, "Append a line with the memory and the errors of the scene (JSON lines)"),
+        addFileOption(app, "--history", command.history, "Append a line with the memory and the errors of the scene (JSON lines)"),
         Written::File);
+}
+
+/// Runs the command. Returns the exit code.
+int runCook(Session& session, CookCommand& command) {
+    if (auto applied = command.output.apply(command.cook); !applied) return session.finish(applied);
+    for (const auto& [option, file] : {std::pair("--depfile", command.cook.depfile.value_or("")), std::pair("--history", command.history)})
+        if (auto checked = checkIsFile(option, file); !checked) return session.finish(checked);
+    if (command.samples) command.cook.samples = *command.samples;
+    ChartSettings& charts = command.cook.charts;
+    if (const auto* row = formats::findByName(allChartModes(), command.chartMode); row != nullptr) charts.mode = row->id;
+    if (command.keepsUv) charts.mode = ChartMode::Keep;
+    if (auto ready = command.files.prepare(session); !ready) return session.finish(ready);
+    // Read once: between two reads the file could become another scene.
+    auto scene = readScene(command.cook.scene);
+    if (scene)
+        if (auto checked = session.paths.checkAgainstScene(*scene, cookedFolder(*scene, command.cook.output)); !checked)
+            return session.finish(checked);
+    // A file that is no history is refused before the cook.
+    if (!command.history.empty())
+        if (const auto history = readHistory(command.history); !history) return session.finish(history);
+    Outcome outcome = scene ? cookScene(std::move(*scene), command.cook, session.state) : outcomeOf(scene.error());
+    std::vector<formats::Error> errors = command.files.write(session, "cook", outcome, command.cook.scene, {});
+    if (!command.history.empty() && outcome.report.is_object()) {
+        const auto report = fromJson<Report>(outcome.report, kReportName);
+        const auto manifest = loadManifest(outcome.output);
+        if (report)
+            if (const auto history = appendHistory(command.history, {historyLine(*report, manifest ? manifest->target : "")}); !history)
+                errors.push_back(history.error());
+    }
+    outcome.errors = std::move(errors);
+    printCook(session, outcome);
+    return session.finish(outcome.errors);
+}
+
+}  // namespace
+
+CommandFunction defineCook(CLI::App& app) {
+    const auto command = std::make_shared<CookCommand>();
+    addCookOptions(app, *command);
     app.footer(R"(An action (one step: cooks or verifies an asset, tries layouts, packs charts) is identified by a
 digest of the content of its inputs, its parameters and lightcook's own sources. Results of earlier
 actions are taken from the cache, which holds at most 4 GiB and drops the least recently used first.
@@ -89,38 +130,7 @@ the option removes them, but no other file there.
 
 The last line has the verdict, the sizes, and how many actions came from the cache; with --log json it
 is an object on standard error. --quiet leaves it out. -v prints a line for each action.)");
-    return [options](Session& session) {
-        if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
-        for (const auto& [option, file] :
-             {std::pair("--depfile", options->cook.depfile.value_or("")), std::pair("--history", options->history)})
-            if (auto checked = checkIsFile(option, file); !checked) return session.finish(checked);
-        if (options->samples) options->cook.samples = *options->samples;
-        ChartSettings& charts = options->cook.charts;
-        if (const auto* row = formats::findByName(allChartModes(), options->chartMode); row != nullptr) charts.mode = row->id;
-        if (options->keepsUv) charts.mode = ChartMode::Keep;
-        if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
-        // Read once: between two reads the file could become another scene.
-        auto scene = readScene(options->cook.scene);
-        if (scene)
-            if (auto checked = session.paths.checkAgainstScene(*scene, cookedFolder(*scene, options->cook.output)); !checked)
-                return session.finish(checked);
-        // A file that is no history is refused before the cook.
-        if (!options->history.empty())
-            if (const auto history = readHistory(options->history); !history) return session.finish(history);
-        Outcome outcome = scene ? cookScene(std::move(*scene), options->cook, session.state) : outcomeOf(scene.error());
-        std::vector<formats::Error> errors = options->files.write(session, "cook", outcome, options->cook.scene, {});
-        if (!options->history.empty() && outcome.report.is_object()) {
-            const auto report = fromJson<Report>(outcome.report, kReportName);
-            const auto manifest = loadManifest(outcome.output);
-            if (report)
-                if (const auto history = appendHistory(options->history, {historyLine(*report, manifest ? manifest->target : "")});
-                    !history)
-                    errors.push_back(history.error());
-        }
-        outcome.errors = std::move(errors);
-        printCook(session, outcome);
-        return session.finish(outcome.errors);
-    };
+    return [command](Session& session) { return runCook(session, *command); };
 }
 
 }  // namespace lightcook::pipeline

@@ -10,7 +10,6 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
-#include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 
 namespace lightcook::pipeline {

@@ -11,7 +11,6 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
-#include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
 #include "pipeline/scene/rsrm_format.h"
 
