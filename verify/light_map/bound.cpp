@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "lighting/quadratic.h"
-#include "lighting/radiometry.h"
 
 namespace lightcook::verify {
 
