@@ -200,19 +200,18 @@ bool isRightOnSurface(const std::vector<verify::LightMapErrors::Stage>& stages, 
 
 /// Returns the faults of a map: a block that is too far off, or a residual stage that adds to the error both at texel centres and on the
 /// surface.
-Result<std::vector<verify::Violation>> violationsOf(const std::string& layout, const LightMapPart& whole,
-                                                    const std::vector<verify::StageError>& stages, double maxError, LightMapSource& bake,
-                                                    const CookedLightMapReader& cooked, double key) {
+Result<std::vector<verify::Violation>> violationsOf(const MippedLightMap& map, const LightMapPart& whole,
+                                                    const std::vector<verify::StageError>& stages, const CookedLightMapReader& cooked) {
     std::vector<verify::Violation> violations;
-    if (const auto block = checkBlocks(whole.blocks, "", maxError, violations)) {
-        const auto worst = worstInBlock(bake, cooked, *block, key);
+    if (const auto block = checkBlocks(whole.blocks, "", map.maxError, violations)) {
+        const auto worst = worstInBlock(map.bake, cooked, *block, map.key);
         if (!worst) return tl::make_unexpected(worst.error());
         violations.back().at = *worst;
     }
     for (std::size_t i = 1; i < stages.size(); ++i) {
         const std::string &before = stages[i - 1].name, &after = stages[i].name;
         if (isResidual(after) && !isRightOnSurface(whole.errors.stages, before, after))
-            checkStage(stages, before, after, roundingOfResidual(layout), violations);
+            checkStage(stages, before, after, roundingOfResidual(map.asset.layout), violations);
     }
     return violations;
 }
@@ -331,7 +330,7 @@ Result<VerifyResult> judgeMap(const MippedLightMap& map, const LightMapPart& who
         measures = {{note_keys::kUnreadTexels, errors->unreadTexels}};
         addUnpackedStage(stages, std::move(errors->total), before->unpacked.packing.reducedCharts == 0);
     }
-    auto violations = violationsOf(map.asset.layout, whole, stages, map.maxError, map.bake, cooked, map.key);
+    auto violations = violationsOf(map, whole, stages, cooked);
     if (!violations) return tl::make_unexpected(violations.error());
     checkLayout(map.asset.layout, parameters.shading, stages.back(), map.maxError, *violations);
     auto mips = mipErrors(map, *violations, context);
