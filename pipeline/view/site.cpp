@@ -145,7 +145,7 @@ Result<void> replaceExport(const Site& site, const fs::path& fresh, const fs::pa
 }
 
 /// Fails if a texture is no KTX2 file: the page reads no others.
-Result<void> checkContainer(const fs::path& folder, const Manifest& manifest) {
+Result<void> requireKtx2(const fs::path& folder, const Manifest& manifest) {
     for (const CookedAsset& asset : manifest.assets)
         for (const CookedTexture& texture : asset.textures)
             if (fs::path(texture.file).extension() == ".dds")
@@ -210,7 +210,7 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
                        "this build has no viewer; build it with -DLIGHTCOOK_VIEWER=ON, which needs Node");
     const auto manifest = loadManifest(options.folder);
     if (!manifest) return tl::make_unexpected(manifest.error());
-    if (auto readable = checkContainer(options.folder, *manifest); !readable) return tl::make_unexpected(readable.error());
+    if (auto readable = requireKtx2(options.folder, *manifest); !readable) return tl::make_unexpected(readable.error());
     if (const auto errors = checkDigests(options.folder, *manifest); !errors.empty()) return tl::make_unexpected(errors.front());
     auto scratch = formats::TemporaryFolder::create();
     if (!scratch) return tl::make_unexpected(scratch.error());
