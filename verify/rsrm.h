@@ -85,6 +85,11 @@ struct RsrmCodeError {
     int row = 0, column = 0;
 };
 RsrmCodeError rsrmCodeError(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows);
+/// Checks that the codes of a map that is called dithered are dithered. Error diffusion carries each rounding error to the next texel, so
+/// that the errors of any texels from the first one on sum to at most half a code. Rounded codes pass one by one, but their sums grow along
+/// a band. Returns the largest sum beyond half a code, the rounding of the check and the source's uncertainty, in codes; at most 0 for a
+/// dithered map and for one that is not called so.
+RsrmCodeError rsrmDitherError(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows);
 
 /// Visibility of banding, over all rows and channels.
 struct RsrmBanding {

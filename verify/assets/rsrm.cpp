@@ -370,6 +370,31 @@ RsrmCodeError rsrmCodeError(const CookedRsrm& map, const RsrmSource& source, con
     return worst;
 }
 
+RsrmCodeError rsrmDitherError(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows) {
+    RsrmCodeError worst{-1, 0, 0};
+    if (map.codes != RsrmCodes::Dithered) return worst;
+    constexpr double kRounding = 1e-3;  // of one texel [codes], as in rsrmCodeError()
+    const glm::dvec3 off = 2.0 * endsOf(source).slack;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        glm::dvec3 sum(0);
+        int column = 0;
+        for (const RsrmRow::Point& point : rows[row].points) {
+            if (!point.isCentre) continue;
+            const glm::dvec3 codes = rsrmCodeSize(map, point.reference);
+            for (int channel = 0; channel < 3; ++channel) {
+                const double code = codes[channel];
+                if (!(code > kLeastCode)) continue;  // black
+                sum[channel] += (point.cooked[channel] - point.reference[channel]) / code;
+                const double slack = 0.5 + (column + 1) * (kRounding + (off[channel] + kLeastCode) / code);
+                const double beyond = std::abs(sum[channel]) - slack;
+                if (beyond > worst.codes) worst = {beyond, static_cast<int>(row), column};
+            }
+            ++column;
+        }
+    }
+    return worst;
+}
+
 RsrmBanding rsrmBanding(const CookedRsrm& map, const std::vector<RsrmRow>& rows, const glm::vec3& luminanceWeights) {
     const double key = logAverage(rows, luminanceWeights);
     RsrmBanding banding;

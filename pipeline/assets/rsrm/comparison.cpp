@@ -52,6 +52,10 @@ std::vector<verify::Violation> violationsOf(const verify::CookedRsrm& map, const
         violations.push_back({fmt::format("row {}, texel {}", off.row, off.column),
                               fmt::format("an error of {:.3g} codes beyond rounding", off.codes), std::string(allowedCodes(map.codes)),
                               worstOf(rows, {off.column, off.row}, {1, 1})});
+    if (const verify::RsrmCodeError sum = verify::rsrmDitherError(map, source, rows); off.codes <= 0 && sum.codes > 0)
+        violations.push_back({fmt::format("row {}, texel {}, dither", sum.row, sum.column),
+                              fmt::format("errors that sum to {:.3g} codes more than dithering leaves", sum.codes),
+                              "dithered codes, as the manifest calls them"});
     if (map.codes != verify::RsrmCodes::Blocks && map.codes != verify::RsrmCodes::HalfBlocks) return violations;
     verify::BlockErrors blocks(map.texels.width(), map.texels.height());
     for (std::size_t row = 0; row < rows.size(); ++row) {

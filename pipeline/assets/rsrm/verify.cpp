@@ -45,6 +45,10 @@ Result<verify::CookedRsrm> readMap(const ActionContext& context, const CookedAss
         return failure(ErrorCode::Verification, context.action.asset,
                        fmt::format("found constants/channels {}, expected {} of a texture in {}", channels, expected,
                                    formats::info(shape.format).name));
+    if (asset.dither.value_or(false) && format->codes != verify::RsrmCodes::Rounded)
+        return failure(ErrorCode::Verification, asset.name + ", dither",
+                       fmt::format("found true of a texture in {}, expected false: the codes of {} alone are dithered",
+                                   formats::info(shape.format).name, info(RsrmFormat::Rgba8).name));
     return decodedRsrm(*format, asset.dither.value_or(false), *constants, *bytes, shape.width);
 }
 

@@ -305,6 +305,30 @@ TEST(VerifyRsrm, EachKindOfCodesHasItsOwnLimit) {
     EXPECT_LE(rsrmCodeError(map, {gradient}, rowsOf(map, gradient)).codes, 0);
 }
 
+TEST(VerifyRsrm, CodesThatAreCalledDitheredAreDithered) {
+    const auto gradient = sky(64);
+    CookedRsrm map = quantized(gradient, 256, {1, 16});
+    EXPECT_LE(rsrmDitherError(map, {gradient}, rowsOf(map, gradient)).codes, 0) << "it is not called so";
+    map.codes = RsrmCodes::Dithered;
+    EXPECT_LE(rsrmCodeError(map, {gradient}, rowsOf(map, gradient)).codes, 0) << "texel by texel it could be";
+    EXPECT_GT(rsrmDitherError(map, {gradient}, rowsOf(map, gradient)).codes, 0);
+    EXPECT_LE(rsrmDitherError(map, {gradient, glm::dvec3(0.5)}, rowsOf(map, gradient)).codes, 0) << "an uncertain gradient";
+
+    for (int y = 0; y < 2; ++y) {
+        glm::dvec3 carried(0);
+        for (int x = 0; x < 256; ++x) {
+            const double z = 1 - (2.0 * x + 1) / 256;
+            const glm::dvec3 value = convolvePhong(gradient, map.exponents[static_cast<std::size_t>(y)], z) / glm::dvec3(map.color);
+            const glm::dvec3 wanted = 255.0 * value + carried, code = glm::clamp(glm::floor(wanted + 0.5), 0.0, 255.0);
+            carried = wanted - code;
+            map.texels.at(x, y) = glm::vec4(code / 255.0, 1);
+        }
+    }
+    EXPECT_LE(rsrmDitherError(map, {gradient}, rowsOf(map, gradient)).codes, 0);
+    map.texels.at(200, 1).y += 2.0f / 255;
+    EXPECT_EQ(rsrmDitherError(map, {gradient}, rowsOf(map, gradient)).row, 1);
+}
+
 /// Rounds each channel to a multiple of a step.
 void roundTo(CookedRsrm& map, const std::function<glm::dvec3(const glm::vec3&)>& stepOf) {
     for (glm::vec4& texel : map.texels.texels()) {

@@ -18,6 +18,7 @@
 #include "pipeline/command/rsrm.h"
 #include "pipeline/graph/files.h"
 #include "tests/formats/temporary_folder.h"
+#include "tests/pipeline/rewritten_manifest.h"
 #include "verify/rsrm.h"
 #include "verify/texture_unit.h"
 
@@ -90,6 +91,23 @@ TEST_F(Rsrm, EveryFormatAndTheDitherAreVerified) {
     const Json found = asset(dithered).at("measures");
     EXPECT_LT(found.at("code_error"), 1.06);
     EXPECT_LT(found.at("band_codes"), 0.18);  // an eighth of a code, and what the reference is off
+}
+
+TEST_F(Rsrm, AManifestThatCallsRoundedCodesDitheredFails) {
+    write("warm.exr", 64, 1, warm);
+    for (const char* format : {"rgba8", "bc7"}) {
+        RsrmOptions wanted = options("warm.exr");
+        wanted.format = format;
+        asset(wanted);
+        const auto verified = [&] { return verifyCooked({wanted.output, folder_.path(), {}}, state_).errors; };
+        EXPECT_THAT(verified(), testing::IsEmpty()) << format;
+        Json manifest = parseJson(formats::contentOf(wanted.output / kManifestName));
+        manifest["assets"][0]["dither"] = true;
+        writeManifestAndDigests(wanted.output, manifest);
+        const auto errors = verified();
+        ASSERT_FALSE(errors.empty()) << format;
+        EXPECT_THAT(errors[0].line(), HasSubstr("dither"));
+    }
 }
 
 TEST_F(Rsrm, FormatsThatDoNotFitAreRefused) {
