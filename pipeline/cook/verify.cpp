@@ -124,6 +124,7 @@ private:
                                   const std::optional<Report>& previous) {
         const auto sources = unchangedSources(asset, sceneFolder(manifest));
         if (!sources) return tl::make_unexpected(withSourcesAdvice(sources.error()));
+        if (auto placed = checkProbePlace(manifest, asset, *sources); !placed) return tl::make_unexpected(placed.error());
         Json parameters = asset.verify.value_or(Json::object());
         if (options_.samples && parameters.contains("samples")) parameters["samples"] = *options_.samples;
         if (auto noted = noteSources(asset, *sources); !noted) return tl::make_unexpected(noted.error());
@@ -174,6 +175,40 @@ private:
             records.splitSeams = &*splitSeams;
         }
         return reportRow(asset, records);
+    }
+
+    /// Compares the place of a probe with the scene file, which goes before the list of probes. A scene file that cannot be read may have
+    /// stated anything.
+    Result<void> checkProbePlace(const Manifest& manifest, const CookedAsset& asset,
+                                 const std::map<std::string, std::filesystem::path>& sources) {
+        if (asset.kind != AssetKind::Cubemap) return {};
+        std::filesystem::path statedIn;
+        Json stated = Json::object(), listed = Json::object();
+        if (manifest.sceneFile) {
+            const Scene* const scene = sceneFileOf(manifest);
+            if (scene == nullptr) return {};
+            const auto entry = std::ranges::find(scene->probes, asset.name, &ProbeEntry::name);
+            if (entry == scene->probes.end()) return {};
+            statedIn = scene->file;
+            stated = toJson(entry->place);
+        }
+        const auto list = sources.find("sh"), image = sources.find("source");
+        if (list != sources.end() && image != sources.end()) {
+            const auto place = formats::loadProbePlace(list->second, image->second.filename().string());
+            if (!place) return tl::make_unexpected(place.error());
+            listed = toJson(*place);
+        }
+        const Json found = toJson(asset.probe.value_or(formats::ProbePlace()));
+        for (const char* key : {"position", "box", "radius"}) {
+            const Json expected = stated.contains(key) ? stated[key] : listed.value(key, Json());
+            if (found.value(key, Json()) == expected) continue;
+            std::string words = "none, as no source states one";
+            if (!expected.is_null())
+                words = fmt::format("{} of {}", expected.dump(), (stated.contains(key) ? statedIn : list->second).string());
+            outcome_.errors.push_back({ErrorCode::Verification, fmt::format("{}, probe/{}", asset.name, key),
+                                       fmt::format("found {}, expected {}: cook the scene again", found.value(key, Json()).dump(), words)});
+        }
+        return {};
     }
 
     /// Returns an asset of a repacked light map as the cook had it, with the description of the repacked bake.
@@ -295,14 +330,21 @@ private:
         return {};
     }
 
+    /// Returns the scene that was cooked, or null if its file is not there or cannot be read.
+    const Scene* sceneFileOf(const Manifest& manifest) {
+        if (!wasSceneRead_ && manifest.sceneFile)
+            if (auto scene = readScene(sceneFolder(manifest) / *manifest.sceneFile)) sceneFile_ = std::move(*scene);
+        wasSceneRead_ = true;
+        return sceneFile_ ? &*sceneFile_ : nullptr;
+    }
+
     /// Looks again for what is implausible in the sources.
     Result<void> lint(const Manifest& manifest, const std::filesystem::path& scratch) {
         scene_.name = manifest.scene;
-        if (manifest.sceneFile)
-            if (auto scene = readScene(sceneFolder(manifest) / *manifest.sceneFile)) {
-                scene_.file = scene->file;
-                scene_.lines = std::move(scene->lines);
-            }
+        if (const Scene* const scene = sceneFileOf(manifest)) {
+            scene_.file = scene->file;
+            scene_.lines = scene->lines;
+        }
         if (scene_.file.empty()) scene_.file = options_.folder / kManifestName;
         scene_.allowances = manifest.allowances;
         std::map<std::string, ActionRecord> records;
@@ -331,7 +373,9 @@ private:
     const RunState& state_;
     const Stopwatch watch_;
     SharedObjects shared_;
-    Scene scene_;                                   ///< the sources of all assets, for lint
+    Scene scene_;                     ///< the sources of all assets, for lint
+    std::optional<Scene> sceneFile_;  ///< see sceneFileOf()
+    bool wasSceneRead_ = false;
     std::map<std::string, PackedLightMap> packed_;  ///< by light map
     Outcome outcome_;
 };

@@ -240,6 +240,43 @@ TEST_F(ReadLevels, AnotherWordForTheSizeIsRefused) {
     EXPECT_THAT(scene.error().line(), HasSubstr("found 'least' for probe.size, expected one of: auto"));
 }
 
+TEST(ProbePlace, OfTheManifestIsThatOfTheSceneFileOrOfTheList) {
+    const SmallScene scene(SmallScene::Parts::All);
+    std::vector<std::vector<double>> sh(9, {0, 0, 0});
+    sh[0] = {3, 3, 3};
+    formats::writeContent(scene / "probes.json",
+                          Json{{"probes", {{{"file", "probe.exr"}, {"sh", sh}, {"position", {1, 2, 3}}, {"radius", 7.5}}}}}.dump());
+    std::string text = formats::contentOf(scene.sceneFile());
+    const std::string before = "[[probe]]\n";
+    text.replace(text.find(before), before.size(), before + "sh = \"probes.json\"\nposition = [4, 5, 6.5]\nbox = [0, 0, 0, 9, 9, 9]\n");
+    formats::writeContent(scene.sceneFile(), text);
+    CookOptions options = scene.options();
+    options.only = "probe";
+    for (const formats::Error& error : cook(options).errors) FAIL() << error.line();
+    const Json manifest = parseJson(formats::contentOf(scene / "out" / kManifestName));
+    const auto errorsOf = [&](const std::function<void(Json & probe)>& change) {
+        Json changed = manifest;
+        change(changed["assets"][0]["probe"]);
+        writeManifestAndDigests(scene / "out", changed);
+        const RunState state;
+        std::string lines;
+        for (const formats::Error& error : verifyCooked({scene / "out", {}, {}}, state).errors) lines += error.line() + "\n";
+        return lines;
+    };
+    EXPECT_EQ(errorsOf([](Json&) {}), "");
+    EXPECT_THAT(
+        errorsOf([](Json& probe) {
+            probe["position"] = {1, 2, 3};
+        }),
+        testing::AllOf(HasSubstr("probe, probe/position: found [1.0,2.0,3.0], expected [4.0,5.0,6.5] of "), HasSubstr("scene.toml")));
+    EXPECT_THAT(errorsOf([](Json& probe) { probe["box"][1][0] = 10; }), HasSubstr("probe/box"));
+    EXPECT_THAT(errorsOf([](Json& probe) { probe["radius"] = 8; }),
+                testing::AllOf(HasSubstr("probe, probe/radius: found 8.0, expected 7.5 of "), HasSubstr("probes.json")));
+    EXPECT_THAT(errorsOf([](Json& probe) { probe.erase("box"); }), HasSubstr("probe/box: found null"));
+    std::filesystem::remove(scene.sceneFile());
+    EXPECT_EQ(errorsOf([](Json& probe) { probe["position"] = {1, 2, 3}; }), "") << "the scene file that stated another place is gone";
+}
+
 TEST_F(CookCubemap, LayoutsThatDoNotFitAreRefused) {
     CubemapOptions wanted = options(16, "prefiltered");
     wanted.sh = folder_ / "sky.json";
