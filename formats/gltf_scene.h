@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -51,6 +53,8 @@ struct MeshError {
     double lightMapUv = 0;  ///< [UV units]
     /// Longest side of the bounds of any mesh of the source; the bits of the lattice divide it.
     double positionExtent = 0, lightMapUvExtent = 0;
+    /// Quantization of float positions, normals and UVs in Draco streams that are not those of the source, by semantic [bits]; 0: none.
+    std::map<std::string, std::set<int>> dracoBits = {};
 };
 
 /// The triangles of a part of a scene.

@@ -1,5 +1,6 @@
 #include "formats/gltf/draco_mesh.h"
 
+#include <draco/attributes/attribute_octahedron_transform.h>
 #include <draco/attributes/attribute_quantization_transform.h>
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
@@ -95,12 +96,14 @@ std::uint64_t claimedMemory(std::span<const std::byte> bytes) {
     return faces * kFaceBytes + points * kPointBytes;
 }
 
-tl::expected<std::unique_ptr<draco::Mesh>, std::string> decodeMesh(std::span<const std::byte> bytes, bool keepsLattice) try {
+tl::expected<std::unique_ptr<draco::Mesh>, std::string> decodeMesh(std::span<const std::byte> bytes, bool keepsLattices) try {
     if (const auto fits = checkMemory(claimedMemory(bytes), ""); !fits) return tl::make_unexpected(fits.error().detail);
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     draco::Decoder decoder;
-    if (keepsLattice) decoder.SetSkipAttributeTransform(draco::GeometryAttribute::POSITION);
+    if (keepsLattices)
+        for (const auto type : {draco::GeometryAttribute::POSITION, draco::GeometryAttribute::NORMAL, draco::GeometryAttribute::TEX_COORD})
+            decoder.SetSkipAttributeTransform(type);
     auto mesh = decoder.DecodeMeshFromBuffer(&buffer);
     if (!mesh.ok()) return tl::make_unexpected(oneLine(mesh.status().error_msg_string()));
     return std::move(mesh).value();
@@ -226,13 +229,25 @@ tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> b
     return result;
 }
 
-tl::expected<double, std::string> dracoPositionStep(std::span<const std::byte> bytes) {
+tl::expected<DracoLattices, std::string> dracoLattices(std::span<const std::byte> bytes) {
     const auto mesh = decodeMesh(bytes, true);
     if (!mesh) return tl::make_unexpected(mesh.error());
-    const draco::PointAttribute* position = (*mesh)->GetNamedAttribute(draco::GeometryAttribute::POSITION);
-    draco::AttributeQuantizationTransform transform;
-    if (position == nullptr || position->GetAttributeTransformData() == nullptr || !transform.InitFromAttribute(*position)) return 0.0;
-    return static_cast<double>(transform.range()) / (std::ldexp(1.0, transform.quantization_bits()) - 1);
+    DracoLattices lattices;
+    for (int index = 0; index < (*mesh)->num_attributes(); ++index) {
+        const draco::PointAttribute& attribute = *(*mesh)->attribute(index);
+        if (attribute.GetAttributeTransformData() == nullptr) continue;
+        const int id = static_cast<int>(attribute.unique_id());
+        draco::AttributeQuantizationTransform lattice;
+        draco::AttributeOctahedronTransform octahedron;
+        if (lattice.InitFromAttribute(attribute)) {
+            lattices.bitsOfId[id] = lattice.quantization_bits();
+            if (attribute.attribute_type() == draco::GeometryAttribute::POSITION)
+                lattices.positionStep = static_cast<double>(lattice.range()) / (std::ldexp(1.0, lattice.quantization_bits()) - 1);
+        } else if (octahedron.InitFromAttribute(attribute)) {
+            lattices.bitsOfId[id] = octahedron.quantization_bits();
+        }
+    }
+    return lattices;
 }
 
 }  // namespace lightcook::formats

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -42,7 +43,11 @@ struct DracoAttribute {
 };
 tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> bytes, std::span<const DracoAttribute> attributes);
 
-/// Returns the lattice step that the positions in the stream were rounded to; 0 if they were not rounded.
-tl::expected<double, std::string> dracoPositionStep(std::span<const std::byte> bytes);
+/// The lattices that the values of a stream were rounded to.
+struct DracoLattices {
+    double positionStep = 0;           ///< 0 if positions were not rounded
+    std::map<int, int> bitsOfId = {};  ///< bits of a component by the unique id of the attribute; absent: not rounded
+};
+tl::expected<DracoLattices, std::string> dracoLattices(std::span<const std::byte> bytes);
 
 }  // namespace lightcook::formats

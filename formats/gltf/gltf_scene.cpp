@@ -81,6 +81,15 @@ void setExtents(const std::vector<Primitive>& primitives, MeshError& error) {
         }
 }
 
+/// Adds the quantization of a Draco primitive to `error`.
+void addBits(const Primitive& primitive, const DracoLattices& lattices, MeshError& error) {
+    for (const MeshAttribute& attribute : primitive.geometry.attributes) {
+        if (!mustBeFinite(attribute)) continue;
+        const auto bits = lattices.bitsOfId.find(primitive.dracoIds.at(attribute.semantic));
+        error.dracoBits[attribute.semantic].insert(bits == lattices.bitsOfId.end() ? 0 : bits->second);
+    }
+}
+
 Result<void> checkOptions(const DracoOptions& options) {
     const auto outside = [](int value, int low, int high) { return value < low || value > high; };
     for (const auto& [name, bits] : {std::pair{"position", options.positionBits},
@@ -286,9 +295,12 @@ Result<MeshError> GltfScene::errorOf(const GltfScene& cooked) const {
         if (!ours[i].isTriangles) continue;
         double step = 0;
         if (theirs[i].dracoView) {
-            const auto found = dracoPositionStep(cooked.state_->document.bufferView(*theirs[i].dracoView));
+            const auto stream = cooked.state_->document.bufferView(*theirs[i].dracoView);
+            const auto found = dracoLattices(stream);
             if (!found) return failure(ErrorCode::Verification, subject, fmt::format("found \"{}\", expected a Draco mesh", found.error()));
-            step = *found;
+            step = found->positionStep;
+            if (!ours[i].dracoView || !std::ranges::equal(stream, state_->document.bufferView(*ours[i].dracoView)))
+                addBits(theirs[i], *found, worst);
         }
         const auto match = matchTriangles(ours[i].geometry, theirs[i].geometry, step);
         if (!match) return failure(ErrorCode::Verification, fmt::format("{}, {}", subject, theirs[i].place()), match.error());

@@ -138,8 +138,8 @@ private:
                                fmt::format("found {} outside the Draco stream, expected every attribute in it", semantic));
             }
             const std::uint64_t id = document_.number(ids, semantic.c_str(), 0, primitive.place());
-            wanted.push_back({semantic, static_cast<int>(std::min<std::uint64_t>(id, 0x7FFFFFFF)), type.componentType, type.componentCount,
-                              type.isNormalized});
+            primitive.dracoIds[semantic] = static_cast<int>(std::min<std::uint64_t>(id, 0x7FFFFFFF));
+            wanted.push_back({semantic, primitive.dracoIds[semantic], type.componentType, type.componentCount, type.isNormalized});
         }
         auto decoded = decodeDraco(document_.bufferView(*primitive.dracoView), wanted);
         if (!decoded) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -24,6 +25,7 @@ struct Primitive {
     bool isTriangles = false;     ///< triangles, or a strip or fan of them, whose indices are those of single triangles here
     bool canCompress = false;     ///< triangles without morph targets, whose vertices must keep their order
     std::optional<std::uint64_t> dracoView;
+    std::map<std::string, int> dracoIds;      ///< unique ids of the attributes in the Draco stream, by semantic
     std::vector<std::uint32_t> usedVertices;  ///< for triangles, the index in the accessors of each vertex of the geometry
 
     std::string place() const { return fmt::format("mesh {}, primitive {}", mesh, index); }

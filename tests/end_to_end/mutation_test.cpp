@@ -675,6 +675,12 @@ const std::vector<Fault>& meshFaults() {
          [](CookedCopy& c) { c.asset()["bytes_gpu"] = 1; }},
         {"three vertices", "cornell_mesh", Digests::Rewritten, 4, "vertices", [](CookedCopy& c) { c.asset()["vertices"] = 3; }},
         {"one triangle", "cornell_mesh", Digests::Rewritten, 4, "triangles", [](CookedCopy& c) { c.asset()["triangles"] = 1; }},
+        {"more bits than the positions have", "cornell_mesh", Digests::Rewritten, 4, "quantization/position_bits",
+         [](CookedCopy& c) { c.asset()["quantization"]["position_bits"] = 13; }},
+        {"bits of normals", "cornell_mesh", Digests::Rewritten, 4, "quantization/normal_bits",
+         [](CookedCopy& c) { c.asset()["quantization"].erase("normal_bits"); }},
+        {"bits of UVs", "cornell_mesh", Digests::Rewritten, 4, "quantization/light_map_uv_bits",
+         [](CookedCopy& c) { c.asset()["quantization"]["light_map_uv_bits"] = 1; }},
         {"an honest manifest of a coarse mesh", "cornell_mesh", Digests::Rewritten, 4, "texels",
          [](CookedCopy& c) {
              writeMesh(c, c.sources() / "cornell.glb", {.lightMapUvBits = 6});

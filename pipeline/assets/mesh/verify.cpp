@@ -86,6 +86,24 @@ void checkUvsAtSeams(const formats::MeshError& moved, const verify::MeshShift& s
                               fmt::format("at most {:.4g}: max_seam is judged at the UVs of the source", allowed)});
 }
 
+/// Compares the bits in the manifest with those of the Draco streams.
+void checkBits(const CookedAsset& asset, const formats::MeshError& moved, std::vector<verify::Violation>& violations) {
+    const MeshQuantization bits = asset.quantization.value_or(MeshQuantization{});
+    const auto check = [&](const char* key, const char* semantic, const std::optional<int>& stated) {
+        const auto found = moved.dracoBits.find(semantic);
+        if (found == moved.dracoBits.end()) return;
+        for (const int ofStream : found->second)
+            if (ofStream != stated.value_or(0))
+                violations.push_back({fmt::format("quantization/{}", key), fmt::format("{}", stated.value_or(0)),
+                                      fmt::format("{} of {} in the file", ofStream, semantic)});
+    };
+    if (asset.layout != kDracoMeshLayout) return;  // a stream of the source has the bits that it had
+    check("position_bits", "POSITION", bits.positionBits);
+    check("normal_bits", "NORMAL", bits.normalBits);
+    check("uv_bits", "TEXCOORD_0", bits.uvBits);
+    check("light_map_uv_bits", "TEXCOORD_1", bits.lightMapUvBits);
+}
+
 /// Checks the figures of memory in the manifest, by which a budget is kept. Primitives that share vertices may count them once or several
 /// times, and lines and points have no light map.
 void checkMeshSize(const CookedAsset& asset, const formats::GltfScene& cooked, std::vector<verify::Violation>& violations) {
@@ -189,6 +207,7 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     stage.diffuse = figuresOf(*errors, meshes, bake.width(), bake.height());
     std::vector<verify::Violation> violations = violationsOf(*moved, shift, asset->quantization.value_or(MeshQuantization{}));
     if (parameters->maxSeam) checkUvsAtSeams(*moved, shift, bake, violations);
+    checkBits(*asset, *moved, violations);
     checkMeshSize(*asset, *cooked, violations);
     VerifyResult result;
     result.verdict = makeVerdict({stage}, *maxError, std::move(violations), parameters->visible.maxVisible);

@@ -171,6 +171,8 @@ TEST(GltfScene, DracoComesBackWithinItsQuantization) {
         EXPECT_LE(error->lightMapUv, 0.5 * std::sqrt(2.0) / steps + 1e-6) << bits;
         EXPECT_GT(error->lightMapUv, 1e-9) << "0.0167 and the like are on no lattice";
         EXPECT_LE(error->normalRadians, 0.01) << bits;  // 10 bits: 2 / 1023 across the octahedron's square
+        const std::map<std::string, std::set<int>> written = {{"NORMAL", {10}}, {"POSITION", {bits}}, {"TEXCOORD_1", {bits}}};
+        EXPECT_EQ(error->dracoBits, written);
     }
 }
 
@@ -290,6 +292,7 @@ TEST(GltfScene, VerticesHaveTheClusterOfTheirChartInDracoAndPlain) {
         const auto error = scene.errorOf(once);
         ASSERT_TRUE(error) << error.error().line();
         EXPECT_EQ(error->lightMapUv > 0, std::string(first) == "draco.glb") << "plain is bit for bit";
+        EXPECT_EQ(once.errorOf(once)->dracoBits.size(), 0u) << "a stream of the source";
         // The clusters of another cook are not kept beside the new ones.
         ASSERT_TRUE(once.writeDraco(folder / "again.glb", {}, &other));
         expectClusters(loaded(folder / "again.glb"), 7);
