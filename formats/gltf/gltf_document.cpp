@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 #include <string_view>
 
 #include "formats/file/file_bytes.h"
@@ -352,6 +353,11 @@ void GltfDocument::applySparse(const Json& sparse, MeshAttribute& elements, cons
 Error notGltf(const std::filesystem::path& file, const nlohmann::json::exception& exception) {
     return {ErrorCode::WrongShape, file.string(),
             fmt::format("found JSON of another shape (\"{}\"), expected glTF 2.0", oneLine(exception.what()))};
+}
+
+Result<void> checkGlbSize(std::uint64_t bytes, const std::filesystem::path& file) {
+    if (bytes <= std::numeric_limits<std::uint32_t>::max()) return {};
+    return failure(ErrorCode::WrongShape, file.string(), fmt::format("found {} bytes, expected less than 4 GiB in a GLB", bytes));
 }
 
 std::vector<std::byte> assembleGlb(const Json& json, std::span<const std::byte> buffer) {

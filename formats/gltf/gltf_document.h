@@ -115,7 +115,11 @@ void visitBufferViews(JsonOrConst& json, Visit visit) {
     }
 }
 
-/// Returns the bytes of a GLB file with one buffer.
+/// Fails for a GLB whose size does not fit the 32 bits that its header has for it.
+/// file  for the error
+Result<void> checkGlbSize(std::uint64_t bytes, const std::filesystem::path& file);
+
+/// Returns the bytes of a GLB file with one buffer. checkGlbSize() says whether they are one.
 std::vector<std::byte> assembleGlb(const Json& json, std::span<const std::byte> buffer);
 
 }  // namespace lightcook::formats

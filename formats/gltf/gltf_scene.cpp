@@ -8,7 +8,6 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
-#include <limits>
 #include <map>
 #include <set>
 #include <span>
@@ -267,9 +266,8 @@ Result<GltfScene> GltfScene::part(const TrianglePart& part) const {
 
 Result<BuiltGlb> GltfScene::build(const GlbChanges& changes, const std::filesystem::path& file) const {
     auto glb = resultOf(state_->document.file(), [&] { return buildGlb(state_->document, state_->primitives, changes); });
-    if (glb && glb->bytes.size() > std::numeric_limits<std::uint32_t>::max())
-        return failure(ErrorCode::WrongShape, file.string(),
-                       fmt::format("found {} bytes, expected less than 4 GiB in a GLB", glb->bytes.size()));
+    if (!glb) return glb;
+    if (const auto fits = checkGlbSize(glb->bytes.size(), file); !fits) return tl::make_unexpected(fits.error());
     return glb;
 }
 

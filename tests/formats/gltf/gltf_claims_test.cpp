@@ -6,6 +6,7 @@
 #include <chrono>
 #include <string>
 
+#include "formats/gltf/gltf_document.h"
 #include "formats/gltf_scene.h"
 #include "tests/formats/temporary_folder.h"
 
@@ -26,6 +27,13 @@ protected:
 
     const TemporaryFolder folder_;
 };
+
+TEST_F(GltfClaims, AGlbHasLessThanFourGigabytes) {
+    EXPECT_TRUE(checkGlbSize(0xFFFFFFFF, "room.glb"));
+    const auto size = checkGlbSize(std::uint64_t{1} << 32, "room.glb");
+    ASSERT_FALSE(size);
+    EXPECT_EQ(size.error().line(), "room.glb: found 4294967296 bytes, expected less than 4 GiB in a GLB");
+}
 
 TEST_F(GltfClaims, JsonIsNotNestedDeeply) {
     const std::string head = R"({"asset":{"version":"2.0"},"nodes":[)";
