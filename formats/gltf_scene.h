@@ -110,6 +110,7 @@ public:
     struct Placed {
         const TriangleMesh* mesh;  ///< one of triangleMeshes()
         glm::dmat4 worldFromMesh;
+        bool isDoubleSided = false;  ///< its material shows both sides
     };
     std::vector<Placed> placedMeshes() const;
     /// Compares this scene with one that writeDraco() made of it. Draco reorders vertices and triangles, so matchTriangles() pairs them by

@@ -137,8 +137,8 @@ GLuint bufferOf(const std::vector<T>& values) {
     return buffer;
 }
 
-Mesh uploadMesh(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& indices) {
-    Mesh mesh{0, static_cast<int>(indices.size())};
+Mesh uploadMesh(const std::vector<Vertex>& vertices, const std::vector<std::uint32_t>& indices, bool isDoubleSided) {
+    Mesh mesh{0, static_cast<int>(indices.size()), isDoubleSided};
     glCreateVertexArrays(1, &mesh.vertexArray);
     glVertexArrayVertexBuffer(mesh.vertexArray, 0, bufferOf(vertices), 0, sizeof(Vertex));
     glVertexArrayElementBuffer(mesh.vertexArray, bufferOf(indices));
@@ -163,7 +163,7 @@ std::vector<Mesh> loadMeshes(const std::filesystem::path& file) {
         // A node that mirrors turns the order of corners round (glTF 2.0, 3.7.4).
         if (glm::determinant(glm::dmat3(placed.worldFromMesh)) < 0)
             for (std::size_t i = 0; i + 2 < indices.size(); i += 3) std::swap(indices[i + 1], indices[i + 2]);
-        meshes.push_back(uploadMesh(verticesOf(placed, file), indices));
+        meshes.push_back(uploadMesh(verticesOf(placed, file), indices, placed.isDoubleSided));
     }
     return meshes;
 }

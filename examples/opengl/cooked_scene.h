@@ -19,6 +19,7 @@ struct Texture {
 struct Mesh {
     std::uint32_t vertexArray = 0;
     int indexCount = 0;
+    bool isDoubleSided = false;  ///< back faces are drawn, too
 };
 
 /// Holds a light map and the meshes that it lights. Its OpenGL objects live as long as the context.

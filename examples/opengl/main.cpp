@@ -114,6 +114,10 @@ double drawFrame(const example::CookedScene& scene) {
     const auto start = std::chrono::steady_clock::now();
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     for (const example::Mesh& mesh : scene.meshes) {
+        if (mesh.isDoubleSided)
+            glDisable(GL_CULL_FACE);
+        else
+            glEnable(GL_CULL_FACE);
         glBindVertexArray(mesh.vertexArray);
         glDrawElements(GL_TRIANGLES, mesh.indexCount, GL_UNSIGNED_INT, nullptr);
     }
@@ -133,7 +137,6 @@ void draw(const Options& options) {
 
     glClearColor(0, 0, 0, 1);
     glEnable(GL_DEPTH_TEST);
-    glEnable(GL_CULL_FACE);
     glUseProgram(program);
     double shortest = HUGE_VAL;
     for (int frame = 0; frame < options.frames; ++frame) shortest = std::min(shortest, drawFrame(scene));

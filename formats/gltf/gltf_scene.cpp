@@ -130,6 +130,17 @@ struct GltfScene::State {
         hasLightMapUvs = hasAny && hasAllTriangles;
     }
 
+    /// Returns true if the material of a primitive shows both sides.
+    bool isDoubleSided(const Primitive& primitive) const {
+        const Json& json = document.json();
+        const Json& own = json["meshes"][primitive.mesh]["primitives"][primitive.index];
+        const auto list = json.find("materials"), index = own.find("material");
+        if (index == own.end() || list == json.end() || !index->is_number_unsigned() || *index >= list->size()) return false;
+        const Json& material = (*list)[index->get<std::size_t>()];
+        const auto sides = material.find("doubleSided");
+        return sides != material.end() && *sides == true;
+    }
+
     /// Refuses vertices that lie too far away in the world.
     void checkPlaces() const {
         const std::map<std::uint64_t, std::vector<glm::dmat4>> places = placesOfMeshes(document.json());
@@ -238,7 +249,8 @@ std::vector<GltfScene::Placed> GltfScene::placedMeshes() const {
     for (const Primitive& primitive : state_->primitives) {
         const auto found = places.find(primitive.mesh);
         if (!primitive.isTriangles || found == places.end()) continue;
-        for (const glm::dmat4& place : found->second) placed.push_back({&primitive.geometry, place});
+        const bool isDoubleSided = state_->isDoubleSided(primitive);
+        for (const glm::dmat4& place : found->second) placed.push_back({&primitive.geometry, place, isDoubleSided});
     }
     return placed;
 }

@@ -261,6 +261,25 @@ class EnginesMaps(Scene):
             with self.subTest(engine=engine):
                 self.check(self.draw(browser, engine, 'maps'), 'maps', '', engine)
 
+    def test_opengl_draws_back_faces_of_double_sided_materials_alone(self):
+        original = (self.folder / 'left.glb').read_bytes()
+        end = 20 + int.from_bytes(original[12:16], 'little')
+        for is_double_sided in (False, True):
+            name = 'both' if is_double_sided else 'front'
+            document = json.loads(original[20:end])
+            document['materials'] = [{'doubleSided': is_double_sided}]
+            document['meshes'][0]['primitives'][0]['material'] = 0
+            document['nodes'] = [{'mesh': 0, 'rotation': [0, 1, 0, 0]}]  # the back to the camera
+            document['scenes'] = [{'nodes': [0]}]
+            (self.folder / f'{name}.glb').write_bytes(glb_of(document, original[end + 8:]))
+            scene = self.folder / f'{name}.toml'
+            scene.write_text(f'schema = 1\nname = "{name}"\n[output]\nlight_map_layout = "hdr"\nmax_error = 1\neffort = 1\n'
+                             f'[[light_map]]\nname = "left"\nfile = "left.exr"\nmesh = "{name}.glb"\n')
+            run(LIGHTCOOK, 'cook', scene, '-o', self.site / name, '--cache', CACHE)
+            with self.subTest(is_double_sided=is_double_sided):
+                self.draw_opengl(name)
+                self.assertEqual(bool(lighting.read_picture(self.folder / 'opengl.png').any()), is_double_sided)
+
     def test_each_node_has_its_own_place_in_the_light_map(self):
         """coordinateScaleBias of nodes that share a geometry: each shows another half of the map."""
         file = self.site / 'maps' / 'left_scene.glb'

@@ -82,9 +82,9 @@ Result<ActionOutcome> findUnusedProbes(const ActionContext& context) {
         if (context.state.interrupted) return interrupted(context);
         const auto scene = formats::GltfScene::load(context.action.inputs.at(role));
         if (!scene) return tl::make_unexpected(scene.error());
-        for (const auto& [mesh, place] : scene->placedMeshes()) {
-            use.add(*mesh, place);
-            hasSurface = hasSurface || mesh->triangleCount() > 0;
+        for (const formats::GltfScene::Placed& placed : scene->placedMeshes()) {
+            use.add(*placed.mesh, placed.worldFromMesh);
+            hasSurface = hasSurface || placed.mesh->triangleCount() > 0;
         }
     }
     for (std::size_t i = 0; i < names.size(); ++i)

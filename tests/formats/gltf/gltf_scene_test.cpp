@@ -468,6 +468,19 @@ void expectTriangle(const TriangleMesh& found, const TriangleMesh& source, std::
     }
 }
 
+TEST(GltfScene, PlacedMeshesSayWhetherBothSidesShow) {
+    const TemporaryFolder folder;
+    for (const bool isDoubleSided : {false, true}) {
+        GltfMaker maker = cube();
+        for (json& material : maker.document["materials"])
+            if (isDoubleSided) material["doubleSided"] = true;
+        maker.writeGlb(folder / "cube.glb");
+        const auto placed = loaded(folder / "cube.glb").placedMeshes();
+        ASSERT_FALSE(placed.empty());
+        for (const GltfScene::Placed& each : placed) EXPECT_EQ(each.isDoubleSided, isDoubleSided);
+    }
+}
+
 TEST(GltfScene, APartHasItsTrianglesAndTheirVertices) {
     const TemporaryFolder folder;
     cube().writeGlb(folder / "cube.glb");
