@@ -8,6 +8,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "formats/epic_light_maps.h"
+#include "formats/gltf_scene.h"
 #include "formats/lower_extension.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/info.h"
@@ -263,6 +265,9 @@ Result<void> CommandPaths::check(const Path& output) const {
         if (auto checked = checkFolderName(output.path); !checked) return checked;
     for (const Path& input : inputs_) {
         if (isSamePlace(output.path, input.path)) return samePlace(output.name, output.path, input.name);
+        if (formats::isGltfFile(input.path))
+            for (const std::filesystem::path& beside : formats::gltfFilesBeside(input.path))
+                if (isSamePlace(output.path, beside)) return samePlace(output.name, output.path, "a file of " + input.path.string());
         if (!isDirectory(input.path)) continue;
         if (auto checked = checkCooked(output, input.path); !checked) return checked;
         if (auto checked = checkSources(output, input.path); !checked) return checked;

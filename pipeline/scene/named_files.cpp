@@ -4,6 +4,7 @@
 
 #include "formats/bake_format.h"
 #include "formats/environment.h"
+#include "formats/gltf_scene.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -22,14 +23,18 @@ std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
     const auto add = [&](const std::filesystem::path& file) {
         if (!file.empty()) files.push_back(file);
     };
+    const auto addMesh = [&](const std::filesystem::path& mesh) {
+        add(mesh);
+        for (const std::filesystem::path& beside : formats::gltfFilesBeside(mesh)) add(beside);
+    };
     add(scene.file);
     for (const LightMapEntry& map : scene.lightMaps) {
         add(map.file);
         if (map.description.parts.empty())
             for (const std::filesystem::path& beside : formats::bakeFilesBeside(map.file, map.description.bake)) add(beside);
-        add(map.description.mesh);
+        if (!map.description.mesh.empty()) addMesh(map.description.mesh);
         for (const auto& [part, file] : map.description.partFiles) add(file);
-        if (map.mesh) add(*map.mesh);
+        if (map.mesh && *map.mesh != map.description.mesh) addMesh(*map.mesh);
         if (map.groundTruth) add(*map.groundTruth);
     }
     const auto addEnvironment = [&](const std::filesystem::path& file) {

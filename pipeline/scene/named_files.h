@@ -10,7 +10,7 @@
 namespace lightcook::pipeline {
 
 /// Returns the scene file, the files that it names, and those that are read beside them: the others of a bake in several files and of an
-/// environment in six.
+/// environment in six, and the buffers and images of a glTF.
 std::vector<std::filesystem::path> filesNamedBy(const Scene& scene);
 
 /// Places of these files in their folders. A symbolic link is a place of its own, whatever it names.

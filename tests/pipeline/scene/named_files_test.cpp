@@ -35,6 +35,21 @@ TEST(FilesNamedBy, HasTheFilesThatAreReadBesideThem) {
     EXPECT_THAT(files, testing::Not(testing::Contains(folder / "other.exr")));
 }
 
+TEST(FilesNamedBy, HasTheBuffersAndImagesOfAMesh) {
+    const formats::TemporaryFolder folder;
+    for (const char* name : {"room.bin", "wood.png", "other.bin"}) formats::writeContent(folder / name, "data");
+    formats::writeContent(folder / "room.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "room.bin", "byteLength": 4}],
+                                                    "images": [{"uri": "wood.png"}]})");
+    Scene scene = sceneWithOneMap();
+    scene.lightMaps[0].mesh = folder / "room.gltf";
+    EXPECT_THAT(filesNamedBy(scene), testing::IsSupersetOf({folder / "room.gltf", folder / "room.bin", folder / "wood.png"}));
+    EXPECT_THAT(filesNamedBy(scene), testing::Not(testing::Contains(folder / "other.bin")));
+    scene.lightMaps[0].mesh.reset();
+    scene.lightMaps[0].description.mesh = folder / "room.gltf";
+    EXPECT_THAT(filesNamedBy(scene), testing::Contains(folder / "room.bin"));
+    EXPECT_TRUE(NamedPlaces(scene).contains(folder / "wood.png"));
+}
+
 TEST(NamedPlaces, AreThoseOfTheFilesHoweverTheyAreWritten) {
     const formats::TemporaryFolder folder;
     std::filesystem::create_directories(folder / "out");
