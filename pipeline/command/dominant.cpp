@@ -18,17 +18,29 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// Prints and returns how much of the light map one light and two lights explain.
-formats::Result<Json> printExplanation(const DominantOptions& options, Session& session) {
+/// Prints how much of the light map one light and two lights explain.
+void printExplanation(const Json& explanation, Session& session) {
+    if (session.log == LogFormat::JsonLines)
+        session.terminal.say(explanation.dump());
+    else
+        for (const std::string& line : linesOf(explanation)) session.terminal.say(line);
+}
+
+/// Adds how much of the light map one light and two lights explain to a cook without errors, writes the JSON, and prints both: the verdict
+/// comes after all that may still fail.
+int finishExplained(const DominantOptions& options, Session& session, const JsonOutput& json, Outcome outcome) {
     formats::LightMapDescription description = options.description;
     description.repair = options.cook.repair;
-    auto explanation = explainDominant(options.input, description, options.fit == "refined-ambient", session.state);
-    if (!explanation) return explanation;
-    if (session.log == LogFormat::JsonLines)
-        session.terminal.say(explanation->dump());
+    const auto explanation = explainDominant(options.input, description, options.fit == "refined-ambient", session.state);
+    if (explanation)
+        outcome.report["explanation"] = *explanation;
     else
-        for (const std::string& line : linesOf(*explanation)) session.terminal.say(line);
-    return explanation;
+        outcome.errors.push_back(explanation.error());
+    if (auto written = json.write(session, outcome.report, outcome.errors); !written) outcome.errors.push_back(written.error());
+    outcome.report.erase("explanation");  // it is no member of a report
+    printCook(session, outcome);
+    if (explanation) printExplanation(*explanation, session);
+    return session.finish(outcome.errors);
 }
 
 }  // namespace
@@ -71,11 +83,7 @@ hold one light.)");
         options->json.prepare(session);
         Outcome outcome = convertDominant(*options, session.state);
         if (!options->explain || !outcome.errors.empty()) return finishCook(session, options->json, std::move(outcome));
-        printCook(session, outcome);
-        const auto explanation = printExplanation(*options, session);
-        if (!explanation) return options->json.finish(session, outcome.report, {explanation.error()});
-        outcome.report["explanation"] = *explanation;
-        return options->json.finish(session, outcome.report, {});
+        return finishExplained(*options, session, options->json, std::move(outcome));
     };
 }
 

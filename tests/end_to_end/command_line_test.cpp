@@ -236,6 +236,11 @@ TEST_F(CommandLine, OutputsDoNotReplaceInputsOrEachOther) {
         {"lightmap map.exr out --json .", ".: found a folder, expected the name of a file to write"},
     };
     for (const auto& [command, words] : refused) expectRefused(command, 2, {words});
+    formats::writeContent(scene_ / "room.gltf", R"({"asset": {"version": "2.0"}, "buffers": [{"uri": "room.bin", "byteLength": 4}]})");
+    formats::writeContent(scene_ / "room.bin", "mesh");
+    for (const char* command : {"lightmap map.exr out --mesh room.gltf --json room.bin", "repack map.exr room.gltf -o out --json room.bin"})
+        expectRefused(command, 2, {"--json: found the same file as a file of room.gltf (room.bin), expected another one"});
+    EXPECT_EQ(contentOf(scene_ / "room.bin"), "mesh");
     EXPECT_EQ(contentOf(scene_ / "scene.toml"), scene);
     EXPECT_EQ(contentOf(scene_ / "map.exr"), map);
     EXPECT_FALSE(std::filesystem::exists(scene_ / "x.ktx2"));
@@ -296,7 +301,8 @@ TEST_F(CommandLine, DocumentsDoNotReplaceFilesOfACookedFolder) {
 
 TEST_F(CommandLine, ADocumentThatCannotBeWrittenIsInTheVerdict) {
     if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full";
-    for (const char* command : {"cook scene.toml -o cooked --json /dev/full", "rsrm sky.exr refl --exponents 1,8 --json /dev/full"}) {
+    for (const char* command : {"cook scene.toml -o cooked --json /dev/full", "rsrm sky.exr refl --exponents 1,8 --json /dev/full",
+                                "dominant map.exr dom --report --json /dev/full"}) {
         const Ended ended = run(command);
         EXPECT_EQ(ended.code, 1) << ended.err;
         EXPECT_THAT(ended.out, AllOf(HasSubstr("FAILED: "), Not(HasSubstr("passed: ")))) << command;
