@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 
+#include "formats/gltf_light_map.h"
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/gltf/gltf.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/light_map/split_seams.h"
 #include "pipeline/assets/mesh/mesh.h"
@@ -101,6 +104,8 @@ private:
             if (!row) return tl::make_unexpected(row.error());
             rows.push_back(std::move(*row));
         }
+        if (previous) compareLimits(*manifest, rows, *previous);
+        for (const GltfFile& gltf : manifest->gltf) compareBound(gltf, rows, previous);
         if (auto linted = lint(*manifest, scratch->path()); !linted) return linted;
         // A folder that lacks assets of its scene does not pass.
         std::optional<IncompleteCook> incomplete = previous ? previous->incomplete : leftOut(manifestFile(), *manifest);
@@ -177,6 +182,50 @@ private:
         return reportRow(asset, records);
     }
 
+    void complain(std::string place, const std::string& found, const std::string& expected) {
+        outcome_.errors.push_back(
+            {ErrorCode::Verification, std::move(place), fmt::format("found {}, expected {}: cook the scene again", found, expected)});
+    }
+
+    /// Compares the limits that the manifest states with those of the cook's report.
+    void compareLimits(const Manifest& manifest, const std::vector<ReportRow>& rows, const Report& report) {
+        const auto ofReport = [](const Json& expected) { return fmt::format("{} of {}", expected.dump(), kReportName); };
+        for (const ReportRow& row : rows)
+            for (const ReportRow& before : report.assets) {
+                if (before.name != row.name || before.kind != row.kind) continue;
+                const Json found = toJson(row.verdict).at("limit"), expected = toJson(before.verdict).at("limit");
+                if (found != expected) complain(row.name + ", verify", fmt::format("the limits {}", found.dump()), ofReport(expected));
+            }
+        const auto words = [](const std::optional<std::uint64_t>& bytes) { return bytes ? Json(*bytes) : Json(nullptr); };
+        if (manifest.budgetBytes != report.budget.limitBytes)
+            complain(manifestFile() + ", budget_bytes", words(manifest.budgetBytes).dump(), ofReport(words(report.budget.limitBytes)));
+    }
+
+    /// Compares the errors in a glTF with those of its light map. With another number of samples they are those of the cook's report.
+    void compareBound(const GltfFile& gltf, const std::vector<ReportRow>& rows, const std::optional<Report>& report) {
+        if (options_.samples && !report) return;
+        const std::vector<ReportRow>& known = options_.samples ? report->assets : rows;
+        const auto row = std::ranges::find_if(
+            known, [&](const ReportRow& each) { return each.name == gltf.lightMap && each.kind == AssetKind::LightMap; });
+        if (row == known.end() || !row->verdict.passed) return;
+        const std::filesystem::path file = options_.folder / gltf.file;
+        const auto text = formats::boundLightMaps(file);
+        const Json maps = text ? parseJson(*text) : Json();
+        if (!maps.is_array() || maps.empty() || !maps[0].is_object()) return;  // checkContract() reports it
+        const Json found = maps[0].value("bound", Json()).flatten(), expected = boundFiguresOf(row->verdict).flatten();
+        constexpr double kRounding = 1e-6;
+        for (const auto& [name, value] : expected.items()) {
+            const Json stated = found.value(name, Json());
+            const bool areNumbers = stated.is_number() && value.is_number();
+            if (areNumbers ? std::abs(stated.get<double>() - value.get<double>()) <= kRounding * value.get<double>() : stated == value)
+                continue;
+            complain(fmt::format("{}, bound{}", file.string(), name), stated.dump(), value.dump() + " of its light map");
+        }
+        for (const auto& [name, value] : found.items())
+            if (!expected.contains(name))
+                complain(fmt::format("{}, bound{}", file.string(), name), value.dump(), "no such error of its light map");
+    }
+
     /// Compares the place of a probe with the scene file, which goes before the list of probes. A scene file that cannot be read may have
     /// stated anything.
     Result<void> checkProbePlace(const Manifest& manifest, const CookedAsset& asset,
@@ -205,8 +254,7 @@ private:
             std::string words = "none, as no source states one";
             if (!expected.is_null())
                 words = fmt::format("{} of {}", expected.dump(), (stated.contains(key) ? statedIn : list->second).string());
-            outcome_.errors.push_back({ErrorCode::Verification, fmt::format("{}, probe/{}", asset.name, key),
-                                       fmt::format("found {}, expected {}: cook the scene again", found.value(key, Json()).dump(), words)});
+            complain(fmt::format("{}, probe/{}", asset.name, key), found.value(key, Json()).dump(), words);
         }
         return {};
     }

@@ -26,6 +26,7 @@
 #include "pipeline/report/report.h"
 #include "tests/end_to_end/command_fixture.h"
 #include "tests/pipeline/report_parts.h"
+#include "tests/pipeline/rewritten_manifest.h"
 #include "tests/pipeline/shell.h"
 #include "verify/texture_unit.h"
 
@@ -179,6 +180,37 @@ TEST_F(ShippedScene, AsGltfIsHeldAgainstTheManifest) {
         EXPECT_THAT(lines, HasSubstr("lightmap_scene.glb"));
         EXPECT_THAT(lines, HasSubstr(change.word));
     }
+}
+
+TEST_F(ShippedScene, StatesErrorsAndLimitsThatTheVerificationKnows) {
+    cook("basis-8", true);
+    const std::filesystem::path file = out() / "lightmap_scene.glb";
+    const auto linesOf = [&] {
+        const RunState state;
+        std::string lines;
+        for (const formats::Error& error : verifyCooked({out(), {}, {}}, state).errors) lines += error.line() + "\n";
+        return lines;
+    };
+    EXPECT_EQ(linesOf(), "");
+    std::string gltf = formats::contentOf(file);
+    const std::string key = "\"rel_rms\":0.";
+    const std::size_t at = gltf.find(key, gltf.find("\"bound\":{")) + key.size();
+    gltf[at] = gltf[at] == '0' ? '5' : '0';
+    formats::writeContent(file, gltf);
+    Json manifest = parseJson(formats::contentOf(out() / kManifestName));
+    manifest["gltf"][0]["digest"] = digestOfFile(file).value();
+    for (Json& asset : manifest["assets"])
+        if (asset.at("name") == "lightmap") asset["verify"]["max_error"] = 0.9;
+    manifest["budget_bytes"] = 123456789;
+    writeManifestAndDigests(out(), manifest);
+    Json report = parseJson(formats::contentOf(out() / kReportName));
+    for (Json& each : report["files"])
+        if (each.at("file") == "lightmap_scene.glb") each["digest"] = manifest["gltf"][0]["digest"];
+    formats::writeContent(out() / kReportName, withSelfDigest(report));
+    const std::string lines = linesOf();
+    EXPECT_THAT(lines, HasSubstr("lightmap_scene.glb, bound/diffuse/rel_rms: found 0."));
+    EXPECT_THAT(lines, HasSubstr("lightmap, verify: found the limits {\"max_visible\""));
+    EXPECT_THAT(lines, HasSubstr("cooked.json, budget_bytes: found 123456789, expected "));
 }
 
 TEST_F(ShippedScene, AsGltfKeepsTheMeshAndBindsTheLightMap) {

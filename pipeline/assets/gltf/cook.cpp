@@ -15,13 +15,19 @@ namespace {
 
 using formats::Result;
 
-/// Returns the proven and the measured errors of the whole map, from its verification.
+/// Returns `bound` of the light map whose verification this is.
 Result<Json> boundOf(const ActionRecord& verification) {
     const auto result = fromJson<VerifyResult>(verification.result, verification.id);
     if (!result) return tl::make_unexpected(result.error());
-    Json bound = {{"passed", result->verdict.passed}};
-    if (result->verdict.stages.empty()) return bound;
-    const verify::StageError& total = result->verdict.stages.back();
+    return boundFiguresOf(result->verdict);
+}
+
+}  // namespace
+
+Json boundFiguresOf(const Verdict& verdict) {
+    Json bound = {{"passed", verdict.passed}};
+    if (verdict.stages.empty()) return bound;
+    const verify::StageError& total = verdict.stages.back();
     const auto add = [&](const char* key, const verify::ErrorFigures& figures) {
         bound[key] = {{"rel_rms", jsonOf(figures.relRms)}};
         if (figures.maxBound) bound[key]["max_bound"] = jsonOf(*figures.maxBound);
@@ -31,8 +37,6 @@ Result<Json> boundOf(const ActionRecord& verification) {
     add("specular", total.specular);
     return bound;
 }
-
-}  // namespace
 
 Result<Json> boundMapOf(const CookedAsset& asset, const std::string& workingColor, const std::string& shader) {
     const auto layout = formats::lightMapLayoutFromName(asset.layout);

@@ -10,6 +10,7 @@
 #include "formats/image.h"
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/verdict.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/manifest/cooked_asset.h"
 
@@ -53,6 +54,9 @@ formats::Result<ActionOutcome> cookGltf(const ActionContext& context);
 /// workingColor  colour space of the textures
 /// shader        file of the shader include
 formats::Result<Json> boundMapOf(const CookedAsset& asset, const std::string& workingColor, const std::string& shader);
+
+/// Returns `bound` of that element: the proven and the measured errors of the whole map.
+Json boundFiguresOf(const Verdict& verdict);
 
 /// Returns the functions of lightcook.glsl that decode a layout, the first one first.
 std::vector<std::string> decodeFunctions(const formats::LightMapLayoutInfo& layout);
