@@ -37,7 +37,7 @@ int exportTo(Session& session, const ViewOptions& options, const Site& site) {
 }
 
 int serve(Session& session, const ViewOptions& options, const Site& site) {
-    auto server = SiteServer::open(site, options.port);
+    auto server = SiteServer::open(site, options.port, [&] { return Site::open(options.site, session.state); });
     if (!server) return options.json.finish(session, {}, {server.error()});
     const std::string url = fmt::format("http://127.0.0.1:{}/", server->port());
     say(session, fmt::format("{} is shown at {}; Ctrl-C ends it", site.scene(), url));
@@ -62,7 +62,8 @@ CommandFunction defineView(CLI::App& app) {
     addFolderOption(app, "--sources", options->site.sources, "The scene's folder, if it has moved since the cook");
     options->json.add(app, "the address of the page, or the folder of --export");
     app.footer(R"(The page draws the cooked textures with the shader of the cooked folder, beside the float bake, and shows
-where they differ. It is served to browsers of this machine only, until Ctrl-C.
+where they differ. It is served to browsers of this machine only, until Ctrl-C. After a new cook into
+the folder the page offers to reload.
 
 --export writes the same files into a folder for any web server or artifact store. Browsers do not load
 them from a disk directly. Over an earlier export it replaces the files of that one, and leaves

@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -19,6 +20,7 @@ using formats::Result;
 constexpr const char* kLoopback = "127.0.0.1";
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 constexpr std::chrono::milliseconds kPoll{20};
+constexpr const char* kPageName = "index.html";
 
 /// The page loads nothing from elsewhere. Draco's decoder is WebAssembly in a worker.
 constexpr const char* kPagePolicy =
@@ -67,8 +69,13 @@ void sendFile(const std::filesystem::path& file, std::string_view mediaType, con
                                   });
 }
 
+/// Returns the path of the file on the site that a request asks for.
+std::string pathOf(const httplib::Request& request) {
+    return request.path == "/" ? kPageName : request.path.substr(1);
+}
+
 void answer(const Site& site, const httplib::Request& request, httplib::Response& response) {
-    const std::string path = request.path == "/" ? "index.html" : request.path.substr(1);
+    const std::string path = pathOf(request);
     const auto found = site.files().find(path);
     if (found == site.files().end()) {
         refuse(response, 404, "this is no file of the scene");
@@ -81,15 +88,28 @@ void answer(const Site& site, const httplib::Request& request, httplib::Response
     }
     const std::string_view bytes =
         std::holds_alternative<std::string>(file.content) ? std::get<std::string>(file.content) : std::get<std::string_view>(file.content);
-    if (path == "index.html") response.set_header("Content-Security-Policy", kPagePolicy);
+    if (path == kPageName) response.set_header("Content-Security-Policy", kPagePolicy);
     response.set_content(bytes.data(), bytes.size(), std::string(file.mediaType));
 }
 
 }  // namespace
 
 struct SiteServer::State {
-    explicit State(const Site& shown) : site(shown) {}
-    const Site& site;
+    State(const Site& shown, std::function<Result<Site>()> open) : reopen(std::move(open)), site(std::shared_ptr<const Site>(), &shown) {}
+
+    /// Returns the site to answer from. A request for the page opens the folder anew if it was cooked again.
+    Result<std::shared_ptr<const Site>> siteFor(const httplib::Request& request) {
+        const std::lock_guard lock(mutex);
+        if (!reopen || pathOf(request) != kPageName || site->isCurrent()) return site;
+        auto opened = reopen();
+        if (!opened) return tl::make_unexpected(opened.error());
+        site = std::make_shared<const Site>(std::move(*opened));
+        return site;
+    }
+
+    const std::function<Result<Site>()> reopen;
+    std::mutex mutex;  ///< of `site`
+    std::shared_ptr<const Site> site;
     httplib::Server server;
     int port = 0;
 };
@@ -99,8 +119,8 @@ SiteServer::SiteServer(SiteServer&&) noexcept = default;
 SiteServer& SiteServer::operator=(SiteServer&&) noexcept = default;
 SiteServer::~SiteServer() = default;
 
-Result<SiteServer> SiteServer::open(const Site& site, std::optional<int> port) {
-    auto state = std::make_unique<State>(site);
+Result<SiteServer> SiteServer::open(const Site& site, std::optional<int> port, std::function<Result<Site>()> reopen) {
+    auto state = std::make_unique<State>(site, std::move(reopen));
     httplib::Server& server = state->server;
     // The library's default lets a second server take the same port.
     server.set_socket_options([](int socket) {
@@ -114,8 +134,10 @@ Result<SiteServer> SiteServer::open(const Site& site, std::optional<int> port) {
             refuse(response, 403, fmt::format("this server answers to http://{}:{}/ only", kLoopback, state->port));
         else if (request.method != "GET" && request.method != "HEAD")
             refuse(response, 405, "this server answers GET and HEAD only");
+        else if (const auto shown = state->siteFor(request))
+            answer(**shown, request, response);
         else
-            answer(state->site, request, response);
+            refuse(response, 503, shown.error().line() + ". Reload this page when the folder is cooked");
         return httplib::Server::HandlerResponse::Handled;
     });
     const auto take = [&](int wanted) {

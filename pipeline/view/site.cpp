@@ -10,6 +10,7 @@
 #include "pipeline/assets/verdict.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/kept_candidates.h"
+#include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
@@ -208,6 +209,8 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
     if (options.page.empty())
         return failure(ErrorCode::InvalidRequest, "view",
                        "this build has no viewer; build it with -DLIGHTCOOK_VIEWER=ON, which needs Node");
+    const fs::path manifestFile = fs::absolute(options.folder / kManifestName);
+    const auto digest = digestOfFile(manifestFile);
     const auto manifest = loadManifest(options.folder);
     if (!manifest) return tl::make_unexpected(manifest.error());
     if (auto readable = requireKtx2(options.folder, *manifest); !readable) return tl::make_unexpected(readable.error());
@@ -216,6 +219,8 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
     if (!scratch) return tl::make_unexpected(scratch.error());
     Site site(std::move(*scratch));
     site.scene_ = manifest->scene;
+    site.manifestFile_ = manifestFile;
+    if (digest) site.manifestDigest_ = *digest;
     for (const BundledFile& file : options.page) site.files_[std::string(file.path)] = {file.bytes, mediaTypeOf(file.path)};
     std::vector<std::string> names = {kManifestName};
     for (const FileRecord& file : filesOf(*manifest)) names.push_back(file.name);
@@ -247,6 +252,11 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
     for (const auto& [path, file] : site.files_) all.insert(path);
     site.files_[kFileListName] = {listText(all), mediaTypeOf(kFileListName)};
     return site;
+}
+
+bool Site::isCurrent() const {
+    const auto digest = digestOfFile(manifestFile_);
+    return digest && digest.value() == manifestDigest_;
 }
 
 Result<void> exportSite(const Site& site, const fs::path& asked, const RunState& state) {

@@ -40,6 +40,8 @@ public:
 
     const std::map<std::string, SiteFile>& files() const { return files_; }
     const std::string& scene() const { return scene_; }
+    /// Returns true while the cooked folder has the manifest that the site was opened with.
+    bool isCurrent() const;
     /// Lines for people: light maps that are shown without their bake, and candidates that are left out, and why.
     const std::vector<std::string>& notes() const { return notes_; }
 
@@ -54,6 +56,8 @@ private:
     formats::TemporaryFolder scratch_;
     std::map<std::string, SiteFile> files_;
     std::string scene_;
+    std::filesystem::path manifestFile_;
+    std::optional<std::string> manifestDigest_;
     std::vector<std::string> notes_;
 };
 

@@ -670,6 +670,25 @@ class Controls(SceneSuite):
         np.testing.assert_allclose([self.state('camera')[2], *self.state('camera')[3:]], [before[2], *target], atol=1e-6)  # about the vertical axis
         self.browser.open(self.url)
 
+    def test_a_new_cook_is_offered(self):
+        again = self.folder / 'again'
+        shutil.copytree(self.site, again)
+        self.browser.open(self.serve(again))
+        hidden = lambda: self.browser.evaluate('lightcook.page.lookForNewCook().then(() => document.getElementById("again").hidden)')
+        self.assertTrue(hidden())
+        manifest = {**self.manifest, 'scene': 'cooked again', 'digest': 32 * '0'}
+        (again / 'cooked' / 'cooked.json').write_text('{')  # in the middle of a write
+        self.assertTrue(hidden())
+        (again / 'cooked' / 'cooked.json').write_text(json.dumps(manifest))
+        self.assertFalse(hidden())
+        self.browser.click('#again')
+        for _ in range(100):
+            if self.browser.evaluate('!!globalThis.lightcook && document.querySelector("h1")?.textContent') == 'cooked again':
+                break
+            time.sleep(0.05)
+        self.assertTrue(hidden())
+        self.browser.open(self.url)
+
     def test_a_page_that_is_opened_as_a_file_says_so(self):
         self.browser.call('Page.navigate', {'url': (self.site / 'index.html').as_uri()})
         for _ in range(100):

@@ -10,6 +10,7 @@ import { View } from "./view.js";
 /** @typedef {import("./link.js").State} State */
 
 const BLINK_MS = 600;
+const POLL_MS = 5000;
 const byId = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
 /** Makes an element. @param {string} tag @param {Record<string, any>} [properties] @param {(Node | string)[]} children */
@@ -71,6 +72,9 @@ class Page {
     });
     addEventListener("keydown", (event) => this.key(event));
     setInterval(() => this.blink(), BLINK_MS);
+    addEventListener("focus", () => this.lookForNewCook());
+    // A server of `lightcook view` is on this machine. Others are asked only when somebody comes back to the page.
+    if (["127.0.0.1", "localhost", "[::1]"].includes(location.hostname)) setInterval(() => document.hidden || this.lookForNewCook(), POLL_MS);
     byId("loading").hidden = true;
     this.changed();
     if (this.state.picked) this.showPicked();
@@ -94,6 +98,14 @@ class Page {
       loading.hidden = hidden;
       this.redraw();
     });
+  }
+
+  /** Offers to reload once the folder has another manifest than the one that is shown. */
+  async lookForNewCook() {
+    const offer = byId("again"), shown = /** @type {View} */ (this.view).cooked?.manifest.digest;
+    if (!shown || !offer.hidden) return;
+    const manifest = await fetch("cooked/cooked.json", { cache: "no-cache" }).then((answer) => (answer.ok ? answer.json() : null)).catch(() => null);
+    if (manifest?.digest && manifest.digest !== shown) offer.hidden = false;
   }
 
   /** Loads the layouts that the state shows. A layout that cannot be loaded is named, and the state goes back to the scene's own. */
@@ -302,7 +314,9 @@ class Page {
     const link = make("button", { id: "link", title: "Copy a link that reopens this view", onclick: () => this.copyLink(link) }, "Copy link");
     const verdict = this.report ? [make("span", { class: `verdict ${this.report.passed ? "passed" : "failed"}` }, this.report.passed ? "Passed" : "Failed")] : [];
     const report = this.report ? [make("a", { href: "cooked/report.html" }, "Report")] : [];
-    return make("header", { class: "card" }, make("h1", {}, manifest.scene), ...verdict, make("nav", {}, link, theme),
+    const again = make("button", { id: "again", title: "The folder has another manifest than the scene that is shown", hidden: true, onclick: () => location.reload() },
+      "Cooked again: reload");
+    return make("header", { class: "card" }, make("h1", {}, manifest.scene), ...verdict, again, make("nav", {}, link, theme),
       make("span", { class: "soft", style: "flex: 1 1 100%" }, `${manifest.tool.name} ${manifest.tool.version} `, ...report));
   }
   /** @param {HTMLElement} button */

@@ -26,7 +26,7 @@ protected:
         auto site = open();
         ASSERT_TRUE(site.has_value()) << site.error().line();
         site_.emplace(std::move(*site));
-        auto server = SiteServer::open(*site_, 0);
+        auto server = SiteServer::open(*site_, 0, [this] { return open(); });
         ASSERT_TRUE(server.has_value()) << server.error().line();
         server_.emplace(std::move(*server));
         thread_ = std::thread([this] { server_->run(serving_); });
@@ -100,6 +100,24 @@ TEST_F(RunningServer, RefusesOtherHostsAndMethods) {
     EXPECT_THAT(ask(fmt::format("GET / HTTP/1.1\r\nHost: localhost:{}\r\n", server_->port())), StartsWith("HTTP/1.1 200"));
     for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS"})
         EXPECT_THAT(ask(fmt::format("{} / HTTP/1.1\r\n{}Content-Length: 0\r\n", method, ourHost())), StartsWith("HTTP/1.1 405")) << method;
+}
+
+TEST_F(RunningServer, ShowsTheFolderThatWasCookedAgain) {
+    EXPECT_THAT(get("/viewer/scene.json"), HasSubstr("\"map\""));
+    EXPECT_THAT(get("/cooked/map_l0.ktx2"), StartsWith("HTTP/1.1 200"));
+    scene_.writeSceneFile("light_map_layout = \"hdr\"");
+    ASSERT_TRUE(cookScene(scene_.options(), state_).errors.empty());
+    EXPECT_THAT(get("/cooked/map_sh.ktx2"), StartsWith("HTTP/1.1 404")) << "a page that is open sees no file of another cook";
+    EXPECT_THAT(get("/cooked/cooked.json"), EndsWith(formats::contentOf(folder() / "cooked.json"))) << "but that there is one";
+    EXPECT_THAT(get("/"), StartsWith("HTTP/1.1 200"));
+    EXPECT_THAT(get("/cooked/map_sh.ktx2"), EndsWith(formats::contentOf(folder() / "map_sh.ktx2")));
+    EXPECT_THAT(get("/cooked/map_l0.ktx2"), StartsWith("HTTP/1.1 404"));
+
+    const std::string manifest = formats::contentOf(folder() / "cooked.json");
+    formats::writeContent(folder() / "cooked.json", manifest.substr(0, 100));
+    EXPECT_THAT(get("/"), AllOf(StartsWith("HTTP/1.1 503"), HasSubstr("cooked.json"), HasSubstr("Reload this page")));
+    formats::writeContent(folder() / "cooked.json", manifest);
+    EXPECT_THAT(get("/"), StartsWith("HTTP/1.1 200"));
 }
 
 TEST_F(RunningServer, TakesTheWantedPortOrSaysThatItIsInUse) {

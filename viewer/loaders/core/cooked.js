@@ -37,6 +37,7 @@ import { manifestOfGltf } from "./gltf.js";
  * @typedef {object} CookedManifest
  * @property {number} schema
  * @property {string} scene
+ * @property {string} [digest] of the whole file
  * @property {{ name: string, version: string }} tool
  * @property {{ working: string }} color
  * @property {string} [lobe]
