@@ -52,6 +52,16 @@ std::size_t pointWithin(const std::vector<AllocationPoint>& frontier, std::uint6
     return over == frontier.begin() ? 0 : static_cast<std::size_t>(over - frontier.begin()) - 1;
 }
 
+BudgetChoice choiceWithin(const std::vector<AllocationPoint>& frontier, const TableBytes& tables, std::uint64_t budgetBytes,
+                          std::size_t lastPoint, bool isFineOnly) {
+    const auto pointBeside = [&](std::uint64_t bytes) {
+        return std::min(lastPoint, pointWithin(frontier, budgetBytes - std::min(bytes, budgetBytes)));
+    };
+    const std::size_t usual = pointBeside(tables.usual), fine = pointBeside(tables.fine);
+    const bool isFineWithin = frontier[fine].bytes + tables.fine <= budgetBytes;
+    return isFineWithin && (fine == usual || isFineOnly) ? BudgetChoice{fine, true} : BudgetChoice{usual, false};
+}
+
 std::size_t pointOfError(const std::vector<AllocationPoint>& frontier, double visible) {
     const auto within = std::ranges::find_if(frontier, [&](const AllocationPoint& point) { return point.visible <= visible; });
     return within == frontier.end() ? frontier.size() - 1 : static_cast<std::size_t>(within - frontier.begin());

@@ -108,9 +108,7 @@ public:
           scene_(std::move(scene)),
           asked_(scene_),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
-          planOptions_{options.only, options.onlyKind, options.repair, options.samples, std::move(layouts)},
-          givenLayouts_(planOptions_.layouts),
-          isForced_(options.force) {}
+          planOptions_{options.only, options.onlyKind, options.repair, options.samples, std::move(layouts)} {}
 
     Outcome run() {
         if (auto done = tryRun(); !done) outcome_.errors.insert(outcome_.errors.begin(), done.error());
@@ -185,17 +183,15 @@ private:
             if (!decided) return tl::make_unexpected(decided.error());
             plan = std::move(*decided);
         }
+        if (plan->openTables && !isStopped(result)) {
+            auto decided = decideTables(*plan, planned, needs, result);
+            if (!decided) return tl::make_unexpected(decided.error());
+            plan = std::move(*decided);
+        }
         outcome_.actionsRun += materials.actionsRun + result.actionsRun;
         outcome_.actionsReused += materials.actionsReused + result.actionsReused;
         addErrors(result);
         if (isStopped(result)) return {};
-        if (fitsWithUsualTables(*plan, result)) {
-            scene_.tables.viewCount = kUsualViewCount;
-            planOptions_.layouts = givenLayouts_;
-            isForced_ = false;  // the other actions have run
-            outcome_.actionsReused = 0;
-            return cookAndPublish();
-        }
         if (options_.only) sceneAssets_ = assetsOfScene(*plan, planned, needs);
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
@@ -208,34 +204,18 @@ private:
         return {};
     }
 
-    /// Returns true if the scene is over its budget with the many views that tables have beside one, and within it with the usual number.
-    bool fitsWithUsualTables(const Plan& plan, const ExecutionResult& result) const {
-        const auto& budget = scene_.output.budgetBytes;
-        if (!budget || scene_.tables.viewCount || options_.only || options_.onlyKind || !outcome_.errors.empty()) return false;
-        std::uint64_t bytes = 0, tables = 0;
-        for (const std::string& name : plan.assets) {
-            const auto record = result.records.find(actionId(ActionStep::Cook, name));
-            if (record == result.records.end()) return false;
-            const auto cooked = fromJson<CookResult>(record->second.result, record->first);
-            if (!cooked) return false;
-            bytes += cooked->asset.totalBytesGpu();
-            if (name == kTablesName) tables = cooked->asset.totalBytesGpu();
-        }
-        const std::uint64_t saved = tables / kFineViewCount * (kFineViewCount - kUsualViewCount);  // a view is a column
-        return bytes > *budget && bytes - saved <= *budget;
-    }
-
     /// Returns the folder of repacked bakes and meshes, which no output has.
     std::filesystem::path packedFolder() const { return staging_ / "charts"; }
 
     ExecutionResult execute(const std::vector<Action>& graph) {
-        return pipeline::execute(graph, {outcome_.output, isForced_, options_.keepGoing}, staging_,
+        return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing}, staging_,
                                  {actionFunction, cache_, *digests_, state_, at_});
     }
 
     /// Leaves the files of the actions in a folder.
     ExecutionResult executeInto(const std::filesystem::path& folder, const std::vector<Action>& graph) {
-        return pipeline::execute(graph, {folder, isForced_, options_.keepGoing}, folder, {actionFunction, cache_, *digests_, state_, at_});
+        return pipeline::execute(graph, {folder, options_.force, options_.keepGoing}, folder,
+                                 {actionFunction, cache_, *digests_, state_, at_});
     }
 
     /// Looks at the inputs of the planned assets. Its actions do not count as run or reused: they make nothing.
@@ -310,6 +290,7 @@ private:
         if (!decision) return tl::make_unexpected(decision.error());
         while (true) {
             planOptions_.layouts = decision->choose();
+            planOptions_.tableViews = decision->tableViews();
             auto plan = planScene(planned, needs, planOptions_);
             if (!plan) return plan;
             ExecutionResult chosen = execute(actionsOf(*plan, result));
@@ -323,6 +304,24 @@ private:
             frontier_ = frontierOf(*decision);
             return plan;
         }
+    }
+
+    /// Chooses the views of tables by what the other assets, which no frontier trades, leave of the budget; cooks and verifies the tables,
+    /// and adds that to `result`. Returns the plan of the whole scene.
+    Result<Plan> decideTables(const Plan& open, const Scene& planned, const Needs& needs, ExecutionResult& result) {
+        AllocationPoint others;
+        for (const std::string& name : open.assets) {
+            const auto record = result.records.find(actionId(ActionStep::Cook, name));
+            if (record == result.records.end()) continue;
+            const auto cooked = fromJson<CookResult>(record->second.result, record->first);
+            if (!cooked) return tl::make_unexpected(cooked.error());
+            others.bytes += cooked->asset.totalBytesGpu();
+        }
+        const bool areFine = choiceWithin({others}, *open.openTables, *scene_.output.budgetBytes, 0).areTablesFine;
+        planOptions_.tableViews = areFine ? kFineViewCount : kUsualViewCount;
+        auto plan = planScene(planned, needs, planOptions_);
+        if (plan) result.add(execute(actionsOf(*plan, result)));
+        return plan;
     }
 
     /// Cooks the alternatives of the layouts into folders of their own, and removes those of an earlier cook. An alternative may miss the
@@ -363,7 +362,9 @@ private:
             }
         std::vector<Action> rest;
         for (const Action& action : plan.actions) {
-            const bool hasWaited = planOptions_.layouts.contains(lightMapOf(plan, action.asset)) && !result.records.contains(action.id);
+            const bool isChosen =
+                planOptions_.layouts.contains(lightMapOf(plan, action.asset)) || (planOptions_.tableViews && action.asset == kTablesName);
+            const bool hasWaited = isChosen && !result.records.contains(action.id);
             if (hasWaited || split.contains(action.id)) rest.push_back(action);
         }
         return rest;
@@ -497,8 +498,6 @@ private:
     const Scene asked_;  ///< as scene_ was before the cook put several maps in place of those that are split
     Cache cache_;
     PlanOptions planOptions_;
-    const std::map<std::string, std::string> givenLayouts_;  ///< as planOptions_ had them before any was chosen
-    bool isForced_;                                          ///< runs actions that the cache has
     std::optional<DigestMemo> digests_;
     std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map
     std::vector<FrontierPoint> frontier_;                                     ///< of such a scene

@@ -51,6 +51,7 @@ LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
 Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& open, const ExecutionResult& trials,
                                               const ExecutionResult& materials) {
     LayoutDecision decision(scene);
+    decision.openTables_ = open.openTables;
     for (const std::string& map : open.undecided) {
         const auto record = trials.records.find(actionId(ActionStep::Trial, map));
         if (record == trials.records.end()) continue;
@@ -118,8 +119,14 @@ std::map<std::string, std::string> LayoutDecision::choose() {
     if (choices_.empty()) return chosen_;
     frontier_ = allocationFrontier(allowedChoices(), otherBytes_);
     const OutputSettings& output = scene_.output;
-    chosenPoint_ = output.budgetBytes ? pointWithin(frontier_, *output.budgetBytes) : frontier_.size() - 1;
-    if (output.isWholeLimited()) chosenPoint_ = std::min(chosenPoint_, pointOfLimits());
+    chosenPoint_ = output.isWholeLimited() ? pointOfLimits() : frontier_.size() - 1;
+    if (output.budgetBytes) {
+        const TableBytes tables = openTables_.value_or(TableBytes{});
+        const BudgetChoice choice = choiceWithin(frontier_, tables, *output.budgetBytes, chosenPoint_, areUsualTablesRefuted_);
+        chosenPoint_ = choice.point;
+        for (AllocationPoint& point : frontier_) point.bytes += choice.areTablesFine ? tables.fine : tables.usual;
+        if (openTables_) tableViews_ = choice.areTablesFine ? kFineViewCount : kUsualViewCount;
+    }
     for (const auto& [map, choice] : frontier_[chosenPoint_].choices) {
         chosen_[map] = choice.lightMap;
         if (!choice.dominant.empty()) chosen_[dominantNameOf(map)] = choice.dominant;
@@ -145,10 +152,12 @@ Result<bool> LayoutDecision::learnFrom(const Plan& plan, const ExecutionResult& 
     const auto isMapRefuted = noteVerifiedMaps(chosen);
     if (!isMapRefuted || choices_.empty()) return isMapRefuted;
     if (auto noted = noteFailedDominants(chosen); !noted) return tl::make_unexpected(noted.error());
+    if (auto noted = noteFailedTables(chosen); !noted) return tl::make_unexpected(noted.error());
     if (auto noted = noteFailedWholes(chosen); !noted) return tl::make_unexpected(noted.error());
     if (auto corrected = correctBytes(plan, others, chosen); !corrected) return tl::make_unexpected(corrected.error());
     const std::map<std::string, std::string> before = chosen_;
-    return choose() != before;
+    const std::optional<int> viewsBefore = tableViews_;
+    return choose() != before || tableViews_ != viewsBefore;
 }
 
 /// Notes the verified errors of light maps. Returns true if one misses a limit that its trial had kept.
@@ -204,6 +213,16 @@ Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) 
         for (AllocationChoice& choice : choices)
             if (choice.dominant == layout) choice.visible = choice.relRms = std::numeric_limits<double>::infinity();
     }
+    return {};
+}
+
+/// Notes that open tables of the usual views missed a limit of theirs.
+Result<void> LayoutDecision::noteFailedTables(const ExecutionResult& chosen) {
+    const auto record = chosen.records.find(actionId(ActionStep::Verify, kTablesName));
+    if (record == chosen.records.end() || tableViews_ != kUsualViewCount) return {};
+    const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
+    if (!verified) return tl::make_unexpected(verified.error());
+    areUsualTablesRefuted_ = areUsualTablesRefuted_ || !verified->verdict.passed;
     return {};
 }
 

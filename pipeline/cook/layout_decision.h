@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ public:
     /// with a budget the allocation of least error within it; or with a limit on what a pixel shows the smallest allocation within it, or
     /// within the budget as well. Beside an error of light maps, maps keep the cheapest within it, and the rest is for the dominant lights.
     std::map<std::string, std::string> choose();
+    /// Returns the views of the tables that the last choose() takes. Empty: the plan leaves none open, or no frontier to choose them by.
+    const std::optional<int>& tableViews() const { return tableViews_; }
     /// Notes what verification found of the chosen assets: errors of light maps, failures, and the bytes that meshes take. Where layouts
     /// are chosen together, also chooses again. Returns true if the choice has to be tried anew: a map missed a limit that its trial had
     /// kept, since a trial of a part of a map may be too good; or another allocation was chosen, as meshes turned out smaller than their
@@ -56,6 +59,7 @@ private:
     formats::Result<bool> noteVerifiedMaps(const ExecutionResult& chosen);
     formats::Result<void> noteSplitSeams(const ExecutionResult& chosen);
     formats::Result<void> noteFailedDominants(const ExecutionResult& chosen);
+    formats::Result<void> noteFailedTables(const ExecutionResult& chosen);
     formats::Result<void> noteFailedWholes(const ExecutionResult& chosen);
     formats::Result<void> correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
@@ -65,11 +69,14 @@ private:
     /// Largest part of the limit on seams that an edge between maps of a split used, by light map and layout. What was found stays: the
     /// layout on the other side may have been chosen anew for it, and so no choice comes back.
     std::map<std::string, std::map<std::string, double>> splitUse_;
-    std::uint64_t otherBytes_ = 0;               ///< GPU memory of the other assets, meshes at their upper bound
+    std::uint64_t otherBytes_ = 0;               ///< GPU memory of the other assets, meshes at their upper bound, open tables left out
+    std::optional<TableBytes> openTables_;       ///< Plan::openTables
+    bool areUsualTablesRefuted_ = false;         ///< they missed a limit of theirs
     bool mayShrink_ = true;                      ///< otherBytes_ was not corrected downwards yet
     std::map<std::string, std::string> chosen_;  ///< by the last choose(), as are those below
     std::vector<AllocationPoint> frontier_;
     std::size_t chosenPoint_ = 0;
+    std::optional<int> tableViews_;
 };
 
 /// Returns the light map whose layout an asset waits for; for another asset its own name.

@@ -156,13 +156,18 @@ private:
         return {scene_.display, converterVisibleLimit(scene_.output, ofAsset)};
     }
 
+    /// Adds an asset, whose files have names of their own.
+    void addAsset(const std::string& asset, AssetKind kind) {
+        for (const std::string& name : fileNames(asset, kind))
+            if (!fileNames_.insert(inLowerCase(name)).second && takenName_.empty()) takenName_ = name;
+        plan_.assets.push_back(asset);
+    }
+
     /// Adds the actions that cook and verify an asset.
     template <Described Parameters, Described VerifyParameters>
     void add(const std::string& asset, AssetKind kind, const Parameters& parameters, Inputs inputs,
              const VerifyParameters& verifyParameters, const Inputs& verifyInputs, const OfLightMap& ofLightMap = {}) {
-        for (const std::string& name : fileNames(asset, kind))
-            if (!fileNames_.insert(inLowerCase(name)).second && takenName_.empty()) takenName_ = name;
-        plan_.assets.push_back(asset);
+        addAsset(asset, kind);
         plan_.actions.push_back({actionId(ActionStep::Cook, asset), std::string(info(kind).name), asset, toJson(parameters),
                                  std::move(inputs), ofLightMap.dependencies});
         Json verification = toJson(verifyParameters);
@@ -527,7 +532,9 @@ private:
     void planTables() {
         if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted(kTablesName, AssetKind::Lut, kTablesName)) return;
         const TableSettings& tables = scene_.tables;
-        const int viewCount = viewCountOf(tables, scene_.output);
+        const bool areOpen = areViewsOpen(tables, scene_.output) && !options_.tableViews;
+        const int viewCount =
+            areViewsOpen(tables, scene_.output) ? options_.tableViews.value_or(kUsualViewCount) : viewCountOf(tables, scene_.output);
         const auto skipRows = [&](std::string what, std::string why, int rows) {
             const int texels = rows * viewCount;
             skip(kTablesName, std::move(what), std::move(why), static_cast<std::uint64_t>(texels * kTableTexelBytes),
@@ -538,6 +545,13 @@ private:
         if (const int unused = kTableRows - rows.count; unused > 0 && !tables.roughnessCount)
             skipRows(fmt::format("{} of {} roughness rows of the Cook-Torrance tables", unused, kTableRows),
                      fmt::format("materials use m from {} to {} only", needs_.m.low, needs_.m.high), unused);
+        if (areOpen) {
+            const auto bytesWith = [&](int views) {
+                return static_cast<std::uint64_t>(tables.roughnessCount.value_or(rows.count) * views * kTableTexelBytes);
+            };
+            plan_.openTables = TableBytes{bytesWith(kUsualViewCount), bytesWith(kFineViewCount)};
+            return addAsset(kTablesName, AssetKind::Lut);
+        }
         add(kTablesName, AssetKind::Lut,
             LutParameters{.lobe = scene_.lobe,
                           .normalization = tables.normalization,

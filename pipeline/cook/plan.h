@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/cook/allocation.h"
 #include "pipeline/cook/skip.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/repack/packed_light_map.h"
@@ -25,6 +26,7 @@ struct PlanOptions {
     /// Layouts of light maps whose layout is "auto", by name, as their trials chose them. A map that is not here gets a trial instead.
     std::map<std::string, std::string> layouts = {};
     std::map<std::string, PackedLightMap> packed = {};  ///< light maps of the scene whose charts were packed, by name
+    std::optional<int> tableViews = {};                 ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
 };
 
 struct Plan {
@@ -37,6 +39,7 @@ struct Plan {
     std::map<std::string, Json> notes = {};             ///< for the report, by asset
     std::set<std::string> unwanted = {};                ///< assets of the scene that the options do not want
     std::vector<std::string> lightMaps = {};            ///< light maps of the scene file of which the options want an asset
+    std::optional<TableBytes> openTables = {};          ///< of tables that wait for the choice of their views: an asset without actions
 };
 
 /// Returns the textures of a dominant light under a target.

@@ -33,7 +33,8 @@ struct FrontierPoint {
 };
 template <class Fields, Is<FrontierPoint> Self>
 void describe(Fields& fields, Self& point) {
-    fields.required("bytes_gpu", point.bytesGpu, between(0, kLargestBytes), "GPU memory of the whole scene");
+    fields.required("bytes_gpu", point.bytesGpu, between(0, kLargestBytes),
+                    "GPU memory of the whole scene, with the specular tables of this cook");
     fields.required("visible", point.visible, between(0, HUGE_VAL),
                     "99th percentile of the visible errors of the whole shading, of the worst light map, as the trials measured it");
     fields.required("chosen", point.isChosen, "true for the allocation of this cook");

@@ -139,7 +139,7 @@ struct MaterialEntry {
 
 /// Settings of the specular tables. The analytic light of the shaders agrees with the default normalization.
 struct TableSettings {
-    std::optional<int> viewCount;          ///< absent: see viewCountOf
+    std::optional<int> viewCount;          ///< absent: see areViewsOpen and viewCountOf
     std::optional<int> roughnessCount;     ///< over exactly the range of m; else those of the 16 rows 1/16 to 1 that it needs
     std::string normalization = "energy";  ///< or halo3, four times as bright
     std::string viewAxis = "auto", roughnessAxis = "auto";  ///< fit::viewMappings(), fit::roughnessMappings()

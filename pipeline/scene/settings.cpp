@@ -137,6 +137,10 @@ std::optional<double> converterVisibleLimit(const OutputSettings& output, const 
     return ofAsset ? ofAsset : output.maxConverterVisible;
 }
 
+bool areViewsOpen(const TableSettings& tables, const OutputSettings& output) {
+    return output.budgetBytes && !tables.viewCount;
+}
+
 int viewCountOf(const TableSettings& tables, const OutputSettings& output) {
     return tables.viewCount.value_or(output.isChosenByWhole() ? kFineViewCount : kUsualViewCount);
 }

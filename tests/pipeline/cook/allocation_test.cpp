@@ -96,6 +96,55 @@ TEST(Allocation, ALimitTakesTheFirstPointWithinIt) {
     EXPECT_EQ(pointOfError(frontier, 0.5), 2u) << "none is within it: the one of least error";
 }
 
+/// The best errors of all combinations beside tables of either size decide, byte by byte of the budget.
+TEST(Allocation, FineTablesNeverTakeTheBytesOfASmallerError) {
+    std::mt19937 random(7);
+    const TableBytes tables{30, 400};
+    for (int round = 0; round < 20; ++round) {
+        const AllocationChoices choices = randomChoices(random, 1 + static_cast<int>(random() % 3));
+        const std::vector<Worth> all = allWorths(choices, 50);
+        const auto leastBeside = [&](std::uint64_t bytes, std::uint64_t budget) {
+            double least = HUGE_VAL;
+            for (const Worth& worth : all)
+                if (worth.bytes + bytes <= budget) least = std::min(least, worth.visible);
+            return least;
+        };
+        const std::vector<AllocationPoint> frontier = allocationFrontier(choices, 50);
+        double before = HUGE_VAL;
+        bool wereFine = false;
+        for (std::uint64_t budget = 1; budget < frontier.back().bytes + tables.fine + 10; budget += 7) {
+            const BudgetChoice choice = choiceWithin(frontier, tables, budget, frontier.size() - 1);
+            const double usual = leastBeside(tables.usual, budget), fine = leastBeside(tables.fine, budget);
+            EXPECT_EQ(choice.areTablesFine, std::isfinite(usual) && fine == usual) << budget;
+            if (!std::isfinite(usual)) {
+                EXPECT_EQ(choice.point, 0u) << "the least that is possible";
+                continue;
+            }
+            const double visible = frontier[choice.point].visible;
+            EXPECT_EQ(visible, usual) << budget;
+            EXPECT_LE(visible, before) << "the error never grows with the budget";
+            before = visible;
+            wereFine = choice.areTablesFine;
+        }
+        EXPECT_TRUE(wereFine) << "in the end all fits";
+    }
+}
+
+TEST(Allocation, FineTablesThatALimitAsksForTakeAnyPointBesideThem) {
+    const std::vector<AllocationPoint> frontier = {{10, 9, {}}, {20, 4, {}}, {30, 1, {}}};
+    const TableBytes tables{1, 8};
+    const auto choose = [&](std::uint64_t budget, std::size_t lastPoint, bool isFineOnly) {
+        const BudgetChoice choice = choiceWithin(frontier, tables, budget, lastPoint, isFineOnly);
+        return std::pair(choice.point, choice.areTablesFine);
+    };
+    EXPECT_EQ(choose(21, 2, false), std::pair(std::size_t{1}, false));
+    EXPECT_EQ(choose(21, 2, true), std::pair(std::size_t{0}, true));
+    EXPECT_EQ(choose(17, 2, true), std::pair(std::size_t{0}, false)) << "nothing fits beside them";
+    EXPECT_EQ(choose(21, 0, false), std::pair(std::size_t{0}, true)) << "a limit on the whole wants no larger point";
+    EXPECT_EQ(choose(5, 2, false), std::pair(std::size_t{0}, false)) << "a budget below the tables alone";
+    EXPECT_EQ(choose(38, 2, false), std::pair(std::size_t{2}, true));
+}
+
 class BudgetedScene {
 public:
     explicit BudgetedScene(std::filesystem::path sceneFile, std::filesystem::path folder)

@@ -608,33 +608,101 @@ TEST(CookScene, ABoundThatIsNotHeldFailsButIsReported) {
     EXPECT_TRUE(std::filesystem::exists(scene / "out" / kReportName));
 }
 
-TEST(CookScene, ABudgetThatOnlyTablesOfTheUsualViewsFitHasThem) {
-    const SmallScene scene(Parts::LightMap);
-    CookOptions options = scene.options();
-    const auto cookWithin = [&](std::uint64_t budget) {
+/// A scene under budgets, and the views of its tables.
+class TablesUnderABudget : public testing::Test {
+protected:
+    static Outcome cookWithin(const SmallScene& scene, std::uint64_t budget) {
+        CookOptions options = scene.options();
         options.budgetBytes = budget;
         return cook(options);
+    }
+    static int views(const Outcome& outcome) { return assetOf(outcome.report, kTablesName).at("width").get<int>(); }
+    static std::uint64_t used(const Outcome& outcome) { return outcome.report.at("budget").at("used_bytes").get<std::uint64_t>(); }
+    /// Returns the bytes that the fine tables take more than the usual ones of a cook.
+    static std::uint64_t moreBytes(const Outcome& outcome) {
+        return assetOf(outcome.report, kTablesName).at("bytes_gpu").get<std::uint64_t>() / kUsualViewCount *
+               (kFineViewCount - kUsualViewCount);
+    }
+    static const Json& frontierOf(const Outcome& outcome) { return outcome.report.at("budget").at("frontier"); }
+    static std::uint64_t bytesOf(const Json& point) { return point.at("bytes_gpu").get<std::uint64_t>(); }
+    static double visible(const Outcome& outcome) {
+        for (const Json& point : frontierOf(outcome))
+            if (point.at("chosen").get<bool>()) return point.at("visible").get<double>();
+        throw std::runtime_error("no allocation is marked as chosen");
+    }
+    static void expectOverBudget(const Outcome& outcome) {
+        ASSERT_EQ(outcome.errors.size(), 1u);
+        EXPECT_EQ(outcome.errors[0].code, ErrorCode::OverBudget);
+        EXPECT_THAT(outcome.errors[0].line(), HasSubstr(fmt::format("found {} bytes of GPU memory", used(outcome))));
+        EXPECT_EQ(views(outcome), kUsualViewCount) << "the least bytes that are possible";
+    }
+};
+
+TEST_F(TablesUnderABudget, TakeNoBytesFromBetterLayouts) {
+    const SmallScene scene(Parts::LightMap);
+    const Outcome smallest = cookWithin(scene, 100);
+    expectOverBudget(smallest);
+    const Json frontier = frontierOf(smallest);
+    const std::uint64_t least = used(smallest), more = moreBytes(smallest);
+    ASSERT_GT(frontier.size(), 2u);
+    ASSERT_EQ(bytesOf(frontier[0]), least);
+    ASSERT_LT(bytesOf(frontier[1]), least + more) << "a better layout costs less than the views";
+    expectOverBudget(cookWithin(scene, least - 1));
+    // With one byte more the smallest layouts would have room for more views: the error does not grow.
+    double before = HUGE_VAL;
+    for (const std::uint64_t budget : {least, least + more - 1, least + more}) {
+        const Outcome within = cookWithin(scene, budget);
+        for (const formats::Error& error : within.errors) ADD_FAILURE() << error.line();
+        EXPECT_LE(used(within), budget);
+        EXPECT_LE(visible(within), before);
+        before = visible(within);
+    }
+    EXPECT_LE(before, frontier[1].at("visible").get<double>());
+    // All layouts are at their best: what is left is for the tables.
+    const std::uint64_t most = bytesOf(frontier.back()) + more;
+    const Outcome almost = cookWithin(scene, most - 1), roomy = cookWithin(scene, most);
+    EXPECT_EQ(views(almost), kUsualViewCount);
+    EXPECT_EQ(views(roomy), kFineViewCount);
+    EXPECT_EQ(visible(roomy), visible(almost));
+    EXPECT_EQ(used(roomy), most);
+    EXPECT_EQ(bytesOf(frontierOf(roomy).back()), most) << "the frontier counts the tables of the cook";
+    EXPECT_EQ(cookWithin(scene, most).actionsRun, 0);
+}
+
+TEST_F(TablesUnderABudget, HaveTheViewsThatFitWhereNoLayoutIsOpen) {
+    const SmallScene scene(Parts::LightMap, grey);  // one block
+    const Outcome smallest = cookWithin(scene, 100);
+    expectOverBudget(smallest);
+    EXPECT_FALSE(smallest.report.at("budget").contains("frontier"));
+    const std::uint64_t least = used(smallest), most = least + moreBytes(smallest);
+    for (const std::uint64_t budget : {least, most - 1, most}) {
+        const Outcome within = cookWithin(scene, budget);
+        for (const formats::Error& error : within.errors) ADD_FAILURE() << error.line();
+        EXPECT_EQ(views(within), budget < most ? kUsualViewCount : kFineViewCount);
+        EXPECT_EQ(used(within), budget < most ? least : most);
+    }
+    CookOptions alone = scene.options();
+    alone.budgetBytes = 1 << 20;
+    alone.only = kTablesName;
+    EXPECT_EQ(views(cook(alone)), kFineViewCount);
+}
+
+TEST_F(TablesUnderABudget, HaveMoreViewsWhereALimitOfTheirsAsksForThem) {
+    const SmallScene scene(Parts::LightMap);
+    const Outcome smallest = cookWithin(scene, 100);
+    const auto errorOfTables = [](const Outcome& outcome) {
+        return assetOf(outcome.report, kTablesName).at("stages").back().at("error").at("visible").at("p99").get<double>();
     };
-    const auto widthOfTables = [](const Outcome& outcome) { return assetOf(outcome.report, kTablesName).at("width").get<int>(); };
-    const Outcome smallest = cookWithin(100);
-    ASSERT_TRUE(smallest.report.is_object());
-    ASSERT_EQ(widthOfTables(smallest), kFineViewCount);
-    const auto used = smallest.report.at("budget").at("used_bytes").get<std::uint64_t>();
-    const auto fine = assetOf(smallest.report, kTablesName).at("bytes_gpu").get<std::uint64_t>();
-    const std::uint64_t least = used - fine + fine * kUsualViewCount / kFineViewCount;
-    const Outcome over = cookWithin(least - 1);
-    ASSERT_FALSE(over.errors.empty());
-    EXPECT_EQ(over.errors.front().code, ErrorCode::OverBudget);
-    const Outcome within = cookWithin(least);
-    for (const formats::Error& error : within.errors) ADD_FAILURE() << error.line();
-    EXPECT_EQ(widthOfTables(within), kUsualViewCount);
-    EXPECT_EQ(within.report.at("budget").at("used_bytes").get<std::uint64_t>(), least);
-    const Outcome again = cookWithin(least);
-    EXPECT_EQ(again.actionsRun, 0);
-    EXPECT_EQ(widthOfTables(again), kUsualViewCount);
-    const Outcome roomy = cookWithin(used);
-    EXPECT_TRUE(roomy.errors.empty());
-    EXPECT_EQ(widthOfTables(roomy), kFineViewCount);
+    const double usual = errorOfTables(smallest), fine = errorOfTables(cookWithin(scene, 1 << 20));
+    ASSERT_LT(fine, usual);
+    scene.writeSceneFile("", fmt::format("[tables]\nmax_visible = {}\n", (usual + fine) / 2));
+    const Outcome limited = cookWithin(scene, used(smallest) + moreBytes(smallest));
+    for (const formats::Error& error : limited.errors) ADD_FAILURE() << error.line();
+    EXPECT_EQ(views(limited), kFineViewCount);
+    EXPECT_EQ(visible(limited), visible(smallest)) << "the smallest layouts are left";
+    const Outcome within = cookWithin(scene, used(smallest));
+    ASSERT_EQ(within.errors.size(), 1u);
+    EXPECT_EQ(within.errors[0].code, ErrorCode::Verification) << "within the budget, but not within the limit";
 }
 
 TEST(CookScene, AnExceededBudgetFailsButIsReported) {

@@ -133,6 +133,28 @@ TEST(PlanScene, TablesHaveMoreViewsWhereAssetsAreChosenTogether) {
     EXPECT_EQ(views(), 24);
     scene.tables.viewCount = 12;
     EXPECT_EQ(views(), 12) << "a number of their own is obeyed";
+    scene.output.budgetBytes = 1 << 20;
+    EXPECT_EQ(views(), 12);
+}
+
+TEST(PlanScene, TablesUnderABudgetWaitForTheirViews) {
+    Scene scene = sceneWithOneMap();
+    scene.output.budgetBytes = 1 << 20;
+    scene.tables.roughnessCount = 5;
+    const auto planned = [&](const PlanOptions& options) { return planScene(scene, resolveNeeds(scene, {}), options).value(); };
+    const Plan open = planned({});
+    ASSERT_TRUE(open.openTables);
+    EXPECT_EQ(open.openTables->usual, 8u * 5 * 3 * 8);
+    EXPECT_EQ(open.openTables->fine, 24u * 5 * 3 * 8);
+    EXPECT_TRUE(hasAsset(open, "specular"));
+    EXPECT_EQ(std::ranges::count(open.actions, "specular", &Action::asset), 0);
+    PlanOptions options;
+    options.tableViews = kFineViewCount;
+    const Plan chosen = planned(options);
+    EXPECT_FALSE(chosen.openTables);
+    const auto action = std::ranges::find(chosen.actions, "cook/specular", &Action::id);
+    ASSERT_NE(action, chosen.actions.end());
+    EXPECT_EQ(action->parameters.at("view_count"), 24);
 }
 
 TEST(PlanScene, AConstantDominantLightThatIsSmallerThanABlockSavesNothing) {
