@@ -38,8 +38,13 @@ Session::Session(const GlobalOptions& options)
 }
 
 int Session::finish(const std::vector<formats::Error>& found) {
-    for (const formats::Error& error : found) terminal.error(error);
-    errors.insert(errors.end(), found.begin(), found.end());
+    for (const formats::Error& error : found) {
+        // Whatever an interrupted command could not finish fails in its turn: one line says it.
+        const auto isInterrupt = [](const formats::Error& each) { return each.code == formats::ErrorCode::Interrupted; };
+        if (isInterrupt(error) && std::ranges::any_of(errors, isInterrupt)) continue;
+        terminal.error(error);
+        errors.push_back(error);
+    }
     return found.empty() ? 0 : exitCode(found.front().code);
 }
 

@@ -11,6 +11,7 @@
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
+#include "pipeline/report/exit_codes.h"
 #include "pipeline/view/server.h"
 #include "pipeline/view/site.h"
 
@@ -45,7 +46,7 @@ int serve(Session& session, const ViewOptions& options, const Site& site) {
         return session.finish(written);
     std::fflush(stdout);  // whoever reads the address from a file or a pipe waits for it
     server->run(session.state);
-    return session.finish({formats::Error{formats::ErrorCode::Interrupted, "view", "interrupted"}});
+    return exitCode(formats::ErrorCode::Interrupted);  // as the line above said
 }
 
 }  // namespace

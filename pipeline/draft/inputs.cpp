@@ -244,7 +244,9 @@ private:
             words += fmt::format("{}{}: {}", i == 0 ? " (" : "; ", inputs_.leftOut[i].file.filename().string(), inputs_.leftOut[i].why);
         if (!words.empty()) words += inputs_.leftOut.size() > 3 ? "; ...)" : ")";
         return failure(ErrorCode::FormatUnsupported, "init",
-                       fmt::format("found nothing that can be cooked{}, expected a light map, an environment or a gradient", words));
+                       fmt::format("found nothing that can be cooked{}, expected a light map, an environment or a gradient; "
+                                   "docs/guide/from-a-baker-to-a-scene.md has scene files to write by hand",
+                                   words));
     }
 
     std::vector<Found> files_;

@@ -168,9 +168,26 @@ private:
         }
         CiCheck& check = checkOf(*suite, rule);
         check.isDone = true;
-        const SourceLine budget = lineOf("output", "", "budget");
+        std::optional<SourceLine> place = placeOf(error.subject);
+        if (!place) place = lineOfInput(error.subject);
         check.findings.push_back(
-            {error.line(), "", Json::object(), placeOf(error.subject).value_or(rule == CiRule::MemoryBudget ? budget : suite->at)});
+            {error.line(), "", Json::object(), place.value_or(rule == CiRule::MemoryBudget ? lineOf("output", "", "budget") : suite->at)});
+    }
+
+    /// Returns the line of the scene file that names the file of an error. An asset that could not be cooked is in no manifest.
+    std::optional<SourceLine> lineOfInput(const std::string& subject) const {
+        if (!scene_) return std::nullopt;
+        for (const LightMapEntry& entry : scene_->lightMaps) {
+            if (isAbout(subject, entry.file)) return lineOf("light_map", entry.name, "file");
+            if (entry.mesh && isAbout(subject, *entry.mesh)) return lineOf("light_map", entry.name, "mesh");
+        }
+        for (const ProbeEntry& entry : scene_->probes) {
+            if (isAbout(subject, entry.file)) return lineOf("probe", entry.name, "file");
+            if (entry.sh && isAbout(subject, *entry.sh)) return lineOf("probe", entry.name, "sh");
+        }
+        for (const GradientEntry& entry : scene_->gradients)
+            if (isAbout(subject, entry.file)) return lineOf("gradient", entry.name, "file");
+        return std::nullopt;
     }
 
     void addFailure(const ReportRow& row, const Failure& failure) {

@@ -617,7 +617,7 @@ Result<Scene> readScene(const std::filesystem::path& file) {
                        fmt::format("found a folder, expected a scene file (TOML), such as {}", (file / "scene.toml").string()));
     if (kind == std::filesystem::file_type::regular && looksBinary(file))
         return failure(ErrorCode::InvalidRequest, file.string(),
-                       "found a file that is no text, expected a scene file (TOML): `lightcook init` writes one for a bake");
+                       "found a file that is no UTF-8 text, expected a scene file (TOML): `lightcook init` writes one for a bake");
     if (kind != std::filesystem::file_type::regular)
         return failure(ErrorCode::InvalidRequest, file.string(),
                        fmt::format("found {}, expected a scene file (TOML)",

@@ -239,7 +239,8 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
         if (map.reference)
             site.files_[*map.reference] = {site.scratch_ / fs::path(*map.reference).filename(), mediaTypeOf(*map.reference)};
         else
-            site.notes_.push_back(fmt::format("{} is shown without its bake: {}", map.name, map.referenceMissing.value_or("")));
+            site.notes_.push_back(fmt::format("{} is shown without its bake: {}{}", map.name, map.referenceMissing.value_or(""),
+                                              options.sources.empty() ? ". If the scene's folder has moved, name it with --sources" : ""));
     }
     for (const std::string& layout : candidatesIn(options.folder)) {
         auto candidate = site.addCandidate(options.folder, *manifest, layout);

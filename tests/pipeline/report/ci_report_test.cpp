@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <map>
 
 #include "pipeline/json/json.h"
@@ -142,6 +143,27 @@ TEST_F(CiReport, AChangedSourceIsTheFaultOfItsAsset) {
     std::filesystem::copy_file(scene_ / "map.exr", scene_ / "probe.exr", std::filesystem::copy_options::overwrite_existing);
     verify();
     EXPECT_THAT(failed(run(), "probe"), ElementsAre("unchanged-files"));
+}
+
+/// An asset that was never cooked is in no manifest: the scene file says where its input is named.
+TEST_F(CiReport, AnUnreadableInputIsAtTheLineThatNamesIt) {
+    scene_.writeSceneFile("");
+    formats::writeContent(scene_ / "sky.exr", "no picture");
+    CookOptions options = scene_.options();
+    options.keepGoing = true;
+    outcome_ = cookScene(options, state_);
+    ASSERT_FALSE(outcome_.errors.empty());
+    const CiRun run = ciRun({"cook", scene_ / "out", scene_.sceneFile(), {}, outcome_.report, outcome_.errors, &outcome_.findings});
+    const std::string text = formats::contentOf(scene_.sceneFile());
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.find("file = \"sky.exr\"")), '\n');
+    int findings = 0;
+    for (const CiSuite& suite : run.suites)
+        for (const CiCheck& check : suite.checks)
+            for (const CiFinding& finding : check.findings) {
+                EXPECT_EQ(finding.at.line, line) << finding.message;
+                ++findings;
+            }
+    EXPECT_EQ(findings, 1);
 }
 
 TEST_F(CiReport, EscapesNames) {
