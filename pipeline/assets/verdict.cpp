@@ -17,6 +17,12 @@ std::optional<int> indexOf(const std::vector<std::string>& names, const std::opt
     return found == names.end() ? std::nullopt : std::optional(static_cast<int>(found - names.begin()));
 }
 
+/// Returns true if a kind of shading was measured.
+bool wasMeasured(const verify::ErrorFigures& figures) {
+    return figures.visible || figures.sampledAt.isKnown() || figures.boundAt.isKnown() || figures.relRms != 0 || figures.p99 != 0 ||
+           figures.maxSampled != 0;
+}
+
 }  // namespace
 
 std::string stageWords(const std::string& name) {
@@ -36,6 +42,14 @@ std::optional<double> visibleBound(const verify::StageError& stage) {
         if (figures->visible && figures->visible->bound && !(*figures->visible->bound <= largest.value_or(-1)))
             largest = figures->visible->bound;
     return largest;
+}
+
+bool hasShading(const std::vector<verify::StageError>& stages, verify::ErrorFigures verify::StageError::*shading) {
+    const auto other = shading == &verify::StageError::diffuse ? &verify::StageError::specular : &verify::StageError::diffuse;
+    const auto measures = [&](verify::ErrorFigures verify::StageError::*kind) {
+        return std::ranges::any_of(stages, [&](const verify::StageError& stage) { return wasMeasured(stage.*kind); });
+    };
+    return measures(shading) || !measures(other);
 }
 
 bool hasVisibleBound(const verify::StageError& stage) {

@@ -38,6 +38,10 @@ std::optional<double> visibleP99(const verify::StageError& stage);
 /// Returns the proven bound of a stage's visible errors, the larger of diffuse and specular light. Empty without any.
 std::optional<double> visibleBound(const verify::StageError& stage);
 
+/// Returns true if an asset has errors of a kind of shading, or of neither kind: then both are shown. Figures of 0 alone are no errors that
+/// were measured: those of light that an asset does not affect are 0 too, but have no visible errors and no places.
+bool hasShading(const std::vector<verify::StageError>& stages, verify::ErrorFigures verify::StageError::*shading);
+
 /// Returns true if the bound of visible errors is known: of each kind of shading that has visible errors, and of one at least.
 bool hasVisibleBound(const verify::StageError& stage);
 /// Returns the violation of a limit on a bound that is not known.

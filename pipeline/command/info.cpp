@@ -130,9 +130,11 @@ Json describeScene(const Scene& scene) {
     return json;
 }
 
-/// Returns the figures of a whole asset under one kind of shading; without visible errors where none were measured.
-Json describeErrors(const verify::ErrorFigures& figures) {
-    Json json = {{"rel_rms", figures.relRms}};
+/// Returns the figures of a whole asset under one kind of shading: rel_rms, null for light that the asset does not have, and visible errors
+/// where some were measured.
+Json describeErrors(const std::vector<verify::StageError>& stages, verify::ErrorFigures verify::StageError::*shading) {
+    const verify::ErrorFigures& figures = stages.back().*shading;
+    Json json = {{"rel_rms", hasShading(stages, shading) ? Json(figures.relRms) : Json()}};
     if (!figures.visible) return json;
     json["visible_p99"] = figures.visible->p99;
     if (figures.visible->bound) json["visible_bound"] = *figures.visible->bound;
@@ -149,9 +151,10 @@ Json describeAsset(const CookedAsset& asset, const ReportRow* row) {
     if (!asset.textures.empty()) json["textures"] = asset.textures.size();
     json.update({{"bytes_gpu", asset.totalBytesGpu()}, {"bytes_disk", asset.totalBytesDisk()}});
     if (row == nullptr || row->verdict.stages.empty()) return json;
-    const verify::StageError& whole = row->verdict.stages.back();
-    json.update(
-        {{"passed", row->verdict.passed}, {"diffuse", describeErrors(whole.diffuse)}, {"specular", describeErrors(whole.specular)}});
+    const std::vector<verify::StageError>& stages = row->verdict.stages;
+    json.update({{"passed", row->verdict.passed},
+                 {"diffuse", describeErrors(stages, &verify::StageError::diffuse)},
+                 {"specular", describeErrors(stages, &verify::StageError::specular)}});
     return json;
 }
 

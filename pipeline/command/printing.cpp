@@ -17,29 +17,12 @@ std::string percent(double value) {
     return std::abs(100 * value) < kWidest ? fmt::format("{:8.3f} %", 100 * value) : fmt::format("{:8.1e} %", 100 * value);
 }
 
-/// Returns true if a kind of shading was measured. Figures of 0 alone do not say so: those of light that an asset does not affect are 0
-/// too, but have no visible errors and no places.
-bool wasMeasured(const verify::ErrorFigures& figures) {
-    return figures.visible || figures.sampledAt.isKnown() || figures.boundAt.isKnown() || figures.relRms != 0 || figures.p99 != 0 ||
-           figures.maxSampled != 0;
-}
-
-/// Returns true if an asset has errors of a kind of shading, or none of any kind.
-/// other  the other kind
-bool hasShading(const ReportRow& row, verify::ErrorFigures verify::StageError::*shading, verify::ErrorFigures verify::StageError::*other) {
-    const auto measures = [&](verify::ErrorFigures verify::StageError::*kind) {
-        return std::ranges::any_of(row.verdict.stages, [&](const verify::StageError& stage) { return wasMeasured(stage.*kind); });
-    };
-    return measures(shading) || !measures(other);
-}
-
 /// Stands in place of a rel_rms of light that an asset or a scene does not have, as wide as percent().
 constexpr const char* kNoRelRms = "         -";
 
-/// Returns rel_rms of a kind of shading; a dash for assets without it.
-std::string relRmsWord(const ReportRow& row, verify::ErrorFigures verify::StageError::*shading,
-                       verify::ErrorFigures verify::StageError::*other) {
-    return hasShading(row, shading, other) ? percent((row.verdict.stages.back().*shading).relRms) : kNoRelRms;
+/// Returns rel_rms of a stage in a kind of shading; a dash for assets without it.
+std::string relRmsWord(const ReportRow& row, const verify::StageError& stage, verify::ErrorFigures verify::StageError::*shading) {
+    return hasShading(row.verdict.stages, shading) ? percent((stage.*shading).relRms) : kNoRelRms;
 }
 
 /// Returns the 99th percentile of the visible errors; a dash for assets without them.
@@ -67,8 +50,8 @@ std::string mipLine(const ReportRow& row) {
     std::string line = fmt::format("  {}: {} mip level{}", row.name, row.mips.size() + 1, row.mips.empty() ? "" : "s");
     if (row.mipsEnd) line += fmt::format(" ({})", *row.mipsEnd);
     for (const verify::StageError& mip : row.mips)
-        line += fmt::format("; {}: diffuse{}, specular{}, visible {}", mip.name, percent(mip.diffuse.relRms), percent(mip.specular.relRms),
-                            visibleWord(visibleP99(mip)));
+        line += fmt::format("; {}: diffuse{}, specular{}, visible {}", mip.name, relRmsWord(row, mip, &verify::StageError::diffuse),
+                            relRmsWord(row, mip, &verify::StageError::specular), visibleWord(visibleP99(mip)));
     return line;
 }
 
@@ -82,11 +65,12 @@ StyledText verdictWord(bool passed) {
     return passed ? StyledText{Style::Good, "passed"} : StyledText{Style::Bad, "FAILED"};
 }
 
-/// Returns "1.20 % -> 1.31 %"; a report that does not have the asset shows as a dash.
-std::string changeOf(const std::optional<AssetFigures>& before, const std::optional<AssetFigures>& now, double AssetFigures::*figure) {
+/// Returns "1.20 % -> 1.31 %"; a report that does not have the asset, and light that the asset does not have, show as a dash.
+std::string changeOf(const std::optional<AssetFigures>& before, const std::optional<AssetFigures>& now,
+                     std::optional<double> AssetFigures::*figure) {
     const auto one = [&](const std::optional<AssetFigures>& figures) {
-        if (!figures) return std::string("-");
-        const double value = (*figures).*figure;
+        if (!figures || !((*figures).*figure)) return std::string("-");
+        const double value = *((*figures).*figure);
         return std::isfinite(value) ? fmt::format("{:.3f} %", 100 * value) : std::string("not finite");
     };
     return fmt::format("{} -> {}", one(before), one(now));
@@ -199,11 +183,10 @@ void printReport(Terminal& terminal, const Report& report) {
         const bool diffuseIsWorse =
             std::isfinite(error.specular.p99) && std::isfinite(error.diffuse.p99) && error.diffuse.p99 >= error.specular.p99;
         const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
-        const std::string figures =
-            fmt::format("{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  ", row.name, info(row.kind).name, row.layout,
-                        row.bytesGpu, row.bitsPerTexel, relRmsWord(row, &verify::StageError::diffuse, &verify::StageError::specular),
-                        relRmsWord(row, &verify::StageError::specular, &verify::StageError::diffuse), percent(worse.p99),
-                        visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row));
+        const std::string figures = fmt::format(
+            "{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  ", row.name, info(row.kind).name, row.layout, row.bytesGpu,
+            row.bitsPerTexel, relRmsWord(row, error, &verify::StageError::diffuse), relRmsWord(row, error, &verify::StageError::specular),
+            percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row));
         terminal.say(StyledLine{{Style::Plain, figures}, verdictWord(row.verdict.passed)});
         if (row.mipsEnd) terminal.say(mipLine(row));
         if (row.splitSeams) terminal.say(splitSeamLine(*row.splitSeams));
@@ -228,24 +211,21 @@ void printPlatforms(Terminal& terminal, const std::vector<PlatformUse>& platform
 }
 
 void printCollection(Terminal& terminal, const CollectionReport& report) {
-    const auto relRmsOf = [](double shading, double other) {  // light that no asset of a scene has counts as 0
-        return shading == 0 && other > 0 ? kNoRelRms : percent(shading);
-    };
+    const auto relRmsOf = [](const std::optional<double>& relRms) { return relRms ? percent(*relRms) : kNoRelRms; };
     terminal.say(StyledLine{{Style::Faint, fmt::format("{:32} {:6} {:>12} {:>12} {:>10} {:>10} {:>8}  {}", "scene", "target", "GPU bytes",
                                                        "disk bytes", "diffuse", "specular", "visible", "verdict")}});
     std::size_t failed = 0;
     for (const SceneSummary& scene : report.scenes) {
         AssetFigures worst;
         for (const AssetSummary& asset : scene.assets) {
-            worst.diffuse = std::max(worst.diffuse, asset.figures.diffuse);
-            worst.specular = std::max(worst.specular, asset.figures.specular);
-            if (asset.figures.visible) worst.visible = std::max(worst.visible.value_or(0.0), *asset.figures.visible);
+            for (const auto figure : {&AssetFigures::diffuse, &AssetFigures::specular, &AssetFigures::visible})
+                if (asset.figures.*figure) worst.*figure = std::max((worst.*figure).value_or(0.0), *(asset.figures.*figure));
         }
         failed += scene.passed ? 0 : 1;
-        terminal.say(StyledLine{{Style::Plain, fmt::format("{:32} {:6} {:12} {:12} {} {} {:>8}  ", scene.name, scene.target,
-                                                           scene.budget.usedBytes, scene.bytesDisk, relRmsOf(worst.diffuse, worst.specular),
-                                                           relRmsOf(worst.specular, worst.diffuse), visibleWord(worst.visible))},
-                                verdictWord(scene.passed)});
+        terminal.say(StyledLine{
+            {Style::Plain, fmt::format("{:32} {:6} {:12} {:12} {} {} {:>8}  ", scene.name, scene.target, scene.budget.usedBytes,
+                                       scene.bytesDisk, relRmsOf(worst.diffuse), relRmsOf(worst.specular), visibleWord(worst.visible))},
+            verdictWord(scene.passed)});
     }
     for (const SceneSummary& scene : report.scenes)
         if (!scene.partial.empty()) terminal.say(partialLine(scene.name, scene.partial));

@@ -32,10 +32,11 @@ std::string growthWords(std::uint64_t before, std::uint64_t now) {
 bool errorGrew(const AssetChange& asset) {
     constexpr double kShare = 1.001;
     if (!asset.before || !asset.now) return false;
-    const auto grew = [](double before, double now) { return !(now <= kShare * before); };
-    return grew(asset.before->diffuse, asset.now->diffuse) || grew(asset.before->specular, asset.now->specular) ||
-           (asset.before->visible && asset.now->visible && grew(*asset.before->visible, *asset.now->visible)) ||
-           (asset.before->seam && asset.now->seam && grew(*asset.before->seam, *asset.now->seam));
+    const auto grew = [&](std::optional<double> AssetFigures::*figure) {
+        const std::optional<double>&before = (*asset.before).*figure, &now = (*asset.now).*figure;
+        return before && now && !(*now <= kShare * *before);
+    };
+    return grew(&AssetFigures::diffuse) || grew(&AssetFigures::specular) || grew(&AssetFigures::visible) || grew(&AssetFigures::seam);
 }
 
 AssetFigures figuresOf(const ReportRow& row) {
@@ -44,8 +45,9 @@ AssetFigures figuresOf(const ReportRow& row) {
     figures.layout = row.layout;
     figures.passed = row.verdict.passed;
     if (row.verdict.stages.empty()) return figures;
-    figures.diffuse = row.verdict.stages.back().diffuse.relRms;
-    figures.specular = row.verdict.stages.back().specular.relRms;
+    const std::vector<verify::StageError>& stages = row.verdict.stages;
+    if (hasShading(stages, &verify::StageError::diffuse)) figures.diffuse = stages.back().diffuse.relRms;
+    if (hasShading(stages, &verify::StageError::specular)) figures.specular = stages.back().specular.relRms;
     figures.visible = visibleP99(row.verdict.stages.back());
     if (row.seams && !row.seams->stages.empty()) figures.seam = row.seams->largestAdded();
     if (row.splitSeams && !row.splitSeams->seams.stages.empty())
@@ -66,6 +68,9 @@ std::vector<AssetChange> compareAssets(const std::map<std::string, AssetFigures>
             // A report of an older version has no visible errors and no seams: that is no change of the asset.
             if (!change.before->visible) change.now->visible.reset();
             if (!change.before->seam) change.now->seam.reset();
+            // It has an error of 0 in place of none.
+            for (const auto figure : {&AssetFigures::diffuse, &AssetFigures::specular})
+                if (!((*change.now).*figure) && (*change.before).*figure == 0.0) ((*change.before).*figure).reset();
             change.change = jsonOf(*change.before) == jsonOf(*change.now) ? "same" : "changed";
             change.growthPercent = growthPercent(change.before->bytesGpu, change.now->bytesGpu);
         }

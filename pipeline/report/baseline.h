@@ -18,17 +18,17 @@ struct ReportRow;
 struct AssetFigures {
     std::uint64_t bytesGpu = 0;
     std::string layout;
-    double diffuse = 0, specular = 0;  ///< rel_rms of the last stage
-    std::optional<double> visible;     ///< visibleP99 of the last stage
-    std::optional<double> seam;        ///< largest step that cooking adds to an edge
+    std::optional<double> diffuse, specular;  ///< rel_rms of the last stage; none of light that the asset does not have
+    std::optional<double> visible;            ///< visibleP99 of the last stage
+    std::optional<double> seam;               ///< largest step that cooking adds to an edge
     bool passed = false;
 };
 template <class Fields, Is<AssetFigures> Self>
 void describe(Fields& fields, Self& figures) {
     fields.required("bytes_gpu", figures.bytesGpu, "GPU memory [bytes]");
     fields.required("layout", figures.layout, "layout of the textures");
-    fields.required("diffuse_rel_rms", figures.diffuse, kFigure, "rel_rms of diffuse light");
-    fields.required("specular_rel_rms", figures.specular, kFigure, "rel_rms of specular light");
+    fields.nullable("diffuse_rel_rms", figures.diffuse, between(0, HUGE_VAL), "rel_rms of diffuse light; null where the asset has none");
+    fields.nullable("specular_rel_rms", figures.specular, between(0, HUGE_VAL), "rel_rms of specular light; null where the asset has none");
     fields.optional("visible_p99", figures.visible, kFigure, "99th percentile of the visible errors, the larger of diffuse and specular");
     fields.optional("seam_max", figures.seam, kFigure, "largest step that cooking adds to an edge that charts share");
     fields.required("passed", figures.passed, "true if the asset passed");

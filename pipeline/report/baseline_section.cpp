@@ -27,10 +27,11 @@ Html changeCell(const Html& before, const Html& now) {
     return numberCell(before.markup() == now.markup() ? now : before + text(" → ") + now);
 }
 
+/// Returns "1.20 % → 1.31 %"; a dash for light that the asset does not have.
 Html errorCell(const Json& asset, const char* name) {
     const auto one = [&](const char* report) {
         const Json& figures = member(asset, report);
-        return figures.is_object() ? percentMarkup(number(member(figures, name))) : text("–");
+        return member(figures, name).is_number() ? percentMarkup(number(member(figures, name))) : text("–");
     };
     return changeCell(one("before"), one("now"));
 }

@@ -43,7 +43,7 @@ WorstAsset worstOf(const SceneSummary& scene) {
     WorstAsset worst;
     for (const AssetSummary& asset : scene.assets) {
         if (!(asset.limit > 0)) continue;
-        const double share = std::max(asset.figures.diffuse, asset.figures.specular) / asset.limit;
+        const double share = std::max(asset.figures.diffuse.value_or(0.0), asset.figures.specular.value_or(0.0)) / asset.limit;
         if (worst.asset == nullptr || !(share <= worst.share)) worst = {&asset, share};
     }
     return worst;

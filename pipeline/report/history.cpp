@@ -82,8 +82,8 @@ HistoryLine historyLine(const Report& report, std::string target) {
     line.byKind = report.budget.byKind;
     for (const ReportRow& row : report.assets) {
         const AssetFigures figures = figuresOf(row);
-        line.diffuse = std::max(line.diffuse, figures.diffuse);
-        line.specular = std::max(line.specular, figures.specular);
+        if (figures.diffuse) line.diffuse = std::max(line.diffuse.value_or(0.0), *figures.diffuse);
+        if (figures.specular) line.specular = std::max(line.specular.value_or(0.0), *figures.specular);
         if (figures.visible) line.visible = std::max(line.visible.value_or(0.0), *figures.visible);
     }
     return line;

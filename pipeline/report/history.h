@@ -22,8 +22,8 @@ struct HistoryLine {
     bool passed = false;
     std::uint64_t bytesGpu = 0;
     std::map<std::string, std::uint64_t> byKind;
-    double diffuse = 0, specular = 0;  ///< largest rel_rms of an asset
-    std::optional<double> visible;     ///< largest 99th percentile of visible errors of an asset
+    std::optional<double> diffuse, specular;  ///< largest rel_rms of an asset; none of light that no asset has
+    std::optional<double> visible;            ///< largest 99th percentile of visible errors of an asset
 };
 template <class Fields, Is<HistoryLine> Self>
 void describe(Fields& fields, Self& line) {
@@ -34,8 +34,10 @@ void describe(Fields& fields, Self& line) {
     fields.required("passed", line.passed, "verdict of the report");
     fields.required("bytes_gpu", line.bytesGpu, "GPU memory of all assets [bytes]");
     fields.required("by_kind", line.byKind, "GPU memory by kind of asset [bytes]");
-    fields.required("diffuse_rel_rms", line.diffuse, kFigure, "largest rel_rms of diffuse light of an asset");
-    fields.required("specular_rel_rms", line.specular, kFigure, "largest rel_rms of specular light of an asset");
+    fields.nullable("diffuse_rel_rms", line.diffuse, between(0, HUGE_VAL),
+                    "largest rel_rms of diffuse light of an asset; null where none has it");
+    fields.nullable("specular_rel_rms", line.specular, between(0, HUGE_VAL),
+                    "largest rel_rms of specular light of an asset; null where none has it");
     fields.optional("visible_p99", line.visible, kFigure, "largest 99th percentile of the visible errors of an asset");
 }
 

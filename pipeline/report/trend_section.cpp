@@ -31,7 +31,7 @@ TrendPoint pointOf(const LatestLines& latest, const std::string& at) {
     TrendPoint point{at};
     for (const auto& [key, line] : latest) {
         point.bytes += line->bytesGpu;
-        point.error = std::max({point.error, line->diffuse, line->specular});
+        point.error = std::max({point.error, line->diffuse.value_or(0.0), line->specular.value_or(0.0)});
         point.visible = std::max(point.visible, line->visible.value_or(0.0));
         point.failed += line->passed ? 0 : 1;
     }

@@ -15,6 +15,7 @@
 #include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"
 #include "tests/pipeline/example_folder.h"
+#include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -38,6 +39,16 @@ TEST(InfoOfACookedFolder, HasTheFiguresOfItsReport) {
     EXPECT_EQ(asset.at("specular").at("rel_rms"), error.at("rel_rms"));
     EXPECT_EQ(asset.at("specular").at("visible_p99"), error.at("visible").at("p99"));
     EXPECT_EQ(asset.at("specular").at("visible_bound"), error.at("visible").at("bound"));
+}
+
+TEST(InfoOfACookedFolder, HasNoErrorOfLightThatAnAssetDoesNotHave) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    const auto facts = describeFile(scene / "out");
+    ASSERT_TRUE(facts) << facts.error().line();
+    const Json& light = assetOf(*facts, "map_dominant");
+    EXPECT_TRUE(light.at("diffuse").at("rel_rms").is_null());
+    EXPECT_GT(light.at("specular").at("rel_rms").get<double>(), 0);
 }
 
 TEST(InfoOfACookedFolder, DoesWithoutAReportAndRefusesABrokenOne) {

@@ -3,11 +3,14 @@
 
 #include <gmock/gmock.h>
 
+#include "pipeline/command/printing.h"
+#include "pipeline/report/baseline_section.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -40,8 +43,8 @@ TEST(Baseline, ComparesAssetByAssetBytesAndError) {
     EXPECT_EQ(changeOf(comparison, "hall").change, "changed");
     EXPECT_NEAR(*changeOf(comparison, "hall").growthPercent, 20, 1e-9);
     EXPECT_EQ(changeOf(comparison, "roof").change, "changed") << "the error grew";
-    EXPECT_DOUBLE_EQ(changeOf(comparison, "roof").before->diffuse, 0.02);
-    EXPECT_DOUBLE_EQ(changeOf(comparison, "roof").now->diffuse, 0.03);
+    EXPECT_EQ(changeOf(comparison, "roof").before->diffuse, 0.02);
+    EXPECT_EQ(changeOf(comparison, "roof").now->diffuse, 0.03);
     EXPECT_EQ(changeOf(comparison, "gone").change, "removed");
     EXPECT_FALSE(changeOf(comparison, "gone").now.has_value());
     EXPECT_EQ(changeOf(comparison, "new").change, "added");
@@ -59,6 +62,39 @@ TEST(Baseline, FailsAtMoreGrowthThanAllowed) {
     EXPECT_FALSE(compareWithBaseline(now, before, "", 0.0).passed);
     EXPECT_TRUE(compareWithBaseline(before, now, "", 0.0).passed);
     EXPECT_FALSE(compareWithBaseline(now, reportOf({}), "", 99.0).passed) << "something where nothing was grew by 100 %";
+}
+
+/// An asset without specular light has no error of it: a dash, not 0.
+TEST(Baseline, ShowsADashForLightThatAnAssetDoesNotHave) {
+    const auto diffuseOnly = [](double error) {
+        ReportRow row = rowOf("flat", 1000, error);
+        row.verdict.stages.back().specular.relRms = 0;
+        return reportOf({row});
+    };
+    Report now = diffuseOnly(0.02);
+    now.baseline = compareWithBaseline(now, diffuseOnly(0.01), "old/report.json", std::nullopt);
+    const AssetChange& change = changeOf(*now.baseline, "flat");
+    EXPECT_EQ(change.now->diffuse, 0.02);
+    EXPECT_EQ(change.now->specular, std::nullopt);
+    EXPECT_TRUE(errorGrew(change));
+    EXPECT_TRUE(jsonOf(change).at("now").at("specular_rel_rms").is_null());
+    const auto read = fromJson<Report>(toJson(now), "report.json");
+    ASSERT_TRUE(read && read->baseline);
+    EXPECT_EQ(jsonOf(*read->baseline), jsonOf(*now.baseline));
+    Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
+    testing::internal::CaptureStdout();
+    printComparison(terminal, *now.baseline);
+    EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("diffuse 1.000 % -> 2.000 %, specular - -> -"));
+    EXPECT_THAT(baselineRow(jsonOf(change), "flat").markup(), AllOf(HasSubstr("<td class=\"num\">–</td>"), Not(HasSubstr("not finite"))));
+}
+
+/// Reports of several scenes that older versions wrote have an error of 0 there.
+TEST(Baseline, TakesAnOlderErrorOfZeroForNone) {
+    ReportRow row = rowOf("flat", 1000, 0.01);
+    row.verdict.stages.back().specular.relRms = 0;
+    AssetFigures now = figuresOf(row), before = now;
+    before.specular = 0;
+    EXPECT_EQ(compareAssets({{"flat", before}}, {{"flat", now}}).at(0).change, "same");
 }
 
 TEST(Baseline, IsInTheReportAndOnThePage) {

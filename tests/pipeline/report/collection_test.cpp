@@ -70,7 +70,7 @@ TEST(Collection, AddsUpScenesTheLargestFirst) {
     EXPECT_EQ(report.totals.byKind.at("light-map"), 4000u);
     EXPECT_EQ(report.totals.byTarget.at("bc"), 1000u);
     EXPECT_TRUE(report.passed);
-    EXPECT_DOUBLE_EQ(report.scenes[0].assets[1].figures.diffuse, 0.015);
+    EXPECT_EQ(report.scenes[0].assets[1].figures.diffuse, 0.015);
     const auto read = fromJson<CollectionReport>(toJson(report), "report.json");
     ASSERT_TRUE(read) << read.error().line();
     EXPECT_EQ(toJson(*read), toJson(report));
@@ -127,7 +127,7 @@ TEST(Collection, CallsASceneThatTheBaselineLacksNew) {
 
 TEST(Collection, PrintsADashForLightThatASceneDoesNotHave) {
     CollectionReport report = makeCollection(twoScenes());
-    for (AssetSummary& asset : report.scenes[0].assets) asset.figures.specular = 0;
+    for (AssetSummary& asset : report.scenes[0].assets) asset.figures.specular.reset();
     for (AssetSummary& asset : report.scenes[1].assets) asset.figures.specular = 0.25;
     Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
     testing::internal::CaptureStdout();
@@ -277,7 +277,7 @@ TEST_F(History, AppendsALineOnceForAReport) {
     ASSERT_TRUE(history);
     ASSERT_EQ(history->size(), 3u);
     EXPECT_EQ(history->back().bytesGpu, 1500u);
-    EXPECT_DOUBLE_EQ(history->back().diffuse, 0.012);
+    EXPECT_EQ(history->back().diffuse, 0.012);
     const auto read = readHistory(file);
     ASSERT_TRUE(read);
     EXPECT_EQ(read->size(), 3u);
@@ -285,6 +285,20 @@ TEST_F(History, AppendsALineOnceForAReport) {
     EXPECT_THAT(page, HasSubstr("Over time"));
     EXPECT_THAT(page, HasSubstr("polyline"));
     EXPECT_THAT(renderCollectionHtml(makeCollection(folders), "", {}), Not(HasSubstr("Over time")));
+}
+
+TEST_F(History, HasNoErrorOfLightThatNoAssetHas) {
+    ReportRow row = rowOf("map", AssetKind::LightMap, 1000, 0.01);
+    row.verdict.stages.back().specular.relRms = 0;
+    const HistoryLine line = historyLine(folderOf("hall", "bc", {row}).report, "bc");
+    EXPECT_EQ(line.diffuse, 0.01);
+    EXPECT_EQ(line.specular, std::nullopt);
+    EXPECT_TRUE(toJson(line).at("specular_rel_rms").is_null());
+    const fs::path file = folder_ / "history.jsonl";
+    ASSERT_TRUE(appendHistory(file, {line}));
+    const auto read = readHistory(file);
+    ASSERT_TRUE(read) << read.error().line();
+    EXPECT_EQ(toJson(read->back()), toJson(line));
 }
 
 TEST_F(History, AnotherFileIsRefusedAndLeftAlone) {
