@@ -101,9 +101,17 @@ std::string allowedWords(const std::optional<double>& allowedPercent) {
 }  // namespace
 
 std::string sizeWords(std::uint64_t bytes) {
+    return sizeWords(bytes, bytes);
+}
+
+std::string sizeWords(std::uint64_t bytes, std::uint64_t inUnitOf) {
     const auto value = static_cast<double>(bytes);
-    if (value < 0x1p10) return fmt::format("{} bytes", bytes);
-    return value < 0x1p20 ? fmt::format("{:.2f} KiB", value / 0x1p10) : fmt::format("{:.2f} MiB", value / 0x1p20);
+    if (inUnitOf < 1 << 10) return counted(bytes, "byte");
+    return inUnitOf < 1 << 20 ? fmt::format("{:.2f} KiB", value / 0x1p10) : fmt::format("{:.2f} MiB", value / 0x1p20);
+}
+
+std::string counted(std::uint64_t count, std::string_view what) {
+    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome) {
@@ -139,13 +147,14 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
     // On a terminal the table has said it.
     if (!report.partial.empty() && !terminal.isInteractive()) terminal.say(partialLine(report.scene, report.partial));
     if (!outcome.candidates.empty()) terminal.say(fmt::format("candidates kept for view: {}", fmt::join(outcome.candidates, ", ")));
-    const std::string assets = fmt::format("{}{} asset{}", failed > 0 ? fmt::format("{} of ", failed) : "", report.assets.size(),
-                                           report.assets.size() == 1 ? "" : "s");
+    const std::string assets = (failed > 0 ? fmt::format("{} of ", failed) : "") + counted(report.assets.size(), "asset");
     const std::string without = report.partial.empty() ? "" : fmt::format(" (without {} of the scene)", report.partial.size());
-    const std::string budget = report.budget.limitBytes ? fmt::format(" of {}", sizeWords(*report.budget.limitBytes)) : "";
+    // Both sizes are in the unit of the smaller one.
+    const std::uint64_t used = report.budget.usedBytes, limit = report.budget.limitBytes.value_or(used), unit = std::min(used, limit);
+    const std::string budget = report.budget.limitBytes ? fmt::format(" of {}", sizeWords(limit, unit)) : "";
     terminal.say(StyledLine{verdictWord(passed),
                             {Style::Plain, fmt::format(": {}{}, {}{} of GPU memory, {} on disk, {} of {} actions from the cache: {}",
-                                                       assets, without, sizeWords(report.budget.usedBytes), budget, sizeWords(disk),
+                                                       assets, without, sizeWords(used, unit), budget, sizeWords(disk),
                                                        outcome.actionsReused, actions, outcome.output.string())}});
 }
 
@@ -169,9 +178,9 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
                         {{Style::Plain, ", "}, verdictWord(asset.before->passed), {Style::Plain, " -> "}, verdictWord(asset.now->passed)});
         terminal.say(line);
     }
-    terminal.say(fmt::format("{} -> {} bytes since {} ({}{}); {} of {} assets unchanged", comparison.bytesBefore, comparison.bytesNow,
+    terminal.say(fmt::format("{} -> {} bytes since {} ({}{}); {} of {} unchanged", comparison.bytesBefore, comparison.bytesNow,
                              comparison.file, growthWords(comparison.bytesBefore, comparison.bytesNow),
-                             allowedWords(comparison.allowedPercent), same, comparison.assets.size()));
+                             allowedWords(comparison.allowedPercent), same, counted(comparison.assets.size(), "asset")));
 }
 
 void printReport(Terminal& terminal, const Report& report) {
@@ -234,14 +243,15 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
         const CollectionComparison& baseline = *report.baseline;
         for (const SceneChange& scene : baseline.scenes)
             if (scene.change != "same")
-                terminal.say(fmt::format("{:32} {:8} {} -> {} bytes ({}), {} assets", scene.name, scene.change, scene.bytesBefore,
-                                         scene.bytesNow, growthWords(scene.bytesBefore, scene.bytesNow), scene.assets.size()));
+                terminal.say(fmt::format("{:32} {:8} {} -> {} bytes ({}), {}", scene.name, scene.change, scene.bytesBefore, scene.bytesNow,
+                                         growthWords(scene.bytesBefore, scene.bytesNow), counted(scene.assets.size(), "asset")));
         const auto same = std::ranges::count(baseline.scenes, "same", &SceneChange::change);
-        terminal.say(fmt::format("{} -> {} bytes since {} ({}{}); {} of {} scenes unchanged", baseline.bytesBefore, baseline.bytesNow,
+        terminal.say(fmt::format("{} -> {} bytes since {} ({}{}); {} of {} unchanged", baseline.bytesBefore, baseline.bytesNow,
                                  baseline.file, growthWords(baseline.bytesBefore, baseline.bytesNow), allowedWords(baseline.allowedPercent),
-                                 same, baseline.scenes.size()));
+                                 same, counted(baseline.scenes.size(), "scene")));
     }
-    terminal.say(fmt::format("{} bytes of GPU memory in {} scenes, {} failed", report.totals.bytesGpu, report.scenes.size(), failed));
+    terminal.say(
+        fmt::format("{} bytes of GPU memory in {}, {} failed", report.totals.bytesGpu, counted(report.scenes.size(), "scene"), failed));
 }
 
 void printFindings(Terminal& terminal, const std::vector<Finding>& findings) {

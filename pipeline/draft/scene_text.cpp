@@ -96,8 +96,9 @@ private:
         if (!inputs_.lightMaps.empty())
             text_ += line("max_visible", "5", "of light maps: visible error that 99 % keep, in just noticeable differences");
         if (!inputs_.probes.empty() || !inputs_.gradients.empty())
-            text_ += line("# max_converter_visible", "20", "the same of dominant lights, tables, probes and gradients");
-        text_ += line("# budget", "\"2 MiB\"", "GPU memory of the whole scene: the best layouts within it are chosen");
+            text_ +=
+                line("# max_converter_visible", "20", "the same of dominant lights, tables, probes and gradients; no limit by default");
+        text_ += line("# budget", "\"2 MiB\"", "GPU memory of the whole scene: the best layouts within it are chosen; no limit by default");
     }
     void write(const DraftLightMap& map) {
         text_ += "\n[[light_map]]\n";

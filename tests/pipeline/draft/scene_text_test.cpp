@@ -58,6 +58,9 @@ TEST(SceneDraft, CommentsAreAtTheFirstOfSeveralProbes) {
         EXPECT_NE(at, std::string::npos) << comment;
         EXPECT_EQ(text.find(comment, at + 1), std::string::npos) << comment << " stands twice";
     }
+    // 20 and "2 MiB" are examples, where other keys show their default.
+    EXPECT_THAT(text, HasSubstr("probes and gradients; no limit by default\n"));
+    EXPECT_THAT(text, HasSubstr("within it are chosen; no limit by default\n"));
     EXPECT_EQ(roundTrip(inputs, folder / "").probes.size(), 3u);
 }
 

@@ -125,6 +125,36 @@ TEST(Collection, CallsASceneThatTheBaselineLacksNew) {
                 HasSubstr("4500 -> 4500 bytes since old.json (+0.00 %, at most 0 % allowed); 2 of 2"));
 }
 
+TEST(Collection, CountsOneAssetAndOneByteInTheSingular) {
+    EXPECT_EQ(counted(1, "asset"), "1 asset");
+    EXPECT_EQ(counted(0, "asset"), "0 assets");
+    EXPECT_EQ(sizeWords(1), "1 byte");
+    EXPECT_EQ(sizeWords(5652), "5.52 KiB");
+    EXPECT_EQ(sizeWords(5652, 1), "5652 bytes");
+    EXPECT_EQ(sizeWords(std::uint64_t{2} << 20, 5652), "2048.00 KiB");
+    CollectionReport report = makeCollection({twoScenes()[0]});
+    report.baseline = compareCollections(report, {}, "old.json", std::nullopt);
+    Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
+    testing::internal::CaptureStdout();
+    printCollection(terminal, report);
+    EXPECT_THAT(testing::internal::GetCapturedStdout(),
+                AllOf(HasSubstr("(new), 1 asset\n"), HasSubstr("0 of 1 scene unchanged\n"), HasSubstr("in 1 scene, 0 failed")));
+}
+
+/// The sizes of a budget stand in one unit.
+TEST(Collection, SummaryHasUseAndLimitInOneUnit) {
+    const auto printed = [](std::uint64_t limit) {
+        const Report report = makeReport({"hall", 1.5, 0, limit, {{"2026-11-01T10:00:00.000Z", 1.5, 1, 1}}},
+                                         {rowOf("map", AssetKind::LightMap, 5652, 0.01)}, {});
+        Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
+        testing::internal::CaptureStdout();
+        printSummary(terminal, report, Outcome());
+        return testing::internal::GetCapturedStdout();
+    };
+    EXPECT_THAT(printed(1), HasSubstr(": 1 asset, 5652 bytes of 1 byte of GPU memory"));
+    EXPECT_THAT(printed(std::uint64_t{1} << 20), HasSubstr(": 1 asset, 5.52 KiB of 1024.00 KiB of GPU memory"));
+}
+
 TEST(Collection, PrintsADashForLightThatASceneDoesNotHave) {
     CollectionReport report = makeCollection(twoScenes());
     for (AssetSummary& asset : report.scenes[0].assets) asset.figures.specular.reset();
