@@ -171,9 +171,14 @@ Html visibleTable(const Json& asset) {
         const Json& error = member(stage, "error");
         if (!member(member(error, "diffuse"), "visible").is_object() && !member(member(error, "specular"), "visible").is_object()) continue;
         Html cells = element("th", {{"scope", "row"}}, stageName(stage));
+        const bool isLast = &stage == &list(asset, "stages").back();
         for (const char* shading : shadings)
-            for (const auto& [key, name] : kFigures) cells += numberCell(visibleMarkup(member(error, shading), key));
-        rows += element("tr", {{"class", &stage == &list(asset, "stages").back() ? "last" : ""}}, cells);
+            for (const auto& [key, name] : kFigures) {
+                const Json& figures = member(error, shading);
+                const bool isLimited = isLast && (std::string_view(key) == "p99" || std::string_view(key) == "bound");
+                cells += isLimited ? limitedVisibleCell(figures, key, asset) : numberCell(visibleMarkup(figures, key));
+            }
+        rows += element("tr", {{"class", isLast ? "last" : ""}}, cells);
     }
     if (rows.isEmpty()) return {};
     Html groups = headCell("Visible error", "", {{"rowspan", "2"}});
@@ -218,7 +223,9 @@ Html mipTable(const Json& asset) {
         for (const char* shading : shadings) {
             const Json& figures = member(member(mip, "error"), shading);
             cells += limitedCell(figures, limitOf(asset));
-            for (const auto& [key, name] : kFigures) cells += numberCell(visibleMarkup(figures, key));
+            for (const auto& [key, name] : kFigures)
+                cells +=
+                    key == std::string_view("p999") ? numberCell(visibleMarkup(figures, key)) : limitedVisibleCell(figures, key, asset);
         }
         rows += element("tr", cells);
     }

@@ -13,6 +13,7 @@
 #include "pipeline/report/baseline.h"
 #include "pipeline/report/budgets.h"
 #include "pipeline/report/history.h"
+#include "pipeline/report/limit_use.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
@@ -23,6 +24,7 @@ struct AssetSummary {
     AssetKind kind = AssetKind::LightMap;
     double limit = 0;  ///< on rel_rms
     AssetFigures figures;
+    std::optional<LimitUse> limitUse = {};  ///< mostUsedLimit; not in JSON
 };
 template <class Fields, Is<AssetSummary> Self>
 void describe(Fields& fields, Self& asset) {

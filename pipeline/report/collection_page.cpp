@@ -34,18 +34,11 @@ std::string linkOf(const SceneSummary& scene, const std::filesystem::path& page)
     return link;
 }
 
-/// The asset of a scene that uses the largest part of its limit.
-struct WorstAsset {
-    const AssetSummary* asset = nullptr;
-    double share = 0;  ///< of its limit
-};
-WorstAsset worstOf(const SceneSummary& scene) {
-    WorstAsset worst;
-    for (const AssetSummary& asset : scene.assets) {
-        if (!(asset.limit > 0)) continue;
-        const double share = std::max(asset.figures.diffuse.value_or(0.0), asset.figures.specular.value_or(0.0)) / asset.limit;
-        if (worst.asset == nullptr || !(share <= worst.share)) worst = {&asset, share};
-    }
+/// Returns the asset of a scene that uses the largest part of one of its limits. Null: none has a limit.
+const AssetSummary* worstOf(const SceneSummary& scene) {
+    const AssetSummary* worst = nullptr;
+    for (const AssetSummary& asset : scene.assets)
+        if (asset.limitUse && (worst == nullptr || asset.limitUse->share > worst->limitUse->share)) worst = &asset;
     return worst;
 }
 
@@ -65,7 +58,8 @@ Html valueCell(double value, const Html& content, const char* kind = "num") {
 
 Html header(const CollectionReport& report) {
     const auto count = std::ranges::count_if(report.scenes, [](const SceneSummary& scene) { return scene.passed; });
-    const Html title = element("h1", text(fmt::format("{} scenes", report.scenes.size()))) + verdictChip(report.passed);
+    const Html title = element("h1", text(fmt::format("{} scene{}", report.scenes.size(), report.scenes.size() == 1 ? "" : "s"))) +
+                       verdictChip(report.passed);
     double seconds = 0;
     for (const SceneSummary& scene : report.scenes) seconds += scene.seconds;
     const Html facts = fact("Scenes passed", text(fmt::format("{} of {}", count, report.scenes.size()))) +
@@ -148,7 +142,8 @@ Html memory(const CollectionReport& report, const std::filesystem::path& page) {
 Html sceneRow(const SceneSummary& scene, std::uint64_t most, const std::filesystem::path& page) {
     const std::string link = linkOf(scene, page);
     const Html name = link.empty() ? text(scene.name) : element("a", {{"href", link}}, text(scene.name));
-    const WorstAsset worst = worstOf(scene);
+    const AssetSummary* const worst = worstOf(scene);
+    const double used = worst != nullptr ? worst->limitUse->share : 0;
     const std::optional<double> visible = visibleOf(scene);
     const double share = most > 0 ? static_cast<double>(scene.budget.usedBytes) / static_cast<double>(most) : 0;
     const Html bar = element("span", {{"class", "meter long"}}, element("i", {{"style", fmt::format("width:{:.1f}%", 100 * share)}}, {}));
@@ -162,11 +157,11 @@ Html sceneRow(const SceneSummary& scene, std::uint64_t most, const std::filesyst
                   valueCell(static_cast<double>(scene.budget.usedBytes), bytesMarkup(scene.budget.usedBytes) + bar) +
                   valueCell(ofBudget.value_or(kSortedFirst), text(ofBudget ? humanPercent(*ofBudget) : "none"),
                             ofBudget.value_or(0) > 1 ? "num over" : "num") +
-                  valueCell(worst.share,
-                            worst.asset == nullptr
-                                ? text(kDash)
-                                : text(humanPercent(worst.share)) + element("span", {{"class", "sub"}}, text(worst.asset->name)),
-                            worst.share > 1 ? "num over" : "num") +
+                  valueCell(used,
+                            worst == nullptr ? text(kDash)
+                                             : text(humanPercent(used)) +
+                                                   element("span", {{"class", "sub"}}, text(worst->name + ": " + worst->limitUse->words)),
+                            used > 1 ? "num over" : "num") +
                   valueCell(visible.value_or(kSortedFirst), text(visible ? humanNumber(*visible) : kDash)) +
                   valueCell(scene.sceneError.value_or(kSortedFirst), text(scene.sceneError ? humanPercent(*scene.sceneError) : kDash)) +
                   valueCell(static_cast<double>(scene.bytesDisk), bytesMarkup(scene.bytesDisk)) +
@@ -182,10 +177,11 @@ Html scenes(const CollectionReport& report, const std::filesystem::path& page) {
                       headCell("Largest error, of its limit", "num") + headCell("Visible error, p99", "num") +
                       headCell("Error of the whole scene", "num") + headCell("Disk", "num") + headCell("Findings", "num") +
                       headCell("Verdict");
-    return card("Scenes", table("scenes sortable", element("tr", head), rows) +
-                              element("p", {{"class", "soft"}},
-                                      word("The largest error is rel_rms of the asset that uses most of its limit. Visible errors are in "
-                                           "just noticeable differences: 1 is at the threshold of a trained eye.")));
+    return card("Scenes",
+                table("scenes sortable", element("tr", head), rows) +
+                    element("p", {{"class", "soft"}},
+                            word("The largest error is that of the asset that uses most of one of its limits. Visible errors are in "
+                                 "just noticeable differences: 1 is at the threshold of a trained eye.")));
 }
 
 }  // namespace
@@ -195,7 +191,9 @@ std::string renderCollectionHtml(const CollectionReport& report, const std::file
     const Html main = header(report) + failures(report) + platformSection(report.platforms ? jsonOf(*report.platforms) : Json()) +
                       (report.baseline ? growth(*report.baseline) : Html()) + trendSection(history, false) + memory(report, page) +
                       scenes(report, page);
-    return pageText(fmt::format("{} scenes: {}", report.scenes.size(), report.passed ? "passed" : "failed"), main);
+    return pageText(
+        fmt::format("{} scene{}: {}", report.scenes.size(), report.scenes.size() == 1 ? "" : "s", report.passed ? "passed" : "failed"),
+        main);
 }
 
 }  // namespace lightcook::pipeline

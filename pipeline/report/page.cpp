@@ -14,6 +14,7 @@
 #include "pipeline/report/findings_section.h"
 #include "pipeline/report/frontier_section.h"
 #include "pipeline/report/html.h"
+#include "pipeline/report/limit_use.h"
 #include "pipeline/report/page_frame.h"
 #include "pipeline/report/page_parts.h"
 #include "pipeline/report/platform_section.h"
@@ -56,26 +57,28 @@ std::string namesIn(const Json& assets) {
     return names;
 }
 
-/// Returns the verdict in a sentence: assets, the one nearest to its limit, memory.
+/// Returns the verdict in a sentence: assets, the one nearest to a limit of its own, memory.
 std::string verdictSentence(const Json& report) {
     const Json& assets = list(report, "assets");
     const auto passedCount = static_cast<std::size_t>(std::count_if(assets.begin(), assets.end(), passed));
     std::string sentence = passedCount == assets.size() ? "Every asset keeps its limit"
-                                                        : fmt::format("{} of {} assets failed", assets.size() - passedCount, assets.size());
+                                                        : fmt::format("{} of {} asset{} failed", assets.size() - passedCount, assets.size(),
+                                                                      assets.size() == 1 ? "" : "s");
     const Json& missing = list(member(report, "incomplete"), "assets");
     if (const std::string names = namesIn(missing); !names.empty()) sentence = "Not cooked: " + names + ". " + sentence;
     if (const std::string names = namesIn(list(report, "partial")); !names.empty())
         sentence = "This is a part of the scene; cook --only left out: " + names + ". " + sentence;
     const Json* nearest = nullptr;
-    double most = 0;
+    LimitUse most;
     for (const Json& asset : assets)
-        for (const char* shading : kShadings) {
-            const double used = number(member(member(member(lastStage(asset), "error"), shading), "rel_rms")) / limitOf(asset);
-            if (!(used > most)) continue;
-            most = used;
+        if (const auto use = mostUsedLimit(asset); use && use->share > most.share) {
+            most = *use;
             nearest = &asset;
         }
-    if (nearest != nullptr) sentence += fmt::format("; {} uses most of it, {}", words(member(*nearest, "name")), humanPercent(most));
+    if (nearest != nullptr) {
+        const std::string share = std::isfinite(most.share) ? fmt::format(" ({})", humanPercent(most.share)) : "";
+        sentence += fmt::format("; {} uses most of its limit: {}{}", words(member(*nearest, "name")), most.words, share);
+    }
     return sentence + ". " + budgetSentence(member(report, "budget")) + ".";
 }
 
@@ -261,9 +264,13 @@ Html memory(const Json& report) {
 // All assets
 
 Html limitNote(const Json& asset) {
-    const double visible = number(member(member(asset, "limit"), "max_visible"));
-    const Html note = word("limit ") + percentMarkup(limitOf(asset));
-    return element("span", {{"class", "sub"}}, std::isfinite(visible) ? note + text(fmt::format(", visible {:.3g}", visible)) : note);
+    Html note = word("limit ") + percentMarkup(limitOf(asset));
+    constexpr std::array<std::pair<const char*, const char*>, 3> kLimits = {
+        {{"max_visible", "visible"}, {"max_visible_bound", "bound"}, {"max_seam", "seam"}}};
+    for (const auto& [key, name] : kLimits)
+        if (const double limit = number(member(member(asset, "limit"), key)); std::isfinite(limit))
+            note += text(fmt::format(", {} {:.3g}", name, limit));
+    return element("span", {{"class", "sub"}}, note);
 }
 
 /// Returns a row of an asset, for one kind of shading. The first has the cells that all share.
@@ -285,7 +292,7 @@ Html assetRow(const Json& asset, std::size_t index, const char* shading, bool is
     }
     cells += element("td", {{"class", "shading"}}, word(shading)) + limitedCell(figures, limitOf(asset));
     for (const char* name : {"p99", "max_sampled"}) cells += numberCell(figureMarkup(figures, name));
-    for (const char* name : {"p99", "bound"}) cells += numberCell(visibleMarkup(figures, name));
+    for (const char* name : {"p99", "bound"}) cells += limitedVisibleCell(figures, name, asset);
     if (isFirst) cells += element("td", both, verdictChip(passed(asset)) + limitNote(asset));
     return element("tr", cells);
 }
@@ -307,7 +314,7 @@ Html allAssets(const Json& report) {
     const Html whole = element("table", {{"class", "assets"}}, grid + bodies);
     return card("Assets", element("div", {{"class", "scroll"}}, whole) +
                               element("p", {{"class", "soft"}},
-                                      word("Thin lines show rel_rms on the way to its limit. All figures are of "
+                                      word("Thin lines show rel_rms and visible errors on the way to their limits. All figures are of "
                                            "the last stage; point at a number for its exact value.")));
 }
 

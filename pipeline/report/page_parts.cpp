@@ -13,6 +13,18 @@ bool isOver(double figure, double limit) {
     return !std::isfinite(figure) || figure > limit;
 }
 
+/// Returns a member of `object` over a thin bar that is full at its limit; without a limit the member alone.
+/// content  of the member
+Html limitedFigure(Html content, const Json& object, const char* name, double limit) {
+    const double figure = number(member(object, name));
+    const bool isMeasured = object.is_object() && object.contains(name);
+    if (isMeasured && limit > 0) {
+        const double share = std::isfinite(figure) ? std::clamp(figure / limit, 0.0, 1.0) : 1.0;
+        content += element("span", {{"class", "meter"}}, element("i", {{"style", fmt::format("width:{:.1f}%", 100 * share)}}, {}));
+    }
+    return element("td", {{"class", isMeasured && isOver(figure, limit) ? "num over" : "num"}}, content);
+}
+
 }  // namespace
 
 const Json& member(const Json& object, const char* key) {
@@ -158,14 +170,12 @@ Html visibleNumber(const Json& object, const char* name) {
 }
 
 Html limitedCell(const Json& figures, double limit) {
-    const double figure = number(member(figures, "rel_rms"));
-    Html content = figureMarkup(figures, "rel_rms");
-    const bool isMeasured = figures.is_object() && figures.contains("rel_rms");
-    if (isMeasured && limit > 0) {
-        const double share = std::isfinite(figure) ? std::clamp(figure / limit, 0.0, 1.0) : 1.0;
-        content += element("span", {{"class", "meter"}}, element("i", {{"style", fmt::format("width:{:.1f}%", 100 * share)}}, {}));
-    }
-    return element("td", {{"class", isMeasured && isOver(figure, limit) ? "num over" : "num"}}, content);
+    return limitedFigure(figureMarkup(figures, "rel_rms"), figures, "rel_rms", limit);
+}
+
+Html limitedVisibleCell(const Json& figures, const char* name, const Json& asset) {
+    const char* const limit = name == std::string_view("bound") ? "max_visible_bound" : "max_visible";
+    return limitedFigure(visibleMarkup(figures, name), member(figures, "visible"), name, number(member(member(asset, "limit"), limit)));
 }
 
 }  // namespace lightcook::pipeline

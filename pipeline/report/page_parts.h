@@ -58,6 +58,8 @@ Html numberCell(const Html& content, const Attributes& more = {});
 Html headCell(const char* name, const char* kind = "", const Attributes& more = {});
 /// Returns rel_rms over a thin bar that is full at the limit.
 Html limitedCell(const Json& figures, double limit);
+/// Returns a visible error, p99 or bound, over a thin bar that is full at the asset's limit on it; without one the error alone.
+Html limitedVisibleCell(const Json& figures, const char* name, const Json& asset);
 /// head, body  rows
 Html table(const char* kind, const Html& head, const Html& body);
 

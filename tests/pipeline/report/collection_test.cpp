@@ -188,6 +188,17 @@ TEST(Collection, PageNeedsNothingFromOutsideAndLinksToScenes) {
     EXPECT_THAT(renderCollectionHtml(report, "", {}), Not(HasSubstr("report.html")));
 }
 
+/// The limit that is used most may be that of another figure than rel_rms.
+TEST(Collection, PageNamesTheLimitThatIsUsedMost) {
+    ReportRow map = rowOf("map", AssetKind::LightMap, 1000, 0.002), other = rowOf("other", AssetKind::LightMap, 1000, 0.01);
+    map.verdict.maxVisible = 1.1;
+    map.verdict.stages.back().diffuse.visible.emplace().p99 = 1.04;
+    EXPECT_THAT(renderCollectionHtml(makeCollection({folderOf("hall", "bc", {map, other})}), "", {}),
+                AllOf(HasSubstr("94.5 %"), HasSubstr("map: visible p99 1.04 of 1.1")));
+    EXPECT_THAT(renderCollectionHtml(makeCollection({folderOf("hall", "bc", {other})}), "", {}),
+                AllOf(HasSubstr("50.0 %"), HasSubstr("other: rel_rms 1.00 % of 2.00 %")));
+}
+
 TEST(Collection, PageOfManyScenesStaysSmall) {
     std::vector<CookedFolder> folders;
     for (int i = 0; i < 500; ++i)
