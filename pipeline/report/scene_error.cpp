@@ -286,14 +286,28 @@ private:
     double squaredPlain_ = 0;  ///< the same of the light of those that are not divided
 };
 
-/// Returns the way to reduce the error of a kind of asset, for more memory or time.
-const char* remedyOf(AssetKind kind) {
-    switch (kind) {
+constexpr const char* kMagnifiedStage = "magnified";  ///< of dominant lights: filtering between texels
+
+/// Returns true if filtering between the texels of a dominant light makes a larger error than there is at texel centres. The texels are
+/// fitted for the places between them, so that finer codes change little then.
+bool isFiltering(const ErrorPart& part) {
+    return std::ranges::any_of(part.stages,
+                               [&](const StageShare& stage) { return stage.name == kMagnifiedStage && !(stage.share < part.share); });
+}
+
+/// Returns the way to reduce the error of an asset, for more memory or time.
+const char* remedyOf(const ErrorPart& part) {
+    switch (part.kind) {
         case AssetKind::LightMap:
-            return "a richer light_map_layout, or more effort, buys most";
+            return "a richer light_map_layout buys most";
         case AssetKind::Dominant:
+            if (isFiltering(part))
+                return "filtering between texels makes it, and only more texels reduce it: dominant_layout = \"full\" where it is a "
+                       "smaller one, "
+                       "else a bake of more texels";
+            return "target \"float\" buys most";
         case AssetKind::Cubemap:
-            return "more effort, or target \"float\", buys most";
+            return "target \"float\" buys most";
         case AssetKind::Lut:
             return "more views or rows of [tables] cost a KiB or two and buy most";
         case AssetKind::Rsrm:
@@ -317,7 +331,7 @@ std::string adviceOf(const ShadingError& shading) {
     // Names of assets stand in quotation marks: one may be called "specular".
     return fmt::format("{} of the squared error ({}) comes from the {} '{}', in {} light: {}.",
                        first.share > 0.5 ? "Most" : "The largest part", humanPercent(first.share), kindCaption(info(first.kind).name),
-                       first.asset, first.shading, remedyOf(first.kind));
+                       first.asset, first.shading, remedyOf(first));
 }
 
 std::string lineOf(const SceneError& whole) {

@@ -182,6 +182,22 @@ TEST(SceneError, EveryKindOfLightTakesPartByItsOwnRms) {
     EXPECT_THAT(adviceOf(readWhole(whole).shading), HasSubstr("the dominant light 'map_dominant', in analytic specular light"));
 }
 
+/// Finer codes of a dominant light do not reduce what filtering between its texels makes.
+TEST(SceneError, AdvisesMoreTexelsWhereFilteringIsTheError) {
+    const auto advice = [](double magnified, double total) {
+        Json light = dominant("map_dominant", total, 3);
+        light["stages"][0] = stage("magnified", 0, magnified);
+        return adviceOf(readWhole(wholeOf({lightMap("map", 0.001, 0, 1, 0), light})).shading);
+    };
+    EXPECT_THAT(advice(0.11, 0.1), HasSubstr("and only more texels reduce it: "));
+    EXPECT_THAT(advice(0.2, 0.1), HasSubstr("else a bake of more texels."));
+    EXPECT_THAT(advice(0.09, 0.1), HasSubstr("light: target \"float\" buys most."));
+    for (const std::string& each :
+         {advice(0.2, 0.1), advice(0.03, 0.1), adviceOf(readWhole(wholeOf({lightMap("map", 0.1, 0, 1, 0)})).shading),
+          adviceOf(readWhole(wholeOf({lightMap("map", 0, 0.001, 1, 1), probe("p", 0.5, 1)})).shading)})
+        EXPECT_THAT(each, ::testing::Not(HasSubstr("effort")));
+}
+
 TEST(SceneError, TwiceAnErrorIsFourTimesItsSquare) {
     const auto whole = [](double relRms) {
         return wholeOf({lightMap("map", 0.01, 0.02, 4, 1), dominant("map_dominant", relRms, 3), tables(0.01)});
