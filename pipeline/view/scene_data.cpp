@@ -83,13 +83,19 @@ std::vector<ViewedPlace> worstPlaces(const ReportRow& row) {
     const auto add = [&](const char* what, const verify::ErrorFigures& figures) {
         if (!figures.visible || !figures.visible->maxAt.isKnown()) return;
         const verify::VisiblePlace& at = figures.visible->maxAt;
-        places.push_back({what, last.name, {at.x, at.y}, figures.visible->max});
+        ViewedPlace place{what, last.name, {at.x, at.y}, figures.visible->max, {}, {}, {}};
+        if (at.view != glm::dvec3(0)) {
+            place.view = at.view;
+            place.m = at.m;
+            place.f0 = at.f0;
+        }
+        places.push_back(std::move(place));
     };
     add("diffuse", last.diffuse);
     add("specular", last.specular);
     if (row.preview)
         for (const WorstPlacePicture& place : row.preview->worst)
-            places.push_back({"diffuse", "texel centres", {double(place.texel[0]), double(place.texel[1])}, place.visible});
+            places.push_back({"diffuse", "texel centres", {double(place.texel[0]), double(place.texel[1])}, place.visible, {}, {}, {}});
     std::ranges::stable_sort(places, std::ranges::greater{}, &ViewedPlace::visible);
     return places;
 }

@@ -45,6 +45,8 @@ struct ViewedPlace {
     std::string stage;  ///< of the report
     std::array<double, 2> texel{};
     double visible = 0;
+    std::optional<glm::dvec3> view;  ///< of specular light: direction to the viewer
+    std::optional<double> m, f0;     ///< and the surface
 };
 template <class Fields, Is<ViewedPlace> Self>
 void describe(Fields& fields, Self& place) {
@@ -52,6 +54,9 @@ void describe(Fields& fields, Self& place) {
     fields.required("stage", place.stage, "stage of the report");
     fields.required("texel", place.texel, "column and row; integers are texel centres");
     fields.required("visible", place.visible, "visible error (Delta E ITP)");
+    fields.optional("view", place.view, "of specular light: direction to the viewer");
+    fields.optional("m", place.m, "of specular light: Beckmann roughness");
+    fields.optional("f0", place.f0, "of specular light: reflectance at normal incidence");
 }
 
 /// A light map of the scene.

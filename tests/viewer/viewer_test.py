@@ -526,6 +526,24 @@ class Controls(SceneSuite):
         hit = self.browser.evaluate('(({ clientWidth: w, clientHeight: h }) => lightcook.look([[w / 2, h / 2]]))(document.getElementById("canvas"))')[0]
         np.testing.assert_allclose(hit['uv'], [u, v], atol=0.02)
 
+    def test_a_specular_worst_place_shows_its_error(self):
+        places = sorted(self.data['worst'], key=lambda place: -place['visible'])
+        i = next(i for i, place in enumerate(places) if place['what'] == 'specular')
+        place = places[i]
+        self.browser.click(f'#worst li:nth-child({i + 1}) button')
+        self.assertEqual([self.state(key) for key in ('diffuse', 'glossy', 'dominant')], [False, 'area', False])
+        np.testing.assert_allclose([self.state('m'), self.state('f0')], [place['m'], place['f0']], rtol=1e-6)
+        camera = np.array(self.state('camera'))
+        towards = camera[:3] - camera[3:]
+        np.testing.assert_allclose(towards / np.linalg.norm(towards), place['view'], atol=1e-4)
+        shown = self.browser.evaluate('Number([...document.querySelectorAll("#picked dd")].find((dd) => dd.dataset.term === "Visible error").textContent)')
+        # The mesh's normal is not quite that of the texel, and the GPU filters with fewer bits.
+        self.assertLess(abs(shown - place['visible']), 1 + 0.2 * place['visible'])
+        # A diffuse place shows diffuse light again.
+        i = next(i for i, place in enumerate(places) if place['what'] == 'diffuse')
+        self.browser.click(f'#worst li:nth-child({i + 1}) button')
+        self.assertEqual([self.state(key) for key in ('diffuse', 'glossy')], [True, 'none'])
+
     def test_a_click_shows_the_place(self):
         self.press_mode('cooked')
         at, uv, n, v = self.visible()

@@ -214,6 +214,8 @@ class Page {
     this.state.camera = [...camera.view.position.toArray(), ...camera.target.toArray()];
     this.redraw();
     this.keepLink();
+    // Glossy light of the picked place changes with the view.
+    if (this.state.glossy !== "none" || this.state.dominant) this.pickedChanged();
   }
   /** Shows a changed state everywhere. @param {Partial<State>} [by] */
   changed(by) {
@@ -459,21 +461,31 @@ class Page {
     return make("section", { class: "card" }, make("h2", {}, "Worst places"), make("ul", { class: "places", id: "worst" }, ...items),
       make("p", { class: "note" }, "Visible error (Delta E ITP; 1 is just noticeable), light, texel."));
   }
-  /** Flies to a worst place. Those of stage "total" are texels of the bake, others of the light map. @param {{ map: number, stage: string, texel: [number, number] }} place integers are centres */
-  flyToPlace({ map, stage, texel: [x, y] }) {
+  /**
+   * Flies to a worst place, and shows the light that errs there: of specular light from the view of the sample, on its surface. Those of stage "total" are texels of the bake, others of the light map.
+   * @param {{ map: number, what: string, stage: string, texel: [number, number], view?: [number, number, number], m?: number, f0?: number }} place integers are centres
+   */
+  flyToPlace({ map, what, stage, texel: [x, y], view: towards, m, f0 }) {
     const view = /** @type {View} */ (this.view), shown = view.maps[map], { width, height } = shown.asset;
     const uv = stage === "total" && shown.bake !== shown.asset ? view.surfaceOfBake(shown, [x, y])?.uv : [(x + 0.5) / width, (y + 0.5) / height];
-    if (uv) this.flyTo(map, uv[0], uv[1]);
+    if (!uv) return;
+    const { state } = this, isSpecular = what === "specular" && view.has.tables;
+    if (isSpecular) Object.assign(state, { diffuse: false, glossy: "area", dominant: false, m: m ?? state.m, f0: f0 ?? state.f0 });
+    else Object.assign(state, { diffuse: true, glossy: "none", dominant: false, albedo: 1 });
+    this.allow();
+    this.flyTo(map, uv[0], uv[1], isSpecular && shown.hasMesh && towards ? new Vector3(...towards) : undefined);
   }
-  /** @param {number} map @param {number} u @param {number} v */
-  flyTo(map, u, v) {
+  /** @param {number} map @param {number} u @param {number} v @param {Vector3} [towards] unit, from the place to the camera */
+  flyTo(map, u, v, towards) {
     const view = /** @type {View} */ (this.view), camera = /** @type {Camera} */ (this.camera), found = view.surface(view.maps[map], u, v);
     if (!found) return;
     this.changed({ picked: [map, u, v] });
     this.showPicked();
+    const distance = 0.12 * camera.size;
+    if (towards) return camera.flyTo(found.position.clone().addScaledVector(towards, distance), found.position);
     const { up } = camera.view, isLevel = Math.abs(found.normal.dot(up)) > 0.9, aside = new Vector3(up.y, up.z, up.x);
     const away = found.normal.clone().addScaledVector(isLevel ? aside : up, isLevel ? 0.3 : 0.25);
-    camera.flyTo(found.position.clone().addScaledVector(away.normalize(), 0.12 * camera.size), found.position);
+    camera.flyTo(found.position.clone().addScaledVector(away.normalize(), distance), found.position);
   }
 
   // --- picked place -----------------------------------------------------------------------------------------------------------------------

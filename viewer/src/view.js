@@ -19,7 +19,7 @@ import { findCharts, findSurface, surfaceAt } from "./charts.js";
  * @property {string | null} mesh
  * @property {{ nits: number, black: number } | null} display
  * @property {{ normal_map_tilt: number, m: number[], f0: number[] } | null} shading
- * @property {{ what: string, stage: string, texel: [number, number], visible: number }[]} worst
+ * @property {{ what: string, stage: string, texel: [number, number], visible: number, view?: [number, number, number], m?: number, f0?: number }[]} worst
  */
 /**
  * @typedef {object} ShownMap a light map in the scene
