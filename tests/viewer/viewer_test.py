@@ -526,6 +526,19 @@ class Controls(SceneSuite):
         hit = self.browser.evaluate('(({ clientWidth: w, clientHeight: h }) => lightcook.look([[w / 2, h / 2]]))(document.getElementById("canvas"))')[0]
         np.testing.assert_allclose(hit['uv'], [u, v], atol=0.02)
 
+    def test_worst_places_in_charts_of_few_texels_say_so(self):
+        remarks = '[...lightcook.page.worstCard().querySelectorAll("li > .note")].map((note) => note.textContent).filter(Boolean)'
+        self.assertEqual(self.browser.evaluate(remarks), [])
+        shown = self.browser.evaluate(f'''(() => {{
+            const {{ charts }} = lightcook.page.view.maps[0], {{ texels }} = charts;
+            charts.texels = texels.map(() => 3.2);
+            const found = {remarks};
+            charts.texels = texels;
+            return found;
+        }})()''')
+        self.assertGreater(len(shown), 0)
+        self.assertTrue(shown[0].startswith('Its chart has 3 texels, and filters read those beside it'), shown[0])
+
     def test_a_specular_worst_place_shows_its_error(self):
         places = sorted(self.data['worst'], key=lambda place: -place['visible'])
         i = next(i for i, place in enumerate(places) if place['what'] == 'specular')

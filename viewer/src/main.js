@@ -11,6 +11,8 @@ import { View } from "./view.js";
 
 const BLINK_MS = 600;
 const POLL_MS = 5000;
+/** A chart with fewer has hardly a place whose filter reads no texel beside it: 4 x 4. */
+const FEW_TEXELS = 16;
 const byId = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
 /** Makes an element. @param {string} tag @param {Record<string, any>} [properties] @param {(Node | string)[]} children */
@@ -456,20 +458,33 @@ class Page {
       const stage = { total: "on the surface", "texel centres": "at a texel" }[place.stage] ?? place.stage;
       const where = `${view.maps.length > 1 ? `${data.name}: ` : ""}${place.what}, ${stage}`;
       return make("li", {}, make("button", { onclick: () => this.flyToPlace(place), title: `Texel ${place.texel.map((x) => x.toFixed(1)).join(", ")}` },
-        make("b", {}, place.visible.toFixed(1)), make("span", {}, where), make("span", { class: "soft" }, place.texel.map((x) => x.toFixed(0)).join(", "))));
+        make("b", {}, place.visible.toFixed(1)), make("span", {}, where), make("span", { class: "soft" }, place.texel.map((x) => x.toFixed(0)).join(", "))),
+        make("p", { class: "note" }, this.remarkOfPlace(place)));
     });
     return make("section", { class: "card" }, make("h2", {}, "Worst places"), make("ul", { class: "places", id: "worst" }, ...items),
       make("p", { class: "note" }, "Visible error (Delta E ITP; 1 is just noticeable), light, texel."));
   }
+  /** Returns why no layout helps a place between texels, if it lies in a chart that filters read past; else "". @param {{ map: number, stage: string, texel: [number, number] }} place */
+  remarkOfPlace(place) {
+    const view = /** @type {View} */ (this.view), shown = view.maps[place.map], uv = place.stage === "total" && shown.hasMesh ? this.uvOfPlace(place) : undefined;
+    const found = uv && view.surface(shown, uv[0], uv[1]), texels = found ? shown.charts.texels[found.chart] : Infinity;
+    if (!(texels < FEW_TEXELS)) return "";
+    const count = Math.max(1, Math.round(texels));
+    return `Its chart has ${count} texel${count === 1 ? "" : "s"}, and filters read those beside it: no layout lowers this error much. Give the chart more texels in the bake.`;
+  }
+  /** Those of stage "total" are texels of the bake, others of the light map. @param {{ map: number, stage: string, texel: [number, number] }} place integers are centres @returns {[number, number] | undefined} */
+  uvOfPlace({ map, stage, texel: [x, y] }) {
+    const view = /** @type {View} */ (this.view), shown = view.maps[map], { width, height } = shown.asset;
+    return stage === "total" && shown.bake !== shown.asset ? view.surfaceOfBake(shown, [x, y])?.uv : [(x + 0.5) / width, (y + 0.5) / height];
+  }
   /**
-   * Flies to a worst place, and shows the light that errs there: of specular light from the view of the sample, on its surface. Those of stage "total" are texels of the bake, others of the light map.
+   * Flies to a worst place, and shows the light that errs there: of specular light from the view of the sample, on its surface.
    * @param {{ map: number, what: string, stage: string, texel: [number, number], view?: [number, number, number], m?: number, f0?: number }} place integers are centres
    */
-  flyToPlace({ map, what, stage, texel: [x, y], view: towards, m, f0 }) {
-    const view = /** @type {View} */ (this.view), shown = view.maps[map], { width, height } = shown.asset;
-    const uv = stage === "total" && shown.bake !== shown.asset ? view.surfaceOfBake(shown, [x, y])?.uv : [(x + 0.5) / width, (y + 0.5) / height];
+  flyToPlace(place) {
+    const { map, what, view: towards, m, f0 } = place, uv = this.uvOfPlace(place);
     if (!uv) return;
-    const { state } = this, isSpecular = what === "specular" && view.has.tables;
+    const view = /** @type {View} */ (this.view), shown = view.maps[map], { state } = this, isSpecular = what === "specular" && view.has.tables;
     if (isSpecular) Object.assign(state, { diffuse: false, glossy: "area", dominant: false, m: m ?? state.m, f0: f0 ?? state.f0 });
     else Object.assign(state, { diffuse: true, glossy: "none", dominant: false, albedo: 1 });
     this.allow();
