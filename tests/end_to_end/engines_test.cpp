@@ -209,7 +209,7 @@ TEST_F(ShippedScene, StatesErrorsAndLimitsThatTheVerificationKnows) {
     formats::writeContent(out() / kReportName, withSelfDigest(report));
     const std::string lines = linesOf();
     EXPECT_THAT(lines, HasSubstr("lightmap_scene.glb, bound/diffuse/rel_rms: found 0."));
-    EXPECT_THAT(lines, HasSubstr("lightmap, verify: found the limits {\"max_visible\""));
+    EXPECT_THAT(lines, HasSubstr("lightmap, verify: found the limits {\"metric\":\"rel_rms\",\"value\":0.9}, expected {"));
     EXPECT_THAT(lines, HasSubstr("cooked.json, budget_bytes: found 123456789, expected "));
 }
 

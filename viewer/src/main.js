@@ -106,7 +106,7 @@ class Page {
   async lookForNewCook() {
     const offer = byId("again"), shown = /** @type {View} */ (this.view).cooked?.manifest.digest;
     if (!shown || !offer.hidden) return;
-    const manifest = await fetch("cooked/cooked.json", { cache: "no-cache" }).then((answer) => (answer.ok ? answer.json() : null)).catch(() => null);
+    const manifest = await fetch("cooked/cooked.json", { cache: "no-store" }).then((answer) => (answer.ok ? answer.json() : null)).catch(() => null);
     if (manifest?.digest && manifest.digest !== shown) offer.hidden = false;
   }
 

@@ -171,7 +171,8 @@ TEST(GltfScene, DracoComesBackWithinItsQuantization) {
         EXPECT_LE(error->lightMapUv, 0.5 * std::sqrt(2.0) / steps + 1e-6) << bits;
         EXPECT_GT(error->lightMapUv, 1e-9) << "0.0167 and the like are on no lattice";
         EXPECT_LE(error->normalRadians, 0.01) << bits;  // 10 bits: 2 / 1023 across the octahedron's square
-        const std::map<std::string, std::set<int>> written = {{"NORMAL", {10}}, {"POSITION", {bits}}, {"TEXCOORD_1", {bits}}};
+        const std::map<std::string, std::set<int>> written = {
+            {"NORMAL", {10}}, {"POSITION", {bits}}, {"TEXCOORD_0", {12}}, {"TEXCOORD_1", {bits}}};
         EXPECT_EQ(error->dracoBits, written);
     }
 }

@@ -691,7 +691,7 @@ TEST_F(TablesUnderABudget, HaveMoreViewsWhereALimitOfTheirsAsksForThem) {
     const SmallScene scene(Parts::LightMap);
     const Outcome smallest = cookWithin(scene, 100);
     const auto errorOfTables = [](const Outcome& outcome) {
-        return assetOf(outcome.report, kTablesName).at("stages").back().at("error").at("visible").at("p99").get<double>();
+        return assetOf(outcome.report, kTablesName).at("stages").back().at("error").at("specular").at("visible").at("p99").get<double>();
     };
     const double usual = errorOfTables(smallest), fine = errorOfTables(cookWithin(scene, 1 << 20));
     ASSERT_LT(fine, usual);
