@@ -527,6 +527,7 @@ class Controls(SceneSuite):
         np.testing.assert_allclose(hit['uv'], [u, v], atol=0.02)
 
     def test_worst_places_in_charts_of_few_texels_say_so(self):
+        self.browser.open(self.url)
         remarks = '[...lightcook.page.worstCard().querySelectorAll("li > .note")].map((note) => note.textContent).filter(Boolean)'
         self.assertEqual(self.browser.evaluate(remarks), [])
         shown = self.browser.evaluate(f'''(() => {{

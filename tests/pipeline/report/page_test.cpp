@@ -409,23 +409,23 @@ TEST_F(ReportHtml, SameReportSamePage) {
 TEST_F(ReportHtml, NamesTheLimitThatIsUsedMost) {
     Json visible = {{"rms", 0.3}, {"p50", 0.2}, {"p95", 0.8}, {"p99", 1.04}, {"p999", 2.0}, {"max", 6.0}, {"bound", 9.0}};
     Json diffuse = figures(0.002), asset = assetWith(diffuse, figures(0.001));
-    EXPECT_THAT(render(reportOf({asset})), HasSubstr("lobby uses most of its limit: rel_rms 0.200 % of 2.00 % (10.0 %)"));
+    EXPECT_THAT(render(reportOf(Json::array({asset}))), HasSubstr("lobby uses most of its limit: rel_rms 0.200 % of 2.00 % (10.0 %)"));
     diffuse["visible"] = visible;
     asset["stages"][0]["error"]["diffuse"] = diffuse;
     asset["limit"]["max_visible"] = 1.1;
-    const std::string page = render(reportOf({asset}));
+    const std::string page = render(reportOf(Json::array({asset})));
     EXPECT_THAT(page, HasSubstr("lobby uses most of its limit: visible p99 1.04 of 1.1 (94.5 %)"));
     EXPECT_THAT(page, HasSubstr("limit <span title=\"0.02\">2.00 %</span>, visible 1.1"));
     EXPECT_THAT(page, HasSubstr("1.04</span><span class=\"meter\"><i style=\"width:94.5%\">")) << "under the visible p99 as well";
     asset["limit"]["max_visible_bound"] = 9.2;
-    EXPECT_THAT(render(reportOf({asset})), HasSubstr("visible bound 9.00 of 9.2 (97.8 %)"));
+    EXPECT_THAT(render(reportOf(Json::array({asset}))), HasSubstr("visible bound 9.00 of 9.2 (97.8 %)"));
     asset["limit"]["max_seam"] = 2;
     asset["seams"] = {{"worst", Json::array({{{"added", 1.99}}})}};
-    EXPECT_THAT(render(reportOf({asset})), HasSubstr("seam 1.99 of 2 (99.5 %)"));
+    EXPECT_THAT(render(reportOf(Json::array({asset}))), HasSubstr("seam 1.99 of 2 (99.5 %)"));
     asset["whole"] = {{"visible", visible}, {"rel_rms", 0.3}, {"max_visible", 1}, {"max_error", 0.1}};
-    EXPECT_THAT(render(reportOf({asset})), HasSubstr("rel_rms with its dominant light 30.0 % of 10.0 % (300 %)"));
+    EXPECT_THAT(render(reportOf(Json::array({asset}))), HasSubstr("rel_rms with its dominant light 30.0 % of 10.0 % (300 %)"));
     asset["stages"][0]["error"]["diffuse"]["visible"]["p99"] = kNan;
-    EXPECT_THAT(render(reportOf({asset})), HasSubstr("visible p99 not finite of 1.1."));
+    EXPECT_THAT(render(reportOf(Json::array({asset}))), HasSubstr("visible p99 not finite of 1.1."));
 }
 
 }  // namespace
