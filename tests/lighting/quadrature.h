@@ -10,6 +10,8 @@
 
 namespace lightcook::lighting::test {
 
+inline constexpr double kPi = std::numbers::pi;
+
 struct Rule {
     std::vector<double> nodes, weights;
 };

@@ -217,7 +217,7 @@ TEST(MeshCut, NoGapsOpen) {
 }
 
 /// A rectangle of two triangles, with its light-map UVs between two places [texels; integers are centres].
-TriangleMesh rectangle(const glm::vec2& low, const glm::vec2& high) {
+TriangleMesh texelRectangle(const glm::vec2& low, const glm::vec2& high) {
     const glm::vec2 a = (low + 0.5f) / float(kMapSide), b = (high + 0.5f) / float(kMapSide);
     TriangleMesh mesh;
     mesh.attributes = {attributeOf("POSITION", 3, {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}),
@@ -226,7 +226,7 @@ TriangleMesh rectangle(const glm::vec2& low, const glm::vec2& high) {
     return mesh;
 }
 
-ChartSet chartsOf(const TriangleMesh& mesh) {
+ChartSet cutChartsOf(const TriangleMesh& mesh) {
     const std::vector<const TriangleMesh*> meshes = {&mesh};
     auto charts = findCharts(meshes, std::vector<std::string>(1, "rectangle"), kMapSide, kMapSide);
     EXPECT_TRUE(charts);
@@ -246,14 +246,14 @@ Chart chartOf(const TriangleMesh& mesh, const ChartSet& charts, const Tiles& til
     TriangleMesh part;
     part.attributes = {attributeOf("POSITION", 3, positions), attributeOf("TEXCOORD_1", 2, uvs)};
     part.indices = cut.indices;
-    const ChartSet found = chartsOf(part);
+    const ChartSet found = cutChartsOf(part);
     EXPECT_EQ(found.charts.size(), 1u);
     return found.charts.front();
 }
 
 TEST(MeshCut, OnlyTheTileBeforeALineReadsATexelBeyondIt) {
-    const TriangleMesh mesh = rectangle({10.3f, 20.3f}, {60.7f, 40.7f});
-    const ChartSet charts = chartsOf(mesh);
+    const TriangleMesh mesh = texelRectangle({10.3f, 20.3f}, {60.7f, 40.7f});
+    const ChartSet charts = cutChartsOf(mesh);
     const Tiles tiles(boxesOf(charts.charts), kTile);
     ASSERT_EQ(tiles.gridOf(0), glm::ivec2(3, 1));
     const Chart left = chartOf(mesh, charts, tiles, {1, 0, 0}), middle = chartOf(mesh, charts, tiles, {0, 1, 0}),
@@ -267,7 +267,7 @@ TEST(MeshCut, OnlyTheTileBeforeALineReadsATexelBeyondIt) {
 
 TEST(MeshCut, EdgesOnTexelCentresBesideALineAreNotCut) {
     const float centre = 10 + kTile;  // of the texel beside the first line
-    const TriangleMesh left = rectangle({10.3f, 20.3f}, {centre, 40.7f}), right = rectangle({centre, 20.3f}, {60.7f, 40.7f});
+    const TriangleMesh left = texelRectangle({10.3f, 20.3f}, {centre, 40.7f}), right = texelRectangle({centre, 20.3f}, {60.7f, 40.7f});
     const std::vector<const TriangleMesh*> meshes = {&left, &right};
     const auto charts = findCharts(meshes, std::vector<std::string>(2, "rectangle"), kMapSide, kMapSide);
     ASSERT_TRUE(charts && charts->charts.size() == 1u);

@@ -15,9 +15,9 @@ namespace {
 using formats::Image;
 
 /// A map with charts of the test's own, numbered from 1.
-struct Map {
+struct MipMap {
     Image<std::uint8_t> chart;
-    Map(int width, int height) : chart(width, height, 0) {}
+    MipMap(int width, int height) : chart(width, height, 0) {}
     void add(std::uint8_t number, glm::ivec2 first, glm::ivec2 size) {
         for (int y = first.y; y < first.y + size.y; ++y)
             for (int x = first.x; x < first.x + size.x; ++x) chart.at(x, y) = number;
@@ -84,7 +84,7 @@ TEST(MipLevels, ChartsSomeTexelsApartEndThem) {
     const std::vector<std::array<int, 3>> cases = {{1, 16, 1}, {2, 16, 2}, {2, 15, 2},  {4, 16, 3}, {4, 15, 2},
                                                    {5, 15, 3}, {5, 18, 3}, {11, 17, 4}, {11, 23, 4}};
     for (const auto& [gap, end, expected] : cases) {
-        Map map(64, 64);
+        MipMap map(64, 64);
         map.add(1, {0, 0}, {end, 64});
         map.add(2, {end + gap, 0}, {64 - end - gap, 64});
         EXPECT_EQ(map.levels().count, expected) << gap << " texels apart, from column " << end;
@@ -99,7 +99,7 @@ TEST(MipLevels, AreTheSafeOnesOfRandomCharts) {
     const auto between = [&](int low, int high) { return std::uniform_int_distribution(low, high)(random); };
     std::map<int, int> counts;
     for (int trial = 0; trial < 60; ++trial) {
-        Map map(64, 64);
+        MipMap map(64, 64);
         const int top = between(0, 4), middle = between(6, 14);
         map.add(1, {between(0, 5), top}, {between(6, 14), middle});
         map.add(2, {20 + between(1, 24), top + between(0, 3)}, {between(3, 15), between(3, 9)});
@@ -115,7 +115,7 @@ TEST(MipLevels, AreTheSafeOnesOfRandomCharts) {
 }
 
 TEST(MipLevels, TexelsThatTouchAreOneChartAlsoByACorner) {
-    Map map(32, 32);
+    MipMap map(32, 32);
     map.add(1, {0, 0}, {9, 9});
     map.add(1, {9, 9}, {6, 6});  // by a corner
     map.add(1, {3, 9}, {1, 20});
@@ -128,7 +128,7 @@ TEST(MipLevels, TexelsThatTouchAreOneChartAlsoByACorner) {
 }
 
 TEST(MipLevels, ChartsThatTheBakeNumbersMayTouch) {
-    Map map(32, 32);
+    MipMap map(32, 32);
     map.add(1, {0, 0}, {16, 32});
     map.add(2, {16, 0}, {16, 32});
     EXPECT_EQ(map.levels().count, 4) << "one chart, since nothing tells them apart";
@@ -140,7 +140,7 @@ TEST(MipLevels, ChartsThatTheBakeNumbersMayTouch) {
 
 TEST(MipLevels, HaveSidesOfWholeBlocks) {
     const auto levels = [](int width, int height) {
-        Map map(width, height);
+        MipMap map(width, height);
         map.add(1, {0, 0}, {width, height});
         return map.levels().count;
     };

@@ -22,14 +22,14 @@ using lighting::ShRgb;
 constexpr int kSize = 64;
 
 /// A map of kSize x kSize texels with one chart, whose sh00 and sh02 are functions of the texel.
-struct Map {
+struct ReducedMap {
     Image<ShRgb> sh{kSize, kSize};
     Image<std::uint8_t> covered{kSize, kSize, 1};
     Image<glm::vec3> normal{kSize, kSize, glm::vec3(0, 0, 1)};
     Chart chart;
 
     /// rim  texels between the mesh and the border of the map
-    explicit Map(const std::function<double(int x, int y)>& light, float rim = 0.6f) {
+    explicit ReducedMap(const std::function<double(int x, int y)>& light, float rim = 0.6f) {
         for (int y = 0; y < kSize; ++y)
             for (int x = 0; x < kSize; ++x) {
                 sh.at(x, y)[0] = glm::vec3(static_cast<float>(light(x, y)));
@@ -64,7 +64,7 @@ std::array<glm::dvec3, 9> lightAt(const ReducedChart& chart, int x, int y) {
 }
 
 /// Returns the share of covered texels whose light at their normal is off by more than a limit.
-double shareBeyond(const Map& map, const ReducedChart& chart, double maxVisible) {
+double shareBeyond(const ReducedMap& map, const ReducedChart& chart, double maxVisible) {
     int beyond = 0, all = 0;
     const glm::dvec3 normal(0, 0, 1);
     const lighting::ShDouble basis = lighting::evaluateBasis(normal);
@@ -88,7 +88,7 @@ double shareBeyond(const Map& map, const ReducedChart& chart, double maxVisible)
 TEST(ReduceChart, ConstantAndLinearLightTakeTwoTexelsASide) {
     for (const auto& light :
          {std::function<double(int, int)>([](int, int) { return 2.0; }), {[](int x, int y) { return 1 + 0.01 * x + 0.02 * y; }}}) {
-        const Map map(light);
+        const ReducedMap map(light);
         const ReducedChart chart = map.reduced(0.1);
         EXPECT_EQ(chart.sh.width(), 2);
         EXPECT_EQ(chart.sh.height(), 2);
@@ -100,13 +100,13 @@ TEST(ReduceChart, ConstantAndLinearLightTakeTwoTexelsASide) {
 }
 
 TEST(ReduceChart, AChartUpToTheBorderReadsNoMoreTexelsThanTheMapHas) {
-    const Map map([](int, int) { return 1.0; }, 0);
+    const ReducedMap map([](int, int) { return 1.0; }, 0);
     EXPECT_EQ(map.chart.texels(), glm::ivec2(kSize + 2)) << "filters at the border read beyond it, where the map is clamped";
     EXPECT_EQ(map.reduced(0).readBefore, kSize * kSize);
 }
 
 TEST(ReduceChart, HardEdgesAndALimitOfZeroKeepEveryBit) {
-    const Map edges([](int x, int y) { return (x / 3 + y / 5) % 2 == 0 ? 1.0 : 3.0; }), flat([](int, int) { return 1.0; });
+    const ReducedMap edges([](int x, int y) { return (x / 3 + y / 5) % 2 == 0 ? 1.0 : 3.0; }), flat([](int, int) { return 1.0; });
     for (const auto& [map, limit] : {std::pair{&edges, 2.0}, {&flat, 0.0}}) {
         const ReducedChart chart = map->reduced(limit);
         EXPECT_EQ(chart.step, glm::ivec2(1));
@@ -119,7 +119,7 @@ TEST(ReduceChart, HardEdgesAndALimitOfZeroKeepEveryBit) {
 }
 
 TEST(ReduceChart, StripesShrinkAlongTheirLength) {
-    const Map map([](int x, int) { return x % 4 < 2 ? 1.0 : 3.0; });
+    const ReducedMap map([](int x, int) { return x % 4 < 2 ? 1.0 : 3.0; });
     const ReducedChart chart = map.reduced(1);
     EXPECT_EQ(chart.step.x, 1);
     EXPECT_EQ(chart.sh.height(), 2);
@@ -127,7 +127,7 @@ TEST(ReduceChart, StripesShrinkAlongTheirLength) {
 }
 
 TEST(ReduceChart, SmoothLightKeepsTheLimitAtFewerTexels) {
-    const Map map([](int x, int y) { return 1.5 + std::sin(x * 0.1) + 0.4 * std::cos(y * 0.15); });
+    const ReducedMap map([](int x, int y) { return 1.5 + std::sin(x * 0.1) + 0.4 * std::cos(y * 0.15); });
     int texels = kSize * kSize + 1;
     for (const double limit : {0.25, 1.0, 4.0}) {
         const ReducedChart chart = map.reduced(limit);
@@ -139,12 +139,12 @@ TEST(ReduceChart, SmoothLightKeepsTheLimitAtFewerTexels) {
 
 TEST(ReduceChart, BrightLightThatADisplayClampsStillCounts) {
     // Both are white on any display, far beyond its brightest.
-    const Map map([](int x, int y) { return (x + y) % 2 == 0 ? 2e5 : 1e6; });
+    const ReducedMap map([](int x, int y) { return (x + y) % 2 == 0 ? 2e5 : 1e6; });
     EXPECT_EQ(map.reduced(1).step, glm::ivec2(1));
 }
 
 TEST(ReduceChart, UncoveredTexelsDoNotCountAndAChartOfThemStays) {
-    Map map([](int, int) { return 1.0; });
+    ReducedMap map([](int, int) { return 1.0; });
     for (int y = 0; y < kSize; ++y)
         for (int x = 0; x < kSize; ++x)
             if (x < 9 || (x - 40) * (x - 40) + (y - 30) * (y - 30) < 50) {
@@ -160,7 +160,7 @@ TEST(ReduceChart, UncoveredTexelsDoNotCountAndAChartOfThemStays) {
 
 TEST(ReduceChart, TexelsAreLight) {
     // Least squares overshoot beside a spike: below zero, if nothing held them.
-    const Map map([](int x, int y) { return x % 32 == 16 && y % 32 == 16 ? 1e4 : 1e-3; });
+    const ReducedMap map([](int x, int y) { return x % 32 == 16 && y % 32 == 16 ? 1e4 : 1e-3; });
     const ReducedChart chart = map.reduced(100);
     EXPECT_NE(chart.step, glm::ivec2(1)) << "the test is about reduced charts";
     for (const ShRgb& sh : chart.sh.texels()) {
@@ -170,7 +170,7 @@ TEST(ReduceChart, TexelsAreLight) {
 }
 
 TEST(ReduceChart, AnInterruptEndsTheSearch) {
-    const Map map([](int, int) { return 1.0; });
+    const ReducedMap map([](int, int) { return 1.0; });
     ReductionLimit limit;
     EXPECT_EQ(reduceChart(map.chart, {map.sh.view(), map.covered.view(), map.normal.view()}, limit, std::atomic<bool>(true)).step,
               glm::ivec2(1));

@@ -1,5 +1,7 @@
 // Signed BC4 and BC5: both decoders against the formula of the format (OpenImageIO 2.4 cannot read such files), the encoder against an
 // exhaustive search.
+#include "compress/block/highway_targets.h"
+
 #include <gtest/gtest.h>
 
 #include <hwy/targets.h>

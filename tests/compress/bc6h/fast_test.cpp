@@ -49,7 +49,7 @@ struct RowOfBlocks {
 };
 
 template <class D, bool kSigned>
-std::vector<std::uint32_t> wordsOf(const RowOfBlocks& row, bool weighted, std::vector<float>& errors) {
+std::vector<std::uint32_t> fastWordsOf(const RowOfBlocks& row, bool weighted, std::vector<float>& errors) {
     const std::size_t lanes = kernel::hn::Lanes(D());
     std::vector<std::uint32_t> words(4 * kRowBlocks);
     errors.assign(kRowBlocks, -1.0f);
@@ -67,20 +67,20 @@ std::vector<std::uint32_t> wordsOf(const RowOfBlocks& row, bool weighted, std::v
 }
 
 template <bool kSigned>
-void expectAlike() {
+void expectSameAtAnyWidth() {
     const RowOfBlocks row(kSigned);
     for (const bool weighted : {false, true}) {
         std::vector<float> oneErrors, allErrors;
-        const auto one = wordsOf<kernel::hn::CappedTag<float, 1>, kSigned>(row, weighted, oneErrors);
-        const auto all = wordsOf<kernel::hn::ScalableTag<float>, kSigned>(row, weighted, allErrors);
+        const auto one = fastWordsOf<kernel::hn::CappedTag<float, 1>, kSigned>(row, weighted, oneErrors);
+        const auto all = fastWordsOf<kernel::hn::ScalableTag<float>, kSigned>(row, weighted, allErrors);
         EXPECT_EQ(one, all);
         EXPECT_EQ(oneErrors, allErrors);
     }
 }
 
 TEST(Bc6hFast, OneLaneMatchesAVectorOfThem) {
-    expectAlike<false>();
-    expectAlike<true>();
+    expectSameAtAnyWidth<false>();
+    expectSameAtAnyWidth<true>();
 }
 
 TEST(Bc6hFast, EveryInstructionSetGivesTheSameBytes) {

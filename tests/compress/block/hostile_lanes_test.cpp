@@ -52,7 +52,7 @@ bool same(const Bc4Result& a, const Bc4Result& b) {
 }
 
 template <class D, class Result, class Fit, class Run>
-std::vector<Result> results(const std::vector<Block>& blocks, Fit fit, Run run) {
+std::vector<Result> hostileResults(const std::vector<Block>& blocks, Fit fit, Run run) {
     std::vector<const Block*> pointers;
     for (const Block& block : blocks) pointers.push_back(&block);
     std::vector<Result> found(blocks.size());
@@ -74,8 +74,8 @@ void expectAlike(PixelFormat format, int level, std::int64_t blockCount, const S
             else
                 return Fit<D>(search);
         };
-        const auto one = results<OneLane, Result>(blocks, make(OneLane()), run);
-        const auto all = results<AllLanes, Result>(blocks, make(AllLanes()), run);
+        const auto one = hostileResults<OneLane, Result>(blocks, make(OneLane()), run);
+        const auto all = hostileResults<AllLanes, Result>(blocks, make(AllLanes()), run);
         for (std::size_t i = 0; i < blocks.size(); ++i)
             if (!same(one[i], all[i])) {
                 const auto x = static_cast<int>(i % 64) * 4, y = static_cast<int>(i / 64) * 4;

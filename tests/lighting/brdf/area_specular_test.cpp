@@ -10,9 +10,9 @@
 namespace lightcook::lighting {
 namespace {
 
-constexpr CookTorranceNormalization kEnergy = CookTorranceNormalization::Energy, kHalo3 = CookTorranceNormalization::Halo3;
+constexpr CookTorranceNormalization kEnergyForm = CookTorranceNormalization::Energy, kHalo3Form = CookTorranceNormalization::Halo3;
 constexpr std::array<SpecularLobe, 4> kLobes = {SpecularLobe::Beckmann, SpecularLobe::Ggx, SpecularLobe::Phong, SpecularLobe::PhongPower};
-constexpr long double kPi = 3.14159265358979323846264338327950288L;
+constexpr long double kLongPi = 3.14159265358979323846264338327950288L;
 
 /// C and D for 0, 2, 3, 6, 7, 8.
 using Entries = std::array<long double, 12>;
@@ -62,15 +62,15 @@ Entries integrand(long double NoV, long double m, bool isGgx, long double theta,
     const long double lx = 2 * VoH * hx - viewX, ly = 2 * VoH * hy, lz = 2 * VoH * NoH - NoV;
     if (VoH <= 0 || lz <= 0 || NoH <= 0) return value;
     const long double tan2 = sinH * sinH / (NoH * NoH), term = NoH * NoH * (m * m - 1) + 1;
-    const long double D = isGgx ? m * m / (kPi * term * term) : std::exp(-tan2 / (m * m)) / (kPi * m * m * NoH * NoH * NoH * NoH);
+    const long double D = isGgx ? m * m / (kLongPi * term * term) : std::exp(-tan2 / (m * m)) / (kLongPi * m * m * NoH * NoH * NoH * NoH);
     const long double G = std::min({1.0L, 2 * NoH * NoV / VoH, 2 * NoH * lz / VoH});
     const long double weight = 2 * D * G * VoH / NoV * sinH;
-    const std::array<long double, 6> basis = {0.5L * std::sqrt(1 / kPi),
-                                              std::sqrt(3 / (4 * kPi)) * lz,
-                                              std::sqrt(3 / (4 * kPi)) * lx,
-                                              0.25L * std::sqrt(5 / kPi) * (3 * lz * lz - 1),
-                                              0.5L * std::sqrt(15 / kPi) * lx * lz,
-                                              0.25L * std::sqrt(15 / kPi) * (lx * lx - ly * ly)};
+    const std::array<long double, 6> basis = {0.5L * std::sqrt(1 / kLongPi),
+                                              std::sqrt(3 / (4 * kLongPi)) * lz,
+                                              std::sqrt(3 / (4 * kLongPi)) * lx,
+                                              0.25L * std::sqrt(5 / kLongPi) * (3 * lz * lz - 1),
+                                              0.5L * std::sqrt(15 / kLongPi) * lx * lz,
+                                              0.25L * std::sqrt(15 / kLongPi) * (lx * lx - ly * ly)};
     const long double rest = 1 - VoH, fresnel = rest * rest * rest * rest * rest;
     for (std::size_t k = 0; k < basis.size(); ++k) {
         value[k] = weight * basis[k];
@@ -88,9 +88,9 @@ Entries reference(long double NoV, long double m, bool isGgx, long double tolera
         Entries sum{};
         for (int side = -1; side <= 1; side += 2)
             for (int part = 0; part < 9; ++part) {
-                const long double far = std::pow(0.3L, part) * kPi / 2, near = part == 8 ? 0 : 0.3L * far;
-                const Entries value = adaptive([&](long double phi) { return integrand(NoV, m, isGgx, theta, phi); }, kPi / 2 + side * near,
-                                               kPi / 2 + side * far, tolerance / slope / 20, 30);
+                const long double far = std::pow(0.3L, part) * kLongPi / 2, near = part == 8 ? 0 : 0.3L * far;
+                const Entries value = adaptive([&](long double phi) { return integrand(NoV, m, isGgx, theta, phi); },
+                                               kLongPi / 2 + side * near, kLongPi / 2 + side * far, tolerance / slope / 20, 30);
                 for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += side * slope * value[k];
             }
         return sum;
@@ -107,7 +107,7 @@ Entries reference(long double NoV, long double m, bool isGgx, long double tolera
 
 double errorAt(double NoV, double m, bool isGgx) {
     const Entries expected = reference(NoV, m, isGgx, 5e-9L);
-    const Entries found = entriesOf(areaSpecular(NoV, m, isGgx ? SpecularLobe::Ggx : SpecularLobe::Beckmann, kEnergy));
+    const Entries found = entriesOf(areaSpecular(NoV, m, isGgx ? SpecularLobe::Ggx : SpecularLobe::Beckmann, kEnergyForm));
     long double norm = 0, worst = 0;
     for (std::size_t k = 0; k < 12; ++k) {
         norm = std::max(norm, std::abs(expected[k]));
@@ -136,8 +136,8 @@ TEST(AreaSpecular, AgreesWithTheSumOverHalfVectors) {
         for (const double m : {0.01, 0.1, 0.45, 0.9})
             for (const double NoV : {0.05, 0.3, 0.7, 0.98}) {
                 const auto lobe = distribution == NormalDistribution::Beckmann ? SpecularLobe::Beckmann : SpecularLobe::Ggx;
-                const AreaSpecularKernel sum = integrateAreaSpecular(NoV, m, distribution, kHalo3, 600);
-                const AreaSpecularKernel kernel = areaSpecular(NoV, m, lobe, kHalo3);
+                const AreaSpecularKernel sum = integrateAreaSpecular(NoV, m, distribution, kHalo3Form, 600);
+                const AreaSpecularKernel kernel = areaSpecular(NoV, m, lobe, kHalo3Form);
                 for (std::size_t i = 0; i < 9; ++i) {
                     EXPECT_NEAR(kernel.c[i], sum.c[i], 2e-5) << m << " " << NoV;
                     EXPECT_NEAR(kernel.d[i], sum.d[i], 2e-5) << m << " " << NoV;
@@ -150,7 +150,7 @@ TEST(AreaSpecular, ColumnsServeEveryRoughnessInTheirRange) {
         for (const double NoV : {0.0, 1e-3, 0.2, 0.8, 1.0}) {
             const AreaSpecularColumn column(NoV, 0.01, 1, lobe);
             for (const double m : {0.01, 0.03, 0.2, 0.7, 1.0}) {
-                const Entries shared = entriesOf(column.kernel(m, kEnergy)), own = entriesOf(areaSpecular(NoV, m, lobe, kEnergy));
+                const Entries shared = entriesOf(column.kernel(m, kEnergyForm)), own = entriesOf(areaSpecular(NoV, m, lobe, kEnergyForm));
                 for (std::size_t k = 0; k < 12; ++k)
                     EXPECT_NEAR(static_cast<double>(shared[k]), static_cast<double>(own[k]), 2e-8) << NoV << " " << m << " " << k;
             }
@@ -167,7 +167,7 @@ TEST(AreaSpecular, PhongBandsAreThoseOfItsLobe) {
                 const double t = (i + 0.5) / kCount, y = t / (1 - t), tangent = m * y, cosine = 1 / std::sqrt(1 + tangent * tangent);
                 const double dAngle = m / (1 + tangent * tangent) / ((1 - t) * (1 - t)) / kCount;
                 const double value = lobe == SpecularLobe::Phong ? phongBeckmannLobe(cosine, m) : phongLobe(cosine, 2 / (m * m) - 2);
-                const double weight = 2 * static_cast<double>(kPi) * value * tangent * cosine * dAngle;
+                const double weight = 2 * static_cast<double>(kLongPi) * value * tangent * cosine * dAngle;
                 bands[0] += weight;
                 bands[1] += weight * cosine;
                 bands[2] += weight * (1.5 * cosine * cosine - 0.5);
@@ -178,7 +178,7 @@ TEST(AreaSpecular, PhongBandsAreThoseOfItsLobe) {
 }
 
 TEST(AreaSpecular, PhongIsItsLobeAroundTheReflection) {
-    const AreaSpecularKernel kernel = areaSpecular(0.6, 0.3, SpecularLobe::Phong, kEnergy);
+    const AreaSpecularKernel kernel = areaSpecular(0.6, 0.3, SpecularLobe::Phong, kEnergyForm);
     const ShDouble basis = evaluateBasis(glm::dvec3(-0.8, 0, 0.6));
     const ShBands bands = phongBands(SpecularLobe::Phong, 0.3);
     for (std::size_t i = 0; i < 9; ++i) {
@@ -221,8 +221,8 @@ void expectSoundAnywhere(long long count, unsigned seed) {
         const AreaSpecularColumn column(NoV, std::max(low, 1e-4), std::max(high, 1e-4), lobe, 10);
         for (int k = 0; k < kRoughnesses; ++k) {
             const double m = std::max(low + (high - low) * uniform(random), 1e-4);
-            expectSound(column.kernel(m, kEnergy), NoV, m);
-            if (k == 0 && i % 10 == 0) expectSound(areaSpecular(NoV, m, lobe, kEnergy, 6), NoV, m);
+            expectSound(column.kernel(m, kEnergyForm), NoV, m);
+            if (k == 0 && i % 10 == 0) expectSound(areaSpecular(NoV, m, lobe, kEnergyForm, 6), NoV, m);
             if (testing::Test::HasFatalFailure()) return;
         }
     }
@@ -231,7 +231,7 @@ void expectSoundAnywhere(long long count, unsigned seed) {
 TEST(AreaSpecular, HasItsPropertiesInAMillionRandomCases) {
     for (const SpecularLobe lobe : kLobes)
         for (const double m : {1e-4, 0.5, 1.0})
-            for (const double NoV : {0.0, 1e-300, 1e-9, 1e-3, 0.5, 1.0}) expectSound(areaSpecular(NoV, m, lobe, kEnergy, 6), NoV, m);
+            for (const double NoV : {0.0, 1e-300, 1e-9, 1e-3, 0.5, 1.0}) expectSound(areaSpecular(NoV, m, lobe, kEnergyForm, 6), NoV, m);
     expectSoundAnywhere(1'000'000, 3);
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
-#include <numbers>
 #include <random>
 
 #include "lighting/sphere.h"
@@ -14,9 +13,9 @@ namespace lightcook::lighting {
 namespace {
 
 using test::gaussLegendre;
+using test::kPi;
 using test::randomDirection;
 
-constexpr double kPi = std::numbers::pi;
 constexpr auto kBeckmann = NormalDistribution::Beckmann;
 constexpr auto kGgx = NormalDistribution::Ggx;
 constexpr auto kEnergy = CookTorranceNormalization::Energy;

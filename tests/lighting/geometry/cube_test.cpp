@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numbers>
 #include <random>
 
 #include "tests/lighting/quadrature.h"
@@ -13,9 +12,8 @@ namespace lightcook::lighting {
 namespace {
 
 using test::gaussLegendre;
+using test::kPi;
 using test::randomDirection;
-
-constexpr double kPi = std::numbers::pi;
 
 TEST(Cube, FacesHaveTheOrientationOfOpenGl) {
     const double u = 0.3, v = -0.6;

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numbers>
 #include <random>
 
 #include "tests/lighting/quadrature.h"
@@ -12,9 +11,8 @@
 namespace lightcook::lighting {
 namespace {
 
+using test::kPi;
 using test::randomDirection;
-
-constexpr double kPi = std::numbers::pi;
 
 void expectNear(const glm::dvec3& a, const glm::dvec3& b, double tolerance) {
     for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], tolerance);

@@ -12,9 +12,8 @@ namespace lightcook::lighting {
 namespace {
 
 using test::gaussLegendre;
+using test::kPi;
 using test::randomDirection;
-
-constexpr double kPi = std::numbers::pi;
 
 /// Returns 2 pi integral over [from, 1] of kernel(z) P_l(z): the factor of a zonal kernel on band l.
 template <class Kernel>

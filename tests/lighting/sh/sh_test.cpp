@@ -4,7 +4,6 @@
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <numbers>
 #include <random>
 
 #include "tests/lighting/quadrature.h"
@@ -12,11 +11,10 @@
 namespace lightcook::lighting {
 namespace {
 
+using test::kPi;
 using test::overSphere;
 using test::randomDirection;
 using test::randomRotation;
-
-constexpr double kPi = std::numbers::pi;
 
 template <class Function>
 ShDouble project(Function function) {
