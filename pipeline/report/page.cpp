@@ -33,7 +33,7 @@ constexpr std::array kFigures = {"rel_rms", "p99", "max_sampled", "max_bound"};
 
 std::string budgetSentence(const Json& budget) {
     const std::uint64_t used = count(member(budget, "used_bytes"));
-    if (member(budget, "limit_bytes").is_null()) return humanBytes(used) + " used; no limit was set";
+    if (member(budget, "limit_bytes").is_null()) return humanBytes(used) + " used; the scene has no memory budget";
     const std::uint64_t limit = count(member(budget, "limit_bytes"));
     std::string sentence = fmt::format("{} of {} used", humanBytes(used), humanBytes(limit));
     if (limit > 0) sentence += fmt::format(" ({})", humanPercent(static_cast<double>(used) / static_cast<double>(limit)));

@@ -302,9 +302,8 @@ const char* remedyOf(const ErrorPart& part) {
             return "a richer light_map_layout buys most";
         case AssetKind::Dominant:
             if (isFiltering(part))
-                return "filtering between texels makes it, and only more texels reduce it: dominant_layout = \"full\" where it is a "
-                       "smaller one, "
-                       "else a bake of more texels";
+                return "filtering between texels makes it, and only more texels reduce it: take dominant_layout = \"full\" if it has "
+                       "fewer now, or bake more texels";
             return "target \"float\" buys most";
         case AssetKind::Cubemap:
             return "target \"float\" buys most";

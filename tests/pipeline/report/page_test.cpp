@@ -170,7 +170,7 @@ TEST_F(ReportHtml, SaysWhatTheReportSays) {
     EXPECT_THAT(page, HasSubstr("118 MiB"));
     EXPECT_THAT(page, HasSubstr("lightcook 0.1.0"));
     EXPECT_THAT(page, HasSubstr("lobby_l0.ktx2"));
-    EXPECT_THAT(page, HasSubstr("no limit was set"));
+    EXPECT_THAT(page, HasSubstr("the scene has no memory budget"));
     EXPECT_THAT(page, HasSubstr("Nothing was skipped."));
 }
 
