@@ -190,7 +190,7 @@ TEST(SceneError, AdvisesMoreTexelsWhereFilteringIsTheError) {
         return adviceOf(readWhole(wholeOf({lightMap("map", 0.001, 0, 1, 0), light})).shading);
     };
     EXPECT_THAT(advice(0.11, 0.1), HasSubstr("and only more texels reduce it: "));
-    EXPECT_THAT(advice(0.2, 0.1), HasSubstr("else a bake of more texels."));
+    EXPECT_THAT(advice(0.2, 0.1), HasSubstr("or bake more texels."));
     EXPECT_THAT(advice(0.09, 0.1), HasSubstr("light: target \"float\" buys most."));
     for (const std::string& each :
          {advice(0.2, 0.1), advice(0.03, 0.1), adviceOf(readWhole(wholeOf({lightMap("map", 0.1, 0, 1, 0)})).shading),
