@@ -48,13 +48,14 @@ inline void makeHostileBlock(Random& random, TexelImage& image, int left, int to
         for (int c = 0; c < 4; ++c) colour[c] = random.below(2) ? hostileValue(random) : level * random.unit();
     for (int t = 0; t < kTexelCount; ++t)
         for (int c = 0; c < 4; ++c) {
+            const int column = t % 4, row = t / 4;
             float value = 0;
             switch (kind) {
                 case 0:
                     value = random.unit();
                     break;
                 case 1:  // smooth
-                    value = level * (1 + 0.05f * slope * static_cast<float>(t % 4) + 0.02f * static_cast<float>(t / 4 + c));
+                    value = level * (1 + 0.05f * slope * static_cast<float>(column) + 0.02f * static_cast<float>(row + c));
                     break;
                 case 2:
                     value = hostileValue(random);
@@ -86,7 +87,7 @@ inline void makeHostileBlock(Random& random, TexelImage& image, int left, int to
                 default:  // nearly constant: the last bits
                     value = level * (1 + 1e-6f * random.unit());
             }
-            image.at(left + t % 4, top + t / 4)[c] = keepSign ? value : std::abs(value);
+            image.at(left + column, top + row)[c] = keepSign ? value : std::abs(value);
         }
 }
 
