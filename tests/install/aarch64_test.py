@@ -99,7 +99,7 @@ def main():
     shutil.rmtree(out, ignore_errors=True)
     out.mkdir(parents=True)
     build_for_arm()
-    crop("map.exr", 10, 60, 48)
+    crop("map.exr", 10, 60, 24)
     write_picture("picture.exr", 64)
     shutil.copy(repository / "examples/cornell/clear_sky_256x1.exr", out / "sky.exr")
     shutil.copy(repository / "examples/cornell/cornell_probe0.exr", out / "probe.exr")
