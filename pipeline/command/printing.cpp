@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "pipeline/assets/note_keys.h"
+#include "pipeline/report/captions.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -108,10 +109,6 @@ std::string sizeWords(std::uint64_t bytes, std::uint64_t inUnitOf) {
     const auto value = static_cast<double>(bytes);
     if (inUnitOf < 1 << 10) return counted(bytes, "byte");
     return inUnitOf < 1 << 20 ? fmt::format("{:.2f} KiB", value / 0x1p10) : fmt::format("{:.2f} MiB", value / 0x1p20);
-}
-
-std::string counted(std::uint64_t count, std::string_view what) {
-    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome) {

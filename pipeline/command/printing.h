@@ -29,8 +29,6 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison);
 std::string sizeWords(std::uint64_t bytes);
 /// Returns a size in the unit that sizeWords() gives another one.
 std::string sizeWords(std::uint64_t bytes, std::uint64_t inUnitOf);
-/// Returns "1 asset" or "2 assets".
-std::string counted(std::uint64_t count, std::string_view what);
 
 /// Prints the report of several scenes: one row a scene, the largest first, then budgets, growth and totals.
 void printCollection(Terminal& terminal, const CollectionReport& report);

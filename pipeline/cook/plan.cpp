@@ -532,9 +532,8 @@ private:
     void planTables() {
         if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted(kTablesName, AssetKind::Lut, kTablesName)) return;
         const TableSettings& tables = scene_.tables;
-        const bool areOpen = areViewsOpen(tables, scene_.output) && !options_.tableViews;
-        const int viewCount =
-            areViewsOpen(tables, scene_.output) ? options_.tableViews.value_or(kUsualViewCount) : viewCountOf(tables, scene_.output);
+        const bool doesBudgetChoose = areViewsOpen(tables, scene_.output), areOpen = doesBudgetChoose && !options_.tableViews;
+        const int viewCount = doesBudgetChoose ? options_.tableViews.value_or(kUsualViewCount) : viewCountOf(tables, scene_.output);
         const auto skipRows = [&](std::string what, std::string why, int rows) {
             const int texels = rows * viewCount;
             skip(kTablesName, std::move(what), std::move(why), static_cast<std::uint64_t>(texels * kTableTexelBytes),

@@ -228,8 +228,7 @@ private:
 
     /// Compares the place of a probe with the scene file, which goes before the list of probes. A scene file that cannot be read may have
     /// stated anything.
-    Result<void> checkProbePlace(const Manifest& manifest, const CookedAsset& asset,
-                                 const std::map<std::string, std::filesystem::path>& sources) {
+    Result<void> checkProbePlace(const Manifest& manifest, const CookedAsset& asset, const Sources& sources) {
         if (asset.kind != AssetKind::Cubemap) return {};
         std::filesystem::path statedIn;
         Json stated = Json::object(), listed = Json::object();

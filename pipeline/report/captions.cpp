@@ -1,5 +1,7 @@
 #include "pipeline/report/captions.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <span>
@@ -113,6 +115,10 @@ std::string noteCaption(std::string_view key) {
 
 bool hasNoteCaption(std::string_view key) {
     return find(kNotes, key) != nullptr;
+}
+
+std::string counted(std::uint64_t count, std::string_view what) {
+    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 }  // namespace lightcook::pipeline

@@ -1,6 +1,7 @@
-// Plain words for the names that report.json has: stages, kinds, shadings, notes.
+// Plain words for the names that report.json has: stages, kinds, shadings, notes. Words for counts.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -16,5 +17,9 @@ std::string kindCaption(std::string_view kind);
 /// Returns the caption of a note or measure. A key without a row is returned with spaces for underscores.
 std::string noteCaption(std::string_view key);
 bool hasNoteCaption(std::string_view key);
+
+/// Returns "1 asset" or "2 assets".
+/// what  one of them
+std::string counted(std::uint64_t count, std::string_view what);
 
 }  // namespace lightcook::pipeline

@@ -58,8 +58,7 @@ Html valueCell(double value, const Html& content, const char* kind = "num") {
 
 Html header(const CollectionReport& report) {
     const auto count = std::ranges::count_if(report.scenes, [](const SceneSummary& scene) { return scene.passed; });
-    const Html title = element("h1", text(fmt::format("{} scene{}", report.scenes.size(), report.scenes.size() == 1 ? "" : "s"))) +
-                       verdictChip(report.passed);
+    const Html title = element("h1", text(counted(report.scenes.size(), "scene"))) + verdictChip(report.passed);
     double seconds = 0;
     for (const SceneSummary& scene : report.scenes) seconds += scene.seconds;
     const Html facts = fact("Scenes passed", text(fmt::format("{} of {}", count, report.scenes.size()))) +
@@ -191,9 +190,7 @@ std::string renderCollectionHtml(const CollectionReport& report, const std::file
     const Html main = header(report) + failures(report) + platformSection(report.platforms ? jsonOf(*report.platforms) : Json()) +
                       (report.baseline ? growth(*report.baseline) : Html()) + trendSection(history, false) + memory(report, page) +
                       scenes(report, page);
-    return pageText(
-        fmt::format("{} scene{}: {}", report.scenes.size(), report.scenes.size() == 1 ? "" : "s", report.passed ? "passed" : "failed"),
-        main);
+    return pageText(counted(report.scenes.size(), "scene") + (report.passed ? ": passed" : ": failed"), main);
 }
 
 }  // namespace lightcook::pipeline

@@ -61,9 +61,9 @@ std::string namesIn(const Json& assets) {
 std::string verdictSentence(const Json& report) {
     const Json& assets = list(report, "assets");
     const auto passedCount = static_cast<std::size_t>(std::count_if(assets.begin(), assets.end(), passed));
-    std::string sentence = passedCount == assets.size() ? "Every asset keeps its limit"
-                                                        : fmt::format("{} of {} asset{} failed", assets.size() - passedCount, assets.size(),
-                                                                      assets.size() == 1 ? "" : "s");
+    std::string sentence = passedCount == assets.size()
+                               ? "Every asset keeps its limit"
+                               : fmt::format("{} of {} failed", assets.size() - passedCount, counted(assets.size(), "asset"));
     const Json& missing = list(member(report, "incomplete"), "assets");
     if (const std::string names = namesIn(missing); !names.empty()) sentence = "Not cooked: " + names + ". " + sentence;
     if (const std::string names = namesIn(list(report, "partial")); !names.empty())

@@ -148,7 +148,7 @@ Result<std::optional<RenderedView>> writeRenderedView(const LitSurface& surface,
     for (std::size_t map = 0; map < surface.maps.size(); ++map) {
         const auto pixels = pixelsByRow(shown, map, sizeOf(map));
         if (pixels.empty()) continue;
-        // Of the other maps, the row in the middle of what is seen lies next to the place.
+        // Another map is seen around the place: the middle one of its rows is the nearest.
         const auto middle = std::next(pixels.begin(), static_cast<std::ptrdiff_t>(pixels.size() / 2));
         const int centreRow = map == texel.map ? texel.texel.y : middle->first;
         if (auto drawn = drawMap(surface.maps[map], pixels, centreRow, shownKey(surface.viewing), lit); !drawn)

@@ -1,13 +1,14 @@
 #include "pipeline/assets/light_map/surface_places.h"
 
-#include "pipeline/assets/light_map/bake_filter.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <optional>
+
+#include "pipeline/assets/light_map/bake_filter.h"
+#include "pipeline/scene/dominant_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -17,8 +18,12 @@ namespace {
 constexpr double kMostPlaces = 2500;
 /// Rows at the ends of a strip that have no places: the filter of a texture of a quarter of the map's size reads two rows of the map more.
 constexpr int kFilterRows = 2;
-/// The smallest texture of a dominant light has one row for so many of the map.
-constexpr int kMostRowsOfATexel = 4;
+/// Returns how far row i of the smallest texture of a dominant light may begin above row `divisor` i of its map [rows of the map]: the
+/// texture's rows are rounded up where the divisor does not divide the map's height.
+int rowsOfRounding(int height) {
+    const int divisor = std::ranges::max(allDominantLayouts(), {}, &DominantLayoutInfo::divisor).divisor;
+    return (divisor - height % divisor) % divisor;
+}
 
 /// Returns a place of the footprint of a texel, from its centre: the first numbers of a sequence fill the square evenly (Roberts 2018, The
 /// Unreasonable Effectiveness of Quasirandom Sequences: multiples of the plastic number's inverse powers).
@@ -63,8 +68,7 @@ SurfacePlaces::SurfacePlaces(int width, int height)
     : width_(width),
       height_(height),
       step_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / kMostPlaces))) | 1),
-      // Where the number of its rows is rounded up, row i of the texture begins above row 4 i of the map, by at most so many rows.
-      rowsAtEnd_(kFilterRows + (kMostRowsOfATexel - height % kMostRowsOfATexel) % kMostRowsOfATexel) {}
+      rowsAtEnd_(kFilterRows + rowsOfRounding(height)) {}
 
 std::vector<SurfacePlace> SurfacePlaces::of(const formats::LightMapStrip& texels, int firstRow, int rowCount) const {
     const int end = firstRow + rowCount;

@@ -59,7 +59,7 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
         const bool isListed = !parameters.layouts.empty() && !each.isExcluded;
         if (isFlat(each) || isListed) return true;
         if (!parameters.hasDirections) return each.layout->refinesCoefficient0();
-        // Where no shading shows directions, a layout that stores them is better only if its first texture is finer.
+        // A layout that stores directions which no shading shows is better than `flat` only if its first texture is finer.
         return parameters.shading.needsDirections() || first == formats::TexelRole::Half || first == formats::TexelRole::HdrFine;
     };
     if (std::ranges::any_of(trials, [&](const Trial& each) { return isFlat(each) && !each.isExcluded; }))

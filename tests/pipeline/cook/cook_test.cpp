@@ -658,7 +658,7 @@ TEST_F(TablesUnderABudget, TakeNoBytesFromBetterLayouts) {
         before = visible(within);
     }
     EXPECT_LE(before, frontier[1].at("visible").get<double>());
-    // All layouts are at their best: what is left is for the tables.
+    // Every layout is at its best: the tables get the rest of the budget.
     const std::uint64_t most = bytesOf(frontier.back()) + more;
     const Outcome almost = cookWithin(scene, most - 1), roomy = cookWithin(scene, most);
     EXPECT_EQ(views(almost), kUsualViewCount);

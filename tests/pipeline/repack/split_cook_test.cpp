@@ -220,7 +220,7 @@ TEST_F(SplitCook, SeamsBetweenMapsAreMeasured) {
     EXPECT_EQ(cookScene(options_, RunState()).actionsRun, 0) << "nothing has changed";
 }
 
-/// The camera looks at the seam: half of what it sees is lit by each of the maps.
+/// The camera looks at the seam, and each of the maps lights half of what it sees.
 TEST_F(SplitCook, PicturesOfSeamsBetweenMapsShowBothMaps) {
     writeMap(smoothLight, halfHardLight);
     const Json report = cooked(std::string(kSplit) + "\nmax_seam = 200");

@@ -6,6 +6,7 @@
 
 #include "pipeline/command/printing.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/report/captions.h"
 
 namespace lightcook::pipeline {
 namespace {
