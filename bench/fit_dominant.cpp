@@ -150,8 +150,8 @@ void time(const Map& map, DominantFit which, int runs, Figures& figures) {
     formats::Image<glm::vec3> direction(width, height), intensity(width, height);
     fit::DominantCounts counts;
     const double best = cpuSeconds(runs, [&] {
-        counts = fit::dominantLight(map.strip.sh.view(), map.strip.covered.view(), map.strip.normal.view(), options, direction.view(),
-                                    intensity.view());
+        counts = fit::fitDominantLights(
+            {map.strip.sh.view(), map.strip.covered.view(), map.strip.normal.view(), direction.view(), intensity.view()}, options);
     });
     const double texels = static_cast<double>(counts.refined + counts.skipped);
     figures.seconds = best * 1024 * 1024 / texels;

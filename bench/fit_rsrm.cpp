@@ -14,7 +14,7 @@
 #include "bench/cpu_time.h"
 #include "bench/markdown_table.h"
 #include "fit/azimuthal_average.h"
-#include "fit/lut/quadrature.h"
+#include "fit/cubemap/gauss_legendre.h"
 #include "fit/rsrm.h"
 #include "formats/environment.h"
 

@@ -51,14 +51,14 @@ public:
 
     int mipCount() const;
     const std::vector<MipKernel>& mips() const;
-    /// Filters the rows [firstRow, firstRow + rowCount) of a face of a level into `out` (mips()[mip].size wide, rowCount high). Pure, safe
-    /// on several threads; texels do not depend on the cut of the rows. Results lie between zero and the brightest source value of the
-    /// channel.
-    void filterRows(int mip, int face, int firstRow, int rowCount, formats::ImageView<glm::vec3> out) const;
+    /// Filters rows of a face of a level. May run on several threads; texels do not depend on how the rows are divided. Results lie between
+    /// zero and the brightest source value of the channel.
+    /// out  receives the rows [firstRow, firstRow + out.height); mips()[mip].size wide
+    void filterRows(int mip, int face, int firstRow, formats::ImageView<glm::vec3> out) const;
     /// Corrects the mean of a whole level, a strip of six faces +X -X +Y -Y +Z -Z from top to bottom, to the source's mean over the sphere.
-    /// Values at texel centres are no exact quadrature: a small sun costs 0.3 % of the mean at 4 x 4 texels and more, 7 % at 2 x 2 and 34 %
-    /// at 1 x 1. The difference is distributed in proportion to p min(p / (1.5 mean), 1)^2, p the texel's value: no texel changes by much
-    /// more than a third, and dark ones hardly change. Levels with m = 0 are exact and stay as they are.
+    /// Sums over texel centres are no exact quadrature: with a small sun the mean is off by 0.3 % at 4 x 4 texels and more, by 7 % at 2 x 2
+    /// and by 34 % at 1 x 1. The difference is distributed in proportion to p min(p / (1.5 mean), 1)^2, where p is the texel's value: no
+    /// texel changes by much more than a third, and dark ones hardly change. Levels with m = 0 are exact and stay as they are.
     void keepMean(int mip, formats::ImageView<glm::vec3> strip) const;
     /// Returns a whole level as such a strip, with its mean corrected.
     formats::Image<glm::vec3> filterMip(int mip) const;

@@ -46,7 +46,7 @@ struct DominantLight {
     /// the sum starts at i = 1 and the factor is pi / 2.
     glm::vec3 intensity{0};
     float directionality = 0;  ///< in [0, 1]: 1 for a single directional light, 0 for light without a direction
-    bool isSearched = false;   ///< the refined fit looked for a better direction
+    bool isSearched = false;   ///< the refined fit searched for a better direction
 };
 
 /// Counts of covered texels.
@@ -60,10 +60,17 @@ struct DominantCounts {
 /// normal    unit; (0, 0, 1) replaces a zero normal
 DominantLight dominantLight(const lighting::ShRgb& incident, const glm::vec3& normal, const DominantLightOptions& options);
 
-/// Fits all texels of views of one size; threads may share the rows. Texels that are not covered become zero, and the caller dilates.
-DominantCounts dominantLight(formats::ImageView<const lighting::ShRgb> sh, formats::ImageView<const std::uint8_t> covered,
-                             formats::ImageView<const glm::vec3> normal, const DominantLightOptions& options,
-                             formats::ImageView<glm::vec3> direction, formats::ImageView<glm::vec3> intensity);
+/// Rows of a map and of the textures of its lights, all of one size.
+struct DominantLightRows {
+    formats::ImageView<const lighting::ShRgb> sh;
+    formats::ImageView<const std::uint8_t> covered;
+    formats::ImageView<const glm::vec3> normal;
+    formats::ImageView<glm::vec3> direction, intensity;  ///< DominantLight of each texel
+};
+
+/// Sets the lights of all texels; threads may share the rows of a map. Lights of texels that are not covered become zero: the caller pads
+/// them.
+DominantCounts fitDominantLights(const DominantLightRows& rows, const DominantLightOptions& options);
 
 /// Returns an upper bound of the intensity of any fit of this texel, at most about twice the intensity of the best light.
 float largestIntensity(const lighting::ShRgb& incident);

@@ -35,12 +35,13 @@ LightFit bestLight(const lighting::ShRgb& incident, const glm::dvec3& hint, bool
 /// |Lambda_l|, with equality for a directional light. With ambient light only bands 1 and 2 count.
 double leastUnexplained(const lighting::ShRgb& incident, bool hasAmbient);
 
-/// Two lights and one ambient term, to estimate the gain of a second light. A local minimum, found by fitting each light in turn to the
-/// rest of the other: `unexplained` is an upper bound of the error of the best two lights.
+/// Two lights and one ambient term.
 struct TwoLights {
     LightFit first, second;  ///< the brighter (sum of channels) first; ambient is that of `first`
     double unexplained = 0;
 };
+/// Returns two lights that explain a texel, to estimate the gain of a second light. Each light is fitted in turn to what the other leaves,
+/// so the result is a local minimum: `unexplained` is an upper bound of the error of the best two lights. hint  as for bestLight()
 TwoLights bestTwoLights(const lighting::ShRgb& incident, const glm::dvec3& hint, bool hasAmbient);
 
 }  // namespace lightcook::fit

@@ -39,9 +39,9 @@ struct PreDivide {
 /// bands     zonal factors of the kernel of each mip
 PreDivide makePreDivide(const lighting::ShRgb& incident, const std::vector<lighting::ShBands>& bands, const PreDivideOptions& options);
 
-/// Divides the rows [firstRow, firstRow + prefiltered.height) of a face of `size` texels; in place is allowed. stored * S == prefiltered up
-/// to float rounding. Returns the count of channel values whose quotient exceeds the largest float and is clamped to it.
-std::int64_t preDivideRows(const PreDivide& preDivide, int mip, int face, int size, int firstRow,
-                           formats::ImageView<const glm::vec3> prefiltered, formats::ImageView<glm::vec3> stored);
+/// Divides rows of a face in place: stored * S == prefiltered up to float rounding. Returns the count of channel values whose quotient
+/// exceeds the largest float and is clamped to it.
+/// rows  [firstRow, firstRow + rows.height) of the face; as wide as the face
+std::int64_t preDivideRows(const PreDivide& preDivide, int mip, int face, int firstRow, formats::ImageView<glm::vec3> rows);
 
 }  // namespace lightcook::fit

@@ -1,3 +1,7 @@
+// Method. From a strip, a texel is a sum over the rectangles in which it overlaps source texels, each with its exact solid angle.
+// From a panorama, a texel is integrated over the azimuth psi: at a given psi it is an interval of y = cos(theta), and since
+// dw = d(psi) dy the integral over y is an exact sum over source rows. The outer integral takes three Gauss points for each piece
+// between the panorama's meridians.
 #include "fit/cubemap/area_resample.h"
 
 #include <algorithm>
@@ -5,7 +9,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "fit/lut/quadrature.h"
+#include "fit/cubemap/gauss_legendre.h"
 #include "lighting/cube.h"
 
 namespace lightcook::fit {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -99,7 +100,13 @@ Eight sumCells(const CellList& list, const KernelScale& scale, Float8 x, Float8 
     return sumCells<PrefilterKernel::Phong>(list, scale, x, y, z);
 }
 
-/// Collects the cells for directions within `radius` [chord] of a centre.
+/// Directions around a centre.
+struct Cap {
+    glm::vec3 centre;   ///< unit
+    double radius = 0;  ///< [chord]
+};
+
+/// Collects the entries of the tree that stand for the source in all directions of a cap.
 class Gatherer {
 public:
     Gatherer(const CellTree& tree, const KernelScale& scale, double cellsPerKernelWidth)
@@ -112,25 +119,31 @@ public:
         colourLimit_ = static_cast<float>(kColourError * ofMean * std::sqrt(scale.widthSquared));
     }
 
-    void gather(const glm::vec3& centre, double radius, CellList& out) const {
+    void gather(const Cap& cap, CellList& out) const {
         out.clear();
-        for (int face = 0; face < 6; ++face) visit(0, face, 0, 0, centre, radius, out);
+        for (int face = 0; face < 6; ++face) visit({0, face, 0, 0}, cap, out);
     }
 
 private:
-    void visit(std::size_t levelIndex, int face, int x, int y, const glm::vec3& centre, double radius, CellList& out) const {
-        const CellLevel& level = tree_.levels[levelIndex];
-        const Cell& cell = level.at(face, x, y);
+    struct CellIndex {
+        std::size_t level;
+        int face, x, y;
+    };
+
+    void visit(const CellIndex& at, const Cap& cap, CellList& out) const {
+        const CellLevel& level = tree_.levels[at.level];
+        const Cell& cell = level.at(at.face, at.x, at.y);
         if (cell.solidAngle == 0) return;
-        const double distance = std::max(0.0, static_cast<double>(glm::distance(centre, cell.areaCentroid)) - radius - level.radius);
+        const double distance =
+            std::max(0.0, static_cast<double>(glm::distance(cap.centre, cell.areaCentroid)) - cap.radius - level.radius);
         if (distance > scale_.supportChord) return;
         const double allowed = widthToSize_ * widthToSize_ * scale_.widthSquaredAt(distance);
-        const bool finest = levelIndex + 1 == tree_.levels.size();
-        if (finest || (level.size * level.size <= allowed && !isTooBright(cell, centre, distance, radius + level.radius))) {
+        const bool isFinest = at.level + 1 == tree_.levels.size();
+        if (isFinest || (level.size * level.size <= allowed && !isTooBright(cell, cap.centre, distance, cap.radius + level.radius))) {
             emit(cell, level.size, distance * distance < kSplitReach * scale_.widthSquared ? kSplitDistance : kSplitDistanceInTail, out);
             return;
         }
-        for (int child = 0; child < 4; ++child) visit(levelIndex + 1, face, 2 * x + child % 2, 2 * y + child / 2, centre, radius, out);
+        for (int child = 0; child < 4; ++child) visit({at.level + 1, at.face, 2 * at.x + child % 2, 2 * at.y + child / 2}, cap, out);
     }
     static double brightnessOf(const Cell& cell) { return static_cast<double>(cell.flux.x) + cell.flux.y + cell.flux.z; }
     /// Returns true if the flux of a cell is so large that its extent would be visible: by the kernel's curvature, or by its kink at the
@@ -161,44 +174,36 @@ private:
     float colourLimit_ = 0;
 };
 
-formats::Error refusal(const std::string& what, const std::string& found, const std::string& expected) {
-    return {formats::ErrorCode::InvalidRequest, "cubemap, " + what, "found " + found + ", expected " + expected};
+tl::unexpected<formats::Error> refuseCubemap(const std::string& what, const std::string& found, const std::string& expected) {
+    return formats::failure(formats::ErrorCode::InvalidRequest, "cubemap, " + what, "found " + found + ", expected " + expected);
+}
+
+/// Returns the number of levels down to one texel a face: log2(size) + 1.
+int levelCountOf(int size) {
+    return static_cast<int>(std::bit_width(static_cast<unsigned>(size)));
 }
 
 formats::Result<void> check(const formats::Environment& environment, const CubemapOptions& options) {
-    const int width = environment.texels.width(), height = environment.texels.height();
-    const bool strip = environment.projection == formats::Environment::Projection::CubeStrip;
-    if (width < 1 || height < 1 || (strip && height != 6 * width)) {
-        return formats::failure(formats::ErrorCode::WrongShape, "cubemap, environment",
-                                "found " + std::to_string(width) + " x " + std::to_string(height) + " texels, expected " +
-                                    (strip ? "six faces, one above the other" : "at least one"));
-    }
-    const bool powerOfTwo = options.size >= 1 && (options.size & (options.size - 1)) == 0;
-    if (!powerOfTwo || options.size > 4096)
-        return tl::make_unexpected(refusal("size", std::to_string(options.size), "a power of two, 1 to 4096"));
-    int longestChain = 1;
-    while (options.size >> longestChain) ++longestChain;
+    if (auto shaped = checkShape(environment, "cubemap"); !shaped) return shaped;
+    if (options.size < 1 || options.size > 4096 || !std::has_single_bit(static_cast<unsigned>(options.size)))
+        return refuseCubemap("size", std::to_string(options.size), "a power of two, 1 to 4096");
+    const int longestChain = levelCountOf(options.size);
     if (options.mipCount < 0 || options.mipCount > longestChain)
-        return tl::make_unexpected(refusal("mip count", std::to_string(options.mipCount), "0 to " + std::to_string(longestChain)));
+        return refuseCubemap("mip count", std::to_string(options.mipCount), "0 to " + std::to_string(longestChain));
     const int mipCount = options.mipCount == 0 ? longestChain : options.mipCount;
-    if (!options.roughness.empty() && static_cast<int>(options.roughness.size()) != mipCount) {
-        return tl::make_unexpected(
-            refusal("roughness", std::to_string(options.roughness.size()) + " values", "one a mip, " + std::to_string(mipCount)));
-    }
-    for (const double m : options.roughness) {
-        if (!(m >= 0 && m <= 1)) return tl::make_unexpected(refusal("roughness", std::to_string(m), "0 to 1"));
-    }
+    if (!options.roughness.empty() && static_cast<int>(options.roughness.size()) != mipCount)
+        return refuseCubemap("roughness", std::to_string(options.roughness.size()) + " values", "one a mip, " + std::to_string(mipCount));
+    for (const double m : options.roughness)
+        if (!(m >= 0 && m <= 1)) return refuseCubemap("roughness", std::to_string(m), "0 to 1");
     if (!(options.cellsPerKernelWidth >= 1 && options.cellsPerKernelWidth <= 64))
-        return tl::make_unexpected(refusal("cells per kernel width", std::to_string(options.cellsPerKernelWidth), "1 to 64"));
+        return refuseCubemap("cells per kernel width", std::to_string(options.cellsPerKernelWidth), "1 to 64");
     return {};
 }
 
-std::vector<MipKernel> chain(const CubemapOptions& options) {
+/// Returns the kernel of each level, without its band factors.
+std::vector<MipKernel> kernelsOf(const CubemapOptions& options) {
     std::vector<MipKernel> mips;
-    int mipCount = options.mipCount;
-    if (mipCount == 0) {
-        while (options.size >> mipCount) ++mipCount;
-    }
+    const int mipCount = options.mipCount == 0 ? levelCountOf(options.size) : options.mipCount;
     for (int mip = 0; mip < mipCount; ++mip) {
         MipKernel kernel;
         kernel.size = options.size >> mip;
@@ -244,7 +249,7 @@ bool keepChannelMean(int channel, double mean, double brightest, const std::vect
 }  // namespace
 
 struct CubemapPrefilter::State {
-    State(const formats::Environment& environment, const CubemapOptions& options) : mips(chain(options)), resampler(environment) {
+    State(const formats::Environment& environment, const CubemapOptions& options) : mips(kernelsOf(options)), resampler(environment) {
         double narrowest = 1;
         int finestSize = 0;
         for (MipKernel& mip : mips) {
@@ -275,7 +280,13 @@ struct CubemapPrefilter::State {
         mean *= tree.brightest / solidAngle;
     }
 
-    void filterBlock(int mip, int face, int blockX, int blockY, int firstRow, formats::ImageView<glm::vec3> out, CellList& list) const;
+    /// A block of a face of a level.
+    struct Block {
+        int mip, face, x, y;  ///< x, y: its first texel
+    };
+    /// Filters the texels of a block that lie in the rows [firstRow, firstRow + out.height) of the face. The cells depend on the block
+    /// alone, so texels do not depend on how the rows are divided. list  memory for the cells
+    void filterBlock(const Block& block, int firstRow, formats::ImageView<glm::vec3> out, CellList& list) const;
 
     std::vector<MipKernel> mips;
     std::vector<KernelScale> scales;
@@ -285,21 +296,20 @@ struct CubemapPrefilter::State {
     std::vector<double> cellsPerWidth;  ///< of each mip
 };
 
-/// Filters one block, as many of its rows as `out` holds. The list depends on the block alone, so the cut of the rows does not matter.
-void CubemapPrefilter::State::filterBlock(int mip, int face, int blockX, int blockY, int firstRow, formats::ImageView<glm::vec3> out,
-                                          CellList& list) const {
-    const int size = mips[static_cast<std::size_t>(mip)].size, edge = std::min(kBlock, size);
-    const KernelScale& scale = scales[static_cast<std::size_t>(mip)];
-    const lighting::CubeCoordinate middle{face, {(2.0 * blockX + edge) / size - 1, (2.0 * blockY + edge) / size - 1}};
+void CubemapPrefilter::State::filterBlock(const Block& block, int firstRow, formats::ImageView<glm::vec3> out, CellList& list) const {
+    const auto mip = static_cast<std::size_t>(block.mip);
+    const int size = mips[mip].size, edge = std::min(kBlock, size);
+    const KernelScale& scale = scales[mip];
+    const lighting::CubeCoordinate middle{block.face, {(2.0 * block.x + edge) / size - 1, (2.0 * block.y + edge) / size - 1}};
     const glm::dvec3 centre = lighting::directionFromCube(middle);
     std::array<glm::vec3, kBlock * kBlock> directions{};
     double radius = 0;
     for (int i = 0; i < edge * edge; ++i) {
-        const glm::dvec3 direction = lighting::cubeTexelDirection(face, blockX + i % edge, blockY + i / edge, size);
+        const glm::dvec3 direction = lighting::cubeTexelDirection(block.face, block.x + i % edge, block.y + i / edge, size);
         directions[static_cast<std::size_t>(i)] = glm::vec3(direction);
         radius = std::max(radius, glm::distance(direction, centre));
     }
-    Gatherer(tree, scale, cellsPerWidth[static_cast<std::size_t>(mip)]).gather(glm::vec3(centre), radius, list);
+    Gatherer(tree, scale, cellsPerWidth[mip]).gather({glm::vec3(centre), radius}, list);
     for (int first = 0; first < edge * edge; first += 8) {
         Float8 x{}, y{}, z{};
         for (int lane = 0; lane < 8; ++lane) {
@@ -310,10 +320,10 @@ void CubemapPrefilter::State::filterBlock(int mip, int face, int blockX, int blo
         }
         const Eight sum = sumCells(list, scale, x, y, z);
         for (int lane = 0; lane < std::min(8, edge * edge - first); ++lane) {
-            const int row = blockY + (first + lane) / edge - firstRow;
+            const int row = block.y + (first + lane) / edge - firstRow;
             if (row < 0 || row >= out.height) continue;
             const glm::dvec3 value = glm::dvec3(sum.red[lane], sum.green[lane], sum.blue[lane]) / sum.weight[lane];
-            glm::vec3& texel = out.at(blockX + (first + lane) % edge, row);
+            glm::vec3& texel = out.at(block.x + (first + lane) % edge, row);
             for (int channel = 0; channel < 3; ++channel)
                 texel[channel] = static_cast<float>(std::clamp(value[channel], 0.0, 1.0) * tree.brightest);
         }
@@ -337,21 +347,18 @@ const std::vector<MipKernel>& CubemapPrefilter::mips() const {
     return state_->mips;
 }
 
-void CubemapPrefilter::filterRows(int mip, int face, int firstRow, int rowCount, formats::ImageView<glm::vec3> out) const {
+void CubemapPrefilter::filterRows(int mip, int face, int firstRow, formats::ImageView<glm::vec3> out) const {
     const MipKernel& level = state_->mips[static_cast<std::size_t>(mip)];
-    assert(0 <= face && face < 6 && 0 <= firstRow && firstRow + rowCount <= level.size);
-    assert(out.width == level.size && out.height == rowCount);
+    assert(0 <= face && face < 6 && 0 <= firstRow && firstRow + out.height <= level.size && out.width == level.size);
     if (level.m == 0) {
-        for (int y = 0; y < rowCount; ++y) {
+        for (int y = 0; y < out.height; ++y)
             for (int x = 0; x < level.size; ++x) out.at(x, y) = glm::vec3(state_->resampler.mean(face, x, firstRow + y, level.size));
-        }
         return;
     }
     CellList list;
     const int edge = std::min(kBlock, level.size);
-    for (int blockY = firstRow / edge * edge; blockY < firstRow + rowCount; blockY += edge) {
-        for (int blockX = 0; blockX < level.size; blockX += edge) state_->filterBlock(mip, face, blockX, blockY, firstRow, out, list);
-    }
+    for (int y = firstRow / edge * edge; y < firstRow + out.height; y += edge)
+        for (int x = 0; x < level.size; x += edge) state_->filterBlock({mip, face, x, y}, firstRow, out, list);
 }
 
 void CubemapPrefilter::keepMean(int mip, formats::ImageView<glm::vec3> strip) const {
@@ -371,7 +378,7 @@ void CubemapPrefilter::keepMean(int mip, formats::ImageView<glm::vec3> strip) co
 formats::Image<glm::vec3> CubemapPrefilter::filterMip(int mip) const {
     const int size = state_->mips[static_cast<std::size_t>(mip)].size;
     formats::Image<glm::vec3> strip(size, 6 * size);
-    for (int face = 0; face < 6; ++face) filterRows(mip, face, 0, size, strip.view().rows(face * size, size));
+    for (int face = 0; face < 6; ++face) filterRows(mip, face, 0, strip.view().rows(face * size, size));
     keepMean(mip, strip.view());
     return strip;
 }

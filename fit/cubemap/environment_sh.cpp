@@ -10,7 +10,7 @@
 #include <numbers>
 #include <vector>
 
-#include "fit/lut/quadrature.h"
+#include "fit/cubemap/gauss_legendre.h"
 #include "lighting/cube.h"
 
 namespace lightcook::fit {
@@ -49,17 +49,28 @@ PolarIntegrals polarIntegrals(double begin, double end) {
             one - one * (y0 * y0 + y0 * y1 + y1 * y1) / 3};
 }
 
-void addRow(ShRgbDouble& sum, const PolarIntegrals& polar, const glm::dvec3& one, const glm::dvec3& sine, const glm::dvec3& cosine,
-            const glm::dvec3& cosineSquared, const glm::dvec3& sineCosine) {
-    sum[0] += kBand0 * polar.one * one;
-    sum[1] += kBand1 * polar.y * one;
-    sum[2] -= kBand1 * polar.sine * cosine;
-    sum[3] += kBand1 * polar.sine * sine;
-    sum[4] += kBand2 * polar.sineY * sine;
-    sum[5] -= kBand2 * polar.sineY * cosine;
-    sum[6] += kBand20 * (3.0 * polar.sineSquared * cosineSquared - polar.one * one);
-    sum[7] -= kBand2 * polar.sineSquared * sineCosine;
-    sum[8] += 0.5 * kBand2 * (polar.sineSquared * (one - cosineSquared) - polar.yy * one);
+/// Sums over a row of the radiance of each texel times its integrals over the azimuth.
+struct RowSums {
+    glm::dvec3 one{0}, sine{0}, cosine{0}, cosineSquared{0}, sineCosine{0};
+    void add(const AzimuthIntegrals& column, const glm::dvec3& radiance) {
+        one += column.one * radiance;
+        sine += column.sine * radiance;
+        cosine += column.cosine * radiance;
+        cosineSquared += column.cosineSquared * radiance;
+        sineCosine += column.sineCosine * radiance;
+    }
+};
+
+void addRow(ShRgbDouble& sum, const PolarIntegrals& polar, const RowSums& row) {
+    sum[0] += kBand0 * polar.one * row.one;
+    sum[1] += kBand1 * polar.y * row.one;
+    sum[2] -= kBand1 * polar.sine * row.cosine;
+    sum[3] += kBand1 * polar.sine * row.sine;
+    sum[4] += kBand2 * polar.sineY * row.sine;
+    sum[5] -= kBand2 * polar.sineY * row.cosine;
+    sum[6] += kBand20 * (3.0 * polar.sineSquared * row.cosineSquared - polar.one * row.one);
+    sum[7] -= kBand2 * polar.sineSquared * row.sineCosine;
+    sum[8] += 0.5 * kBand2 * (polar.sineSquared * (row.one - row.cosineSquared) - polar.yy * row.one);
 }
 
 ShRgbDouble projectEquirectangular(formats::ImageView<const glm::vec3> texels) {
@@ -70,18 +81,9 @@ ShRgbDouble projectEquirectangular(formats::ImageView<const glm::vec3> texels) {
     }
     ShRgbDouble sum{};
     for (int y = 0; y < texels.height; ++y) {
-        glm::dvec3 one(0), sine(0), cosine(0), cosineSquared(0), sineCosine(0);
-        const glm::vec3* row = texels.row(y);
-        for (int x = 0; x < texels.width; ++x) {
-            const AzimuthIntegrals& column = columns[static_cast<std::size_t>(x)];
-            const glm::dvec3 radiance(row[x]);
-            one += column.one * radiance;
-            sine += column.sine * radiance;
-            cosine += column.cosine * radiance;
-            cosineSquared += column.cosineSquared * radiance;
-            sineCosine += column.sineCosine * radiance;
-        }
-        addRow(sum, polarIntegrals(pi * y / texels.height, pi * (y + 1) / texels.height), one, sine, cosine, cosineSquared, sineCosine);
+        RowSums row;
+        for (int x = 0; x < texels.width; ++x) row.add(columns[static_cast<std::size_t>(x)], glm::dvec3(texels.row(y)[x]));
+        addRow(sum, polarIntegrals(pi * y / texels.height, pi * (y + 1) / texels.height), row);
     }
     return sum;
 }

@@ -96,12 +96,7 @@ std::array<glm::dvec3, 8> meansOf(const std::vector<Entry>& entries, const std::
 }
 
 formats::Result<void> check(const formats::Environment& environment, const IrradianceOptions& options) {
-    const int width = environment.texels.width(), height = environment.texels.height();
-    const bool strip = environment.projection == formats::Environment::Projection::CubeStrip;
-    if (width < 1 || height < 1 || (strip && height != 6 * width))
-        return formats::failure(formats::ErrorCode::WrongShape, "irradiance, environment",
-                                "found " + std::to_string(width) + " x " + std::to_string(height) + " texels, expected " +
-                                    (strip ? "six faces, one above the other" : "at least one"));
+    if (auto shaped = checkShape(environment, "irradiance"); !shaped) return shaped;
     if (options.size < 1 || options.size > 1024)
         return formats::failure(formats::ErrorCode::InvalidRequest, "irradiance, size",
                                 "found " + std::to_string(options.size) + ", expected 1 to 1024");

@@ -19,6 +19,7 @@ using Int8 = std::int32_t __attribute__((vector_size(32)));
 /// Largest 1 - r.l of the support of a narrow kernel. Cells can be a little farther; the formulas of the shapes hold up to twice that.
 inline constexpr double kNarrowVersine = 0.4;
 
+/// Widths of a kernel, which decide how coarse the cells may be.
 struct KernelScale {
     PrefilterKernel kernel = PrefilterKernel::Beckmann;
     double m = 0;
@@ -43,7 +44,7 @@ struct KernelScale {
     Softened softened(float spread) const;
 };
 
-/// m in (0, 1].
+/// Returns the scale of a kernel; m in (0, 1].
 KernelScale makeKernelScale(PrefilterKernel kernel, double m);
 
 namespace detail {

@@ -2,17 +2,13 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "lighting/cube.h"
 #include "lighting/quadratic.h"
 
 namespace lightcook::fit {
 namespace {
-
-const double kConstantBasis = 0.5 * std::sqrt(1 / std::numbers::pi);  // Y0
 
 lighting::ShBands windowOf(double lambda) {
     return {1, 1 / (1 + 4 * lambda), 1 / (1 + 36 * lambda)};
@@ -42,7 +38,7 @@ bool staysAbove(const lighting::ShRgb& coefficients, const std::vector<lighting:
         const double dc = scaled[0];
         for (double& coefficient : scaled) coefficient /= dc;
         for (const lighting::ShBands& mipBands : bands) {
-            const double mean = kConstantBasis * mipBands[0];
+            const double mean = lighting::kShConstant * mipBands[0];
             if (lighting::extremaOnSphere(lighting::sphereQuadratic(scaled, mipBands)).minimum < epsilon * mean) return false;
         }
     }
@@ -53,9 +49,9 @@ bool staysAbove(const lighting::ShRgb& coefficients, const std::vector<lighting:
 lighting::ShRgb blackChannelsLifted(const lighting::ShRgb& incident) {
     lighting::ShRgb result = incident;
     for (int channel = 0; channel < 3; ++channel) {
-        if (kConstantBasis * incident[0][channel] >= kBlackDenominator) continue;
+        if (lighting::kShConstant * incident[0][channel] >= kBlackDenominator) continue;
         for (glm::vec3& coefficient : result) coefficient[channel] = 0;
-        result[0][channel] = static_cast<float>(kBlackDenominator / kConstantBasis);
+        result[0][channel] = static_cast<float>(kBlackDenominator / lighting::kShConstant);
     }
     return result;
 }
@@ -101,18 +97,17 @@ PreDivide makePreDivide(const lighting::ShRgb& incident, const std::vector<light
     return result;
 }
 
-std::int64_t preDivideRows(const PreDivide& preDivide, int mip, int face, int size, int firstRow,
-                           formats::ImageView<const glm::vec3> prefiltered, formats::ImageView<glm::vec3> stored) {
-    assert(prefiltered.width == size && stored.width == size && prefiltered.height == stored.height);
+std::int64_t preDivideRows(const PreDivide& preDivide, int mip, int face, int firstRow, formats::ImageView<glm::vec3> rows) {
     constexpr double kLargest = std::numeric_limits<float>::max();
     std::int64_t clamped = 0;
-    for (int y = 0; y < prefiltered.height; ++y) {
-        for (int x = 0; x < size; ++x) {
-            const glm::dvec3 denominator = preDivide.denominator(mip, lighting::cubeTexelDirection(face, x, firstRow + y, size));
-            const glm::dvec3 quotient = glm::dvec3(prefiltered.at(x, y)) / denominator;
+    for (int y = 0; y < rows.height; ++y) {
+        for (int x = 0; x < rows.width; ++x) {
+            glm::vec3& texel = rows.at(x, y);
+            const glm::dvec3 denominator = preDivide.denominator(mip, lighting::cubeTexelDirection(face, x, firstRow + y, rows.width));
+            const glm::dvec3 quotient = glm::dvec3(texel) / denominator;
             for (int channel = 0; channel < 3; ++channel) {
                 if (quotient[channel] > kLargest) ++clamped;
-                stored.at(x, y)[channel] = static_cast<float>(std::clamp(quotient[channel], 0.0, kLargest));
+                texel[channel] = static_cast<float>(std::clamp(quotient[channel], 0.0, kLargest));
             }
         }
     }

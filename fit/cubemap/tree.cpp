@@ -192,6 +192,15 @@ std::vector<CellMoments> mergeFour(const std::vector<CellMoments>& fine, int coa
 
 }  // namespace
 
+formats::Result<void> checkShape(const formats::Environment& environment, const std::string& subject) {
+    const int width = environment.texels.width(), height = environment.texels.height();
+    const bool isStrip = environment.projection == formats::Environment::Projection::CubeStrip;
+    if (width >= 1 && height >= 1 && (!isStrip || height == 6 * width)) return {};
+    return formats::failure(formats::ErrorCode::WrongShape, subject + ", environment",
+                            "found " + std::to_string(width) + " x " + std::to_string(height) + " texels, expected " +
+                                (isStrip ? "six faces, one above the other" : "at least one"));
+}
+
 Cell finishCell(const CellMoments& moments) {
     Cell cell;
     cell.solidAngle = static_cast<float>(moments.solidAngle);

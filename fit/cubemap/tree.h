@@ -2,10 +2,13 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <glm/vec3.hpp>
+#include <string>
 #include <vector>
 
 #include "formats/environment.h"
+#include "formats/error.h"
 
 namespace lightcook::fit {
 
@@ -56,46 +59,46 @@ struct CellMoments {
         for (std::size_t c = 0; c < 3; ++c) fluxDirection[c] += other.fluxDirection[c];
     }
 };
+/// Returns the centroids and spreads of a cell from its sums.
 Cell finishCell(const CellMoments& moments);
 
-/// Cells of one size, finished on demand: a quarter of the work if few of them are used.
-struct MomentLevel {
+/// Cells of one size: cellsPerSide^2 on each of six faces.
+template <class T>
+struct CellGrid {
     int cellsPerSide = 0;
     double size = 0;  ///< [chord] root of a cell's mean solid angle
-    std::vector<CellMoments> cells;
-    const CellMoments& at(int face, int x, int y) const {
-        return cells[(static_cast<std::size_t>(face) * static_cast<std::size_t>(cellsPerSide) + static_cast<std::size_t>(y)) *
-                         static_cast<std::size_t>(cellsPerSide) +
-                     static_cast<std::size_t>(x)];
+    std::vector<T> cells;
+    const T& at(int face, int x, int y) const {
+        const auto side = static_cast<std::size_t>(cellsPerSide);
+        return cells[(static_cast<std::size_t>(face) * side + static_cast<std::size_t>(y)) * side + static_cast<std::size_t>(x)];
     }
 };
+
+/// Cells as sums. A user that needs few of them finishes these alone, which is a quarter of the work.
+using MomentLevel = CellGrid<CellMoments>;
 struct MomentTree {
     float brightest = 0;              ///< source value of a flux of 1
     std::vector<MomentLevel> levels;  ///< from 1 x 1 a face to the finest
 };
 
-/// Cells of one size: cellsPerSide^2 on each of six faces.
-struct CellLevel {
-    int cellsPerSide = 0;
-    double size = 0;    ///< [chord] root of a cell's mean solid angle
+struct CellLevel : CellGrid<Cell> {
     double radius = 0;  ///< [chord] largest distance of a point of any cell from its centroid
-    std::vector<Cell> cells;
-    const Cell& at(int face, int x, int y) const {
-        return cells[(static_cast<std::size_t>(face) * static_cast<std::size_t>(cellsPerSide) + static_cast<std::size_t>(y)) *
-                         static_cast<std::size_t>(cellsPerSide) +
-                     static_cast<std::size_t>(x)];
-    }
 };
-
 struct CellTree {
     float brightest = 0;            ///< source value of a flux of 1
     std::vector<CellLevel> levels;  ///< from 1 x 1 a face to the finest
 };
 
-/// Splits texels into pieces no wider than pieceWidth [rad] and adds each to its finest cell, of at most cellWidth [rad]; cells a side are
-/// a power of two. Solid angles and first moments of pieces are exact. Sums are in double and in source order.
+/// Refuses an environment without texels, or a strip that is not six faces, with ErrorCode::WrongShape.
+/// subject  what the environment is for, for the error: "cubemap"
+formats::Result<void> checkShape(const formats::Environment& environment, const std::string& subject);
+
+/// Returns the tree of an environment. Texels are split into pieces, and each piece is added to its finest cell; the number of cells a side
+/// is a power of two. Solid angles and first moments of pieces are exact. Sums are in double and in source order.
+/// cellWidth   [rad] largest width of the finest cells
+/// pieceWidth  [rad] largest width of a piece
 MomentTree buildMomentTree(const formats::Environment& environment, double cellWidth, double pieceWidth);
-/// The same with every cell finished.
+/// Returns the same tree with every cell finished.
 CellTree buildCellTree(const formats::Environment& environment, double cellWidth, double pieceWidth);
 
 }  // namespace lightcook::fit

@@ -93,17 +93,15 @@ DominantLight dominantLight(const lighting::ShRgb& incident, const glm::vec3& no
     return light;
 }
 
-DominantCounts dominantLight(formats::ImageView<const lighting::ShRgb> sh, formats::ImageView<const std::uint8_t> covered,
-                             formats::ImageView<const glm::vec3> normal, const DominantLightOptions& options,
-                             formats::ImageView<glm::vec3> direction, formats::ImageView<glm::vec3> intensity) {
+DominantCounts fitDominantLights(const DominantLightRows& rows, const DominantLightOptions& options) {
     DominantCounts counts;
-    for (int y = 0; y < sh.height; ++y) {
-        for (int x = 0; x < sh.width; ++x) {
-            const bool inside = covered.at(x, y) != 0;
-            const DominantLight light = inside ? dominantLight(sh.at(x, y), normal.at(x, y), options) : DominantLight{};
-            direction.at(x, y) = light.direction;
-            intensity.at(x, y) = light.intensity;
-            if (inside) ++(light.isSearched ? counts.refined : counts.skipped);
+    for (int y = 0; y < rows.sh.height; ++y) {
+        for (int x = 0; x < rows.sh.width; ++x) {
+            const bool isCovered = rows.covered.at(x, y) != 0;
+            const DominantLight light = isCovered ? dominantLight(rows.sh.at(x, y), rows.normal.at(x, y), options) : DominantLight{};
+            rows.direction.at(x, y) = light.direction;
+            rows.intensity.at(x, y) = light.intensity;
+            if (isCovered) ++(light.isSearched ? counts.refined : counts.skipped);
         }
     }
     return counts;

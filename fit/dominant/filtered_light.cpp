@@ -16,7 +16,7 @@ namespace {
 constexpr double kSharpness = 5.35;
 /// A sweep that lowers the sum by less than this share is the last.
 constexpr double kLeastGain = 0.01;
-/// A light dimmer than this share of the floor is none.
+/// A light dimmer than this share of the floor counts as none.
 constexpr double kLeastLight = 1.0 / 256;
 
 struct Light {
@@ -36,9 +36,15 @@ double spreadOf(double cosine) {
     return 1 + kSharpness * std::max(0.0, 2 - 2 * cosine);
 }
 
-/// Returns E of a light. A direction of length 0 is as far off as it can be.
+/// Returns the same for a filtered direction and a unit one. A filtered direction of length 0 counts as opposite.
+double spreadOf(const glm::dvec3& filtered, const glm::dvec3& unit) {
+    const double length = glm::length(filtered);
+    return spreadOf(length > 0 ? glm::dot(filtered, unit) / length : -1);
+}
+
+/// Returns E of a light against a unit direction and an intensity.
 double differenceOf(const Light& found, const glm::dvec3& direction, const glm::dvec3& intensity) {
-    const double length = glm::length(found.direction), spread = spreadOf(length > 0 ? glm::dot(found.direction, direction) / length : -1);
+    const double spread = spreadOf(found.direction, direction);
     const glm::dvec3 off = found.intensity - intensity;
     return glm::dot(off, off) + 2 * (1 - 1 / (spread * spread)) * glm::dot(found.intensity, intensity);
 }
@@ -104,16 +110,16 @@ public:
         }
     }
 
-    void store() const {
+    void store(formats::ImageView<std::uint8_t> solved) const {
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) {
                 rows_.direction.at(x, y) = glm::vec3(lightAt(x, y).direction);
                 rows_.intensity.at(x, y) = glm::vec3(lightAt(x, y).intensity);
-                rows_.solved.at(x, y) = 0;
+                solved.at(x, y) = 0;
             }
         for (const Unknown& unknown : unknowns_) {
             const int texel = static_cast<int>(unknown.texel);
-            rows_.solved.at(texel % width_, texel / width_) = 1;
+            solved.at(texel % width_, texel / width_) = 1;
         }
     }
 
@@ -255,12 +261,12 @@ private:
         unknowns_.push_back(unknown);
     }
 
+    /// Returns a term of the sum.
+    double differenceAt(const Place& place) const { return place.weight * differenceOf(filteredAt(place), place); }
+    /// Returns the terms that depend on a texel.
     double differenceAt(const Unknown& unknown) const {
         double sum = 0;
-        for (std::size_t i = 0; i < unknown.count; ++i) {
-            const Place& place = placeOf(unknown, i);
-            sum += place.weight * differenceOf(filteredAt(place), place);
-        }
+        for (std::size_t i = 0; i < unknown.count; ++i) sum += differenceAt(placeOf(unknown, i));
         return sum;
     }
 
@@ -273,13 +279,14 @@ private:
 
     double sumOfDifferences() const {
         double sum = 0;
-        for (const Place& place : wanted_) sum += place.weight * differenceOf(filteredAt(place), place);
+        for (const Place& place : wanted_) sum += differenceAt(place);
         return sum;
     }
 
     const Place& placeOf(const Unknown& unknown, std::size_t i) const { return wanted_[static_cast<std::size_t>(unknown.places[i])]; }
 
-    /// E is concave in |d - d*|^2, so its tangent is an upper bound: a sum of squares of |d - d*|, which Gauss-Newton minimises.
+    /// Moves the direction of a texel by a Gauss-Newton step. E is concave in |d - d*|^2, so its tangent is an upper bound: a sum of
+    /// squares of |d - d*|, which Gauss-Newton minimises.
     void moveDirection(const Unknown& unknown) {
         glm::dvec3 gradient(0);
         glm::dmat3 hessian(0);
@@ -318,7 +325,7 @@ private:
         direction = before;
     }
 
-    /// The sum is a quadratic of each channel of the intensity: its minimum within the limits.
+    /// Moves the intensity of a texel to the minimum of the sum within its limits. The sum is a quadratic in each channel of the intensity.
     void setIntensity(const Unknown& unknown) {
         const glm::dvec3 intensity = lights_[unknown.texel].intensity;
         glm::dvec3 sum(0);
@@ -326,8 +333,7 @@ private:
         for (std::size_t i = 0; i < unknown.count; ++i) {
             const Place& place = placeOf(unknown, i);
             const Light seen = filteredAt(place);
-            const double length = glm::length(seen.direction), share = 1.0 / place.count;
-            const double spread = spreadOf(length > 0 ? glm::dot(seen.direction, glm::dvec3(place.direction)) / length : -1);
+            const double share = 1.0 / place.count, spread = spreadOf(seen.direction, glm::dvec3(place.direction));
             const glm::dvec3 others = seen.intensity - share * intensity;
             sum += place.weight * share * (glm::dvec3(place.intensity) / (spread * spread) - others);
             weight += place.weight * share * share;
@@ -359,13 +365,14 @@ private:
 
 }  // namespace
 
-void fitForFilter(const DominantLightRows& rows, int firstRow, int rowCount, const FilteredLightOptions& options) {
+void fitForFilter(const DominantLightRows& rows, formats::ImageView<std::uint8_t> solved, int firstRow, int rowCount,
+                  const FilteredLightOptions& options) {
     FilteredFit fit(rows, options);
     fit.setLengths();
     fit.findUnknowns(firstRow, rowCount);
     fit.solve();
     fit.removeTraces();
-    fit.store();
+    fit.store(solved);
 }
 
 }  // namespace lightcook::fit

@@ -1,4 +1,6 @@
-// Choice of the mappings of a table: the pair with the least interpolation error, measured on a grid between the nodes.
+// Choice of the mappings of a table by interpolation error. Each mapping is tried with the nodes that it gives: the kernels are
+// interpolated bilinearly to a grid of kPlaces x kPlaces places, and compared with exact kernels there. The view's mapping is chosen first,
+// then that of roughness.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -8,14 +10,14 @@
 namespace lightcook::fit {
 namespace {
 
-/// Samples of the reference a side, uniform in NoV and in m.
+/// Places of the reference along each axis, uniform in NoV and in m.
 constexpr int kPlaces = 48;
-/// Gauss points a piece: error 1e-5, a hundredth of the errors that are compared.
+/// Gauss points a piece of the integrals: their error of 1e-5 is a hundredth of the errors that are compared.
 constexpr int kPoints = 8;
-/// A plain axis is kept unless another has less than this share of its error.
-constexpr double kWorthARoot = 0.97;
+/// A mapping with a root replaces the plain axis only if its error is at most this share of the plain one's.
+constexpr double kMostErrorOfRoot = 0.97;
 
-/// C for i = 0, 2, 3, 6, 7, 8, then D.
+/// Entries of a kernel that do not vanish: C for i = 0, 2, 3, 6, 7, 8, then D.
 using Entries = std::array<double, 12>;
 
 Entries entriesOf(const lighting::AreaSpecularKernel& kernel) {
@@ -58,6 +60,7 @@ double place(int index, double low, double high) {
     return low + (high - low) * (index + 0.5) / kPlaces;
 }
 
+/// Measures pairs of mappings for a table of given size and range.
 class Trial {
 public:
     Trial(const SpecularTableOptions& options, double lowF0, double highF0) : options_(options), f0_{lowF0, highF0} {
@@ -131,7 +134,7 @@ private:
 
     const SpecularTableOptions& options_;
     std::array<double, 2> f0_;
-    std::vector<Entries> reference_;  ///< columns of rows
+    std::vector<Entries> reference_;  ///< [view][roughness], kPlaces of each
 };
 
 }  // namespace
@@ -147,7 +150,7 @@ std::vector<MappingFigure> mappingFigures(const SpecularTableOptions& options, d
 void chooseMappings(SpecularTableOptions& options, double lowF0, double highF0) {
     assert(checkSpecularTableOptions(options).has_value());
     const Trial trial(options, lowF0, highF0);
-    // One axis after the other: they hardly interact, and memory holds the samples of one of them at a time.
+    // One axis after the other: their errors hardly interact, and a pair need not be tried with every other.
     const auto best = [&](const std::vector<AxisMapping>& mappings, AxisMapping SpecularTableOptions::*member) {
         std::vector<double> losses;
         for (const AxisMapping& mapping : mappings) {
@@ -156,7 +159,7 @@ void chooseMappings(SpecularTableOptions& options, double lowF0, double highF0) 
         }
         const auto least = std::ranges::min_element(losses);
         const auto chosen = static_cast<std::size_t>(least - losses.begin());
-        options.*member = mappings[*least > kWorthARoot * losses.front() ? 0 : chosen];
+        options.*member = mappings[*least > kMostErrorOfRoot * losses.front() ? 0 : chosen];
     };
     best(viewMappings(), &SpecularTableOptions::view);
     if (options.roughnessCount > 1) best(roughnessMappings(), &SpecularTableOptions::roughness);

@@ -24,12 +24,15 @@ TableAxis makeAxis(int count, double minimum, double maximum) {
     return axis;
 }
 
-/// Returns the axis from the smaller value of the mapping to the larger.
+/// Returns the axis that covers the mapped values of [low, high].
 TableAxis makeAxis(int count, const AxisMapping& mapping, double low, double high) {
     const double first = mapping.of(low), last = mapping.of(high);
     return makeAxis(count, std::min(first, last), std::max(first, last));
 }
 
+TableAxis viewAxis(const SpecularTableOptions& options) {
+    return makeAxis(options.viewCount, options.view, 0, 1);
+}
 TableAxis roughnessAxis(const SpecularTableOptions& options) {
     return makeAxis(options.roughnessCount, options.roughness, options.minimumM, options.maximumM);
 }
@@ -40,7 +43,7 @@ double mOfRow(const SpecularTableOptions& options, int roughnessIndex) {
 }
 
 double cosineOfColumn(const SpecularTableOptions& options, int viewIndex) {
-    return std::max(kSmallestNoV, options.view.inverse(makeAxis(options.viewCount, options.view, 0, 1).value(viewIndex)));
+    return std::max(kSmallestNoV, options.view.inverse(viewAxis(options).value(viewIndex)));
 }
 
 const AxisMapping& find(const std::vector<AxisMapping>& mappings, const std::string& name) {
@@ -181,7 +184,7 @@ SpecularTables assembleSpecularTables(const SpecularTableOptions& options,
     assert(static_cast<int>(rows.size()) == options.roughnessCount);
     SpecularTables tables;
     tables.options = options;
-    tables.view = makeAxis(options.viewCount, options.view, 0, 1);
+    tables.view = viewAxis(options);
     tables.roughness = roughnessAxis(options);
     tables.c0236 = makeTexture(rows, pickC);
     tables.d0236 = makeTexture(rows, pickD);

@@ -159,7 +159,7 @@ public:
         sums_[static_cast<std::size_t>(zone)] += solidAngle * radiance;
         energy_ += solidAngle * glm::dot(radiance, radiance);
     }
-    /// Returns true if the area of every zone is right. It is not if a pole lies exactly on a side of a texel.
+    /// Returns true if the area of every zone is that of its definition. It is not if a pole lies exactly on a side of a texel.
     bool isWhole() const {
         const double expected = 4 * pi / count();
         return std::ranges::all_of(areas_, [&](double area) { return std::abs(area - expected) <= 1e-6 * expected + 1e-9; });
@@ -182,33 +182,40 @@ private:
     double energy_ = 0;
 };
 
-void addTexel(const TexelGrid& grid, int x, int y, const std::array<glm::dvec3, 4>& corners, const glm::dvec3& axis, bool holdsNorth,
-              bool holdsSouth, const glm::dvec3& radiance, Zones& zones) {
+struct SourceTexel {
+    int x, y;
+    std::array<glm::dvec3, 4> corners;
+    bool holdsNorth, holdsSouth;  ///< the poles of the axis
+    glm::dvec3 radiance;
+};
+
+/// Distributes a texel to the zones by its solid angle in each.
+void addTexel(const TexelGrid& grid, const SourceTexel& texel, const glm::dvec3& axis, Zones& zones) {
     double low = 1, high = -1, longest = 0;
     for (std::size_t i = 0; i < 4; ++i) {
-        const double z = glm::dot(axis, corners[i]);
+        const double z = glm::dot(axis, texel.corners[i]);
         low = std::min(low, z), high = std::max(high, z);
-        const glm::dvec3 side = corners[i] - corners[i == 0 ? 3 : 0];
+        const glm::dvec3 side = texel.corners[i] - texel.corners[i == 0 ? 3 : 0];
         longest = std::max(longest, glm::dot(side, side));
     }
     // Early exit for most texels. A side bulges by at most 1/8 of its squared length, on a small circle by twice that.
-    const bool isSmall = longest < 0.05 && !holdsNorth && !holdsSouth;
+    const bool isSmall = longest < 0.05 && !texel.holdsNorth && !texel.holdsSouth;
     const int first = zones.of(high + longest), last = zones.of(low - longest);
-    if (isSmall && first == last) return zones.add(first, grid.solidAngle(x, y), radiance);
+    if (isSmall && first == last) return zones.add(first, grid.solidAngle(texel.x, texel.y), texel.radiance);
 
-    const Outline outline = grid.outline(x, y, corners);
+    const Outline outline = grid.outline(texel.x, texel.y, texel.corners);
     for (const Arc& arc : outline.arcs) low = std::min(low, arc.lowest()), high = std::max(high, arc.highest());
-    const int from = holdsNorth ? 0 : zones.of(high), to = holdsSouth ? zones.count() - 1 : zones.of(low);
+    const int from = texel.holdsNorth ? 0 : zones.of(high), to = texel.holdsSouth ? zones.count() - 1 : zones.of(low);
     double before = 0;
     for (int zone = from; zone <= to; ++zone) {
         double above = outline.solidAngle;
         if (zone < to) {
             const double edge = zones.lowerEdge(zone);
-            above = holdsNorth ? 2 * pi * (1 - edge) : 0;
+            above = texel.holdsNorth ? 2 * pi * (1 - edge) : 0;
             for (std::size_t i = 0; i < 4; ++i) above -= outline.signs[i] * outline.arcs[i].above(edge);
             above = std::clamp(above, before, outline.solidAngle);
         }
-        zones.add(zone, above - before, radiance);
+        zones.add(zone, above - before, texel.radiance);
         before = above;
     }
 }
@@ -227,8 +234,9 @@ Zones gather(const formats::Environment& environment, const glm::dvec3& axis, in
         const std::vector<glm::dvec3> upper = cornersOfRow(y, y), lower = cornersOfRow(y + 1, y);
         for (int x = 0; x < texels.width(); ++x) {
             const auto column = static_cast<std::size_t>(x);
-            addTexel(grid, x, y, {upper[column], upper[column + 1], lower[column], lower[column + 1]}, axis,
-                     north == std::array<int, 2>{x, y}, south == std::array<int, 2>{x, y}, glm::dvec3(texels.at(x, y)), zones);
+            const std::array<int, 2> at = {x, y};
+            const std::array<glm::dvec3, 4> corners = {upper[column], upper[column + 1], lower[column], lower[column + 1]};
+            addTexel(grid, {x, y, corners, at == north, at == south, glm::dvec3(texels.at(x, y))}, axis, zones);
         }
     }
     return zones;

@@ -112,14 +112,14 @@ float floatNotBelow(double value) {
     return static_cast<double>(nearest) < value ? std::nextafter(nearest, std::numeric_limits<float>::infinity()) : nearest;
 }
 
-/// Quantizes one channel of a row.
-/// color  above 0 and at least the largest value, so that the diffused error stays within half a code
-void quantizeRow(const glm::dvec3* values, int width, int channel, float color, bool dither, glm::u8vec3* codes) {
+/// Sets the codes of one channel of a row. The channel's colour is at least its largest value, so that the diffused error stays within half
+/// a code.
+void quantizeRow(Rsrm& map, int row, int channel, bool dither) {
     double carried = 0;
-    for (int x = 0; x < width; ++x) {
-        const double wanted = values[x][channel] / static_cast<double>(color) * 255 + carried;
+    for (int x = 0; x < map.values.width(); ++x) {
+        const double wanted = map.values.at(x, row)[channel] / static_cast<double>(map.color[channel]) * 255 + carried;
         const double code = std::clamp(std::floor(wanted + 0.5), 0.0, 255.0);
-        codes[x][channel] = static_cast<std::uint8_t>(code);
+        map.codes.at(x, row)[channel] = static_cast<std::uint8_t>(code);
         if (dither) carried = wanted - code;
     }
 }
@@ -197,9 +197,7 @@ Rsrm makeRsrm(const std::vector<glm::vec3>& gradient, const RsrmOptions& options
     for (int channel = 0; channel < 3; ++channel) {
         map.color[channel] = floatNotBelow(largest[channel]);
         if (map.color[channel] == 0) continue;
-        for (int row = 0; row < map.values.height(); ++row)
-            quantizeRow(map.values.view().row(row), map.values.width(), channel, map.color[channel], options.dither,
-                        map.codes.view().row(row));
+        for (int row = 0; row < map.values.height(); ++row) quantizeRow(map, row, channel, options.dither);
     }
     return map;
 }

@@ -29,7 +29,7 @@ struct Levels {
 /// Prefilters every level, and divides it if there is a denominator. Rows are spread over the threads.
 Levels filterLevels(const fit::CubemapPrefilter& filter, const std::optional<fit::PreDivide>& divide, const ActionContext& context) {
     struct Task {
-        int mip, face, size, firstRow;
+        int mip, face, firstRow;
         formats::ImageView<glm::vec3> rows;
     };
     constexpr int kRowsPerTask = 8;
@@ -41,11 +41,11 @@ Levels filterLevels(const fit::CubemapPrefilter& filter, const std::optional<fit
         const int size = level.width();
         for (int face = 0; face < 6; ++face)
             for (int row = 0; row < size; row += kRowsPerTask)
-                tasks.push_back({mip, face, size, row, level.view().rows(face * size + row, std::min(kRowsPerTask, size - row))});
+                tasks.push_back({mip, face, row, level.view().rows(face * size + row, std::min(kRowsPerTask, size - row))});
     }
     const bool finished = forEachIndex(tasks.size(), context, "filter " + context.action.asset, [&](std::size_t index) {
         const Task& task = tasks[index];
-        filter.filterRows(task.mip, task.face, task.firstRow, task.rows.height, task.rows);
+        filter.filterRows(task.mip, task.face, task.firstRow, task.rows);
     });
     std::vector<std::atomic<std::int64_t>> clamped(levels.size());
     if (!finished) return {std::move(levels), {}};
@@ -53,8 +53,7 @@ Levels filterLevels(const fit::CubemapPrefilter& filter, const std::optional<fit
     if (!divide) return {std::move(levels), std::vector<std::int64_t>(clamped.size())};
     tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t index) {
         const Task& task = tasks[index];
-        clamped[static_cast<std::size_t>(task.mip)] +=
-            fit::preDivideRows(*divide, task.mip, task.face, task.size, task.firstRow, task.rows, task.rows);
+        clamped[static_cast<std::size_t>(task.mip)] += fit::preDivideRows(*divide, task.mip, task.face, task.firstRow, task.rows);
     });
     return {std::move(levels), {clamped.begin(), clamped.end()}};
 }

@@ -40,20 +40,19 @@ Lights fitLights(const LightMapStrip& strip, int firstRow, int rowCount, const f
                  DominantFitCounts& counts) {
     const int width = strip.sh.width(), height = strip.sh.height(), above = firstRow - strip.firstRow;
     Lights lights{formats::Image<glm::vec3>(width, height), formats::Image<glm::vec3>(width, height)};
-    const auto fit = [&](int first, int count) {
-        return fit::dominantLight(strip.sh.view().rows(first, count), strip.covered.view().rows(first, count),
-                                  strip.normal.view().rows(first, count), options.light, lights.direction.view().rows(first, count),
-                                  lights.intensity.view().rows(first, count));
+    const auto rowsOf = [&](int first, int count) {
+        return fit::DominantLightRows{strip.sh.view().rows(first, count), strip.covered.view().rows(first, count),
+                                      strip.normal.view().rows(first, count), lights.direction.view().rows(first, count),
+                                      lights.intensity.view().rows(first, count)};
     };
+    const auto fit = [&](int first, int count) { return fit::fitDominantLights(rowsOf(first, count), options.light); };
     fit(0, above);
     counts.texels = fit(above, rowCount);
     fit(above + rowCount, height - above - rowCount);
     if (options.light.fit == fit::DominantFit::Closed) return lights;
     formats::Image<std::uint8_t> solved(width, height);
     const int firstSolved = std::max(0, above - kSolvedRows), lastSolved = std::min(height, above + rowCount + kSolvedRows);
-    fit::fitForFilter(
-        {strip.sh.view(), strip.covered.view(), strip.normal.view(), lights.direction.view(), lights.intensity.view(), solved.view()},
-        firstSolved, lastSolved - firstSolved, options);
+    fit::fitForFilter(rowsOf(0, height), solved.view(), firstSolved, lastSolved - firstSolved, options);
     const auto own = solved.view().rows(above, rowCount);
     counts.solved = std::count(own.row(0), own.row(rowCount), std::uint8_t{1});
     return lights;

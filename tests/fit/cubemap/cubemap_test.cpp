@@ -45,7 +45,7 @@ formats::Environment sunnySky(int width, bool strip) {
 formats::Image<glm::vec3> atCentres(const fit::CubemapPrefilter& filter, int mip) {
     const int size = filter.mips()[static_cast<std::size_t>(mip)].size;
     formats::Image<glm::vec3> strip(size, 6 * size);
-    for (int face = 0; face < 6; ++face) filter.filterRows(mip, face, 0, size, strip.view().rows(face * size, size));
+    for (int face = 0; face < 6; ++face) filter.filterRows(mip, face, 0, strip.view().rows(face * size, size));
     return strip;
 }
 
@@ -286,7 +286,7 @@ TEST(Cubemap, RowsDoNotDependOnTheCut) {
         for (int face = 5; face >= 0; --face) {
             for (int row = 0; row < size; row += 3) {
                 const int count = std::min(3, size - row);
-                filter.filterRows(mip, face, row, count, pieces.view().rows(face * size + row, count));
+                filter.filterRows(mip, face, row, pieces.view().rows(face * size + row, count));
             }
         }
         filter.keepMean(mip, pieces.view());

@@ -119,9 +119,10 @@ TEST(EnvironmentFiles, PreDivisionOfEveryProbeMultipliesBack) {
         std::printf("[ figures  ] %s_probe0: window lambda %.4f, bands %.3f %.3f\n", scene, preDivide.windowLambda, preDivide.window[1],
                     preDivide.window[2]);
         const auto texels = loaded->environment.texels.view();
-        formats::Image<glm::vec3> stored(128, 128);
+        formats::Image<glm::vec3> divided = loaded->environment.texels.copy();
         for (int face = 0; face < 6; ++face) {
-            fit::preDivideRows(preDivide, 0, face, 128, 0, texels.rows(face * 128, 128), stored.view());
+            const auto stored = divided.view().rows(face * 128, 128);
+            fit::preDivideRows(preDivide, 0, face, 0, stored);
             for (int i = 0; i < 128 * 128; ++i) {
                 const int x = i % 128, y = i / 128;
                 const glm::dvec3 product =

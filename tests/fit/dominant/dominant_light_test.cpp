@@ -172,7 +172,7 @@ TEST(DominantLight, ImagesEqualTheTexelsAndAreZeroOutsideCharts) {
         covered.texels()[i] = i % 3 != 0;
         normal.texels()[i] = glm::vec3(random.direction());
     }
-    fit::dominantLight(sh.view(), covered.view(), normal.view(), {}, direction.view(), intensity.view());
+    fit::fitDominantLights({sh.view(), covered.view(), normal.view(), direction.view(), intensity.view()}, {});
     for (std::size_t i = 0; i < sh.texels().size(); ++i) {
         const auto light = covered.texels()[i] ? fit::dominantLight(sh.texels()[i], normal.texels()[i], {}) : fit::DominantLight{};
         EXPECT_EQ(direction.texels()[i], light.direction);
@@ -279,11 +279,11 @@ TEST(RefinedDominantLight, ImagesCountTheSearchedTexels) {
             covered.at(x, y) = y < 7;
         }
     const auto counts =
-        fit::dominantLight(sh.view(), covered.view(), normal.view(), refinedOptions(false), direction.view(), intensity.view());
+        fit::fitDominantLights({sh.view(), covered.view(), normal.view(), direction.view(), intensity.view()}, refinedOptions(false));
     EXPECT_EQ(counts.skipped, 2 * width);
     EXPECT_EQ(counts.refined, 5 * width);
     EXPECT_EQ(direction.at(3, 7), glm::vec3(0));
-    const auto closed = fit::dominantLight(sh.view(), covered.view(), normal.view(), {}, direction.view(), intensity.view());
+    const auto closed = fit::fitDominantLights({sh.view(), covered.view(), normal.view(), direction.view(), intensity.view()}, {});
     EXPECT_EQ(closed.refined, 0);
     EXPECT_EQ(closed.skipped, 7 * width);
 }
@@ -302,7 +302,7 @@ TEST(DominantLight, AMegapixelTakesSecondsByEveryFit) {
         fit::DominantLightOptions options;
         options.fit = which;
         const std::clock_t begin = std::clock();
-        fit::dominantLight(sh.view(), covered.view(), normal.view(), options, direction.view(), intensity.view());
+        fit::fitDominantLights({sh.view(), covered.view(), normal.view(), direction.view(), intensity.view()}, options);
         const double seconds = 4 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
         std::printf("[ figures  ] dominant light, 1024 x 1024 texels, %s: %.3f CPU s\n",
                     which == fit::DominantFit::Closed    ? "closed form"

@@ -34,13 +34,11 @@ struct Map {
           solved(width, height, 7) {}
     int width() const { return sh.width(); }
     int height() const { return sh.height(); }
+    fit::DominantLightRows rows() { return {sh.view(), covered.view(), normal.view(), direction.view(), intensity.view()}; }
 
-    void fitTexels(const fit::DominantLightOptions& options) {
-        fit::dominantLight(sh.view(), covered.view(), normal.view(), options, direction.view(), intensity.view());
-    }
+    void fitTexels(const fit::DominantLightOptions& options) { fit::fitDominantLights(rows(), options); }
     void fitForFilter(const fit::FilteredLightOptions& options, int firstRow, int rowCount) {
-        fit::fitForFilter({sh.view(), covered.view(), normal.view(), direction.view(), intensity.view(), solved.view()}, firstRow, rowCount,
-                          options);
+        fit::fitForFilter(rows(), solved.view(), firstRow, rowCount, options);
     }
     void fitForFilter(const fit::FilteredLightOptions& options) { fitForFilter(options, 0, height()); }
     Map copy() const {

@@ -1,8 +1,9 @@
-// Gauss-Legendre rules on [0, 1].
+// Gauss-Legendre quadrature on [0, 1]: integral of f = sum of weight[i] f(point[i]), exact for polynomials up to degree 2 n - 1.
 #pragma once
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 namespace lightcook::fit {
@@ -12,7 +13,8 @@ struct GaussRule {
     std::array<double, kCount> point{}, weight{};  ///< weights add up to 1
 };
 
-/// Roots of P_n by Newton's method from Chebyshev's estimate; converges in a few steps to the last bits.
+/// Returns the rule of kCount points. Finds the roots of the Legendre polynomial by Newton's method from Chebyshev's estimate, which
+/// converges to the last bits within eight steps.
 template <int kCount>
 GaussRule<kCount> gaussLegendre() {
     GaussRule<kCount> rule;
