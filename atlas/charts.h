@@ -36,7 +36,7 @@ struct ChartSet {
     static constexpr std::uint32_t kNoChart = UINT32_MAX;
 };
 
-/// A light-map UV is a place in texels up to this: samplers round places to 1/256 of a texel, and UVs are floats.
+/// Largest error of a light-map UV as a place [texels]: samplers round places to 1/256 of a texel, and UVs are floats.
 inline constexpr double kPlaceRounding = 1.0 / 128;
 
 /// Finds the charts of a map of width x height texels from the light-map UVs (TEXCOORD_1) of its meshes. Triangles that share a vertex or

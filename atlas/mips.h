@@ -6,8 +6,8 @@
 // texel of another chart. Level k is safe wherever the charts lie if these are 3 * 2^(k - 1) - 1 texels apart along both axes. Closer
 // charts may be safe, too, if they lie well in the grid of 2^k.
 //
-// Use: coveredRuns() for each strip of rows, the runs joined in the order of rows, then findMipCharts() if the bake has no charts, and
-// safeMipLevels().
+// Use: call coveredRuns() for each strip and join the runs in the order of rows. If the bake numbers no charts, call findMipCharts(). Then
+// call safeMipLevels().
 #pragma once
 
 #include <cstdint>

@@ -1,8 +1,7 @@
-// Charts at fewer texels: the lowest resolution at which the light that a bilinear filter gives stays within a limit of visible error.
+// Charts at fewer texels: the lowest resolution at which the filtered light stays within a limit of visible error.
 //
 // Texels of a reduced chart lie on every step-th texel of the bake, on each axis. Each quad of the bake then lies inside one quad of the
-// reduced chart, so that between texels, too, the reduced light is bilinear where the light of the bake is, and differs most at the
-// corners.
+// reduced chart. Both lights are bilinear in it, so their difference is largest at its corners: texel centres are enough as samples.
 #pragma once
 
 #include <atomic>
@@ -27,8 +26,8 @@ struct MapView {
 };
 
 struct ReductionLimit {
-    /// Largest visible error of 99 % of a chart's samples [Delta E ITP]; 0 keeps every texel. The rel_rms of a chart's exit radiance stays
-    /// below kRelRmsPerVisible times as much, since no display shows what lies beyond its white.
+    /// Largest visible error of 99 % of a chart's samples [Delta E ITP]; 0 keeps every texel. The rel_rms of a chart's exit radiance is
+    /// limited too, to kRelRmsPerVisible times as much: light above the display's white has no visible error.
     double maxVisible = 1;
     static constexpr double kRelRmsPerVisible = 0.01;
     lighting::Display display;
@@ -36,14 +35,13 @@ struct ReductionLimit {
     glm::vec3 luminanceWeights = lighting::kRec709Luminance;
 };
 
-/// Texels of a chart at its resolution.
+/// A chart at its lowest resolution.
 struct ReducedChart {
     glm::ivec2 step{1};  ///< texels of the bake for each texel, on each axis: powers of two
     formats::Image<lighting::ShRgb> sh = {};
     formats::Image<std::uint8_t> covered = {};
     formats::Image<glm::vec3> normal = {};
-    /// 1 for texels that a filter inside a triangle reads.
-    formats::Image<std::uint8_t> isRead = {};
+    formats::Image<std::uint8_t> isRead = {};  ///< 1 for texels that a filter inside a triangle reads
     /// Visible error of exit radiance of a white surface, kNormals for each sample. Samples are covered texels of the bake and, at rims,
     /// the middles of quads with covered and uncovered corners, where the reference is the mean of the covered ones.
     std::vector<float> visible = {};
@@ -52,10 +50,11 @@ struct ReducedChart {
     static constexpr int kNormals = 5;          ///< the texel's own, and four that lie 45 degrees from it
 };
 
-/// Returns a chart at its lowest resolution. Halves the resolution of one axis at a time while the limit holds, taking the axis whose error
-/// is less. A chart without covered texels keeps its resolution. Texels of a reduced chart are least squares of the samples, weighted by
-/// the inverse square of what the display shows of them, by conjugate gradients; clamped to what light can be.
-/// interrupted  ends the search when it becomes true; the chart is of no use then
+/// Returns a chart at its lowest resolution: halves the resolution of one axis at a time while the limit holds, of both axes the one with
+/// the smaller error. A chart without covered texels keeps its resolution. The texels of a reduced chart minimise the squared error of the
+/// samples, weighted by the inverse square of their luminance on the display (conjugate gradients). Coefficients that no light can have are
+/// clamped: a negative sh00, and bands much longer than those of a single direction. interrupted  ends the search when it becomes true; the
+/// result is then incomplete
 ReducedChart reduceChart(const Chart& chart, const MapView& map, const ReductionLimit& limit, const std::atomic<bool>& interrupted);
 
 }  // namespace lightcook::atlas

@@ -1,8 +1,9 @@
-// Tiles of charts: each large chart under a grid of squares, so that a part of it can go another way than the rest.
+// Tiles of charts: a grid of squares over each large chart, whose tiles can go to different light maps.
 //
-// The lines of a chart's grid lie just beyond texel centres, from the first of its quads on. So each quad lies in one tile, but for a strip
-// of kLineOffset that is of the tile before it, and light that is bilinear in quads is cut where its texels are. On the centres themselves,
-// filters on both sides of a line would read a texel beyond it, since samplers round places; so those before it do, and those after do not.
+// The lines of a chart's grid lie kLineOffset beyond texel centres, from the first of its quads on. So each quad lies in one tile, except
+// for a strip of width kLineOffset, which belongs to the tile before it. Light, which is bilinear in each quad, is thus cut at texel
+// centres. Lines on the centres themselves would cost two texels: samplers round places, so filters on both sides of a line would read a
+// texel beyond it. With the offset only those before the line do.
 #pragma once
 
 #include <cstddef>
@@ -28,8 +29,8 @@ struct ChartBox {
 class Tiles {
 public:
     /// charts  in the order of findCharts()
-    /// side    of a tile [texels]. The last tile of a row or column has up to half as much more, so that none is smaller than half; 0:
-    ///         every chart is one tile
+    /// side    of a tile [texels]. The last tile of a row or column is larger by up to a half, so that none is smaller than half a tile.
+    ///         0: every chart is one tile
     Tiles(std::span<const ChartBox> charts, int side);
 
     int side() const { return side_; }

@@ -1,3 +1,5 @@
+// Method: vertices are joined by union-find, once for each triangle and once for each quad that two triangles reach (forEachQuadRun). A
+// second pass over the triangles numbers the sets in order and finds their boxes, a third marks the quads that each chart reaches.
 #include "atlas/charts.h"
 
 #include <fmt/format.h>

@@ -1,3 +1,13 @@
+// Method:
+// 1. Each triangle is cut into convex pieces, each in tiles of one map (TriangleCutter). The range of tiles under a piece is halved along
+// its
+//    longer axis, and the piece with it, until all tiles of the range belong to one map.
+// 2. The points that cuts make on edges are collected by the positions of the edge's ends (EdgePoints). So the triangles on both sides of
+// an
+//    edge, in any mesh, get the same vertices.
+// 3. The pieces of a map become triangles with all of these points as vertices (PieceTriangles): a fan around a corner of the piece whose
+// two
+//    sides have no points between their ends, or else around a new vertex in the middle of the piece.
 #include "atlas/mesh_cut.h"
 
 #include <algorithm>
@@ -96,9 +106,8 @@ std::vector<Point> pointsOf(const Triangle& triangle) {
 /// Cuts one triangle into pieces.
 class TriangleCutter {
 public:
-    /// mapOf  map of each tile
-    TriangleCutter(const Triangle& triangle, std::size_t chart, const Tiles& tiles, const std::vector<std::uint8_t>& mapOf)
-        : triangle_(triangle), chart_(chart), tiles_(tiles), mapOf_(mapOf) {}
+    TriangleCutter(const Triangle& triangle, std::size_t chart, const TileDivision& division)
+        : triangle_(triangle), chart_(chart), tiles_(division.tiles), mapOf_(division.mapOf) {}
 
     std::vector<Piece> cut() {
         std::vector<Point> whole = pointsOf(triangle_);
@@ -347,12 +356,13 @@ private:
 /// The triangles of a mesh, and how they are cut.
 class MeshCutter {
 public:
-    MeshCutter(const TriangleMesh& mesh, const std::vector<std::uint32_t>& chartOf, const Tiles& tiles, const glm::ivec2& size,
-               const std::vector<std::uint8_t>& mapOf, EdgePoints& edgePoints)
-        : mesh_(mesh), position_(*mesh.find("POSITION")), uv_(*mesh.find("TEXCOORD_1")), size_(size) {
+    /// chartOf     chart of each vertex
+    /// edgePoints  gets the points of cuts on edges
+    MeshCutter(const TriangleMesh& mesh, const std::vector<std::uint32_t>& chartOf, const TileDivision& division, EdgePoints& edgePoints)
+        : mesh_(mesh), position_(*mesh.find("POSITION")), uv_(*mesh.find("TEXCOORD_1")), size_(division.size) {
         for (std::size_t i = 0; i < mesh.triangleCount(); ++i) {
             const Triangle triangle = triangleAt(i);
-            std::vector<Piece> pieces = TriangleCutter(triangle, chartOf[triangle.vertices[0]], tiles, mapOf).cut();
+            std::vector<Piece> pieces = TriangleCutter(triangle, chartOf[triangle.vertices[0]], division).cut();
             maps_.push_back(pieces.front().map);
             if (pieces.size() == 1) continue;
             for (const Piece& piece : pieces)
@@ -400,12 +410,11 @@ private:
 
 }  // namespace
 
-std::vector<CutMesh> cutMeshes(std::span<const TriangleMesh* const> meshes, const ChartSet& charts, const Tiles& tiles,
-                               const glm::ivec2& size, const std::vector<std::uint8_t>& mapOf, std::uint8_t map) {
+std::vector<CutMesh> cutMeshes(std::span<const TriangleMesh* const> meshes, const TileDivision& division, std::uint8_t map) {
     EdgePoints edgePoints;
     std::vector<MeshCutter> cutters;
     cutters.reserve(meshes.size());
-    for (std::size_t i = 0; i < meshes.size(); ++i) cutters.emplace_back(*meshes[i], charts.ofVertex[i], tiles, size, mapOf, edgePoints);
+    for (std::size_t i = 0; i < meshes.size(); ++i) cutters.emplace_back(*meshes[i], division.charts.ofVertex[i], division, edgePoints);
     std::vector<CutMesh> cut;
     for (const MeshCutter& cutter : cutters) cut.push_back(cutter.trianglesOf(map, edgePoints));
     return cut;

@@ -1,5 +1,5 @@
-// A level is checked row by row, so that memory stays at a row of the level: first the texels of the row get the chart that they hold,
-// then every run whose filter reaches the row is held against them.
+// A level is checked row by row, in memory for one row of the level. First each texel of the row gets the number of the chart that it
+// holds. Then every run whose filter reaches the row is compared with the texels that it reads.
 #include "atlas/mips.h"
 
 #include <algorithm>

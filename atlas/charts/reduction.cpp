@@ -24,7 +24,7 @@ constexpr double kShareBeyond = 0.01;
 constexpr int kSteps = 16;
 /// Weight of a texel's start value, relative to the mean diagonal: keeps texels that samples hardly reach near their neighbours.
 constexpr double kRidge = 1e-3;
-/// Longest band of a texel relative to what light of its sh00 can have; readers of bakes refuse four times as much.
+/// Longest band of a texel, relative to the longest of non-negative light with its sh00; readers of bakes refuse four times that length.
 constexpr double kLongestBand = 2;
 
 /// A place of the chart whose light is known.
@@ -97,7 +97,8 @@ ShRgb ratio(const ShRgbDouble& a, const ShRgbDouble& b) {
     return quotient;
 }
 
-/// The weighted least squares of the samples over the texels of a grid.
+/// The weighted least-squares problem of the samples over the texels of a grid. Its normal equations are solved by conjugate gradients with
+/// the diagonal as preconditioner (Shewchuk 1994, An Introduction to the Conjugate Gradient Method Without the Agonizing Pain).
 class LeastSquares {
 public:
     LeastSquares(const std::vector<Sample>& samples, const Grid& grid) : samples_(samples), diagonal_(grid.count()) {
@@ -186,7 +187,7 @@ private:
     double ridge_ = 0;
 };
 
-/// Makes light of the texels: nothing negative in sh00, no band much longer than light can have.
+/// Clamps coefficients that no light can have: sh00 to at least 0, and bands to kLongestBand.
 void clampToLight(std::vector<ShRgb>& texels) {
     for (ShRgb& sh : texels)
         for (int channel = 0; channel < 3; ++channel) {
@@ -219,27 +220,7 @@ public:
     }
 
     ReducedChart reduce() const {
-        std::optional<Candidate> best;
-        glm::ivec2 step(1);
-        if (limit_.maxVisible > 0 && !samples_.empty()) {
-            std::array<bool, 2> mayGrow = {true, true};
-            while (!interrupted_) {
-                std::optional<Candidate> next;
-                for (int axis = 0; axis < 2; ++axis) {
-                    if (!mayGrow[static_cast<std::size_t>(axis)] || step[axis] >= chart_.texels()[axis] - 1) continue;
-                    glm::ivec2 longer = step;
-                    longer[axis] *= 2;
-                    std::optional<Candidate> tried = candidate(longer);
-                    if (!tried)
-                        mayGrow[static_cast<std::size_t>(axis)] = false;
-                    else if (!next || tried->squaredVisible < next->squaredVisible)
-                        next = std::move(tried);
-                }
-                if (!next) break;
-                best = std::move(next);
-                step = best->step;
-            }
-        }
+        const std::optional<Candidate> best = coarsest();
         ReducedChart made = best ? reduced(*best) : whole();
         made.readBefore = countOfRead();
         return made;
@@ -253,6 +234,30 @@ private:
         std::vector<float> visible = {};
         double squaredVisible = 0, squaredError = 0, squaredLight = 0;
     };
+
+    /// Returns the candidate at which no axis can be halved any more; nothing if the chart keeps its resolution.
+    std::optional<Candidate> coarsest() const {
+        std::optional<Candidate> best;
+        if (!(limit_.maxVisible > 0) || samples_.empty()) return best;
+        std::array<bool, 2> mayGrow = {true, true};
+        while (!interrupted_) {
+            const glm::ivec2 step = best ? best->step : glm::ivec2(1);
+            std::optional<Candidate> next;
+            for (int axis = 0; axis < 2; ++axis) {
+                if (!mayGrow[static_cast<std::size_t>(axis)] || step[axis] >= chart_.texels()[axis] - 1) continue;
+                glm::ivec2 longer = step;
+                longer[axis] *= 2;
+                std::optional<Candidate> tried = candidate(longer);
+                if (!tried)
+                    mayGrow[static_cast<std::size_t>(axis)] = false;
+                else if (!next || tried->squaredVisible < next->squaredVisible)
+                    next = std::move(tried);
+            }
+            if (!next) break;
+            best = std::move(next);
+        }
+        return best;
+    }
 
     /// Returns the texel of the map that a sampler reads for a texel of the chart.
     glm::ivec2 source(int x, int y) const {
@@ -310,7 +315,7 @@ private:
                lighting::ictcpItp(limit_.bt2020FromWorking * (glm::max(light, 0.0) * limit_.display.nitsPerUnit + limit_.display.black));
     }
 
-    /// Returns nothing if the limit does not hold.
+    /// Returns the chart at a step; nothing if its error is over the limit.
     std::optional<Candidate> candidate(const glm::ivec2& step) const {
         const Grid grid(chart_.texels(), step);
         const LeastSquares system(samples_, grid);

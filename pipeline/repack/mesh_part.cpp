@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "atlas/mesh_cut.h"
@@ -31,7 +30,7 @@ Result<MeshPart> partOf(const formats::GltfScene& scene, const std::string& file
                     fmt::format("found {} tiles of charts, expected one of number {}: cook the scene again", tiles.count(), tile));
             mapOf[static_cast<std::size_t>(tile)] = map;
         }
-    auto cut = scene.part({atlas::cutMeshes(scene.triangleMeshes(), *charts, tiles, size, mapOf, kOwn), hasLines});
+    auto cut = scene.part({atlas::cutMeshes(scene.triangleMeshes(), {*charts, tiles, size, mapOf}, kOwn), hasLines});
     if (!cut) return tl::make_unexpected(cut.error());
     std::vector<std::uint8_t> isChosen;
     for (const std::uint8_t map : mapOf) isChosen.push_back(map == kOwn ? 1 : 0);

@@ -85,7 +85,7 @@ struct Cube {
         return {std::move(meshes), std::move(pointers), std::move(*charts), std::move(tiles)};
     }
     std::vector<CutMesh> cut(const std::vector<std::uint8_t>& mapOf, std::uint8_t map) const {
-        return cutMeshes(pointers, charts, tiles, glm::ivec2(kMapSide), mapOf, map);
+        return cutMeshes(pointers, {charts, tiles, glm::ivec2(kMapSide), mapOf}, map);
     }
     /// Returns the triangles of the tiles of all maps.
     std::vector<std::vector<CutMesh>> cutAll(const std::vector<std::uint8_t>& mapOf) const {
@@ -236,7 +236,7 @@ ChartSet cutChartsOf(const TriangleMesh& mesh) {
 /// Returns the chart of the tiles of map 1.
 Chart chartOf(const TriangleMesh& mesh, const ChartSet& charts, const Tiles& tiles, const std::vector<std::uint8_t>& mapOf) {
     const std::vector<const TriangleMesh*> meshes = {&mesh};
-    const CutMesh cut = cutMeshes(meshes, charts, tiles, glm::ivec2(kMapSide), mapOf, 1)[0];
+    const CutMesh cut = cutMeshes(meshes, {charts, tiles, glm::ivec2(kMapSide), mapOf}, 1)[0];
     std::vector<float> positions, uvs;
     for (const formats::CutVertex& vertex : cut.vertices) {
         const glm::vec3 position(valueAt(*mesh.find("POSITION"), vertex)), uv(valueAt(*mesh.find("TEXCOORD_1"), vertex));
@@ -273,7 +273,7 @@ TEST(MeshCut, EdgesOnTexelCentresBesideALineAreNotCut) {
     ASSERT_TRUE(charts && charts->charts.size() == 1u);
     const Tiles tiles(boxesOf(charts->charts), kTile);
     ASSERT_EQ(tiles.gridOf(0), glm::ivec2(3, 1));
-    const auto cut = cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), {1, 0, 0}, 1);
+    const auto cut = cutMeshes(meshes, {*charts, tiles, glm::ivec2(kMapSide), {1, 0, 0}}, 1);
     EXPECT_EQ(cut[0].indices, left.indices);
     EXPECT_TRUE(cut[1].indices.empty());
 }
@@ -292,8 +292,8 @@ TEST(MeshCut, TrianglesWithoutAreaGoWithTheirFirstCorner) {
     ASSERT_GT(tiles.count(), 4);
     std::vector<std::uint8_t> isFirst(static_cast<std::size_t>(tiles.count()), 0);
     isFirst.front() = 1;
-    EXPECT_EQ(cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), isFirst, 1)[0].indices.size(), 3u);
-    EXPECT_EQ(cutMeshes(meshes, *charts, tiles, glm::ivec2(kMapSide), isFirst, 0)[0].indices.size(), 0u);
+    EXPECT_EQ(cutMeshes(meshes, {*charts, tiles, glm::ivec2(kMapSide), isFirst}, 1)[0].indices.size(), 3u);
+    EXPECT_EQ(cutMeshes(meshes, {*charts, tiles, glm::ivec2(kMapSide), isFirst}, 0)[0].indices.size(), 0u);
 }
 
 }  // namespace
