@@ -1,3 +1,5 @@
+// Steps of repack(): read the bake and find its charts (readInput), reduce each chart (reduceCharts), pack them (placeCharts), and write
+// the new bake and the meshes with their new UVs (writeOutputs).
 #include "pipeline/repack/repack.h"
 
 #include <fmt/format.h>
@@ -105,7 +107,7 @@ Result<Meshes> loadMeshes(const std::vector<fs::path>& files) {
     return meshes;
 }
 
-/// Keeps only a part of the only mesh.
+/// Keeps the requested part of the mesh; there is one mesh.
 Result<void> takePart(Meshes& meshes, const RepackRequest& request, const glm::ivec2& size) {
     const std::string name = request.meshes.front().string();
     auto part = partOf(meshes.scenes.front(), name, *request.part, size, request.hasLines);
@@ -116,9 +118,32 @@ Result<void> takePart(Meshes& meshes, const RepackRequest& request, const glm::i
     return {};
 }
 
-/// Refuses meshes that do not belong to the bake.
-Result<void> checkCoverage(const Meshes& meshes, const atlas::ChartSet& found, const std::vector<atlas::ReducedChart>& charts,
-                           const MapTexels& map, const fs::path& file) {
+/// The bake and its meshes, with the charts that the triangles make.
+struct RepackInput {
+    MapTexels map;
+    Meshes meshes;
+    atlas::ChartSet found;
+
+    glm::ivec2 size() const { return {map.sh.width(), map.sh.height()}; }  ///< of the bake [texels]
+};
+
+Result<RepackInput> readInput(const RepackRequest& request, LightMapSource& source, const RunState& state) {
+    auto meshes = loadMeshes(request.meshes);
+    if (!meshes) return tl::make_unexpected(meshes.error());
+    const glm::ivec2 size(source.width(), source.height());
+    if (request.part)
+        if (auto taken = takePart(*meshes, request, size); !taken) return tl::make_unexpected(taken.error());
+    auto found = atlas::findCharts(meshes->triangles, meshes->names, size.x, size.y);
+    if (!found) return tl::make_unexpected(found.error());
+    auto map = readMap(source, request.map.string(), state);
+    if (!map) return tl::make_unexpected(map.error());
+    return RepackInput{std::move(*map), std::move(*meshes), std::move(*found)};
+}
+
+/// Refuses meshes that do not belong to the bake: whose charts read no covered texel, or that leave too many covered texels unread.
+/// charts  the reduced charts of the input
+/// file    of the bake, for errors
+Result<void> checkCoverage(const RepackInput& input, const std::vector<atlas::ReducedChart>& charts, const fs::path& file) {
     std::int64_t read = 0, dark = 0;
     std::size_t firstDark = charts.size();
     for (std::size_t i = 0; i < charts.size(); ++i) {
@@ -131,24 +156,24 @@ Result<void> checkCoverage(const Meshes& meshes, const atlas::ChartSet& found, c
         firstDark = std::min(firstDark, i);
     }
     if (static_cast<double>(dark) > kMostDark * static_cast<double>(read)) {
-        const atlas::Chart& chart = found.charts[firstDark];
+        const atlas::Chart& chart = input.found.charts[firstDark];
         return failure(
-            ErrorCode::WrongShape, fmt::format("{}, triangle {}", meshes.names[chart.mesh], chart.triangle),
+            ErrorCode::WrongShape, fmt::format("{}, triangle {}", input.meshes.names[chart.mesh], chart.triangle),
             fmt::format("found no covered texel of {} in its chart, expected the mesh that was baked", file.filename().string()));
     }
-    Image<std::uint8_t> unread = map.covered.copy();
+    Image<std::uint8_t> unread = input.map.covered.copy();
     const glm::ivec2 last(unread.width() - 1, unread.height() - 1);
-    for (const atlas::Chart& chart : found.charts)
+    for (const atlas::Chart& chart : input.found.charts)
         for (int y = 0; y < chart.quads.y; ++y)
             for (int x = 0; x < chart.quads.x; ++x)
                 for (int corner = 0; chart.reaches(x, y) && corner < 4; ++corner) {
                     const glm::ivec2 at = glm::clamp(chart.first + glm::ivec2(x + corner % 2, y + corner / 2), glm::ivec2(0), last);
                     unread.at(at.x, at.y) = 0;
                 }
-    const auto covered = std::ranges::count(map.covered.texels(), std::uint8_t{1});
+    const auto covered = std::ranges::count(input.map.covered.texels(), std::uint8_t{1});
     const auto left = std::ranges::count(unread.texels(), std::uint8_t{1});
     if (static_cast<double>(left) <= kMostUnread * static_cast<double>(covered)) return {};
-    return failure(ErrorCode::WrongShape, meshes.names.front(),
+    return failure(ErrorCode::WrongShape, input.meshes.names.front(),
                    fmt::format("found {} of the {} covered texels of {} that no triangle reads, expected all meshes that use the bake",
                                left, covered, file.filename().string()));
 }
@@ -165,15 +190,16 @@ struct PlacedChart {
     }
 };
 
-/// Returns the new light-map UVs of the meshes.
-std::vector<std::vector<glm::vec2>> newUvs(const Meshes& meshes, const atlas::ChartSet& found, const std::vector<PlacedChart>& placed,
-                                           const glm::dvec2& sizeBefore, const glm::dvec2& size) {
+/// Returns the light-map UVs of the meshes in the new map.
+/// size  of the new map [texels]
+std::vector<std::vector<glm::vec2>> newUvs(const RepackInput& input, const std::vector<PlacedChart>& placed, const glm::dvec2& size) {
     std::vector<std::vector<glm::vec2>> uvs;
-    for (std::size_t mesh = 0; mesh < meshes.triangles.size(); ++mesh) {
-        const formats::MeshAttribute& uv = *meshes.triangles[mesh]->find("TEXCOORD_1");
+    const glm::dvec2 sizeBefore(input.size());
+    for (std::size_t mesh = 0; mesh < input.meshes.triangles.size(); ++mesh) {
+        const formats::MeshAttribute& uv = *input.meshes.triangles[mesh]->find("TEXCOORD_1");
         std::vector<glm::vec2>& made = uvs.emplace_back();
-        for (std::size_t vertex = 0; vertex < found.ofVertex[mesh].size(); ++vertex) {
-            const std::uint32_t chart = found.ofVertex[mesh][vertex];
+        for (std::size_t vertex = 0; vertex < input.found.ofVertex[mesh].size(); ++vertex) {
+            const std::uint32_t chart = input.found.ofVertex[mesh][vertex];
             made.emplace_back(chart != atlas::ChartSet::kNoChart ? placed[chart].moved(glm::dvec2(uv.at(vertex)) * sizeBefore) / size
                                                                  : glm::dvec2(0));
         }
@@ -249,7 +275,157 @@ Result<void> moveAll(const std::vector<fs::path>& outputs, const fs::path& from,
     return {};
 }
 
+/// Returns the number of compressed blocks of a map.
+/// size  [texels]
+std::int64_t blocksOf(const glm::ivec2& size) {
+    constexpr int kBlock = 4;
+    const glm::ivec2 blocks = (size + kBlock - 1) / kBlock;
+    return std::int64_t{blocks.x} * blocks.y;
+}
+
+/// Returns the first texel of each chart in the bake.
+std::vector<glm::ivec2> firstTexelsOf(const atlas::ChartSet& found) {
+    std::vector<glm::ivec2> texels;
+    for (const atlas::Chart& chart : found.charts) texels.push_back(chart.first);
+    return texels;
+}
+
+/// Returns the limit on the error of reduced charts.
+atlas::ReductionLimit limitOf(const RepackRequest& request, const MapTexels& map, const LightMapSource& source) {
+    const glm::vec3 luminanceWeights = source.luminanceWeights();
+    return {.maxVisible = request.maxVisible,
+            .display = lighting::DisplaySettings{}.of(keyOf(map, luminanceWeights)),
+            .bt2020FromWorking = source.bt2020FromWorking(),
+            .luminanceWeights = luminanceWeights};
+}
+
+Result<std::vector<atlas::ReducedChart>> reduceCharts(const RepackInput& input, const atlas::ReductionLimit& limit,
+                                                      const ActionContext& context) {
+    const atlas::MapView view = input.map.view();
+    const std::vector<atlas::Chart>& charts = input.found.charts;
+    return mapInOrder<atlas::ReducedChart>(
+        static_cast<int>(charts.size()), context, "repack " + context.action.asset, [&](int index) -> Result<atlas::ReducedChart> {
+            return atlas::reduceChart(charts[static_cast<std::size_t>(index)], view, limit, context.state.interrupted);
+        });
+}
+
+/// The charts of the new map.
+struct ChartArrangement {
+    glm::ivec2 size{0};  ///< of the map [texels]
+    std::vector<atlas::ReducedChart> charts;
+    std::vector<glm::ivec2> places;  ///< [chart] first texel
+};
+
+/// Packs reduced charts. Those of a whole mesh stay where they are, with all of their texels, if the map would take no fewer blocks
+/// otherwise.
+/// isWhole  false: a part of the mesh, whose charts have to move
+/// limit    that the charts were reduced within
+Result<ChartArrangement> placeCharts(const RepackInput& input, std::vector<atlas::ReducedChart> reduced, bool isWhole,
+                                     const atlas::ReductionLimit& limit, const ActionContext& context) {
+    std::vector<formats::ImageView<const std::uint8_t>> isRead;
+    for (const atlas::ReducedChart& chart : reduced) isRead.push_back(chart.isRead.view());
+    auto packing = atlas::packCharts(isRead, context.state.interrupted);
+    if (!packing) return tl::make_unexpected(interrupted(context).value());
+    if (!isWhole || blocksOf(packing->size) < blocksOf(input.size()))
+        return ChartArrangement{packing->size, std::move(reduced), std::move(packing->places)};
+    if (std::ranges::any_of(reduced, [](const atlas::ReducedChart& chart) { return chart.step != glm::ivec2(1); })) {
+        reduced.clear();  // before the others are in memory
+        atlas::ReductionLimit none = limit;
+        none.maxVisible = 0;
+        auto charts = reduceCharts(input, none, context);
+        if (!charts) return tl::make_unexpected(charts.error());
+        reduced = std::move(*charts);
+    }
+    return ChartArrangement{input.size(), std::move(reduced), firstTexelsOf(input.found)};
+}
+
+/// Returns the number of texels of the new map that filters read for a chart. A chart that stays where it is may reach half a texel beyond
+/// the border, where samplers clamp.
+std::int64_t readInside(const atlas::ReducedChart& chart, const glm::ivec2& place, const glm::ivec2& size) {
+    std::int64_t count = 0;
+    for (int y = std::max(0, -place.y); y < std::min(chart.isRead.height(), size.y - place.y); ++y)
+        for (int x = std::max(0, -place.x); x < std::min(chart.isRead.width(), size.x - place.x); ++x) count += chart.isRead.at(x, y);
+    return count;
+}
+
+/// Sets the places of the charts, and the sums and errors over all of them.
+void addFigures(const atlas::ChartSet& found, const ChartArrangement& arrangement, Repacked& result) {
+    verify::VisibleAccumulator visible;
+    double squaredError = 0, squaredLight = 0;
+    for (std::size_t i = 0; i < arrangement.charts.size(); ++i) {
+        const atlas::ReducedChart& chart = arrangement.charts[i];
+        result.places.push_back({chart.step, arrangement.places[i]});
+        visible.add(chart.visible);
+        squaredError += chart.squaredError;
+        squaredLight += chart.squaredLight;
+        result.read += readInside(chart, arrangement.places[i], arrangement.size);
+        result.readBefore += chart.readBefore;
+        result.reducedCharts += chart.step != glm::ivec2(1) ? 1 : 0;
+    }
+    result.charts = arrangement.charts.size();
+    result.boxes = atlas::boxesOf(found.charts);
+    result.visible = visible.figures();
+    result.relRms = squaredLight > 0 ? std::sqrt(squaredError / squaredLight) : 0;
+}
+
+/// Writes the new bake and its meshes: all of them, or none.
+/// outputs  of outputsOf
+Result<void> writeOutputs(const fs::path& folder, const std::vector<fs::path>& outputs, const RepackInput& input,
+                          const ChartArrangement& arrangement, const RunState& state) {
+    const auto temporary = TemporaryFolder::create(folder);
+    if (!temporary) return tl::make_unexpected(temporary.error());
+    std::vector<PlacedChart> placed;
+    for (std::size_t i = 0; i < arrangement.charts.size(); ++i)
+        placed.push_back({input.found.charts[i], arrangement.charts[i], arrangement.places[i]});
+    if (auto done = writeMap(*temporary / outputs.front().filename(), placed, arrangement.size, state); !done) return done;
+    std::vector<std::vector<glm::vec2>> uvs = newUvs(input, placed, glm::dvec2(arrangement.size));
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < input.meshes.scenes.size(); ++i) {
+        const GltfScene& scene = input.meshes.scenes[i];
+        const std::size_t end = first + scene.triangleMeshes().size();
+        const fs::path file = *temporary / outputs[i + 1].filename();
+        const auto done = scene.writeLightMapUvs(file, slice(uvs, first, end));
+        if (!done) return tl::make_unexpected(done.error());
+        first = end;
+    }
+    return moveAll(outputs, temporary->path(), folder);
+}
+
 }  // namespace
+
+Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action) {
+    const auto outputs = outputsOf(request);
+    if (!outputs) return tl::make_unexpected(outputs.error());
+    LightMapSources sources;
+    const auto source = sources.open(request.map, request.description);
+    if (!source) return tl::make_unexpected(source.error());
+    const auto input = readInput(request, **source, state);
+    if (!input) return tl::make_unexpected(input.error());
+
+    SharedObjects shared;
+    const Action own{"", "", request.map.filename().string(), {}, {}, {}};
+    const ActionContext context{action != nullptr ? *action : own, {}, {}, {}, shared, state};
+    const atlas::ReductionLimit limit = limitOf(request, input->map, **source);
+    auto reduced = reduceCharts(*input, limit, context);
+    if (!reduced) return tl::make_unexpected(reduced.error());
+    const bool isWhole = !request.part;
+    if (isWhole)
+        if (auto fits = checkCoverage(*input, *reduced, request.map); !fits) return tl::make_unexpected(fits.error());
+    const auto arrangement = placeCharts(*input, std::move(*reduced), isWhole, limit, context);
+    if (!arrangement) return tl::make_unexpected(arrangement.error());
+
+    Repacked result{.map = outputs->front(),
+                    .meshes = {outputs->begin() + 1, outputs->end()},
+                    .sizeBefore = input->size(),
+                    .size = arrangement->size,
+                    .repairs = input->map.repairs,
+                    .negativeAfterGamut = input->map.negativeAfterGamut,
+                    .uvBefore = input->meshes.scenes.front().oldUvsAttribute()};
+    addFigures(input->found, *arrangement, result);
+    if (auto written = writeOutputs(request.folder, *outputs, *input, *arrangement, state); !written)
+        return tl::make_unexpected(written.error());
+    return result;
+}
 
 Json Repacked::toJson() const {
     Json json = {{"map", map.string()},
@@ -272,165 +448,6 @@ Json Repacked::toJson() const {
                    {"max", visible.max}}}};
     for (const fs::path& mesh : meshes) json["meshes"].push_back(mesh.string());
     return json;
-}
-
-namespace {
-
-/// Returns the compressed blocks that hold a map of a size [texels].
-std::int64_t blocksOf(const glm::ivec2& size) {
-    constexpr int kBlock = 4;
-    const glm::ivec2 blocks = (size + kBlock - 1) / kBlock;
-    return std::int64_t{blocks.x} * blocks.y;
-}
-
-/// Returns where the charts of a map are.
-std::vector<glm::ivec2> firstTexelsOf(const atlas::ChartSet& found) {
-    std::vector<glm::ivec2> texels;
-    for (const atlas::Chart& chart : found.charts) texels.push_back(chart.first);
-    return texels;
-}
-
-/// Returns how far charts may be reduced.
-atlas::ReductionLimit limitOf(const RepackRequest& request, const MapTexels& map, const LightMapSource& source) {
-    const glm::vec3 luminanceWeights = source.luminanceWeights();
-    return {.maxVisible = request.maxVisible,
-            .display = lighting::DisplaySettings{}.of(keyOf(map, luminanceWeights)),
-            .bt2020FromWorking = source.bt2020FromWorking(),
-            .luminanceWeights = luminanceWeights};
-}
-
-Result<std::vector<atlas::ReducedChart>> reduceCharts(const atlas::ChartSet& found, const MapTexels& map,
-                                                      const atlas::ReductionLimit& limit, const ActionContext& context) {
-    const atlas::MapView view = map.view();
-    return mapInOrder<atlas::ReducedChart>(
-        static_cast<int>(found.charts.size()), context, "repack " + context.action.asset, [&](int index) -> Result<atlas::ReducedChart> {
-            return atlas::reduceChart(found.charts[static_cast<std::size_t>(index)], view, limit, context.state.interrupted);
-        });
-}
-
-/// The charts of the new map.
-struct ChartArrangement {
-    glm::ivec2 size{0};  ///< of the map [texels]
-    std::vector<atlas::ReducedChart> charts;
-    std::vector<glm::ivec2> places;  ///< [chart] first texel
-};
-
-/// Packs reduced charts. Those of a whole mesh stay where they are, with all of their texels, if the map would take no fewer blocks
-/// otherwise.
-/// limit  that the charts were reduced within
-Result<ChartArrangement> placeCharts(const RepackRequest& request, const atlas::ChartSet& found, std::vector<atlas::ReducedChart> reduced,
-                                     const MapTexels& map, const atlas::ReductionLimit& limit, const ActionContext& context) {
-    const glm::ivec2 sizeBefore(map.sh.width(), map.sh.height());
-    std::vector<formats::ImageView<const std::uint8_t>> isRead;
-    for (const atlas::ReducedChart& chart : reduced) isRead.push_back(chart.isRead.view());
-    auto packing = atlas::packCharts(isRead, context.state.interrupted);
-    if (!packing) return tl::make_unexpected(interrupted(context).value());
-    if (request.part || blocksOf(packing->size) < blocksOf(sizeBefore))
-        return ChartArrangement{packing->size, std::move(reduced), std::move(packing->places)};
-    if (std::ranges::any_of(reduced, [](const atlas::ReducedChart& chart) { return chart.step != glm::ivec2(1); })) {
-        reduced.clear();  // before the others are in memory
-        atlas::ReductionLimit whole = limit;
-        whole.maxVisible = 0;
-        auto movedOnly = reduceCharts(found, map, whole, context);
-        if (!movedOnly) return tl::make_unexpected(movedOnly.error());
-        reduced = std::move(*movedOnly);
-    }
-    return ChartArrangement{sizeBefore, std::move(reduced), firstTexelsOf(found)};
-}
-
-/// Returns the number of texels of a map that filters read of a chart. One that stays where it is may reach beyond the border, where the
-/// map is clamped.
-std::int64_t readInside(const atlas::ReducedChart& chart, const glm::ivec2& place, const glm::ivec2& size) {
-    std::int64_t count = 0;
-    for (int y = std::max(0, -place.y); y < std::min(chart.isRead.height(), size.y - place.y); ++y)
-        for (int x = std::max(0, -place.x); x < std::min(chart.isRead.width(), size.x - place.x); ++x) count += chart.isRead.at(x, y);
-    return count;
-}
-
-/// Adds the places of charts, and the sums and errors over all of them.
-void addFigures(const atlas::ChartSet& found, const ChartArrangement& arrangement, Repacked& result) {
-    verify::VisibleAccumulator visible;
-    double squaredError = 0, squaredLight = 0;
-    for (std::size_t i = 0; i < arrangement.charts.size(); ++i) {
-        const atlas::ReducedChart& chart = arrangement.charts[i];
-        result.places.push_back({chart.step, arrangement.places[i]});
-        visible.add(chart.visible);
-        squaredError += chart.squaredError;
-        squaredLight += chart.squaredLight;
-        result.read += readInside(chart, arrangement.places[i], arrangement.size);
-        result.readBefore += chart.readBefore;
-        result.reducedCharts += chart.step != glm::ivec2(1) ? 1 : 0;
-    }
-    result.charts = arrangement.charts.size();
-    result.boxes = atlas::boxesOf(found.charts);
-    result.visible = visible.figures();
-    result.relRms = squaredLight > 0 ? std::sqrt(squaredError / squaredLight) : 0;
-}
-
-/// Writes the new bake and its meshes: all of them, or none.
-/// outputs  of outputsOf
-Result<void> writeOutputs(const RepackRequest& request, const std::vector<fs::path>& outputs, const Meshes& meshes,
-                          const atlas::ChartSet& found, const ChartArrangement& arrangement, const glm::ivec2& sizeBefore,
-                          const RunState& state) {
-    const auto temporary = TemporaryFolder::create(request.folder);
-    if (!temporary) return tl::make_unexpected(temporary.error());
-    std::vector<PlacedChart> placed;
-    for (std::size_t i = 0; i < arrangement.charts.size(); ++i)
-        placed.push_back({found.charts[i], arrangement.charts[i], arrangement.places[i]});
-    if (auto done = writeMap(*temporary / outputs.front().filename(), placed, arrangement.size, state); !done) return done;
-    std::vector<std::vector<glm::vec2>> uvs = newUvs(meshes, found, placed, glm::dvec2(sizeBefore), glm::dvec2(arrangement.size));
-    std::size_t first = 0;
-    for (std::size_t i = 0; i < meshes.scenes.size(); ++i) {
-        const GltfScene& scene = meshes.scenes[i];
-        const std::size_t end = first + scene.triangleMeshes().size();
-        const fs::path file = *temporary / outputs[i + 1].filename();
-        const auto done = scene.writeLightMapUvs(file, slice(uvs, first, end));
-        if (!done) return tl::make_unexpected(done.error());
-        first = end;
-    }
-    return moveAll(outputs, temporary->path(), request.folder);
-}
-
-}  // namespace
-
-Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action) {
-    const auto outputs = outputsOf(request);
-    if (!outputs) return tl::make_unexpected(outputs.error());
-    LightMapSources sources;
-    const auto source = sources.open(request.map, request.description);
-    if (!source) return tl::make_unexpected(source.error());
-    auto meshes = loadMeshes(request.meshes);
-    if (!meshes) return tl::make_unexpected(meshes.error());
-    const glm::ivec2 sizeBefore((*source)->width(), (*source)->height());
-    if (request.part)
-        if (auto taken = takePart(*meshes, request, sizeBefore); !taken) return tl::make_unexpected(taken.error());
-    const auto found = atlas::findCharts(meshes->triangles, meshes->names, sizeBefore.x, sizeBefore.y);
-    if (!found) return tl::make_unexpected(found.error());
-    const auto map = readMap(**source, request.map.string(), state);
-    if (!map) return tl::make_unexpected(map.error());
-
-    SharedObjects shared;
-    const Action own{"", "", request.map.filename().string(), {}, {}, {}};
-    const ActionContext context{action != nullptr ? *action : own, {}, {}, {}, shared, state};
-    const atlas::ReductionLimit limit = limitOf(request, *map, **source);
-    auto reduced = reduceCharts(*found, *map, limit, context);
-    if (!reduced) return tl::make_unexpected(reduced.error());
-    if (!request.part)
-        if (auto fits = checkCoverage(*meshes, *found, *reduced, *map, request.map); !fits) return tl::make_unexpected(fits.error());
-    const auto arrangement = placeCharts(request, *found, std::move(*reduced), *map, limit, context);
-    if (!arrangement) return tl::make_unexpected(arrangement.error());
-
-    Repacked result{.map = outputs->front(),
-                    .meshes = {outputs->begin() + 1, outputs->end()},
-                    .sizeBefore = sizeBefore,
-                    .size = arrangement->size,
-                    .repairs = map->repairs,
-                    .negativeAfterGamut = map->negativeAfterGamut,
-                    .uvBefore = meshes->scenes.front().oldUvsAttribute()};
-    addFigures(*found, *arrangement, result);
-    if (auto written = writeOutputs(request, *outputs, *meshes, *found, *arrangement, sizeBefore, state); !written)
-        return tl::make_unexpected(written.error());
-    return result;
 }
 
 }  // namespace lightcook::pipeline
