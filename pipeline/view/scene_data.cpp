@@ -107,15 +107,14 @@ std::optional<std::string> meshOf(const Manifest& manifest, const std::string& l
     return std::nullopt;
 }
 
-/// Describes light maps and writes their bakes.
+/// Writes the bakes of light maps, and describes how they are shown.
 class References {
 public:
-    References(std::filesystem::path cooked, std::filesystem::path sceneDirectory, std::filesystem::path folder, const RunState& state)
-        : cooked_(std::move(cooked)), sceneDirectory_(std::move(sceneDirectory)), folder_(std::move(folder)), state_(state) {}
+    References(const ViewFolders& folders, const RunState& state) : folders_(folders), state_(state) {}
 
     /// Adds the bake of a light map to its description.
     Result<void> add(const CookedAsset& asset, ViewedLightMap& map) {
-        const auto sources = unchangedSources(asset, sceneDirectory_);
+        const auto sources = unchangedSources(asset, folders_.sceneDirectory);
         if (!sources) return tl::make_unexpected(sources.error());
         auto description = descriptionOf(asset);
         if (!description) return tl::make_unexpected(description.error());
@@ -124,7 +123,7 @@ public:
         if (*unpacked) description->constantOf = {};  // may be true of one map of a split alone
         if (const auto config = sources->find(kColorConfigRole); config != sources->end()) description->colors.config = config->second;
         const Action action = verifyAction(asset.name, asset.kind, *sources, asset.verify.value_or(Json::object()));
-        const ActionContext context{action, folder_, cooked_, {}, shared_, state_};
+        const ActionContext context{action, folders_.bakes, folders_.cooked, {}, shared_, state_};
         const auto parameters = parametersOf<LightMapVerifyParameters>(context);
         if (!parameters) return tl::make_unexpected(parameters.error());
         map.shading = ViewedShading{parameters->shading.normalMapTilt, {}, {}};
@@ -138,32 +137,30 @@ public:
                                        kMostReferenceTexels));
         const auto key = surveyKey(**bake, context);
         if (!key) return tl::make_unexpected(key.error());
-        const lighting::Display display = parameters->display.of(key->displayKey());
         const auto scale = referenceScale(**bake);
         if (!scale) return tl::make_unexpected(scale.error());
         const std::string name = fmt::format("{}.reference.ktx2", asset.name);
-        if (auto written = writeReference(**bake, *scale, folder_ / name, state_); !written) return written;
-        map.display = ViewedDisplay{display.nitsPerUnit, display.black};
+        if (auto written = writeReference(**bake, *scale, folders_.bakes / name, state_); !written) return written;
+        map.display = parameters->display.of(key->displayKey());
         map.referenceScale = double(*scale);
         map.reference = fmt::format("{}/{}", kViewerFolder, name);
         return {};
     }
 
 private:
-    std::filesystem::path cooked_, sceneDirectory_, folder_;
+    const ViewFolders& folders_;
     const RunState& state_;
     SharedObjects shared_;
 };
 
 }  // namespace
 
-Result<ViewedScene> describeForView(const Manifest& manifest, const std::optional<Report>& report, const std::filesystem::path& cooked,
-                                    const std::filesystem::path& sceneDirectory, const std::filesystem::path& folder,
+Result<ViewedScene> describeForView(const Manifest& manifest, const std::optional<Report>& report, const ViewFolders& folders,
                                     const RunState& state) {
     ViewedScene scene;
     scene.scene = manifest.scene;
     scene.tool = manifest.tool;
-    References references(cooked, sceneDirectory, folder, state);
+    References references(folders, state);
     for (const CookedAsset& asset : manifest.assets) {
         if (asset.kind != AssetKind::LightMap) continue;
         ViewedLightMap map;

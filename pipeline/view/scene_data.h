@@ -1,5 +1,4 @@
-// viewer/scene.json and the float bakes: what the page of `lightcook view` needs beside the cooked folder. viewer/README.md describes
-// both.
+// Data of the page of `lightcook view` beside the cooked folder: viewer/scene.json and the float bakes (viewer/README.md).
 #pragma once
 
 #include <array>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "lighting/display.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
 #include "pipeline/manifest/manifest.h"
@@ -16,14 +16,9 @@
 
 namespace lightcook::pipeline {
 
-/// Display that the page shows a light map on: lighting::Display.
-struct ViewedDisplay {
-    double nits = 0;   ///< luminance of a white with exit radiance 1 [cd/m^2]
-    double black = 0;  ///< luminance of black [cd/m^2]
-};
-template <class Fields, Is<ViewedDisplay> Self>
+template <class Fields, Is<lighting::Display> Self>
 void describe(Fields& fields, Self& display) {
-    fields.required("nits", display.nits, "luminance of a white with exit radiance 1 [cd/m^2]");
+    fields.required("nits", display.nitsPerUnit, "luminance of a white with exit radiance 1 [cd/m^2]");
     fields.required("black", display.black, "luminance of black, which is added to all light [cd/m^2]");
 }
 
@@ -66,7 +61,7 @@ struct ViewedLightMap {
     std::optional<std::string> referenceMissing;  ///< why there is none
     double referenceScale = 1;
     std::optional<std::string> mesh;  ///< asset of the mesh that it lies on
-    std::optional<ViewedDisplay> display;
+    std::optional<lighting::Display> display;
     std::optional<ViewedShading> shading;
     std::vector<ViewedPlace> worst;
 };
@@ -117,15 +112,18 @@ void describe(Fields& fields, Self& scene) {
 /// Largest number of texels of a bake that is written for the page: 300 MB as half floats.
 inline constexpr std::int64_t kMostReferenceTexels = std::int64_t{2048} * 2048;
 
-/// Folder of the files below on the page's site.
+/// Folder of scene.json and the float bakes on the site.
 inline constexpr const char* kViewerFolder = "viewer";
 
-/// Describes the scene, and writes the bake of each light map into `folder`. A bake that is absent, has changed or is too large is left out
-/// by name: the cooked scene is shown without it.
-/// cooked          cooked folder
-/// sceneDirectory  folder that the manifest's sources are relative to
-formats::Result<ViewedScene> describeForView(const Manifest& manifest, const std::optional<Report>& report,
-                                             const std::filesystem::path& cooked, const std::filesystem::path& sceneDirectory,
-                                             const std::filesystem::path& folder, const RunState& state);
+struct ViewFolders {
+    std::filesystem::path cooked;
+    std::filesystem::path sceneDirectory;  ///< that the manifest's sources are relative to
+    std::filesystem::path bakes;           ///< gets the bake of each light map
+};
+
+/// Describes the scene, and writes the bake of each light map. A bake that is absent, has changed or is too large is not written, and
+/// `referenceMissing` says why: the cooked scene is shown without it.
+formats::Result<ViewedScene> describeForView(const Manifest& manifest, const std::optional<Report>& report, const ViewFolders& folders,
+                                             const RunState& state);
 
 }  // namespace lightcook::pipeline

@@ -20,13 +20,13 @@ using formats::Result;
 constexpr const char* kLoopback = "127.0.0.1";
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 constexpr std::chrono::milliseconds kPoll{20};
-constexpr const char* kPageName = "index.html";
 
 /// The page loads nothing from elsewhere. Draco's decoder is WebAssembly in a worker.
 constexpr const char* kPagePolicy =
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self' blob:; connect-src 'self' blob: data:; img-src 'self' "
     "blob: data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
+/// Returns true if a request names this server. A page of another site whose name resolves to 127.0.0.1 names that site.
 bool isOurHost(const std::string& host, int port) {
     for (const char* name : {"127.0.0.1", "localhost", "[::1]"})
         if (host == fmt::format("{}:{}", name, port) || (port == 80 && host == name)) return true;
@@ -82,12 +82,11 @@ void answer(const Site& site, const httplib::Request& request, httplib::Response
         return;
     }
     const SiteFile& file = found->second;
-    if (const auto* onDisk = std::get_if<std::filesystem::path>(&file.content)) {
-        sendFile(*onDisk, file.mediaType, request, response);
+    if (file.onDisk() != nullptr) {
+        sendFile(*file.onDisk(), file.mediaType, request, response);
         return;
     }
-    const std::string_view bytes =
-        std::holds_alternative<std::string>(file.content) ? std::get<std::string>(file.content) : std::get<std::string_view>(file.content);
+    const std::string_view bytes = file.inMemory();
     if (path == kPageName) response.set_header("Content-Security-Policy", kPagePolicy);
     response.set_content(bytes.data(), bytes.size(), std::string(file.mediaType));
 }

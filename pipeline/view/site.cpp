@@ -24,7 +24,6 @@ using formats::Result;
 namespace fs = std::filesystem;
 
 constexpr const char* kCookedPrefix = "cooked/";
-constexpr const char* kIndexName = "index.html";
 const std::string kSceneDataName = fmt::format("{}/scene.json", kViewerFolder);
 /// Names the files of the site, so that an export over it knows which files are its own.
 const std::string kFileListName = fmt::format("{}/files.json", kViewerFolder);
@@ -135,10 +134,10 @@ Result<void> replaceExport(const Site& site, const fs::path& fresh, const fs::pa
     };
     // The page comes after what it loads.
     for (const auto& [name, file] : site.files())
-        if (name != kIndexName && name != kFileListName)
+        if (name != kPageName && name != kFileListName)
             if (auto moved = move(name); !moved) return moved;
-    if (site.files().contains(kIndexName))
-        if (auto moved = move(kIndexName); !moved) return moved;
+    if (site.files().contains(kPageName))
+        if (auto moved = move(kPageName); !moved) return moved;
     for (const std::string& name : both)
         if (!site.files().contains(name))
             if (auto removed = removeExported(folder, name); !removed) return removed;
@@ -156,12 +155,15 @@ Result<void> requireKtx2(const fs::path& folder, const Manifest& manifest) {
 }
 
 Result<void> writeSiteFile(const SiteFile& file, const fs::path& place) {
-    if (const auto* source = std::get_if<fs::path>(&file.content)) return copyFile(*source, place);
-    return writeFile(place, std::holds_alternative<std::string>(file.content) ? std::string_view(std::get<std::string>(file.content))
-                                                                              : std::get<std::string_view>(file.content));
+    return file.onDisk() != nullptr ? copyFile(*file.onDisk(), place) : writeFile(place, file.inMemory());
 }
 
 }  // namespace
+
+std::string_view SiteFile::inMemory() const {
+    const auto* text = std::get_if<std::string>(&content);
+    return text != nullptr ? std::string_view(*text) : std::get<std::string_view>(content);
+}
 
 std::string_view mediaTypeOf(std::string_view name) {
     for (const MediaType& row : kMediaTypes)
@@ -205,6 +207,40 @@ Result<std::optional<ViewedCandidate>> Site::addCandidate(const fs::path& cooked
     return candidate;
 }
 
+Result<std::optional<Report>> Site::addCookedFolder(const fs::path& folder, const Manifest& manifest) {
+    std::vector<std::string> names = {kManifestName};
+    for (const FileRecord& file : filesOf(manifest)) names.push_back(file.name);
+    std::optional<Report> report;
+    if (auto loaded = loadReport(folder / kReportName)) {
+        report = std::move(*loaded);
+        names.push_back(kReportName);
+        for (const ReportFile& file : report->files.value_or(std::vector<ReportFile>())) names.push_back(file.file);
+    }
+    for (const std::string& name : names)
+        if (auto added = addCooked(folder, kCookedPrefix, name); !added) return tl::make_unexpected(added.error());
+    return report;
+}
+
+void Site::addReferences(const std::vector<ViewedLightMap>& maps, bool hasSources) {
+    for (const ViewedLightMap& map : maps)
+        if (map.reference)
+            files_[*map.reference] = {scratch_ / fs::path(*map.reference).filename(), mediaTypeOf(*map.reference)};
+        else
+            notes_.push_back(fmt::format("{} is shown without its bake: {}{}", map.name, map.referenceMissing.value_or(""),
+                                         hasSources ? "" : ". If the scene's folder has moved, name it with --sources"));
+}
+
+Result<std::vector<ViewedCandidate>> Site::addCandidates(const fs::path& cooked, const Manifest& manifest) {
+    std::vector<ViewedCandidate> candidates;
+    for (const std::string& layout : candidatesIn(cooked)) {
+        auto candidate = addCandidate(cooked, manifest, layout);
+        if (!candidate) return tl::make_unexpected(candidate.error());
+        if (*candidate) candidates.push_back(std::move(**candidate));
+    }
+    std::ranges::sort(candidates, {}, &ViewedCandidate::bytesGpu);
+    return candidates;
+}
+
 Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
     if (options.page.empty())
         return failure(ErrorCode::InvalidRequest, "view",
@@ -222,32 +258,15 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
     site.manifestFile_ = manifestFile;
     if (digest) site.manifestDigest_ = *digest;
     for (const BundledFile& file : options.page) site.files_[std::string(file.path)] = {file.bytes, mediaTypeOf(file.path)};
-    std::vector<std::string> names = {kManifestName};
-    for (const FileRecord& file : filesOf(*manifest)) names.push_back(file.name);
-    std::optional<Report> report;
-    if (auto loaded = loadReport(options.folder / kReportName)) {
-        report = std::move(*loaded);
-        names.push_back(kReportName);
-        for (const ReportFile& file : report->files.value_or(std::vector<ReportFile>())) names.push_back(file.file);
-    }
-    for (const std::string& name : names)
-        if (auto added = site.addCooked(options.folder, kCookedPrefix, name); !added) return tl::make_unexpected(added.error());
+    const auto report = site.addCookedFolder(options.folder, *manifest);
+    if (!report) return tl::make_unexpected(report.error());
     const fs::path sources = options.sources.empty() ? options.folder / manifest->sceneDirectory : options.sources;
-    auto data = describeForView(*manifest, report, options.folder, sources, site.scratch_.path(), state);
+    auto data = describeForView(*manifest, *report, {options.folder, sources, site.scratch_.path()}, state);
     if (!data) return tl::make_unexpected(data.error());
-    for (const ViewedLightMap& map : data->lightMaps) {
-        if (map.reference)
-            site.files_[*map.reference] = {site.scratch_ / fs::path(*map.reference).filename(), mediaTypeOf(*map.reference)};
-        else
-            site.notes_.push_back(fmt::format("{} is shown without its bake: {}{}", map.name, map.referenceMissing.value_or(""),
-                                              options.sources.empty() ? ". If the scene's folder has moved, name it with --sources" : ""));
-    }
-    for (const std::string& layout : candidatesIn(options.folder)) {
-        auto candidate = site.addCandidate(options.folder, *manifest, layout);
-        if (!candidate) return tl::make_unexpected(candidate.error());
-        if (*candidate) data->candidates.push_back(std::move(**candidate));
-    }
-    std::ranges::sort(data->candidates, {}, &ViewedCandidate::bytesGpu);
+    site.addReferences(data->lightMaps, !options.sources.empty());
+    auto candidates = site.addCandidates(options.folder, *manifest);
+    if (!candidates) return tl::make_unexpected(candidates.error());
+    data->candidates = std::move(*candidates);
     site.files_[kSceneDataName] = {toJson(*data).dump(1) + "\n", mediaTypeOf(kSceneDataName)};
     FileNames all = {kFileListName};
     for (const auto& [path, file] : site.files_) all.insert(path);

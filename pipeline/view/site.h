@@ -1,5 +1,5 @@
-// A site lists the files of the viewer: the page itself, the cooked folder, and data made for the page. The same list is served on
-// loopback (view/server.h) or written into a folder that any web server shows.
+// The site of `lightcook view` is a list of files: the page itself, the cooked folder, and data made for the page. The list is served on
+// loopback (view/server.h), or written into a folder for any web server (exportSite).
 #pragma once
 
 #include <filesystem>
@@ -18,10 +18,18 @@
 
 namespace lightcook::pipeline {
 
+/// Path of the page on the site.
+inline constexpr const char* kPageName = "index.html";
+
 /// A file of the site.
 struct SiteFile {
     std::variant<std::string_view, std::string, std::filesystem::path> content;  ///< bytes of the program, text, or a file
     std::string_view mediaType;
+
+    /// Returns the file on disk; null for content in memory.
+    const std::filesystem::path* onDisk() const { return std::get_if<std::filesystem::path>(&content); }
+    /// Returns the content in memory. Must not be on disk.
+    std::string_view inMemory() const;
 };
 
 struct SiteOptions {
@@ -30,8 +38,8 @@ struct SiteOptions {
     std::span<const BundledFile> page = viewerBundle();
 };
 
-/// Every file that the page may ask for, by its path relative to the page: "index.html", "cooked/cooked.json", "viewer/scene.json". Nothing
-/// else is ever read for a request.
+/// Every file that the page may request, by its path relative to the page: "index.html", "cooked/cooked.json", "viewer/scene.json". No
+/// other file is read for a request.
 class Site {
 public:
     /// Checks the digests of the cooked folder, and prepares the bakes in a temporary folder. Refuses symbolic links that lead out of the
@@ -47,6 +55,13 @@ public:
 
 private:
     explicit Site(formats::TemporaryFolder scratch) : scratch_(std::move(scratch)) {}
+    /// Adds the manifest, the files that it names and the report. Returns the report; nothing if the folder has none.
+    formats::Result<std::optional<Report>> addCookedFolder(const std::filesystem::path& folder, const Manifest& manifest);
+    /// Adds the float bakes of light maps, and a note for each that has none.
+    /// hasSources  true: the user named the scene's folder
+    void addReferences(const std::vector<ViewedLightMap>& maps, bool hasSources);
+    /// Adds the candidates of the scene, the smallest first.
+    formats::Result<std::vector<ViewedCandidate>> addCandidates(const std::filesystem::path& cooked, const Manifest& manifest);
     /// prefix  of the paths on the site
     formats::Result<void> addCooked(const std::filesystem::path& folder, const std::string& prefix, const std::string& name);
     /// Adds a candidate of the scene. Returns nothing, and adds a note, for one of another cook.
