@@ -9,44 +9,45 @@ import { BufferAttribute, BufferGeometry, Matrix3, Vector3 } from "three";
  * @property {BufferGeometry} seams borders of all charts, as line segments in world space
  */
 
-/**
- * Finds the charts of meshes that lie on one light map, and gives their geometries the attribute `chartId`.
- * @param {import("three").Mesh[]} meshes with indices and uv1 @param {number} width of the light map [texels] @param {number} height [texels]
- * @returns {Charts}
- */
-export function findCharts(meshes, width, height) {
+/** Vertices of meshes by number; those with the same position and light-map UV have one number.
+ * @typedef {{ numbers: Int32Array[], places: Vector3[] }} Welded numbers of the vertices of each mesh, and the place of each number in world space */
+
+/** @param {import("three").Mesh[]} meshes @returns {Welded} */
+function weld(meshes) {
   /** @type {Map<string, number>} */
-  const welded = new Map();
-  /** @type {number[]} */
-  const parent = [];
-  const root = (/** @type {number} */ i) => {
-    while (parent[i] !== i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  const place = new Vector3();
+  const known = new Map();
   /** @type {Vector3[]} */
-  const places = [];
-  const vertices = meshes.map((mesh) => {
+  const places = [], place = new Vector3();
+  const numbers = meshes.map((mesh) => {
     const position = mesh.geometry.getAttribute("position"), uv = mesh.geometry.getAttribute("uv1");
     return Int32Array.from({ length: position.count }, (_, i) => {
       place.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld);
       const key = [place.x, place.y, place.z].map((x) => x.toPrecision(5)).join() + "," + Math.round(uv.getX(i) * 65536) + "," + Math.round(uv.getY(i) * 65536);
-      let id = welded.get(key);
-      if (id === undefined) {
-        welded.set(key, (id = parent.length));
-        parent.push(id);
+      let number = known.get(key);
+      if (number === undefined) {
+        known.set(key, (number = places.length));
         places.push(place.clone());
       }
-      return id;
+      return number;
     });
   });
+  return { numbers, places };
+}
+
+/** Joins vertices that share a triangle (union-find). Returns the chart of a vertex, numbered in the order in which it is asked for, and the
+ * borders: ends of the edges of one triangle, as pairs of places. @param {import("three").Mesh[]} meshes @param {Welded} welded */
+function joinTriangles(meshes, { numbers, places }) {
+  const parent = places.map((_, i) => i), count = places.length;
+  const root = (/** @type {number} */ i) => {
+    while (parent[i] !== i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
   /** Number of triangles on an edge of welded vertices. @type {Map<number, number>} */
   const edges = new Map();
-  const count = parent.length;
   meshes.forEach((mesh, m) => {
     const index = /** @type {BufferAttribute} */ (mesh.geometry.index);
     for (let i = 0; i + 2 < index.count; i += 3) {
-      const corner = [0, 1, 2].map((k) => vertices[m][index.getX(i + k)]);
+      const corner = [0, 1, 2].map((k) => numbers[m][index.getX(i + k)]);
       for (let k = 0; k < 3; ++k) {
         const a = corner[k], b = corner[(k + 1) % 3], key = Math.min(a, b) * count + Math.max(a, b);
         edges.set(key, (edges.get(key) ?? 0) + 1);
@@ -55,17 +56,28 @@ export function findCharts(meshes, width, height) {
     }
   });
   /** @type {Map<number, number>} */
-  const numbers = new Map();
+  const charts = new Map();
   const chartOf = (/** @type {number} */ vertex) => {
     const top = root(vertex);
-    let number = numbers.get(top);
-    if (number === undefined) numbers.set(top, (number = numbers.size));
-    return number;
+    let chart = charts.get(top);
+    if (chart === undefined) charts.set(top, (chart = charts.size));
+    return chart;
   };
+  const borders = [...edges].filter(([, triangles]) => triangles === 1).flatMap(([key]) => [places[Math.floor(key / count)], places[key % count]]);
+  return { charts, chartOf, borders };
+}
+
+/**
+ * Finds the charts of meshes that lie on one light map, and gives their geometries the attribute `chartId`.
+ * @param {import("three").Mesh[]} meshes with indices and uv1 @param {number} width of the light map [texels] @param {number} height [texels]
+ * @returns {Charts}
+ */
+export function findCharts(meshes, width, height) {
+  const welded = weld(meshes), { charts, chartOf, borders } = joinTriangles(meshes, welded);
   /** By chart. @type {number[]} */
   const areas = [], /** @type {number[]} */ largest = [], /** @type {number[]} */ middle = [];
   meshes.forEach((mesh, m) => {
-    const ids = Float32Array.from(vertices[m], chartOf), uv = mesh.geometry.getAttribute("uv1");
+    const ids = Float32Array.from(welded.numbers[m], chartOf), uv = mesh.geometry.getAttribute("uv1");
     mesh.geometry.setAttribute("chartId", new BufferAttribute(ids, 1));
     const index = /** @type {BufferAttribute} */ (mesh.geometry.index);
     for (let i = 0; i + 2 < index.count; i += 3) {
@@ -78,13 +90,8 @@ export function findCharts(meshes, width, height) {
       middle[2 * ids[a] + 1] = (uv.getY(a) + uv.getY(b) + uv.getY(c)) / 3;
     }
   });
-  const ends = [];
-  for (const [key, triangles] of edges) {
-    if (triangles > 1) continue;
-    for (const vertex of [Math.floor(key / count), key % count]) ends.push(places[vertex].x, places[vertex].y, places[vertex].z);
-  }
-  const seams = new BufferGeometry().setAttribute("position", new BufferAttribute(new Float32Array(ends), 3));
-  return { count: numbers.size, texels: Float64Array.from(areas, (area) => area ?? 0), middle: Float64Array.from(middle, (place) => place ?? 0), seams };
+  const seams = new BufferGeometry().setFromPoints(borders);
+  return { count: charts.size, texels: Float64Array.from(areas, (area) => area ?? 0), middle: Float64Array.from(middle, (place) => place ?? 0), seams };
 }
 
 /**

@@ -1,10 +1,13 @@
-// The page: controls, state and link.
+// The page: its state and link, the camera and keys, and the cards of view, light and worst places.
 import { Vector3 } from "three";
 import { Camera } from "./camera.js";
-import { cssOf, viewingOf, apply, DIFFUSE_WHITE } from "./color.js";
+import { viewingOf } from "./color.js";
+import { byId, Controls, make } from "./controls.js";
 import { hashOf, initialState, stateOf } from "./link.js";
+import { MemoryCard } from "./memory_card.js";
+import { PlaceCard } from "./place_card.js";
 import { MODES } from "./shading.js";
-import { chartItems, colorOf, ERROR_ENDS, memoryItems, sizeText, treemap } from "./treemap.js";
+import { sizeText } from "./treemap.js";
 import { View } from "./view.js";
 
 /** @typedef {import("./link.js").State} State */
@@ -13,38 +16,16 @@ const BLINK_MS = 600;
 const POLL_MS = 5000;
 /** A chart with fewer has hardly a place whose filter reads no texel beside it: 4 x 4. */
 const FEW_TEXELS = 16;
-const byId = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
-/** Makes an element. @param {string} tag @param {Record<string, any>} [properties] @param {(Node | string)[]} children */
-function make(tag, properties = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [key, value] of Object.entries(properties)) {
-    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
-    else if (key === "class") element.className = value;
-    else if (key === "style") element.style.cssText = value;
-    else if (typeof value === "boolean") element.toggleAttribute(key, value);
-    else element.setAttribute(key, value);
-  }
-  element.append(...children);
-  return element;
-}
-/** @param {number} x */
-const short = (x) => (x === 0 ? "0" : Math.abs(x) >= 1000 || Math.abs(x) < 0.001 ? x.toExponential(2) : x.toPrecision(4));
-
-class Page {
+export class Page {
   constructor() {
     this.canvas = /** @type {HTMLCanvasElement} */ (byId("canvas"));
     this.panel = byId("panel");
     this.state = stateOf(location.hash);
     this.blinked = false;
-    /** @type {(() => void)[]} run after each change of the state, to show it in the controls */
-    this.refreshers = [];
-    /** @type {Vector3 | null} */
-    this.pickedPosition = null;
+    this.controls = new Controls(this);
     this.isLoadingLayout = false;
     this.layoutFault = "";
-    /** @type {Map<number, import("./treemap.js").ChartError>[] | undefined} */
-    this.errorsOfCharts = undefined;
     this.pending = 0;
     this.hashTimer = 0;
     this.applyTheme();
@@ -79,7 +60,7 @@ class Page {
     if (["127.0.0.1", "localhost", "[::1]"].includes(location.hostname)) setInterval(() => document.hidden || this.lookForNewCook(), POLL_MS);
     byId("loading").hidden = true;
     this.changed();
-    if (this.state.picked) this.showPicked();
+    if (this.state.picked) this.place?.show();
     await this.needLayouts();
   }
 
@@ -130,7 +111,7 @@ class Page {
     loading.hidden = true;
     this.isLoadingLayout = false;
     this.changed();
-    if (this.state.picked) this.showPicked();
+    if (this.state.picked) this.place?.show();
   }
 
   /** Brings the state to what the scene has and the controls reach. */
@@ -194,7 +175,7 @@ class Page {
     this.allow();
     this.applyCamera();
     this.changed();
-    this.showPicked();
+    this.place?.show();
   }
   applyCamera() {
     const camera = /** @type {Camera} */ (this.camera), at = this.state.camera;
@@ -217,13 +198,13 @@ class Page {
     this.redraw();
     this.keepLink();
     // Glossy light of the picked place changes with the view.
-    if (this.state.glossy !== "none" || this.state.dominant) this.pickedChanged();
+    if (this.state.glossy !== "none" || this.state.dominant) this.place?.update();
   }
   /** Shows a changed state everywhere. @param {Partial<State>} [by] */
   changed(by) {
     Object.assign(this.state, by);
     this.applyTheme();
-    for (const refresh of this.refreshers) refresh();
+    this.controls.refresh();
     this.redraw();
     this.keepLink();
     if (this.view?.sets.size) void this.needLayouts();
@@ -240,14 +221,7 @@ class Page {
     if (!view || !camera) return;
     view.apply(this.state, this.blinked);
     view.draw(camera.view, getComputedStyle(document.documentElement).getPropertyValue("--stage").trim());
-    this.markPicked();
-  }
-  /** Puts the ring on the picked place. */
-  markPicked() {
-    const marker = byId("marker"), camera = /** @type {Camera} */ (this.camera).view;
-    const place = this.state.picked && this.pickedPosition ? this.pickedPosition.clone().project(camera) : null;
-    marker.hidden = !place || Math.abs(place.z) > 1;
-    if (place) marker.style.translate = `${((1 + place.x) / 2) * this.canvas.clientWidth}px ${((1 - place.y) / 2) * this.canvas.clientHeight}px`;
+    this.place?.mark();
   }
   keepLink() {
     clearTimeout(this.hashTimer);
@@ -260,20 +234,22 @@ class Page {
     this.redraw();
   }
 
-  // --- controls ---------------------------------------------------------------------------------------------------------------------------
+  // --- cards --------------------------------------------------------------------------------------------------------------------------
 
   build() {
     const view = /** @type {View} */ (this.view);
     this.buildStage();
-    this.panel.replaceChildren(...[this.header(), this.viewCard(), this.lightCard(), this.worstCard(), this.pickCard(), this.memoryCard(), this.helpCard()]
-      .filter((card) => card !== null));
+    const header = this.header(), settings = [this.viewCard(), this.lightCard()], worst = this.worstCard();
+    this.place = new PlaceCard(this);
+    const memory = new MemoryCard(this);
+    this.panel.replaceChildren(header, ...settings, ...(worst ? [worst] : []), this.place.element, memory.element, this.helpCard());
     const missing = view.maps.filter(({ data }) => !data.reference);
     for (const { data } of missing)
       this.panel.children[1].append(make("p", { class: "note warning" }, `${data.name}: no float bake to compare with. ${data.reference_missing ?? ""}`));
     for (const { data, hasMesh } of view.maps)
       if (!hasMesh) this.panel.children[1].append(make("p", { class: "note" }, `${data.name}: no mesh. The map lies flat, lit from where most light comes.`));
-    const working = /** @type {NonNullable<View["cooked"]>} */ (view.cooked).manifest.color.working;
-    if (!viewingOf(working).isKnown) this.panel.children[1].append(make("p", { class: "note" }, `Working space ${working} is shown as Rec.709.`));
+    if (!viewingOf(view.workingSpace).isKnown)
+      this.panel.children[1].append(make("p", { class: "note" }, `Working space ${view.workingSpace} is shown as Rec.709.`));
   }
 
   buildStage() {
@@ -291,7 +267,7 @@ class Page {
       event.preventDefault();
       move(to);
     });
-    this.refreshers.push(() => {
+    this.controls.follow(() => {
       const { mode } = this.state, isWiped = mode === "wipe";
       wipe.hidden = !isWiped;
       wipe.style.left = `${100 * this.state.wipe}%`;
@@ -314,7 +290,7 @@ class Page {
     const view = /** @type {View} */ (this.view), manifest = /** @type {NonNullable<View["cooked"]>} */ (view.cooked).manifest;
     const themes = ["auto", "light", "dark"];
     const theme = make("button", { id: "theme", title: "Theme", onclick: () => this.changed({ theme: themes[(themes.indexOf(this.state.theme) + 1) % 3] }) });
-    this.refreshers.push(() => (theme.textContent = `Theme: ${this.state.theme}`));
+    this.controls.follow(() => (theme.textContent = `Theme: ${this.state.theme}`));
     const link = make("button", { id: "link", title: "Copy a link that reopens this view", onclick: () => this.copyLink(link) }, "Copy link");
     const verdict = this.report ? [make("span", { class: `verdict ${this.report.passed ? "passed" : "failed"}` }, this.report.passed ? "Passed" : "Failed")] : [];
     const report = this.report ? [make("a", { href: "cooked/report.html" }, "Report")] : [];
@@ -343,80 +319,46 @@ class Page {
     return own.length === 1 ? own[0] : `as cooked (${maps.length} maps)`;
   }
 
-  /** A row of buttons, one of which is pressed. @param {string} id @param {string} label @param {"mode" | "glossy" | "navigation" | "memory"} key @param {[string, string][]} choices value and label */
-  segments(id, label, key, choices) {
-    const buttons = choices.map(([value, label]) => make("button", { "data-value": value, onclick: () => this.choose(key, value) }, label));
-    this.refreshers.push(() => buttons.forEach((button) => button.setAttribute("aria-pressed", String(button.dataset.value === this.state[key]))));
-    return make("div", { class: "segments", id, role: "group", "aria-label": label }, ...buttons);
-  }
-  /** @param {"mode" | "glossy" | "navigation" | "memory"} key @param {string} value */
+  /** Chooses a value of a row of buttons. @param {import("./controls.js").Choice} key @param {string} value */
   choose(key, value) {
     this.blinked = false;
     this.changed({ [key]: value });
     if (key === "navigation") /** @type {Camera} */ (this.camera).isFlying = value === "fly";
   }
-  /** @param {"stops" | "errorEnd" | "m" | "f0" | "albedo" | "bump"} key @param {string} label @param {number} low @param {number} high @param {number} step
-   * @param {(value: number) => string} text */
-  slider(key, label, low, high, step, text) {
-    const input = /** @type {HTMLInputElement} */ (make("input", { type: "range", id: key, min: low, max: high, step, "aria-label": label }));
-    const output = make("output", { for: key });
-    input.addEventListener("input", () => this.changed({ [key]: Number(input.value) }));
-    input.addEventListener("dblclick", () => this.changed({ [key]: Math.min(Math.max(initialState()[key], low), high) }));
-    this.refreshers.push(() => {
-      input.value = String(this.state[key]);
-      output.textContent = text(this.state[key]);
-    });
-    return make("div", { class: "row" }, make("label", { for: key }, label), input, output);
-  }
-  /** @param {"diffuse" | "dominant" | "materials" | "seams"} key @param {string} label */
-  check(key, label) {
-    const input = /** @type {HTMLInputElement} */ (make("input", { type: "checkbox", id: key }));
-    input.addEventListener("change", () => this.changed({ [key]: input.checked }));
-    this.refreshers.push(() => (input.checked = this.state[key]));
-    return make("label", { class: "check" }, input, label);
-  }
-  /** @param {"overlay" | "environment" | "layout" | "beside"} key @param {string} label @param {[string | number, string][]} choices */
-  select(key, label, choices) {
-    const select = /** @type {HTMLSelectElement} */ (make("select", { id: key }, ...choices.map(([value, name]) => make("option", { value }, name))));
-    select.addEventListener("change", () => this.changed({ [key]: key === "environment" ? Number(select.value) : select.value }));
-    this.refreshers.push(() => (select.value = String(this.state[key])));
-    const row = make("div", { class: "row" }, make("label", { for: key }, label), select);
-    return row;
-  }
 
   viewCard() {
-    const { has, candidates } = /** @type {View} */ (this.view), rows = [];
+    const { has, candidates } = /** @type {View} */ (this.view), { controls } = this, rows = [];
     if (this.isCompared()) {
       const names = { wipe: "Wipe", reference: "Reference", cooked: "Cooked", blink: "Blink", error: "Error" };
-      rows.push(this.segments("mode", "View", "mode", this.modeChoices().map((mode) => [mode, names[mode]])));
+      rows.push(controls.segments("mode", "View", "mode", this.modeChoices().map((mode) => [mode, names[mode]])));
     }
     if (candidates.length > 0) rows.push(...this.layoutRows());
     if (has.reference) {
-      const end = this.slider("errorEnd", "Scale ends at", 1, 50, 1, (value) => String(value));
-      this.refreshers.push(() => (end.hidden = this.state.mode !== "error"));
+      const end = controls.slider("errorEnd", "Scale ends at", [1, 50, 1], (value) => String(value));
+      controls.follow(() => (end.hidden = this.state.mode !== "error"));
       rows.push(end);
     }
     // The visible error is that of the report's display, whatever the exposure here.
-    const exposure = this.slider("stops", "Exposure", -8, 8, 0.25, (value) => `${value > 0 ? "+" : ""}${value} stops`);
-    this.refreshers.push(() => (exposure.hidden = this.state.mode === "error"));
+    const exposure = controls.slider("stops", "Exposure", [-8, 8, 0.25], (value) => `${value > 0 ? "+" : ""}${value} stops`);
+    controls.follow(() => (exposure.hidden = this.state.mode === "error"));
     rows.push(exposure);
     const names = { none: "None", charts: "Charts", clusters: "Clusters", texels: "Texels" };
-    rows.push(this.select("overlay", "Overlay", this.overlayChoices().map((value) => [value, names[/** @type {keyof names} */ (value)]])));
-    if (has.mesh) rows.push(this.check("seams", "Borders of charts"));
+    rows.push(controls.select("overlay", "Overlay", this.overlayChoices().map((value) => [value, names[/** @type {keyof names} */ (value)]])));
+    if (has.mesh) rows.push(controls.check("seams", "Borders of charts"));
     const home = make("button", { id: "home", onclick: () => this.goHome() }, "Show all");
-    rows.push(make("div", { class: "row" }, make("span", {}, "Camera"), this.segments("navigation", "Camera", "navigation", [["orbit", "Orbit"], ["fly", "Fly"]])), home);
+    rows.push(make("div", { class: "row" }, make("span", {}, "Camera"), controls.segments("navigation", "Camera", "navigation", [["orbit", "Orbit"], ["fly", "Fly"]])), home);
     return make("section", { class: "card" }, make("h2", {}, "View"), ...rows);
   }
   /** Choices of the layouts on both sides. */
   layoutRows() {
-    const { candidates } = /** @type {View} */ (this.view);
+    const { candidates } = /** @type {View} */ (this.view), { controls } = this;
     const labels = new Map(candidates.map(({ layout, bytes_gpu, visible }) => [layout, `${layout}: ${sizeText(bytes_gpu)}, visible ${visible === null ? "unknown" : visible.toPrecision(2)}`]));
     const labelOf = (/** @type {string} */ layout) => labels.get(layout) ?? "";
     const fault = make("p", { class: "note warning", id: "layout-fault" });
-    this.refreshers.push(() => (fault.textContent = this.layoutFault));
+    controls.follow(() => (fault.textContent = this.layoutFault));
     return [
-      this.select("layout", "Cooked as", [["", `${this.layoutName("")}: this scene`], ...candidates.map(({ layout }) => /** @type {[string, string]} */ ([layout, labelOf(layout)]))]),
-      this.select("beside", "Beside", this.besideChoices().map((layout) => /** @type {[string, string]} */ ([layout, layout ? labelOf(layout) : "The float bake"]))),
+      controls.select("layout", "Cooked as", [["", `${this.layoutName("")}: this scene`], ...candidates.map(({ layout }) => /** @type {[string, string]} */ ([layout, labelOf(layout)]))]),
+      controls.select("beside", "Beside", this.besideChoices().map((layout) => /** @type {[string, string]} */ ([layout, layout ? labelOf(layout) : "The float bake"]))),
       fault,
     ];
   }
@@ -427,25 +369,26 @@ class Page {
   }
 
   lightCard() {
-    const view = /** @type {View} */ (this.view), { has } = view, rows = [];
+    const view = /** @type {View} */ (this.view), { has } = view, { controls } = this, rows = [];
     if (has.tables) {
-      rows.push(this.check("diffuse", "Diffuse"));
+      rows.push(controls.check("diffuse", "Diffuse"));
       const names = { none: "None", area: "Area", environment: "Probe" };
-      rows.push(make("div", { class: "row" }, make("span", {}, "Glossy"), this.segments("glossy", "Glossy", "glossy", this.glossyChoices().map((value) => [value, names[/** @type {keyof names} */ (value)]]))));
+      rows.push(make("div", { class: "row" }, make("span", {}, "Glossy"), controls.segments("glossy", "Glossy", "glossy", this.glossyChoices().map((value) => [value, names[/** @type {keyof names} */ (value)]]))));
       if (view.environments.length > 1) {
-        const probes = this.select("environment", "Probe", view.environments.map(({ name }, i) => [i, name]));
-        this.refreshers.push(() => (probes.hidden = this.state.glossy !== "environment"));
+        const probes = controls.select("environment", "Probe", view.environments.map(({ name }, i) => [i, name]));
+        controls.follow(() => (probes.hidden = this.state.glossy !== "environment"));
         rows.push(probes);
       }
-      if (has.dominant) rows.push(this.check("dominant", "Highlight of the dominant light"));
-      const gloss = [this.slider("m", "Roughness m", view.roughness[0], view.roughness[1], 0.005, (value) => value.toFixed(3)), this.slider("f0", "F0", 0, 1, 0.01, (value) => value.toFixed(2))];
-      this.refreshers.push(() => gloss.forEach((row) => (row.hidden = this.state.glossy === "none" && !this.state.dominant)));
+      if (has.dominant) rows.push(controls.check("dominant", "Highlight of the dominant light"));
+      const [low, high] = view.roughness, roughness = controls.slider("m", "Roughness m", [low, high, 0.005], (value) => value.toFixed(3));
+      const gloss = [roughness, controls.slider("f0", "F0", [0, 1, 0.01], (value) => value.toFixed(2))];
+      controls.follow(() => gloss.forEach((row) => (row.hidden = this.state.glossy === "none" && !this.state.dominant)));
       rows.push(...gloss);
     }
-    rows.push(this.slider("albedo", "Albedo", 0, 1, 0.01, (value) => value.toFixed(2)));
-    if (has.materials) rows.push(this.check("materials", "Colours of the materials"));
+    rows.push(controls.slider("albedo", "Albedo", [0, 1, 0.01], (value) => value.toFixed(2)));
+    if (has.materials) rows.push(controls.check("materials", "Colours of the materials"));
     const tilt = this.mostTilt();
-    if (tilt > 0) rows.push(this.slider("bump", "Normal map", 0, tilt, 1, (value) => `${value}°`));
+    if (tilt > 0) rows.push(controls.slider("bump", "Normal map", [0, tilt, 1], (value) => `${value}°`));
     return make("section", { class: "card" }, make("h2", {}, "Light"), ...rows);
   }
 
@@ -495,148 +438,12 @@ class Page {
     const view = /** @type {View} */ (this.view), camera = /** @type {Camera} */ (this.camera), found = view.surface(view.maps[map], u, v);
     if (!found) return;
     this.changed({ picked: [map, u, v] });
-    this.showPicked();
+    this.place?.show();
     const distance = 0.12 * camera.size;
     if (towards) return camera.flyTo(found.position.clone().addScaledVector(towards, distance), found.position);
     const { up } = camera.view, isLevel = Math.abs(found.normal.dot(up)) > 0.9, aside = new Vector3(up.y, up.z, up.x);
     const away = found.normal.clone().addScaledVector(isLevel ? aside : up, isLevel ? 0.3 : 0.25);
     camera.flyTo(found.position.clone().addScaledVector(away.normalize(), distance), found.position);
-  }
-
-  // --- picked place -----------------------------------------------------------------------------------------------------------------------
-
-  pickCard() {
-    this.pickBody = make("div", { id: "picked" }, make("p", { class: "note" }, "Click a surface for its texel, coefficients and error."));
-    this.refreshers.push(() => this.pickedChanged());
-    return make("section", { class: "card" }, make("h2", {}, "Place"), this.pickBody);
-  }
-  /** Shaded values of the picked place follow the settings. */
-  pickedChanged() {
-    if (!this.state.picked || !this.pickBody || this.shading) return;
-    this.shading = requestAnimationFrame(() => {
-      this.shading = 0;
-      this.showPicked();
-    });
-  }
-  /** @param {number} x [CSS pixels of the canvas] @param {number} y */
-  click(x, y) {
-    const view = /** @type {View} */ (this.view), { clientWidth, clientHeight } = this.canvas;
-    const hit = view.pick(/** @type {Camera} */ (this.camera).view, x / clientWidth, y / clientHeight);
-    this.state.picked = hit ? [hit.map, ...hit.uv] : null;
-    this.showPicked();
-    this.keepLink();
-  }
-  showPicked() {
-    const view = /** @type {View} */ (this.view), body = /** @type {HTMLElement} */ (this.pickBody);
-    if (!this.state.picked) {
-      this.markPicked();
-      body.replaceChildren(make("p", { class: "note" }, "Click a surface for its texel, coefficients and error."));
-      return;
-    }
-    const [index, u, v] = this.state.picked, map = view.maps[index], found = view.surface(map, u, v), { asset, data, charts } = map;
-    if (!found) return;
-    this.pickedPosition = found.position;
-    this.markPicked();
-    view.apply(this.state, this.blinked);
-    const eye = /** @type {Camera} */ (this.camera).view.position.clone().sub(found.position).normalize();
-    const none = [0, 0, 0];
-    const [values] = view.values(map, [{ uv: [u, v], bakeUv: view.bakeUvAt(map, [u, v], found), cluster: found.cluster, normal: map.hasMesh ? found.normal.toArray() : none, view: map.hasMesh ? eye.toArray() : none }]);
-    const rows = [["Light map", `${data.name}, ${asset.layout}`], ["Texel", `${(u * asset.width - 0.5).toFixed(2)}, ${(v * asset.height - 0.5).toFixed(2)}`]];
-    if (map.decode.needsCluster) rows.push(["Cluster", String(found.cluster)]);
-    if (map.hasMesh && asset.bits_per_texel) {
-      const texels = charts.texels[found.chart];
-      rows.push(["Chart", `${found.chart + 1} of ${charts.count}, ${Math.round(texels)} texels`], ["Bytes of the chart", sizeText((texels * asset.bits_per_texel) / 8)]);
-    }
-    const parts = [];
-    if (values) {
-      const shownColour = (/** @type {number[]} */ light) => {
-        const unit = ((data.display?.nits ?? DIFFUSE_WHITE) / DIFFUSE_WHITE) * 2 ** this.state.stops;
-        const working = /** @type {NonNullable<View["cooked"]>} */ (view.cooked).manifest.color.working;
-        return cssOf(apply(viewingOf(working).rec709, /** @type {any} */ (light.map((x) => x * unit))));
-      };
-      const light = (/** @type {number[]} */ rgb) => rgb.map(short).join("  ");
-      if (map.hasReference) rows.push(["Visible error", values.error.toFixed(2)], ["Reference", light(values.referenceLight)]);
-      rows.push(["Cooked", light(values.cookedLight)]);
-      if (map.hasReference)
-        parts.push(make("div", { class: "swatches" }, make("i", { title: "Reference", style: `background: ${shownColour(values.referenceLight)}` }),
-          make("i", { title: "Cooked", style: `background: ${shownColour(values.cookedLight)}` })));
-      if (map.decode.hasDirections) parts.push(this.coefficients(values, map.hasReference));
-    }
-    const isOnSummary = body.contains(document.activeElement);
-    body.replaceChildren(make("dl", {}, ...rows.flatMap(([term, text]) => [make("dt", {}, term), make("dd", { "data-term": term }, text)])), ...parts);
-    if (isOnSummary) body.querySelector("summary")?.focus({ preventScroll: true });
-  }
-  /** @param {import("./view.js").Values} values @param {boolean} hasReference */
-  coefficients(values, hasReference) {
-    const cells = (/** @type {number[]} */ rgb) => rgb.map((x) => make("td", {}, short(x)));
-    const head = (/** @type {string} */ text) => make("th", { colspan: 3 }, text);
-    const rows = values.cooked.map((cooked, i) => make("tr", {}, make("th", {}, String(i)), ...(hasReference ? cells(values.reference[i]) : []), ...cells(cooked)));
-    return make("details", { open: this.showsCoefficients ?? false, ontoggle: (/** @type {Event} */ event) => (this.showsCoefficients = /** @type {HTMLDetailsElement} */ (event.target).open) },
-      make("summary", {}, "SH coefficients"),
-      make("div", { class: "scroll" }, make("table", {}, make("thead", {}, make("tr", {}, make("th"), ...(hasReference ? [head("Reference R G B")] : []), head("Cooked R G B"))), make("tbody", {}, ...rows))));
-  }
-
-  // --- memory -----------------------------------------------------------------------------------------------------------------------------
-
-  memoryCard() {
-    const view = /** @type {View} */ (this.view), body = make("div", {});
-    const hasCharts = view.maps.some(({ hasMesh }) => hasMesh);
-    let drawn = "";
-    this.refreshers.push(() => {
-      const { memory, layout } = this.state, { cooked, maps } = view.setFor(layout), key = `${memory} ${view.sets.has(layout) ? layout : ""}`;
-      if (key === drawn) return;
-      drawn = key;
-      const items = memoryItems(cooked.manifest);
-      // The report is that of the scene's own layout.
-      body.replaceChildren(...this.memoryTiles(memory === "charts" ? chartItems(items, maps, layout && view.sets.has(layout) ? [] : this.chartErrors()) : items));
-    });
-    const choice = hasCharts ? [this.segments("memory-by", "Tiles of memory", "memory", [["assets", "Textures"], ["charts", "Charts"]])] : [];
-    return make("section", { class: "card" }, make("h2", {}, "Memory"), ...choice, body);
-  }
-  /** Errors of the report by chart of each map. The report numbers charts in its own way: they are paired by a texel. */
-  chartErrors() {
-    const view = /** @type {View} */ (this.view);
-    this.errorsOfCharts ??= view.maps.map((map) => {
-      /** @type {Map<number, import("./treemap.js").ChartError>} */
-      const errors = new Map(), { asset } = map;
-      const row = this.report?.assets?.find((/** @type {any} */ each) => each.name === asset.name);
-      for (const { worst, visible_p99, visible_max } of row?.charts?.largest ?? []) {
-        const u = (worst[0] + 0.5) / asset.width, v = (worst[1] + 0.5) / asset.height, found = view.surface(map, u, v);
-        // Several charts of the page may be one of the report, which joins charts that share texels.
-        if (found && !errors.has(found.chart)) errors.set(found.chart, { p99: visible_p99 ?? Infinity, max: visible_max ?? Infinity, worst: [u, v] });
-      }
-      return errors;
-    });
-    return this.errorsOfCharts;
-  }
-  /** @param {import("./treemap.js").Item[]} items */
-  memoryTiles(items) {
-    const total = items.reduce((sum, item) => sum + item.bytes, 0), caption = make("p", { class: "note" });
-    /** @type {HTMLElement[]} */
-    const buttons = [];
-    const tiles = treemap(items, 1.8).map(({ item, x, y, width, height }) => {
-      const name = `${item.asset}, ${item.role}`, label = width > 0.14 && height > 0.2 ? [make("b", {}, item.role), make("br"), item.asset] : [];
-      const button = make("button", {
-        "aria-label": `${name}: ${sizeText(item.bytes)}`, title: name, "aria-pressed": "false",
-        style: `left:${100 * x}%;top:${100 * y}%;width:${100 * width}%;height:${100 * height}%;background:${colorOf(item)}`,
-        onclick: () => {
-          for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
-          caption.textContent = `${name}: ${sizeText(item.bytes)}, ${((100 * item.bytes) / total).toFixed(1)} %. ${item.detail}`;
-          if (item.place) this.flyTo(...item.place);
-        },
-      }, ...label);
-      buttons.push(button);
-      return button;
-    });
-    caption.textContent = `${sizeText(total)} of GPU memory. Click a tile for what it is.`;
-    const legend = items.some(({ visible }) => visible !== undefined) ? [this.errorLegend()] : [];
-    return [make("div", { class: "treemap", id: "memory" }, ...tiles), ...legend, caption];
-  }
-
-  /** What the colours of charts mean. */
-  errorLegend() {
-    const ranges = ["below 1", ...ERROR_ENDS.map((end, i) => (i + 1 < ERROR_ENDS.length ? `${end} to ${ERROR_ENDS[i + 1]}` : `${end} or more`))];
-    return make("p", { class: "note errors" }, "Visible error of charts, p99: ", ...ranges.map((words, i) => make("span", {}, make("i", { style: `background: var(--error-${i})` }), words)));
   }
 
   helpCard() {
@@ -647,6 +454,15 @@ class Page {
         ...(has.reference ? [...line(["1", "–", "5"], "wipe, reference, cooked, blink, error"), ...line(["Space"], "the other of reference and cooked")] : []),
         ...line(["[", "]"], "exposure"), ...line(["W", "A", "S", "D", "Q", "E"], "move"), ...line(["F"], "orbit or fly"), ...line(["H"], "show all"),
         make("dt", {}, "Drag"), make("dd", {}, "turn; with Shift or two fingers, move"), make("dt", {}, "Scroll, pinch"), make("dd", {}, "closer or farther")));
+  }
+
+  /** @param {number} x [CSS pixels of the canvas] @param {number} y */
+  click(x, y) {
+    const view = /** @type {View} */ (this.view), { clientWidth, clientHeight } = this.canvas;
+    const hit = view.pick(/** @type {Camera} */ (this.camera).view, x / clientWidth, y / clientHeight);
+    this.state.picked = hit ? [hit.map, ...hit.uv] : null;
+    this.place?.show();
+    this.keepLink();
   }
 
   /** @param {KeyboardEvent} event */

@@ -103,6 +103,10 @@ export class View {
   get maps() {
     return this.sets.size > 0 ? this.shown.maps : [];
   }
+  /** Working colour space of the scene. */
+  get workingSpace() {
+    return /** @type {CookedScene} */ (this.cooked).manifest.color.working;
+  }
   gl() {
     return /** @type {WebGL2RenderingContext} */ (this.renderer.getContext());
   }
@@ -127,7 +131,7 @@ export class View {
       const asset = manifest.assets.find(({ name }) => name === map.name);
       if (map.reference && asset) expected += asset.width * asset.height * 72;
     }
-    this.uniforms = sharedUniforms(manifest.color.working);
+    this.uniforms = sharedUniforms(this.workingSpace);
     this.eye = { value: new Vector3() };
     const lut = this.cooked.assets("lut")[0];
     this.tables = lut ? specularTables(lut, await this.cooked.textures(lut)) : null;
@@ -173,58 +177,30 @@ export class View {
     return made;
   }
 
-  /** @param {LayoutSet} set @param {ViewedLightMap} data @param {(bytes: number) => void} onBytes */
+  /** Loads a light map and its meshes into a set. @param {LayoutSet} set @param {ViewedLightMap} data @param {(bytes: number) => void} onBytes */
   async addLightMap(set, data, onBytes) {
     const { cooked } = set, { assets } = cooked.manifest;
     const asset = assets.find(({ name, kind }) => name === data.name && kind === "light-map");
     if (!asset) throw new Error(`viewer/scene.json: found light map "${data.name}", which cooked.json does not have`);
-    const decode = await cooked.lightMap(asset);
-    const { dominant, reference, left } = await this.sharedOf(data, onBytes);
-    const hasReference = reference !== null;
-    const display = data.display ?? NO_DISPLAY;
-    /** @type {Record<string, { value: any }>} */
-    const own = {
-      ...decode.uniforms, ...this.uniforms, ...this.tables?.uniforms, ...dominant?.uniforms, ...this.environment?.uniforms,
-      eye: /** @type {any} */ (this.eye), display: { value: [display.nits, display.black] }, mapSize: { value: [asset.width, asset.height] },
-    };
-    if (hasReference) {
-      own.referenceMap = { value: reference };
-      own.referenceUnit = { value: 1 / data.reference_scale };
-    }
+    const decode = await cooked.lightMap(asset), { dominant, reference, left } = await this.sharedOf(data, onBytes);
     const meshAsset = data.mesh ? assets.find(({ name, kind }) => name === data.mesh && kind === "mesh") : undefined;
     const packing = asset.verify?.unpacked?.packing, bake = packing ? { width: packing.width_before, height: packing.height_before } : asset;
     const meshes = meshAsset ? await this.meshesOf(cooked, meshAsset, packing ? packing.uv_before : "TEXCOORD_1") : [];
-    const hasMesh = meshes.length > 0;
+    const hasReference = reference !== null, hasMesh = meshes.length > 0, hasClusters = !!decode.layout.code;
     if (!hasMesh) meshes.push(this.sheet(asset, left));
     const shading = shadingGlsl(cooked.shader, decode, { tables: this.tables ?? null, dominant, environment: this.environment ?? null, hasReference });
-    const hasClusters = !!decode.layout.code;
-    /** @type {Record<string, number>} */
-    const defines = {};
-    if (decode.needsCluster) defines.LIGHT_MAP_CLUSTER = 1;
-    if (hasClusters) defines.HAS_CLUSTERS = 1;
-    if (!hasMesh) defines.NO_MESH = 1;
+    const uniforms = this.uniformsOf(data, asset, { ...decode.uniforms, ...dominant?.uniforms }, reference);
+    const defines = { ...(decode.needsCluster && { LIGHT_MAP_CLUSTER: 1 }), ...(hasClusters && { HAS_CLUSTERS: 1 }), ...(!hasMesh && { NO_MESH: 1 }) };
     const charts = findCharts(meshes, asset.width, asset.height);
     for (const mesh of meshes) {
-      const source = /** @type {any} */ (mesh.material);
-      const albedo = source.color ? source.color.toArray() : [1, 1, 1];
-      const emission = source.emissive ? source.emissive.toArray().map((/** @type {number} */ x) => x * (source.emissiveIntensity ?? 1)) : [0, 0, 0];
-      if (albedo.some((/** @type {number} */ x) => x !== 1) || emission.some((/** @type {number} */ x) => x > 0)) this.has.materials = true;
-      mesh.material = new ShaderMaterial({
-        glslVersion: GLSL3,
-        defines,
-        uniforms: { ...own, materialAlbedo: { value: albedo }, materialEmission: { value: emission } },
-        vertexShader: VERTEX,
-        fragmentShader: shading + FRAGMENT_MAIN,
-        side: source.side === DoubleSide ? DoubleSide : FrontSide,
-      });
+      mesh.material = this.surfaceMaterial(mesh.material, { uniforms, defines, fragmentShader: shading + FRAGMENT_MAIN });
       this.box.union(new Box3().setFromObject(mesh));
       set.scene.add(mesh);
     }
-    const lines = new LineSegments(charts.seams, new LineBasicMaterial({ color: 0x22c8ff }));
-    set.lines.add(lines);
+    set.lines.add(new LineSegments(charts.seams, new LineBasicMaterial({ color: 0x22c8ff })));
     const points = new ShaderMaterial({
       glslVersion: GLSL3,
-      uniforms: { ...own, materialAlbedo: { value: [1, 1, 1] }, materialEmission: { value: [0, 0, 0] }, points: { value: null } },
+      uniforms: { ...uniforms, materialAlbedo: { value: [1, 1, 1] }, materialEmission: { value: [0, 0, 0] }, points: { value: null } },
       vertexShader: POINTS_VERTEX,
       fragmentShader: shading + POINTS_MAIN,
       depthTest: false,
@@ -236,6 +212,37 @@ export class View {
     this.has.dominant ||= dominant !== null && decode.hasDirections && this.tables !== null;
     this.has.clusters ||= hasClusters;
     this.has.mesh ||= hasMesh;
+  }
+
+  /** Returns the uniforms of all materials of a light map. @param {ViewedLightMap} data @param {import("../loaders/core/cooked.js").CookedAsset} asset
+   * @param {Record<string, { value: any }>} light of its decode and its dominant light @param {any} reference texture of the float bake, or null */
+  uniformsOf(data, asset, light, reference) {
+    const display = data.display ?? NO_DISPLAY;
+    /** @type {Record<string, { value: any }>} */
+    const uniforms = {
+      ...light, ...this.uniforms, ...this.tables?.uniforms, ...this.environment?.uniforms,
+      eye: /** @type {any} */ (this.eye), display: { value: [display.nits, display.black] }, mapSize: { value: [asset.width, asset.height] },
+    };
+    if (reference === null) return uniforms;
+    return { ...uniforms, referenceMap: { value: reference }, referenceUnit: { value: 1 / data.reference_scale } };
+  }
+
+  /** Makes the material that shades a mesh, with the colours and the sides of its glTF material.
+   * @param {any} source @param {{ uniforms: Record<string, { value: any }>, defines: Record<string, number>, fragmentShader: string }} shader */
+  surfaceMaterial(source, { uniforms, defines, fragmentShader }) {
+    /** @type {number[]} */
+    const albedo = source.color ? source.color.toArray() : [1, 1, 1];
+    /** @type {number[]} */
+    const emission = source.emissive ? source.emissive.toArray().map((/** @type {number} */ x) => x * (source.emissiveIntensity ?? 1)) : [0, 0, 0];
+    if (albedo.some((x) => x !== 1) || emission.some((x) => x > 0)) this.has.materials = true;
+    return new ShaderMaterial({
+      glslVersion: GLSL3,
+      defines,
+      uniforms: { ...uniforms, materialAlbedo: { value: albedo }, materialEmission: { value: emission } },
+      vertexShader: VERTEX,
+      fragmentShader,
+      side: source.side === DoubleSide ? DoubleSide : FrontSide,
+    });
   }
 
   /** Meshes with light-map UVs, in world space. @param {CookedScene} cooked @param {import("../loaders/core/cooked.js").CookedAsset} asset @param {string} bakeUvs vertex attribute with the UVs of the bake */

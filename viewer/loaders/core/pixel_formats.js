@@ -30,7 +30,7 @@ const bc6h = (signed) => (bytes, at, out) => {
 /** @param {number} channels @param {boolean} signed @returns {PixelFormat["decode"]} */
 const rgtc = (channels, signed) => (bytes, at, out) => {
   for (let t = 0; t < 16; ++t) out.set([0, 0, 0, 1], 4 * t);
-  for (let c = 0; c < channels; ++c) decodeBc4Block(bytes, at + 8 * c, out, c, 4, signed);
+  for (let c = 0; c < channels; ++c) decodeBc4Block(bytes, at + 8 * c, out, c, signed);
 };
 
 // Numbers of the OpenGL registry.
@@ -42,7 +42,7 @@ const ROWS = [
   [137, { name: "bc3", block: 4, bytes: 16, internal: 0x83f3, extension: S3TC,
     decode: (bytes, at, out) => {
       decodeBc1Block(bytes, at + 8, out, true);
-      decodeBc4Block(bytes, at, out, 3, 4, false);
+      decodeBc4Block(bytes, at, out, 3, false);
     } }],
   [139, { name: "bc4", block: 4, bytes: 8, internal: 0x8dbb, extension: RGTC, decode: rgtc(1, false) }],
   [140, { name: "bc4-snorm", block: 4, bytes: 8, internal: 0x8dbc, extension: RGTC, decode: rgtc(1, true) }],
