@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <fstream>
-#include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>

@@ -72,7 +72,8 @@ Powers powersAt(double phi, double cosine) {
     return integrals;
 }
 
-/// Returns the integrals of w cos^k over half the azimuth, k = 0 to 9, for u = 1 + a cos(phi) and c = NoH^2.
+/// Returns the integrals of w cos^k over half the azimuth, k = 0 to 9, for u = 1 + a cos(phi) and c = NoH^2: over each azimuth range in
+/// which w is linear in u (AreaSpecularColumn), by antiderivatives, or by Gauss points where the range is narrow.
 std::array<double, kHighestPower> weightedPowers(double a, double c, double squaredTangent) {
     // From phi = 0, where u is largest, down to the horizon of the light: w = constant + slope * u, up to the next azimuth.
     struct Case {

@@ -48,7 +48,7 @@ double visibleDifference(const glm::dvec3& a, const glm::dvec3& b, const Display
     const auto shown = [&](const glm::dvec3& light) {
         return ictcpItp(bt2020FromWorking * (glm::max(light, 0.0) * display.nitsPerUnit + display.black));
     };
-    return 720 * glm::distance(shown(a), shown(b));
+    return kVisibleScale * glm::distance(shown(a), shown(b));
 }
 
 }  // namespace lightcook::lighting

@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 #include <xxhash.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstring>

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <mutex>
 #include <optional>
-#include <set>
 
 #include "formats/lower_extension.h"
 #include "pipeline/graph/files.h"

@@ -4,10 +4,8 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <system_error>
-#include <utility>
 
 #include "formats/read_file.h"
 

@@ -6,8 +6,6 @@
 #include <optional>
 #include <string>
 
-#include "formats/error.h"
-
 namespace lightcook::pipeline {
 
 class WorkRates {
