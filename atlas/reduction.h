@@ -50,11 +50,11 @@ struct ReducedChart {
     static constexpr int kNormals = 5;          ///< the texel's own, and four that lie 45 degrees from it
 };
 
-/// Returns a chart at its lowest resolution: halves the resolution of one axis at a time while the limit holds, of both axes the one with
-/// the smaller error. A chart without covered texels keeps its resolution. The texels of a reduced chart minimise the squared error of the
-/// samples, weighted by the inverse square of their luminance on the display (conjugate gradients). Coefficients that no light can have are
-/// clamped: a negative sh00, and bands much longer than those of a single direction. interrupted  ends the search when it becomes true; the
-/// result is then incomplete
+/// Returns a chart at its lowest resolution. While the limit holds, halves the resolution of one axis at a time: of the one with the
+/// smaller error. A chart without covered texels keeps its resolution. The texels of a reduced chart minimise the squared error of the
+/// samples, weighted by the inverse square of their luminance on the display (conjugate gradients). Coefficients that no light can have
+/// are clamped: a negative sh00, and bands much longer than those of a single direction.
+/// interrupted  ends the search when it becomes true; the result is then incomplete
 ReducedChart reduceChart(const Chart& chart, const MapView& map, const ReductionLimit& limit, const std::atomic<bool>& interrupted);
 
 }  // namespace lightcook::atlas

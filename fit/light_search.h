@@ -41,7 +41,8 @@ struct TwoLights {
     double unexplained = 0;
 };
 /// Returns two lights that explain a texel, to estimate the gain of a second light. Each light is fitted in turn to what the other leaves,
-/// so the result is a local minimum: `unexplained` is an upper bound of the error of the best two lights. hint  as for bestLight()
+/// so the result is a local minimum: `unexplained` is an upper bound of the error of the best two lights.
+/// hint  as for bestLight()
 TwoLights bestTwoLights(const lighting::ShRgb& incident, const glm::dvec3& hint, bool hasAmbient);
 
 }  // namespace lightcook::fit

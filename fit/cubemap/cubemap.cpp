@@ -285,7 +285,8 @@ struct CubemapPrefilter::State {
         int mip, face, x, y;  ///< x, y: its first texel
     };
     /// Filters the texels of a block that lie in the rows [firstRow, firstRow + out.height) of the face. The cells depend on the block
-    /// alone, so texels do not depend on how the rows are divided. list  memory for the cells
+    /// alone, so texels do not depend on how the rows are divided.
+    /// list  memory for the cells
     void filterBlock(const Block& block, int firstRow, formats::ImageView<glm::vec3> out, CellList& list) const;
 
     std::vector<MipKernel> mips;
