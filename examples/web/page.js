@@ -1,4 +1,4 @@
-// What the pages of all engines share: options of the address, the message, and a handle for tests.
+// Shared by the pages of all engines: options of the address, the message, and a handle for tests.
 
 /** Options of the address: babylon.html?cooked=cooked/&eye=0,1,4&target=0,1,0&fov=50&exposure=2&antialias=0 */
 const query = new URLSearchParams(location.search);

@@ -2,7 +2,7 @@
 import { PerspectiveCamera, Quaternion, Spherical, Vector3 } from "three";
 
 const NEAR_POLE = 0.02;
-/** Of a key that is only tapped [s]. */
+/** Time for which a tap on a key moves the camera [s]. */
 const FIRST_STEP = 0.04;
 
 export class Camera {

@@ -146,7 +146,7 @@ export class Page {
     const { has } = /** @type {View} */ (this.view);
     return MODES.filter((mode) => has.reference || mode !== "error");
   }
-  /** What the cooked side can be compared with: "" is the float bake. */
+  /** Returns the layouts that the cooked one can be compared with; "" is the float bake. */
   besideChoices() {
     const { has, candidates } = /** @type {View} */ (this.view);
     return [...(has.reference ? [""] : []), ...candidates.map(({ layout }) => layout)];
@@ -415,7 +415,8 @@ export class Page {
     const count = Math.max(1, Math.round(texels));
     return `Its chart has ${count} texel${count === 1 ? "" : "s"}, and filters read those beside it: no layout lowers this error much. Give the chart more texels in the bake.`;
   }
-  /** Those of stage "total" are texels of the bake, others of the light map. @param {{ map: number, stage: string, texel: [number, number] }} place integers are centres @returns {[number, number] | undefined} */
+  /** Returns the light-map UV of a place. Texels of stage "total" are those of the bake, others those of the light map.
+   * @param {{ map: number, stage: string, texel: [number, number] }} place integers are centres @returns {[number, number] | undefined} */
   uvOfPlace({ map, stage, texel: [x, y] }) {
     const view = /** @type {View} */ (this.view), shown = view.maps[map], { width, height } = shown.asset;
     return stage === "total" && shown.bake !== shown.asset ? view.surfaceOfBake(shown, [x, y])?.uv : [(x + 0.5) / width, (y + 0.5) / height];

@@ -49,7 +49,7 @@ export function treemap(items, aspect) {
   return tiles;
 }
 
-/** What each asset of a manifest keeps in GPU memory. @param {import("../loaders/core/cooked.js").CookedManifest} manifest @returns {Item[]} */
+/** Returns what each asset of a manifest keeps in GPU memory. @param {import("../loaders/core/cooked.js").CookedManifest} manifest @returns {Item[]} */
 export function memoryItems(manifest) {
   return manifest.assets.flatMap((asset) => {
     const textures = asset.textures.map((texture) => ({
@@ -71,7 +71,7 @@ export function memoryItems(manifest) {
 const MOST_CHARTS = 120;
 
 /**
- * The same with the charts of light maps in the place of their textures. A chart has the bytes of its area; what is left of a light map
+ * Returns the items with the charts of light maps in place of their textures. A chart has the bytes of its area; the rest of a light map
  * lies between charts.
  * @param {Item[]} items of memoryItems
  * @param {import("./view.js").ShownMap[]} maps

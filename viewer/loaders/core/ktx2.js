@@ -72,7 +72,7 @@ export function imagesOf(ktx, mip, first = 0, count = ktx.layers * ktx.faces) {
   return new Type(/** @type {ArrayBuffer} */ (bytes));
 }
 
-/** How decoded texels are stored, by the name of the format. */
+/** Array type and conversion of decoded texels, by the name of the format that they are stored in. */
 const STORED = {
   "rgba8-unorm": { Type: Uint8Array, of: (/** @type {number} */ x) => Math.round(255 * x) },
   "rgba16f": { Type: Uint16Array, of: toHalf },
