@@ -1,5 +1,4 @@
-// findInputs() tells what the files of a user are to a scene: light maps, meshes, environments or gradients. It recognises bakes as `info`
-// and `cook` do.
+// Recognises the files of a user for `init`: light maps, meshes, environments and gradients. Bakes are recognised as `info` and `cook` do.
 #pragma once
 
 #include <filesystem>
@@ -36,7 +35,7 @@ struct DraftInputs {
     std::vector<LeftOut> leftOut;
 };
 
-/// Finds out what files are. Of a folder, the files that lie in it directly.
+/// Recognises files. A folder stands for the files that lie in it directly.
 /// Fails for a path that does not exist, for a named file that cannot be read, and if nothing could be cooked.
 formats::Result<DraftInputs> findInputs(const std::vector<std::filesystem::path>& paths);
 

@@ -21,7 +21,7 @@ struct Action {
     std::string kind;   ///< names the function: "light-map", "verify-light-map", ...
     std::string asset;  ///< the asset that it belongs to, for messages, reports and --only
     Json parameters;
-    std::map<std::string, std::filesystem::path> inputs;  ///< files of the user, by role
+    std::map<std::string, std::filesystem::path> inputs;  ///< files by role: the user's, or a bake and mesh that were packed
     std::vector<std::string> dependencies;                ///< ids of the actions whose files and results this one reads
 };
 

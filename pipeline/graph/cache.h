@@ -27,10 +27,12 @@ public:
     formats::Result<void> store(const std::string& key, const ActionRecord& record, const std::filesystem::path& folder) const;
     /// Copies a content to a file. Returns false if the cache does not have it, or has it damaged.
     bool restore(const std::string& digest, const std::filesystem::path& destination) const;
+    /// Removes the least recently used contents until the rest is within the limit.
     void prune() const;
 
-    /// Stores the time and memory of a run, which cached results name. Returns nothing for a run that is not there.
+    /// Stores the time and memory of a run. A cached result names the run that made it.
     void storeRun(const RunRecord& run) const;
+    /// Returns a run by its RunRecord::at; nothing if it is not there.
     std::optional<RunRecord> findRun(const std::string& at) const;
 
     const std::filesystem::path& root() const { return root_; }

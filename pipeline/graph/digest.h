@@ -16,12 +16,13 @@ namespace lightcook::pipeline {
 std::string digestOfText(std::string_view text);
 formats::Result<std::string> digestOfFile(const std::filesystem::path& file);
 
-/// Digests of files, kept by size, times and inode between runs, so that an unchanged file is not read again. May be used from several
-/// threads.
+/// Digests of files. They are kept between runs by size, times and inode, so that an unchanged file is not read again. May be used from
+/// several threads.
 class DigestMemo {
 public:
     /// memoFile  holds the digests of earlier runs; a missing or damaged one counts as empty
     explicit DigestMemo(std::filesystem::path memoFile);
+    /// Returns the digest of a file as it is now.
     formats::Result<std::string> of(const std::filesystem::path& file);
     /// Returns the digest of an input of a job. Fails if it is not that of the first call: the results of one job are those of one content.
     formats::Result<std::string> ofInput(const std::filesystem::path& file);

@@ -1,4 +1,4 @@
-// Files of our own making: they appear whole or not at all, and keep their times when nothing changed.
+// Files that the program writes: each appears whole or not at all, and an unchanged one can keep its times.
 #pragma once
 
 #include <cstddef>
@@ -17,19 +17,21 @@ namespace lightcook::pipeline {
 using formats::OutputLink;
 using formats::TemporaryFolder;
 
-/// Written beside its place, synced, renamed; folders are made as needed. A symbolic link of that name is replaced by the file, as is right
-/// inside an output folder. Pass OutputLink::Follow for a file that the user names.
+/// Writes a file beside its place, syncs it and renames it. Makes folders as needed. Replaces a symbolic link of that name, which is right
+/// inside an output folder; pass OutputLink::Follow for a file that the user names.
 formats::Result<void> writeFile(const std::filesystem::path& file, std::string_view content, OutputLink link = OutputLink::Replace);
 formats::Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content,
                                 OutputLink link = OutputLink::Replace);
-/// The same, but a file that already holds exactly this is left alone, its times too (restat).
+/// Writes a file unless it holds exactly this content. Then its times stay, as Ninja's `restat` expects.
 formats::Result<void> writeFileIfChanged(const std::filesystem::path& file, std::string_view content);
+/// Returns the content of a file.
 formats::Result<std::string> readFile(const std::filesystem::path& file);
 /// Copies through a temporary beside the destination.
 formats::Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination,
                                OutputLink link = OutputLink::Replace);
 /// Moves a file. A symbolic link of the destination's name is replaced.
 formats::Result<void> moveFile(const std::filesystem::path& source, const std::filesystem::path& destination);
+/// Makes a folder and those above it. An empty path is the current folder.
 formats::Result<void> makeFolder(const std::filesystem::path& folder);
 /// Makes the folders above a file of an output folder. A folder takes the place of a symbolic link among them; what the link names stays.
 /// name   of the file, relative to the folder

@@ -1,4 +1,4 @@
-// Who wrote a file.
+// Name and version of the program, as the files that it writes state them.
 #pragma once
 
 namespace lightcook::pipeline {

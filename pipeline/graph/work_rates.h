@@ -1,4 +1,4 @@
-// Measured time of cooking each kind of asset on this machine. A skip saved the time of its texels at the rate of the last cook.
+// Seconds a texel of cooking each kind of asset on this machine, from the last cook. The time that a skip saved is estimated from them.
 #pragma once
 
 #include <filesystem>

@@ -11,17 +11,17 @@
 //   const Json json = toJson(fruit);
 //   const formats::Result<Fruit> fruit = fromJson<Fruit>(json, "basket.json");
 //
-// `Fields` is one of three visitors: FieldWriter, FieldReader, FieldLister. Keys keep the order of the list. A field may be text, a
-// boolean, a number, an enumeration with a table of names, a glm vector, a described struct, or Json where its shape is open; and a
-// std::vector, std::array, std::map<std::string, ...> or std::optional of these.
+// `Fields` is one of four visitors: FieldWriter, FieldReader, FieldLister (reference tables) and FieldSchema (json_schema.h). Keys keep the
+// order of the list. A field may be text, a boolean, a number, an enumeration with a table of names, a glm vector, a described struct, or
+// Json where its shape is open; and a std::vector, std::array, std::map<std::string, ...> or std::optional of these.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <concepts>
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>

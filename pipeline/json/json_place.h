@@ -42,7 +42,9 @@ public:
         for (const auto& [key, member] : value_->items()) visit(key, JsonPlace(member, subject_, path_.empty() ? key : path_ + "/" + key));
     }
 
+    /// Fails unless the value is an object.
     void object() const;
+    /// Return the value. Each fails for another type, and for a number out of range.
     bool flag() const;
     const std::string& text() const;
     double number(double low, double high) const;

@@ -24,7 +24,7 @@ namespace {
 using formats::Error;
 using formats::ErrorCode;
 
-/// Holds a manifest against the table of asset kinds, the shader, the files and the sources.
+/// Compares a manifest with the table of asset kinds, the shader, the files and the sources.
 class Contract {
 public:
     Contract(const std::filesystem::path& folder, const Manifest& manifest) : folder_(folder), manifest_(manifest) {}
@@ -103,7 +103,7 @@ private:
             complain(asset.name + ", bits_per_texel", fmt::format("{}", found), fmt::format("{} of its textures", expected));
     }
 
-    /// The first column of a reflection map looks along the axis of its source, that of a painted gradient upwards.
+    /// Checks that the first column of a reflection map looks along the axis of its source, that of a painted gradient upwards.
     void checkAxis(const CookedAsset& asset) {
         const glm::dvec3 expected = glm::normalize(asset.source.axis.value_or(info(manifest_.up).direction)), found = *asset.axis;
         constexpr double kRounding = 1e-6;
@@ -131,7 +131,7 @@ private:
         return bits;
     }
 
-    /// Blocks are those of the target, which says what a device must support.
+    /// Checks that blocks are those of the target, which says what a device must support.
     void checkTarget(const formats::PixelFormatInfo& format, const std::string& place) {
         if (format.blockWidth == 1) return;  // every device samples these
         const bool isAstc = format.name.starts_with("astc");
@@ -140,7 +140,7 @@ private:
             complain(place + ", format", fmt::format("{} in a folder of target {}", format.name, manifest_.target), "blocks of the target");
     }
 
-    /// Sources are converted to the working space that the manifest names.
+    /// Checks that sources are converted to the working space that the manifest names.
     void checkColors(const CookedAsset& asset) {
         Json working;
         if (asset.source.description && asset.source.description->is_object())
@@ -155,7 +155,7 @@ private:
         if (!code) expectEqual(place + ", bytes_disk", expected, std::uint64_t{bytes});
     }
 
-    /// Returns the size that a texture must have that is fetched texel by texel.
+    /// Returns the size that a texture of an index or of tables must have.
     glm::ivec2 lookupSize(const CookedAsset& asset, const CookedTexture& texture) {
         if (texture.role == kIndexRole) return {indexWidth(asset.width), indexHeight(asset.height)};
         const auto layout = formats::lightMapLayoutFromName(asset.layout);

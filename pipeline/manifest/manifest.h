@@ -96,6 +96,7 @@ void describe(Fields& fields, Self& manifest) {
 formats::Result<CookedAsset> manifestAsset(const Action& cook, const Action& verify, const ActionRecord& cooked,
                                            const std::filesystem::path& sceneDirectory, DigestMemo& digests);
 
+/// Returns the manifest of a cooked scene, without `incomplete` and `partial`.
 Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFolder, std::vector<CookedAsset> assets,
                       std::vector<GltfFile> gltf, const std::string& shaderDigest);
 

@@ -62,8 +62,9 @@ struct PackedLightMap {
 /// Returns the action that repacks a light map: "pack/" and its name.
 /// maxVisible  see PackParameters
 Action packAction(const LightMapEntry& entry, double maxVisible, bool repair);
+/// Runs that action.
 formats::Result<ActionOutcome> packCharts(const ActionContext& context);
-/// Returns what an action made.
+/// Returns the light map that an action repacked.
 /// folder  where its files lie
 formats::Result<PackedLightMap> packedLightMap(const Action& action, const ActionRecord& record, const std::filesystem::path& folder);
 
