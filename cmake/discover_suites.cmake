@@ -1,6 +1,6 @@
 # Writes the tests of one GoogleTest program for ctest: one for each suite, so that a suite sets up once what its tests share.
-#   cmake -D PROGRAM=FILE -D OUTPUT=FILE.cmake [-D COST=NUMBER] -P discover_suites.cmake
-# Suites with Soak in their name carry the label "soak". COST: ctest begins with the tests of the largest.
+#   cmake -D PROGRAM=FILE -D OUTPUT=FILE.cmake [-D COST=NUMBER] [-D SOAK=ON] -P discover_suites.cmake
+# Suites with Soak in their name carry the label "soak", with SOAK all do. COST: ctest begins with the tests of the largest.
 execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE listing TIMEOUT 60 RESULT_VARIABLE status)
 if(NOT status EQUAL 0)
   message(FATAL_ERROR "${PROGRAM} does not list its tests: ${status}")
@@ -12,7 +12,7 @@ set(tests "")
 foreach(suite IN LISTS suites)
   string(REGEX REPLACE "[ \n.]" "" suite "${suite}")
   set(properties "TIMEOUT 900 COST ${COST} WORKING_DIRECTORY ${folder}")
-  if(suite MATCHES "Soak")
+  if(SOAK OR suite MATCHES "Soak")
     set(properties "TIMEOUT 14400 LABELS soak WORKING_DIRECTORY ${folder}")
   endif()
   string(APPEND tests "add_test([=[${suite}]=] [=[${PROGRAM}]=] [=[--gtest_filter=${suite}.*]=])\n"

@@ -15,44 +15,70 @@ foreach(kind test json_test)
 endforeach()
 target_precompile_headers(json_test_headers PRIVATE <nlohmann/json.hpp> <fmt/format.h>)
 
-# discover_suites(<program> <cost>): ctest runs each suite of a GoogleTest program, which says itself which ones it has.
-function(discover_suites program cost)
+# Builds the tests of ./dev soak that nothing else needs: the programs that lightcook_test(... SOAK) makes.
+add_custom_target(soak_tests)
+
+# discover_suites(<program> <cost> <soak>): ctest runs each suite of a GoogleTest program, which says itself which ones it has.
+#   soak  all suites of the program carry the label "soak"
+function(discover_suites program cost soak)
   if(NOT cost)
     set(cost 1)
   endif()
   set(suites ${CMAKE_CURRENT_BINARY_DIR}/${program}_suites.cmake)
   add_custom_command(TARGET ${program} POST_BUILD BYPRODUCTS ${suites}
-    COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${program}> -D OUTPUT=${suites} -D COST=${cost}
+    COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:${program}> -D OUTPUT=${suites} -D COST=${cost} -D SOAK=${soak}
             -P ${PROJECT_SOURCE_DIR}/cmake/discover_suites.cmake
     VERBATIM)
+  set(missing "add_test(${program}_is_not_built false)\n")
+  if(soak)
+    string(APPEND missing "  set_tests_properties(${program}_is_not_built PROPERTIES LABELS soak)\n")
+  endif()
   file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/${program}_include.cmake
-    "if(EXISTS [=[${suites}]=])\n  include([=[${suites}]=])\nelse()\n  add_test(${program}_is_not_built false)\nendif()\n")
+    "if(EXISTS [=[${suites}]=])\n  include([=[${suites}]=])\nelse()\n  ${missing}endif()\n")
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${CMAKE_CURRENT_BINARY_DIR}/${program}_include.cmake)
 endfunction()
 
-# lightcook_test(<module> SOURCES a_test.cpp... [OPENIMAGEIO b_test.cpp...] [NOT_SANITIZED c_test.cpp...] [LIBRARIES more...]
-#                [DEFINITIONS name=value...] [COST number] [JSON] [UNITY])
+# lightcook_test(<module> [SOAK | PART <name>] SOURCES a_test.cpp... [OPENIMAGEIO b_test.cpp...] [NOT_SANITIZED c_test.cpp...]
+#                [LIBRARIES more...] [DEFINITIONS name=value...] [COST number] [JSON] [UNITY])
 # One GoogleTest program a module, build/<preset>/tests/<module>/<module>_tests; ctest knows each of its suites by name and runs it as one
 # process. So a suite sets up once what its tests share; with a process for each test, all tests take an eighth more CPU time.
+#   SOAK           the program <module>_soak_tests: sources that ./dev soak alone needs. Only the target soak_tests builds it
+#   PART           the program <module>_<name>_tests, which <module>_tests depends on, but not under the sanitizers of CI (./dev)
 #   OPENIMAGEIO    sources that call OpenImageIO. They make a program of their own, <module>_openimageio_tests: loading that library and
 #                  the 250 others that it needs takes 0.3 s, and ctest starts one process a suite
 #   NOT_SANITIZED  sources left out of the sanitizers' builds: they run for minutes there, over code that others run on worse input
 #   UNITY          with LIGHTCOOK_UNITY the sources of a program are compiled several at a time, so names in their unnamed namespaces differ
 #   COST           ctest begins with the suites of the largest, so that no long one is left for the end
 #   JSON           the sources include nlohmann/json.hpp and fmt/format.h
-# Suites with Soak in their name carry the label "soak": ./dev test leaves them out, ./dev soak runs them with LIGHTCOOK_SOAK=1.
+# Suites with Soak in their name, and all of a SOAK program, carry the label "soak": ./dev test leaves them out, ./dev soak runs them with
+# LIGHTCOOK_SOAK=1.
 function(lightcook_test module)
-  cmake_parse_arguments(ARG "JSON;UNITY" "COST" "SOURCES;OPENIMAGEIO;NOT_SANITIZED;LIBRARIES;DEFINITIONS" ${ARGN})
+  cmake_parse_arguments(ARG "JSON;UNITY;SOAK" "COST;PART" "SOURCES;OPENIMAGEIO;NOT_SANITIZED;LIBRARIES;DEFINITIONS" ${ARGN})
   if(NOT LIGHTCOOK_SANITIZE)
     list(APPEND ARG_SOURCES ${ARG_NOT_SANITIZED})
+  elseif(NOT ARG_SOURCES)
+    return()
   endif()
-  add_executable(${module}_tests ${ARG_SOURCES})
-  set(programs ${module}_tests)
+  set(stem ${module})
+  if(ARG_SOAK)
+    set(stem ${module}_soak)
+  elseif(ARG_PART)
+    set(stem ${module}_${ARG_PART})
+  endif()
+  set(main ${stem}_tests)
+  add_executable(${main} ${ARG_SOURCES})
+  set(programs ${main})
   if(ARG_OPENIMAGEIO)
-    add_executable(${module}_openimageio_tests ${ARG_OPENIMAGEIO})
-    target_link_libraries(${module}_openimageio_tests PRIVATE PkgConfig::OpenImageIO)
-    add_dependencies(${module}_tests ${module}_openimageio_tests)
-    list(APPEND programs ${module}_openimageio_tests)
+    add_executable(${stem}_openimageio_tests ${ARG_OPENIMAGEIO})
+    target_link_libraries(${stem}_openimageio_tests PRIVATE PkgConfig::OpenImageIO)
+    add_dependencies(${main} ${stem}_openimageio_tests)
+    list(APPEND programs ${stem}_openimageio_tests)
+  endif()
+  if(ARG_SOAK)
+    set_target_properties(${programs} PROPERTIES EXCLUDE_FROM_ALL ON)
+    add_dependencies(soak_tests ${main})
+  elseif(ARG_PART AND NOT LIGHTCOOK_SANITIZE)
+    add_dependencies(${module}_tests ${main})
   endif()
   if(ARG_UNITY)
     set_target_properties(${programs} PROPERTIES UNITY_BUILD ${LIGHTCOOK_UNITY} UNITY_BUILD_BATCH_SIZE "${CMAKE_UNITY_BUILD_BATCH_SIZE}")
@@ -74,6 +100,6 @@ function(lightcook_test module)
     target_compile_options(${program} PRIVATE ${${kind}_options})
     target_precompile_headers(${program} REUSE_FROM ${kind}_headers)
     link_images_beside(${program})
-    discover_suites(${program} "${ARG_COST}")
+    discover_suites(${program} "${ARG_COST}" ${ARG_SOAK})
   endforeach()
 endfunction()

@@ -357,8 +357,8 @@ class SceneSuite(PageSuite):
         self.assertEqual(self.state('mode'), mode)
 
 
-class Controls(SceneSuite):
-    """Each control, clicked, against pixels that are shaded here. The layout is linear in its texels, so filtered coefficients are enough."""
+class ControlsSuite(SceneSuite):
+    """The example in a layout that is linear in its texels, so that filtered coefficients are enough to shade it here."""
     options = ('--layout', 'hdr')
 
     @classmethod
@@ -372,6 +372,10 @@ class Controls(SceneSuite):
 
     def check_cooked(self, light, at, what, stops=0.0):
         self.assert_shown(self.pixels()[at], lighting.shown(np.maximum(light, 0), self.nits, stops), what)
+
+
+class Controls(ControlsSuite):
+    """Controls that change what the GPU computes, clicked, against pixels that are shaded here; and files that are damaged."""
 
     def test_reference_cooked_and_exposure(self):
         at, uv, n, _ = self.visible()
@@ -419,20 +423,6 @@ class Controls(SceneSuite):
             self.assertGreater(np.ptp(expected), 60)
             self.assertIn(str(end), self.browser.evaluate('document.getElementById("legend").textContent'))
 
-    def test_blink_alternates(self):
-        seen = {}
-        for mode in ('reference', 'cooked'):
-            self.press_mode(mode)
-            seen[mode] = self.pixels()
-        self.press_mode('blink')
-        for blinked, mode in ((True, 'reference'), (False, 'cooked')):
-            self.browser.evaluate(f"""new Promise((done) => {{
-                const poll = () => lightcook.page.blinked === {str(blinked).lower()} ? done(1) : setTimeout(poll, 20);
-                poll();
-            }})""")
-            pixels = self.pixels(before=f'lightcook.page.blinked = {str(blinked).lower()}')
-            np.testing.assert_array_equal(pixels, seen[mode])
-
     def test_area_specular_and_the_dominant_light(self):
         at, uv, n, v = self.visible()
         self.press_mode('cooked')
@@ -478,25 +468,6 @@ class Controls(SceneSuite):
         self.browser.click('#m', 0.02)
         self.assertGreater(np.abs(self.pixels() - rough).max(), 2)
 
-    def test_albedo_materials_and_the_normal_map(self):
-        at, uv, n, _ = self.visible()
-        self.press_mode('cooked')
-        white = self.pixels()
-        self.browser.click('#albedo', 0.4)
-        albedo = self.state('albedo')
-        self.assertLess(albedo, 0.6)
-        self.check_cooked(albedo * lighting.exit_radiance(self.coefficients(self.sh, uv), n), at, 'albedo')
-        self.reset('mode=cooked')
-        self.browser.click('#materials')
-        coloured = self.pixels()
-        # The left wall is red: it keeps a larger part of red than of green.
-        self.assertGreater(np.mean(np.abs(coloured - white)), 3)
-        self.assertGreater(np.max((coloured[..., 0] - coloured[..., 1]) - (white[..., 0] - white[..., 1])), 30)
-        self.browser.click('#materials')
-        np.testing.assert_array_equal(self.pixels(), white)
-        self.browser.click('#bump', 0.5)
-        self.assertGreater(np.mean(np.abs(self.pixels() - white)), 2)
-
     def test_overlays(self):
         self.press_mode('cooked')
         plain = self.pixels()
@@ -525,20 +496,6 @@ class Controls(SceneSuite):
         # The place is in the middle of the picture.
         hit = self.browser.evaluate('(({ clientWidth: w, clientHeight: h }) => lightcook.look([[w / 2, h / 2]]))(document.getElementById("canvas"))')[0]
         np.testing.assert_allclose(hit['uv'], [u, v], atol=0.02)
-
-    def test_worst_places_in_charts_of_few_texels_say_so(self):
-        self.browser.open(self.url)
-        remarks = '[...lightcook.page.worstCard().querySelectorAll("li > .note")].map((note) => note.textContent).filter(Boolean)'
-        self.assertEqual(self.browser.evaluate(remarks), [])
-        shown = self.browser.evaluate(f'''(() => {{
-            const {{ charts }} = lightcook.page.view.maps[0], {{ texels }} = charts;
-            charts.texels = texels.map(() => 3.2);
-            const found = {remarks};
-            charts.texels = texels;
-            return found;
-        }})()''')
-        self.assertGreater(len(shown), 0)
-        self.assertTrue(shown[0].startswith('Its chart has 3 texels, and filters read those beside it'), shown[0])
 
     def test_a_specular_worst_place_shows_its_error(self):
         places = sorted(self.data['worst'], key=lambda place: -place['visible'])
@@ -591,6 +548,98 @@ class Controls(SceneSuite):
         self.assertAlmostEqual(max(areas), largest / total, delta=1e-3)
         self.browser.click('#memory button')
         self.assertIn(f'{100 * max(areas):.1f} %', self.browser.evaluate('document.getElementById("memory").nextSibling.textContent'))
+
+    def test_missing_formats_are_decoded(self):
+        places, n, v = shading_points(256, 256, 300, 9)
+        places = places[self.covered[places[:, 1].astype(int), places[:, 0].astype(int)]]
+        self.reset('mode=cooked&glossy=area&dominant=1&f0=0.5')
+        native = self.shade('lightmap', places, n, v)
+        mirror = 'mode=cooked&glossy=environment&m=0.07&f0=1&diffuse=0'
+        self.reset(mirror)
+        reflected = self.pixels()
+        poor = Browser(width=840, height=480)
+        try:
+            poor.resize(840, 480)
+            poor.without_extensions(['EXT_texture_compression_bptc', 'EXT_texture_compression_rgtc', 'WEBGL_compressed_texture_s3tc', 'EXT_texture_norm16'])
+            poor.open(self.url + '#mode=cooked&glossy=area&dominant=1&f0=0.5')
+            own, browser = self.browser, poor
+            type(self).browser = browser
+            try:
+                decoded = self.shade('lightmap', places, n, v)
+                self.reset(mirror)
+                self.assertGreater(np.ptp(reflected), 100)
+                np.testing.assert_allclose(self.pixels(), reflected, atol=2)
+            finally:
+                type(self).browser = own
+            self.assertEqual(poor.problems(), [])
+        finally:
+            poor.close()
+        self.assert_shown(255 * decoded['cookedShown'], 255 * native['cookedShown'], 'decoded on the CPU')
+
+    def test_what_is_damaged_is_named(self):  # the last by its name: it leaves a page that has failed
+        for file, cut, message in (('cooked/lightmap_sh.ktx2', 100, 'lightmap_sh.ktx2'), ('cooked/cooked.json', None, 'cooked.json'), ('cooked/cooked.json', 1000, 'cooked/cooked.json: not a JSON file'),
+                                   ('viewer/scene.json', None, 'scene.json')):
+            broken = self.folder / 'broken'
+            shutil.rmtree(broken, ignore_errors=True)
+            shutil.copytree(self.site, broken)
+            if cut is None:
+                (broken / file).unlink()
+            else:
+                (broken / file).write_bytes((broken / file).read_bytes()[:cut])
+            with self.assertRaisesRegex(RuntimeError, message):
+                self.browser.open(self.serve(broken))
+        self.browser.events.clear()  # what it logged
+
+
+class ControlsSoak(ControlsSuite):
+    """The other controls, and what the page does by itself."""
+
+    def test_blink_alternates(self):
+        seen = {}
+        for mode in ('reference', 'cooked'):
+            self.press_mode(mode)
+            seen[mode] = self.pixels()
+        self.press_mode('blink')
+        for blinked, mode in ((True, 'reference'), (False, 'cooked')):
+            self.browser.evaluate(f"""new Promise((done) => {{
+                const poll = () => lightcook.page.blinked === {str(blinked).lower()} ? done(1) : setTimeout(poll, 20);
+                poll();
+            }})""")
+            pixels = self.pixels(before=f'lightcook.page.blinked = {str(blinked).lower()}')
+            np.testing.assert_array_equal(pixels, seen[mode])
+
+    def test_albedo_materials_and_the_normal_map(self):
+        at, uv, n, _ = self.visible()
+        self.press_mode('cooked')
+        white = self.pixels()
+        self.browser.click('#albedo', 0.4)
+        albedo = self.state('albedo')
+        self.assertLess(albedo, 0.6)
+        self.check_cooked(albedo * lighting.exit_radiance(self.coefficients(self.sh, uv), n), at, 'albedo')
+        self.reset('mode=cooked')
+        self.browser.click('#materials')
+        coloured = self.pixels()
+        # The left wall is red: it keeps a larger part of red than of green.
+        self.assertGreater(np.mean(np.abs(coloured - white)), 3)
+        self.assertGreater(np.max((coloured[..., 0] - coloured[..., 1]) - (white[..., 0] - white[..., 1])), 30)
+        self.browser.click('#materials')
+        np.testing.assert_array_equal(self.pixels(), white)
+        self.browser.click('#bump', 0.5)
+        self.assertGreater(np.mean(np.abs(self.pixels() - white)), 2)
+
+    def test_worst_places_in_charts_of_few_texels_say_so(self):
+        self.browser.open(self.url)
+        remarks = '[...lightcook.page.worstCard().querySelectorAll("li > .note")].map((note) => note.textContent).filter(Boolean)'
+        self.assertEqual(self.browser.evaluate(remarks), [])
+        shown = self.browser.evaluate(f'''(() => {{
+            const {{ charts }} = lightcook.page.view.maps[0], {{ texels }} = charts;
+            charts.texels = texels.map(() => 3.2);
+            const found = {remarks};
+            charts.texels = texels;
+            return found;
+        }})()''')
+        self.assertGreater(len(shown), 0)
+        self.assertTrue(shown[0].startswith('Its chart has 3 texels, and filters read those beside it'), shown[0])
 
     def test_a_link_reopens_the_view(self):
         canvas = self.browser.place_of('#canvas')
@@ -751,47 +800,6 @@ class Controls(SceneSuite):
                 .map((card) => card.textContent.slice(0, 40))""")
             self.assertEqual(overflowing, [], width)
         self.browser.resize(840, 480)
-
-    def test_missing_formats_are_decoded(self):
-        places, n, v = shading_points(256, 256, 300, 9)
-        places = places[self.covered[places[:, 1].astype(int), places[:, 0].astype(int)]]
-        self.reset('mode=cooked&glossy=area&dominant=1&f0=0.5')
-        native = self.shade('lightmap', places, n, v)
-        mirror = 'mode=cooked&glossy=environment&m=0.07&f0=1&diffuse=0'
-        self.reset(mirror)
-        reflected = self.pixels()
-        poor = Browser(width=840, height=480)
-        try:
-            poor.resize(840, 480)
-            poor.without_extensions(['EXT_texture_compression_bptc', 'EXT_texture_compression_rgtc', 'WEBGL_compressed_texture_s3tc', 'EXT_texture_norm16'])
-            poor.open(self.url + '#mode=cooked&glossy=area&dominant=1&f0=0.5')
-            own, browser = self.browser, poor
-            type(self).browser = browser
-            try:
-                decoded = self.shade('lightmap', places, n, v)
-                self.reset(mirror)
-                self.assertGreater(np.ptp(reflected), 100)
-                np.testing.assert_allclose(self.pixels(), reflected, atol=2)
-            finally:
-                type(self).browser = own
-            self.assertEqual(poor.problems(), [])
-        finally:
-            poor.close()
-        self.assert_shown(255 * decoded['cookedShown'], 255 * native['cookedShown'], 'decoded on the CPU')
-
-    def test_what_is_damaged_is_named(self):  # the last by its name: it leaves a page that has failed
-        for file, cut, message in (('cooked/lightmap_sh.ktx2', 100, 'lightmap_sh.ktx2'), ('cooked/cooked.json', None, 'cooked.json'), ('cooked/cooked.json', 1000, 'cooked/cooked.json: not a JSON file'),
-                                   ('viewer/scene.json', None, 'scene.json')):
-            broken = self.folder / 'broken'
-            shutil.rmtree(broken, ignore_errors=True)
-            shutil.copytree(self.site, broken)
-            if cut is None:
-                (broken / file).unlink()
-            else:
-                (broken / file).write_bytes((broken / file).read_bytes()[:cut])
-            with self.assertRaisesRegex(RuntimeError, message):
-                self.browser.open(self.serve(broken))
-        self.browser.events.clear()  # what it logged
 
 
 class Nodes(SceneSuite):

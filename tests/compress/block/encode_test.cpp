@@ -1,5 +1,9 @@
-// encodeRows, for every format: quality, efforts, strips, edges, extreme values, and the decoded texels.
+// encodeRows, for every format: quality, efforts, strips, edges, extreme values, instruction sets, and the decoded texels.
+#include "compress/block/highway_targets.h"
+
 #include <gtest/gtest.h>
+
+#include <hwy/targets.h>
 
 #include <cmath>
 #include <limits>
@@ -282,6 +286,23 @@ TEST(EncodeRows, TexelsWithoutSignificanceDoNotChangeABlockOfOneColour) {
         EXPECT_EQ(found.decoded.at(0, 0), expected.decoded.at(0, 0)) << formats::info(format).name;
         EXPECT_EQ(found.decoded.at(3, 3), expected.decoded.at(0, 0)) << formats::info(format).name;
     }
+}
+
+TEST(EncodeRows, EveryInstructionSetGivesTheSameBytes) {
+    const std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
+    if (targets.size() < 2) GTEST_SKIP() << "this machine has one instruction set";
+    for (const PixelFormat format : {PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc5, PixelFormat::Bc4Snorm, PixelFormat::Bc5Snorm,
+                                     PixelFormat::Bc7, PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16})
+        for (const NamedImage& named : imagesFor(format)) {
+            std::vector<std::byte> first;
+            for (const std::int64_t target : targets) {
+                hwy::GetChosenTarget().Update(target);
+                const std::vector<std::byte> bytes = encode(format, named.image).bytes;
+                if (first.empty()) first = bytes;
+                EXPECT_EQ(bytes, first) << formats::info(format).name << ' ' << named.name;
+            }
+        }
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 }  // namespace

@@ -1,9 +1,7 @@
-// The bytes of a block do not depend on the blocks in other lanes or on the instruction set.
+// The bytes of a block do not depend on the blocks in other lanes.
 #include "compress/block/highway_targets.h"
 
 #include <gtest/gtest.h>
-
-#include <hwy/targets.h>
 
 #include "compress/bc1/fit-inl.h"
 #include "compress/bc1/rows-inl.h"
@@ -186,24 +184,6 @@ TEST(Lanes, RowsOfBc1AndBc4GiveTheSameBytesAtEveryWidth) {
                   (wordsOf<AllLanes>(rows, 4, kernel::Bc4Rows<AllLanes, 2>(bc4SearchOf(level), kBc4Snorm))))
             << level;
     }
-}
-
-TEST(Lanes, EveryInstructionSetGivesTheSameBytes) {
-    const std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
-    if (targets.size() < 2) GTEST_SKIP() << "this machine has one instruction set";
-    const std::vector<NamedImage> unit = unitImages(), light = lightImages();
-    for (const PixelFormat format : {PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc5, PixelFormat::Bc4Snorm, PixelFormat::Bc5Snorm,
-                                     PixelFormat::Bc7, PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16})
-        for (const NamedImage& named : formats::info(format).isFloat ? light : unit) {
-            std::vector<std::byte> first;
-            for (const std::int64_t target : targets) {
-                hwy::GetChosenTarget().Update(target);
-                const std::vector<std::byte> bytes = encode(format, named.image).bytes;
-                if (first.empty()) first = bytes;
-                EXPECT_EQ(bytes, first) << formats::info(format).name << ' ' << named.name;
-            }
-        }
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
 }
 
 }  // namespace

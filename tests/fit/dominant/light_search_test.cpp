@@ -1,8 +1,6 @@
-// The best single light against dense search and Ceres, and its properties for any input.
+// The best single light against dense search, and its properties for any input.
 #include "fit/light_search.h"
 
-#include <ceres/ceres.h>
-#include <ceres/sphere_manifold.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,38 +11,16 @@
 
 #include "fit/dominant_light.h"
 #include "tests/fit/brute_force.h"
+#include "tests/fit/dominant/random_light.h"
 
 namespace lightcook {
 namespace {
 
 using lighting::ShRgb;
-
-glm::vec3 randomColor(truth::Random& random) {
-    return {static_cast<float>(random.uniform()), static_cast<float>(random.uniform()), static_cast<float>(random.uniform())};
-}
-
-void add(ShRgb& sum, const ShRgb& other) {
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += other[i];
-}
-
-/// Up to five light sources and ambient light, as baked; every fourth texel is noise of either sign.
-ShRgb randomLight(truth::Random& random) {
-    ShRgb sh{};
-    if (random.below(4) == 0) {
-        for (glm::vec3& c : sh) c = 2.0f * randomColor(random) - 1.0f;
-        return sh;
-    }
-    const int lampCount = 1 + random.below(5);
-    for (int lamp = 0; lamp < lampCount; ++lamp) add(sh, lighting::projectDirectional(glm::vec3(random.direction()), randomColor(random)));
-    sh[0] += static_cast<float>(2 * random.uniform()) * randomColor(random);
-    return sh;
-}
-
-double energyOf(const ShRgb& sh) {
-    double energy = 0;
-    for (const glm::vec3& c : sh) energy += glm::dot(glm::dvec3(c), glm::dvec3(c));
-    return energy;
-}
+using test::add;
+using test::energyOf;
+using test::randomColor;
+using test::randomLight;
 
 /// Returns E / sum lambda^2, written out.
 double errorOf(const ShRgb& sh, const glm::dvec3& direction, const glm::dvec3& intensity, const glm::dvec3& ambient) {
@@ -149,8 +125,8 @@ void checkManyCases(std::uint64_t seed, std::int64_t count) {
     }
 }
 
-TEST(LightSearch, IsFiniteAndNoWorseThanTheHintForAMillionLights) {
-    checkManyCases(1, 1000000);
+TEST(LightSearch, IsFiniteAndNoWorseThanTheHintForManyLights) {
+    checkManyCases(1, 100000);
 }
 
 TEST(LightSearchSoak, IsFiniteAndNoWorseThanTheHintForAHundredMillionLights) {
@@ -198,68 +174,6 @@ TEST(LightSearch, NoDirectionOfADenseSearchIsBetter) {
 
 TEST(LightSearchSoak, NoDirectionOfADenseSearchIsBetterForAMillionLights) {
     checkAgainstDenseSearch(6, 1000000, 1000);
-}
-
-/// Residuals of nine coefficients and three channels after one light and ambient light.
-struct CeresResidual {
-    ShRgb sh;
-    template <class T>
-    bool operator()(const T* direction, const T* intensity, const T* ambient, T* left) const {
-        const T x = direction[0], y = direction[1], z = direction[2];
-        const T basis[9] = {T(lighting::kShConstant),
-                            lighting::kShLinear * y,
-                            lighting::kShLinear * z,
-                            lighting::kShLinear * x,
-                            lighting::kShProduct * x * y,
-                            lighting::kShProduct * y * z,
-                            lighting::kShZonal * (3.0 * z * z - 1.0),
-                            lighting::kShProduct * x * z,
-                            lighting::kShDifference * (x * x - y * y)};
-        for (int i = 0; i < 9; ++i)
-            for (int channel = 0; channel < 3; ++channel) {
-                T& each = left[3 * i + channel];
-                each = static_cast<double>(sh[static_cast<std::size_t>(i)][channel]) - intensity[channel] * basis[i];
-                if (i == 0) each -= 2 * std::sqrt(truth::kPi) * ambient[channel];
-            }
-        return true;
-    }
-};
-
-/// Solves for all unknowns together by Ceres, from a start.
-double errorByCeres(const ShRgb& sh, const fit::LightFit& start, bool hasAmbient) {
-    double direction[3] = {start.direction.x, start.direction.y, start.direction.z};
-    double intensity[3] = {start.intensity.x, start.intensity.y, start.intensity.z};
-    double ambient[3] = {start.ambient.x, start.ambient.y, start.ambient.z};
-    ceres::Problem problem;
-    problem.AddResidualBlock(new ceres::AutoDiffCostFunction<CeresResidual, 27, 3, 3, 3>(new CeresResidual{sh}), nullptr, direction,
-                             intensity, ambient);
-    problem.SetManifold(direction, new ceres::SphereManifold<3>);
-    for (int channel = 0; channel < 3; ++channel) {
-        problem.SetParameterLowerBound(intensity, channel, 0);
-        problem.SetParameterLowerBound(ambient, channel, 0);
-    }
-    if (!hasAmbient) problem.SetParameterBlockConstant(ambient);
-    ceres::Solver::Options options;
-    options.logging_type = ceres::SILENT;
-    options.max_num_iterations = 200;
-    options.function_tolerance = 1e-14;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    return 2 * summary.final_cost / energyOf(sh);
-}
-
-TEST(LightSearch, CeresFindsNothingBetterFromManyStartsNorFromTheResult) {
-    truth::Random random(7);
-    for (int i = 0; i < 200; ++i) {
-        const ShRgb sh = randomLight(random);
-        const bool hasAmbient = i % 2 == 0;
-        const fit::LightFit found = fit::bestLight(sh, random.direction(), hasAmbient);
-        double least = errorByCeres(sh, found, hasAmbient);
-        EXPECT_NEAR(least, found.unexplained, 1e-9) << i;
-        for (int start = 0; start < 6; ++start)
-            least = std::min(least, errorByCeres(sh, fit::lightTowards(sh, lighting::fibonacciSphere(start, 6), hasAmbient), hasAmbient));
-        EXPECT_LT(found.unexplained, least + 1e-9) << i;
-    }
 }
 
 TEST(LightSearch, OneLightIsRecovered) {

@@ -12,7 +12,7 @@
 namespace lightcook::verify {
 namespace {
 
-constexpr glm::dvec2 kSize(64, 32);
+constexpr glm::dvec2 kMapSize(64, 32);
 const glm::vec3 kUp(0, 0, 1);
 
 /// Returns a triangle of the plane z = 0; its UVs are the positions times `scale` plus `offset`.
@@ -30,7 +30,7 @@ const std::array<glm::dvec2, 3> kLeft = {{{0, 0}, {1, 0}, {1, 1}}};   ///< has t
 const std::array<glm::dvec2, 3> kRight = {{{1, 0}, {2, 0}, {1, 1}}};  ///< has it too, the other way round
 
 SplitEdges edgesOf(std::span<const SurfaceTriangle> triangles) {
-    SeamFinder finder(kSize);
+    SeamFinder finder(kMapSize);
     for (const SurfaceTriangle& triangle : triangles) finder.add(triangle);
     return std::move(finder).finish();
 }
@@ -53,8 +53,8 @@ TEST(SeamFinder, EdgesWithTwoPlacesInTheMapAreSplit) {
         EXPECT_EQ(edge.normal[end], kUp);
     }
     // 3.2 texels: at most one texel between neighbouring places, both ends among them.
-    EXPECT_EQ(edge.placeCount(kSize), 5);
-    const glm::dvec2 middle = edge.texelAt(1, 0.5, kSize);
+    EXPECT_EQ(edge.placeCount(kMapSize), 5);
+    const glm::dvec2 middle = edge.texelAt(1, 0.5, kMapSize);
     EXPECT_NEAR(middle.x, 0.6 * 64 - 0.5, 1e-12);
     EXPECT_NEAR(middle.y, 0.3 * 32 - 0.5, 1e-12);
 }
@@ -64,7 +64,7 @@ TEST(SeamFinder, EdgesBetweenMapsAreSplit) {
     SurfaceTriangle left = flat(kLeft, {0, 0}), right = flat(kRight, {0, 0}), other = flat({{{2, 0}, {3, 0}, {1, 1}}}, {0, 0});
     right.map = other.map = 1;
     constexpr glm::dvec2 kOtherSize(16, 160);
-    SeamFinder finder(std::vector{kSize, kOtherSize});
+    SeamFinder finder(std::vector{kMapSize, kOtherSize});
     for (const SurfaceTriangle& triangle : {left, right, other}) finder.add(triangle);
     const SplitEdges found = std::move(finder).finish();
     ASSERT_EQ(found.edges.size(), 1u);
@@ -74,7 +74,7 @@ TEST(SeamFinder, EdgesBetweenMapsAreSplit) {
     EXPECT_TRUE(edge.isBetweenMaps());
     EXPECT_EQ(edge.map, (std::array<std::uint8_t, 2>{0, 1}));
     // 3.2 texels of the first map, 16 of the second.
-    EXPECT_EQ(edge.placeCount(std::array{kSize, kOtherSize}), 17);
+    EXPECT_EQ(edge.placeCount(std::array{kMapSize, kOtherSize}), 17);
 }
 
 TEST(SeamFinder, EdgesInsideAChartAreJoined) {

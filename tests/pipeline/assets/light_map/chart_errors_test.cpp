@@ -14,7 +14,7 @@ namespace {
 
 using formats::TriangleMesh;
 
-constexpr int kSide = 128, kCell = 12, kCells = 10;  // a rectangle in each cell, texels apart from the others
+constexpr int kChartMapSide = 128, kCell = 12, kCells = 10;  // a rectangle in each cell, texels apart from the others
 
 /// A rectangle of texels [low, high), whose charts hold these centres and no others.
 struct Rectangle {
@@ -38,7 +38,7 @@ struct Atlas {
     std::vector<const TriangleMesh*> pointers;
     explicit Atlas(const std::vector<Rectangle>& rectangles) {
         for (const Rectangle& each : rectangles)
-            meshes.push_back(atlas::rectangle(glm::vec2(each.low) / float(kSide), glm::vec2(each.high) / float(kSide)));
+            meshes.push_back(atlas::rectangle(glm::vec2(each.low) / float(kChartMapSide), glm::vec2(each.high) / float(kChartMapSide)));
         for (const TriangleMesh& mesh : meshes) pointers.push_back(&mesh);
     }
 };
@@ -46,32 +46,32 @@ struct Atlas {
 formats::Image<float> randomErrors() {
     std::mt19937 random(12);
     std::lognormal_distribution<float> error(0, 1);
-    formats::Image<float> visible(kSide, kSide);
+    formats::Image<float> visible(kChartMapSide, kChartMapSide);
     for (float& value : visible.texels()) value = error(random);
     return visible;
 }
 
 ChartSummary summaryOf(const MapCharts& charts, const formats::Image<float>& visible, int stripHeight, std::uint64_t bytes) {
     ChartErrors whole;
-    for (int first = 0; first < kSide; first += stripHeight) {
+    for (int first = 0; first < kChartMapSide; first += stripHeight) {
         ChartErrors strip;
         const auto groups = charts.groupsOf(first, stripHeight);
         for (int y = 0; y < stripHeight; ++y)
-            for (int x = 0; x < kSide; ++x) strip.add(groups.at(x, y), x, first + y, visible.at(x, first + y));
+            for (int x = 0; x < kChartMapSide; ++x) strip.add(groups.at(x, y), x, first + y, visible.at(x, first + y));
         whole.merge(strip);
     }
-    return whole.summary(charts, bytes, std::int64_t{kSide} * kSide);
+    return whole.summary(charts, bytes, std::int64_t{kChartMapSide} * kChartMapSide);
 }
 
 TEST(ChartErrors, TexelsBelongToTheChartThatHoldsTheirCentres) {
     const auto rectangles = randomRectangles();
     const Atlas atlas(rectangles);
-    const auto charts = MapCharts::of(atlas.pointers, kSide, kSide);
+    const auto charts = MapCharts::of(atlas.pointers, kChartMapSide, kChartMapSide);
     ASSERT_TRUE(charts);
     ASSERT_EQ(charts->groupCount(), MapCharts::kMostOwn + 1) << "a hundred charts, most of which are measured";
-    const auto groups = charts->groupsOf(0, kSide);
-    for (int y = 0; y < kSide; ++y)
-        for (int x = 0; x < kSide; ++x) {
+    const auto groups = charts->groupsOf(0, kChartMapSide);
+    for (int y = 0; y < kChartMapSide; ++y)
+        for (int x = 0; x < kChartMapSide; ++x) {
             const auto holder = std::ranges::find_if(rectangles, [&](const Rectangle& each) { return each.holds(x, y); });
             if (holder == rectangles.end()) continue;
             const std::size_t group = groups.at(x, y);
@@ -80,23 +80,23 @@ TEST(ChartErrors, TexelsBelongToTheChartThatHoldsTheirCentres) {
                 EXPECT_EQ(charts->chartOf(group), std::size_t(holder - rectangles.begin())) << x << " " << y;
             }
         }
-    EXPECT_EQ(groups.at(kSide - 1, kSide - 1), MapCharts::kNoGroup) << "beside all charts";
+    EXPECT_EQ(groups.at(kChartMapSide - 1, kChartMapSide - 1), MapCharts::kNoGroup) << "beside all charts";
 }
 
 TEST(ChartErrors, FiguresAreThoseOfTheTexelsInAnyCut) {
     const auto rectangles = randomRectangles();
     const Atlas atlas(rectangles);
-    const auto charts = MapCharts::of(atlas.pointers, kSide, kSide);
+    const auto charts = MapCharts::of(atlas.pointers, kChartMapSide, kChartMapSide);
     ASSERT_TRUE(charts);
     // Texels beside all rectangles are not covered: their errors are no chart's.
     formats::Image<float> visible = randomErrors();
     constexpr std::uint64_t kBytes = 1 << 20;
     ChartErrors errors;
-    const auto groups = charts->groupsOf(0, kSide);
+    const auto groups = charts->groupsOf(0, kChartMapSide);
     for (const Rectangle& each : rectangles)
         for (int y = each.low.y; y < each.high.y; ++y)
             for (int x = each.low.x; x < each.high.x; ++x) errors.add(groups.at(x, y), x, y, visible.at(x, y));
-    const ChartSummary summary = errors.summary(*charts, kBytes, std::int64_t{kSide} * kSide);
+    const ChartSummary summary = errors.summary(*charts, kBytes, std::int64_t{kChartMapSide} * kChartMapSide);
     EXPECT_EQ(summary.count, 100);
     ASSERT_EQ(summary.largest.size(), MapCharts::kMostOwn);
     ASSERT_TRUE(summary.rest);
@@ -115,7 +115,7 @@ TEST(ChartErrors, FiguresAreThoseOfTheTexelsInAnyCut) {
             }
         std::ranges::sort(truth);
         EXPECT_EQ(chart.texels, rectangle.texels());
-        EXPECT_EQ(chart.bytes, std::uint64_t(std::llround(double(kBytes) * rectangle.texels() / (kSide * kSide))));
+        EXPECT_EQ(chart.bytes, std::uint64_t(std::llround(double(kBytes) * rectangle.texels() / (kChartMapSide * kChartMapSide))));
         EXPECT_NEAR(chart.visibleRms, std::sqrt(squares / double(truth.size())), 1e-9 * chart.visibleRms);
         EXPECT_EQ(chart.visibleMax, double(truth.back()));
         // The percentile lies between the samples around it, and bins are 0.4 % wide.
@@ -146,11 +146,11 @@ TEST(ChartErrors, FiguresAreThoseOfTheTexelsInAnyCut) {
 }
 
 TEST(ChartErrors, MapsWithoutChartsHaveNone) {
-    EXPECT_FALSE(MapCharts::of({}, kSide, kSide));
+    EXPECT_FALSE(MapCharts::of({}, kChartMapSide, kChartMapSide));
     const TriangleMesh outside = atlas::rectangle({0.5f, 0.5f}, {1.5f, 0.7f}), inside = atlas::rectangle({0.1f, 0.1f}, {0.2f, 0.2f});
     const TriangleMesh *wrong = &outside, *right = &inside;
-    EXPECT_FALSE(MapCharts::of({&wrong, 1}, kSide, kSide));
-    EXPECT_TRUE(MapCharts::of({&right, 1}, kSide, kSide));
+    EXPECT_FALSE(MapCharts::of({&wrong, 1}, kChartMapSide, kChartMapSide));
+    EXPECT_TRUE(MapCharts::of({&right, 1}, kChartMapSide, kChartMapSide));
     EXPECT_FALSE(MapCharts::of({&right, 1}, 1 << 14, 1 << 14)) << "too large to be told apart in little memory";
 }
 
