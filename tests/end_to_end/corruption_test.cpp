@@ -92,7 +92,7 @@ TEST_F(CookedFolder, IsFoundWholeAsItWasCooked) {
 }
 
 TEST_F(CookedFolder, AFlippedByteOfAnyFileIsFoundAndNamed) {
-    expectFlipsNamed(20, 1);
+    expectFlipsNamed(8, 1);
 }
 
 using CookedFolderSoak = CookedFolder;

@@ -149,8 +149,7 @@ protected:
         return names;
     }
 
-    /// Interrupts every command after each of the delays; with `inTurn`, after the first and the third of them, or the second and the
-    /// fourth.
+    /// Interrupts every command after each of the delays, or after one of them in turn.
     static void interruptEveryCommand(bool inTurn);
 
     static SmallScene* scene_;
@@ -170,7 +169,7 @@ void Interrupt::interruptEveryCommand(bool inTurn) {
     const std::set<std::string> before = entries();
     int runs = 0, interrupted = 0;
     for (std::size_t row = 0; row < std::size(kBusyCommands); ++row)
-        for (std::size_t i = inTurn ? row % 2 : 0; i < kDelays.size(); i += inTurn ? 2 : 1) {
+        for (std::size_t i = inTurn ? row % kDelays.size() : 0; i < kDelays.size(); i += inTurn ? kDelays.size() : 1) {
             const BusyCommand& command = kBusyCommands[row];
             const std::chrono::milliseconds delay = kDelays[i];
             const int number = std::array{SIGINT, SIGTERM, SIGHUP}[static_cast<std::size_t>(runs++ % 3)];

@@ -36,20 +36,13 @@ inline std::vector<formats::LightMapLayout> directionalLayouts() {
     return layoutsWhere([](const formats::LightMapLayoutInfo& row) { return !row.isFlat(); });
 }
 
-/// The first layout of each family, and the first with residual layers: each has a decoder of its own. ./dev soak takes the others.
+/// The first layout of each family, and the first with residual layers: each has a decoder of its own. ./dev soak takes all.
 inline std::vector<formats::LightMapLayout> layoutsOfEveryFamily() {
     std::vector<formats::LightMapLayout> first;
     std::set<std::pair<formats::LightMapFamily, bool>> seen;
     for (const formats::LightMapLayoutInfo& layout : formats::kLightMapLayouts)
         if (seen.emplace(layout.family, layout.residualCount() > 0).second) first.push_back(layout.id);
     return first;
-}
-inline std::vector<formats::LightMapLayout> otherLayouts() {
-    const std::vector<formats::LightMapLayout> first = layoutsOfEveryFamily();
-    std::vector<formats::LightMapLayout> others;
-    for (const formats::LightMapLayout layout : kEveryLayout)
-        if (std::ranges::find(first, layout) == first.end()) others.push_back(layout);
-    return others;
 }
 
 /// Returns the names of layouts.

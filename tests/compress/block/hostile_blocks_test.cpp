@@ -1,5 +1,5 @@
 // Random and adversarial texels at every effort: nothing crashes, all decoded values are finite, instruction sets agree, and the decoded
-// texels of encodeRows are those that the verifier reads. A million blocks; in the soak test LIGHTCOOK_SOAK_BLOCKS.
+// texels of encodeRows are those that the verifier reads. A quarter of a million blocks; in the soak test LIGHTCOOK_SOAK_BLOCKS.
 #include <cstdlib>
 #include <iostream>
 
@@ -34,11 +34,11 @@ constexpr auto kBlockFormats = {PixelFormat::Bc1,      PixelFormat::Bc3,      Pi
                                 PixelFormat::Bc5,      PixelFormat::Bc4Snorm, PixelFormat::Bc5Snorm,
                                 PixelFormat::Bc6hUf16, PixelFormat::Bc6hSf16, PixelFormat::Bc7};
 
-TEST_P(HostileFormat, AMillionOverAllFormatsAreSoundAtCheapEfforts) {
-    soak(GetParam(), 0, 80000, 1);
-    soak(GetParam(), 1, 40000, 1);
-    soak(GetParam(), 3, 20000, 1);
-    soak(GetParam(), 5, 4000, 1);
+TEST_P(HostileFormat, ManyAreSoundAtCheapEfforts) {
+    soak(GetParam(), 0, 16000, 1);
+    soak(GetParam(), 1, 8000, 1);
+    soak(GetParam(), 3, 4000, 1);
+    soak(GetParam(), 5, 800, 1);
 }
 INSTANTIATE_TEST_SUITE_P(Encoders, HostileFormat, testing::ValuesIn(kBlockFormats), nameOf);
 

@@ -71,7 +71,7 @@ void checkChain(const std::filesystem::path& file, fit::PrefilterKernel kernel, 
     EXPECT_LT(seconds, 8);  // ten times the usual duration, for slow machines
 }
 
-TEST(EnvironmentFiles, BeckmannLevelsOfKiaraKeepTheMeanAndMatchBruteForce) {
+TEST(EnvironmentFilesSoak, BeckmannLevelsOfKiaraKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/kiara_1_dawn_1k.hdr", fit::PrefilterKernel::Beckmann, "Beckmann");
 }
 TEST(EnvironmentFilesSoak, GgxLevelsOfKiaraKeepTheMeanAndMatchBruteForce) {
@@ -83,7 +83,7 @@ TEST(EnvironmentFilesSoak, BeckmannLevelsOfRooitouKeepTheMeanAndMatchBruteForce)
 TEST(EnvironmentFiles, GgxLevelsOfRooitouKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/rooitou_park_1k.hdr", fit::PrefilterKernel::Ggx, "GGX");
 }
-TEST(EnvironmentFiles, PhongLevelsOfRooitouKeepTheMeanAndMatchBruteForce) {
+TEST(EnvironmentFilesSoak, PhongLevelsOfRooitouKeepTheMeanAndMatchBruteForce) {
     checkChain(kData / "env/rooitou_park_1k.hdr", fit::PrefilterKernel::Phong, "Phong");
 }
 

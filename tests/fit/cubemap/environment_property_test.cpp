@@ -14,7 +14,7 @@
 namespace lightcook {
 namespace {
 
-constexpr long long kCases = 1'000'000, kSoakCases = 100'000'000;
+constexpr long long kCases = 100'000, kSoakCases = 100'000'000;
 constexpr fit::PrefilterKernel kKernels[] = {fit::PrefilterKernel::Beckmann, fit::PrefilterKernel::Ggx, fit::PrefilterKernel::Phong};
 
 /// Zero, denormal, ordinary or enormous.

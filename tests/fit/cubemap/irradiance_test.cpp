@@ -119,7 +119,7 @@ TEST(IrradianceCubemap, ExtremesStayFiniteAndInRange) {
     for (const int cells : {0, 2, 33, 256}) EXPECT_FALSE(fit::irradianceCubemap(truth::constantStrip(4, glm::vec3(1)), {8, 0, cells}));
 }
 
-TEST(IrradianceCubemap, OfSharedPanoramasMatchesBruteForceInHalfASecond) {
+TEST(IrradianceCubemapSoak, OfSharedPanoramasMatchesBruteForceInHalfASecond) {
     const std::filesystem::path data = LIGHTCOOK_SHARED_DATA;
     for (const char* name : {"rooitou_park_1k", "kiara_1_dawn_1k"}) {
         const auto file = data / "env" / (std::string(name) + ".hdr");

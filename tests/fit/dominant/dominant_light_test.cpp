@@ -43,8 +43,8 @@ void checkOneLight(std::uint64_t seed, std::int64_t count) {
     }
 }
 
-TEST(DominantLight, OneDirectionalLightIsRecoveredExactlyAMillionTimes) {
-    checkOneLight(1, 1000000);
+TEST(DominantLight, OneDirectionalLightIsRecoveredExactlyManyTimes) {
+    checkOneLight(1, 100000);
 }
 
 TEST(DominantLightSoak, OneDirectionalLightIsRecoveredExactlyAHundredMillionTimes) {
@@ -133,8 +133,8 @@ void checkClosedForm(std::uint64_t seed, std::int64_t count) {
     }
 }
 
-TEST(DominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBallAMillionTimes) {
-    checkClosedForm(3, 1000000);
+TEST(DominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBallManyTimes) {
+    checkClosedForm(3, 100000);
 }
 
 TEST(DominantLightSoak, AnyFiniteInputGivesAFiniteLightInsideTheBallAHundredMillionTimes) {
@@ -204,8 +204,8 @@ void checkRefined(std::uint64_t seed, std::int64_t count) {
     }
 }
 
-TEST(RefinedDominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBallAMillionTimes) {
-    checkRefined(5, 1000000);
+TEST(RefinedDominantLight, AnyFiniteInputGivesAFiniteLightInsideTheBallManyTimes) {
+    checkRefined(5, 100000);
 }
 
 TEST(RefinedDominantLightSoak, AnyFiniteInputGivesAFiniteLightInsideTheBallAHundredMillionTimes) {
@@ -288,7 +288,7 @@ TEST(RefinedDominantLight, ImagesCountTheSearchedTexels) {
     EXPECT_EQ(closed.skipped, 7 * width);
 }
 
-TEST(DominantLight, AMegapixelTakesSecondsByEveryFit) {
+TEST(DominantLightSoak, AMegapixelTakesSecondsByEveryFit) {
     truth::Random random(8);
     const int size = 512;
     formats::Image<lighting::ShRgb> sh(size, size);

@@ -142,7 +142,7 @@ TEST(AzimuthalAverage, BadRequestsAreRefusedByName) {
     EXPECT_TRUE(fit::checkAzimuthalAverage({0, 1e-100, 0}, 4096));
 }
 
-TEST(AzimuthalAverage, APanoramaTakesLessThanFiveSeconds) {
+TEST(AzimuthalAverageSoak, APanoramaTakesLessThanFiveSeconds) {
     truth::Random random(5);
     const Environment environment = randomEnvironment(random, Environment::Projection::Equirectangular, 512);
     for (const glm::dvec3& axis : {glm::dvec3(0, 1, 0), glm::dvec3(0.3, 0.8, 0.2)}) {

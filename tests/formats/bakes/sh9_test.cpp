@@ -153,7 +153,7 @@ TEST(Sh9, AbsurdSizesAreRefusedBeforeAnythingIsAllocated) {
     EXPECT_EQ(withMax(65535, 65535).code, ErrorCode::FileUnreadable) << "plausible extents, but the file is far too short";
 }
 
-TEST(Sh9, TheSharedBakesAreReadWhole) {
+TEST(Sh9Soak, TheSharedBakesAreReadWhole) {
     const std::filesystem::path scenes = std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes";
     if (!std::filesystem::exists(scenes)) GTEST_SKIP() << "needs the shared test data at " << LIGHTCOOK_SHARED_DATA;
     struct Bake {

@@ -789,7 +789,7 @@ GltfMaker sheet(int extent, unsigned seed) {
     return maker;
 }
 
-TEST(GltfScene, ErrorsOfABigMeshStayWithinTheStepsAndShrinkWithBits) {
+TEST(GltfSceneSoak, ErrorsOfABigMeshStayWithinTheStepsAndShrinkWithBits) {
     const TemporaryFolder folder;
     sheet(60, 3).writeGlb(folder / "sheet.glb");
     const GltfScene scene = loaded(folder / "sheet.glb");
@@ -1307,7 +1307,7 @@ TEST(GltfLightMap, LinesWithoutASecondUvSetHaveNoPictureOfIt) {
     EXPECT_FALSE(primitives[5].contains("material"));
 }
 
-TEST(GltfScene, TheSharedScenesShrinkWithinTheirSteps) {
+TEST(GltfSceneSoak, TheSharedScenesShrinkWithinTheirSteps) {
     const std::filesystem::path scenes = std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes";
     if (!std::filesystem::exists(scenes)) GTEST_SKIP() << "needs the shared test data at " << LIGHTCOOK_SHARED_DATA;
     const TemporaryFolder folder;

@@ -228,11 +228,11 @@ void expectSoundAnywhere(long long count, unsigned seed) {
     }
 }
 
-TEST(AreaSpecular, HasItsPropertiesInAMillionRandomCases) {
+TEST(AreaSpecular, HasItsPropertiesInManyRandomCases) {
     for (const SpecularLobe lobe : kLobes)
         for (const double m : {1e-4, 0.5, 1.0})
             for (const double NoV : {0.0, 1e-300, 1e-9, 1e-3, 0.5, 1.0}) expectSound(areaSpecular(NoV, m, lobe, kEnergyForm, 6), NoV, m);
-    expectSoundAnywhere(1'000'000, 3);
+    expectSoundAnywhere(100'000, 3);
 }
 
 TEST(AreaSpecularSoak, HasItsPropertiesInAHundredMillionRandomCases) {

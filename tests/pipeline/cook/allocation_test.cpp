@@ -261,7 +261,8 @@ TEST_F(WholeLimit, TakesTheSmallestSceneWithinItAndVerifiesIt) {
     EXPECT_FALSE(hasAsset(cookWithin(scene_, "max_whole_visible = 1000").report, "map_dominant")) << "a dominant light that nobody misses";
 }
 
-TEST_F(WholeLimit, OnRelRmsTakesTheSmallestSceneWithinIt) {
+using WholeLimitSoak = WholeLimit;
+TEST_F(WholeLimitSoak, OnRelRmsTakesTheSmallestSceneWithinIt) {
     std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
     for (const double limit : {0.02, 0.1, 0.9}) {
         const Outcome outcome = cookWithin(scene_, fmt::format("max_whole_error = {}", limit));
@@ -280,7 +281,7 @@ TEST_F(WholeLimit, OnRelRmsTakesTheSmallestSceneWithinIt) {
 }
 
 /// max_error alone takes the cheapest layout that keeps it, whose whole shading may be over the other limit.
-TEST_F(WholeLimit, BesideALimitOfTheMapTakesAFinerLayoutWhereItMust) {
+TEST_F(WholeLimitSoak, BesideALimitOfTheMapTakesAFinerLayoutWhereItMust) {
     const auto cookedWith = [&](double limit) {
         const Outcome outcome = cookWithin(scene_, fmt::format("max_error = 0.5\nmax_whole_error = {}", limit));
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
@@ -297,7 +298,6 @@ TEST_F(WholeLimit, BesideALimitOfTheMapTakesAFinerLayoutWhereItMust) {
     EXPECT_LE(finer.at("whole").at("rel_rms").get<double>(), limit);
 }
 
-using WholeLimitSoak = WholeLimit;
 TEST_F(WholeLimitSoak, OnRelRmsThatNothingKeepsIsRefusedByWhatWasFound) {
     const Outcome outcome = cookWithin(scene_, "max_whole_error = 0.000001");
     ASSERT_EQ(outcome.errors.size(), 1u);
@@ -334,7 +334,7 @@ TEST_F(WholeLimit, ThatNothingKeepsIsRefusedByWhatWasFound) {
     EXPECT_EQ(chosenOn(frontierOf(outcome)), frontierOf(outcome).size() - 1) << "the least error that there is";
 }
 
-TEST_F(WholeLimit, BesideABudgetTakesTheSmallerOfBoth) {
+TEST_F(WholeLimitSoak, BesideABudgetTakesTheSmallerOfBoth) {
     const std::uint64_t loose = usedBytes(cookWithin(scene_, "max_whole_visible = 20"));
     EXPECT_EQ(usedBytes(cookWithin(scene_, "max_whole_visible = 20\nbudget = \"1 MiB\"")), loose);
     const Outcome tight = cookWithin(scene_, fmt::format("max_whole_visible = 0.0001\nbudget = \"{}\"", loose));
@@ -343,7 +343,7 @@ TEST_F(WholeLimit, BesideABudgetTakesTheSmallerOfBoth) {
     EXPECT_EQ(tight.errors[0].code, formats::ErrorCode::Verification);
 }
 
-TEST_F(WholeLimit, DoesNotCountChartsWithFewerTexels) {
+TEST_F(WholeLimitSoak, DoesNotCountChartsWithFewerTexels) {
     scene_.writeSceneFile("max_whole_visible = 5\ncharts = \"pack\"\ncharts_max_visible = 1");
     std::string text = formats::contentOf(scene_.sceneFile());
     formats::writeContent(scene_.sceneFile(), text.insert(text.find("file = \"map.exr\""), "mesh = \"map.glb\"\n"));

@@ -115,7 +115,7 @@ TEST(LightMapMips, LevelsHoldTheMeanOfTheirChart) {
     }
 }
 
-TEST(LightMapMips, ChartsThatAreCloseEndThem) {
+TEST(LightMapMipsSoak, ChartsThatAreCloseEndThem) {
     for (const auto& [gap, count] : {std::pair(1, 0), std::pair(2, 1), std::pair(4, 2)}) {
         const MippedScene scene(gap);
         const Outcome outcome = scene.cook("light_map_layout = \"basis-4\"\nmips = true\nmax_error = 0.5");

@@ -26,7 +26,8 @@ TEST_F(Objective, VisibleErrorsAreSmallerWhereTheyAreMinimized) {
     EXPECT_LT(visible.at("visible").at("p99").get<double>(), energy.at("visible").at("p99").get<double>());
 }
 
-TEST_F(Objective, OfTheCommandLineOverridesThatOfTheScene) {
+using ObjectiveSoak = Objective;
+TEST_F(ObjectiveSoak, OfTheCommandLineOverridesThatOfTheScene) {
     scene_.writeSceneFile("light_map_layout = \"basis-3\"\nmax_error = 0.9\nobjective = \"energy\"");
     CookOptions options = scene_.options();
     const Json asked = diffuseOf(cookScene(options, RunState()));
@@ -50,7 +51,7 @@ TEST(ObjectiveOfRatio, IsThePlacesBetweenTexelsAtEdgesOfLight) {
     EXPECT_LT(visibleOf("visible"), 0.9 * visibleOf("energy"));
 }
 
-TEST_F(Objective, DoesNotChangeOtherLayouts) {
+TEST_F(ObjectiveSoak, DoesNotChangeOtherLayouts) {
     const Outcome first = cook("light_map_layout = \"hdr\"");
     const Outcome second = cook("light_map_layout = \"hdr\"\nobjective = \"energy\"");
     EXPECT_EQ(diffuseOf(first), diffuseOf(second));

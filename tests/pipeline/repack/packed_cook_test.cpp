@@ -121,7 +121,7 @@ TEST_F(PackedCook, FewerTexelsAreJudgedAgainstTheBake) {
     EXPECT_EQ(failed.errors.front().code, ErrorCode::Verification);
 }
 
-TEST_F(PackedCook, TheCookedMeshHasBothUvs) {
+TEST_F(PackedCookSoak, TheCookedMeshHasBothUvs) {
     for (const char* draco : {"draco = false", "draco = true"}) {
         writeScene(std::string("light_map_layout = \"ratio\"\ncharts = \"pack\"\n") + draco);
         cooked();
@@ -196,7 +196,7 @@ TEST_F(PackedCook, FilesOfTheUserAreTheSources) {
     EXPECT_EQ(first.at("error"), second.at("error"));
 }
 
-TEST_F(PackedCook, TheCommandLineKeepsUvs) {
+TEST_F(PackedCookSoak, TheCommandLineKeepsUvs) {
     writeScene("light_map_layout = \"ratio\"");
     const Json kept = cooked();
     writeScene("light_map_layout = \"ratio\"\ncharts = \"pack\"");

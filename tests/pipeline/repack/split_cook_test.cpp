@@ -170,7 +170,7 @@ double errorOfBoth(const formats::LightMapStrip& bake, const formats::LightMapSt
     return largest / std::sqrt(light);
 }
 
-TEST_F(SplitCook, AChartIsCutWhereItsLightChanges) {
+TEST_F(SplitCookSoak, AChartIsCutWhereItsLightChanges) {
     writeMap(smoothLight, halfHardLight);
     const Json packed = cooked("charts = \"pack\"\nmax_visible = 3\ndraco = false");
     const Json report = cooked(std::string(kSplit) + "\ndraco = false");
@@ -241,7 +241,7 @@ TEST_F(SplitCook, PicturesOfSeamsBetweenMapsShowBothMaps) {
                 testing::ContainsRegex("seen around the seam [a-z]+, at [^\"]*, between"));
 }
 
-TEST_F(SplitCook, SeamsBetweenMapsAreHeldToTheLimit) {
+TEST_F(SplitCookSoak, SeamsBetweenMapsAreHeldToTheLimit) {
     writeMap(smoothLight, halfHardLight);
     const Json loose = cooked(kSplit);
     ASSERT_TRUE(hasAsset(loose, "map_fine")) << assetOf(loose, "map").at("notes").dump();
@@ -264,7 +264,7 @@ TEST_F(SplitCook, SeamsBetweenMapsAreHeldToTheLimit) {
 }
 
 /// A layout that is over the limit at an edge between maps gives way to a better one.
-TEST_F(SplitCook, LayoutsAreChosenToKeepTheLimitBetweenMaps) {
+TEST_F(SplitCookSoak, LayoutsAreChosenToKeepTheLimitBetweenMaps) {
     writeMap(smoothLight, halfHardLight);
     const auto addedIn = [](const Json& report) {
         return assetOf(report, "map").at("split_seams").at("stages").at(0).at("diffuse").at("added").at("max").get<double>();
@@ -346,7 +346,7 @@ TEST_F(SplitCook, VerificationRefusesAMeshOfOtherCharts) {
     EXPECT_EQ(verified.errors.front().code, ErrorCode::Verification);
 }
 
-TEST_F(SplitCook, AChartOfConstantLightTakesABlock) {
+TEST_F(SplitCookSoak, AChartOfConstantLightTakesABlock) {
     writeMap(constantLight, hardLight);
     const Json report = cooked(std::string(kSplit) + "\nmax_seam = 200");
     const Json *map = findAsset(report, "map"), *fine = findAsset(report, "map_fine");
@@ -362,7 +362,7 @@ TEST_F(SplitCook, AChartOfConstantLightTakesABlock) {
 }
 
 /// The charts are found again in the packed map, where the smooth one is so small that two maps do not pay.
-TEST_F(SplitCook, ChartsMayHaveFewerTexels) {
+TEST_F(SplitCookSoak, ChartsMayHaveFewerTexels) {
     writeMap(smoothLight, hardLight);
     const Json report = cooked(std::string(kSplit) + "\ncharts_max_visible = 1");
     const Json& notes = assetOf(report, "map").at("notes");
@@ -370,7 +370,7 @@ TEST_F(SplitCook, ChartsMayHaveFewerTexels) {
     EXPECT_THAT(notes.at("split").get<std::string>(), HasSubstr("no, one layout for all 2 charts"));
 }
 
-TEST_F(SplitCook, ChartsOfOneKindStayTogether) {
+TEST_F(SplitCookSoak, ChartsOfOneKindStayTogether) {
     writeMap(smoothLight, smoothLight);
     const Json packed = cooked("charts = \"pack\"\nmax_visible = 3");
     const Json report = cooked(kSplit);
@@ -390,7 +390,7 @@ TEST_F(SplitCook, OnlyCooksAllThatBelongsToTheMap) {
     }
 }
 
-TEST_F(SplitCook, OnlyLeavesNoAssetsOfOtherCharts) {
+TEST_F(SplitCookSoak, OnlyLeavesNoAssetsOfOtherCharts) {
     writeMap(smoothLight, hardLight);
     const auto namesAfter = [&](const std::string& output) {
         std::set<std::string> names;
@@ -432,7 +432,7 @@ TEST_F(SplitCookSoak, BytesDoNotDependOnThreads) {
 }
 
 /// The search for a split takes minutes, so morph targets are refused before it, even if no split would be found.
-TEST_F(SplitCook, MorphTargetsAreRefusedBeforeTheSearchForASplit) {
+TEST_F(SplitCookSoak, MorphTargetsAreRefusedBeforeTheSearchForASplit) {
     writeMap(smoothLight, smoothLight);
     std::string text = formats::contentOf(folder_ / "walls.gltf");
     const std::string indices = "\"indices\": 4";
@@ -444,7 +444,7 @@ TEST_F(SplitCook, MorphTargetsAreRefusedBeforeTheSearchForASplit) {
     cooked("charts = \"pack\"\nmax_visible = 3");
 }
 
-TEST_F(SplitCook, LinesNeedNoLightMapUvs) {
+TEST_F(SplitCookSoak, LinesNeedNoLightMapUvs) {
     writeMap(smoothLight, smoothLight);
     std::string text = formats::contentOf(folder_ / "walls.gltf");
     const std::string primitives = "\"primitives\": [";

@@ -908,7 +908,7 @@ TEST(LightMapVerifier, RefusesInvalidMaps) {
     EXPECT_NE(lineOf([](auto&, auto& shading) { shading.viewCount = 0; }), "");
 }
 
-TEST(LightMapScenes, CornellCooksWithinOnePercent) {
+TEST(LightMapScenesSoak, CornellCooksWithinOnePercent) {
     const std::filesystem::path file = std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes/cornell_lightmap.exr";
     if (!std::filesystem::exists(file)) GTEST_SKIP() << "the shared scenes are not here";
     const auto reader = formats::LightMapReader::open(file, {});

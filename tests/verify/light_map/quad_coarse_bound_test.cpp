@@ -141,7 +141,7 @@ TEST(LightMapCoarseBound, IsNeverBelowTheRefinedBound) {
         }
 }
 
-TEST(LightMapCoarseBound, IsNotFarAboveTheRefinedBound) {
+TEST(LightMapCoarseBoundSoak, IsNotFarAboveTheRefinedBound) {
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
         // Their refined bound is exact, not one by lengths, and much smaller.
         if (layout.isZonal || layout.decodeDegree == 0) continue;

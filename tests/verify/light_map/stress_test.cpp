@@ -106,14 +106,18 @@ void expectSound(const verify::ErrorFigures& figures) {
     EXPECT_LE(figures.maxSampled, figures.maxBound);
 }
 
-void expectSoundResults(LightMapLayout layout) {
+/// every  of the shapes for each light, or whole blocks and another shape in turn
+void expectSoundResults(LightMapLayout layout, bool every) {
     verify::LightMapShading shading;
     shading.m = {0.25};
     shading.viewCount = 4;
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = 8;
-    for (const Case& each : cases())
-        for (const Shape& shape : kShapes)
+    std::size_t turn = 0;
+    for (const Case& each : cases()) {
+        const Shape& inTurn = kShapes[1 + turn++ % (kShapes.size() - 1)];
+        for (const Shape& shape : kShapes) {
+            if (!every && &shape != &kShapes.front() && &shape != &inTurn) continue;
             for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
                 // The library of ASTC takes whole blocks of any shape alike.
                 if (target == Target::Astc && &shape != &kShapes.front()) continue;
@@ -132,20 +136,22 @@ void expectSoundResults(LightMapLayout layout) {
                 }
                 if (testing::Test::HasFailure()) return;
             }
+        }
+    }
 }
 
 class Stress : public testing::TestWithParam<LightMapLayout> {};
 class StressSoak : public testing::TestWithParam<LightMapLayout> {};
 
 TEST_P(Stress, ResultsAreFiniteAndWithinTheBound) {
-    expectSoundResults(GetParam());
+    expectSoundResults(GetParam(), false);
 }
 TEST_P(StressSoak, ResultsAreFiniteAndWithinTheBound) {
-    expectSoundResults(GetParam());
+    expectSoundResults(GetParam(), true);
 }
 
 INSTANTIATE_TEST_SUITE_P(Layouts, Stress, testing::ValuesIn(test::layoutsOfEveryFamily()), test::nameOfLayout);
-INSTANTIATE_TEST_SUITE_P(Layouts, StressSoak, testing::ValuesIn(test::otherLayouts()), test::nameOfLayout);
+INSTANTIATE_TEST_SUITE_P(Layouts, StressSoak, testing::ValuesIn(test::kEveryLayout), test::nameOfLayout);
 
 }  // namespace
 }  // namespace lightcook
