@@ -346,7 +346,8 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
     const auto splitSeams = result.records.find(actionId(ActionStep::SplitSeams, name));
     if (splitSeams != result.records.end()) asset->verifySplitSeams = actionOf(plan, splitSeams->first).parameters;
     const auto recordOf = [&](const auto& found) { return found == result.records.end() ? nullptr : &found->second; };
-    auto row = reportRow(*asset, {&cooked->second, &verified->second, recordOf(whole), recordOf(splitSeams)});
+    auto row = reportRow(*asset, {&cooked->second, &verified->second, recordOf(whole), recordOf(splitSeams)},
+                         scene_.file.empty() ? LimitsFrom::Converter : LimitsFrom::SceneFile);
     if (!row) return tl::make_unexpected(row.error());
     if (packed != plan.packed.end()) describeSources(packed->second, *asset, *row);
     if (const auto record = result.records.find(actionId(ActionStep::Trial, name)); record != result.records.end()) {

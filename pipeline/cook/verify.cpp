@@ -179,7 +179,7 @@ private:
             splitSeams->result.erase("views");  // drawn in a scratch folder
             records.splitSeams = &*splitSeams;
         }
-        return reportRow(asset, records);
+        return reportRow(asset, records, manifest.sceneFile ? LimitsFrom::SceneFile : LimitsFrom::Converter);
     }
 
     void complain(std::string place, const std::string& found, const std::string& expected) {

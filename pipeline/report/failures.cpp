@@ -3,11 +3,42 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <string_view>
 
 #include "pipeline/assets/verdict.h"
 
 namespace lightcook::pipeline {
 namespace {
+
+/// Keys of a scene file, or options of a command, that set the limits of an asset.
+struct LimitNames {
+    const char *error = "max_error", *visible = "max_visible", *visibleBound = "max_visible_bound", *seam = "max_seam";
+};
+
+LimitNames limitNamesOf(AssetKind kind, LimitsFrom limitsFrom) {
+    if (limitsFrom == LimitsFrom::Converter) return {"--max-error", "--max-visible", "--max-visible-bound", "--max-seam"};
+    switch (kind) {
+        case AssetKind::LightMap:
+        case AssetKind::Mesh:
+            break;
+        case AssetKind::Dominant:
+            return {.error = "max_converter_error", .visible = "max_converter_visible"};
+        case AssetKind::Cubemap:
+        case AssetKind::Lut:
+        case AssetKind::Rsrm:
+            return {.error = "max_converter_error", .visible = "max_visible of the asset, or max_converter_visible"};
+    }
+    return {};
+}
+
+/// Returns "1.2, expected at most 1 (max_error)" of a figure over its limit, with as many digits as it takes to tell them apart.
+/// between  after the figure
+std::string overLimit(double found, double limit, int digits, const char* name, std::string_view between = "") {
+    constexpr int kAllDigits = 17;
+    const auto words = [&](double value) { return fmt::format("{:.{}g}", value, digits); };
+    while (words(found) == words(limit) && digits < kAllDigits) ++digits;
+    return fmt::format("{}{}, expected at most {} ({})", words(found), between, words(limit), name);
+}
 
 double finiteOrNan(double value) {
     return std::isfinite(value) ? value : std::nan("");
@@ -46,7 +77,7 @@ void complete(Failure& failure, const ReportRow& row, const std::string& subject
 
 /// Appends a failure if one kind of shading of a stage is over the limit or has figures that are not finite.
 void addStage(const ReportRow& row, const verify::StageError& stage, const std::string& shading, const verify::ErrorFigures& figures,
-              std::vector<Failure>& failures) {
+              const LimitNames& names, std::vector<Failure>& failures) {
     const double limit = row.verdict.limit, relRms = finiteOrNan(figures.relRms);
     const bool isLast = &stage == &row.verdict.stages.back();
     const bool areFinite = isFinite(figures);
@@ -57,7 +88,7 @@ void addStage(const ReportRow& row, const verify::StageError& stage, const std::
     failure.relRms = relRms;
     failure.limit = limit;
     failure.detail =
-        fmt::format("found rel_rms {:.4g}, expected at most {:.4g}{}", relRms, limit, areFinite ? "" : " and every figure finite");
+        fmt::format("found rel_rms {}{}", overLimit(relRms, limit, 4, names.error), areFinite ? "" : " and every figure finite");
     complete(failure, row, fmt::format("{}, {}", stageWords(stage.name), shading), figures.sampledAt);
     failures.push_back(std::move(failure));
 }
@@ -65,8 +96,9 @@ void addStage(const ReportRow& row, const verify::StageError& stage, const std::
 /// A figure of visible errors that has a limit, and the place to name if it is over.
 struct VisibleFigure {
     std::optional<double> limit, value;
-    const char* upTo;   ///< before the value
-    const char* name;   ///< of the figure
+    const char* upTo;  ///< before the value
+    const char* name;  ///< of the figure
+    const char* limitName;
     const char* place;  ///< before the place
     const verify::VisiblePlace& at;
     std::optional<double> difference;  ///< at the place, if it was sampled
@@ -80,8 +112,8 @@ void addVisible(const ReportRow& row, const std::string& shading, const VisibleF
     failure.shading = shading;
     failure.visible = finiteOrNan(*figure.value);
     failure.limit = *figure.limit;
-    failure.detail = fmt::format("found a visible error of {}{:.3g} ({}), expected at most {:.3g}", figure.upTo, *failure.visible,
-                                 figure.name, *figure.limit);
+    failure.detail = fmt::format("found a visible error of {}{}", figure.upTo,
+                                 overLimit(*failure.visible, *figure.limit, 3, figure.limitName, fmt::format(" ({})", figure.name)));
     if (figure.at.isKnown()) {
         const Json place = toJson(FieldMirror<verify::VisiblePlace>::of(figure.at));
         failure.detail += fmt::format("; {} at {}: found {}, expected {}", figure.place, placeWords(place), vectorWords(place["found"]),
@@ -93,11 +125,14 @@ void addVisible(const ReportRow& row, const std::string& shading, const VisibleF
 }
 
 /// Appends a failure for each limit on visible errors that one kind of shading of the last stage is over.
-void addVisible(const ReportRow& row, const std::string& shading, const verify::ErrorFigures& figures, std::vector<Failure>& failures) {
+void addVisible(const ReportRow& row, const std::string& shading, const verify::ErrorFigures& figures, const LimitNames& names,
+                std::vector<Failure>& failures) {
     if (!figures.visible) return;
     const verify::VisibleFigures& visible = *figures.visible;
-    addVisible(row, shading, {row.verdict.maxVisible, visible.p99, "", "p99", "worst", visible.maxAt, visible.max}, failures);
-    addVisible(row, shading, {row.verdict.maxVisibleBound, visible.bound, "up to ", "proven bound", "largest", visible.boundAt, {}},
+    addVisible(row, shading, {row.verdict.maxVisible, visible.p99, "", "p99", names.visible, "worst", visible.maxAt, visible.max},
+               failures);
+    addVisible(row, shading,
+               {row.verdict.maxVisibleBound, visible.bound, "up to ", "proven bound", names.visibleBound, "largest", visible.boundAt, {}},
                failures);
 }
 
@@ -113,28 +148,28 @@ void addWhole(const ReportRow& row, std::vector<Failure>& failures) {
         Failure failure;
         failure.visible = finiteOrNan(row.whole->visible.p99);
         failure.limit = *row.whole->maxVisible;
-        failure.detail = fmt::format("found a visible error of {:.3g} (p99), expected at most {:.3g}", *failure.visible, *failure.limit);
+        failure.detail = "found a visible error of " + overLimit(*failure.visible, *failure.limit, 3, "max_whole_visible", " (p99)");
         add(std::move(failure));
     }
     if (!row.whole->isErrorKept()) {
         Failure failure;
         failure.relRms = finiteOrNan(row.whole->relRms);
         failure.limit = *row.whole->maxError;
-        failure.detail = fmt::format("found rel_rms {:.4g}, expected at most {:.4g}", *failure.relRms, *failure.limit);
+        failure.detail = "found rel_rms " + overLimit(*failure.relRms, *failure.limit, 4, "max_whole_error");
         add(std::move(failure));
     }
 }
 
 /// Appends a failure if the largest step that cooking adds to an edge is over its limit.
 /// subject  without the asset's name
-void addSeam(const ReportRow& row, const SeamFigures& seams, const std::optional<double>& maxSeam, std::string subject,
-             std::vector<Failure>& failures) {
+void addSeam(const ReportRow& row, const SeamFigures& seams, const std::optional<double>& maxSeam, const char* limitName,
+             std::string subject, std::vector<Failure>& failures) {
     if (!maxSeam || seams.largestAdded() <= *maxSeam) return;
     Failure failure;
     failure.stage = seams.stages.back().name;
     failure.seam = finiteOrNan(seams.largestAdded());
     failure.limit = *maxSeam;
-    failure.detail = fmt::format("found a seam of {:.3g}, expected at most {:.3g}", *failure.seam, *failure.limit);
+    failure.detail = "found a seam of " + overLimit(*failure.seam, *failure.limit, 3, limitName);
     if (!seams.worst.empty()) {
         const SeamPlace& worst = seams.worst.front();
         failure.shading = worst.shading;
@@ -180,7 +215,8 @@ std::string placeWords(const Json& at) {
     return words;
 }
 
-std::vector<Failure> failuresOf(const ReportRow& row) {
+std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom) {
+    const LimitNames names = limitNamesOf(row.kind, limitsFrom);
     std::vector<Failure> failures;
     for (const verify::Violation& each : row.verdict.violations) {
         Failure failure;
@@ -191,13 +227,13 @@ std::vector<Failure> failuresOf(const ReportRow& row) {
         failures.push_back(std::move(failure));
     }
     for (const verify::StageError& stage : row.verdict.stages) {
-        addStage(row, stage, "diffuse", stage.diffuse, failures);
-        addStage(row, stage, "specular", stage.specular, failures);
+        addStage(row, stage, "diffuse", stage.diffuse, names, failures);
+        addStage(row, stage, "specular", stage.specular, names, failures);
     }
-    addVisible(row, "diffuse", row.verdict.stages.back().diffuse, failures);
-    addVisible(row, "specular", row.verdict.stages.back().specular, failures);
-    if (row.seams) addSeam(row, *row.seams, row.verdict.maxSeam, "seams", failures);
-    if (row.splitSeams) addSeam(row, row.splitSeams->seams, row.splitSeams->maxSeam, "seams between its maps", failures);
+    addVisible(row, "diffuse", row.verdict.stages.back().diffuse, names, failures);
+    addVisible(row, "specular", row.verdict.stages.back().specular, names, failures);
+    if (row.seams) addSeam(row, *row.seams, row.verdict.maxSeam, names.seam, "seams", failures);
+    if (row.splitSeams) addSeam(row, row.splitSeams->seams, row.splitSeams->maxSeam, names.seam, "seams between its maps", failures);
     addWhole(row, failures);
     return failures;
 }

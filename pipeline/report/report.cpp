@@ -72,7 +72,7 @@ Result<void> addVerification(const ActionRecord* record, std::optional<Figures>&
 
 }  // namespace
 
-Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records) {
+Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records, LimitsFrom limitsFrom) {
     const ActionRecord &cooked = *records.cooked, &verified = *records.verified;
     auto cook = fromJson<CookResult>(cooked.result, asset.name);
     if (!cook) return tl::make_unexpected(cook.error());
@@ -85,7 +85,7 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& record
     if (!verified.run.empty()) row.verifiedAt = verified.run;
     if (auto added = addVerification(records.whole, row.whole, row); !added) return tl::make_unexpected(added.error());
     if (auto added = addVerification(records.splitSeams, row.splitSeams, row); !added) return tl::make_unexpected(added.error());
-    if (!row.verdict.passed) row.failures = failuresOf(row);
+    if (!row.verdict.passed) row.failures = failuresOf(row, limitsFrom);
     // Lights and meshes are matched to their light map by these.
     const bool hasBake = row.kind == AssetKind::LightMap || row.kind == AssetKind::Dominant || row.kind == AssetKind::Mesh;
     if (row.light && hasBake && asset.source.files)

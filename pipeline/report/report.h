@@ -150,7 +150,7 @@ struct AssetRecords {
 };
 
 /// Returns the row of an asset: its manifest entry, the results of its cook and its verification, and the time of each.
-formats::Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records);
+formats::Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records, LimitsFrom limitsFrom);
 
 /// Members of a report that do not depend on the rows.
 struct ReportFrame {

@@ -58,17 +58,18 @@ Result<MipPart> compareStrip(LightMapSource& level, const CookedLightMapReader& 
 /// Adds a violation for each limit that a level is over.
 void holdToLimits(const verify::StageError& level, const MippedLightMap& map, std::vector<verify::Violation>& violations) {
     const auto hold = [&](const char* shading, const verify::ErrorFigures& figures) {
-        const auto add = [&](const char* figure, double found, double limit) {
+        const auto add = [&](const char* figure, double found, double limit, const char* key) {
             if (!(found <= limit))
                 violations.push_back({fmt::format("{}, {}", level.name, shading), fmt::format("{} {:.4g}", figure, found),
-                                      fmt::format("at most {:.4g}, as at level 0: a lower limit chooses a layout with less error there, "
-                                                  "mips = false cooks level 0 alone",
-                                                  limit)});
+                                      fmt::format("at most {:.4g} ({}), as at level 0: a lower limit chooses a layout with less error "
+                                                  "there, mips = false cooks level 0 alone",
+                                                  limit, key)});
         };
-        add("rel_rms", figures.relRms, map.maxError);
-        if (figures.visible && map.parameters.maxVisible) add("a visible error (p99) of", figures.visible->p99, *map.parameters.maxVisible);
+        add("rel_rms", figures.relRms, map.maxError, "max_error");
+        if (figures.visible && map.parameters.maxVisible)
+            add("a visible error (p99) of", figures.visible->p99, *map.parameters.maxVisible, "max_visible");
         if (figures.visible && figures.visible->bound && map.parameters.maxVisibleBound)
-            add("a visible error (proven bound) of up to", *figures.visible->bound, *map.parameters.maxVisibleBound);
+            add("a visible error (proven bound) of up to", *figures.visible->bound, *map.parameters.maxVisibleBound, "max_visible_bound");
         if (!isFinite(figures))
             violations.push_back({fmt::format("{}, {}", level.name, shading), "figures that are not finite", "every figure finite"});
     };

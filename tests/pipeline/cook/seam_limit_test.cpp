@@ -95,7 +95,7 @@ TEST_F(SeamLimit, FailsAMapThatIsOverItAndNamesTheEdge) {
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
     EXPECT_THAT(
         outcome.errors.front().line(),
-        AllOf(HasSubstr("map, seams, "), HasSubstr("found a seam of "), HasSubstr("expected at most 0.01; worst at the edge from (2, "),
+        AllOf(HasSubstr("map, seams, "), HasSubstr("found a seam of "), HasSubstr("expected at most 0.01 (max_seam); worst at the edge from (2, "),
               HasSubstr("normal ("), HasSubstr("a step of "), HasSubstr("at texels ("), HasSubstr("): found ("), HasSubstr("expected (")));
     const Json& map = mapOf(outcome);
     EXPECT_FALSE(map.at("passed").get<bool>());

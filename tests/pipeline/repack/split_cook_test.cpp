@@ -255,7 +255,7 @@ TEST_F(SplitCookSoak, SeamsBetweenMapsAreHeldToTheLimit) {
     ASSERT_NE(between, outcome.errors.end()) << outcome.errors.front().line();
     EXPECT_EQ(between->code, ErrorCode::Verification);
     EXPECT_THAT(between->line(),
-                testing::AllOf(HasSubstr("found a seam of "), HasSubstr("expected at most 0.001; worst at the edge from ("),
+                testing::AllOf(HasSubstr("found a seam of "), HasSubstr("expected at most 0.001 (max_seam); worst at the edge from ("),
                                HasSubstr(" of 'map' and 'map_fine': found (")));
     EXPECT_FALSE(assetOf(outcome.report, "map").at("passed").get<bool>());
     const Outcome again = verifyCooked({options_.output, {}, {}}, RunState());

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <string_view>
 
 #include "pipeline/json/json.h"
 #include "pipeline/report/failures.h"
@@ -11,6 +12,8 @@
 namespace lightcook::pipeline {
 namespace {
 
+using testing::_;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 class Failures : public testing::Test {
@@ -47,7 +50,9 @@ TEST_F(Failures, NameStageTexelNormalFoundAndAllowedOfEveryKindOfAsset) {
         const double off = std::abs(failure.value("found", 0.0) - failure.value("reference", 0.0));
         EXPECT_GT(off, failure.value("allowed", 0.0)) << failure.dump(2);
         const std::string message = failure.at("message").get<std::string>();
-        for (const char* word : {"texel (", "normal (", ": found ", "allowed "}) EXPECT_THAT(message, HasSubstr(word));
+        const char* const limit =
+            std::string_view(kind) == "light-map" ? "at most 1e-06 (max_error)" : "at most 1e-06 (max_converter_error)";
+        for (const char* word : {"texel (", "normal (", ": found ", "allowed ", limit}) EXPECT_THAT(message, HasSubstr(word));
         EXPECT_TRUE(std::ranges::any_of(outcome_->errors, [&](const auto& error) { return error.line() == message; })) << message;
     }
     EXPECT_TRUE(asset("cubemap").at("failures")[0].contains("mip"));
@@ -76,6 +81,37 @@ TEST_F(Failures, AreOnThePage) {
     const std::string page = formats::contentOf(*scene_ / "out/report.html");
     EXPECT_THAT(page, HasSubstr("worst at texel ("));
     EXPECT_THAT(page, HasSubstr("largest sample"));
+}
+
+/// A row over all of its limits by so little that three digits do not show it.
+ReportRow rowOverLimits(AssetKind kind) {
+    ReportRow row;
+    row.name = "a";
+    row.kind = kind;
+    verify::StageError stage;
+    stage.name = "total";
+    stage.diffuse.relRms = 0.10000001;
+    stage.diffuse.visible.emplace();
+    stage.diffuse.visible->p99 = 5.0001;
+    stage.diffuse.visible->bound = 70.00002;
+    row.verdict = makeVerdict({stage}, 0.1, {}, 5, 70);
+    return row;
+}
+
+TEST(LimitNames, AreThoseOfTheSceneFileOrOfTheCommand) {
+    const auto lines = [](AssetKind kind, LimitsFrom from) {
+        std::vector<std::string> details;
+        for (const Failure& failure : failuresOf(rowOverLimits(kind), from)) details.push_back(failure.detail);
+        return details;
+    };
+    EXPECT_THAT(lines(AssetKind::Mesh, LimitsFrom::SceneFile),
+                ElementsAre("found rel_rms 0.10000001, expected at most 0.1 (max_error)",
+                            "found a visible error of 5.0001 (p99), expected at most 5 (max_visible)",
+                            "found a visible error of up to 70.00002 (proven bound), expected at most 70 (max_visible_bound)"));
+    EXPECT_THAT(lines(AssetKind::Cubemap, LimitsFrom::SceneFile),
+                ElementsAre(HasSubstr("(max_converter_error)"), HasSubstr("(max_visible of the asset, or max_converter_visible)"), _));
+    EXPECT_THAT(lines(AssetKind::Cubemap, LimitsFrom::Converter),
+                ElementsAre(HasSubstr("(--max-error)"), HasSubstr("(--max-visible)"), HasSubstr("(--max-visible-bound)")));
 }
 
 TEST(PlaceWords, TolerateWhatTheyDoNotKnow) {
