@@ -1,10 +1,12 @@
-// Finds the known name nearest to a mistyped one, for error messages.
+// Finds the known name nearest to a mistyped one, for error messages. Names that the found one is a part of ("bc6" of "bc6h-uf16") are
+// nearest, the others follow by their edit distance.
 #pragma once
 
 #include <algorithm>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace lightcook::formats {
@@ -25,18 +27,26 @@ inline std::size_t editDistance(std::string_view a, std::string_view b) {
     return row[b.size()];
 }
 
+/// Returns true if `part` is in `name`, and is long enough for that to be no accident.
+inline bool isPartOfName(std::string_view part, std::string_view name) {
+    constexpr std::size_t kLeastLetters = 3;
+    return part.size() >= kLeastLetters && name.find(part) != std::string_view::npos;
+}
+
 /// Returns the first of the nearest names; empty if `known` is empty.
 inline std::string nearestName(std::string_view found, std::span<const std::string> known) {
-    std::string nearest;
-    std::size_t least = 0;
-    for (const std::string& name : known) {
-        const std::size_t distance = editDistance(found, name);
-        if (nearest.empty() || distance < least) {
-            nearest = name;
-            least = distance;
-        }
-    }
-    return nearest;
+    const auto rank = [&](const std::string& name) { return std::pair(!isPartOfName(found, name), editDistance(found, name)); };
+    const auto nearest = std::ranges::min_element(known, {}, rank);
+    return nearest == known.end() ? std::string() : *nearest;
+}
+
+/// Returns "; nearest is 'x'" for the end of a message; empty if no name is near: a third of the letters may differ, or one name is a part
+/// of the other.
+inline std::string nearestHint(std::string_view found, std::span<const std::string> known) {
+    const std::string nearest = nearestName(found, known);
+    const bool isNear =
+        isPartOfName(found, nearest) || isPartOfName(nearest, found) || editDistance(found, nearest) <= 1 + found.size() / 3;
+    return nearest.empty() || !isNear ? "" : "; nearest is '" + nearest + "'";
 }
 
 }  // namespace lightcook::formats

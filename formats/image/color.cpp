@@ -189,9 +189,9 @@ Result<OCIO::ConstColorSpaceRcPtr> findSpace(const OCIO::Config& config, const s
     const std::string subject = fmt::format("colour space '{}'", oneLine(name));
     OCIO::ConstColorSpaceRcPtr space = config.getColorSpace(name.c_str());
     if (!space) {
-        return failure(ErrorCode::ColorSpace, subject,
-                       fmt::format("found no such space in {}, expected one it knows; the nearest is '{}'", configName(spaces),
-                                   nearestName(name, knownNames(config))));
+        return failure(
+            ErrorCode::ColorSpace, subject,
+            fmt::format("found no such space in {}, expected one it knows{}", configName(spaces), nearestHint(name, knownNames(config))));
     }
     if (space->isData()) {
         return failure(ErrorCode::ColorSpace, subject,

@@ -44,9 +44,8 @@ std::vector<std::string> pixelFormatNames() {
 Result<PixelFormat> formatFromName(const std::string& name) {
     if (const auto format = formats::pixelFormatFromName(name)) return *format;
     const std::vector<std::string> known = pixelFormatNames();
-    return failure(
-        ErrorCode::InvalidRequest, "--format",
-        fmt::format("found '{}', expected one of: {}; nearest is '{}'", name, fmt::join(known, " "), formats::nearestName(name, known)));
+    return failure(ErrorCode::InvalidRequest, "--format",
+                   fmt::format("found '{}', expected one of: {}{}", name, fmt::join(known, " "), formats::nearestHint(name, known)));
 }
 
 /// Refuses values that are not finite, and negative values if the format is unsigned. With `repair` sets them to zero and returns their

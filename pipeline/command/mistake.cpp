@@ -71,13 +71,6 @@ formats::Error refused(std::string subject, std::string detail) {
     return {formats::ErrorCode::InvalidRequest, std::move(subject), std::move(detail)};
 }
 
-/// Returns "; nearest is 'x'" unless no name is near.
-std::string nearestWords(const std::string& found, const std::vector<std::string>& names) {
-    const std::string nearest = formats::nearestName(found, names);
-    if (nearest.empty() || formats::editDistance(found, nearest) > 1 + found.size() / 3) return "";
-    return fmt::format("; nearest is '{}'", nearest);
-}
-
 bool isOption(const std::string& argument) {
     return argument.size() > 1 && argument[0] == '-' && (argument[1] < '0' || argument[1] > '9') && argument[1] != '.';
 }
@@ -172,11 +165,12 @@ formats::Error unknownArgument(const Syntax& syntax, const std::string& argument
     if (isOption(argument)) {
         const std::string of = syntax.command() != nullptr ? " of " + syntax.command()->name : "";
         return refused("command line", fmt::format("found the unknown option '{}', expected an option{}{}", name, of,
-                                                   nearestWords(name, syntax.optionNames())));
+                                                   formats::nearestHint(name, syntax.optionNames())));
     }
     if (syntax.command() == nullptr)
-        return refused("command line", fmt::format("found the unknown command '{}', expected one of: {}{}", argument,
-                                                   fmt::join(syntax.commandNames(), ", "), nearestWords(argument, syntax.commandNames())));
+        return refused("command line",
+                       fmt::format("found the unknown command '{}', expected one of: {}{}", argument,
+                                   fmt::join(syntax.commandNames(), ", "), formats::nearestHint(argument, syntax.commandNames())));
     return refused("command line", fmt::format("found '{}' after everything that {} takes, expected `lightcook {}`", argument,
                                                syntax.command()->name, syntax.command()->usage()));
 }
@@ -200,7 +194,7 @@ std::string expectedValue(const OptionDoc& option, const std::string& found) {
     if (option.meaning.starts_with("a whole number") && isTooLarge(found))
         return fmt::format("{}, at most {}", option.meaning, std::numeric_limits<int>::max());
     if (option.choices.empty()) return option.meaning.empty() ? option.placeholder : option.meaning;
-    return fmt::format("one of: {}{}", fmt::join(option.choices, ", "), nearestWords(found, option.choices));
+    return fmt::format("one of: {}{}", fmt::join(option.choices, ", "), formats::nearestHint(found, option.choices));
 }
 
 formats::Error badValue(const Syntax& syntax, std::span<const std::string> arguments, const std::string& message) {

@@ -685,9 +685,10 @@ formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const Pl
     if (!planned) return planned;
     const Plan& plan = *planned;
     if (options.only && plan.assets.empty() && plan.skipped.empty() && plan.undecided.empty())
-        return formats::failure(formats::ErrorCode::InvalidRequest, "--only",
-                                fmt::format("found '{}', expected an asset of the scene; nearest is '{}'", *options.only,
-                                            formats::nearestName(*options.only, planner.knownNames())));
+        return formats::failure(
+            formats::ErrorCode::InvalidRequest, "--only",
+            fmt::format("found '{}', expected one of the assets of the scene: {}{}", *options.only, fmt::join(planner.knownNames(), ", "),
+                        formats::nearestHint(*options.only, planner.knownNames())));
     return planned;
 }
 

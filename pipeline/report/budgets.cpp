@@ -87,8 +87,8 @@ private:
             const std::string name(key.str());
             if (std::ranges::find(known, name) != known.end()) continue;
             throw TomlMistake{{ErrorCode::InvalidRequest, place(key.source().begin),
-                               fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, where,
-                                           formats::nearestName(name, known))}};
+                               fmt::format("found unknown key '{}' in {}, expected one of: {}{}", name, where, fmt::join(known, ", "),
+                                           formats::nearestHint(name, known))}};
         }
     }
 

@@ -83,8 +83,8 @@ formats::LayoutList readLayouts(TableReader& reader) {
         const auto name = element.value<std::string>();
         if (!name) reader.fail(element, fmt::format("found an element of layouts that is no string, expected {}", kExpected));
         if (!formats::lightMapLayoutFromName(*name))
-            reader.fail(element, fmt::format("found the layout {} in layouts, expected one of: {}; nearest is {}", inQuotes(*name),
-                                             listed(lightMapLayoutNames()), inQuotes(formats::nearestName(*name, lightMapLayoutNames()))));
+            reader.fail(element, fmt::format("found the layout {} in layouts, expected one of: {}{}", inQuotes(*name),
+                                             listed(lightMapLayoutNames()), formats::nearestHint(*name, lightMapLayoutNames())));
         if (std::ranges::find(layouts, *name) != layouts.end())
             reader.fail(element, fmt::format("found the layout {} twice in layouts, expected it once", inQuotes(*name)));
         layouts.push_back(*name);
@@ -217,7 +217,15 @@ std::string readBake(TableReader& reader) {
     if (isOldName && reader.has("bake"))
         reader.fail(reader.node("layout"),
                     "found light_map.layout beside light_map.bake, expected one of them: layout is the older name of bake");
-    return reader.oneOf(isOldName ? "layout" : "bake", formats::bakeNames(), std::string(formats::kAutoBake));
+    const char* const key = isOldName ? "layout" : "bake";
+    const std::vector<std::string> names = formats::bakeNames();
+    const auto value = reader.has(key) ? reader.node(key).value<std::string>() : std::nullopt;
+    if (value && std::ranges::find(names, *value) == names.end() && formats::lightMapLayoutFromName(*value))
+        reader.fail(reader.node(key),
+                    fmt::format("found the GPU layout {0} for light_map.{1}, which is the bake format of the file{2}, expected "
+                                "light_map_layout = \"{3}\" in [output], or layouts = [\"{3}\"] here",
+                                inQuotes(*value), key, isOldName ? " (older name of light_map.bake)" : "", *value));
+    return reader.oneOf(key, names, std::string(formats::kAutoBake));
 }
 
 /// Reads the key `files`: paths by "sh00", or by "R", "G" and "B" below it. Returns them by "sh00" or "sh00.R".
@@ -489,14 +497,14 @@ Allowance readAllowance(const TableReader& root, const toml::node& node, const s
     if (table != nullptr)
         for (const auto& [key, value] : *table)
             if (const std::string name(key.str()); std::ranges::find(kKeys, name) == kKeys.end())
-                root.fail(value, fmt::format("found unknown key '{}' in allow, expected one of its keys; nearest is '{}'", name,
-                                             formats::nearestName(name, kKeys)));
+                root.fail(value, fmt::format("found unknown key '{}' in allow, expected one of: {}{}", name, listed(kKeys),
+                                             formats::nearestHint(name, kKeys)));
     const std::string code = table != nullptr ? text("code") : node.value_or(std::string());
     if (code.empty()) root.fail(node, fmt::format("found no code in allow, expected {}", expected));
     const LintCheckInfo* check = formats::findByName(allLintChecks(), code);
     if (check == nullptr)
-        root.fail(node, fmt::format("found the code '{}' in allow, expected one of `lightcook lint`; nearest is '{}'", code,
-                                    formats::nearestName(code, formats::namesOf(allLintChecks()))));
+        root.fail(node, fmt::format("found the code '{}' in allow, expected one of `lightcook lint`{}", code,
+                                    formats::nearestHint(code, formats::namesOf(allLintChecks()))));
     if (check->severity == LintSeverity::Error)
         root.fail(node,
                   fmt::format("found the code '{}' in allow, expected a warning: this one is an error, which cannot be allowed", code));
@@ -505,8 +513,7 @@ Allowance readAllowance(const TableReader& root, const toml::node& node, const s
     if (!allowance.asset.empty() && std::ranges::find(assets, allowance.asset) == assets.end())
         root.fail(*table->get("asset"),
                   fmt::format("found the asset '{}' in allow, expected a light map, probe or gradient of this scene{}", allowance.asset,
-                              assets.empty() ? ", which has none"
-                                             : fmt::format("; nearest is '{}'", formats::nearestName(allowance.asset, assets))));
+                              assets.empty() ? ", which has none" : formats::nearestHint(allowance.asset, assets)));
     return allowance;
 }
 

@@ -40,6 +40,28 @@ std::string typedValue(const toml::node& node) {
     }
 }
 
+/// Returns where a key belongs: "in [output] or [[light_map]]". Empty: no section has it.
+std::string sectionsWith(std::string_view key) {
+    std::string sections;
+    for (const SceneSectionInfo& section : allSceneSections()) {
+        if (formats::findByName(std::span<const SceneKeyInfo>(section.keys), key) == nullptr) continue;
+        sections += sections.empty() ? "" : " or ";
+        const std::string table = fmt::format("[{}]", section.name);
+        sections += section.name.empty() ? "before the first table" : "in " + (section.isArray ? "[" + table + "]" : table);
+    }
+    return sections;
+}
+
+/// Returns the words of a mistake: a key that its table does not have.
+/// table  as messages name it
+/// known  keys of the table
+std::string unknownKey(const std::string& key, std::string_view table, const std::vector<std::string>& known) {
+    const bool isPart = formats::isPartOfName(key, formats::nearestName(key, known));  // "layout" of "layouts"
+    const std::string hint = formats::nearestHint(key, known), elsewhere = isPart ? "" : sectionsWith(key);
+    if (!elsewhere.empty()) return fmt::format("found the key '{}' in {}, expected it {}", key, table, elsewhere);
+    return fmt::format("found unknown key '{}' in {}, expected one of its keys{}", key, table, hint.empty() ? ": " + listed(known) : hint);
+}
+
 std::string placeOf(const std::filesystem::path& file, const toml::source_position& at) {
     return fmt::format("{}:{}:{}", file.string(), at.line, at.column);
 }
@@ -83,7 +105,8 @@ std::optional<int> TableReader::positiveInteger(const char* key, std::int64_t mo
 std::string TableReader::oneOf(const char* key, const std::vector<std::string>& choices, const std::string& otherwise) {
     std::string value = optional<std::string>(key, "a string").value_or(otherwise);
     if (std::find(choices.begin(), choices.end(), value) == choices.end())
-        fail(*table_.get(key), fmt::format("found {} for {}.{}, expected one of: {}", inQuotes(value), name_, key, listed(choices)));
+        fail(*table_.get(key), fmt::format("found {} for {}.{}, expected one of: {}{}", inQuotes(value), name_, key, listed(choices),
+                                           formats::nearestHint(value, choices)));
     return value;
 }
 
@@ -171,9 +194,7 @@ void TableReader::refuseUnknownKeys() const {
     for (const auto& [key, node] : table_) {
         const std::string name(key.str());
         if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-        throw TomlMistake{{ErrorCode::InvalidRequest, placeOf(file_, key.source().begin),
-                           fmt::format("found unknown key '{}' in {}, expected one of its keys; nearest is '{}'", name, name_,
-                                       formats::nearestName(name, known))}};
+        throw TomlMistake{{ErrorCode::InvalidRequest, placeOf(file_, key.source().begin), unknownKey(name, name_, known)}};
     }
 }
 

@@ -181,6 +181,12 @@ TEST(ReadScene, TheBakeFormatHasAnOlderName) {
     EXPECT_EQ(sceneFromText(map + "layout = \"sh9\"\n")->lightMaps[0].description.bake, "sh9");
     expectRefused(map + "bake = \"sh10\"\n", "6:8", "found 'sh10' for light_map.bake, expected one of: auto, sh9");
     expectRefused(map + "bake = \"sh9\"\nlayout = \"sh9\"\n", "7:10", "layout is the older name of bake");
+    expectRefused(
+        map + "layout = \"basis-4\"\n", "6:10",
+        "found the GPU layout 'basis-4' for light_map.layout, which is the bake format of the file (older name of light_map.bake), "
+        "expected light_map_layout = \"basis-4\" in [output], or layouts = [\"basis-4\"] here");
+    expectRefused(map + "bake = \"basis-4\"\n", "6:8",
+                  "found the GPU layout 'basis-4' for light_map.bake, which is the bake format of the file, ");
 }
 
 TEST(ReadScene, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestKnownOne) {
@@ -188,6 +194,15 @@ TEST(ReadScene, AnUnknownKeyIsRefusedWithItsPlaceAndTheNearestKnownOne) {
     expectRefused(kHead + "[output]\ntargt = \"bc\"\n", "4:1", "nearest is 'target'");
     expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nphse = \"none\"\n", "6:1", "nearest is 'phase'");
     expectRefused(kHead + "[[lightmap]]\nname = \"a\"\n", "3:", "nearest is 'light_map'");
+    expectRefused(kHead + "[output]\ntarget = \"atsc\"\n", "4:10", "expected one of: bc, astc, float; nearest is 'astc'");
+    expectRefused(kHead + "[display]\nbrightness = 1\n", "4:1", "in display, expected one of its keys: ");
+}
+
+TEST(ReadScene, AKeyOfAnotherTableIsToldWhereItBelongs) {
+    expectRefused(kHead + "[[light_map]]\nmax_error = 0.1\n", "4:1", "found the key 'max_error' in light_map, expected it in [output]");
+    expectRefused("max_error = 0.1\n" + kHead, "1:1", "found the key 'max_error' in the scene, expected it in [output]");
+    expectRefused(kHead + "[output]\nlobe = \"ggx\"\n", "4:1", "expected it before the first table or in [tables]");
+    expectRefused(kHead + "[output]\nlayout = \"basis-4\"\n", "4:1", "expected one of its keys; nearest is 'layouts'");
 }
 
 TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
@@ -260,9 +275,9 @@ TEST(ReadScene, SettingsThatNoFileCanHaveAreRefused) {
 
 TEST(ReadScene, ColourSpacesThatNoneHasAreRefusedWhereTheyAreWritten) {
     expectRefused(kHead + "[color]\nsource = \"lin_rec708\"\n", "4:10, color.source, colour space 'lin_rec708'",
-                  "found no such space in the built-in config, expected one it knows; the nearest is 'lin_rec709'");
+                  "found no such space in the built-in config, expected one it knows; nearest is 'lin_rec709'");
     expectRefused(kHead + "[color]\nsource = \"acescg\"\nworking = \"asescg\"\n", "5:11, color.working, colour space 'asescg'",
-                  "the nearest is 'acescg'");
+                  "nearest is 'acescg'");
     expectRefused(kHead + "[color]\nworking = \"srgb\"\n", "4:11, color.working, colour space 'srgb_texture' is not linear",
                   "by proportion");
     EXPECT_TRUE(sceneFromText(kHead + "[color]\nsource = \"lin_ap1\"\nworking = \"lin_rec2020\"\n")) << "an alias";
