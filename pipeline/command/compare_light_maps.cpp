@@ -1,6 +1,7 @@
 #include "pipeline/command/compare_light_maps.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "formats/light_map.h"
 #include "lighting/display.h"
@@ -27,6 +28,55 @@ Result<LightMapSource*> open(LightMapSources& sources, const std::filesystem::pa
     description.isCompressed = true;
     description.fireflyLimit = 0;
     return sources.open(file, description);
+}
+
+/// A light map and the reference that it is compared with. What the reference does not say of the surface, coverage or normals, is that of
+/// the other light map.
+class ComparedMaps {
+public:
+    ComparedMaps(LightMapSource& reference, LightMapSource& other)
+        : reference_(reference),
+          other_(other),
+          takesCoverage_(!reference.hasCoverage() && other.hasCoverage()),
+          takesNormals_(!reference.hasNormals() && other.hasNormals()) {}
+
+    bool hasCoverage() const { return reference_.hasCoverage() || takesCoverage_; }
+    bool hasNormals() const { return reference_.hasNormals() || takesNormals_; }
+
+    /// Returns rows of the reference, with the coverage and the normals that count.
+    Result<std::shared_ptr<const formats::LightMapStrip>> chunk(int index) const {
+        auto rows = reference_.chunk(index);
+        if (!rows || !(takesCoverage_ || takesNormals_)) return rows;
+        const auto surface = other_.chunk(index);
+        if (!surface) return surface;
+        const formats::LightMapStrip& own = **rows;
+        auto strip = std::make_shared<formats::LightMapStrip>();
+        strip->firstRow = own.firstRow;
+        strip->sh = own.sh.copy();
+        strip->covered = (takesCoverage_ ? **surface : own).covered.copy();
+        strip->normal = (takesNormals_ ? **surface : own).normal.copy();
+        return strip;
+    }
+
+private:
+    LightMapSource &reference_, &other_;
+    bool takesCoverage_, takesNormals_;
+};
+
+/// Warns of a comparison at other texels, or about other normals, than those that a viewer sees.
+void warnOfSurface(const ComparedMaps& maps, const std::filesystem::path& reference, const RunState& state) {
+    if (!state.warning || (maps.hasCoverage() && maps.hasNormals())) return;
+    std::vector<std::string> lacks, results;
+    if (!maps.hasCoverage()) {
+        lacks.emplace_back("coverage (coverage.Y, or alpha)");
+        results.emplace_back("texels outside charts count");
+    }
+    if (!maps.hasNormals()) {
+        lacks.emplace_back("normals (normal.X, normal.Y, normal.Z)");
+        results.emplace_back("light is compared about (0, 0, 1)");
+    }
+    state.warning(reference.string(), fmt::format("found no {} in it or in the other light map, expected them in one of the two: {}",
+                                                  fmt::join(lacks, " and no "), fmt::join(results, ", and ")));
 }
 
 Json toJson(const verify::ErrorFigures& figures) {
@@ -58,7 +108,10 @@ Result<Json> compareLightMaps(const std::filesystem::path& a, const std::filesys
     SharedObjects shared;
     const Action action{"compare", "compare", a.filename().string(), {}, {}, {}};
     const ActionContext context{action, {}, {}, {}, shared, state};
-    const auto key = surveyKey(bake, context);
+    const ComparedMaps maps(bake, other);
+    warnOfSurface(maps, a, state);
+    const auto key = surveyKey(
+        bake, [&](int index) { return maps.chunk(index); }, context);
     if (!key) return tl::make_unexpected(key.error());
     if (key->coveredTexels() == 0)
         return failure(ErrorCode::WrongShape, a.string(), "found no covered texel, expected some: there is nothing to compare");
@@ -69,7 +122,7 @@ Result<Json> compareLightMaps(const std::filesystem::path& a, const std::filesys
     const auto scored = foldInOrder<verify::ShadedErrors>(
         bake.chunkCount(), context, fmt::format("compare {}", action.asset),
         [&](int index) -> Result<verify::ShadedErrors> {
-            const auto expected = bake.chunk(index), result = other.chunk(index);
+            const auto expected = maps.chunk(index), result = other.chunk(index);
             if (!expected) return tl::make_unexpected(expected.error());
             if (!result) return tl::make_unexpected(result.error());
             return score->score(**expected, (*result)->sh.view(), (*expected)->firstRow);

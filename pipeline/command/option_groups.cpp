@@ -295,9 +295,9 @@ void ConventionOptions::add(CLI::App& app) {
     addConvention<formats::LightEncoding>(app, "--encoding", encoding_, "Encoding of the colours of an 8-bit picture");
     addConvention<formats::CoverageSource>(app, "--coverage", coverage_, "What says which texels lie inside charts");
     app.add_option("--image", image_, "Name or index of the image of a glTF that has light maps in several")->type_name("NAME");
-    addFileOption(
-        app, "--mesh", mesh_,
-        fmt::format("The glTF whose surfaces the bake lies on, for --coverage mesh and {}", fmt::join(formats::meshBakeNames(), ", ")));
+    addFileOption(app, "--mesh", mesh_,
+                  fmt::format("The glTF whose surfaces the bake lies on: for normals that the bake lacks, --coverage mesh, and {}",
+                              fmt::join(formats::meshBakeNames(), ", ")));
     app.add_option("--firefly-limit", fireflyLimit_,
                    "A texel that is brighter than this many times its brightest neighbour is a firefly and refused; 0: no check")
         ->capture_default_str();

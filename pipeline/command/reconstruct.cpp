@@ -50,7 +50,9 @@ CommandFunction defineReconstruct(CLI::App& app) {
     const auto options = std::make_shared<Options>();
     addFolderOption(app, "folder", options->folder, "Output folder of cook")->required();
     app.add_option("name", options->name, "Name of the light map")->required()->type_name("NAME");
-    declareWritten(addFileOption(app, "output", options->output, "The EXR to write: 27 float channels sh00.R .. sh08.B"), Written::File)
+    declareWritten(addFileOption(app, "output", options->output,
+                                 "The EXR to write: float channels sh00.R .. sh08.B, coverage.Y, normal.X .. normal.Z"),
+                   Written::File)
         ->required();
     app.add_option("--supersample", options->supersample,
                    "Write N x N places of each texel, as a GPU filters the textures there, in an image of N times the size")
@@ -58,8 +60,10 @@ CommandFunction defineReconstruct(CLI::App& app) {
         ->check(CLI::Range(1, kMostPlacesPerTexel))
         ->capture_default_str();
     options->json.add(app, "what was written");
-    app.footer(R"(The coefficients are radiance in the world frame, without Condon-Shortley signs. If the manifest or a
-texture of the light map is not the one that was cooked, nothing is written: exit code 4.)");
+    app.footer(R"(The coefficients are radiance in the world frame, without Condon-Shortley signs. Coverage and normals are
+those of the bake, of the texel that a place lies in. If the bake is not where it was, or has neither,
+the coefficients are written alone. If the manifest or a texture of the light map is not the one that
+was cooked, nothing is written: exit code 4.)");
     return [options](Session& session) {
         options->json.prepare(session);
         if (auto checked = requireExrFile(options->output); !checked) return options->json.finish(session, {}, {checked.error()});

@@ -36,9 +36,64 @@ Result<const CookedAsset*> findLightMap(const Manifest& manifest, const std::fil
                    fmt::format("found no light map '{}', expected one of: {}", name, fmt::join(known, ", ")));
 }
 
+/// Opens the bake of a light map, also of one whose charts were packed. Fails unless it lies where it was cooked from, unchanged.
+/// sceneFolder  that its files are relative to
+Result<LightMapSource*> openBake(LightMapSources& bakes, const CookedAsset& asset, const std::optional<UnpackedBake>& unpacked,
+                                 const std::filesystem::path& sceneFolder) {
+    auto description = unpacked ? Result<formats::LightMapDescription>(unpacked->description) : descriptionOf(asset);
+    if (!description) return tl::make_unexpected(description.error());
+    description->constantOf = {};
+    const auto sources = unchangedSources(asset, sceneFolder);
+    if (!sources) return tl::make_unexpected(sources.error());
+    const auto source = sources->find(kSourceRole);
+    if (source == sources->end()) return failure(ErrorCode::Verification, asset.name, "found no source, expected the bake");
+    return bakes.open(source->second, withFiles(std::move(*description), *sources));
+}
+
+/// Writes the rows of a light map, beside the coverage and the normals of its bake at the nearest texels if these are known.
+class ReconstructionWriter {
+public:
+    /// bake  null: the coefficients alone are written
+    static Result<ReconstructionWriter> create(const std::filesystem::path& output, const glm::ivec2& size, int placesPerTexel,
+                                               LightMapSource* bake) {
+        const auto surface = bake != nullptr ? formats::SurfaceOutput::CoverageAndNormals : formats::SurfaceOutput::None;
+        auto writer = formats::LightMapWriter::create(output, size.x, size.y, surface);
+        if (!writer) return tl::make_unexpected(writer.error());
+        return ReconstructionWriter(std::move(*writer), placesPerTexel, bake);
+    }
+
+    Result<void> append(formats::ImageView<const lighting::ShRgb> rows) {
+        if (bake_ == nullptr) return writer_.append(rows);
+        formats::Image<std::uint8_t> covered(rows.width, rows.height);
+        formats::Image<glm::vec3> normal(rows.width, rows.height);
+        for (int y = 0; y < rows.height; ++y) {
+            const int row = (firstRow_ + y) / placesPerTexel_;
+            const auto chunk = bake_->chunk(row / kChunkRows);
+            if (!chunk) return tl::make_unexpected(chunk.error());
+            for (int x = 0; x < rows.width; ++x) {
+                const glm::ivec2 texel(x / placesPerTexel_, row - (*chunk)->firstRow);
+                covered.at(x, y) = (*chunk)->covered.at(texel.x, texel.y);
+                normal.at(x, y) = (*chunk)->normal.at(texel.x, texel.y);
+            }
+        }
+        firstRow_ += rows.height;
+        return writer_.append(rows, {covered.view(), normal.view()});
+    }
+    Result<void> commit() { return writer_.commit(); }
+
+private:
+    ReconstructionWriter(formats::LightMapWriter writer, int placesPerTexel, LightMapSource* bake)
+        : writer_(std::move(writer)), placesPerTexel_(placesPerTexel), bake_(bake) {}
+
+    formats::LightMapWriter writer_;
+    int placesPerTexel_;
+    LightMapSource* bake_;
+    int firstRow_ = 0;
+};
+
 /// Appends the rows of a map of constant light: the cooked block repeats over it.
 /// size  [texels of the output]
-Result<void> appendConstant(const CookedLightMapReader& cooked, const glm::ivec2& size, formats::LightMapWriter& writer,
+Result<void> appendConstant(const CookedLightMapReader& cooked, const glm::ivec2& size, ReconstructionWriter& writer,
                             const RunState& state) {
     const auto texels = cooked.read(0, cooked.height());
     if (!texels) return tl::make_unexpected(texels.error());
@@ -110,14 +165,12 @@ Result<std::vector<PackedMap>> openPackedMaps(const Manifest& manifest, const st
     return maps;
 }
 
-/// Writes maps whose charts were packed at the texels of their bake.
+/// Appends maps whose charts were packed, at the texels of their bake.
 /// size  [texels of the output]
-Result<void> writeUnpacked(const std::vector<PackedMap>& maps, const glm::ivec2& size, const std::filesystem::path& output,
-                           int placesPerTexel, const RunState& state) {
-    auto writer = formats::LightMapWriter::create(output, size.x, size.y);
-    if (!writer) return tl::make_unexpected(writer.error());
+Result<void> appendUnpacked(const std::vector<PackedMap>& maps, const glm::ivec2& size, int placesPerTexel, ReconstructionWriter& writer,
+                            const RunState& state) {
     SharedObjects shared;
-    const Action action{"", "", output.filename().string(), {}, {}, {}};
+    const Action action{"", "", "reconstruct", {}, {}, {}};
     const ActionContext context{action, {}, {}, {}, shared, state};
     const int rowsAtOnce = std::max(1, kPlacesAtOnce / size.x);
     for (int row = 0; row < size.y; row += rowsAtOnce) {
@@ -133,9 +186,37 @@ Result<void> writeUnpacked(const std::vector<PackedMap>& maps, const glm::ivec2&
             for (std::size_t i = 0; i < places.size(); ++i)
                 if (map.charts.packed(places[i])) rows.texels()[i] = map.constant ? *map.constant : (*decoded)[i];
         }
-        if (auto appended = writer->append(rows.view()); !appended) return appended;
+        if (auto appended = writer.append(rows.view()); !appended) return appended;
     }
-    return writer->commit();
+    return {};
+}
+
+/// Appends a map at its own texels, or at places between them.
+Result<void> appendTexels(const CookedLightMapReader& cooked, int placesPerTexel, ReconstructionWriter& writer, const RunState& state) {
+    for (int row = 0; row < cooked.height(); row += kChunkRows) {
+        if (state.interrupted) return failure(ErrorCode::Interrupted, "reconstruct", "interrupted");
+        const int rowCount = std::min(kChunkRows, cooked.height() - row);
+        // Places between texels need the row above, too; blocks are read in whole rows.
+        const int firstRow = placesPerTexel > 1 ? std::max(0, row - kReadRows) : row;
+        const auto texels = cooked.read(firstRow, row + rowCount + 1 - firstRow);
+        if (!texels) return tl::make_unexpected(texels.error());
+        const auto rows = cooked.verifier().reconstruct(*texels, row, rowCount, placesPerTexel);
+        if (auto appended = writer.append(rows.view()); !appended) return appended;
+    }
+    return {};
+}
+
+/// Returns the bake if it says anything of the surface, and null with a warning if it is not there. A bake of another size is that of
+/// another map.
+/// size  of the bake as cooked [texels]
+LightMapSource* surfaceOf(const Result<LightMapSource*>& bake, const glm::ivec2& size, const std::filesystem::path& output,
+                          const RunState& state) {
+    const bool isSame = bake && glm::ivec2((*bake)->width(), (*bake)->height()) == size;
+    if (isSame) return (*bake)->hasCoverage() || (*bake)->hasNormals() ? *bake : nullptr;
+    if (state.warning)
+        state.warning(output.string(), fmt::format("wrote no coverage and no normals, which are those of the bake: {}",
+                                                   bake ? "its size is another one than when it was cooked" : bake.error().line()));
+    return nullptr;
 }
 
 }  // namespace
@@ -150,31 +231,23 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
     if (!unpacked) return tl::make_unexpected(unpacked.error());
     const auto description = descriptionOf(**asset);
     if (!description) return tl::make_unexpected(description.error());
-    if (*unpacked && (!description->constantOf || (*unpacked)->part)) {
-        const auto maps = openPackedMaps(*manifest, folder, **asset);
-        if (!maps) return tl::make_unexpected(maps.error());
-        const ChartPacking& packing = (*unpacked)->packing;
-        return writeUnpacked(*maps, placesPerTexel * glm::ivec2(packing.widthBefore, packing.heightBefore), output, placesPerTexel, state);
-    }
+    const bool isUnpacked = *unpacked && (!description->constantOf || (*unpacked)->part);
     const auto cooked = CookedLightMapReader::open(folder, **asset, {});
     if (!cooked) return tl::make_unexpected(cooked.error());
-    const glm::ivec2 size = placesPerTexel * description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
-    auto writer = formats::LightMapWriter::create(output, size.x, size.y);
+    const glm::ivec2 size = isUnpacked ? glm::ivec2((*unpacked)->packing.widthBefore, (*unpacked)->packing.heightBefore)
+                                       : description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
+    LightMapSources bakes;
+    LightMapSource* const bake = surfaceOf(openBake(bakes, **asset, *unpacked, folder / manifest->sceneDirectory), size, output, state);
+    auto writer = ReconstructionWriter::create(output, placesPerTexel * size, placesPerTexel, bake);
     if (!writer) return tl::make_unexpected(writer.error());
-    if (description->constantOf) {
-        if (auto appended = appendConstant(*cooked, size, *writer, state); !appended) return appended;
-        return writer->commit();
-    }
-    for (int row = 0; row < cooked->height(); row += kChunkRows) {
-        if (state.interrupted) return failure(ErrorCode::Interrupted, "reconstruct", "interrupted");
-        const int rowCount = std::min(kChunkRows, cooked->height() - row);
-        // Places between texels need the row above, too; blocks are read in whole rows.
-        const int firstRow = placesPerTexel > 1 ? std::max(0, row - kReadRows) : row;
-        const auto texels = cooked->read(firstRow, row + rowCount + 1 - firstRow);
-        if (!texels) return tl::make_unexpected(texels.error());
-        const auto rows = cooked->verifier().reconstruct(*texels, row, rowCount, placesPerTexel);
-        if (auto appended = writer->append(rows.view()); !appended) return appended;
-    }
+    const auto append = [&]() -> Result<void> {
+        if (!isUnpacked && description->constantOf) return appendConstant(*cooked, placesPerTexel * size, *writer, state);
+        if (!isUnpacked) return appendTexels(*cooked, placesPerTexel, *writer, state);
+        const auto maps = openPackedMaps(*manifest, folder, **asset);
+        if (!maps) return tl::make_unexpected(maps.error());
+        return appendUnpacked(*maps, placesPerTexel * size, placesPerTexel, *writer, state);
+    };
+    if (auto appended = append(); !appended) return appended;
     return writer->commit();
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "pipeline/cook/integrity.h"
+#include "pipeline/manifest/cooked_folder.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/failures.h"
@@ -53,7 +54,7 @@ Result<CookedFolder> readCookedFolder(const std::filesystem::path& folder) {
         return failure(ErrorCode::FileUnreadable, folder.string(), "found a file, expected the output folder of `lightcook cook`");
     if (!std::filesystem::exists(folder / kReportName, code))
         return failure(ErrorCode::FileUnreadable, (folder / kReportName).string(),
-                       "found no report, expected the output folder of `lightcook cook`");
+                       "found no report, expected " + expectedCookedFolder(folder));
     auto json = readReport(folder / kReportName);
     if (!json) return tl::make_unexpected(json.error());
     auto report = loadReport(folder / kReportName);

@@ -12,6 +12,7 @@
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
+#include "pipeline/manifest/cooked_folder.h"
 #include "shaders/include.h"
 
 namespace lightcook::pipeline {
@@ -140,8 +141,7 @@ Result<Manifest> loadManifest(const std::filesystem::path& folder) {
             return failure(ErrorCode::FileUnreadable, folder.string(), "found a file, expected the output folder of `lightcook cook`");
         const bool isFolder = std::filesystem::is_directory(folder, code);
         return failure(ErrorCode::FileUnreadable, file.string(),
-                       isFolder ? "found no manifest, expected the output folder of `lightcook cook`"
-                                : "found no such folder, expected the output folder of `lightcook cook`");
+                       fmt::format("found no {}, expected {}", isFolder ? "manifest" : "such folder", expectedCookedFolder(folder)));
     }
     const Json json = parseJson(*text);
     if (json.is_discarded() || !json.is_object() || !json.contains("assets"))

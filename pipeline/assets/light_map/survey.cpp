@@ -16,10 +16,15 @@ MeasuredLightMap emptyMeasure(const LightMapSource& source, bool hasSharedExit) 
 }  // namespace
 
 Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext& context) {
+    return surveyKey(
+        bake, [&](int index) { return bake.chunk(index); }, context);
+}
+
+Result<verify::LightMapKey> surveyKey(const LightMapSource& bake, const ChunkFunction& chunkOf, const ActionContext& context) {
     using verify::LightMapKey;
     const auto parts =
         mapInOrder<LightMapKey>(bake.chunkCount(), context, "survey " + context.action.asset, [&](int index) -> Result<LightMapKey> {
-            const auto chunk = bake.chunk(index);
+            const auto chunk = chunkOf(index);
             if (!chunk) return tl::make_unexpected(chunk.error());
             LightMapKey part(bake.luminanceWeights());
             part.add(**chunk, (*chunk)->firstRow, bake.chunkRows(index));

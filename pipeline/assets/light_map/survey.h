@@ -1,6 +1,9 @@
 // Measurements of a light map before it is cooked or verified.
 #pragma once
 
+#include <functional>
+#include <memory>
+
 #include "compress/light_map.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
@@ -8,8 +11,13 @@
 
 namespace lightcook::pipeline {
 
+/// Chunk `index` of a light map.
+using ChunkFunction = std::function<formats::Result<std::shared_ptr<const formats::LightMapStrip>>(int index)>;
+
 /// Returns the luminances of a bake's exit radiance: the key of every error figure, and that which a display is exposed for.
 formats::Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext& context);
+/// The same of chunks that are not those of the bake itself.
+formats::Result<verify::LightMapKey> surveyKey(const LightMapSource& bake, const ChunkFunction& chunkOf, const ActionContext& context);
 
 struct MeasuredLightMap {
     compress::LightMapMeasure measure;

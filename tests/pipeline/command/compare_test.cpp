@@ -140,6 +140,42 @@ TEST_F(CompareLightMaps, MeasuresTheErrorsOfShadedLight) {
     }
 }
 
+/// What reconstruct writes says which texels of a bake without coverage count, and their normals.
+TEST_F(CompareLightMaps, TakesCoverageAndNormalsFromTheMapThatHasThem) {
+    constexpr int kWidth = 5, kHeight = 70;
+    const auto bake = lightMap("a.exr", 1);
+    formats::Image<lighting::ShRgb> sh(kWidth, kHeight);
+    formats::Image<std::uint8_t> covered(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            covered.at(x, y) = y >= 10 ? 1 : 0;
+            sh.at(x, y)[0] = glm::vec3(y >= 10 ? 1 : 9);  // anything outside charts
+            sh.at(x, y)[1] = glm::vec3(0.5f);             // light along y, which the bake does not have
+        }
+    const auto diffuseBeside = [&](const glm::vec3& direction) {
+        const formats::Image<glm::vec3> normal(kWidth, kHeight, direction);
+        auto writer = formats::LightMapWriter::create(folder_ / "b.exr", kWidth, kHeight, formats::SurfaceOutput::CoverageAndNormals);
+        EXPECT_TRUE(writer && writer->append(sh.view(), {covered.view(), normal.view()}) && writer->commit());
+        const auto compared = compare(bake, folder_ / "b.exr");
+        EXPECT_TRUE(compared.has_value());
+        EXPECT_EQ(compared->at("texels"), 300);
+        return compared->at("diffuse").at("rel_rms").get<double>();
+    };
+    const double along = diffuseBeside({0, 1, 0}), across = diffuseBeside({0, 0, 1});
+    EXPECT_LT(along, 1) << "only covered texels count";
+    EXPECT_GT(along, 1.2 * across) << "light along y is brighter to normals along y";
+}
+
+TEST_F(CompareLightMaps, WarnsWhereNeitherFileSaysWhatCounts) {
+    std::vector<std::string> warnings;
+    RunState state;
+    state.warning = [&](const std::string&, const std::string& detail) { warnings.push_back(detail); };
+    ASSERT_TRUE(compareFiles(lightMap("a.exr", 1), lightMap("b.exr", 1), state));
+    EXPECT_THAT(warnings, testing::ElementsAre(testing::AllOf(
+                              HasSubstr("found no coverage (coverage.Y, or alpha) and no normals (normal.X, normal.Y, normal.Z) in it or "),
+                              HasSubstr("texels outside charts count, and light is compared about (0, 0, 1)"))));
+}
+
 TEST_F(CompareLightMaps, TakesCoefficientsThatNoLightHas) {
     formats::Image<lighting::ShRgb> sh(5, 70);
     for (lighting::ShRgb& texel : sh.texels()) texel[0] = glm::vec3(1);

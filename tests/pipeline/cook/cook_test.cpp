@@ -834,6 +834,63 @@ TEST(ReconstructLightMap, IsTheBakeWithinTheCooksError) {
     EXPECT_FALSE(std::filesystem::exists(scene / "no.exr"));
 }
 
+TEST(ReadCookedFolder, NamesACookedFolderInsideAnother) {
+    const formats::TemporaryFolder folder;
+    for (const char* name : {"b", "a", "other"}) std::filesystem::create_directory(folder / name);
+    for (const char* name : {"b", "a"}) formats::writeContent(folder / name / kManifestName, "{}");
+    const std::string expected = "expected the output folder of `lightcook cook`, such as " + (folder / "a").string();
+    EXPECT_THAT(readCookedFolder(folder.path()).error().line(), testing::EndsWith("found no report, " + expected));
+    EXPECT_THAT(loadManifest(folder.path()).error().line(), testing::EndsWith("found no manifest, " + expected));
+    EXPECT_THAT(loadManifest(folder / "other").error().line(), testing::EndsWith("the output folder of `lightcook cook`"));
+}
+
+TEST(ReconstructLightMap, HasTheCoverageAndNormalsOfTheBake) {
+    const formats::TemporaryFolder folder;
+    constexpr int kSide = 8;
+    formats::Image<lighting::ShRgb> sh(kSide, kSide);
+    formats::Image<std::uint8_t> covered(kSide, kSide);
+    formats::Image<glm::vec3> normal(kSide, kSide, glm::vec3(0, 1, 0));
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x) {
+            sh.at(x, y)[0] = glm::vec3(1.0f + 0.1f * static_cast<float>(x));
+            covered.at(x, y) = y < 5 ? 1 : 0;
+        }
+    auto writer = formats::LightMapWriter::create(folder / "map.exr", kSide, kSide, formats::SurfaceOutput::CoverageAndNormals);
+    ASSERT_TRUE(writer && writer->append(sh.view(), {covered.view(), normal.view()}) && writer->commit());
+    formats::writeContent(folder / "scene.toml",
+                          "schema = 1\nname = \"a\"\n[output]\nlight_map_layout = \"raw\"\ntarget = \"float\"\n"
+                          "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\n");
+    CookOptions options;
+    options.scene = folder / "scene.toml";
+    options.output = folder / "out";
+    options.cache = folder / "cache";
+    ASSERT_TRUE(cookScene(options, RunState{}).errors.empty());
+    std::vector<std::string> warnings;
+    RunState state;
+    state.warning = [&](const std::string&, const std::string& detail) { warnings.push_back(detail); };
+    const auto back = [&](int places) {
+        EXPECT_TRUE(reconstructLightMap(folder / "out", "map", folder / "back.exr", places, state));
+        return formats::LightMapReader::open(folder / "back.exr", {});
+    };
+    const auto doubled = back(2);
+    ASSERT_TRUE(doubled && doubled->hasCoverage() && doubled->hasNormals());
+    const auto rows = doubled->read(0, 2 * kSide);
+    ASSERT_TRUE(rows);
+    for (int y = 0; y < 2 * kSide; ++y) {
+        ASSERT_EQ(rows->covered.at(3, y), y < 10 ? 1 : 0) << y;
+        if (y < 10) ASSERT_EQ(rows->normal.at(3, y), glm::vec3(0, 1, 0));
+    }
+    EXPECT_TRUE(warnings.empty());
+
+    // Without the bake, the light alone is known.
+    std::filesystem::remove(folder / "map.exr");
+    const auto alone = back(1);
+    ASSERT_TRUE(alone);
+    EXPECT_FALSE(alone->hasCoverage() || alone->hasNormals());
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_THAT(warnings[0], HasSubstr("wrote no coverage and no normals, which are those of the bake: "));
+}
+
 /// The middle of 3 x 3 places is the texel's centre; the places on its left and right are a third of the way to its neighbours, whose
 /// textures the GPU filters before the decode.
 TEST(ReconstructLightMap, WritesPlacesBetweenTexels) {
