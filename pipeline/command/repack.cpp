@@ -55,10 +55,13 @@ CommandFunction defineRepack(CLI::App& app) {
 place of the originals. A chart is what triangles use that share vertices or texels. Each gets the
 lowest resolution at which the exit radiance of a white surface keeps the limit, at its own normal and
 at four that lie 45 degrees from it. Charts are then packed into the least rectangle that is found.
-Charts that keep their resolution keep their texels bit for bit, and the light between them.)");
+Charts that keep their resolution keep their texels bit for bit, and the light between them. A later
+repack into the same folder replaces the files that repacked.json lists there; any other file of the
+same name is refused.)");
     return [options](Session& session) {
         if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
         if (options->description.mesh.empty() && options->meshes.size() == 1) options->description.mesh = options->meshes.front();
+        options->keepsOthers = true;
         options->json.prepare(session);
         const auto made = repack(*options, session.state);
         if (!made) return options->json.finish(session, {}, {made.error()});

@@ -18,6 +18,7 @@
 #include "formats/temporaries.h"
 #include "lighting/radiometry.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/graph/file_list.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/repack/mesh_part.h"
@@ -140,6 +141,24 @@ Result<RepackInput> readInput(const RepackRequest& request, LightMapSource& sour
     return RepackInput{std::move(*map), std::move(*meshes), std::move(*found)};
 }
 
+/// Returns the place of the first triangle with an area in the world and none in the light map. Empty: there is none.
+std::string flatTriangleOf(const Meshes& meshes) {
+    for (std::size_t mesh = 0; mesh < meshes.triangles.size(); ++mesh) {
+        const formats::TriangleMesh& triangles = *meshes.triangles[mesh];
+        const formats::MeshAttribute *uv = triangles.find("TEXCOORD_1"), *position = triangles.find("POSITION");
+        if (uv == nullptr || position == nullptr) continue;
+        for (std::size_t i = 0; i + 2 < triangles.indices.size(); i += 3) {
+            const auto sides = [&](const formats::MeshAttribute& attribute) {
+                const glm::dvec3 corner(attribute.at(triangles.indices[i]));
+                return glm::cross(glm::dvec3(attribute.at(triangles.indices[i + 1])) - corner,
+                                  glm::dvec3(attribute.at(triangles.indices[i + 2])) - corner);
+            };
+            if (sides(*uv).z == 0 && sides(*position) != glm::dvec3(0)) return fmt::format("{}, triangle {}", meshes.names[mesh], i / 3);
+        }
+    }
+    return "";
+}
+
 /// Refuses meshes that do not belong to the bake: whose charts read no covered texel, or that leave too many covered texels unread.
 /// charts  the reduced charts of the input
 /// file    of the bake, for errors
@@ -173,9 +192,11 @@ Result<void> checkCoverage(const RepackInput& input, const std::vector<atlas::Re
     const auto covered = std::ranges::count(input.map.covered.texels(), std::uint8_t{1});
     const auto left = std::ranges::count(unread.texels(), std::uint8_t{1});
     if (static_cast<double>(left) <= kMostUnread * static_cast<double>(covered)) return {};
+    const std::string flat = flatTriangleOf(input.meshes);
     return failure(ErrorCode::WrongShape, input.meshes.names.front(),
-                   fmt::format("found {} of the {} covered texels of {} that no triangle reads, expected all meshes that use the bake",
-                               left, covered, file.filename().string()));
+                   fmt::format("found {} of the {} covered texels of {} that no triangle reads, expected all meshes that use the bake{}",
+                               left, covered, file.filename().string(),
+                               flat.empty() ? "" : fmt::format("; {} has an area in the world and none in TEXCOORD_1", flat)));
 }
 
 /// A chart with its place in the new map.
@@ -238,8 +259,14 @@ Result<void> writeMap(const fs::path& file, const std::vector<PlacedChart>& plac
     return writer->commit();
 }
 
-/// Returns the files to write: the bake, then the meshes. Refuses two of one name, and those that would replace an input.
-Result<std::vector<fs::path>> outputsOf(const RepackRequest& request) {
+/// The files to write, and those of earlier repacks in their folder.
+struct RepackOutputs {
+    std::vector<fs::path> files;       ///< the bake, then the meshes
+    std::optional<FileNames> earlier;  ///< of the folder's list; empty: no list is kept, since nothing else lies in the folder
+};
+
+/// Returns the bake and the meshes that will be written. Refuses two of one name, and those that would replace an input.
+Result<std::vector<fs::path>> filesToWrite(const RepackRequest& request) {
     std::vector<fs::path> inputs = {request.map}, outputs = {request.folder / request.map.filename().replace_extension(".exr")};
     for (const fs::path& mesh : request.meshes) {
         inputs.push_back(mesh);
@@ -256,6 +283,35 @@ Result<std::vector<fs::path>> outputsOf(const RepackRequest& request) {
                                "found an input, expected a folder other than that of the inputs");
         }
     }
+    return outputs;
+}
+
+/// Fails if a file would replace one that no earlier repack wrote. Returns the files that earlier ones wrote.
+Result<FileNames> earlierOutputs(const std::vector<fs::path>& files, const fs::path& folder) {
+    const fs::path list = folder / kRepackedListName;
+    const auto earlier = readFileList(list);
+    const auto isThere = [](const fs::path& file) {
+        std::error_code code;
+        return fs::exists(fs::symlink_status(file, code));
+    };
+    const auto refuse = [](const fs::path& file) {
+        return failure(ErrorCode::InvalidRequest, file.string(),
+                       "found a file that no repack wrote, expected none of this name: move it, or give another folder to --output");
+    };
+    if (!earlier && isThere(list)) return refuse(list);
+    for (const fs::path& file : files)
+        if (isThere(file) && !(earlier && earlier->contains(file.filename().string()))) return refuse(file);
+    return earlier.value_or(FileNames());
+}
+
+Result<RepackOutputs> outputsOf(const RepackRequest& request) {
+    auto files = filesToWrite(request);
+    if (!files) return tl::make_unexpected(files.error());
+    RepackOutputs outputs{std::move(*files), {}};
+    if (!request.keepsOthers) return outputs;
+    auto earlier = earlierOutputs(outputs.files, request.folder);
+    if (!earlier) return tl::make_unexpected(earlier.error());
+    outputs.earlier = std::move(*earlier);
     return outputs;
 }
 
@@ -369,26 +425,32 @@ void addFigures(const atlas::ChartSet& found, const ChartArrangement& arrangemen
 }
 
 /// Writes the new bake and its meshes: all of them, or none.
-/// outputs  of outputsOf
-Result<void> writeOutputs(const fs::path& folder, const std::vector<fs::path>& outputs, const RepackInput& input,
+Result<void> writeOutputs(const fs::path& folder, const RepackOutputs& outputs, const RepackInput& input,
                           const ChartArrangement& arrangement, const RunState& state) {
+    std::vector<fs::path> files = outputs.files;
     const auto temporary = TemporaryFolder::create(folder);
     if (!temporary) return tl::make_unexpected(temporary.error());
     std::vector<PlacedChart> placed;
     for (std::size_t i = 0; i < arrangement.charts.size(); ++i)
         placed.push_back({input.found.charts[i], arrangement.charts[i], arrangement.places[i]});
-    if (auto done = writeMap(*temporary / outputs.front().filename(), placed, arrangement.size, state); !done) return done;
+    if (auto done = writeMap(*temporary / files.front().filename(), placed, arrangement.size, state); !done) return done;
     std::vector<std::vector<glm::vec2>> uvs = newUvs(input, placed, glm::dvec2(arrangement.size));
     std::size_t first = 0;
     for (std::size_t i = 0; i < input.meshes.scenes.size(); ++i) {
         const GltfScene& scene = input.meshes.scenes[i];
         const std::size_t end = first + scene.triangleMeshes().size();
-        const fs::path file = *temporary / outputs[i + 1].filename();
+        const fs::path file = *temporary / files[i + 1].filename();
         const auto done = scene.writeLightMapUvs(file, slice(uvs, first, end));
         if (!done) return tl::make_unexpected(done.error());
         first = end;
     }
-    return moveAll(outputs, temporary->path(), folder);
+    if (outputs.earlier) {
+        FileNames listed = *outputs.earlier;
+        for (const fs::path& file : files) listed.insert(file.filename().string());
+        files.push_back(folder / kRepackedListName);
+        if (auto written = writeFile(*temporary / kRepackedListName, listText(listed)); !written) return written;
+    }
+    return moveAll(files, temporary->path(), folder);
 }
 
 }  // namespace
@@ -414,8 +476,9 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     const auto arrangement = placeCharts(*input, std::move(*reduced), isWhole, limit, context);
     if (!arrangement) return tl::make_unexpected(arrangement.error());
 
-    Repacked result{.map = outputs->front(),
-                    .meshes = {outputs->begin() + 1, outputs->end()},
+    const std::vector<fs::path>& files = outputs->files;
+    Repacked result{.map = files.front(),
+                    .meshes = {files.begin() + 1, files.end()},
                     .sizeBefore = input->size(),
                     .size = arrangement->size,
                     .repairs = input->map.repairs,

@@ -25,6 +25,9 @@ struct RepackRequest {
     /// The tiles to write, of a single mesh; empty: all. Only a whole mesh is checked to belong to the bake.
     std::optional<ChartPart> part = {};
     bool hasLines = true;  ///< with `part`: lines and points of the mesh are written, too
+    /// The folder may hold files of the user. Those of an earlier repack, which kRepackedListName lists, are replaced; a file of another
+    /// origin is refused.
+    bool keepsOthers = false;
 };
 
 /// Place of a chart in the repacked map.
@@ -51,6 +54,9 @@ struct Repacked {
     Json toJson() const;
 };
 
+/// List of the files that repacks wrote into a folder, with RepackRequest::keepsOthers.
+inline constexpr const char* kRepackedListName = "repacked.json";
+
 /// Largest share of the covered texels of a bake that its meshes may leave unread.
 inline constexpr double kMostUnread = 0.1;
 
@@ -59,6 +65,7 @@ inline constexpr double kMostUnread = 0.1;
 /// Fails with ErrorCode::Verification for tiles that the mesh does not have; and with ErrorCode::WrongShape, naming mesh and triangle, for
 /// meshes without light-map UVs, UVs outside [0, 1], and meshes that do not belong to the bake: they read charts without a covered
 /// texel, or leave more than kMostUnread of the covered texels unread.
+/// Fails with ErrorCode::InvalidRequest for an output that would replace an input, or a file that `keepsOthers` protects.
 /// action  that progress is reported for; null: one of its own
 formats::Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action = nullptr);
 

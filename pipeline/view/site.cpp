@@ -11,6 +11,7 @@
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/kept_candidates.h"
 #include "pipeline/graph/digest.h"
+#include "pipeline/graph/file_list.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
@@ -65,31 +66,6 @@ Result<void> checkExportPlace(const fs::path& folder) {
     if (fs::is_empty(folder, code) || fs::exists(folder / kSceneDataName, code) || fs::exists(folder / kFileListName, code)) return {};
     return failure(ErrorCode::InvalidRequest, folder.string(),
                    "found a folder with other files, expected none, an empty one, or an earlier export of view");
-}
-
-using FileNames = std::set<std::string>;
-
-std::string listText(const FileNames& names) {
-    return Json(names).dump(1) + "\n";
-}
-
-/// Returns true for a path that stays inside the folder that it is relative to.
-bool isPlainName(const fs::path& name) {
-    return !name.empty() && name.is_relative() && name == name.lexically_normal() && name.has_filename() && *name.begin() != "..";
-}
-
-/// Returns the files that an earlier export wrote into a folder. Nothing if it has no list of them, or a damaged one.
-std::optional<FileNames> earlierFiles(const fs::path& folder) {
-    const auto text = readFile(folder / kFileListName);
-    if (!text) return std::nullopt;
-    const Json list = parseJson(*text);
-    if (!list.is_array()) return std::nullopt;
-    FileNames names;
-    for (const Json& name : list) {
-        if (!name.is_string() || !isPlainName(name.get<std::string>())) return std::nullopt;
-        names.insert(name.get<std::string>());
-    }
-    return names;
 }
 
 /// Fails if a file of the site would replace something that no export wrote.
@@ -286,7 +262,7 @@ Result<void> exportSite(const Site& site, const fs::path& asked, const RunState&
     if (code) folder = fs::absolute(asked);
     if (!folder.has_filename()) folder = folder.parent_path();
     const bool exists = fs::exists(folder, code);
-    const auto earlier = exists ? earlierFiles(folder) : std::nullopt;
+    const auto earlier = exists ? readFileList(folder / kFileListName) : std::nullopt;
     if (auto replaced = checkReplaced(site, asked, earlier); !replaced) return replaced;
     // Staged on the file system of the folder, which may be a mount.
     const fs::path parent = exists ? folder : folder.parent_path();

@@ -25,6 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using lighting::ShRgb;
+using testing::AllOf;
 using testing::HasSubstr;
 
 const fs::path kCornell = exampleFolder();
@@ -210,12 +211,55 @@ TEST(Repack, InputsAreNotReplacedAndFaultsLeaveNothing) {
     ASSERT_FALSE(twice);
     EXPECT_THAT(twice.error().line(), HasSubstr("found two inputs of this name"));
 
+    request = requestFor(folder.path(), 1);
+    request.keepsOthers = true;
+    const auto foreign = repack(request, RunState{});
+    ASSERT_FALSE(foreign);
+    EXPECT_THAT(foreign.error().line(), HasSubstr("cornell.glb: found a file that no repack wrote, expected none of this name"));
+    EXPECT_FALSE(fs::exists(folder / "cornell_lightmap.exr"));
+
     RunState interrupted;
     interrupted.interrupted = true;
     const auto stopped = repack(requestFor(folder / "out", 1), interrupted);
     ASSERT_FALSE(stopped);
     EXPECT_EQ(stopped.error().code, formats::ErrorCode::Interrupted);
     EXPECT_FALSE(fs::exists(folder / "out"));
+}
+
+TEST(Repack, FilesOfAnEarlierRepackAreReplaced) {
+    const formats::TemporaryFolder folder;
+    RepackRequest request = requestFor(folder.path(), 0);
+    request.keepsOthers = true;
+    ASSERT_TRUE(repack(request, RunState{}));
+    EXPECT_EQ(formats::contentOf(folder / kRepackedListName), "[\n \"cornell.glb\",\n \"cornell_lightmap.exr\"\n]\n");
+    const auto again = repack(request, RunState{});
+    EXPECT_TRUE(again) << again.error().line();
+
+    formats::writeContent(folder / kRepackedListName, "{}");
+    const auto other = repack(request, RunState{});
+    ASSERT_FALSE(other);
+    EXPECT_THAT(other.error().line(), HasSubstr("repacked.json: found a file that no repack wrote"));
+}
+
+TEST(Repack, ATriangleWithoutAreaInTheMapIsNamed) {
+    const formats::TemporaryFolder folder;
+    const auto scene = formats::GltfScene::load(kCornell / "cornell.glb");
+    ASSERT_TRUE(scene);
+    // A quarter of the triangles lose their light-map UVs: all of their vertices go to one place.
+    std::vector<std::vector<glm::vec2>> uvs;
+    for (const formats::TriangleMesh* mesh : scene->triangleMeshes()) {
+        std::vector<glm::vec2>& made = uvs.emplace_back();
+        for (std::size_t vertex = 0; vertex < mesh->vertexCount(); ++vertex) made.emplace_back(mesh->find("TEXCOORD_1")->at(vertex));
+        for (std::size_t i = 0; i < mesh->indices.size() / 4; ++i) made[mesh->indices[i]] = made[mesh->indices[0]];
+    }
+    ASSERT_TRUE(scene->writeLightMapUvs(folder / "flat.glb", uvs));
+    RepackRequest request = requestFor(folder / "out", 0);
+    request.meshes = {folder / "flat.glb"};
+    const auto refused = repack(request, RunState{});
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().line(),
+                AllOf(HasSubstr("covered texels of cornell_lightmap.exr that no triangle reads, expected all meshes that use the bake; "),
+                      HasSubstr("flat.glb, primitive 0, triangle 0 has an area in the world and none in TEXCOORD_1")));
 }
 
 }  // namespace
