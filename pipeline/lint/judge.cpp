@@ -302,18 +302,21 @@ private:
         if (findings_.empty() && !isAllBlack) judgeDisplay();
     }
 
-    /// Compares grey of the map's key with black, as the display of the scene file shows both.
+    /// Compares grey of the map's key with black, as the display of the scene file shows both. If they differ by less than the limit on
+    /// visible errors, black in place of the map would keep it.
     void judgeDisplay() {
         const lighting::DisplaySettings& settings = scene_.display;
         if (!settings.white && settings.stops == 0) return;
         const lighting::Display display = settings.of(facts_.key);
         const double nits = facts_.key * display.nitsPerUnit;
-        const bool isBlack = lighting::visibleDifference(glm::dvec3(facts_.key), glm::dvec3(0), display) < 1;
+        const double limit = visibleLimit(scene_.output, entry_.maxVisible).value_or(1);
+        const bool isBlack = lighting::visibleDifference(glm::dvec3(facts_.key), glm::dvec3(0), display) < std::max(limit, 1.0);
         if (!isBlack && nits <= lighting::kMostNits) return;
         findings_.push_back(
             makeFinding(LintCheck::DisplayExposure, entry_.name, scene_.file, {"display", "", settings.white ? "white" : "stops"},
                         fmt::format("found an average of light map '{}' shown at {:.3g} cd/m^2, expected {}", entry_.name, nits,
-                                    isBlack ? fmt::format("light that is visible beside a black of {} cd/m^2", settings.black)
+                                    isBlack ? fmt::format("light that is visible beside a black of {} cd/m^2{}", settings.black,
+                                                          limit > 1 ? fmt::format(", by more than the limit of {:.3g}", limit) : "")
                                             : fmt::format("at most {} cd/m^2", lighting::kMostNits)),
                         {{"luminance", nits}}));
     }
@@ -471,11 +474,10 @@ Findings judgeMaterials(const Scene& scene, const std::vector<MaterialRecord>& m
     Findings findings;
     for (const MaterialEntry& entry : scene.materials) {
         if (entry.name == "*" || std::ranges::find(names, entry.name) != names.end()) continue;
-        findings.push_back(
-            makeFinding(LintCheck::UnknownMaterial, "", scene.file, {"material", entry.name, "name"},
-                        fmt::format("found [[material]] '{}', expected one of the {} materials of the meshes; nearest is '{}'", entry.name,
-                                    names.size(), formats::nearestName(entry.name, names)),
-                        {{"materials", static_cast<double>(names.size())}}));
+        findings.push_back(makeFinding(LintCheck::UnknownMaterial, "", scene.file, {"material", entry.name, "name"},
+                                       fmt::format("found [[material]] '{}', expected one of the {} materials of the meshes{}", entry.name,
+                                                   names.size(), formats::nearestHint(entry.name, names)),
+                                       {{"materials", static_cast<double>(names.size())}}));
     }
     return findings;
 }

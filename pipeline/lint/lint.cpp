@@ -7,6 +7,7 @@
 
 #include "formats/environment.h"
 #include "pipeline/assets/action_kind.h"
+#include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/source_colors.h"
@@ -150,11 +151,13 @@ std::vector<Action> planLint(const Scene& scene, bool repair, const std::optiona
         if (!isMeant(entry.name)) continue;
         formats::LightMapDescription description = entry.description;
         description.repair = description.repair || repair;
+        Inputs inputs = bakeInputs(entry.file, entry.description);
+        if (entry.groundTruth) inputs[kGroundTruthRole] = *entry.groundTruth;  // a file that is missing is an error
         actions.push_back({lightMapFactsId(entry),
                            kLintLightMapKind,
                            entry.name,
                            toJson(LightMapLintParameters{description, entry.file.filename().string()}),
-                           bakeInputs(entry.file, entry.description),
+                           std::move(inputs),
                            {}});
         if (entry.mesh) actions.push_back(meshAction(entry, description));
     }

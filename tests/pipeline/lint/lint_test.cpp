@@ -528,6 +528,27 @@ TEST(Lint, NamesADisplayThatShowsNoErrorOfTheMap) {
     }
 }
 
+/// Black differs from the map by less than the limit allows: it would pass.
+TEST(Lint, NamesADisplayOnWhichBlackKeepsTheLimit) {
+    for (const auto& [limit, isFinding] : {std::pair("1", false), std::pair("100", true)}) {
+        SCOPED_TRACE(limit);
+        const PlantedScene scene;
+        faults::display(scene, "white = 64");
+        scene.replaceInScene("[output]", fmt::format("[output]\nmax_visible = {}", limit));
+        const Outcome outcome = scene.lint();
+        EXPECT_EQ(!outcome.findings.empty(), isFinding);
+        if (isFinding) EXPECT_THAT(outcome.findings.at(0).found, HasSubstr("beside a black of 0.5 cd/m^2, by more than the limit of 100"));
+    }
+}
+
+TEST(Lint, ReportsAMissingFileOfTracedLight) {
+    const PlantedScene scene;
+    scene.replaceInScene("[[light_map]]", "[[light_map]]\nground_truth = \"traced.csv\"");
+    const Outcome outcome = scene.lint();
+    ASSERT_FALSE(outcome.errors.empty());
+    EXPECT_THAT(outcome.errors[0].line(), HasSubstr("traced.csv: found no such file"));
+}
+
 TEST(Lint, HasNoFindingOnADisplayOfAnotherExposure) {
     for (const char* display : {"white = 1", "white = 16", "stops = 4", "stops = -4", "black = 5"}) {
         const PlantedScene scene;
