@@ -66,15 +66,16 @@ StyledText verdictWord(bool passed) {
     return passed ? StyledText{Style::Good, "passed"} : StyledText{Style::Bad, "FAILED"};
 }
 
-/// Returns "1.20 % -> 1.31 %"; a report that does not have the asset, and light that the asset does not have, show as a dash.
-std::string changeOf(const std::optional<AssetFigures>& before, const std::optional<AssetFigures>& now,
-                     std::optional<double> AssetFigures::*figure) {
-    const auto one = [&](const std::optional<AssetFigures>& figures) {
-        if (!figures || !((*figures).*figure)) return std::string("-");
-        const double value = *((*figures).*figure);
-        return std::isfinite(value) ? fmt::format("{:.3f} %", 100 * value) : std::string("not finite");
+/// Returns ", diffuse 1.20 % -> 1.31 %"; a report that does not have the asset or the light shows as a dash. Empty if neither has it.
+std::string changeOf(const AssetChange& asset, const char* name, std::optional<double> AssetFigures::*figure, double unit,
+                     const char* unitName) {
+    const auto valueOf = [&](const std::optional<AssetFigures>& figures) { return figures ? (*figures).*figure : std::nullopt; };
+    const auto words = [&](const std::optional<double>& value) {
+        if (!value) return std::string("-");
+        return std::isfinite(*value) ? fmt::format("{:.3f}{}", *value / unit, unitName) : std::string("not finite");
     };
-    return fmt::format("{} -> {}", one(before), one(now));
+    const std::optional<double> before = valueOf(asset.before), now = valueOf(asset.now);
+    return before || now ? fmt::format(", {} {} -> {}", name, words(before), words(now)) : "";
 }
 
 /// Returns a line that names what a folder lacks of its scene.
@@ -166,10 +167,11 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
             return figures ? fmt::format("{}", figures->bytesGpu) : std::string("-");
         };
         const std::string growth = asset.growthPercent ? fmt::format(" ({:+.2f} %)", *asset.growthPercent) : "";
-        StyledLine line = {{Style::Plain, fmt::format("{:24} {:8} {} -> {} bytes{}, diffuse {}, specular {}", asset.name, asset.change,
-                                                      bytes(asset.before), bytes(asset.now), growth,
-                                                      changeOf(asset.before, asset.now, &AssetFigures::diffuse),
-                                                      changeOf(asset.before, asset.now, &AssetFigures::specular))}};
+        StyledLine line = {
+            {Style::Plain, fmt::format("{:24} {:8} {} -> {} bytes{}{}{}{}", asset.name, asset.change, bytes(asset.before), bytes(asset.now),
+                                       growth, changeOf(asset, "diffuse", &AssetFigures::diffuse, 0.01, " %"),
+                                       changeOf(asset, "specular", &AssetFigures::specular, 0.01, " %"),
+                                       changeOf(asset, "visible", &AssetFigures::visible, 1, ""))}};
         if (asset.before && asset.now && asset.before->passed != asset.now->passed)
             line.insert(line.end(),
                         {{Style::Plain, ", "}, verdictWord(asset.before->passed), {Style::Plain, " -> "}, verdictWord(asset.now->passed)});
@@ -181,16 +183,18 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
 }
 
 void printReport(Terminal& terminal, const Report& report) {
-    terminal.say(StyledLine{
-        {Style::Faint, fmt::format("{:24} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>8} {:>12} {:>8}  {}", "asset", "kind", "layout",
-                                   "GPU bytes", "bits/tx", "diffuse", "specular", "p99", "visible", "bound", "seam", "verdict")}});
+    std::size_t width = 24;  // of the names
+    for (const ReportRow& row : report.assets) width = std::max(width, row.name.size());
+    terminal.say(StyledLine{{Style::Faint, fmt::format("{:{}} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>8} {:>12} {:>8}  {}",
+                                                       "asset", width, "kind", "layout", "GPU bytes", "bits/tx", "diffuse", "specular",
+                                                       "p99", "visible", "bound", "seam", "verdict")}});
     for (const ReportRow& row : report.assets) {
         const verify::StageError& error = row.verdict.stages.back();
         const bool diffuseIsWorse =
             std::isfinite(error.specular.p99) && std::isfinite(error.diffuse.p99) && error.diffuse.p99 >= error.specular.p99;
         const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
         const std::string figures = fmt::format(
-            "{:24} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  ", row.name, info(row.kind).name, row.layout, row.bytesGpu,
+            "{:{}} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  ", row.name, width, info(row.kind).name, row.layout, row.bytesGpu,
             row.bitsPerTexel, relRmsWord(row, error, &verify::StageError::diffuse), relRmsWord(row, error, &verify::StageError::specular),
             percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row));
         terminal.say(StyledLine{{Style::Plain, figures}, verdictWord(row.verdict.passed)});
@@ -273,13 +277,15 @@ void printReport(Terminal& terminal, const Json& json) {
 }
 
 void printJson(Terminal& terminal, const Json& json, const std::string& indent) {
+    const auto wordOf = [](const Json& value) {
+        if (value.is_string()) return value.get<std::string>();
+        if (value.is_structured()) return std::string("none");
+        return value.is_number_float() ? fmt::format("{:.6g}", value.get<double>()) : textOf(value);
+    };
     for (const auto& [key, value] : json.items()) {
-        if (value.is_structured()) {
-            terminal.say(fmt::format("{}{}:", indent, key));
-            printJson(terminal, value, indent + "  ");
-        } else {
-            terminal.say(fmt::format("{}{}: {}", indent, key, value.is_string() ? value.get<std::string>() : textOf(value)));
-        }
+        const bool hasLines = value.is_structured() && !value.empty();
+        terminal.say(fmt::format("{}{}:{}", indent, key, hasLines ? "" : " " + wordOf(value)));
+        if (hasLines) printJson(terminal, value, indent + "  ");
     }
 }
 

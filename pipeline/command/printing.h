@@ -35,7 +35,7 @@ void printCollection(Terminal& terminal, const CollectionReport& report);
 /// Prints a line for each platform.
 void printPlatforms(Terminal& terminal, const std::vector<PlatformUse>& platforms);
 
-/// Prints an object as indented lines "key: value".
+/// Prints an object as indented lines "key: value", fractions with six digits.
 void printJson(Terminal& terminal, const Json& json, const std::string& indent = "");
 
 }  // namespace lightcook::pipeline

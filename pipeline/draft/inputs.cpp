@@ -87,7 +87,10 @@ public:
         pairMeshes();
         pairProbes();
         for (const Found& each : files_)
-            if (!isTaken(each.file)) leaveOut(each.file, "no part of a scene has this kind of file");
+            if (!isTaken(each.file))
+                leaveOut(each.file, formats::lowerExtension(each.file) == ".csv"
+                                        ? "traced light can be named as ground_truth of a light map"
+                                        : "no part of a scene has this kind of file");
         if (inputs_.lightMaps.empty() && inputs_.probes.empty() && inputs_.gradients.empty()) return nothingFound();
         return std::move(inputs_);
     }

@@ -113,6 +113,7 @@ void addExcluded(const Json& asset, std::vector<std::string>& advice) {
 void addUnusedTexels(const Json& asset, std::vector<std::string>& advice) {
     constexpr double kLeastShare = 0.1;
     if (member(member(asset, "notes"), note_keys::kPacking).is_string()) return;
+    if (member(asset, "ground_truth").is_object()) return;  // its values lie at texels of the bake: charts stay there
     std::uint64_t bytes = 0;
     std::uint64_t unused = 0;
     for (const Json& texture : list(asset, "textures")) {
@@ -120,10 +121,12 @@ void addUnusedTexels(const Json& asset, std::vector<std::string>& advice) {
         unused += bytesOutsideCharts(asset, texture);
     }
     if (bytes == 0 || static_cast<double>(unused) < kLeastShare * static_cast<double>(bytes)) return;
+    const bool hasMesh = member(asset, "charts").is_object();
     advice.push_back(
-        fmt::format("{}: texels outside charts take {} of its textures: {}. charts = \"pack\" packs the light-map UVs of its mesh "
-                    "anew, which saves up to that.",
-                    nameOf(asset), humanPercent(static_cast<double>(unused) / static_cast<double>(bytes)), humanBytes(unused)));
+        fmt::format("{}: texels outside charts take {} of its textures: {}. {}charts = \"pack\" packs the light-map UVs of its "
+                    "mesh anew, which saves up to that.",
+                    nameOf(asset), humanPercent(static_cast<double>(unused) / static_cast<double>(bytes)), humanBytes(unused),
+                    hasMesh ? "" : "Name its mesh in [[light_map]]: "));
 }
 
 /// Adds what the largest levels of cubemaps take: one sentence for those of one size that have as many levels which no material reads.
@@ -157,8 +160,8 @@ void addCubemapLevels(const std::vector<AssetShare>& shares, std::vector<std::st
         const std::string whose = isOne ? "its" : "their", saved = humanBytes(group.bytes);
         if (unread > 0)
             advice.push_back(
-                fmt::format("{}: no material is smooth enough to read {} {}. size = \"auto\" leaves {} out and saves {}, without "
-                            "any error.",
+                fmt::format("{}: no material is smooth enough to read {} {}. size = \"auto\" leaves {} out and saves {}. The other "
+                            "levels may be encoded anew; their error keeps the same limits.",
                             names, whose, unread == 1 ? "largest level" : fmt::format("{} largest levels", unread),
                             unread == 1 ? "it" : "them", saved));
         else

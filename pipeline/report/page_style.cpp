@@ -90,7 +90,7 @@ tbody th { font-weight: 550; }
 .assets tbody tr + tr:last-child > * { border-top: none; padding-top: 1px; padding-bottom: 9px; }
 .assets tbody tr:first-child > * { padding-top: 9px; padding-bottom: 9px; }
 .assets tbody tr + tr > td { padding-left: 10px; padding-right: 10px; }
-.assets tbody th { min-width: 150px; overflow-wrap: anywhere; }
+.assets tbody th { min-width: 200px; overflow-wrap: anywhere; }
 .assets + p, .scroll + p { margin-top: 12px; font-size: 12.5px; }
 .sub { display: block; color: var(--soft); font-size: 12.5px; font-weight: 400; }
 .sub .swatch { width: 8px; height: 8px; }

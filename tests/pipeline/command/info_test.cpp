@@ -23,6 +23,16 @@ namespace {
 
 using testing::HasSubstr;
 
+TEST(InfoOfASceneFile, HasTheLimitThatChoosesLayouts) {
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    scene.writeSceneFile("max_visible = 7", "");
+    const auto facts = describeFile(scene / "scene.toml");
+    ASSERT_TRUE(facts) << facts.error().line();
+    EXPECT_EQ(facts->at("max_visible"), 7);
+    scene.writeSceneFile("max_error = 0.1", "");
+    EXPECT_FALSE(describeFile(scene / "scene.toml")->contains("max_visible"));
+}
+
 TEST(InfoOfACookedFolder, HasTheFiguresOfItsReport) {
     const SmallScene scene(SmallScene::Parts::LightMap);
     const Outcome cooked = cook(scene.options());

@@ -26,6 +26,12 @@ TEST(Terminal, SaysNamesWithoutTheirControlCharacters) {
     EXPECT_EQ(outputOf([&] { printJson(terminal, Json{{"a\tb", "c\rd"}}); }), "a\\tb: c\\rd\n");
 }
 
+TEST(PrintJson, SaysFiguresWithSixDigitsAndNothingAsNone) {
+    Terminal terminal(with(ColorChoice::Never));
+    const Json facts = {{"bytes", 123456789}, {"error", {{"rel_rms", 0.009685650025458209}}}, {"assumed", Json::array()}, {"ok", true}};
+    EXPECT_EQ(outputOf([&] { printJson(terminal, facts); }), "bytes: 123456789\nerror:\n  rel_rms: 0.00968565\nassumed: none\nok: true\n");
+}
+
 TEST(Terminal, DetailsHaveNoControlCharactersEither) {
     Terminal terminal(with(ColorChoice::Never));
     testing::internal::CaptureStderr();

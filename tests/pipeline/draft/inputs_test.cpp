@@ -192,10 +192,12 @@ TEST_F(DraftInputsOfAFolder, WhatCannotBeReadIsAnErrorWhereItIsNamed) {
     write("broken.exr");
     write("broken.glb");
     write("notes.txt");
+    write("reference.csv");
     write(".hidden.exr");
     const DraftInputs inputs = find();
-    EXPECT_THAT(inputs.leftOut, SizeIs(3)) << "a hidden file is none of them";
+    EXPECT_THAT(inputs.leftOut, SizeIs(4)) << "a hidden file is none of them";
     EXPECT_THAT(whyLeftOut(inputs, "notes.txt"), HasSubstr("kind of file"));
+    EXPECT_THAT(whyLeftOut(inputs, "reference.csv"), HasSubstr("ground_truth"));
     for (const char* name : {"broken.exr", "broken.glb"}) {
         const auto refused = findInputs({folder_ / "lightmap.exr", folder_ / name});
         ASSERT_FALSE(refused.has_value()) << name;

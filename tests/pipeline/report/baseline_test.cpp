@@ -64,11 +64,13 @@ TEST(Baseline, FailsAtMoreGrowthThanAllowed) {
     EXPECT_FALSE(compareWithBaseline(now, reportOf({}), "", 99.0).passed) << "something where nothing was grew by 100 %";
 }
 
-/// An asset without specular light has no error of it: a dash, not 0.
-TEST(Baseline, ShowsADashForLightThatAnAssetDoesNotHave) {
+/// An asset without specular light has no error of it: a dash on the page, nothing in the line.
+TEST(Baseline, ShowsNoErrorOfLightThatAnAssetDoesNotHave) {
     const auto diffuseOnly = [](double error) {
         ReportRow row = rowOf("flat", 1000, error);
         row.verdict.stages.back().specular.relRms = 0;
+        row.verdict.stages.back().diffuse.visible.emplace();
+        row.verdict.stages.back().diffuse.visible->p99 = 100 * error;
         return reportOf({row});
     };
     Report now = diffuseOnly(0.02);
@@ -84,7 +86,7 @@ TEST(Baseline, ShowsADashForLightThatAnAssetDoesNotHave) {
     Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
     testing::internal::CaptureStdout();
     printComparison(terminal, *now.baseline);
-    EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("diffuse 1.000 % -> 2.000 %, specular - -> -"));
+    EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("(+0.00 %), diffuse 1.000 % -> 2.000 %, visible 1.000 -> 2.000\n"));
     EXPECT_THAT(baselineRow(jsonOf(change), "flat").markup(), AllOf(HasSubstr("<td class=\"num\">–</td>"), Not(HasSubstr("not finite"))));
 }
 

@@ -125,7 +125,8 @@ TEST(Advice, LevelsThatNoMaterialReadsAreNamedByWhatTheySave) {
                     {testing::Matcher<std::string>(HasSubstr("2 cubemaps, 'a' and others: no material is smooth enough to read their 2 "
                                                              "largest levels. size = \"auto\" leaves them out and saves 240 KiB")),
                      testing::Matcher<std::string>(HasSubstr("Cubemap 'c': no material is smooth enough to read its largest level. "
-                                                             "size = \"auto\" leaves it out and saves 96.0 KiB"))}));
+                                                             "size = \"auto\" leaves it out and saves 96.0 KiB. The other levels may be "
+                                                             "encoded anew"))}));
 }
 
 Json chartOf(int number, int texels, int bytes, double p99) {
@@ -237,12 +238,20 @@ TEST(Advice, ComparesLayoutsByTheErrorThatIsLimited) {
     EXPECT_THAT(adviceOf({{"assets", Json::array({map})}}), ElementsAre(HasSubstr("(rel_rms, measured) goes from 2.00 % to 1.00 %.")));
 }
 
-TEST(Advice, LeavesThePackingOfAPackedMapAlone) {
+TEST(Advice, PacksChartsOnlyWhereTheSceneMayDoIt) {
     Json map = {{"name", "hall"}, {"kind", "light-map"}, {"width", 8}, {"height", 8}, {"notes", {{"covered_texels", 32}}}};
     map["textures"] = Json::array({{{"role", "l0"}, {"bytes_gpu", 4096}}});
-    EXPECT_THAT(adviceOf({{"assets", Json::array({map})}}), ElementsAre(HasSubstr("texels outside charts take 50.0 % of its textures")));
-    map["notes"]["packing"] = "8 x 8 texels of 16 x 16";
-    EXPECT_TRUE(adviceOf({{"assets", Json::array({map})}}).empty());
+    EXPECT_THAT(
+        adviceOf({{"assets", Json::array({map})}}),
+        ElementsAre(HasSubstr("texels outside charts take 50.0 % of its textures: 2.00 KiB. Name its mesh in [[light_map]]: charts")));
+    map["charts"] = Json::object();
+    EXPECT_THAT(adviceOf({{"assets", Json::array({map})}}), ElementsAre(HasSubstr("2.00 KiB. charts = \"pack\" packs the light-map UVs")));
+    for (const char* refusing : {"packing", "ground_truth"}) {
+        Json other = map;
+        if (std::string(refusing) == "packing") other["notes"]["packing"] = "8 x 8 texels of 16 x 16";
+        if (std::string(refusing) == "ground_truth") other["ground_truth"] = Json::object();
+        EXPECT_TRUE(adviceOf({{"assets", Json::array({other})}}).empty()) << refusing;
+    }
 }
 
 TEST(Advice, SaysNothingWithoutFigures) {
