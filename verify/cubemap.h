@@ -36,6 +36,14 @@ struct CookedCubemap {
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
 };
 
+/// First moments of light over the sphere.
+struct LightMoments {
+    glm::dvec3 mean{0};                 ///< of the radiance, by channel
+    std::array<glm::dvec3, 3> first{};  ///< [channel] mean of the radiance times its direction
+    void add(const glm::dvec3& radiance, const glm::dvec3& direction, double solidAngle);
+    void scale(double factor);
+};
+
 /// The texels of the source environment as points of known direction, solid angle and radiance, over which every reference integral sums.
 /// Construction costs one pass over the texels. Safe to share between threads.
 class CubemapReference {
@@ -43,7 +51,8 @@ public:
     /// The environment must outlive this.
     explicit CubemapReference(const formats::Environment& environment);
     /// Returns the mean radiance over the sphere, by exact solid angles.
-    const glm::dvec3& mean() const { return mean_; }
+    const glm::dvec3& mean() const { return moments_.mean; }
+    const LightMoments& moments() const { return moments_; }
     /// Returns the key that a display shows the environment's own light with (docs/theory/visible.md): displayKeyOf the exit radiance of
     /// white Lambert surfaces that it lights, by its first nine coefficients, for kKeyNormals normals spread evenly over the sphere.
     double displayKey(const glm::vec3& luminanceWeights) const;
@@ -61,8 +70,9 @@ public:
     glm::dvec3 prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth = 8,
                            lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann) const;
     /// Returns the mean over a square around the direction, in the plane of its face, of the size of a texel of size x size faces.
-    /// Looks the source up at places x places points, weighted by solid angle.
-    glm::dvec3 footprintMean(const glm::dvec3& direction, int size, int places) const;
+    /// By solid angle, with the parts of source texels that it has: within 1e-3 of the differences between them. Around a direction whose
+    /// square leaves the face of a strip the source is looked up at points, within a hundredth.
+    glm::dvec3 footprintMean(const glm::dvec3& direction, int size) const;
 
 private:
     /// Up to 32 x 32 texels of one face, and a spherical cap that contains their centres.
@@ -97,7 +107,8 @@ private:
     std::vector<double> faceInverseLengths_;      ///< 1 / |major + u right + v down| of their centres
     std::array<std::vector<float>, 3> radiance_;  ///< [channel], tile after tile, so a tile is contiguous
     double texelWidth_ = 0;                       ///< largest [rad]
-    glm::dvec3 mean_{0}, smallest_{0}, largest_{0};
+    LightMoments moments_;
+    glm::dvec3 smallest_{0}, largest_{0};
 };
 
 struct CubemapSampling {
@@ -129,6 +140,10 @@ struct CubemapResult {
 };
 /// Pure and safe on several threads: samples may be worked on in any order.
 CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& reference, const CubemapSample& sample);
+
+/// Returns the moments of the radiance that the shader computes at the texels of a mip, by their solid angles. Those of a correct map are
+/// the moments of the source: the mean as it is, the first ones times band 1 of the mip's kernel.
+LightMoments cubemapMoments(const CookedCubemap& map, int mip);
 
 /// Returns the part of prefiltered light that a surface of F0 1 reflects when it is seen along its normal, as the prefilter assumes: the
 /// directional albedo of the energy-conserving Cook-Torrance lobe. 1 for m below 1e-4.

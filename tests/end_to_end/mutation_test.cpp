@@ -507,6 +507,20 @@ const std::vector<Fault>& probeFaults() {
                          }
              });
          }},
+        {"a small level half as bright", "probe0", Digests::Rewritten, 4, "mip 5, channel 0, mean",
+         [](CookedCopy& c) {
+             c.edit("cubemap", [](Images& images) {
+                 for (std::size_t i = 5 * 6; i < 6 * 6; ++i)
+                     for (vec4& texel : images[i].texels()) texel *= 0.5f;
+             });
+         }},
+        {"red and blue of a small level swapped", "probe0", Digests::Rewritten, 4, "mip 5, channel 0, mean",
+         [](CookedCopy& c) {
+             c.edit("cubemap", [](Images& images) {
+                 for (std::size_t i = 5 * 6; i < 6 * 6; ++i)
+                     for (vec4& texel : images[i].texels()) std::swap(texel.x, texel.z);
+             });
+         }},
         {"not divided by its own area specular", "probe0", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) {
              for (std::size_t i = 1; i < 9; ++i) c.constants()["windowed_sh"][i] = {0, 0, 0};

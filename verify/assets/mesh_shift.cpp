@@ -32,7 +32,7 @@ glm::vec3 exitRadiance(const ShRgb& sh, const glm::vec3& normal) {
 }
 
 /// Returns sum_l factor_l |band l| for one channel.
-double bandSum(const ShRgb& sh, int channel, const lighting::ShBands& factors) {
+double weightedBands(const ShRgb& sh, int channel, const lighting::ShBands& factors) {
     std::array<double, 3> squares{};
     for (std::size_t i = 0; i < lighting::kShCount; ++i) {
         const double value = static_cast<double>(sh[i][channel]);
@@ -63,10 +63,10 @@ Slopes slopesOf(const Quad& quad, int channel) {
     const auto difference = [&](std::size_t a, std::size_t b) {
         ShRgb result;
         for (std::size_t i = 0; i < lighting::kShCount; ++i) result[i] = (*quad.corners[a])[i] - (*quad.corners[b])[i];
-        return bandSum(result, channel, value);
+        return weightedBands(result, channel, value);
     };
     Slopes slopes{std::max(difference(1, 0), difference(3, 2)), std::max(difference(2, 0), difference(3, 1)), 0};
-    for (const ShRgb* corner : quad.corners) slopes.turn = std::max(slopes.turn, bandSum(*corner, channel, gradient));
+    for (const ShRgb* corner : quad.corners) slopes.turn = std::max(slopes.turn, weightedBands(*corner, channel, gradient));
     return slopes;
 }
 

@@ -87,8 +87,8 @@ public:
             const glm::dvec3 direction = lighting::cubeTexelDirection(face, x % size, row, size);
             const verify::CookedCubemap::Mip& level = map_.mips[static_cast<std::size_t>(mip)];
             const glm::vec3 stored(level.faces[static_cast<std::size_t>(face)].at(x % size, row));
-            const glm::dvec3 truth = level.m > 0 ? reference_.prefiltered(direction, level.m, 1, map_.lobe)
-                                                 : reference_.footprintMean(direction, size, kFootprintPlaces);
+            const glm::dvec3 truth =
+                level.m > 0 ? reference_.prefiltered(direction, level.m, 1, map_.lobe) : reference_.footprintMean(direction, size);
             const glm::dvec3 seen = verify::shadeCubemap(map_, mip, stored, direction);
             preview_.set(x, y, glm::vec3(truth), glm::vec3(seen));
             compared_[static_cast<std::size_t>(y)].push_back({mip, face, x % size, row, truth, seen});
@@ -105,7 +105,6 @@ public:
     static constexpr int kShownMips = 3;
 
 private:
-    static constexpr int kFootprintPlaces = 8;  ///< enough for a picture
     /// The picture of a large map leaves out whole blocks: of each, the first texel is compared all the same.
     bool isCompared(int x, int row) const {
         constexpr int kSize = verify::BlockErrors::kSize;
@@ -181,6 +180,41 @@ std::vector<verify::Violation> checkCubemapBlocks(const verify::CookedCubemap& m
                     worstInBlock(compared, static_cast<int>(mip), static_cast<int>(face), *block, map.mips[mip].faces[face].width());
     }
     return violations;
+}
+
+/// Compares the moments of each level with those of the source: its mean radiance, and its first moments through the level's kernel. A
+/// level of few texels hardly changes figures over all of them, and its blocks may be off by most of their light. The allowed shares of the
+/// mean are twice what blocks lose or add around a light source of one texel in correct cooks (docs/lab/experiments.md, "Faults that
+/// averages miss").
+void checkMoments(const verify::CookedCubemap& map, const verify::CubemapReference& reference, double maxError,
+                  std::vector<verify::Violation>& violations) {
+    constexpr double kSharpShare = 0.4, kRoughShare = 0.15, kErrors = 1.5;
+    constexpr double kFloor = 0.02;  // of the brightest channel: less light in another one is a matter of rounding
+    const verify::LightMoments& source = reference.moments();
+    const double floor = kFloor * std::max({source.mean.x, source.mean.y, source.mean.z});
+    for (std::size_t mip = 0; mip < map.mips.size(); ++mip) {
+        const bool isSharp = mip < static_cast<std::size_t>(CubemapPreview::kShownMips);
+        const double share = std::max(isSharp ? kSharpShare : kRoughShare, kErrors * maxError);
+        const double band = verify::kernelBands(map.mips[mip].m, map.lobe)[1];
+        const verify::LightMoments found = verify::cubemapMoments(map, static_cast<int>(mip));
+        for (std::size_t channel = 0; channel < 3; ++channel) {
+            const int index = static_cast<int>(channel);
+            const double allowed = share * (source.mean[index] + floor);
+            const auto complain = [&](std::string_view what, const std::string& of, const std::string& expected) {
+                violations.push_back({fmt::format("mip {}, channel {}, {}", mip, channel, what), of,
+                                      fmt::format("{} of the source, within {:.4g}", expected, allowed)});
+            };
+            const glm::dvec3 &first = found.first[channel], expected = band * source.first[channel];
+            if (!(std::abs(found.mean[index] - source.mean[index]) <= allowed))
+                complain("mean radiance", fmt::format("{:.4g}", found.mean[index]), fmt::format("{:.4g}", source.mean[index]));
+            else if (!(glm::length(first - expected) <= allowed))
+                complain("mean of radiance times direction", fmt::format("({:.4g}, {:.4g}, {:.4g})", first.x, first.y, first.z),
+                         fmt::format("({:.4g}, {:.4g}, {:.4g})", expected.x, expected.y, expected.z));
+            else
+                continue;
+            break;
+        }
+    }
 }
 
 /// Returns the light that a pixel sees at texel centres. Of a divided map: over S, since the pixel's own area specular replaces that of the
@@ -353,6 +387,7 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     if (!finished) return interrupted(context);
     const verify::Viewing viewing = visible.viewing(reference.displayKey(colors->luminanceWeights), colors->bt2020FromWorking);
     std::vector<verify::Violation> violations = checkCubemapBlocks(*map, picture, samples, results, *maxError);
+    checkMoments(*map, reference, *maxError, violations);
     checkBands(*map, violations);
     if (map->isDivided) {
         const auto incident = incidentShOf(reference, context.action);

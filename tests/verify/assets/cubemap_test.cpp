@@ -82,7 +82,7 @@ CookedCubemap ideal(const CubemapReference& reference, const lighting::ShRgb& sh
                     const lighting::ShRgb zonal = lighting::convolve(sh, mip.bands);
                     const glm::dvec3 s(lighting::evaluate(zonal, glm::vec3(direction)));
                     const glm::dvec3 radiance =
-                        mip.m > 0 ? reference.prefiltered(direction, mip.m) : reference.footprintMean(direction, size, 128);
+                        mip.m > 0 ? reference.prefiltered(direction, mip.m) : reference.footprintMean(direction, size);
                     image.at(x, y) = glm::vec4(glm::vec3(radiance / s / 4.0), 1);
                 }
             mip.faces.push_back(std::move(image));
@@ -289,7 +289,7 @@ TEST(CubemapReference, ConstantsStayConstantInBothProjections) {
         for (int i = 0; i < 20; ++i) {
             const glm::dvec3 direction = lighting::fibonacciSphere(i, 20);
             EXPECT_NEAR(reference.prefiltered(direction, 0.02 + 0.04 * i).z, 3, 1e-9);
-            EXPECT_NEAR(reference.footprintMean(direction, 4, 32).x, 1, 1e-9);
+            EXPECT_NEAR(reference.footprintMean(direction, 4).x, 1, 1e-9);
         }
     }
 }
@@ -303,7 +303,50 @@ TEST(CubemapReference, FootprintOfAStripsOwnTexelIsThatTexel) {
     const CubemapReference reference(environment);
     for (int y = 0; y < 24; ++y)
         for (int x = 0; x < 4; ++x)
-            EXPECT_NEAR(reference.footprintMean(lighting::cubeTexelDirection(y / 4, x, y % 4, 4), 4, 64).x, 4 * y + x + 1, 1e-9);
+            EXPECT_NEAR(reference.footprintMean(lighting::cubeTexelDirection(y / 4, x, y % 4, 4), 4).x, 4 * y + x + 1, 1e-9);
+}
+
+/// Returns the mean of a whole map over the sphere by the footprints of its texels.
+double meanOfFootprints(const CubemapReference& reference, int size) {
+    double sum = 0;
+    for (int face = 0; face < 6; ++face)
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x)
+                sum += lighting::cubeTexelSolidAngle(x, y, size) *
+                       reference.footprintMean(lighting::cubeTexelDirection(face, x, y, size), size).x;
+    return sum / (4 * std::numbers::pi);
+}
+
+TEST(CubemapReference, FootprintsHoldAllLightOfASingleTexel) {
+    // Texels far smaller than a footprint: on a side, beside a pole, at a pole, and on the rim of the image, which is inside a face.
+    for (const glm::ivec2& lamp : {glm::ivec2(77, 40), glm::ivec2(20, 6), glm::ivec2(90, 0), glm::ivec2(0, 31), glm::ivec2(127, 63)}) {
+        Environment environment;
+        environment.texels = Image<glm::vec3>(128, 64, glm::vec3(0.5f));
+        environment.texels.at(lamp.x, lamp.y) = glm::vec3(10000);
+        const CubemapReference reference(environment);
+        for (const int size : {3, 4})
+            EXPECT_NEAR(meanOfFootprints(reference, size) / reference.mean().x, 1, 2e-3) << lamp.x << ", " << size;
+    }
+    Environment strip;
+    strip.projection = Environment::Projection::CubeStrip;
+    strip.texels = Image<glm::vec3>(16, 96, glm::vec3(0.5f));
+    strip.texels.at(3, 21) = glm::vec3(10000);
+    const CubemapReference reference(strip);
+    EXPECT_NEAR(meanOfFootprints(reference, 3) / reference.mean().x, 1, 1e-9);
+}
+
+TEST(VerifyCubemap, MomentsOfALevelAreThoseOfTheSourceThroughItsKernel) {
+    const Environment environment = panorama(32, smooth);
+    const CubemapReference reference(environment);
+    const CookedCubemap map = ideal(reference, positiveSh());
+    const LightMoments& source = reference.moments();
+    for (int mip = 0; mip < 3; ++mip) {
+        const LightMoments found = cubemapMoments(map, mip);
+        const double band = kernelBands(map.mips[static_cast<std::size_t>(mip)].m)[1], tolerance = mip == 0 ? 1e-2 : 3e-2;
+        EXPECT_NEAR(found.mean.y / source.mean.y, 1, tolerance) << mip;
+        EXPECT_LT(glm::distance(found.first[0], band * source.first[0]), tolerance * source.mean.x) << mip;
+    }
+    EXPECT_GT(glm::length(source.first[0]), 0.1 * source.mean.x) << "the light has a direction";
 }
 
 TEST(VerifyCubemap, AnIdealMapHasNoErrorAtItsTexels) {
