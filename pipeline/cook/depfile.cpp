@@ -17,7 +17,7 @@ std::string makeEscaped(const std::filesystem::path& path) {
     std::size_t backslashes = 0;  // that end what is escaped so far
     for (const char c : path.generic_string()) {
         if (c == ' ' || c == '\t') escaped += std::string(backslashes + 1, '\\');
-        if (c == '#') escaped += '\\';
+        if (c == '#' || c == ':') escaped += '\\';
         if (c == '$') escaped += '$';
         escaped += c;
         backslashes = c == '\\' ? backslashes + 1 : 0;

@@ -18,6 +18,11 @@ TEST(Depfile, EscapesBlanksHashesAndDollars) {
     EXPECT_EQ(depfileOf("a#b.toml", "o$t"), "o$$t/cooked.json: a\\#b.toml\n");
 }
 
+// Make takes what follows a bare colon for a pattern, and ends.
+TEST(Depfile, EscapesColons) {
+    EXPECT_EQ(depfileOf("a:b.toml", "o:t"), "o\\:t/cooked.json: a\\:b.toml\n");
+}
+
 // "\\ " is a backslash and the end of the name: the build system then misses the target, and an input.
 TEST(Depfile, DoublesBackslashesBeforeBlanksAlone) {
     EXPECT_EQ(depfileOf("a\\ b.toml"), "out/cooked.json: a\\\\\\ b.toml\n");
