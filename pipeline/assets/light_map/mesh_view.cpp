@@ -143,11 +143,13 @@ std::vector<verify::SurfaceTriangle> litTriangles(const formats::GltfScene& scen
         const formats::MeshAttribute *positions = placed.mesh->find("POSITION"), *uvs = placed.mesh->find("TEXCOORD_1"),
                                      *normals = placed.mesh->find("NORMAL");
         if (positions == nullptr || uvs == nullptr) continue;
-        const glm::dmat3 normalMatrix = glm::transpose(glm::inverse(glm::dmat3(placed.worldFromMesh)));
+        const glm::dmat3 worldFromMesh(placed.worldFromMesh), normalMatrix = glm::transpose(glm::inverse(worldFromMesh));
+        const bool isMirrored = glm::determinant(worldFromMesh) < 0;
         for (std::size_t triangle = 0; triangle < placed.mesh->triangleCount(); ++triangle) {
             verify::SurfaceTriangle& made = triangles.emplace_back(verify::SurfaceTriangle{});
             for (std::size_t corner = 0; corner < 3; ++corner) {
-                const std::uint32_t vertex = placed.mesh->indices[3 * triangle + corner];
+                // glTF: the front of a triangle stays the front under a mirror, so the order of its corners is reversed.
+                const std::uint32_t vertex = placed.mesh->indices[3 * triangle + (isMirrored ? 2 - corner : corner)];
                 made.position[corner] = glm::dvec3(placed.worldFromMesh * glm::dvec4(positions->at(vertex), 1));
                 made.uv[corner] = glm::dvec2(uvs->at(vertex));
                 if (normals != nullptr) made.normal[corner] = glm::vec3(glm::normalize(normalMatrix * normals->at(vertex)));

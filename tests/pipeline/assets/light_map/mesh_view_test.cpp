@@ -5,7 +5,12 @@
 
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
+
+#include "formats/gltf_scene.h"
+#include "tests/formats/surface_fixture.h"
+#include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -39,6 +44,19 @@ TEST(MeshView, FindsThePlaceOfATexel) {
     EXPECT_FALSE(placeAt(triangles, {0.6, 0.2}, kSize));
     EXPECT_FALSE(placeAt({}, {0.1, 0.1}, kSize));
     EXPECT_FALSE(placeAt(triangles, {0.125, 0.375}, kSize, 1)) << "the triangles of another light map";
+}
+
+TEST(MeshView, AMirroredNodeKeepsItsFront) {
+    const formats::TemporaryFolder folder;
+    for (const float side : {1.0f, -1.0f}) {
+        formats::writeSquare(folder / "square.glb", {.node = glm::scale(glm::mat4(1), glm::vec3(side, 1, 1))});
+        const auto scene = formats::GltfScene::load(folder / "square.glb");
+        ASSERT_TRUE(scene);
+        const auto place = placeAt(litTriangles(*scene), {0.25, 0.75}, kSize);
+        ASSERT_TRUE(place);
+        EXPECT_LT(glm::distance(place->position, glm::dvec3(0.25 * side, 0, 0.75)), 1e-6);
+        EXPECT_LT(glm::distance(place->normal, glm::dvec3(0, 1, 0)), 1e-12) << side;
+    }
 }
 
 TEST(MeshView, TheCentreOfThePictureIsThePlace) {
