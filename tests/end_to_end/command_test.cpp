@@ -123,7 +123,7 @@ TEST_F(Command, PlanRefusesWhatCookRefuses) {
     expectRefused("plan absent.toml --ninja out", 2, {"absent.toml"});
     expectRefused("plan scene.toml", 2, {"--ninja"});
     formats::writeContent(scene_ / "wrong.toml", "schema = 1\nname = \"x\"\nsize = 3\n");
-    expectRefused("plan wrong.toml --ninja out", 2, {"unknown key 'size'"});
+    expectRefused("plan wrong.toml --ninja out", 2, {"found the key 'size' in the scene, expected it in [[probe]]"});
 }
 
 TEST_F(Command, HelpAndVersionAreNoErrors) {
