@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <tuple>
 #include <utility>
 
 #include "formats/light_map_layout.h"
@@ -305,7 +306,7 @@ std::optional<IncompleteCook> SummaryWriter::incompleteOf(const Plan& plan) cons
     return incomplete;
 }
 
-/// Collects entries and rows, those of other assets first.
+/// Collects entries and rows in the order of the scene.
 Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& result) {
     if (isPartial_) {
         std::set<std::string> left;
@@ -324,7 +325,36 @@ Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& res
         if (const auto gltf = result.records.find(actionId(ActionStep::Gltf, name)); gltf != result.records.end())
             for (const FileRecord& file : gltf->second.files) gltf_.push_back({file.name, name, file.digest});
     }
+    if (isPartial_) sortAsInScene();
     return {};
+}
+
+/// Sorts what earlier cooks and this one made as a cook of the whole scene has it: the assets of each light map, probes, gradients, tables.
+void SummaryWriter::sortAsInScene() {
+    const auto indexIn = [](const auto& entries, const std::string& name) {
+        return std::ranges::find_if(entries, [&](const auto& entry) { return entry.name == name; }) - entries.begin();
+    };
+    const auto placeOf = [&](const CookedAsset& asset) {
+        enum Part { OfLightMaps, Probes, Gradients, Tables };
+        switch (asset.kind) {
+            case AssetKind::LightMap:
+                return std::tuple(OfLightMaps, indexIn(scene_.lightMaps, asset.name), 0);
+            case AssetKind::Dominant:
+                return std::tuple(OfLightMaps, indexIn(scene_.lightMaps, lightMapOf(asset)), 1);
+            case AssetKind::Mesh:
+                return std::tuple(OfLightMaps, indexIn(scene_.lightMaps, lightMapOf(asset)), 2);
+            case AssetKind::Cubemap:
+                return std::tuple(Probes, indexIn(scene_.probes, asset.name), 0);
+            case AssetKind::Rsrm:
+                return std::tuple(Gradients, indexIn(scene_.gradients, asset.name), 0);
+            case AssetKind::Lut:
+                break;
+        }
+        return std::tuple(Tables, std::ptrdiff_t{0}, 0);
+    };
+    std::ranges::stable_sort(assets_, {}, placeOf);
+    std::ranges::stable_sort(rows_, {}, [&](const ReportRow& row) { return indexIn(assets_, row.name); });
+    std::ranges::stable_sort(gltf_, {}, [&](const GltfFile& gltf) { return indexIn(scene_.lightMaps, gltf.lightMap); });
 }
 
 Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name) {

@@ -50,6 +50,7 @@ public:
 
 private:
     formats::Result<void> collect(const Plan& plan, const ExecutionResult& result);
+    void sortAsInScene();
     formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
     bool isInFolder(const std::string& asset) const;
     std::optional<IncompleteCook> incompleteOf(const Plan& plan) const;
