@@ -17,18 +17,19 @@ namespace {
 
 using formats::Result;
 
-/// Returns an upper bound of the GPU memory of the meshes of some light maps: these meshes wait for the layouts.
-Result<std::uint64_t> mostMeshBytes(const Scene& scene, const std::vector<std::string>& lightMaps, const ExecutionResult& materials) {
-    std::uint64_t bytes = 0;
+/// Returns the GPU memory of the meshes of some light maps: these meshes wait for the layouts.
+Result<std::map<std::string, MeshMemory>> meshesOf(const Scene& scene, const std::vector<std::string>& lightMaps,
+                                                   const ExecutionResult& materials) {
+    std::map<std::string, MeshMemory> meshes;
     for (const LightMapEntry& entry : scene.lightMaps) {
         if (!entry.mesh || std::ranges::find(lightMaps, entry.name) == lightMaps.end()) continue;
         const auto record = materials.records.find(actionId(ActionStep::Materials, entry.mesh->string()));
         if (record == materials.records.end()) continue;
         const auto result = fromJson<MaterialsResult>(record->second.result, record->second.id);
         if (!result) return tl::make_unexpected(result.error());
-        bytes += result->mostBytesGpu;
+        meshes[entry.name] = {result->mostVertices, scene.output.draco, isPacked(scene.output, entry)};
     }
-    return bytes;
+    return meshes;
 }
 
 /// Keeps only the choices within a limit on rel_rms of the whole shading; where none is, those of least error.
@@ -39,6 +40,12 @@ void keepWithin(double limit, std::vector<AllocationChoice>& choices) {
 }
 
 }  // namespace
+
+std::uint64_t MeshMemory::bytesOf(const std::string& layout) const {
+    if (const auto known = found.find(layout); known != found.end()) return known->second;
+    const bool hasBases = hasLearnedBases(layout);
+    return isDraco || isPacked || hasBases ? vertices * bytesOfVertex(isDraco, hasBases) : 0;
+}
 
 LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
     const auto entry = std::ranges::find(scene.lightMaps, map, &LightMapEntry::name);
@@ -60,9 +67,11 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
         decision.candidates_[map] = candidatesOf(trial->trial, limitsOf(scene, map));
         decision.addChoices(map, *trial);
     }
-    const auto meshBytes = mostMeshBytes(scene, open.undecided, materials);
-    if (!meshBytes) return tl::make_unexpected(meshBytes.error());
-    decision.otherBytes_ = *meshBytes;
+    auto meshes = meshesOf(scene, open.undecided, materials);
+    if (!meshes) return tl::make_unexpected(meshes.error());
+    decision.meshes_ = std::move(*meshes);
+    for (const auto& [map, mesh] : decision.meshes_)
+        if (!decision.choices_.contains(map)) decision.otherBytes_ += mesh.mostBytes();
     for (const std::string& name : open.assets) {
         const auto record = trials.records.find(actionId(ActionStep::Cook, name));
         if (record == trials.records.end()) continue;
@@ -97,7 +106,7 @@ bool LayoutDecision::keepsLimits(const std::string& map, const std::string& layo
     return scene_.output.isWholeLimited() && std::ranges::find(candidates_.at(map), layout, &LightMapCandidate::layout)->usedOfLimits <= 1;
 }
 
-/// Returns the choices within the limits on light maps and on rel_rms of the whole shading.
+/// Returns the choices within the limits on light maps and on rel_rms of the whole shading, with the bytes of the meshes.
 AllocationChoices LayoutDecision::allowedChoices() const {
     AllocationChoices allowed = choices_;
     for (auto& entry : allowed) {
@@ -108,6 +117,8 @@ AllocationChoices LayoutDecision::allowedChoices() const {
             std::erase_if(choices, [&](const AllocationChoice& each) { return !keepsLimits(map, each.lightMap, cheapest); });
         }
         if (scene_.output.maxWholeError) keepWithin(*scene_.output.maxWholeError, choices);
+        if (const auto mesh = meshes_.find(map); mesh != meshes_.end())
+            for (AllocationChoice& each : choices) each.bytes += mesh->second.bytesOf(each.lightMap);
     }
     return allowed;
 }
@@ -244,9 +255,34 @@ Result<void> LayoutDecision::noteFailedWholes(const ExecutionResult& chosen) {
     return {};
 }
 
-/// Replaces the upper bound of the meshes' memory by what they take. The sum shrinks once at most; otherwise a choice that fits could be
-/// taken and refused in turn.
+/// Returns the bytes of the meshes of the last choose() whose maps have choices.
+std::uint64_t LayoutDecision::chosenMeshBytes() const {
+    std::uint64_t bytes = 0;
+    for (const auto& [map, mesh] : meshes_)
+        if (choices_.contains(map)) bytes += mesh.bytesOf(chosen_.at(map));
+    return bytes;
+}
+
+/// Notes the bytes of the meshes that were cooked. They have as many vertices under other layouts, too.
+Result<void> LayoutDecision::noteMeshes(const Plan& plan, const ExecutionResult& chosen) {
+    for (const auto& [asset, map] : plan.meshes) {
+        const auto record = chosen.records.find(actionId(ActionStep::Cook, asset));
+        const auto mesh = meshes_.find(map);
+        if (record == chosen.records.end() || mesh == meshes_.end()) continue;
+        const auto cooked = fromJson<CookResult>(record->second.result, record->first);
+        if (!cooked) return tl::make_unexpected(cooked.error());
+        const std::uint64_t bytes = cooked->asset.totalBytesGpu();
+        mesh->second.found[chosen_.at(map)] = bytes;
+        mesh->second.vertices = bytes / bytesOfVertex(mesh->second.isDraco, cooked->asset.basis.has_value());
+    }
+    return {};
+}
+
+/// Replaces the upper bound of the meshes' memory, and of what has no choice, by what they take. The latter sum shrinks once at most;
+/// otherwise a choice that fits could be taken and refused in turn.
 Result<void> LayoutDecision::correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
+    const std::uint64_t meshesBefore = chosenMeshBytes();
+    if (auto noted = noteMeshes(plan, chosen); !noted) return noted;
     std::uint64_t found = 0;
     for (const std::string& asset : plan.assets) {
         const std::string id = actionId(ActionStep::Cook, asset);
@@ -257,7 +293,7 @@ Result<void> LayoutDecision::correctBytes(const Plan& plan, const ExecutionResul
         if (!cooked) return tl::make_unexpected(cooked.error());
         found += cooked->asset.totalBytesGpu();
     }
-    const std::uint64_t expected = frontier_[chosenPoint_].bytes;
+    const std::uint64_t expected = frontier_[chosenPoint_].bytes - meshesBefore + chosenMeshBytes();
     if (found == expected || (found < expected && !mayShrink_)) return {};
     if (found < expected) mayShrink_ = false;
     otherBytes_ = otherBytes_ + found - expected;

@@ -10,6 +10,7 @@
 
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/layout_choice.h"
+#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/cook/allocation.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/executor.h"
@@ -20,6 +21,19 @@ namespace lightcook::pipeline {
 
 /// Returns the limits of a light map; a name that the scene lacks has those of the output.
 LayoutLimits limitsOf(const Scene& scene, const std::string& map);
+
+/// GPU memory of the mesh of a light map, which depends on the layout of the map: vertices name the bases of a learned one, and a plain
+/// mesh is written for these alone.
+struct MeshMemory {
+    std::uint64_t vertices = 0;                       ///< of its triangles, at most
+    bool isDraco = false, isPacked = false;           ///< Draco, or a packing of charts: there is a mesh under every layout
+    std::map<std::string, std::uint64_t> found = {};  ///< bytes of those that were cooked, by layout of the light map
+
+    /// Returns the bytes under a layout of the light map: those that were found, or else an upper bound.
+    std::uint64_t bytesOf(const std::string& layout) const;
+    /// Returns an upper bound for any layout.
+    std::uint64_t mostBytes() const { return vertices * bytesOfVertex(isDraco, true); }
+};
 
 class LayoutDecision {
 public:
@@ -61,18 +75,21 @@ private:
     formats::Result<void> noteFailedDominants(const ExecutionResult& chosen);
     formats::Result<void> noteFailedTables(const ExecutionResult& chosen);
     formats::Result<void> noteFailedWholes(const ExecutionResult& chosen);
+    std::uint64_t chosenMeshBytes() const;
+    formats::Result<void> noteMeshes(const Plan& plan, const ExecutionResult& chosen);
     formats::Result<void> correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
     const Scene& scene_;
     LightMapCandidates candidates_;
-    AllocationChoices choices_;  ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole)
+    AllocationChoices choices_;  ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole), without meshes
+    std::map<std::string, MeshMemory> meshes_;  ///< of maps whose layout is open, by light map
     /// Largest part of the limit on seams that an edge between maps of a split used, by light map and layout. What was found stays: the
     /// layout on the other side may have been chosen anew for it, and so no choice comes back.
     std::map<std::string, std::map<std::string, double>> splitUse_;
-    std::uint64_t otherBytes_ = 0;               ///< GPU memory of the other assets, meshes at their upper bound, open tables left out
-    std::optional<TableBytes> openTables_;       ///< Plan::openTables
-    bool areUsualTablesRefuted_ = false;         ///< they missed a limit of theirs
-    bool mayShrink_ = true;                      ///< otherBytes_ was not corrected downwards yet
+    std::uint64_t otherBytes_ = 0;          ///< GPU memory of assets without a choice, meshes at their upper bound, open tables left out
+    std::optional<TableBytes> openTables_;  ///< Plan::openTables
+    bool areUsualTablesRefuted_ = false;    ///< they missed a limit of theirs
+    bool mayShrink_ = true;                 ///< otherBytes_ was not corrected downwards yet
     std::map<std::string, std::string> chosen_;  ///< by the last choose(), as are those below
     std::vector<AllocationPoint> frontier_;
     std::size_t chosenPoint_ = 0;

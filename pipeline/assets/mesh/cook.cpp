@@ -27,7 +27,7 @@ CookedAsset manifestEntry(const ActionContext& context, const MeshParameters& pa
     asset.file = file;
     asset.lightMap = parameters.lightMap;
     // Lines and points have no light map.
-    asset.bytesGpu = size.triangleVertexCount * ((parameters.draco ? kLightMapUvBytes : kFloatUvBytes) + (hasClusters ? kBasisBytes : 0));
+    asset.bytesGpu = size.triangleVertexCount * bytesOfVertex(parameters.draco, hasClusters);
     asset.bytesDisk = size.fileBytesOut;
     asset.vertices = size.vertexCount;
     asset.triangles = size.triangleCount;
@@ -60,10 +60,8 @@ Result<formats::ClusterMap> clusterMapOf(const CookedAsset& lightMap) {
 Result<ActionOutcome> readMaterials(const ActionContext& context) {
     const auto scene = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
     if (!scene) return tl::make_unexpected(scene.error());
-    std::size_t vertices = 0;
-    for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) vertices += primitive->vertexCount();
     MaterialsResult result;
-    result.mostBytesGpu = vertices * kFloatUvBytes;
+    for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) result.mostVertices += primitive->vertexCount();
     for (const formats::MaterialNeeds& material : scene->materials())
         result.materials.push_back(
             {material.name, material.hasNormalMap, material.isSpecular, {material.mMin, material.mMax}, {material.f0Min, material.f0Max}});

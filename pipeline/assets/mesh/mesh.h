@@ -25,6 +25,11 @@ inline constexpr std::uint64_t kBasisBytes = 4;
 inline constexpr const char* kDracoMeshLayout = "glb-draco";
 /// GPU memory of a vertex for its light-map UV [bytes]: two 16-bit numbers of a mesh under Draco, or two floats.
 inline constexpr std::uint64_t kLightMapUvBytes = 4, kFloatUvBytes = 8;
+/// Returns the GPU memory that a light map adds to a vertex of its mesh [bytes].
+/// hasBases  its vertices name bases
+constexpr std::uint64_t bytesOfVertex(bool isDraco, bool hasBases) {
+    return (isDraco ? kLightMapUvBytes : kFloatUvBytes) + (hasBases ? kBasisBytes : 0);
+}
 
 /// Parameters of the cook action. Its inputs are "mesh", and "source" (the light map) where it chooses bits. It depends on the light map
 /// where bases are learned: vertices name their clusters.
@@ -74,13 +79,12 @@ void describe(Fields& fields, Self& material) {
 
 /// Result of action "materials".
 struct MaterialsResult {
-    std::uint64_t mostBytesGpu = 0;  ///< upper bound of the bytes of the cooked mesh, beside an attribute that names bases
+    std::uint64_t mostVertices = 0;  ///< upper bound of the vertices of the triangles of the cooked mesh
     std::vector<MaterialRecord> materials;
 };
 template <class Fields, Is<MaterialsResult> Self>
 void describe(Fields& fields, Self& result) {
-    fields.required("most_bytes_gpu", result.mostBytesGpu,
-                    "upper bound of the bytes of the cooked mesh, beside an attribute that names bases");
+    fields.required("most_vertices", result.mostVertices, "upper bound of the vertices of the triangles of the cooked mesh");
     fields.required("materials", result.materials, "materials of the mesh");
 }
 

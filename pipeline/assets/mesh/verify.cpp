@@ -115,7 +115,7 @@ void checkMeshSize(const CookedAsset& asset, const formats::GltfScene& cooked, s
             violations.push_back({place, fmt::format("{}", found),
                                   low == high ? fmt::format("{} of the file", low) : fmt::format("{} to {} of the file", low, high)});
     };
-    const std::uint64_t perVertex = (asset.layout == kDracoMeshLayout ? kLightMapUvBytes : kFloatUvBytes) + (asset.basis ? kBasisBytes : 0);
+    const std::uint64_t perVertex = bytesOfVertex(asset.layout == kDracoMeshLayout, asset.basis.has_value());
     const auto triangles = static_cast<std::uint64_t>(cooked.triangleCount());
     expect("vertices", asset.vertices.value_or(0), used, all);
     expect("triangles", asset.triangles.value_or(0), triangles, triangles);

@@ -1,9 +1,17 @@
-// Layouts chosen by an error. allocation_test.cpp has those that a budget chooses.
+// Layouts chosen by an error, and the memory of meshes that depends on the layout. allocation_test.cpp has more of those that a budget
+// chooses.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
+#include "pipeline/assets/action_kind.h"
+#include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/results.h"
 #include "pipeline/cook/cook.h"
+#include "pipeline/cook/layout_decision.h"
+#include "pipeline/manifest/cooked_asset.h"
 #include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -55,6 +63,100 @@ TEST(CookScene, ANamedLayoutIsNotTried) {
     EXPECT_FALSE(assetOf(named.report, "map").contains("trial_candidates"));
     scene.writeSceneFile("");
     EXPECT_EQ(assetOf(cook(scene.options()).report, "map").at("layout"), "ratio") << "without an error or a budget named";
+}
+
+/// A light map with a mesh, whose layouts have known bytes and errors. Trials and cooks are records that nothing has to run for.
+class MapWithMesh {
+public:
+    struct Layout {
+        const char* name;
+        std::uint64_t bytes;
+        double visible;
+    };
+    static constexpr std::array<Layout, 5> kLayouts = {
+        {{"sh4", 400, 9}, {"basis-4", 700, 4}, {"basis-8", 900, 3}, {"ratio", 1000, 6}, {"raw", 3000, 1}}};
+    static constexpr std::uint64_t kMostVertices = 100;
+
+    /// vertices  of the cooked mesh, at most kMostVertices
+    MapWithMesh(bool isDraco, std::uint64_t vertices) : isDraco_(isDraco), vertices_(vertices) {
+        scene_.output.draco = isDraco;
+        LightMapEntry& entry = scene_.lightMaps.emplace_back();
+        entry.name = "map";
+        entry.mesh = "mesh.glb";
+    }
+    std::uint64_t bytesOf(const Layout& layout) const {
+        const bool hasBases = hasLearnedBases(layout.name);
+        return layout.bytes + (isDraco_ || hasBases ? vertices_ * bytesOfVertex(isDraco_, hasBases) : 0);
+    }
+    /// Returns the layout that a cook within a budget ends with.
+    Layout cookWithin(std::uint64_t budget) {
+        scene_.output.budgetBytes = budget;
+        JointTrialResult trial;
+        for (const Layout& each : kLayouts) {
+            trial.trial.candidates.push_back({.layout = each.name, .bytesGpu = each.bytes});
+            trial.whole.push_back({each.name, "", each.visible, 0});
+        }
+        ExecutionResult trials, materials;
+        record(trials, actionId(ActionStep::Trial, "map"), trial);
+        record(materials, actionId(ActionStep::Materials, "mesh.glb"), MaterialsResult{kMostVertices, {}});
+        Plan open;
+        open.undecided = {"map"};
+        auto decision = LayoutDecision::create(scene_, open, trials, materials);
+        EXPECT_TRUE(decision) << decision.error().line();
+        for (int round = 0; round < 10; ++round) {
+            const std::string chosen = decision->choose().at("map");
+            const Layout& layout = *std::ranges::find_if(kLayouts, [&](const Layout& each) { return each.name == chosen; });
+            Plan plan;
+            ExecutionResult cooked;
+            addCooked("map", AssetKind::LightMap, layout.bytes, false, plan, cooked);
+            if (const std::uint64_t mesh = bytesOf(layout) - layout.bytes; mesh > 0) {
+                addCooked("mesh", AssetKind::Mesh, mesh, hasLearnedBases(layout.name), plan, cooked);
+                plan.meshes["mesh"] = "map";
+            }
+            const auto isRefuted = decision->learnFrom(plan, {}, cooked);
+            EXPECT_TRUE(isRefuted) << isRefuted.error().line();
+            if (!*isRefuted) return layout;
+        }
+        ADD_FAILURE() << "no choice stays";
+        return kLayouts[0];
+    }
+
+private:
+    template <class Result>
+    static void record(ExecutionResult& results, const std::string& id, const Result& result) {
+        ActionRecord& made = results.records[id];
+        made.id = id;
+        made.result = toJson(result);
+    }
+    static void addCooked(const char* name, AssetKind kind, std::uint64_t bytes, bool hasBases, Plan& plan, ExecutionResult& cooked) {
+        CookResult result{makeCookedAsset(name, kind, "layout", 0, 0), 0, {}};
+        result.asset.bytesGpu = bytes;
+        if (hasBases) result.asset.basis = {"_BASIS", "map"};
+        plan.assets.emplace_back(name);
+        record(cooked, actionId(ActionStep::Cook, name), result);
+    }
+
+    Scene scene_;
+    bool isDraco_;
+    std::uint64_t vertices_;
+};
+
+TEST(LayoutDecision, TheErrorNeverGrowsWithTheBudgetWhereTheMeshDependsOnTheLayout) {
+    for (const bool isDraco : {false, true})
+        for (const std::uint64_t vertices : {MapWithMesh::kMostVertices, MapWithMesh::kMostVertices * 4 / 5}) {
+            MapWithMesh map(isDraco, vertices);
+            double before = HUGE_VAL;
+            for (std::uint64_t budget = 900; budget <= 4000; budget += 50) {
+                const MapWithMesh::Layout chosen = map.cookWithin(budget);
+                EXPECT_LE(map.bytesOf(chosen), budget) << chosen.name;
+                EXPECT_LE(chosen.visible, before) << budget << ": " << chosen.name << (isDraco ? ", draco" : "");
+                before = chosen.visible;
+                if (vertices < MapWithMesh::kMostVertices) continue;  // bytes of a mesh that was not cooked are an upper bound
+                for (const MapWithMesh::Layout& each : MapWithMesh::kLayouts)
+                    EXPECT_TRUE(map.bytesOf(each) > budget || each.visible >= chosen.visible) << budget << ": " << each.name << " fits";
+            }
+            EXPECT_EQ(before, 1) << "in the end all fits";
+        }
 }
 
 }  // namespace
