@@ -19,6 +19,7 @@
 #include "lighting/brdf.h"
 #include "lighting/sh.h"
 #include "verify/figures.h"
+#include "verify/sampler_tolerance.h"
 
 namespace lightcook::verify {
 
@@ -34,6 +35,7 @@ struct CookedCubemap {
     lighting::ShRgb windowedSh{};
     std::vector<Mip> mips;
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
+    FormatTolerance tolerance;  ///< of samplers, for the texture's format; default: ideal samplers
 };
 
 /// First moments of light over the sphere.
@@ -63,6 +65,13 @@ public:
     std::array<glm::dvec3, lighting::kShCount> incidentSh() const;
     const glm::dvec3& smallest() const { return smallest_; }  ///< texel value, per channel
     const glm::dvec3& largest() const { return largest_; }
+    /// The value of a texel in one channel, and its solid angle [sr].
+    struct Weighted {
+        float radiance;
+        double solidAngle;
+    };
+    /// Returns all texels of a channel, from dark to bright.
+    std::vector<Weighted> sorted(int channel) const;
     /// Returns radiance through the normalized kernel of a lobe around a unit direction. Texels are weighted by solid angle, and split into
     /// pieces such that one standard deviation of Beckmann's kernel holds at least piecesPerWidth of them. The tail of GGX reaches over the
     /// whole hemisphere: away from its peak, where the kernel changes over a width in proportion to the angle, pieces are as large.

@@ -99,9 +99,11 @@ class DominantErrors {
 public:
     explicit DominantErrors(double key = 0) : centres_{ErrorAccumulator(key), {}}, between_{ErrorAccumulator(key), {}} {}
     void merge(const DominantErrors& other);
-    /// Returns stages "magnified" (middles of quads of covered texels, against the fit of the four texels' mean) and "total" (texel
-    /// centres). Both are specular. maxBound covers every view, every f0 and every m of the shading's range, at the sampled places. It is
-    /// sound and loose: seen at grazing incidence, a microfacet lobe has no bound but 1 / NoL. Visible errors are of the highlights alone.
+    /// Returns stages "magnified" (middles of quads of covered texels of one chart, against the fit of the four texels' mean) and "total"
+    /// (texel centres). Both are specular. maxBound covers every view, every f0 and every m of the shading's range, at the sampled places.
+    /// It is sound and loose: seen at grazing incidence, a microfacet lobe has no bound but 1 / NoL. Visible errors are of the highlights
+    /// alone. Their bound, of "total", is the difference of any two lights that the display shows: between texels, and towards the horizon,
+    /// a highlight may be as bright as the display.
     std::vector<StageError> stages() const;
     /// Returns the mean angle between stored and reference direction, weighted by the luminance of the reference intensity [degrees].
     double meanDirectionError() const;
@@ -118,6 +120,7 @@ private:
     HighlightErrors centres_, between_;
     double angleSum_ = 0, weightSum_ = 0, largestAngle_ = 0;
     double storedError_ = 0, referenceError_ = 0, energy_ = 0;
+    std::optional<double> visibleBound_;
 };
 
 class DominantVerifier {
@@ -150,6 +153,7 @@ private:
     glm::vec3 luminanceWeights_;
     double key_;
     std::optional<DisplayTransform> display_;
+    std::optional<double> mostVisible_;  ///< difference of any two lights on the display
 };
 
 }  // namespace lightcook::verify

@@ -15,6 +15,7 @@
 #include "formats/image.h"
 #include "lighting/area_specular.h"
 #include "verify/figures.h"
+#include "verify/sampler_tolerance.h"
 
 namespace lightcook::verify {
 
@@ -47,6 +48,7 @@ struct CookedLut {
     LutAxis view, roughness;
     std::array<formats::Image<glm::vec4>, 3> textures;  ///< c0236, d0236, cd78
     std::array<glm::vec4, 3> scale{}, bias{};           ///< in the same order
+    std::array<FormatTolerance, 3> tolerance{};         ///< of samplers, in the same order; default: ideal ones
 };
 
 /// A place where tables and reference are compared.
@@ -83,6 +85,8 @@ LutStepError lutStepError(const CookedLut& tables, const std::vector<LutSample>&
 
 /// Returns the lighting that tables are shaded with: weights of the twelve entries, for each F0 and each light of the upper hemisphere.
 std::vector<SpecularKernelEntries> lutShadings(const std::vector<double>& f0);
+/// Returns the exit radiance of a white Lambert surface under the light of each of lutShadings.
+std::vector<double> lutExitRadiances(const std::vector<double>& f0);
 
 /// Keys of the local relative errors: RMS of the kernel entries at nodes, and log-average of the positive shaded radiances.
 struct LutKeys {
@@ -90,10 +94,12 @@ struct LutKeys {
 };
 LutKeys lutKeys(const std::vector<LutSample>& samples, const std::vector<LutResult>& results, const std::vector<double>& f0);
 
-/// Upper bounds of the local relative error over all places of the tables.
+/// Upper bounds of the local relative error over all places of the tables, and of the visible error.
 struct LutBounds {
     double filter = 0, total = 0;
-    ErrorPlace filterAt, totalAt;  ///< middles of the cells with these bounds
+    ErrorPlace filterAt, totalAt;        ///< middles of the cells with these bounds
+    std::optional<double> visible = {};  ///< sampler tolerance included; empty: no display was given
+    VisiblePlace visibleAt = {};         ///< middle of its cell
     void raise(const LutBounds& other);
 };
 
@@ -102,16 +108,22 @@ struct LutCellBound {
     SpecularKernelEntries entries{};  ///< absolute error of each entry
     double filter = 0;                ///< local relative error of an entry
     double total = 0;                 ///< local relative error of a shading
+    std::optional<double> visible;    ///< visible error of a shading; empty: no display was given
+    std::size_t visibleShading = 0;   ///< which of lutShadings has it
 };
 
 /// Bounds the cells between view nodes viewCell and viewCell + 1, one for each pair of neighbouring roughness nodes (one in all for a table
 /// of one row). assets/lut_bound.cpp describes the method. All bounds are infinite if the axes' coordinates do not meet their texels.
 /// Pure, safe on several threads.
-std::vector<LutCellBound> boundLut(const CookedLut& tables, int viewCell, const LutKeys& keys, const std::vector<double>& f0);
+/// viewing  as in lutStages
+std::vector<LutCellBound> boundLut(const CookedLut& tables, int viewCell, const LutKeys& keys, const std::vector<double>& f0,
+                                   const std::optional<Viewing>& viewing = std::nullopt);
 /// Bounds all cells on the calling thread.
-LutBounds boundLut(const CookedLut& tables, const LutKeys& keys, const std::vector<double>& f0);
+LutBounds boundLut(const CookedLut& tables, const LutKeys& keys, const std::vector<double>& f0,
+                   const std::optional<Viewing>& viewing = std::nullopt);
 /// Returns the largest bounds of one column of cells, with their places.
-LutBounds largestOf(const CookedLut& tables, int viewCell, const std::vector<LutCellBound>& cells);
+/// f0  as in boundLut
+LutBounds largestOf(const CookedLut& tables, int viewCell, const std::vector<LutCellBound>& cells, const std::vector<double>& f0);
 
 /// Returns a place of the tables: x and y in texels, NoV and m in the fields of ErrorPlace.
 ErrorPlace lutPlace(const CookedLut& tables, double NoV, double m);

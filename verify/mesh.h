@@ -31,6 +31,14 @@ using MeshShiftSeen = std::function<void(int x, int y, const glm::vec3& referenc
 void addMeshShiftVisible(const formats::LightMapStrip& strip, int firstRow, int rowCount, const MeshShift& shift, double positionTexels,
                          VisiblePairs& errors);
 
+/// Adds an upper bound of the visible errors that `shift` causes, and its place: of every place of such a quad, moved at
+/// most as far as addMeshShiftVisible moves it, into another one, and shaded at the normal of any of its texels, turned by at most
+/// the shift's angle. The light of a quad lies between that of its corners; it changes by at most the slopes (addMeshShiftErrors) of the
+/// quad and of those around it. Nothing but the display bounds a shift of more than one texel. The strip also holds a row above and two
+/// below.
+void addMeshShiftVisibleBound(const formats::LightMapStrip& strip, int firstRow, int rowCount, const MeshShift& shift,
+                              double positionTexels, const Viewing& viewing, VisiblePairs& errors);
+
 /// Returns the mean number of texels of a light map across a unit of length of a mesh's surface: the root of the area of its triangles in
 /// the map over that of the triangles themselves. 0 without either.
 double texelsPerUnit(std::span<const formats::TriangleMesh* const> meshes, int width, int height);
@@ -40,7 +48,7 @@ double texelsPerUnit(std::span<const formats::TriangleMesh* const> meshes, int w
 void findTriangle(std::span<const formats::TriangleMesh* const> meshes, int width, int height, VisiblePlace& place);
 
 /// Adds the errors that `shift` causes in the exit radiance of a white surface, for quads that begin in rows [firstRow, firstRow +
-/// rowCount). Only quads of four covered texels count. The strip also holds the row below.
+/// rowCount). Only quads of four covered texels of one chart count. The strip also holds the row below.
 ///
 /// Samples: the centre of each quad, moved by the whole shift into each of four directions, its normal turned about two axes.
 /// Bound: bilinear filtering changes coefficients by at most (edge difference) * (shift). Exit radiance of band l has a gradient over the

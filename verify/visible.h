@@ -130,6 +130,8 @@ public:
     explicit VisiblePairs(const Viewing& viewing) : transform_(viewing, 1) {}
     /// Adds a pair of lights. A place without colours is enough.
     void add(const glm::dvec3& reference, const glm::dvec3& found, const VisiblePlace& place);
+    /// Raises the proven bound, which is unknown before the first one; its place has the colours there.
+    void addBound(double bound, VisiblePlace place);
     /// Merge strips in a fixed order for reproducible bits. Pairs are measured on the same display.
     void merge(const VisiblePairs& other);
     /// Returns nothing without pairs.

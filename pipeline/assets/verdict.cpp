@@ -59,8 +59,8 @@ bool hasVisibleBound(const verify::StageError& stage) {
 
 verify::Violation unknownBound(const std::string& stage, double maxVisibleBound) {
     return {stage, "no proven bound of visible errors",
-            fmt::format("one of at most {:.4g}, as max_visible_bound asks: cook with charts_max_visible = 0, or limit samples by "
-                        "max_visible instead",
+            fmt::format("one of at most {:.4g}, as max_visible_bound asks: limit samples by max_visible instead, or of charts with "
+                        "fewer texels cook with charts_max_visible = 0",
                         maxVisibleBound)};
 }
 

@@ -24,7 +24,8 @@ private:
 /// Parameters of verifications that judge visible errors. A folder of an older version has neither: the usual display and no limit.
 struct VisibleParameters {
     std::optional<lighting::DisplaySettings> display;
-    std::optional<double> maxVisible;  ///< limit on their 99th percentile
+    std::optional<double> maxVisible;            ///< limit on their 99th percentile
+    std::optional<double> maxVisibleBound = {};  ///< limit on their proven bound
 
     /// Returns the display of light with a key.
     /// bt2020FromWorking  linear BT.2020 from the working primaries
@@ -34,6 +35,7 @@ template <class Fields, Is<VisibleParameters> Self>
 void describe(Fields& fields, Self& visible) {
     fields.optional("display", visible.display, "display that visible errors are judged on");
     fields.optional("max_visible", visible.maxVisible, "limit on the 99th percentile of visible errors");
+    fields.optional("max_visible_bound", visible.maxVisibleBound, "limit on the proven bound of visible errors");
 }
 
 /// Returns the limit on rel_rms that the asset is held to: parameter "max_error" of its verify action, else kNoErrorLimit.

@@ -55,6 +55,7 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
         {.name = "--budget", .isGiven = cook.budgetBytes.has_value(), .filters = textures},
         {.name = "--max-error", .isGiven = cook.maxError.has_value(), .filters = textures},
         {.name = "--max-visible", .isGiven = cook.maxVisible.has_value(), .filters = {"specular"}},
+        {.name = "--max-visible-bound", .isGiven = cook.maxVisibleBound.has_value(), .filters = {"specular"}},
         {.name = "--effort", .isGiven = cook.effort.has_value(), .filters = textures},
         {.name = "--rdo", .isGiven = cook.rdo.has_value(), .filters = textures},
     };

@@ -186,10 +186,7 @@ void OutputOptions::addLayout(CLI::App& app) {
            "Limit on the visible error of light maps and meshes, in just noticeable differences that 99 % keep; over it verification "
            "fails")
         ->type_name("NUMBER");
-    app.add_option("--max-visible-bound", maxVisibleBound_,
-                   "Limit on the proven bound of the visible error of light maps, which no place, normal or view exceeds; over it "
-                   "verification fails")
-        ->type_name("NUMBER");
+    addVisibleBound(app);
     app.add_option("--layout", layout_, "Layout of light maps; auto: the one that meets --max-error, --max-visible or --budget best")
         ->check(CLI::IsMember(lightMapLayoutChoices()));
     app.add_option("--objective", objective_,
@@ -207,6 +204,13 @@ void OutputOptions::addLimits(CLI::App& app) {
     addErrorLimit(app, maxError_);
     app.add_option("--max-visible", maxVisible_,
                    "Limit on the visible error, in just noticeable differences that 99 % keep; over it verification fails")
+        ->type_name("NUMBER");
+    addVisibleBound(app);
+}
+
+void OutputOptions::addVisibleBound(CLI::App& app) {
+    app.add_option("--max-visible-bound", maxVisibleBound_,
+                   "Limit on the proven bound of the visible error, which no place, normal or view exceeds; over it verification fails")
         ->type_name("NUMBER");
 }
 
@@ -236,6 +240,10 @@ void OutputOptions::addScene(CLI::App& app) {
     app.add_option("--max-converter-visible", maxConverterVisible_,
                    "Limit on the visible error of dominant lights, cubemaps, tables and reflection maps; over it verification fails")
         ->type_name("NUMBER");
+    app.add_option("--max-converter-visible-bound", maxConverterVisibleBound_,
+                   "Limit on the proven bound of the visible error of dominant lights, cubemaps, tables and reflection maps; without it "
+                   "that of --max-visible-bound")
+        ->type_name("NUMBER");
     app.add_option("--max-whole-visible", maxWholeVisible_,
                    "Limit on the visible error of what a pixel shows of a light map and its dominant light together: their smallest "
                    "layouts within it are chosen; over it verification fails")
@@ -256,10 +264,11 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (maxError_) options.maxError = maxError_;
     // A command of one asset holds that asset to its --max-error, of whatever kind it is.
     options.maxConverterError = isOneAsset_ ? maxError_ : maxConverterError_;
-    const std::array<std::pair<const char*, const std::optional<double>*>, 5> visibleLimits = {
+    const std::array<std::pair<const char*, const std::optional<double>*>, 6> visibleLimits = {
         {{"--max-visible", &maxVisible_},
          {"--max-visible-bound", &maxVisibleBound_},
          {"--max-converter-visible", &maxConverterVisible_},
+         {"--max-converter-visible-bound", &maxConverterVisibleBound_},
          {"--max-seam", &maxSeam_},
          {"--max-whole-visible", &maxWholeVisible_}}};
     for (const auto& [option, limit] : visibleLimits)
@@ -268,6 +277,7 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     options.maxVisible = maxVisible_;
     options.maxVisibleBound = maxVisibleBound_;
     options.maxConverterVisible = isOneAsset_ ? maxVisible_ : maxConverterVisible_;
+    options.maxConverterVisibleBound = maxConverterVisibleBound_;
     options.maxSeam = maxSeam_;
     options.maxWholeVisible = maxWholeVisible_;
     options.maxWholeError = maxWholeError_;

@@ -89,12 +89,13 @@ private:
     void addFormats(CLI::App& app);
     void addContainer(CLI::App& app);
     void addLayout(CLI::App& app);
-    /// Adds --max-error and --max-visible of a command of one asset, which is no light map.
+    /// Adds --max-error, --max-visible and --max-visible-bound of a command of one asset, which is no light map.
     void addLimits(CLI::App& app);
+    void addVisibleBound(CLI::App& app);
 
     std::string target_, layout_, objective_, container_, budget_;
-    std::optional<double> maxError_, maxConverterError_, maxVisible_, maxVisibleBound_, maxConverterVisible_, maxSeam_, maxWholeVisible_,
-        maxWholeError_, rdo_;
+    std::optional<double> maxError_, maxConverterError_, maxVisible_, maxVisibleBound_, maxConverterVisible_, maxConverterVisibleBound_,
+        maxSeam_, maxWholeVisible_, maxWholeError_, rdo_;
     std::optional<int> effort_;
     bool zstd_ = false, isOneAsset_ = true;
 };

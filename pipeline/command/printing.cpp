@@ -56,10 +56,10 @@ std::string mipLine(const ReportRow& row) {
     return line;
 }
 
-/// Returns the proven bound: of visible errors, or of assets without any the local relative one.
-std::string boundWord(const verify::StageError& error, const verify::ErrorFigures& worse) {
-    const auto visible = visibleBound(error);
-    return visible ? fmt::format("{:.2f}", *visible) : worse.maxBound ? percent(*worse.maxBound) : "none known";
+/// Returns the proven bound of visible errors.
+std::string boundWord(const verify::StageError& error) {
+    const auto bound = visibleBound(error);
+    return bound ? visibleWord(bound) : "none known";
 }
 
 StyledText verdictWord(bool passed) {
@@ -196,7 +196,7 @@ void printReport(Terminal& terminal, const Report& report) {
         const std::string figures = fmt::format(
             "{:{}} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  ", row.name, width, info(row.kind).name, row.layout, row.bytesGpu,
             row.bitsPerTexel, relRmsWord(row, error, &verify::StageError::diffuse), relRmsWord(row, error, &verify::StageError::specular),
-            percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error, worse), seamWord(row));
+            percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error), seamWord(row));
         terminal.say(StyledLine{{Style::Plain, figures}, verdictWord(row.verdict.passed)});
         if (row.mipsEnd) terminal.say(mipLine(row));
         if (row.splitSeams) terminal.say(splitSeamLine(*row.splitSeams));

@@ -214,7 +214,8 @@ std::string sceneFileReference() {
         "keys are refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, "
         "and exit code 2. On the command line, `--target`, `--layout`, `--objective`, `--container`, `--max-error`, "
         "`--max-converter-error`, "
-        "`--max-visible`, `--max-visible-bound`, `--max-whole-visible`, `--max-whole-error`, `--max-converter-visible`, `--max-seam`, "
+        "`--max-visible`, `--max-visible-bound`, `--max-whole-visible`, `--max-whole-error`, `--max-converter-visible`, "
+        "`--max-converter-visible-bound`, `--max-seam`, "
         "`--budget`, `--effort`, `--rdo`, `--zstd`, `--charts`, `--charts-max-visible`, `--gltf` and `--mips` override keys of "
         "`[output]`.",
         kMarkdownColumns);

@@ -50,6 +50,7 @@ void applyOverrides(const CookOptions& options, Scene& scene) {
     if (options.maxVisible) output.maxVisible = options.maxVisible;
     if (options.maxVisibleBound) output.maxVisibleBound = options.maxVisibleBound;
     if (options.maxConverterVisible) output.maxConverterVisible = options.maxConverterVisible;
+    if (options.maxConverterVisibleBound) output.maxConverterVisibleBound = options.maxConverterVisibleBound;
     if (options.maxSeam) output.maxSeam = options.maxSeam;
     if (options.maxWholeVisible) output.maxWholeVisible = options.maxWholeVisible;
     if (options.maxWholeError) output.maxWholeError = options.maxWholeError;
@@ -116,11 +117,15 @@ public:
     }
 
 private:
-    /// Forgets the limits on visible errors that assets have of their own, beside one of the command line.
+    /// Forgets the limits on visible errors, or on their bounds, that assets have of their own, beside one of the command line.
     void forgetConverterLimits() {
-        for (ProbeEntry& entry : scene_.probes) entry.maxVisible.reset();
-        for (GradientEntry& entry : scene_.gradients) entry.maxVisible.reset();
-        scene_.tables.maxVisible.reset();
+        const auto forget = [&](auto& entry) {
+            if (options_.maxConverterVisible) entry.maxVisible.reset();
+            if (options_.maxConverterVisibleBound || options_.maxVisibleBound) entry.maxVisibleBound.reset();
+        };
+        std::ranges::for_each(scene_.probes, forget);
+        std::ranges::for_each(scene_.gradients, forget);
+        forget(scene_.tables);
     }
     Result<void> tryRun() {
         applyOverrides(options_, scene_);
@@ -130,7 +135,7 @@ private:
             if (options_.maxSeam) entry.maxSeam.reset();
             if (options_.mips) entry.mips.reset();
         }
-        if (options_.maxConverterVisible) forgetConverterLimits();
+        forgetConverterLimits();
         outcome_.output = cookedFolder(scene_, options_.output);
         if (auto checked = checkSettings(scene_, options_, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();

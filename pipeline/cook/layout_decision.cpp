@@ -51,7 +51,7 @@ LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
     const auto entry = std::ranges::find(scene.lightMaps, map, &LightMapEntry::name);
     const bool isKnown = entry != scene.lightMaps.end();
     return {layoutErrorLimit(scene.output), visibleLimit(scene.output, isKnown ? entry->maxVisible : std::nullopt),
-            isKnown && entry->maxVisibleBound ? entry->maxVisibleBound : scene.output.maxVisibleBound,
+            isKnown ? visibleBoundLimit(scene.output, *entry) : scene.output.maxVisibleBound,
             isKnown ? seamLimit(scene.output, *entry) : scene.output.maxSeam};
 }
 

@@ -150,10 +150,10 @@ private:
         return (!options_.onlyKind || *options_.onlyKind == info(kind).name) && isAnyWanted(scene_, options_, entry);
     }
 
-    /// Returns the display of the scene and the limit on visible errors of an asset that is no light map.
-    /// ofAsset  its own limit
-    VisibleParameters visible(const std::optional<double>& ofAsset) const {
-        return {scene_.display, converterVisibleLimit(scene_.output, ofAsset)};
+    /// Returns the display of the scene and the limits on visible errors of an asset that is no light map.
+    /// ofAsset, boundOfAsset  its own limits
+    VisibleParameters visible(const std::optional<double>& ofAsset, const std::optional<double>& boundOfAsset) const {
+        return {scene_.display, converterVisibleLimit(scene_.output, ofAsset), converterVisibleBoundLimit(scene_.output, boundOfAsset)};
     }
 
     /// Adds an asset, whose files have names of their own.
@@ -295,7 +295,7 @@ private:
                                                     options_.samples,
                                                     displayOf(scene_, entry),
                                                     visibleLimit(scene_.output, entry.maxVisible),
-                                                    entry.maxVisibleBound ? entry.maxVisibleBound : scene_.output.maxVisibleBound,
+                                                    visibleBoundLimit(scene_.output, entry),
                                                     seamLimit(scene_.output, entry)};
         Inputs verifyInputs = reduction.constantOf ? bakeInputs(entry.file, entry.description) : viewedInputs(entry);
         const PackedLightMap* packed = packedOf(entry);
@@ -341,8 +341,9 @@ private:
         }
         DominantParameters parameters{description, entry.dominantFit, scene_.output.target, textures_, entry.name, {}};
         if (layout != allDominantLayouts().front().name && !description.constantOf) parameters.layout = layout;
+        const VisibleParameters limits = visible({}, {});
         add(dominant, AssetKind::Dominant, parameters, bakeInputs(entry.file, entry.description),
-            DominantVerifyParameters{{shading_, displayOf(scene_, entry)}, visible({}).maxVisible},
+            DominantVerifyParameters{{shading_, displayOf(scene_, entry)}, limits.maxVisible, limits.maxVisibleBound},
             description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry),
             {.unpacked = bakeWithoutPlaces(entry)});
     }
@@ -385,10 +386,11 @@ private:
         const Inputs inputs = meshInputs(kMeshRole, *entry.mesh);
         Inputs verifyInputs = bakeInputs(entry.file, entry.description);
         verifyInputs.insert(inputs.begin(), inputs.end());
-        const VisibleParameters visible{displayOf(scene_, entry), visibleLimit(scene_.output, entry.maxVisible)};
+        const VisibleParameters visible{displayOf(scene_, entry), visibleLimit(scene_.output, entry.maxVisible),
+                                        visibleBoundLimit(scene_.output, entry)};
         const std::optional<double> maxSeam = seamLimit(scene_.output, entry);
         MeshParameters parameters{description, scene_.output.draco, errorLimit(scene_.output), entry.name};
-        if (visible.maxVisible) parameters.visible = visible;
+        if (visible.maxVisible || visible.maxVisibleBound) parameters.visible = visible;
         parameters.hasSeamLimit = maxSeam.has_value();
         OfLightMap ofLightMap{.unpacked = bakeWithoutPlaces(entry)};
         if (hasLearnedBases(layout)) ofLightMap.dependencies = {actionId(ActionStep::Cook, entry.name)};
@@ -427,7 +429,7 @@ private:
         if (!needs_.specular) return leaveOut("no material is specular");
         if (needs_.unusedProbes.contains(entry.name))
             return leaveOut(fmt::format("no place of the meshes has it among the {} nearest probes", kProbesOfAPlace));
-        CubemapVerifyParameters verification{visible(entry.maxVisible), {}};
+        CubemapVerifyParameters verification{visible(entry.maxVisible, entry.maxVisibleBound), {}};
         const int firstLevel = firstLevelOf(entry);
         if (firstLevel > 0) verification.smoothest = needs_.m.low;
         CubemapParameters parameters{.colors = scene_.colors,
@@ -526,7 +528,7 @@ private:
         else
             parameters.encoding = entry.encoding;
         const Inputs inputs = environmentInputs(entry.file, scene_.colors);
-        add(entry.name, AssetKind::Rsrm, parameters, inputs, visible(entry.maxVisible), inputs);
+        add(entry.name, AssetKind::Rsrm, parameters, inputs, visible(entry.maxVisible, entry.maxVisibleBound), inputs);
     }
 
     void planTables() {
@@ -563,7 +565,7 @@ private:
                           .f0 = {needs_.f0.low, needs_.f0.high},
                           .format = std::string(formats::info(formats::info(scene_.output.target).table).name),
                           .textures = textures_},
-            {}, LutVerifyParameters{shading_, visible(tables.maxVisible)}, {});
+            {}, LutVerifyParameters{shading_, visible(tables.maxVisible, tables.maxVisibleBound)}, {});
     }
 
     void skip(std::string asset, std::string what, std::string why, std::uint64_t bytes, SkippedWork work) {

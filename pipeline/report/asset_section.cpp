@@ -113,17 +113,6 @@ Html histogram(const Json& asset) {
                             number(member(member(asset, "limit"), "max_visible")));
 }
 
-/// Returns true if figures have a proven bound of visible errors.
-bool hasVisibleBound(const Json& figures) {
-    return member(member(figures, "visible"), "bound").is_number();
-}
-
-/// Returns the figures of a stage beside rel_rms, with one bound: that of visible errors if there is one.
-std::vector<const char*> figureNames(bool hasVisible) {
-    if (hasVisible) return {"p99", "max_sampled"};
-    return {"p99", "max_sampled", "max_bound"};
-}
-
 /// Returns the caption and the name of a stage. "On the surface" is added where the report has figures of texel centres, too.
 Html stageName(const Json& stage) {
     const std::string name = words(member(stage, "name")), caption = stageCaption(name);
@@ -131,12 +120,12 @@ Html stageName(const Json& stage) {
     return text(caption + (stage.contains("at_texels") ? ", on the surface" : "")) + more;
 }
 
-Html stageRow(const Json& stage, bool isLast, double limit, bool hasVisible, const std::vector<const char*>& shadings) {
+Html stageRow(const Json& stage, bool isLast, double limit, const std::vector<const char*>& shadings) {
     Html cells = element("th", {{"scope", "row"}}, stageName(stage));
     for (const char* shading : shadings) {
         const Json& figures = member(member(stage, "error"), shading);
         cells += isLast ? limitedCell(figures, limit) : numberCell(figureMarkup(figures, "rel_rms"));
-        for (const char* name : figureNames(hasVisible)) cells += numberCell(figureMarkup(figures, name));
+        for (const char* name : {"p99", "max_sampled"}) cells += numberCell(figureMarkup(figures, name));
     }
     return element("tr", {{"class", isLast ? "last" : ""}}, cells + numberCell(secondsMarkup(member(stage, "seconds"))));
 }
@@ -144,18 +133,14 @@ Html stageRow(const Json& stage, bool isLast, double limit, bool hasVisible, con
 Html stageTable(const Json& asset) {
     const Json& stages = list(asset, "stages");
     if (stages.empty()) return element("p", {{"class", "soft"}}, word("No stage was measured."));
-    const bool hasVisible = hasVisibleBound(member(member(lastStage(asset), "error"), "diffuse"));
-    const char* span = hasVisible ? "3" : "4";
     const std::vector<const char*> shadings = shadingsOf(asset);
     Html groups = headCell("After the stage", "", {{"rowspan", "2"}});
-    for (const char* shading : shadings) groups += headCell(shading, "group", {{"colspan", span}});
+    for (const char* shading : shadings) groups += headCell(shading, "group", {{"colspan", "3"}});
     groups += headCell("Time", "num", {{"rowspan", "2"}});
     Html names, rows;
-    for (std::size_t i = 0; i < shadings.size(); ++i) {
+    for (std::size_t i = 0; i < shadings.size(); ++i)
         names += headCell("rel_rms", "num first") + headCell("p99", "num") + headCell("max sampled", "num");
-        if (!hasVisible) names += headCell("bound", "num");
-    }
-    for (const Json& stage : stages) rows += stageRow(stage, &stage == &stages.back(), limitOf(asset), hasVisible, shadings);
+    for (const Json& stage : stages) rows += stageRow(stage, &stage == &stages.back(), limitOf(asset), shadings);
     return table(shadings.size() == 1 ? "stages one" : "stages", element("tr", groups) + element("tr", names), rows);
 }
 
@@ -247,27 +232,21 @@ Html visibleRow(const char* shading, const Json& visible) {
                              numberCell(text(colourWords(member(at, "reference")))) + numberCell(text(colourWords(member(at, "found")))));
 }
 
-/// Returns a table of the places of the worst sample and of the largest bound of the last stage, as far as they are reported. Where charts
-/// were packed, samples lie in the bake as it was.
+/// Returns a table of the places of the worst samples of the last stage, as far as they are reported. Where charts were packed, samples lie
+/// in the bake as it was.
 Html worstTable(const Json& asset) {
     const bool isPacked =
         std::ranges::any_of(list(asset, "stages"), [](const Json& stage) { return member(stage, "name") == kRepackedStage; });
     Html rows;
     for (const char* shading : kShadings) {
         const Json& error = member(member(lastStage(asset), "error"), shading);
-        constexpr std::array<std::array<const char*, 3>, 2> kPlaces = {
-            {{"sampled_at", "max_sampled", "largest sample"}, {"bound_at", "max_bound", "proven bound"}}};
-        for (const auto& [key, figure, name] : kPlaces) {
-            const Json& at = member(error, key);
-            if (placeWords(at).empty()) continue;
-            // A stage shows one bound: that of visible errors if it has one.
-            if (std::string(figure) == "max_bound" && hasVisibleBound(error)) continue;
+        if (const Json& at = member(error, "sampled_at"); !placeWords(at).empty()) {
             const auto light = [&](const char* which) {
                 const Json& value = member(at, which);
                 return value.is_number() ? withTitle(humanNumber(number(value)), exactNumber(number(value))) : text(kDash);
             };
-            rows += element("tr", element("th", {{"scope", "row"}}, text(fmt::format("{}, {}", shading, name))) +
-                                      numberCell(figureMarkup(error, figure)) + element("td", text(placeWords(at))) +
+            rows += element("tr", element("th", {{"scope", "row"}}, text(fmt::format("{}, largest sample", shading))) +
+                                      numberCell(figureMarkup(error, "max_sampled")) + element("td", text(placeWords(at))) +
                                       numberCell(light("reference")) + numberCell(light("found")));
         }
         rows += visibleRow(shading, member(error, "visible"));

@@ -95,7 +95,7 @@ SceneSectionInfo outputSection() {
               "limit on the [visible error](../theory/visible.md) of light maps and meshes, in just noticeable differences: 99 % of the "
               "samples are within it; above it verification fails (exit code 4)"},
              {"max_visible_bound", "number", "none",
-              "limit on the [proven bound](../theory/bounds.md#visible-errors) of the visible error of light maps, in just noticeable "
+              "limit on the [proven bound](../theory/bounds.md#visible-errors) of the visible error of every asset, in just noticeable "
               "differences: no place, normal or view is above it; else verification fails (exit code 4)"},
              {"max_seam", "number", "none",
               "limit on the [seams](../theory/visible.md#seams) that cooking adds where charts of a light map meet on its mesh, also "
@@ -108,6 +108,9 @@ SceneSectionInfo outputSection() {
              {"max_converter_visible", "number", "none",
               "the same limit of dominant lights, cubemaps, tables and reflection maps, each in the "
               "[light that it adds to a pixel](../theory/visible.md#other-assets)"},
+             {"max_converter_visible_bound", "number", "`max_visible_bound`",
+              "limit on the proven bound of dominant lights, cubemaps, tables and reflection maps. That of a dominant light is always "
+              "[the largest difference of the display](../theory/bounds.md#the-largest-difference-of-a-display)"},
              {"budget", "size", "none",
               "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5"},
              {"light_map_layout", choices(lightMapLayoutChoices()),
@@ -222,7 +225,8 @@ SceneSectionInfo lightMapSection() {
                   "buys",
                   captions(allDominantLayouts()))},
              {"max_visible", "number", "that of `[output]`", "limit on the visible error of this light map, and of its mesh"},
-             {"max_visible_bound", "number", "that of `[output]`", "limit on the proven bound of the visible error of this light map"},
+             {"max_visible_bound", "number", "that of `[output]`",
+              "limit on the proven bound of the visible error of this light map, and of its mesh"},
              {"layouts", "list", "those of `[output]`", "layouts that `auto` may take for this light map"},
              {"charts", choices(allChartModes()), "that of `[output]`", "what happens to the charts of this light map"},
              {"charts_max_visible", "number from 0 to 100", "that of `[output]`",
@@ -260,7 +264,9 @@ SceneSectionInfo tablesSection() {
                      {"view_axis", choices(viewAxisNames()), "`\"auto\"`",
                       "quantity along columns; `auto`: the one with the least interpolation error"},
                      {"roughness_axis", choices(roughnessAxisNames()), "`\"auto\"`", "quantity along rows"},
-                     {"max_visible", "number", "`max_converter_visible` of `[output]`", "limit on the visible error of the tables"}},
+                     {"max_visible", "number", "`max_converter_visible` of `[output]`", "limit on the visible error of the tables"},
+                     {"max_visible_bound", "number", "`max_converter_visible_bound` of `[output]`",
+                      "limit on the proven bound of the visible error of the tables"}},
             .outro = ""};
 }
 
@@ -286,7 +292,9 @@ SceneSectionInfo probeSection() {
                       "room that an engine corrects reflections for: lowest corner, then highest corner. In the JSON `[[x, y, z], [X, Y, "
                       "Z]]`"},
                      {"radius", "number", "that of the file `sh`", "radius of the sphere that the probe lights"},
-                     {"max_visible", "number", "`max_converter_visible` of `[output]`", "limit on the visible error of this cubemap"}},
+                     {"max_visible", "number", "`max_converter_visible` of `[output]`", "limit on the visible error of this cubemap"},
+                     {"max_visible_bound", "number", "`max_converter_visible_bound` of `[output]`",
+                      "limit on the proven bound of the visible error of this cubemap"}},
             .outro = ""};
 }
 
@@ -317,7 +325,9 @@ SceneSectionInfo gradientSection() {
                       captions(allRsrmFormats()), kAutoRsrmFormat)},
                  {"dither", kBoolean, "false",
                   "`rgba8`: rounding errors are carried to the next texel of the row, so that slow gradients have no bands"},
-                 {"max_visible", "number", "`max_converter_visible` of `[output]`", "limit on the visible error of this reflection map"}},
+                 {"max_visible", "number", "`max_converter_visible` of `[output]`", "limit on the visible error of this reflection map"},
+                 {"max_visible_bound", "number", "`max_converter_visible_bound` of `[output]`",
+                  "limit on the proven bound of the visible error of this reflection map"}},
         .outro = ""};
 }
 

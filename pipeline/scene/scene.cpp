@@ -128,6 +128,7 @@ void readLimits(TableReader& reader, OutputSettings& output) {
     output.maxVisible = readVisibleLimit(reader, "max_visible");
     output.maxVisibleBound = readVisibleLimit(reader, "max_visible_bound");
     output.maxConverterVisible = readVisibleLimit(reader, "max_converter_visible");
+    output.maxConverterVisibleBound = readVisibleLimit(reader, "max_converter_visible_bound");
     output.maxSeam = readVisibleLimit(reader, "max_seam");
     output.maxWholeVisible = readVisibleLimit(reader, "max_whole_visible");
     output.maxWholeError = fraction("max_whole_error");
@@ -340,6 +341,7 @@ ProbeEntry readProbe(TableReader reader) {
     }
     entry.layout = info(reader.oneOfRows("layout", allCubemapLayouts())).name;
     entry.maxVisible = readVisibleLimit(reader, "max_visible");
+    entry.maxVisibleBound = readVisibleLimit(reader, "max_visible_bound");
     const auto numbers = [&](const char* key, std::size_t count, const char* expected) {
         auto found = reader.numbers(key, expected);
         if (found && found->size() != count)
@@ -389,6 +391,7 @@ GradientEntry readGradient(TableReader reader) {
     if (reader.has("format")) entry.format = reader.oneOf("format", rsrmFormatChoices(), "");
     entry.dither = reader.optional<bool>("dither", "true or false").value_or(false);
     entry.maxVisible = readVisibleLimit(reader, "max_visible");
+    entry.maxVisibleBound = readVisibleLimit(reader, "max_visible_bound");
     return entry;
 }
 
@@ -479,6 +482,7 @@ TableSettings readTables(TableReader reader, lighting::SpecularLobe sceneLobe) {
     tables.viewAxis = reader.oneOf("view_axis", viewAxisNames(), tables.viewAxis);
     tables.roughnessAxis = reader.oneOf("roughness_axis", roughnessAxisNames(), tables.roughnessAxis);
     tables.maxVisible = readVisibleLimit(reader, "max_visible");
+    tables.maxVisibleBound = readVisibleLimit(reader, "max_visible_bound");
     return tables;
 }
 

@@ -47,13 +47,14 @@ struct OutputSettings {
     /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimit.
     std::optional<double> maxConverterError;
     std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors of light maps; see visibleLimit
-    std::optional<double> maxVisibleBound;  ///< limit on the proven bound of visible errors of light maps
+    std::optional<double> maxVisibleBound;  ///< limit on the proven bound of visible errors
     std::optional<double> maxSeam;          ///< limit on the largest step that cooking adds to an edge of light maps
     /// Limit on the 99th percentile of visible errors of what a pixel shows: light map and dominant light together.
     std::optional<double> maxWholeVisible;
     std::optional<double> maxWholeError;  ///< limit on rel_rms of the same
     /// Limit on the 99th percentile of visible errors of dominant lights, cubemaps, tables and reflection maps; see converterVisibleLimit.
     std::optional<double> maxConverterVisible;
+    std::optional<double> maxConverterVisibleBound;  ///< the same on their proven bound; see converterVisibleBoundLimit
     /// Returns true if a limit on the error of light maps is given.
     bool isErrorLimited() const { return maxError || maxVisible || maxVisibleBound || maxSeam; }
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
@@ -107,6 +108,7 @@ struct ProbeEntry {
     std::string layout = "pre-divided";     ///< a name of allCubemapLayouts()
     formats::ProbePlace place = {};         ///< goes before that of the file `sh`
     std::optional<double> maxVisible = {};  ///< overrides maxConverterVisible of the output
+    std::optional<double> maxVisibleBound = {};  ///< overrides that of the output
 };
 /// Values of `encoding` of a gradient, and of `rsrm --encoding`.
 inline const std::vector<std::string> kGradientEncodings = {"auto", "linear", "srgb"};
@@ -119,12 +121,13 @@ struct GradientEntry {
     std::string name;
     std::filesystem::path file;
     std::vector<double> exponents = {1, 4, 16, 64, 256, 1024, 4096, 16384};
-    std::string encoding = "auto";          ///< one of kGradientEncodings; for painted gradients only
-    std::optional<glm::dvec3> axis = {};    ///< the file is an environment, averaged around this world direction
-    int zones = 256;                        ///< of the average around the axis
-    std::string format = {};                ///< one of rsrmFormatChoices(); empty: see rsrmFormatsToTry
-    bool dither = false;                    ///< rgba8 alone
-    std::optional<double> maxVisible = {};  ///< overrides maxConverterVisible of the output
+    std::string encoding = "auto";               ///< one of kGradientEncodings; for painted gradients only
+    std::optional<glm::dvec3> axis = {};         ///< the file is an environment, averaged around this world direction
+    int zones = 256;                             ///< of the average around the axis
+    std::string format = {};                     ///< one of rsrmFormatChoices(); empty: see rsrmFormatsToTry
+    bool dither = false;                         ///< rgba8 alone
+    std::optional<double> maxVisible = {};       ///< overrides maxConverterVisible of the output
+    std::optional<double> maxVisibleBound = {};  ///< overrides that of the output
 };
 struct Range {
     double low = 0, high = 0;
@@ -144,6 +147,7 @@ struct TableSettings {
     std::string normalization = "energy";  ///< or halo3, four times as bright
     std::string viewAxis = "auto", roughnessAxis = "auto";  ///< fit::viewMappings(), fit::roughnessMappings()
     std::optional<double> maxVisible = {};                  ///< overrides maxConverterVisible of the output
+    std::optional<double> maxVisibleBound = {};             ///< overrides that of the output
 };
 inline const std::vector<std::string> kNormalizationNames = {"energy", "halo3"};
 inline constexpr int kMostTableNodes = 1024;  ///< columns, or rows

@@ -137,6 +137,15 @@ std::optional<double> converterVisibleLimit(const OutputSettings& output, const 
     return ofAsset ? ofAsset : output.maxConverterVisible;
 }
 
+std::optional<double> converterVisibleBoundLimit(const OutputSettings& output, const std::optional<double>& ofAsset) {
+    if (ofAsset) return ofAsset;
+    return output.maxConverterVisibleBound ? output.maxConverterVisibleBound : output.maxVisibleBound;
+}
+
+std::optional<double> visibleBoundLimit(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.maxVisibleBound ? entry.maxVisibleBound : output.maxVisibleBound;
+}
+
 bool areViewsOpen(const TableSettings& tables, const OutputSettings& output) {
     return output.budgetBytes && !tables.viewCount;
 }

@@ -20,6 +20,7 @@
 #include "shaders/lightcook_cpp.h"
 #include "verify/assets/random.h"
 #include "verify/error/sample_errors.h"
+#include "verify/error/visible_metric.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -67,6 +68,19 @@ double kernelSupport(double m, NormalDistribution lobe) {
     return lobe == NormalDistribution::Ggx ? 0.5 * std::numbers::pi : std::min(2 * std::atan(4 * m), 0.5 * std::numbers::pi);
 }
 
+/// Calls visit(cosine, weight) for the midpoints of even steps in the angle from the kernel's axis, so that narrow lobes are resolved. The
+/// weight is the kernel's share of a ring, but for a common factor.
+template <class Visit>
+void forEachKernelStep(double m, NormalDistribution lobe, int count, Visit visit) {
+    const double support = kernelSupport(m, lobe);
+    for (int i = 0; i < count; ++i) {
+        const double angle = support * (i + 0.5) / count, c = std::cos(angle);
+        const double shape = lobe == NormalDistribution::Ggx ? kernelShape<NormalDistribution::Ggx>(c, m * m)
+                                                             : kernelShape<NormalDistribution::Beckmann>(c, m * m);
+        visit(c, std::sin(angle) * shape);
+    }
+}
+
 lighting::ShDouble channelOf(const lighting::ShRgb& sh, int channel) {
     lighting::ShDouble coefficients{};
     for (std::size_t i = 0; i < sh.size(); ++i) coefficients[i] = sh[i][channel];
@@ -78,13 +92,9 @@ bool isFinite(const lighting::ShDouble& coefficients, const lighting::ShBands& b
     return std::all_of(coefficients.begin(), coefficients.end(), finite) && std::all_of(bands.begin(), bands.end(), finite);
 }
 
-struct Range {
-    double low, high;
-};
-
 /// Returns the largest local relative error of a result and a reference in the given ranges. As a function of the reference the error falls
 /// up to the result and rises beyond it, so its maximum is at an end of the range.
-double largestLocalError(Range reference, Range result, double key) {
+double largestLocalError(const Interval& reference, const Interval& result, double key) {
     const double floor = lighting::kLocalErrorFloor * key;
     const double above = result.high > reference.low ? (result.high - reference.low) / (reference.low + floor) : 0;
     const double below = reference.high > result.low ? (reference.high - result.low) / (reference.high + floor) : 0;
@@ -92,8 +102,8 @@ double largestLocalError(Range reference, Range result, double key) {
 }
 
 /// Returns the range of a channel of the stored texels. Nothing if one is not finite.
-std::optional<Range> storedRange(const CookedCubemap::Mip& mip, int channel) {
-    Range range{std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()};
+std::optional<Interval> storedRange(const CookedCubemap::Mip& mip, int channel) {
+    Interval range{std::numeric_limits<double>::max(), -std::numeric_limits<double>::max()};
     for (const auto& face : mip.faces)
         for (const glm::vec4& texel : face.texels()) {
             const auto value = static_cast<double>(texel[channel]);
@@ -114,28 +124,100 @@ std::optional<lighting::Extrema> denominatorRange(const CookedCubemap& map, cons
     return lighting::extremaOnSphere(lighting::sphereQuadratic(coefficients, mip.bands));
 }
 
-/// Returns an upper bound of the local error over every direction, with its mip and channel; `local` is the bound. Sound but loose: the
-/// reference is between the smallest and largest texel of the source, the result between the smallest and largest stored value times the
-/// exact extrema of S. Infinite if S is not positive everywhere, or a stored value is not finite.
-ErrorPlace boundOf(const CookedCubemap& map, const CubemapReference& reference, double key) {
+/// The range of an environment's prefiltered light over all directions. A kernel falls with the angle from its axis. So no light is
+/// brighter than that of the brightest texels, sorted around the axis, and none is darker than that of the darkest ones (Hardy and
+/// Littlewood's inequality of rearranged functions).
+class PrefilteredRange {
+public:
+    explicit PrefilteredRange(const CubemapReference& reference) : reference_(reference) {
+        for (int channel = 0; channel < 3; ++channel) texels_[static_cast<std::size_t>(channel)] = reference.sorted(channel);
+    }
+    /// m  0: texels as they are
+    Intervals of(double m, NormalDistribution lobe) const {
+        Intervals out;
+        const std::vector<double> shares = m > 0 ? sharesOf(m, lobe) : std::vector<double>();
+        for (int channel = 0; channel < 3; ++channel) {
+            const double darkest = reference_.smallest()[channel], brightest = reference_.largest()[channel];
+            Interval& range = out[static_cast<std::size_t>(channel)];
+            range = {darkest, brightest};
+            if (!(m > 0)) continue;
+            const std::vector<CubemapReference::Weighted>& texels = texels_[static_cast<std::size_t>(channel)];
+            const double support = kernelSupport(m, lobe);
+            const double low = meanOf(texels.begin(), texels.end(), shares, support),
+                         high = meanOf(texels.rbegin(), texels.rend(), shares, support);
+            range = {std::max(darkest, brightest - kOutward * (brightest - low)),
+                     std::min(brightest, darkest + kOutward * (high - darkest))};
+        }
+        return out;
+    }
+
+private:
+    static constexpr int kSteps = 4096;
+    /// Covers the quadratures here and of the reference: pieces of an eighth of a kernel's width change its peak by about 0.2 %.
+    static constexpr double kOutward = 1.01;
+
+    /// Returns the shares of a kernel within angles of its axis, at even steps up to its support.
+    static std::vector<double> sharesOf(double m, NormalDistribution lobe) {
+        std::vector<double> shares = {0};
+        forEachKernelStep(m, lobe, kSteps, [&](double, double weight) { shares.push_back(shares.back() + weight); });
+        for (double& share : shares) share /= shares.back();
+        return shares;
+    }
+    /// Returns the mean of texels, the first ones around the axis.
+    template <class Texel>
+    static double meanOf(Texel texel, Texel end, const std::vector<double>& shares, double support) {
+        double solidAngle = 0, before = 0, sum = 0;
+        for (; texel != end && before < 1; ++texel) {
+            solidAngle += texel->solidAngle;
+            const double step = std::acos(std::max(1 - solidAngle / (2 * std::numbers::pi), -1.0)) / support * kSteps;
+            const auto at = std::min(static_cast<std::size_t>(step), shares.size() - 2);
+            const double share = std::min(1.0, shares[at] + (step - static_cast<double>(at)) * (shares[at + 1] - shares[at]));
+            sum += std::max(share - before, 0.0) * static_cast<double>(texel->radiance);
+            before = std::max(share, before);
+        }
+        return before > 0 ? sum / before : 0;
+    }
+
+    const CubemapReference& reference_;
+    std::array<std::vector<CubemapReference::Weighted>, 3> texels_;
+};
+
+/// Light of a mip over every direction, by channel.
+struct MipLight {
+    Intervals reference, found;
+};
+/// Returns the light of a mip. The result is between the smallest and largest stored value, as allowed samplers read them, times the exact
+/// extrema of S. Nothing if S is not positive everywhere, or a stored value is not finite.
+std::optional<MipLight> lightOfMip(const CookedCubemap& map, const CookedCubemap::Mip& mip, const PrefilteredRange& references) {
+    constexpr double kRounding = 1e-5;  // of the shader's S in floats
+    MipLight out{references.of(mip.m, map.lobe), {}};
+    for (int channel = 0; channel < 3; ++channel) {
+        const std::optional<lighting::Extrema> s = denominatorRange(map, mip, channel);
+        std::optional<Interval> stored = storedRange(mip, channel);
+        if (!s || !(s->minimum > 0) || !stored) return std::nullopt;
+        *stored = *stored +
+                  Interval::around(0, static_cast<double>(map.tolerance.absolute) + static_cast<double>(map.tolerance.decoded[channel]) +
+                                          static_cast<double>(map.tolerance.relative) * stored->largest());
+        out.found[static_cast<std::size_t>(channel)] =
+            static_cast<double>(map.range) * (*stored * Interval{s->minimum * (1 - kRounding), s->maximum * (1 + kRounding)});
+    }
+    return out;
+}
+
+/// Returns an upper bound of the local error over every direction, with its mip and channel; `local` is the bound. Sound but loose.
+/// Infinite where nothing is known of a mip.
+ErrorPlace boundOf(const CookedCubemap& map, const std::vector<std::optional<MipLight>>& light, double key) {
     ErrorPlace worst;
     for (std::size_t index = 0; index < map.mips.size(); ++index)
         for (int channel = 0; channel < 3; ++channel) {
-            const CookedCubemap::Mip& mip = map.mips[index];
-            const auto raise = [&](double bound) {
-                if (!(bound > worst.local)) return;
-                worst.mip = static_cast<int>(index);
-                worst.channel = channel;
-                worst.m = mip.m;
-                worst.local = bound;
-            };
-            const std::optional<lighting::Extrema> s = denominatorRange(map, mip, channel);
-            const std::optional<Range> stored = storedRange(mip, channel);
-            if (!s || !(s->minimum > 0) || !stored) raise(std::numeric_limits<double>::infinity());
-            if (!std::isfinite(worst.local)) return worst;
-            // 1e-5: rounding of the shader's S in floats.
-            const Range result{map.range * stored->low * s->minimum * (1 - 1e-5), map.range * stored->high * s->maximum * (1 + 1e-5)};
-            raise(largestLocalError({reference.smallest()[channel], reference.largest()[channel]}, result, key));
+            const auto c = static_cast<std::size_t>(channel);
+            const double bound = light[index] ? largestLocalError(light[index]->reference[c], light[index]->found[c], key)
+                                              : std::numeric_limits<double>::infinity();
+            if (!(bound > worst.local)) continue;
+            worst.mip = static_cast<int>(index);
+            worst.channel = channel;
+            worst.m = map.mips[index].m;
+            worst.local = bound;
         }
     return worst;
 }
@@ -254,6 +336,17 @@ double CubemapReference::displayKey(const glm::vec3& luminanceWeights) const {
     std::vector<double> exits;
     for (int i = 0; i < kKeyNormals; ++i) exits.push_back(lighting::evaluate(luminance, lighting::fibonacciSphere(i, kKeyNormals)));
     return displayKeyOf(exits);
+}
+
+std::vector<CubemapReference::Weighted> CubemapReference::sorted(int channel) const {
+    std::vector<Weighted> texels;
+    for (int y = 0; y < environment_.texels.height(); ++y)
+        for (int x = 0; x < environment_.texels.width(); ++x) texels.push_back({environment_.texels.at(x, y)[channel], solidAngleOf(x, y)});
+    // Texels of one value are alike but for their solid angle, of which only the sum counts.
+    std::ranges::sort(texels, [](const Weighted& a, const Weighted& b) {
+        return a.radiance < b.radiance || (a.radiance == b.radiance && a.solidAngle < b.solidAngle);
+    });
+    return texels;
 }
 
 std::array<glm::dvec3, lighting::kShCount> CubemapReference::incidentSh() const {
@@ -500,16 +593,11 @@ lighting::ShBands kernelBands(double m, NormalDistribution lobe) {
     if (!(m > 0)) return {1, 1, 1};
     constexpr int kSteps = 4096;
     std::array<double, 3> sums{};
-    const double support = kernelSupport(m, lobe);
-    for (int i = 0; i < kSteps; ++i) {  // midpoints in the angle, so that narrow lobes are resolved
-        const double angle = support * (i + 0.5) / kSteps, c = std::cos(angle);
-        const double shape = lobe == NormalDistribution::Ggx ? kernelShape<NormalDistribution::Ggx>(c, m * m)
-                                                             : kernelShape<NormalDistribution::Beckmann>(c, m * m);
-        const double weight = std::sin(angle) * shape;
+    forEachKernelStep(m, lobe, kSteps, [&](double c, double weight) {
         sums[0] += weight;
         sums[1] += weight * c;
         sums[2] += weight * 0.5 * (3 * c * c - 1);
-    }
+    });
     return {1, sums[1] / sums[0], sums[2] / sums[0]};
 }
 
@@ -558,12 +646,42 @@ double cubemapReflectance(double m, NormalDistribution lobe) {
 
 namespace {
 
-/// Adds the light of a sample as a pixel shows it: reflected off a surface of F0 1.
-void addVisible(const CookedCubemap& map, const CubemapSample& sample, const CubemapResult& result, double reflectance,
-                VisiblePairs& errors) {
+/// Returns the place of a sample that is seen in a surface of F0 1.
+VisiblePlace shownPlace(const CookedCubemap& map, const CubemapSample& sample) {
     const ErrorPlace at = placeOf(map, sample, 0);
-    errors.add(reflectance * result.reference, reflectance * result.cooked,
-               {.x = at.x, .y = at.y, .mip = at.mip, .face = at.face, .normal = at.normal, .m = at.m, .f0 = 1});
+    return {.x = at.x, .y = at.y, .mip = at.mip, .face = at.face, .normal = at.normal, .m = at.m, .f0 = 1};
+}
+
+/// Raises the bound of visible errors to that of each mip. Its light is that of the mip's sample with the largest error.
+/// reflectances  one for each mip
+void addVisibleBounds(const CookedCubemap& map, const std::vector<std::optional<MipLight>>& light, std::span<const double> reflectances,
+                      std::span<const CubemapSample> samples, std::span<const CubemapResult> results, const Viewing& viewing,
+                      VisiblePairs& errors) {
+    const VisibleMetric metric(viewing, 1);
+    for (std::size_t mip = 0; mip < map.mips.size(); ++mip) {
+        double bound = std::numeric_limits<double>::infinity();
+        if (light[mip]) {
+            MipLight shown = *light[mip];
+            for (std::size_t c = 0; c < 3; ++c) {
+                shown.reference[c] = reflectances[mip] * shown.reference[c];
+                shown.found[c] = reflectances[mip] * shown.found[c];
+            }
+            bound = metric.bound(shown.reference, shown.found);
+        }
+        double largest = -1;
+        VisiblePlace place;
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            if (samples[i].mip != static_cast<int>(mip)) continue;
+            const glm::dvec3 reference = reflectances[mip] * results[i].reference, found = reflectances[mip] * results[i].cooked;
+            const double difference = lighting::visibleDifference(reference, found, viewing.display, viewing.bt2020FromWorking);
+            if (difference <= largest) continue;
+            largest = difference;
+            place = shownPlace(map, samples[i]);
+            place.reference = reference;
+            place.found = found;
+        }
+        errors.addBound(bound, place);
+    }
 }
 
 }  // namespace
@@ -580,16 +698,22 @@ std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapRef
         SampleErrors& errors = samples[i].isTexel ? divide : filter;
         for (int channel = 0; channel < 3; ++channel)
             errors.energy.add(results[i].reference[channel], results[i].cooked[channel], [&] { return placeOf(map, samples[i], channel); });
+        const double reflectance = reflectances[static_cast<std::size_t>(samples[i].mip)];
+        // As a pixel shows it: reflected off a surface of F0 1.
         if (errors.visible)
-            addVisible(map, samples[i], results[i], reflectances[static_cast<std::size_t>(samples[i].mip)], *errors.visible);
+            errors.visible->add(reflectance * results[i].reference, reflectance * results[i].cooked, shownPlace(map, samples[i]));
     }
-    const ErrorPlace bound = boundOf(map, reference, key);
+    const PrefilteredRange references(reference);
+    std::vector<std::optional<MipLight>> light;
+    for (const CookedCubemap::Mip& mip : map.mips) light.push_back(lightOfMip(map, mip, references));
+    const ErrorPlace bound = boundOf(map, light, key);
     divide.energy.addBound(bound.local, bound);
     filter.energy.addBound(bound.local, bound);
     // Samples may miss the direction in which S is not positive, and the texel that is not finite.
     if (!std::isfinite(bound.local)) divide.energy.add(0, bound.local, [&] { return bound; });
-    std::vector<StageError> stages = {
-        {"divide", {}, divide.figures(), 0}, {"filter", {}, filter.figures(), 0}, {"total", {}, divide.figures(), 0}};
+    std::vector<StageError> stages = {{"divide", {}, divide.figures(), 0}, {"filter", {}, filter.figures(), 0}};
+    if (viewing) addVisibleBounds(map, light, reflectances, samples, results, *viewing, *divide.visible);
+    stages.push_back({"total", {}, divide.figures(), 0});
     takeLarger(stages[2].specular, stages[1].specular);
     return stages;
 }

@@ -4,12 +4,15 @@
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numbers>
 #include <span>
 
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "verify/assets/dominant_specular.h"
+#include "verify/assets/surface_quad.h"
+#include "verify/error/visible_metric.h"
 
 namespace lightcook::verify {
 namespace {
@@ -143,12 +146,19 @@ void DominantErrors::merge(const DominantErrors& other) {
     storedError_ += other.storedError_;
     referenceError_ += other.referenceError_;
     energy_ += other.energy_;
+    visibleBound_ = std::max(visibleBound_, other.visibleBound_);
 }
 
 std::vector<StageError> DominantErrors::stages() const {
     std::vector<StageError> stages = {{"magnified", {}, between_.figures(), 0}, {"total", {}, centres_.figures(), 0}};
     // The verdict: texel centres, raised to the maxima between them.
     takeLarger(stages[1].specular, stages[0].specular);
+    std::optional<VisibleFigures>& visible = stages[1].specular.visible;
+    if (!visible || !visibleBound_) return stages;
+    // Light that is not finite has no bound.
+    visible->bound = visible->max <= *visibleBound_ ? *visibleBound_ : std::numeric_limits<double>::infinity();
+    visible->boundAt = visible->maxAt;
+    visible->boundAt.difference = *visible->bound;
     return stages;
 }
 
@@ -163,7 +173,9 @@ double DominantErrors::maxDirectionError() const {
 DominantVerifier::DominantVerifier(const CookedDominant& map, const DominantShading& shading, const glm::vec3& luminanceWeights, double key,
                                    const std::optional<Viewing>& viewing)
     : map_(map), shading_(shading), luminanceWeights_(luminanceWeights), key_(key) {
-    if (viewing) display_.emplace(*viewing, 1);
+    if (!viewing) return;
+    display_.emplace(*viewing, 1);
+    mostVisible_ = VisibleMetric(*viewing, 1).mostVisible();
 }
 
 DominantRowRange dominantRowsFor(const CookedDominant& map, double first, double last) {
@@ -272,6 +284,7 @@ void DominantVerifier::addTexel(const Place& place, const lighting::ShRgb& incid
 DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, const formats::LightMapStrip& strip, int firstRow,
                                             int rowCount) const {
     DominantErrors errors(key_);
+    errors.visibleBound_ = mostVisible_;
     Highlights highlights(shading_);
     const auto covered = [&](int x, int y) { return strip.covered.at(x, y - strip.firstRow) != 0; };
     const auto shAt = [&](int x, int y) -> const lighting::ShRgb& { return strip.sh.at(x, y - strip.firstRow); };

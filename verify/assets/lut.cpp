@@ -145,6 +145,10 @@ void LutBounds::raise(const LutBounds& other) {
         total = other.total;
         totalAt = other.totalAt;
     }
+    if (other.visible > visible) {
+        visible = other.visible;
+        visibleAt = other.visibleAt;
+    }
 }
 
 double LutAxis::at(double index) const {
@@ -259,6 +263,12 @@ std::vector<SpecularKernelEntries> lutShadings(const std::vector<double>& f0) {
     return shadings;
 }
 
+std::vector<double> lutExitRadiances(const std::vector<double>& f0) {
+    std::vector<double> exits;
+    for (int light = 0; light <= kLightCount; ++light) exits.insert(exits.end(), f0.size(), exitRadianceOf(lightOf(light)));
+    return exits;
+}
+
 LutKeys lutKeys(const std::vector<LutSample>& samples, const std::vector<LutResult>& results, const std::vector<double>& f0) {
     const std::vector<SpecularKernelEntries> shadings = lutShadings(f0);
     std::vector<Pair> shaded;
@@ -278,6 +288,7 @@ std::vector<StageError> lutStages(const CookedLut& tables, const std::vector<Lut
     assert(samples.size() == results.size());
     const LutKeys keys = lutKeys(samples, results, f0);
     const std::vector<SpecularKernelEntries> shadings = lutShadings(f0);
+    const std::vector<double> exits = lutExitRadiances(f0);
     std::vector<Pair> nodes, between, shaded;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         for (std::size_t k = 0; k < results[i].reference.size(); ++k)
@@ -285,10 +296,11 @@ std::vector<StageError> lutStages(const CookedLut& tables, const std::vector<Lut
         std::size_t shading = 0;
         for (int index = 0; index <= kLightCount; ++index) {
             const lighting::ShDouble light = lightOf(index);
-            const double exitRadiance = exitRadianceOf(light);
-            for (const double f : f0)
-                shaded.push_back({reflected(results[i].reference, shadings[shading++]), shadedByShader(results[i].cooked, light, f), i, f,
-                                  exitRadiance});
+            for (const double f : f0) {
+                shaded.push_back({reflected(results[i].reference, shadings[shading]), shadedByShader(results[i].cooked, light, f), i, f,
+                                  exits[shading]});
+                ++shading;
+            }
         }
     }
     const auto stage = [&](const char* name, const std::vector<Pair>& pairs, double key) {
@@ -303,7 +315,12 @@ std::vector<StageError> lutStages(const CookedLut& tables, const std::vector<Lut
     bound(stages[0].specular, stages[0].specular.maxSampled, stages[0].specular.sampledAt);
     bound(stages[1].specular, bounds.filter, bounds.filterAt);
     bound(stages[2].specular, bounds.total, bounds.totalAt);
-    if (viewing) stages[2].specular.visible = visibleOf(tables, samples, shaded, *viewing);
+    if (!viewing) return stages;
+    std::optional<VisibleFigures>& visible = stages[2].specular.visible;
+    visible = visibleOf(tables, samples, shaded, *viewing);
+    if (!visible || !bounds.visible) return stages;
+    visible->bound = bounds.visible;
+    visible->boundAt = bounds.visibleAt;
     return stages;
 }
 

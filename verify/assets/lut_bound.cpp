@@ -9,23 +9,29 @@
 //   - Over the view: T(x) - chord <= (D - d) width / 4 for a derivative inside [d, D], which lut_derivative.h computes.
 // Local relative errors divide by the smallest |T| or |reflected radiance| in the piece, plus 0.02 key.
 //
+// Visible errors are of grey light: bounds of reflected radiance and of its error give those of the luminance (error/visible_metric.h).
+//
 // Kernels at the corners count as exact: they are, to 1e-7. Filter fractions count as exact (verify/texture_unit.h); single-precision
-// coordinates are allowed for.
+// coordinates are allowed for. Bounds of visible errors also allow for the tolerance of samplers.
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <limits>
 #include <numbers>
+#include <numeric>
+#include <optional>
 
 #include "lighting/radiometry.h"
 #include "verify/assets/lut_derivative.h"
+#include "verify/error/visible_metric.h"
 #include "verify/lut.h"
 
 namespace lightcook::verify {
 namespace {
 
 using lighting::SpecularLobe;
-using lut::EntryIntervals, lut::Interval, lut::kEntryOfC, lut::kEntryOfD;
+using lut::EntryIntervals, lut::kEntryOfC, lut::kEntryOfD;
 constexpr double kPi = std::numbers::pi;
 /// Pieces of the view axis: of the whole axis (each cell at least two), limits of the growth of NoV and of the angle [rad] within a piece.
 constexpr int kViewPieces = 224;
@@ -247,24 +253,32 @@ private:
 /// Bounds the cells of one column after another.
 class LutBounder {
 public:
-    LutBounder(const CookedLut& tables, const LutKeys& keys, const std::vector<double>& f0)
+    LutBounder(const CookedLut& tables, const LutKeys& keys, const std::vector<double>& f0, const std::optional<Viewing>& viewing)
         : tables_(tables),
           keys_(keys),
           shadings_(lutShadings(f0)),
+          exits_(lutExitRadiances(f0)),
           smallestM_(tables.roughness.inverse(tables.roughness.minimum)),
           largestM_(tables.roughness.inverse(tables.roughness.maximum)),
           scale_(tables.normalization == lighting::CookTorranceNormalization::Halo3 && !isPhong(tables.lobe) ? 4 : 1),
           roughness_(tables.roughness, tables.lobe, scale_),
           view_(tables.view),
-          rings_(roughness_.rows(), tables.lobe, smallestM_, scale_) {}
+          rings_(roughness_.rows(), tables.lobe, smallestM_, scale_) {
+        if (viewing) metric_.emplace(*viewing, 1);
+    }
 
     std::vector<LutCellBound> cellsAt(int viewCell) const {
         std::vector<LutCellBound> cells(static_cast<std::size_t>(std::max(1, tables_.roughness.count - 1)));
+        std::vector<SpecularKernelEntries> tolerances;
+        for (std::size_t row = 0; metric_ && row < cells.size(); ++row) {
+            tolerances.push_back(toleranceAt(viewCell, static_cast<int>(row)));
+            cells[row].visible = 0;
+        }
         const std::vector<double> ends = view_.endsOf(viewCell);
         Column left = columnAt(ends[0]);
         for (std::size_t i = 1; i < ends.size(); ++i) {
             Column right = columnAt(ends[i]);
-            addColumn(left, right, cells);
+            addColumn(left, right, tolerances, cells);
             left = std::move(right);
         }
         return cells;
@@ -325,14 +339,16 @@ private:
     }
     static double deviationFromChord(const Interval& slope, const Interval& perValue, double width, double angle) {
         // Mean value theorem: no value differs from an end by more than largest slope * angle, and the chord lies between the ends.
-        const double whole = slope.size() * angle;
+        const double whole = slope.largest() * angle;
         if (!std::isfinite(perValue.high)) return whole;
         const Interval derivative = slope * perValue;
         return std::min(whole, (derivative.high - derivative.low) * width / 4);
     }
 
     /// Adds the pieces between two columns to their cells.
-    void addColumn(const Column& left, const Column& right, std::vector<LutCellBound>& cells) const {
+    /// tolerances  of samplers, for each cell
+    void addColumn(const Column& left, const Column& right, const std::vector<SpecularKernelEntries>& tolerances,
+                   std::vector<LutCellBound>& cells) const {
         const std::vector<SpecularKernelEntries> deviations = deviationsFromChord(left, right);
         const double fetchRounding = kFetchRounding + view_.rounding(left.NoV, left.value, right.NoV, right.value);
         for (std::size_t piece = 0; piece < roughness_.pieces().size(); ++piece) {
@@ -346,6 +362,59 @@ private:
             const std::array<const Corner*, 4> corners = {&left.corners[piece], &left.corners[piece + 1], &right.corners[piece],
                                                           &right.corners[piece + 1]};
             addPiece(corners, slack, cells[row.cell]);
+            if (metric_) addVisible(corners, slack, tolerances[row.cell], cells[row.cell]);
+        }
+    }
+
+    /// Returns how far fetches in a cell may be from those of an ideal sampler: at a place 1/256 texel away on each axis, which may lie in
+    /// the next cell, and with the tolerance of the format.
+    SpecularKernelEntries toleranceAt(int viewCell, int roughnessCell) const {
+        SpecularKernelEntries out{};
+        for (std::size_t texture = 0; texture < tables_.textures.size(); ++texture) {
+            const formats::Image<glm::vec4>& texels = tables_.textures[texture];
+            const auto at = [&](int x, int y) {
+                return texels.at(std::clamp(x, 0, texels.width() - 1), std::clamp(y, 0, texels.height() - 1));
+            };
+            glm::vec4 along(0), across(0), largest(0);
+            for (int y = roughnessCell - 1; y <= roughnessCell + 2; ++y)
+                for (int x = viewCell - 1; x <= viewCell + 2; ++x) {
+                    largest = glm::max(largest, glm::abs(at(x, y)));
+                    along = glm::max(along, glm::abs(at(x + 1, y) - at(x, y)));
+                    across = glm::max(across, glm::abs(at(x, y + 1) - at(x, y)));
+                }
+            const FormatTolerance& format = tables_.tolerance[texture];
+            const bool isIdeal = format.absolute == 0 && format.relative == 0;
+            const glm::vec4 off =
+                (isIdeal ? glm::vec4(0) : kFractionTolerance * (along + across)) + format.absolute + format.relative * largest;
+            for (int channel = 0; channel < 4; ++channel)
+                out[4 * texture + static_cast<std::size_t>(channel)] =
+                    static_cast<double>(off[channel]) * std::abs(static_cast<double>(tables_.scale[texture][channel]));
+        }
+        return out;
+    }
+
+    /// Raises the bound of visible errors to that of a piece. Each light is scaled such that a white surface has exit radiance 1.
+    void addVisible(const std::array<const Corner*, 4>& corners, const SpecularKernelEntries& slack, const SpecularKernelEntries& tolerance,
+                    LutCellBound& cell) const {
+        for (std::size_t i = 0; i < shadings_.size(); ++i) {
+            constexpr double kInfinity = std::numeric_limits<double>::infinity();
+            Interval reference{kInfinity, -kInfinity}, error = reference;
+            for (const Corner* corner : corners) {
+                reference = hullOf(reference, {corner->reflected[i], corner->reflected[i]});
+                error = hullOf(error, {corner->reflectedError[i], corner->reflectedError[i]});
+            }
+            double deviation = 0, sampler = 0;
+            for (std::size_t k = 0; k < slack.size(); ++k) {
+                deviation += std::abs(shadings_[i][k]) * slack[k];
+                sampler += std::abs(shadings_[i][k]) * tolerance[k];
+            }
+            const double unit = 1 / exits_[i];
+            reference = unit * (reference + Interval::around(0, deviation));
+            error = unit * (error + Interval::around(0, deviation + sampler));
+            const double bound = metric_->greyBound(reference, reference + error, error);
+            if (!(bound > cell.visible)) continue;
+            cell.visible = bound;
+            cell.visibleShading = i;
         }
     }
 
@@ -380,6 +449,8 @@ private:
     const CookedLut& tables_;
     LutKeys keys_;
     std::vector<SpecularKernelEntries> shadings_;
+    std::vector<double> exits_;  ///< of each shading: exit radiance of a white surface
+    std::optional<VisibleMetric> metric_;
     double smallestM_, largestM_, scale_;
     RoughnessPieces roughness_;
     ViewPieces view_;
@@ -393,33 +464,54 @@ bool meetsItsTexels(const LutAxis& axis) {
 
 }  // namespace
 
-std::vector<LutCellBound> boundLut(const CookedLut& tables, int viewCell, const LutKeys& keys, const std::vector<double>& f0) {
+std::vector<LutCellBound> boundLut(const CookedLut& tables, int viewCell, const LutKeys& keys, const std::vector<double>& f0,
+                                   const std::optional<Viewing>& viewing) {
     if (!meetsItsTexels(tables.view) || !meetsItsTexels(tables.roughness)) {
         LutCellBound unbounded;
         unbounded.entries.fill(std::numeric_limits<double>::infinity());
         unbounded.filter = unbounded.total = std::numeric_limits<double>::infinity();
+        if (viewing) unbounded.visible = std::numeric_limits<double>::infinity();
         return {unbounded};
     }
-    return LutBounder(tables, keys, f0).cellsAt(viewCell);
+    return LutBounder(tables, keys, f0, viewing).cellsAt(viewCell);
 }
 
-LutBounds boundLut(const CookedLut& tables, const LutKeys& keys, const std::vector<double>& f0) {
+LutBounds boundLut(const CookedLut& tables, const LutKeys& keys, const std::vector<double>& f0, const std::optional<Viewing>& viewing) {
     LutBounds bounds;
-    for (int cell = 0; cell + 1 < tables.view.count; ++cell) bounds.raise(largestOf(tables, cell, boundLut(tables, cell, keys, f0)));
+    for (int cell = 0; cell + 1 < tables.view.count; ++cell)
+        bounds.raise(largestOf(tables, cell, boundLut(tables, cell, keys, f0, viewing), f0));
     return bounds;
 }
 
-LutBounds largestOf(const CookedLut& tables, int viewCell, const std::vector<LutCellBound>& cells) {
+LutBounds largestOf(const CookedLut& tables, int viewCell, const std::vector<LutCellBound>& cells, const std::vector<double>& f0) {
     LutBounds bounds;
+    const LutCellBound* seen = nullptr;
     for (std::size_t row = 0; row < cells.size(); ++row) {
         const double rowMiddle = tables.roughness.count > 1 ? static_cast<double>(row) + 0.5 : 0.0;
         ErrorPlace place =
             lutPlace(tables, tables.view.inverse(tables.view.at(viewCell + 0.5)), tables.roughness.inverse(tables.roughness.at(rowMiddle)));
+        if (cells[row].visible > bounds.visible) {
+            seen = &cells[row];
+            bounds.visible = seen->visible;
+            bounds.visibleAt = {.x = place.x, .y = place.y, .normal = place.normal, .view = place.view, .m = place.m};
+        }
         ErrorPlace filterAt = place;
         filterAt.local = cells[row].filter;
         place.local = cells[row].total;
         bounds.raise({cells[row].filter, cells[row].total, filterAt, place});
     }
+    if (seen == nullptr) return bounds;
+    // The light of the middle of the cell.
+    const std::size_t shading = seen->visibleShading;
+    const LutResult middle = compareLut(tables, {bounds.visibleAt.view.z, bounds.visibleAt.m});
+    const auto shown = [&](const SpecularKernelEntries& kernel) {
+        const SpecularKernelEntries weights = lutShadings(f0)[shading];
+        return glm::dvec3(std::inner_product(kernel.begin(), kernel.end(), weights.begin(), 0.0) / lutExitRadiances(f0)[shading]);
+    };
+    bounds.visibleAt.f0 = f0[shading % f0.size()];
+    bounds.visibleAt.difference = *seen->visible;
+    bounds.visibleAt.reference = shown(middle.reference);
+    bounds.visibleAt.found = shown(middle.cooked);
     return bounds;
 }
 

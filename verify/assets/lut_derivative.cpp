@@ -59,7 +59,7 @@ Attenuation attenuationOver(const HalfVectorBox& box) {
 
 void addDerivative(const HalfVectorBox& box, EntryIntervals& sums) {
     const Attenuation w = attenuationOver(box);
-    if (w.value.high == 0 && w.slope.size() == 0) return;
+    if (w.value.high == 0 && w.slope.largest() == 0) return;
     const double theta = (box.theta0 + box.theta1) / 2, psi = (box.psi0 + box.psi1) / 2, phi = (box.phi0 + box.phi1) / 2;
     const glm::dvec3 half(std::sin(psi) * std::cos(phi), std::sin(psi) * std::sin(phi), std::cos(psi));
     const glm::dvec3 view(std::sin(theta), 0, std::cos(theta)), turning(std::cos(theta), 0, -std::sin(theta));

@@ -16,24 +16,12 @@
 #include <cmath>
 
 #include "lighting/sh.h"
+#include "verify/error/interval.h"
 #include "verify/lut.h"
 
-/// Apart from verify, whose bounds of light maps have an Interval of their own (light_map/visible_metric.h).
 namespace lightcook::verify::lut {
 
-struct Interval {
-    double low = 0, high = 0;
-
-    static Interval around(double middle, double radius) { return {middle - radius, middle + radius}; }
-    double size() const { return std::max(std::abs(low), std::abs(high)); }
-};
-inline Interval operator*(const Interval& a, const Interval& b) {
-    const double p = a.low * b.low, q = a.low * b.high, r = a.high * b.low, s = a.high * b.high;
-    return {std::min({p, q, r, s}), std::max({p, q, r, s})};
-}
-inline Interval operator+(const Interval& a, const Interval& b) {
-    return {a.low + b.low, a.high + b.high};
-}
+/// Returns what two intervals have in common: an empty one, whose low end is above the high one, where that is nothing.
 inline Interval intersectionOf(const Interval& a, const Interval& b) {
     return {std::max(a.low, b.low), std::min(a.high, b.high)};
 }

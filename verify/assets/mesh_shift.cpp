@@ -6,9 +6,12 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <numbers>
+#include <vector>
 
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
+#include "verify/assets/surface_quad.h"
+#include "verify/error/visible_metric.h"
 
 namespace lightcook::verify {
 namespace {
@@ -76,17 +79,19 @@ double boundOf(const Quad& quad, int channel, const MeshShift& shift, double key
     return largest > 0 ? largest / (lighting::kLocalErrorFloor * key) : 0.0;
 }
 
-/// Calls visit(x, y, quad, normal of its first texel) for each quad of four covered texels.
+Quad quadAt(const formats::LightMapStrip& strip, int x, int y) {
+    return {{&strip.sh.at(x, y), &strip.sh.at(x + 1, y), &strip.sh.at(x, y + 1), &strip.sh.at(x + 1, y + 1)}};
+}
+
+/// Calls visit(x, y, quad, normal of its first texel) for each quad that holds a surface.
 template <class Visit>
 void forEachQuad(const formats::LightMapStrip& strip, int firstRow, int rowCount, Visit visit) {
     const int lastRow = std::min(firstRow + rowCount, strip.firstRow + strip.sh.height() - 1);
     for (int row = firstRow; row < lastRow; ++row) {
         const int y = row - strip.firstRow;
         for (int x = 0; x + 1 < strip.sh.width(); ++x) {
-            if (!(strip.covered.at(x, y) && strip.covered.at(x + 1, y) && strip.covered.at(x, y + 1) && strip.covered.at(x + 1, y + 1)))
-                continue;
-            visit(x, row, Quad{{&strip.sh.at(x, y), &strip.sh.at(x + 1, y), &strip.sh.at(x, y + 1), &strip.sh.at(x + 1, y + 1)}},
-                  glm::dvec3(strip.normal.at(x, y)));
+            if (!holdsSurface(strip, x, y)) continue;
+            visit(x, row, quadAt(strip, x, y), glm::dvec3(strip.normal.at(x, y)));
         }
     }
 }
@@ -103,6 +108,67 @@ void forEachShifted(const Quad& quad, const glm::dvec3& normal, const MeshShift&
             glm::normalize(normal + std::tan(shift.normalRadians) * (signS * frame[0] + signT * frame[1]) / std::numbers::sqrt2);
         visit(turned, exitRadiance(quad.at(0.5 + signS * s, 0.5 + signT * t), glm::vec3(turned)));
     }
+}
+
+/// Slopes of the quads of some rows, by channel.
+class SlopeField {
+public:
+    /// rows of `strip`, as far as it has them
+    SlopeField(const formats::LightMapStrip& strip, int firstRow, int rowCount)
+        : first_(std::max(firstRow, strip.firstRow)),
+          width_(strip.sh.width() - 1),
+          height_(std::max(0, std::min(firstRow + rowCount, strip.firstRow + strip.sh.height() - 1) - first_)),
+          slopes_(static_cast<std::size_t>(std::max(0, width_)) * static_cast<std::size_t>(height_)) {
+        forEachQuad(strip, first_, height_, [&](int x, int y, const Quad& quad, const glm::dvec3&) {
+            for (int channel = 0; channel < 3; ++channel) slopes_[index(x, y)][static_cast<std::size_t>(channel)] = slopesOf(quad, channel);
+        });
+    }
+    /// Returns the largest slopes of a quad and those around it; others, of no surface, count as level.
+    std::array<Slopes, 3> around(int x, int y) const {
+        std::array<Slopes, 3> out;
+        for (int j = std::max(y - 1, first_); j < std::min(y + 2, first_ + height_); ++j)
+            for (int i = std::max(x - 1, 0); i < std::min(x + 2, width_); ++i)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const Slopes& each = slopes_[index(i, j)][c];
+                    out[c] = {std::max(out[c].across, each.across), std::max(out[c].down, each.down), std::max(out[c].turn, each.turn)};
+                }
+        return out;
+    }
+
+private:
+    std::size_t index(int x, int y) const {
+        return static_cast<std::size_t>(y - first_) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+    }
+    int first_, width_, height_;
+    std::vector<std::array<Slopes, 3>> slopes_;
+};
+
+/// Returns the range of the light of a quad at the normals of its texels.
+Intervals lightOf(const formats::LightMapStrip& strip, int x, int y) {
+    Intervals out;
+    const Quad quad = quadAt(strip, x, y);
+    std::array<glm::vec3, 4> seen;
+    std::size_t count = 0;
+    for (int corner = 0; corner < 4; ++corner) {
+        const glm::vec3& normal = strip.normal.at(x + corner % 2, y + corner / 2);
+        if (std::find(seen.begin(), seen.begin() + static_cast<std::ptrdiff_t>(count), normal) ==
+            seen.begin() + static_cast<std::ptrdiff_t>(count))
+            seen[count++] = normal;
+    }
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t corner = 0; corner < 4; ++corner) {
+            const glm::dvec3 light(exitRadiance(*quad.corners[corner], seen[i]));
+            for (int c = 0; c < 3; ++c) {
+                Interval& range = out[static_cast<std::size_t>(c)];
+                range = i == 0 && corner == 0 ? Interval{light[c], light[c]} : hullOf(range, {light[c], light[c]});
+            }
+        }
+    return out;
+}
+
+/// Returns the shift of light: it moves with the UVs and with the surface.
+MeshShift shiftOfLight(const MeshShift& shift, double positionTexels) {
+    return {shift.uTexels + positionTexels, shift.vTexels + positionTexels, shift.normalRadians};
 }
 
 /// Returns the signed double area of a triangle in the plane.
@@ -157,13 +223,59 @@ void addMeshShiftErrors(const formats::LightMapStrip& strip, int firstRow, int r
 
 void addMeshShiftVisible(const formats::LightMapStrip& strip, int firstRow, int rowCount, const MeshShift& shift, double positionTexels,
                          VisiblePairs& errors) {
-    const MeshShift seen{shift.uTexels + positionTexels, shift.vTexels + positionTexels, shift.normalRadians};
+    const MeshShift seen = shiftOfLight(shift, positionTexels);
     forEachQuad(strip, firstRow, rowCount, [&](int x, int y, const Quad& quad, const glm::dvec3& normal) {
         const glm::dvec3 reference(exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal)));
         forEachShifted(quad, normal, seen, [&](const glm::dvec3& turned, const glm::vec3& result) {
             errors.add(reference, glm::dvec3(result), {.x = x + 0.5, .y = y + 0.5, .normal = turned});
         });
     });
+}
+
+void addMeshShiftVisibleBound(const formats::LightMapStrip& strip, int firstRow, int rowCount, const MeshShift& shift,
+                              double positionTexels, const Viewing& viewing, VisiblePairs& errors) {
+    constexpr double kRounding = 1e-5;  // of the samples' floats, relative to the light
+    const MeshShift seen = shiftOfLight(shift, positionTexels);
+    const VisibleMetric metric(viewing, 1);
+    // Beyond the quads around it nothing is known of a place's light.
+    const bool isNear = seen.uTexels <= 1 && seen.vTexels <= 1;
+    const SlopeField slopes(strip, firstRow - 1, rowCount + 2);
+    double largest = -1;
+    glm::ivec2 at(0);
+    forEachQuad(strip, firstRow, rowCount, [&](int x, int y, const Quad&, const glm::dvec3&) {
+        if (!isNear && largest >= 0) return;
+        const std::array<Slopes, 3> steepest = slopes.around(x, y);
+        const Intervals reference = lightOf(strip, x, y - strip.firstRow);
+        Intervals error, found;
+        glm::dvec3 low, off;
+        for (int c = 0; c < 3; ++c) {
+            const auto channel = static_cast<std::size_t>(c);
+            off[c] = seen.uTexels * steepest[channel].across + seen.vTexels * steepest[channel].down +
+                     seen.normalRadians * steepest[channel].turn + kRounding * reference[channel].largest();
+            low[c] = reference[channel].low;
+            error[channel] = {-off[c], off[c]};
+            found[channel] = reference[channel] + error[channel];
+        }
+        if (isNear && metric.cannotExceedCheaply(low, off, largest)) return;
+        const double bound = isNear ? metric.bound(reference, found, error) : metric.mostVisible();
+        if (!(bound > largest)) return;
+        largest = bound;
+        at = {x, y};
+    });
+    if (largest < 0) return;
+    // The light at the place is that of its worst sample.
+    const Quad quad = quadAt(strip, at.x, at.y - strip.firstRow);
+    const glm::dvec3 normal(strip.normal.at(at.x, at.y - strip.firstRow)), reference(exitRadiance(quad.at(0.5, 0.5), glm::vec3(normal)));
+    VisiblePlace place{.x = at.x + 0.5, .y = at.y + 0.5, .normal = normal, .reference = reference, .found = reference};
+    double farthest = 0;
+    forEachShifted(quad, normal, seen, [&](const glm::dvec3& turned, const glm::vec3& result) {
+        const double difference = lighting::visibleDifference(reference, glm::dvec3(result), viewing.display, viewing.bt2020FromWorking);
+        if (!(difference > farthest)) return;
+        farthest = difference;
+        place.normal = turned;
+        place.found = glm::dvec3(result);
+    });
+    errors.addBound(largest, place);
 }
 
 double texelsPerUnit(std::span<const formats::TriangleMesh* const> meshes, int width, int height) {

@@ -7,12 +7,14 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "lighting/radiometry.h"
 #include "lighting/sh.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/error/sample_errors.h"
+#include "verify/error/visible_metric.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -213,12 +215,80 @@ double logAverage(const std::vector<RsrmRow>& rows, const glm::vec3& luminanceWe
     return std::exp(logSum / count);
 }
 
-/// Returns the bound of the local error between two centres, or between an outermost centre and its pole (a and b are then the same point).
-/// Sets only `local` and `channel`.
-///   - The result is between the values of both texels, extended by the sampler tolerance.
-///   - The reference is Lipschitz in the angle. Its slope is at most half the gradient's range times the integral of |dk/da| of the lobe,
-///     (s + 1) s / pi B(s/2, 3/2) < sqrt(2 (s + 1) / pi) (Kershaw's inequality). It is also within the gradient's range.
-ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double exponent, const Ends& ends, double key) {
+/// The source around a part of a row, and the error of references there.
+class RowSource {
+public:
+    RowSource(const RsrmSource& source, double exponent)
+        : source_(source), all_(endsOf(source)), exponent_(exponent), reach_(std::acos(std::pow(kFar, 1 / (exponent + 1)))) {
+        for (std::size_t edge = 0; edge <= source.gradient.size(); ++edge)
+            edges_.push_back(std::acos(std::clamp(edgeHeight(edge, source.gradient.size()), -1.0, 1.0)));
+    }
+    const glm::dvec3& slack() const { return all_.slack; }
+
+    /// References between two polar angles: their range, and a bound of their slope over the angle.
+    struct Near {
+        glm::dvec3 low, high, slope;
+    };
+    /// A lobe's share kFar lies beyond reach_, and is of any light of the source. The rest is a mean of the zones within reach.
+    /// The slope of a convolution is at most half the range of the light times the integral of |dk/da| of the lobe,
+    /// (s + 1) s / pi B(s/2, 3/2) < sqrt(2 (s + 1) / pi) (Kershaw's inequality). Beyond reach_ that integral is at most
+    /// 2 / pi (s + 1) cos(reach_)^s, and light is off the middle of the range by at most that of the source.
+    Near between(double from, double to) const {
+        Ends near{all_.high, all_.low, {}};
+        const auto first = std::ranges::upper_bound(edges_, from - reach_), last = std::ranges::lower_bound(edges_, to + reach_);
+        const auto begin = static_cast<std::size_t>(std::max<std::ptrdiff_t>(first - edges_.begin() - 1, 0)),
+                   end = std::min(static_cast<std::size_t>(last - edges_.begin()), source_.gradient.size());
+        for (std::size_t zone = begin; zone < end; ++zone) {
+            near.low = glm::min(near.low, glm::dvec3(source_.gradient[zone]) - source_.uncertainty);
+            near.high = glm::max(near.high, glm::dvec3(source_.gradient[zone]) + source_.uncertainty);
+        }
+        near.low = glm::max(near.low, all_.low);
+        const glm::dvec3 range = all_.high - all_.low;
+        const double far = 2 / std::numbers::pi * (exponent_ + 1) * std::pow(kFar, exponent_ / (exponent_ + 1));
+        return {near.low - kFar * range, near.high + kFar * range,
+                0.5 * std::sqrt(2 * (exponent_ + 1) / std::numbers::pi) * (near.high - near.low) + far * range};
+    }
+
+private:
+    static constexpr double kFar = 1e-12;
+    const RsrmSource& source_;
+    Ends all_;
+    double exponent_;
+    double reach_;               ///< [rad]
+    std::vector<double> edges_;  ///< polar angles of the zones' edges
+};
+
+/// Ranges of the light of a part of a row, by channel.
+struct PartLight {
+    Intervals reference, found;
+};
+
+/// Returns the light between two points of a row.
+///   - What is found is linear between texel centres, and off by the sampler tolerance.
+///   - The reference is Lipschitz in the angle, and within the range of the source there.
+/// left, right  the texel centres on either side, or twice the outermost one beside a pole
+PartLight lightBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, const RsrmRow::Point& left, const RsrmRow::Point& right,
+                       const RowSource& source) {
+    const double from = std::acos(a.z), to = std::acos(b.z);
+    const RowSource::Near near = source.between(from, to);
+    PartLight out;
+    for (int channel = 0; channel < 3; ++channel) {
+        const auto c = static_cast<std::size_t>(channel);
+        const double middle = 0.5 * (a.reference[channel] + b.reference[channel]);
+        const double reach = 0.5 * near.slope[channel] * (to - from) + source.slack()[channel];
+        out.reference[c] = {std::max(near.low[channel] - source.slack()[channel], middle - reach),
+                            std::min(near.high[channel] + source.slack()[channel], middle + reach)};
+        // Rounding of the texture coordinate.
+        const double slack = 1e-4 * std::abs(left.cooked[channel] - right.cooked[channel]) +
+                             1e-6 * std::max(std::abs(a.cooked[channel]), std::abs(b.cooked[channel])) +
+                             std::max(left.tolerance[channel], right.tolerance[channel]);
+        out.found[c] = {std::min(a.cooked[channel], b.cooked[channel]) - slack, std::max(a.cooked[channel], b.cooked[channel]) + slack};
+    }
+    return out;
+}
+
+/// Returns the bound of the local error of a part of a row. Sets only `local` and `channel`.
+ErrorPlace boundOf(const PartLight& light, double key) {
     ErrorPlace worst;
     for (int channel = 0; channel < 3; ++channel) {
         const auto raise = [&](double bound) {
@@ -226,17 +296,11 @@ ErrorPlace boundBetween(const RsrmRow::Point& a, const RsrmRow::Point& b, double
             worst.channel = channel;
             worst.local = bound;
         };
-        const double slope = 0.5 * (ends.high[channel] - ends.low[channel]) * std::sqrt(2 * (exponent + 1) / std::numbers::pi);
-        const double middle = 0.5 * (a.reference[channel] + b.reference[channel]);
-        const double reach = (&a == &b ? 1.0 : 0.5) * slope * arc + ends.slack[channel];
-        const double low = std::max(ends.low[channel], middle - reach), high = std::min(ends.high[channel], middle + reach);
-        // Rounding of the texture coordinate.
-        const double slack = 1e-4 * std::abs(a.cooked[channel] - b.cooked[channel]) + 1e-6 * std::abs(a.cooked[channel]) +
-                             std::max(a.tolerance[channel], b.tolerance[channel]);
-        const double resultLow = std::min(a.cooked[channel], b.cooked[channel]) - slack;
-        const double resultHigh = std::max(a.cooked[channel], b.cooked[channel]) + slack;
-        if (resultHigh > low) raise((resultHigh - low) / (low + lighting::kLocalErrorFloor * key));
-        if (high > resultLow) raise((high - resultLow) / (high + lighting::kLocalErrorFloor * key));
+        const Interval &reference = light.reference[static_cast<std::size_t>(channel)],
+                       &found = light.found[static_cast<std::size_t>(channel)];
+        const double low = std::max(reference.low, 0.0), high = std::max(reference.high, 0.0), floor = lighting::kLocalErrorFloor * key;
+        if (found.high > low) raise((found.high - low) / (low + floor));
+        if (high > found.low) raise((high - found.low) / (high + floor));
     }
     return worst;
 }
@@ -262,14 +326,35 @@ void addVisible(const RsrmRow::Point& point, const ErrorPlace& at, RowErrors& er
         if (each->visible && (point.isCentre || each == &errors.total)) each->visible->add(point.reference, point.cooked, place);
 }
 
-void addRow(const RsrmRow& row, int index, double exponent, const Ends& ends, double key, RowErrors& errors) {
+/// Adds the bounds of the parts between the points of a row, pole to pole.
+/// metric  of the display; null: no bounds of visible errors
+void addBounds(const RsrmRow& row, int index, int width, const RowSource& source, double key, const VisibleMetric* metric,
+               RowErrors& errors) {
     std::vector<const RsrmRow::Point*> centres;
+    for (const RsrmRow::Point& point : row.points)
+        if (point.isCentre) centres.push_back(&point);
+    std::size_t next = 0;  // centre at the part's end, or beyond it
+    for (std::size_t i = 0; i + 1 < row.points.size(); ++i) {
+        const RsrmRow::Point &a = row.points[i], &b = row.points[i + 1];
+        if (a.isCentre) ++next;
+        const RsrmRow::Point &left = *centres[next > 0 ? next - 1 : 0], &right = *centres[std::min(next, centres.size() - 1)];
+        const PartLight light = lightBetween(a, b, left, right, source);
+        ErrorPlace place = placeOf(0.5 * (a.z + b.z), width, index, 0);
+        const ErrorPlace bound = boundOf(light, key);
+        place.local = bound.local;
+        place.channel = bound.channel;
+        errors.total.energy.addBound(bound.local, place);
+        if (metric != nullptr)
+            errors.total.visible->addBound(metric->bound(light.reference, light.found), {.x = place.x,
+                                                                                         .y = place.y,
+                                                                                         .normal = place.normal,
+                                                                                         .reference = 0.5 * (a.reference + b.reference),
+                                                                                         .found = 0.5 * (a.cooked + b.cooked)});
+    }
+}
+
+void addRow(const RsrmRow& row, int index, const RowSource& source, double key, const VisibleMetric* metric, RowErrors& errors) {
     const int width = static_cast<int>(std::ranges::count_if(row.points, &RsrmRow::Point::isCentre));
-    const auto at = [&](double z, int channel, double local) {
-        ErrorPlace place = placeOf(z, width, index, channel);
-        place.local = local;
-        return place;
-    };
     for (const RsrmRow::Point& point : row.points) {
         addVisible(point, placeOf(point.z, width, index, 0), errors);
         for (int channel = 0; channel < 3; ++channel) {
@@ -279,22 +364,14 @@ void addRow(const RsrmRow& row, int index, double exponent, const Ends& ends, do
             if (!point.isCentre) continue;
             errors.quantize.energy.add(reference, cooked, here);
             // Every texel is a sample, so the bound adds only the error of the reference.
-            const double slack = ends.slack[channel];
+            const double slack = source.slack()[channel];
             const double scale = std::max(reference - slack, 0.0) + lighting::kLocalErrorFloor * key, error = std::abs(cooked - reference);
-            const double bound = error == 0 ? 0 : (error + slack) / scale;
-            errors.quantize.energy.addBound(bound, at(point.z, channel, bound));
+            ErrorPlace place = here();
+            place.local = error == 0 ? 0 : (error + slack) / scale;
+            errors.quantize.energy.addBound(place.local, place);
         }
-        if (point.isCentre) centres.push_back(&point);
     }
-    const auto addBetween = [&](const RsrmRow::Point& a, const RsrmRow::Point& b, double arc, double z) {
-        const ErrorPlace bound = boundBetween(a, b, arc, exponent, ends, key);
-        errors.total.energy.addBound(bound.local, at(z, *bound.channel, bound.local));
-    };
-    const auto angle = [](const RsrmRow::Point& point) { return std::acos(point.z); };
-    for (std::size_t i = 0; i + 1 < centres.size(); ++i)
-        addBetween(*centres[i], *centres[i + 1], angle(*centres[i + 1]) - angle(*centres[i]), 0.5 * (centres[i]->z + centres[i + 1]->z));
-    addBetween(*centres.front(), *centres.front(), angle(*centres.front()), 1);
-    addBetween(*centres.back(), *centres.back(), std::numbers::pi - angle(*centres.back()), -1);
+    addBounds(row, index, width, source, key, metric, errors);
 }
 
 /// Calls place(z, isCentre) from north to south: at both poles, at texel centres, and `between` times from each to the next.
@@ -463,11 +540,13 @@ RsrmBlend compareRsrmBlend(const CookedRsrm& first, const std::vector<glm::vec3>
 std::vector<StageError> rsrmStages(const CookedRsrm& map, const RsrmSource& source, const std::vector<RsrmRow>& rows,
                                    const glm::vec3& luminanceWeights, const std::optional<Viewing>& viewing) {
     const double key = logAverage(rows, luminanceWeights);
-    const Ends ends = endsOf(source);
     const SampleErrors none(key, viewing);
     RowErrors diffuse{none, none}, specular{none, none};
+    std::optional<VisibleMetric> metric;
+    if (viewing) metric.emplace(*viewing, 1);
     for (std::size_t row = 0; row < rows.size(); ++row)
-        addRow(rows[row], static_cast<int>(row), map.exponents[row], ends, key, map.exponents[row] == 1 ? diffuse : specular);
+        addRow(rows[row], static_cast<int>(row), RowSource(source, map.exponents[row]), key, metric ? &*metric : nullptr,
+               map.exponents[row] == 1 ? diffuse : specular);
     return {{"quantize", diffuse.quantize.figures(), specular.quantize.figures(), 0},
             {"total", diffuse.total.figures(), specular.total.figures(), 0}};
 }

@@ -210,6 +210,11 @@ void VisiblePairs::flush() {
     errors_.setMaxAt(place);
 }
 
+void VisiblePairs::addBound(double bound, VisiblePlace place) {
+    place.difference = bound;
+    errors_.addBound(bound, place);
+}
+
 void VisiblePairs::merge(const VisiblePairs& other) {
     flush();
     VisiblePairs rest = other;

@@ -96,10 +96,12 @@ private:
         if (!visible) return;
         ShadedErrors& surface = errors_.surface;
         const ShadedErrors& centres = errors_.stages.back().errors;
-        // Bounds of at most this need not be tight: they are within the search's own accuracy of what was sampled, or hardly visible.
+        // Bounds of at most this need not be tight: they are within the search's own accuracy of what was sampled, or hardly visible. Light
+        // that is not finite differs by more than any two numbers.
         const auto enough = [&](VisibleAccumulator ShadedErrors::*kind) {
-            return std::max(VisibleSearch::kConvergedFactor * std::max((surface.*kind).largest(), (centres.*kind).largest()),
-                            kHardlyVisible);
+            const double largest = std::max((surface.*kind).largest(), (centres.*kind).largest()), most = visible->metric.mostVisible();
+            const double within = std::max(VisibleSearch::kConvergedFactor * largest, kHardlyVisible);
+            return largest <= most ? std::min(within, most) : within;
         };
         const double diffuse = enough(&ShadedErrors::visibleDiffuse), specular = enough(&ShadedErrors::visibleSpecular);
         VisibleBounds bounds(rows_, tolerance_, evaluator_, *visible, diffuse, specular);

@@ -4,9 +4,9 @@
 #include <array>
 #include <vector>
 
+#include "verify/error/visible_metric.h"
 #include "verify/light_map/kernel_cells.h"
 #include "verify/light_map/shading.h"
-#include "verify/light_map/visible_metric.h"
 
 namespace lightcook::verify {
 

@@ -9,7 +9,7 @@
 //   3. coarse bounds of each quarter of the quads that may still exceed it; these are searched, those with the largest bound first, until
 //      none may raise the maximum; the quarters of a texel are first tried together, since most are much alike
 // Whatever is not searched to the end is proven to be below the maximum of its strip, and a map is always cut into the same strips. Ties
-// go to the smaller (y, x).
+// go to the smaller (y, x), except at the largest difference of the display, which ends the search.
 #pragma once
 
 #include <algorithm>
@@ -94,6 +94,13 @@ public:
         return search_.bound(whole, lightOver, threshold_);
     }
     void raise(const VisibleMaximum& found) {
+        // Nothing but light that is not finite, whose samples are beyond all limits, differs by more than any two lights.
+        if (const double most = metric_.mostVisible(); found.bound >= most - kVisibleRounding && found.bound <= most) {
+            largest_ = found;
+            largest_.bound = most;
+            threshold_ = std::numeric_limits<double>::max();
+            return;
+        }
         const auto order = [](const VisiblePlace& place) { return std::tuple(place.y, place.x); };
         if (found.bound < threshold_ || found.bound < largest_.bound) return;
         if (found.bound == largest_.bound && !(order(found.place) < order(largest_.place))) return;

@@ -21,12 +21,6 @@ using lightmap::kChannels;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Sums of nine products in double err by at most this part of their largest value.
 constexpr double kSumRounding = 1e-12;
-/// Relative error of a cell's bound in doubles. Covers the sums of I, T and P from their intervals and the root, some hundred roundings of
-/// 1e-16.
-constexpr double kBoundRounding = 1e-9;
-/// Error of the exponents of slopeShare(). Covers twice the 0.01 that VisibleMetric::steepness() states; its formula in doubles errs by
-/// less than 1e-8.
-constexpr double kSteepnessMargin = 0.02;
 
 /// Widths that each kind of range adds to an interval.
 struct Spread {
@@ -205,7 +199,7 @@ public:
         }
         for (std::size_t k = 0; k < 3; ++k)
             codes[k] = VisibleMetric::codes(references[k], found[k], differences[k], VisibleMetric::slopes(references[k], found[k]));
-        const double fromCodes = bounded(VisibleMetric::largest(codes));
+        const double fromCodes = VisibleMetric::roundedUp(metric_.largest(codes));
         if (fromCodes < threshold) return {fromCodes, {}};
         std::array<Interval, 3> shares = {Interval{1, 1}};
         for (std::size_t k = 1; k < 3; ++k) shares[k] = slopeShare(k, references, found);
@@ -248,17 +242,10 @@ private:
             if ((zeros >> c & 1u) != 0) weights[c] = 0;
         return enclose(light, weights);
     }
-    /// Returns an interval of the ratio of the curve's secant at M or S to that at L. Between z and a multiple rho z the slope changes by
-    /// rho^-alpha, with alpha = 1 - d log(z PQ'(z)) / d log z, which rises with z; so does a secant if both of its ends have ratios in one
-    /// interval.
+    /// Returns an interval of the ratio of the curve's secant at M or S to that at L.
     Interval slopeShare(std::size_t k, const Intervals& references, const Intervals& found) const {
-        const double least = VisibleMetric::steepness(std::min({references[0].low, references[k].low, found[0].low, found[k].low})) -
-                             kSteepnessMargin,
-                     most = VisibleMetric::steepness(std::max({references[0].high, references[k].high, found[0].high, found[k].high})) +
-                            kSteepnessMargin;
-        const Interval a = ratioOf(Light::Reference, k, references), b = ratioOf(Light::Found, k, found);
-        const double low = std::min(a.low, b.low), high = std::max(a.high, b.high);
-        return {std::min(std::pow(high, -least), std::pow(high, -most)), std::max(std::pow(low, -least), std::pow(low, -most))};
+        return VisibleMetric::secantRatio(hullOf(ratioOf(Light::Reference, k, references), ratioOf(Light::Found, k, found)),
+                                          hullOf(hullOf(references[0], references[k]), hullOf(found[0], found[k])));
     }
     /// Returns an interval of M or S over L.
     Interval ratioOf(Light light, std::size_t k, const Intervals& lms) const {
@@ -302,15 +289,9 @@ private:
             out.spread.add(largest / luminance.low, spreads[0]);
             squares += largest * largest;
         }
-        out.bound = bounded(std::min(std::sqrt(squares), VisibleMetric::largest(codes)));
+        out.bound = VisibleMetric::roundedUp(std::min(std::sqrt(squares), metric_.largest(codes)));
         return out;
     }
-    /// Returns a difference with the rounding of sums and of the curve added; infinite for NaN.
-    static double bounded(double difference) {
-        const double bound = difference * (1 + kBoundRounding) + kVisibleRounding;
-        return bound < kInfinite ? bound : kInfinite;
-    }
-
     ShadedControls errors_, references_, found_;
     std::optional<ShadedControls> deviations_;
     const VisibleMetric& metric_;

@@ -20,9 +20,9 @@
 #include <memory>
 #include <vector>
 
+#include "verify/error/visible_metric.h"
 #include "verify/light_map/kernel_cells.h"
 #include "verify/light_map/vectors.h"
-#include "verify/light_map/visible_metric.h"
 
 namespace lightcook::verify {
 

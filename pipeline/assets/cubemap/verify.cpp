@@ -51,6 +51,7 @@ Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Co
     map.isDivided = isDivided;
     map.windowedSh = constants->windowedSh;
     map.lobe = constants->kernel;
+    map.tolerance = verify::toleranceOf(shape.format);
     for (int level = 0; level < shape.mipCount; ++level) {
         const CubemapConstants::Mip& entry = constants->mips[static_cast<std::size_t>(level)];
         verify::CookedCubemap::Mip mip;
@@ -398,7 +399,7 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     }
     if (parameters->smoothest) checkFirstLevel(*map, *parameters->smoothest, violations);
     VerifyResult result = judged(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights, viewing), *maxError,
-                                 watch, std::move(violations), visible.maxVisible);
+                                 watch, std::move(violations), visible.maxVisible, visible.maxVisibleBound);
     result.light = lightOf(*map, samples, results);
     return outcomeWithPreview(std::move(result), picture.preview(), context);
 }

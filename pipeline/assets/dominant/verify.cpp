@@ -200,8 +200,8 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     if (!whole) return tl::make_unexpected(whole.error());
 
     const verify::DominantErrors& errors = whole->errors;
-    VerifyResult result =
-        judged(errors.stages(), *maxError, watch, violationsOf(*whole, cooked->hasResidual(), *maxError, bake), parameters->maxVisible);
+    VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, cooked->hasResidual(), *maxError, bake),
+                                 parameters->maxVisible, parameters->maxVisibleBound);
     result.key = key;
     result.light.emplace().specularRms = errors.referenceRms();
     if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces, materials.lobe, viewing));

@@ -80,6 +80,7 @@ Result<verify::CookedLut> readTables(const ActionContext& context, const CookedA
                            fmt::format("found {} x {} texels, expected {} x {} as its axes", image->width(), image->height(),
                                        tables.view.count, tables.roughness.count));
         tables.textures[i] = std::move(*image);
+        tables.tolerance[i] = verify::toleranceOf(texture->shape().format);
         tables.scale[i] = constants->scale[i];
         tables.bias[i] = constants->bias[i];
     }
@@ -112,11 +113,12 @@ std::vector<verify::Violation> checkCoordinates(const verify::CookedLut& tables)
 }
 
 /// Bounds the error of every cell between texels. Returns nothing after an interrupt.
-std::optional<verify::LutBounds> boundTables(const verify::CookedLut& tables, const verify::LutKeys& keys, const ActionContext& context) {
+std::optional<verify::LutBounds> boundTables(const verify::CookedLut& tables, const verify::LutKeys& keys, const verify::Viewing& viewing,
+                                             const ActionContext& context) {
     std::vector<verify::LutBounds> bounds(static_cast<std::size_t>(tables.view.count - 1));
     const bool finished = forEachIndex(bounds.size(), context, "verify " + context.action.asset, [&](std::size_t cell) {
         const int viewCell = static_cast<int>(cell);
-        bounds[cell] = verify::largestOf(tables, viewCell, verify::boundLut(tables, viewCell, keys, kTableF0));
+        bounds[cell] = verify::largestOf(tables, viewCell, verify::boundLut(tables, viewCell, keys, kTableF0, viewing), kTableF0);
     });
     if (!finished) return {};
     verify::LutBounds bound;
@@ -204,15 +206,15 @@ Result<ActionOutcome> verifyLut(const ActionContext& context) {
                       [&](std::size_t i) { results[i] = verify::compareLut(*tables, samples[i]); }))
         return interrupted(context);
     const verify::LutKeys keys = verify::lutKeys(samples, results, kTableF0);
-    const auto bound = boundTables(*tables, keys, context);
+    const verify::Viewing viewing = viewingAtKey(parameters->visible);
+    const auto bound = boundTables(*tables, keys, viewing, context);
     if (!bound) return interrupted(context);
     const auto preview = drawTables(*tables, keys.shaded, context);
     if (!preview) return interrupted(context);
-    const verify::Viewing viewing = viewingAtKey(parameters->visible);
     std::vector<verify::Violation> violations = checkSteps(*asset, *tables, samples, results);
     std::ranges::move(checkCoordinates(*tables), std::back_inserter(violations));
     VerifyResult result = judged(verify::lutStages(*tables, samples, results, kTableF0, *bound, viewing), *maxError, watch,
-                                 std::move(violations), parameters->visible.maxVisible);
+                                 std::move(violations), parameters->visible.maxVisible, parameters->visible.maxVisibleBound);
     if (parameters->shading) result.light = momentsOf(*tables, *parameters->shading);
     return outcomeWithPreview(std::move(result), *preview, context);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/light_map/survey.h"
@@ -85,19 +86,19 @@ public:
         return chosen;
     }
 
-    /// Adds bits, each where it helps most, until the visible error is within a limit, or there are no more.
-    Result<void> refine(MeshBits& chosen, double maxVisible, const VisibleParameters& visible) const {
+    /// Adds bits, each where it helps most, until visible errors and their bound are within the limits, or there are no more.
+    Result<void> refine(MeshBits& chosen, const VisibleParameters& visible) const {
         const auto key = surveyKey(bake_, context_);
         if (!key) return tl::make_unexpected(key.error());
         const verify::Viewing viewing = visible.viewing(key->displayKey(), bake_.bt2020FromWorking());
-        auto found = visibleOf(chosen.options, viewing);
+        auto found = visibleShare(chosen.options, visible, viewing);
         if (!found) return tl::make_unexpected(found.error());
-        while (*found > maxVisible) {
+        while (*found > 1) {
             std::optional<DracoOptions> best;
             for (const BitRange& range : {kUvRange, kNormalRange, kPositionRange}) {
                 DracoOptions finer = chosen.options;
                 if (++(finer.*range.bits) > range.most) continue;
-                const auto error = visibleOf(finer, viewing);
+                const auto error = visibleShare(finer, visible, viewing);
                 if (!error) return tl::make_unexpected(error.error());
                 if (best && *error >= *found) continue;
                 best = finer;
@@ -116,17 +117,24 @@ private:
         return {uv, uv, kNormalSteps / latticeSteps(options.normalBits)};
     }
 
-    /// Returns the 99th percentile of the visible errors of some bits.
-    Result<double> visibleOf(const DracoOptions& options, const verify::Viewing& viewing) const {
-        const std::vector<int> strips = spreadStrips(bake_, kMeasuredTexels);
+    /// Returns the share of its limit that the visible error of some bits takes, or its bound, whichever takes more.
+    Result<double> visibleShare(const DracoOptions& options, const VisibleParameters& visible, const verify::Viewing& viewing) const {
+        // A bound is that of all strips.
+        std::vector<int> strips = spreadStrips(bake_, kMeasuredTexels);
+        if (visible.maxVisibleBound) {
+            strips.resize(static_cast<std::size_t>(bake_.stripCount()));
+            std::iota(strips.begin(), strips.end(), 0);
+        }
         const double position = extent_.positionExtent * kPositionSteps / latticeSteps(options.positionBits);
         const auto measure = [&](int i) -> Result<verify::VisiblePairs> {
             const int index = strips[static_cast<std::size_t>(i)];
-            const auto strip = bake_.stripWithMargin(index, 0, 1);
+            const auto strip = bake_.stripWithMargin(index, 1, 2);
             if (!strip) return tl::make_unexpected(strip.error());
             verify::VisiblePairs part(viewing);
-            verify::addMeshShiftVisible(*strip, bake_.stripFirstRow(index), bake_.stripRows(index), shiftOf(options),
-                                        position * texelsPerUnit_, part);
+            const int firstRow = bake_.stripFirstRow(index), rowCount = bake_.stripRows(index);
+            verify::addMeshShiftVisible(*strip, firstRow, rowCount, shiftOf(options), position * texelsPerUnit_, part);
+            if (visible.maxVisibleBound)
+                verify::addMeshShiftVisibleBound(*strip, firstRow, rowCount, shiftOf(options), position * texelsPerUnit_, viewing, part);
             return part;
         };
         verify::VisiblePairs errors(viewing);
@@ -135,7 +143,9 @@ private:
                                               [&](const verify::VisiblePairs& part) { errors.merge(part); });
         if (!done) return tl::make_unexpected(done.error());
         const auto figures = errors.figures();
-        return figures ? figures->p99 : 0;
+        if (!figures) return 0;
+        const double share = visible.maxVisible ? figures->p99 / (kShareOfVisible * *visible.maxVisible) : 0;
+        return visible.maxVisibleBound ? std::max(share, figures->bound.value_or(0) / *visible.maxVisibleBound) : share;
     }
 
     formats::MeshError extent_;
@@ -157,9 +167,8 @@ Result<MeshBits> chooseMeshBits(const formats::GltfScene& scene, const MeshParam
     if (!bound) return tl::make_unexpected(bound.error());
     const BitChoice choice(scene, *extent, **opened, *bound, parameters.hasSeamLimit, context);
     MeshBits chosen = choice.within(kShareOfLimit * parameters.maxError);
-    if (!parameters.visible || !parameters.visible->maxVisible) return chosen;
-    if (auto refined = choice.refine(chosen, kShareOfVisible * *parameters.visible->maxVisible, *parameters.visible); !refined)
-        return tl::make_unexpected(refined.error());
+    if (!parameters.visible) return chosen;
+    if (auto refined = choice.refine(chosen, *parameters.visible); !refined) return tl::make_unexpected(refined.error());
     return chosen;
 }
 

@@ -144,13 +144,14 @@ struct MeshShadingErrors {
 Result<MeshShadingErrors> shadingErrors(LightMapSource& bake, const MovedMesh& moved, double key, const verify::Viewing& viewing,
                                         const ActionContext& context, Preview& preview) {
     const auto compareStrip = [&](int index) -> Result<MeshShadingErrors> {
-        const auto strip = bake.stripWithMargin(index, 0, 1);
+        const auto strip = bake.stripWithMargin(index, 1, 2);
         if (!strip) return tl::make_unexpected(strip.error());
         MeshShadingErrors part(key, viewing);
         const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
         verify::addMeshShiftErrors(*strip, firstRow, rowCount, moved.shift, key, part.energy,
                                    [&](int x, int y, const glm::vec3& lit, const glm::vec3& seen) { preview.set(x, y, lit, seen); });
         verify::addMeshShiftVisible(*strip, firstRow, rowCount, moved.shift, moved.positionTexels, part.visible);
+        verify::addMeshShiftVisibleBound(*strip, firstRow, rowCount, moved.shift, moved.positionTexels, viewing, part.visible);
         return part;
     };
     MeshShadingErrors errors(key, viewing);
@@ -160,12 +161,14 @@ Result<MeshShadingErrors> shadingErrors(LightMapSource& bake, const MovedMesh& m
     return errors;
 }
 
-/// Returns the figures of a mesh. The place of the largest visible error names the triangle of the source.
+/// Returns the figures of a mesh. The places of the largest visible error and of its bound name the triangle of the source.
 verify::ErrorFigures figuresOf(const MeshShadingErrors& errors, const std::vector<const formats::TriangleMesh*>& meshes, int width,
                                int height) {
     verify::ErrorFigures figures = errors.energy.figures();
     figures.visible = errors.visible.figures();
-    if (figures.visible && figures.visible->maxAt.isKnown()) verify::findTriangle(meshes, width, height, figures.visible->maxAt);
+    if (figures.visible)
+        for (verify::VisiblePlace* at : {&figures.visible->maxAt, &figures.visible->boundAt})
+            if (at->isKnown()) verify::findTriangle(meshes, width, height, *at);
     return figures;
 }
 
@@ -210,7 +213,8 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     checkBits(*asset, *moved, violations);
     checkMeshSize(*asset, *cooked, violations);
     VerifyResult result;
-    result.verdict = makeVerdict({stage}, *maxError, std::move(violations), parameters->visible.maxVisible);
+    result.verdict =
+        makeVerdict({stage}, *maxError, std::move(violations), parameters->visible.maxVisible, parameters->visible.maxVisibleBound);
     result.light.emplace().diffuseRms = errors->energy.referenceRms();
     result.meshError = {moved->position, moved->normalRadians, moved->lightMapUv};
     return outcomeWithPreview(std::move(result), preview, context);

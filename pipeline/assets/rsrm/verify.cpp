@@ -126,7 +126,8 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     auto comparison = compareRsrm(*map, source, luminanceWeights, *maxError, context, "verify " + context.action.asset, viewing);
     if (!comparison) return interrupted(context);
     const std::vector<verify::RsrmRow>& rows = comparison->rows;
-    VerifyResult result = judged(std::move(comparison->stages), *maxError, watch, std::move(comparison->violations), visible->maxVisible);
+    VerifyResult result = judged(std::move(comparison->stages), *maxError, watch, std::move(comparison->violations), visible->maxVisible,
+                                 visible->maxVisibleBound);
     const verify::RsrmBanding banding = verify::rsrmBanding(*map, rows, luminanceWeights);
     result.measures = {{note_keys::kCodeError, banding.codeError},
                        {note_keys::kStepCodes, banding.stepCodes},

@@ -150,9 +150,25 @@ TEST_F(VisibleLimitOfOthers, FailsEachKindAndNamesThePlaceAndBothColours) {
         EXPECT_EQ(line.find(", face ") != std::string::npos, kind == std::string("cubemap")) << line;
         EXPECT_EQ(outcome.report.at("assets").at(0).at("limit").at("max_visible"), 0.0001) << kind;
         EXPECT_GT(specularOf(outcome).at("p99").get<double>(), 0.0001) << kind;
-        EXPECT_FALSE(specularOf(outcome).contains("bound")) << kind;
+        EXPECT_GE(specularOf(outcome).at("bound").get<double>(), specularOf(outcome).at("max").get<double>()) << kind;
+        EXPECT_TRUE(specularOf(outcome).contains("bound_at")) << kind;
         EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("largest visible error")) << kind;
     }
+}
+
+TEST_F(VisibleLimitOfOthers, OnTheProvenBoundFailsEachKindUnlessConvertersHaveOneOfTheirOwn) {
+    for (const char* kind : {"cubemap", "rsrm", "lut", "dominant"}) {
+        const Outcome outcome = cook(kind, "light_map_layout = \"ratio\"\nmax_visible_bound = 0.0001");
+        ASSERT_FALSE(outcome.errors.empty()) << kind;
+        EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+        EXPECT_THAT(outcome.errors.back().line(),
+                    AllOf(HasSubstr("found a visible error of up to "), HasSubstr("(proven bound), expected at most 0.0001; largest at ")))
+            << kind;
+        EXPECT_EQ(outcome.report.at("assets").at(0).at("limit").at("max_visible_bound"), 0.0001) << kind;
+    }
+    const Outcome outcome = cook("dominant", "light_map_layout = \"ratio\"\nmax_visible_bound = 0.0001\nmax_converter_visible_bound = 900");
+    EXPECT_TRUE(outcome.errors.empty());
+    EXPECT_EQ(outcome.report.at("assets").at(0).at("limit").at("max_visible_bound"), 900.0);
 }
 
 TEST_F(VisibleLimitOfOthers, OfAnAssetOverridesThatOfTheOutputAndTheCommandLineBoth) {
@@ -166,6 +182,14 @@ TEST_F(VisibleLimitOfOthers, OfAnAssetOverridesThatOfTheOutputAndTheCommandLineB
     EXPECT_EQ(limit(), 40.0);
     options.maxConverterVisible = 30;
     EXPECT_EQ(limit(), 30.0);
+    text.replace(text.find("max_visible = 40\n"), 0, "max_visible_bound = 700\n");
+    formats::writeContent(scene_.sceneFile(), text);
+    const auto bound = [&] { return cookScene(options, RunState()).report.at("assets").at(0).at("limit").at("max_visible_bound"); };
+    EXPECT_EQ(bound(), 700.0);
+    options.maxVisibleBound = 800;
+    EXPECT_EQ(bound(), 800.0);
+    options.maxConverterVisibleBound = 900;
+    EXPECT_EQ(bound(), 900.0);
 }
 
 TEST_F(VisibleLimitOfOthers, IsJudgedOnTheDisplayOfTheScene) {

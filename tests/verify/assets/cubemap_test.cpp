@@ -6,11 +6,15 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <tuple>
 
 #include "lighting/cube.h"
+#include "lighting/display.h"
+#include "lighting/radiometry.h"
 #include "lighting/sphere.h"
+#include "verify/error/visible_metric.h"
 
 namespace lightcook::verify {
 namespace {
@@ -100,11 +104,12 @@ lighting::ShRgb positiveSh() {
     return sh;
 }
 
-std::vector<StageError> verifyAll(const CookedCubemap& map, const CubemapReference& reference, const CubemapSampling& sampling = {}) {
+std::vector<StageError> verifyAll(const CookedCubemap& map, const CubemapReference& reference, const CubemapSampling& sampling = {},
+                                  const std::optional<Viewing>& viewing = std::nullopt) {
     const auto samples = cubemapSamples(map, sampling);
     std::vector<CubemapResult> results;
     for (const CubemapSample& sample : samples) results.push_back(compareCubemap(map, reference, sample));
-    return cubemapStages(map, reference, samples, results);
+    return cubemapStages(map, reference, samples, results, lighting::kRec709Luminance, viewing);
 }
 
 TEST(CubemapReference, PrefiltersLikeALatticeAroundTheDirection) {
@@ -399,12 +404,59 @@ TEST(VerifyCubemap, APlainMapIsShownAsItIs) {
     EXPECT_NEAR(verifyAll(map, reference)[0].specular.relRms, 0.1, 1e-4);
 }
 
+TEST(VerifyCubemap, TheBoundOfVisibleErrorsHoldsInEveryDirection) {
+    double before = 0;
+    for (const bool isSunny : {false, true}) {
+        const Environment environment = isSunny ? panorama(32, withSun) : panorama(32, smooth);
+        const CubemapReference reference(environment);
+        const Viewing viewing{lighting::DisplaySettings{}.of(reference.displayKey(lighting::kRec709Luminance))};
+        CookedCubemap map = ideal(reference, positiveSh());
+        const VisibleFigures few = verifyAll(map, reference, {1, 1, 1}, viewing)[2].specular.visible.value(),
+                             many = verifyAll(map, reference, {2, 400, 600}, viewing)[2].specular.visible.value();
+        EXPECT_EQ(few.bound, many.bound) << "of all directions, whatever was sampled";
+        EXPECT_GE(few.bound.value(), many.max);
+        EXPECT_LE(*few.bound, VisibleMetric(viewing, 1).mostVisible());
+        EXPECT_GT(*few.bound, before) << "a sun";
+        before = *few.bound;
+        // A texel as bright as the sun where there is none.
+        map.mips.back().faces[4].at(0, 0) = glm::vec4(1e3f);
+        const VisibleFigures seen = verifyAll(map, reference, {2, 400, 600}, viewing)[2].specular.visible.value();
+        EXPECT_GE(seen.bound.value(), seen.max);
+        EXPECT_GT(*seen.bound, before);
+    }
+}
+
+TEST(VerifyCubemap, RoughLevelsOfASmallSunHaveABoundOfTheirOwn) {
+    // One bright texel: its light is spread by the kernel, so that a rough level is far from as bright as the texel.
+    Environment environment = panorama(32, [](const glm::dvec3&) { return glm::vec3(1); });
+    environment.texels.at(20, 9) = glm::vec3(200);
+    const CubemapReference reference(environment);
+    const Viewing viewing{lighting::DisplaySettings{}.of(1)};
+    CookedCubemap map;
+    map.isDivided = false;
+    CookedCubemap::Mip mip;
+    mip.m = 0.5;
+    for (int face = 0; face < 6; ++face) mip.faces.emplace_back(2, 2, glm::vec4(1));
+    map.mips.push_back(std::move(mip));
+    const VisibleFigures rough = verifyAll(map, reference, {1, 24, 100}, viewing)[2].specular.visible.value();
+    const glm::dvec3 sun = lighting::directionFromEquirectangular({20.5 / 64, 9.5 / 32});
+    const double part = cubemapReflectance(0.5, map.lobe);
+    const double largest =
+        lighting::visibleDifference(part * reference.prefiltered(sun, 0.5), glm::dvec3(part), viewing.display, viewing.bt2020FromWorking);
+    EXPECT_GT(largest, 10);
+    EXPECT_GE(rough.bound.value(), largest);
+    EXPECT_LT(*rough.bound, 1.6 * largest);
+    map.mips[0].m = 0.02;
+    EXPECT_GT(verifyAll(map, reference, {1, 24, 100}, viewing)[2].specular.visible->bound.value(), 2 * largest);
+}
+
 TEST(VerifyCubemap, AnSThatIsNotPositivePassesNoLimit) {
     const Environment environment = panorama(32, smooth);
     const CubemapReference reference(environment);
     CookedCubemap map = ideal(reference, positiveSh());
     map.windowedSh[2] = glm::vec3(0, 9, 0);  // green S is negative below
     EXPECT_GT(verifyAll(map, reference, {1, 1, 0})[2].specular.relRms, 1e100);
+    EXPECT_EQ(verifyAll(map, reference, {1, 1, 0}, Viewing{})[2].specular.visible->bound, HUGE_VAL) << "nothing is known";
     map.windowedSh[2] = glm::vec3(0, NAN, 0);
     EXPECT_GT(verifyAll(map, reference, {1, 1, 0})[2].specular.relRms, 1e100);
 }

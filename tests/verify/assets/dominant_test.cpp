@@ -11,6 +11,7 @@
 #include "lighting/brdf.h"
 #include "lighting/display.h"
 #include "lighting/sphere.h"
+#include "verify/error/visible_metric.h"
 
 namespace lightcook::verify {
 namespace {
@@ -225,6 +226,23 @@ TEST(VerifyDominant, StripsMergeToTheWholeAndTheBoundCoversOtherViews) {
     const auto manyViews = dense.verifyRows(rows, band, 0, kDominantHeight).stages();
     EXPECT_GE(whole[1].specular.maxBound, manyViews[1].specular.maxSampled);
     EXPECT_GE(whole[0].specular.maxBound, manyViews[0].specular.maxSampled);
+}
+
+TEST(VerifyDominant, TheBoundOfVisibleErrorsIsTheLargestDifferenceOfTheDisplay) {
+    const auto band = bake();
+    DecodedDominantRows rows = exact(band);
+    const Viewing viewing{lighting::DisplaySettings{}.of(kKey)};
+    const DominantVerifier shown(description(), {}, lighting::kRec709Luminance, kKey, viewing);
+    for (const float factor : {1.0f, 0.0f}) {  // also of a light that went out
+        for (glm::vec4& texel : rows.intensity.texels()) texel *= factor;
+        const VisibleFigures visible = shown.verifyRows(rows, band, 0, kDominantHeight).stages()[1].specular.visible.value();
+        EXPECT_EQ(visible.bound, VisibleMetric(viewing, 1).mostVisible());
+        EXPECT_GE(*visible.bound, visible.max);
+        EXPECT_EQ(visible.boundAt.x, visible.maxAt.x);
+    }
+    rows.intensity.at(7, 3).y = NAN;
+    EXPECT_EQ(shown.verifyRows(rows, band, 0, kDominantHeight).stages()[1].specular.visible->bound, HUGE_VAL);
+    EXPECT_FALSE(verifier().verifyRows(rows, band, 0, kDominantHeight).stages()[1].specular.visible.has_value());
 }
 
 TEST(VerifyDominant, ShadesWithTheLobeOfTheSceneAndBoundsIt) {

@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "lighting/display.h"
 #include "lighting/radiometry.h"
 
 namespace lightcook::verify {
@@ -268,6 +269,70 @@ Filled throwPlaces(const CookedLut& tables, long long count, unsigned seed) {
     std::printf("[ figures  ] filter %.4g of %.4g, total %.4g of %.4g, fullest entry %.2f\n", worst.filter, all.filter, worst.total,
                 all.total, filled.entries);
     return filled;
+}
+
+/// Compares visible errors of random places with the bound. A sampler reads a place up to 1/256 texel away, and its values are off by the
+/// tolerance of the format.
+void throwVisible(const CookedLut& tables, int count, unsigned seed) {
+    const Viewing viewing{lighting::DisplaySettings{}.of(1)};
+    const LutBounds bounds = boundLut(tables, compareAll(tables).keys, kF0, viewing);
+    const auto shadings = lutShadings(kF0);
+    const auto exits = lutExitRadiances(kF0);
+    const double low = tables.roughness.inverse(tables.roughness.minimum), high = tables.roughness.inverse(tables.roughness.maximum);
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    double largest = 0;
+    for (int i = 0; i < count; ++i) {
+        const double NoV = i % 2 == 0 ? std::pow(10, -4 * uniform(random)) : uniform(random), m = low + (high - low) * uniform(random);
+        const SpecularKernelEntries truth = compareLut(tables, {NoV, m, false, false}).reference;
+        const auto moved = [&](const LutAxis& axis, double t) {
+            const double step = (axis.maximum - axis.minimum) / (axis.count - 1) / 256;
+            return axis.inverse(std::clamp(axis.of(t) + (2 * uniform(random) - 1) * step, axis.minimum, axis.maximum));
+        };
+        SpecularKernelEntries seen = fetchLut(tables, moved(tables.view, NoV), moved(tables.roughness, m));
+        for (std::size_t k = 0; k < seen.size(); ++k)
+            seen[k] += (uniform(random) < 0.5 ? -1 : 1) * static_cast<double>(tables.tolerance[k / 4].absolute) *
+                       std::abs(static_cast<double>(tables.scale[k / 4][static_cast<int>(k % 4)]));
+        for (std::size_t s = 0; s < shadings.size(); ++s) {
+            double reference = 0, found = 0;
+            for (std::size_t k = 0; k < truth.size(); ++k) {
+                reference += shadings[s][k] * truth[k] / exits[s];
+                found += shadings[s][k] * seen[k] / exits[s];
+            }
+            largest = std::max(largest, lighting::visibleDifference(glm::dvec3(reference), glm::dvec3(found), viewing.display));
+        }
+    }
+    EXPECT_LE(largest, bounds.visible.value());
+    EXPECT_GT(largest, 0.2 * *bounds.visible) << "a bound that no place comes near says little";
+    EXPECT_TRUE(bounds.visibleAt.isKnown());
+    EXPECT_EQ(bounds.visibleAt.difference, *bounds.visible);
+}
+
+TEST(LutBound, OfVisibleErrorsHoldsForEverySampler) {
+    CookedLut tables = cook(8, 8, 0.1, 0.6, {.view = kWarped});
+    tables.tolerance.fill(toleranceOf(formats::PixelFormat::Rgba16Unorm));
+    throwVisible(tables, 2000, 1);
+    for (glm::vec4& texel : tables.textures[0].texels()) texel.x *= 0.8f;  // wrong tables are seen by the bound, too
+    throwVisible(tables, 500, 2);
+    throwVisible(cook(6, 4, 0.2, 0.7, {.lobe = SpecularLobe::Ggx}), 1000, 3);
+}
+
+TEST(LutBound, OfVisibleErrorsIsInTheLastStageAndGrowsWithTheError) {
+    CookedLut tables = cook(8, 6, 0.2, 0.6), shifted = cook(8, 6, 0.2, 0.6);
+    const Viewing viewing{lighting::DisplaySettings{}.of(1)};
+    EXPECT_FALSE(boundLut(tables, compareAll(tables).keys, kF0).visible.has_value()) << "without a display";
+    const auto boundOf = [&](const CookedLut& each) {
+        const Verified all = compareAll(each);
+        const auto stages = lutStages(each, all.samples, all.results, kF0, boundLut(each, all.keys, kF0, viewing), viewing);
+        const VisibleFigures& visible = stages[2].specular.visible.value();
+        EXPECT_GE(visible.bound.value(), visible.max);
+        return *visible.bound;
+    };
+    const double good = boundOf(tables);
+    tables.textures[0].at(4, 3).x += 40;
+    EXPECT_GT(boundOf(tables), 1.5 * good);
+    shifted.view.offset += 0.1f / 8;
+    EXPECT_EQ(boundOf(shifted), HUGE_VAL) << "no bound is known where the filter does not meet the texels";
 }
 
 TEST(LutBound, HoldsAtAMillionPlaces) {

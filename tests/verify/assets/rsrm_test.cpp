@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "fit/rsrm.h"
@@ -63,10 +64,11 @@ CookedRsrm quantized(const std::vector<glm::vec3>& gradient, int width, std::vec
     return map;
 }
 
-std::vector<StageError> verifyAll(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int between = 1) {
+std::vector<StageError> verifyAll(const CookedRsrm& map, const std::vector<glm::vec3>& gradient, int between = 1,
+                                  const std::optional<Viewing>& viewing = std::nullopt) {
     std::vector<RsrmRow> rows;
     for (int row = 0; row < map.texels.height(); ++row) rows.push_back(compareRsrmRow(map, {gradient}, row, between));
-    return rsrmStages(map, {gradient}, rows, lighting::kRec709Luminance);
+    return rsrmStages(map, {gradient}, rows, lighting::kRec709Luminance, viewing);
 }
 
 TEST(ConvolvePhong, AgreesWithASumOverTheSphere) {
@@ -185,6 +187,38 @@ TEST(VerifyRsrm, TheBoundHoldsAtEveryPlaceBetweenTexels) {
     EXPECT_GE(coarse.specular.maxBound, fine.specular.maxSampled);
     EXPECT_GE(coarse.diffuse.maxBound, fine.diffuse.maxSampled);
     EXPECT_LT(coarse.diffuse.maxBound, 100 * fine.diffuse.maxSampled);
+}
+
+TEST(VerifyRsrm, TheBoundOfVisibleErrorsHoldsAtEveryPlaceBetweenTexels) {
+    const auto gradient = sky(24);
+    const Viewing viewing{lighting::DisplaySettings{}.of(rsrmDisplayKey(gradient, lighting::kRec709Luminance))};
+    double good = 0;
+    for (const bool isWrong : {false, true}) {
+        CookedRsrm map = quantized(gradient, 20, {1, 8, 700, 16384});
+        if (isWrong) map.texels.at(15, 0) *= 5.0f;
+        const StageError coarse = verifyAll(map, gradient, 1, viewing).back(), fine = verifyAll(map, gradient, 37, viewing).back();
+        for (const auto shading : {&StageError::diffuse, &StageError::specular}) {
+            const VisibleFigures &bounded = (coarse.*shading).visible.value(), &sampled = (fine.*shading).visible.value();
+            EXPECT_GE(bounded.bound.value(), sampled.max);
+            EXPECT_GE(sampled.bound.value(), sampled.max);
+            EXPECT_LE(*sampled.bound, *bounded.bound) << "narrower parts";
+            EXPECT_TRUE(bounded.boundAt.isKnown());
+        }
+        const double bound = coarse.diffuse.visible->bound.value();
+        EXPECT_GT(bound, good);
+        good = 1.5 * bound;
+    }
+    EXPECT_FALSE(verifyAll(quantized(gradient, 20, {8}), gradient, 1, viewing)[0].specular.visible->bound.has_value()) << "texels alone";
+}
+
+TEST(VerifyRsrm, AMapOfOneLightHasATightBoundOfVisibleErrorsAndLightThatIsNotFiniteNone) {
+    const std::vector<glm::vec3> gradient(16, glm::vec3(0.3f, 0.5f, 0.9f));
+    const Viewing viewing{lighting::DisplaySettings{}.of(rsrmDisplayKey(gradient, lighting::kRec709Luminance))};
+    CookedRsrm map = quantized(gradient, 16, {1, 64});
+    for (const StageError& stage : {verifyAll(map, gradient, 1, viewing).back()})
+        for (const ErrorFigures& figures : {stage.diffuse, stage.specular}) EXPECT_LT(figures.visible->bound.value(), 0.1);
+    map.texels.at(3, 1).y = NAN;
+    EXPECT_EQ(verifyAll(map, gradient, 1, viewing).back().specular.visible->bound, HUGE_VAL);
 }
 
 /// Samples are displaced by 1/256 texel along the row and across rows, and texels and filters changed within the format's tolerance.

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
 #include <random>
 #include <span>
+#include <string_view>
 
 #include "lighting/cube.h"
 #include "lighting/radiometry.h"
@@ -155,8 +157,12 @@ TEST(VisibleCubemap, OneTexelChangedByFivePercentIsFoundWithItsColours) {
         EXPECT_EQ(visible.maxAt.y, 1);
         EXPECT_EQ(visible.maxAt.m, 0.2);
         EXPECT_NEAR(visible.maxAt.found.y, 1.05 * part * kLight.y, 1e-5);
-        EXPECT_FALSE(visible.bound.has_value());
+        EXPECT_EQ(visible.bound.has_value(), name == std::string_view("total"));
     }
+    const VisibleFigures& total = stages[2].specular.visible.value();
+    EXPECT_GE(total.bound.value(), total.max);
+    EXPECT_LT(*total.bound, 1.5 * total.max) << "every other direction has the light of the reference";
+    EXPECT_EQ(total.boundAt.mip, 0);
     EXPECT_FALSE(cubemapStages(map, reference, samples, results)[2].specular.visible.has_value()) << "without a display";
 }
 
@@ -256,6 +262,92 @@ TEST(VisibleMesh, AShiftShowsTheLightBesideAndPositionsAddToIt) {
     EXPECT_NEAR(figures.max, largest, toleranceOf(largest));
     EXPECT_NEAR(figures.rms, std::sqrt(squares), toleranceOf(figures.rms));
     EXPECT_EQ(figures.maxAt.x, 0.5) << "the darkest quad";
+}
+
+TEST(VisibleMesh, NoPlaceExceedsTheBoundAndALargerShiftRaisesIt) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> unit(-1, 1), positive(0, 1);
+    constexpr int kSize = 8;
+    formats::LightMapStrip strip = ramp(kSize, kSize);
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x) {
+            lighting::ShRgb& sh = strip.sh.at(x, y);
+            for (std::size_t i = 0; i < sh.size(); ++i)
+                for (int c = 0; c < 3; ++c) sh[i][c] = static_cast<float>(i == 0 ? 2 + unit(random) : 0.4 * unit(random));
+            strip.normal.at(x, y) = glm::vec3(glm::normalize(glm::dvec3(0.3 * unit(random), 0.3 * unit(random), 1)));
+        }
+    strip.covered.at(3, 3) = 0;
+    const auto isInside = [&](const glm::ivec2& quad) {
+        for (int corner = 0; corner < 4; ++corner)
+            if (strip.covered.at(quad.x + corner % 2, quad.y + corner / 2) == 0) return false;
+        return true;
+    };
+    const auto quadOf = [](const glm::dvec2& place) {
+        return glm::ivec2(std::min(static_cast<int>(place.x), kSize - 2), std::min(static_cast<int>(place.y), kSize - 2));
+    };
+    const auto lightAt = [&](const glm::dvec2& place, const glm::dvec3& normal) {
+        const glm::ivec2 quad = quadOf(place);
+        lighting::ShRgb sum{};
+        for (int corner = 0; corner < 4; ++corner) {
+            const glm::dvec2 f = place - glm::dvec2(quad);
+            const double weight = (corner % 2 == 1 ? f.x : 1 - f.x) * (corner / 2 == 1 ? f.y : 1 - f.y);
+            for (std::size_t i = 0; i < sum.size(); ++i)
+                sum[i] += static_cast<float>(weight) * strip.sh.at(quad.x + corner % 2, quad.y + corner / 2)[i];
+        }
+        return glm::dvec3(lighting::lambertExitRadiance(sum, glm::vec3(normal), glm::vec3(1)).value);
+    };
+    const Viewing viewing = viewingOf(0.5);
+    double before = 0;
+    for (const double size : {0.001, 0.05, 0.6}) {
+        const MeshShift shift{0.6 * size, 0.8 * size, 0.1 * size};
+        const double position = 0.2 * size;
+        VisiblePairs pairs(viewing);
+        addMeshShiftVisible(strip, 0, kSize, shift, position, pairs);
+        addMeshShiftVisibleBound(strip, 0, kSize, shift, position, viewing, pairs);
+        const VisibleFigures figures = pairs.figures().value();
+        const double bound = figures.bound.value();
+        EXPECT_GE(bound, figures.max);
+        EXPECT_GT(bound, before);
+        EXPECT_TRUE(figures.boundAt.isKnown());
+        before = bound;
+        double largest = 0;
+        for (int i = 0; i < 20000; ++i) {
+            const glm::dvec2 place(7 * positive(random), 7 * positive(random));
+            // The corners of the shift are the worst.
+            const glm::dvec2 moved = glm::clamp(place + glm::dvec2((unit(random) < 0 ? -1 : 1) * (shift.uTexels + position),
+                                                                   (unit(random) < 0 ? -1 : 1) * (shift.vTexels + position)),
+                                                glm::dvec2(0), glm::dvec2(7));
+            if (!isInside(quadOf(place)) || !isInside(quadOf(moved))) continue;
+            const glm::ivec2 quad = quadOf(place);
+            const glm::dvec3 normal(strip.normal.at(quad.x + (unit(random) < 0 ? 0 : 1), quad.y + (unit(random) < 0 ? 0 : 1)));
+            const glm::dmat3 frame = lighting::worldFromTangentFrame(normal);
+            const double phi = std::numbers::pi * unit(random), angle = shift.normalRadians;
+            const glm::dvec3 turned = frame * glm::dvec3(std::sin(angle) * std::cos(phi), std::sin(angle) * std::sin(phi), std::cos(angle));
+            largest = std::max(largest, lighting::visibleDifference(lightAt(place, normal), lightAt(moved, turned), viewing.display));
+        }
+        EXPECT_LE(largest, bound) << size;
+        EXPECT_GT(largest, 0.1 * bound) << size;
+    }
+    VisiblePairs far(viewing);
+    addMeshShiftVisible(strip, 0, kSize, {3, 0, 0}, 0, far);
+    addMeshShiftVisibleBound(strip, 0, kSize, {3, 0, 0}, 0, viewing, far);
+    EXPECT_GT(far.figures()->bound.value(), 600) << "the largest difference of the display";
+}
+
+TEST(VisibleMesh, StripsHaveTheBoundOfTheWholeMap) {
+    formats::LightMapStrip strip = ramp(5, 9);
+    strip.sh.at(2, 6)[3] = glm::vec3(0.5f);
+    const Viewing viewing = viewingOf(1);
+    VisiblePairs whole(viewing), merged(viewing);
+    addMeshShiftVisible(strip, 0, 9, {0.1, 0.2, 0}, 0, whole);
+    addMeshShiftVisibleBound(strip, 0, 9, {0.1, 0.2, 0}, 0, viewing, whole);
+    for (const auto& [first, count] : {std::pair{0, 4}, std::pair{4, 2}, std::pair{6, 3}}) {
+        VisiblePairs part(viewing);
+        addMeshShiftVisible(strip, first, count, {0.1, 0.2, 0}, 0, part);
+        addMeshShiftVisibleBound(strip, first, count, {0.1, 0.2, 0}, 0, viewing, part);
+        merged.merge(part);
+    }
+    EXPECT_NEAR(merged.figures()->bound.value(), whole.figures()->bound.value(), 1e-12);
 }
 
 TEST(VisibleMesh, ATurnedNormalShowsTheLightOfItsDirection) {

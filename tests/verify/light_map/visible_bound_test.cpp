@@ -10,7 +10,7 @@
 
 #include "tests/compress/synthetic_light_map.h"
 #include "tests/verify/visible_sampler.h"
-#include "verify/light_map/visible_metric.h"
+#include "verify/error/visible_metric.h"
 
 namespace lightcook {
 namespace {
