@@ -66,6 +66,8 @@ struct DominantLightRows {
     formats::ImageView<const std::uint8_t> covered;
     formats::ImageView<const glm::vec3> normal;
     formats::ImageView<glm::vec3> direction, intensity;  ///< DominantLight of each texel
+    /// As LightMapStrip::chart, for fitForFilter(). Empty: surfaces lie between all covered texels.
+    formats::ImageView<const std::uint32_t> chart = {};
 };
 
 /// Sets the lights of all texels; threads may share the rows of a map. Lights of texels that are not covered become zero: the caller pads

@@ -1,8 +1,9 @@
 // Dominant lights fitted for the texture filter. A GPU blends the directions and intensities of neighbouring texels, so the light between
 // texels is that of the bake there only if the texels are fitted together.
 //
-// The fit compares two lights at each place p: centre of a texel, midpoint of an edge or of a quad of covered texels. (d*, c*) is the light
-// that dominantLight() finds in the filtered bake there; (d, c) is that of the filtered textures, d normalised. The fit minimises
+// The fit compares two lights at each place p: centre of a texel, midpoint of an edge or of a quad of covered texels of one chart.
+// (d*, c*) is the light that dominantLight() finds in the filtered bake there; (d, c) is that of the filtered textures, d normalised. The
+// fit minimises
 //   sum_p w_p E_p,   E = |c - c*|^2 + 2 (1 - g) c . c*,   g = (1 + a |d - d*|^2)^-2,   w = k / (|c*| + floor)^2.
 // E is the squared difference of two highlights over all views: g is the overlap of microfacet lobes whose half vectors are
 // |d - d*| / 2 apart, exp(-|d - d*|^2 / (8 m^2)) for Beckmann. The rational g has the mean curvature of m = 0.1, 0.25 and 0.5.

@@ -70,7 +70,7 @@ struct DominantShading {
     int stride = 1;     ///< every stride-th texel of every stride-th row is shaded
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
 };
-/// Returns the stride at which about fifty thousand texels of a map are shaded.
+/// Returns the stride at which at most 2^18 texels of a map are shaded: all of a map of 512 x 512.
 int dominantStride(int width, int height);
 
 /// Rows of both textures, decoded by decodeRows.

@@ -7,7 +7,10 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <span>
 #include <vector>
+
+#include "formats/light_map.h"
 
 namespace lightcook::fit {
 namespace {
@@ -142,12 +145,26 @@ private:
     const Light& lightAt(int x, int y) const { return lights_[at(x, y)]; }
     bool isCovered(int x, int y) const { return rows_.covered.at(x, y) != 0; }
 
-    /// Calls visit(index) for each covered texel next to (x, y), and for that itself.
+    /// Returns true if a filter on a surface may blend these texels: no surface lies between charts that touch.
+    bool areBlended(std::span<const int> texels) const {
+        if (rows_.chart.width == 0 || texels.size() < 2) return true;
+        std::array<std::uint32_t, 4> charts{};
+        for (std::size_t i = 0; i < charts.size(); ++i) {
+            const int texel = texels[i % texels.size()];
+            charts[i] = rows_.chart.at(texel % width_, texel / width_);
+        }
+        return formats::mayHoldSurface(charts);
+    }
+
+    /// Calls visit(index) for each covered texel next to (x, y) of its chart, and for that itself.
     template <class Visit>
     void visitNeighbours(int x, int y, const Visit& visit) const {
         for (int nearY = std::max(0, y - 1); nearY <= std::min(height_ - 1, y + 1); ++nearY)
             for (int nearX = std::max(0, x - 1); nearX <= std::min(width_ - 1, x + 1); ++nearX)
-                if (isCovered(nearX, nearY)) visit(at(nearX, nearY));
+                if (isCovered(nearX, nearY)) {
+                    const std::array<int, 2> both = {static_cast<int>(at(x, y)), static_cast<int>(at(nearX, nearY))};
+                    if (both[0] == both[1] || areBlended(both)) visit(at(nearX, nearY));
+                }
     }
 
     /// Returns the length of a direction for the filter.
@@ -183,7 +200,7 @@ private:
                 if (!isCovered(x + j, y + i)) return {};
                 place.texels[static_cast<std::size_t>(place.count++)] = static_cast<int>(at(x + j, y + i));
             }
-        return place;
+        return areBlended(std::span(place.texels).first(static_cast<std::size_t>(place.count))) ? place : Place{};
     }
 
     /// Returns the light of the filtered bake at a place; without a direction where no surface lies between opposite normals.

@@ -52,7 +52,9 @@ Lights fitLights(const LightMapStrip& strip, int firstRow, int rowCount, const f
     if (options.light.fit == fit::DominantFit::Closed) return lights;
     formats::Image<std::uint8_t> solved(width, height);
     const int firstSolved = std::max(0, above - kSolvedRows), lastSolved = std::min(height, above + rowCount + kSolvedRows);
-    fit::fitForFilter(rowsOf(0, height), solved.view(), firstSolved, lastSolved - firstSolved, options);
+    fit::DominantLightRows rows = rowsOf(0, height);
+    rows.chart = strip.chart.view();
+    fit::fitForFilter(rows, solved.view(), firstSolved, lastSolved - firstSolved, options);
     const auto own = solved.view().rows(above, rowCount);
     counts.solved = std::count(own.row(0), own.row(rowCount), std::uint8_t{1});
     return lights;

@@ -15,8 +15,22 @@
 namespace lightcook {
 namespace {
 
+using formats::Image;
 using test::explained;
 using test::Map;
+
+/// Two charts that touch: each has a light of its own, and no surface lies between them.
+Map touchingCharts() {
+    Map map(8, 6);
+    map.chart = Image<std::uint32_t>(8, 6, 1);
+    for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 8; ++x) {
+            const bool isRight = x >= 4;
+            map.sh.at(x, y) = lighting::projectDirectional(glm::vec3(isRight ? -0.8f : 0.8f, 0, 0.6f), glm::vec3(isRight ? 0.02f : 5.0f));
+            if (isRight) map.chart.at(x, y) = 2;
+        }
+    return map;
+}
 
 double degreesBetween(const glm::dvec3& a, const glm::dvec3& b) {
     return std::acos(std::clamp(glm::dot(glm::normalize(a), glm::normalize(b)), -1.0, 1.0)) * 180 / std::numbers::pi;
@@ -30,6 +44,23 @@ Map shadowEdge() {
         for (int x = 0; x < map.width(); ++x)
             map.sh.at(x, y) = lighting::projectDirectional(x < 4 ? kSun : kSky, glm::vec3(x < 4 ? 1.0f : 0.01f));
     return map;
+}
+
+TEST(FilteredLight, ChartsThatTouchKeepTheirOwnLights) {
+    Map map = touchingCharts(), mixed = touchingCharts();
+    mixed.chart = {};
+    for (Map* each : {&map, &mixed}) each->fitTexels(explained().light);
+    const Map before = map.copy();
+    for (Map* each : {&map, &mixed}) each->fitForFilter(explained());
+    int solved = 0;
+    for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 8; ++x) {
+            EXPECT_EQ(map.solved.at(x, y), 0);
+            EXPECT_EQ(map.intensity.at(x, y), before.intensity.at(x, y));
+            EXPECT_LT(glm::distance(map.direction.at(x, y), glm::normalize(before.direction.at(x, y))), 1e-6f) << "of full length";
+            solved += mixed.solved.at(x, y);
+        }
+    EXPECT_GT(solved, 0) << "one chart with an edge of light";
 }
 
 /// In the middle of the edge the bake holds half the strong light and half the weak one: nearly the strong one's direction.

@@ -14,6 +14,7 @@ struct Map {
     formats::Image<std::uint8_t> covered;
     formats::Image<glm::vec3> normal, direction, intensity;
     formats::Image<std::uint8_t> solved;
+    formats::Image<std::uint32_t> chart = {};  ///< empty: none
 
     Map(int width, int height)
         : sh(width, height),
@@ -24,7 +25,7 @@ struct Map {
           solved(width, height, 7) {}
     int width() const { return sh.width(); }
     int height() const { return sh.height(); }
-    fit::DominantLightRows rows() { return {sh.view(), covered.view(), normal.view(), direction.view(), intensity.view()}; }
+    fit::DominantLightRows rows() { return {sh.view(), covered.view(), normal.view(), direction.view(), intensity.view(), chart.view()}; }
 
     void fitTexels(const fit::DominantLightOptions& options) { fit::fitDominantLights(rows(), options); }
     void fitForFilter(const fit::FilteredLightOptions& options, int firstRow, int rowCount) {
