@@ -71,23 +71,20 @@ private:
     }
 
     /// Finds the mean and the principal axis of the block, with each channel scaled by the root of its share of the weight.
-    static HWY_INLINE void findAxis(const Texels& texels, F (&mean)[3], F (&axis)[3]) {
-        F total = set(1e-30f), share[3] = {zero(), zero(), zero()};
+    HWY_INLINE void findAxis(const Texels& texels, F (&mean)[3], F (&axis)[3]) const {
         for (F& m : mean) m = zero();
         F texel[kTexelCount];
         for (int t = 0; t < kTexelCount; ++t) {
             texel[t] = texels.weight[0][t] + texels.weight[1][t] + texels.weight[2][t];
             for (int c = 0; c < 3; ++c) {
-                share[c] = share[c] + texels.weight[c][t];
                 mean[c] = hn::MulAdd(texel[t], texels.v[c][t], mean[c]);
             }
         }
-        total = total + (share[0] + share[1] + share[2]);
-        const F perTotal = set(1.0f) / total;
+        const F perTotal = set(1.0f) / (total_[0] + total_[1] + total_[2]);
         F scale[3];
         for (int c = 0; c < 3; ++c) {
             mean[c] = mean[c] * perTotal;
-            scale[c] = hn::Sqrt(share[c] * perTotal);
+            scale[c] = hn::Sqrt(total_[c] * perTotal);
         }
         F m[6] = {zero(), zero(), zero(), zero(), zero(), zero()};  // covariance: xx xy xz yy yz zz
         for (int t = 0; t < kTexelCount; ++t) {

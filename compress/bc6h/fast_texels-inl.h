@@ -27,7 +27,6 @@ class Bc6hFastTexels : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
     using Values = Bc6hValues<D, kSigned>;
-    static constexpr std::size_t kLanes = hn::MaxLanes(D());
 
 public:
     F v[3][kTexelCount];          ///< in the scale of the format
@@ -51,24 +50,17 @@ public:
     }
 
 private:
-    /// Loads four consecutive floats of each lane into four vectors.
-    static HWY_INLINE void byFours(const float* from, F& a, F& b, F& c, F& d) { hn::LoadInterleaved4(D(), from, a, b, c, d); }
-
     bool loadLight(const std::array<const float*, 4>& texels) {
         const D d;
-        HWY_ALIGN float plane[3][4 * kLanes];
         F lowest = zero(), highest = zero();
-        for (std::size_t y = 0; y < 4; ++y) {
-            for (std::size_t part = 0; part < 4; ++part) {
-                F x[4];
-                byFours(texels[y] + part * 4 * hn::Lanes(d), x[0], x[1], x[2], x[3]);
-                for (std::size_t c = 0; c < 3; ++c) {
-                    lowest = hn::Min(lowest, x[c]);
-                    highest = hn::Max(highest, x[c]);
-                    hn::Store(vOf(x[c]), d, plane[c] + part * hn::Lanes(d));
-                }
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            std::array<F, 3> x;
+            loadTexel<D>(texels[t / 4] + 4 * (t % 4), x);
+            for (std::size_t c = 0; c < 3; ++c) {
+                lowest = hn::Min(lowest, x[c]);
+                highest = hn::Max(highest, x[c]);
+                v[c][t] = vOf(x[c]);
             }
-            for (std::size_t c = 0; c < 3; ++c) byFours(plane[c], v[c][4 * y], v[c][4 * y + 1], v[c][4 * y + 2], v[c][4 * y + 3]);
         }
         const M below = lowest < set(kSigned ? -65504.0f : 0.0f);
         return !hn::AllFalse(d, hn::Or(below, highest > set(65504.0f)));
