@@ -13,25 +13,16 @@ int signExtend(int value, int bits) {
     return (value & (1 << (bits - 1))) ? value - (1 << bits) : value;
 }
 
-/// Returns the mode of a block, or -1 for the four reserved modes.
-int readMode(BitReader& bits) {
-    std::uint32_t header = bits.get(2);
-    if (header >= 2) header |= bits.get(3) << 2;
-    for (std::size_t m = 0; m < kBc6hModes.size(); ++m)
-        if (kBc6hModes[m].header == header && (header < 2) == (kBc6hModes[m].headerBits == 2)) return static_cast<int>(m);
-    return -1;
-}
-
 }  // namespace
 
 void decodeBc6h(const std::byte* block, bool isSigned, DecodedBlock& out) {
     out.fill(glm::vec4(0, 0, 0, 1));
     BitReader bits(block, 16);
-    const int modeIndex = readMode(bits);
+    const int modeIndex = bc6hModeOf(bits);
     if (modeIndex < 0) return;
     const Bc6hMode& mode = kBc6hModes[static_cast<std::size_t>(modeIndex)];
     int ends[4][3] = {};
-    for (const Bc6hBit& bit : bc6hLayout(modeIndex)) ends[bit.end][bit.channel] |= static_cast<int>(bits.get(1)) << bit.bit;
+    for (const Bc6hRun& run : bc6hRuns(modeIndex)) ends[run.end][run.channel] |= static_cast<int>(bits.get(run.bitCount)) << run.firstBit;
     const int partition = mode.regionCount == 2 ? static_cast<int>(bits.get(5)) : 0;
     for (int c = 0; c < 3; ++c) {
         if (isSigned) ends[0][c] = signExtend(ends[0][c], mode.endpointBits);
@@ -44,9 +35,10 @@ void decodeBc6h(const std::byte* block, bool isSigned, DecodedBlock& out) {
         for (int e = 0; e < 2 * mode.regionCount; ++e) ends[e][c] = bc6hUnquantize(ends[e][c], mode.endpointBits, isSigned);
     }
     const int indexBits = mode.regionCount == 2 ? 3 : 4;
+    const int secondAnchor = mode.regionCount == 2 ? anchorOf(2, partition, 1) : 0;
     for (int t = 0; t < kTexelCount; ++t) {
         const int region = regionOf(mode.regionCount, partition, t);
-        const bool anchor = t == anchorOf(mode.regionCount, partition, region);
+        const bool anchor = t == 0 || t == secondAnchor;
         const int w = weightOf(indexBits, static_cast<int>(bits.get(indexBits - anchor)));
         for (int c = 0; c < 3; ++c) {
             const int value = (ends[2 * region][c] * (64 - w) + ends[2 * region + 1][c] * w + 32) >> 6;

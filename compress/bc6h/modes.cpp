@@ -49,6 +49,14 @@ std::vector<Bc6hBit> parse(std::string_view text) {
 
 }  // namespace
 
+int bc6hModeOf(BitReader& bits) {
+    std::uint32_t header = bits.get(2);
+    if (header >= 2) header |= bits.get(3) << 2;
+    for (std::size_t m = 0; m < kBc6hModes.size(); ++m)
+        if (kBc6hModes[m].header == header && (header < 2) == (kBc6hModes[m].headerBits == 2)) return static_cast<int>(m);
+    return -1;
+}
+
 std::span<const Bc6hBit> bc6hLayout(int modeIndex) {
     static const std::array<std::vector<Bc6hBit>, 14> layouts = [] {
         std::array<std::vector<Bc6hBit>, 14> parsed;

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <span>
 
+#include "compress/block/block.h"
+
 namespace lightcook::compress {
 
 struct Bc6hMode {
@@ -43,6 +45,9 @@ inline constexpr std::array<int, 4> kBc6hOneRegionModes = {10, 11, 12, 13};
 inline constexpr std::array<int, 10> kBc6hTwoRegionModes = {9, 1, 6, 7, 8, 5, 0, 2, 3, 4};
 /// The mode with endpoints of 16 bits, which are finer than halves.
 inline constexpr int kBc6h16BitMode = 13;
+
+/// Reads the mode bits of a block. Returns an index of kBc6hModes, or -1 for the four reserved modes.
+int bc6hModeOf(BitReader& bits);
 
 /// One stored bit: bit `bit` of channel `channel` of endpoint `end` (0 and 1 in region 0, 2 and 3 in region 1).
 struct Bc6hBit {

@@ -1,7 +1,8 @@
 // Method: Lagrangian optimization with a greedy choice. For every block, candidates are copies of blocks to its left (rdo_candidates.h).
-// With a price per bit (the Lagrange multiplier), each block in turn takes the candidate with the least error + price * bits, where bits
-// are an estimate of what Zstandard will spend. The row is tried with rising prices; of those whose total error is within the allowed
-// growth, the choices with the fewest bits win.
+// With a price per bit (the Lagrange multiplier), each block in turn takes the candidate with the least cost + price * bits, where bits
+// are an estimate of what Zstandard will spend. The row is tried with rising prices; of those whose errors are within the allowed growth,
+// the choices with the fewest bits win. The cost is the error in the encoder's metric, plus none, a quarter or all of the error of the
+// values (RowError), each as a share of that of the row: which of the two reaches its limit first differs from row to row.
 #include "compress/block/rdo.h"
 
 #include <algorithm>
@@ -79,22 +80,28 @@ private:
 /// The number of the chosen candidate of each block, or -1, and the totals of the row.
 struct Choices {
     std::vector<int> ofBlock;
-    double error = 0, bits = 0;
+    RowError error{};
+    double bits = 0;
 };
 
-/// Chooses the candidate with the least error + price * bits for each block in turn. Price 0 chooses the fewest bits that cost no error in
+/// Chooses the candidate with the least cost + price * bits for each block in turn. Price 0 chooses the fewest bits that cost no error in
 /// any block.
-Choices choose(const RowCandidates& row, double price) {
+/// valueWeight  as for RowCandidates::costOf
+Choices choose(const RowCandidates& row, double price, double valueWeight) {
     Choices choices;
     choices.ofBlock.assign(row.count(), -1);
     MatchModel model(row);
     for (std::size_t j = 0; j < row.count(); ++j) {
         const std::vector<CopyCandidate>& candidates = row.candidatesOf(j);
-        double bestBits = model.literalBits(), bestError = row.errorOf(j);
+        const RowError& own = row.errorOf(j);
+        RowError bestError = own;
+        double bestBits = model.literalBits();
         for (std::size_t i = 0; i < candidates.size(); ++i) {
-            const double bits = model.bitsOf(j, candidates[i]), error = candidates[i].error;
+            const RowError& error = candidates[i].error;
+            const double bits = model.bitsOf(j, candidates[i]);
             const bool isBetter =
-                price > 0 ? error + price * bits < bestError + price * bestBits : error <= row.errorOf(j) && bits < bestBits;
+                price > 0 ? row.costOf(error, valueWeight) + price * bits < row.costOf(bestError, valueWeight) + price * bestBits
+                          : error.metric <= own.metric && error.value <= own.value && bits < bestBits;
             if (!isBetter) continue;
             bestBits = bits;
             bestError = error;
@@ -110,20 +117,22 @@ Choices choose(const RowCandidates& row, double price) {
     return choices;
 }
 
-/// Returns the choices with the fewest bits whose error is within the allowed one. Prices rise from 2^-40 of the mean error per bit, first
-/// in steps of sixteen octaves, then in finer ones down to a sixteenth of an octave.
-Choices chooseWithin(const RowCandidates& row, double errorBefore, double allowed) {
-    Choices best = choose(row, 0);
-    const double rowBits = kLiteralBits * static_cast<double>(row.count() * row.blockBytes());
-    const double unit = std::max(errorBefore, 1e-300) / rowBits;
+/// Returns the choices with the fewest bits whose errors are at most `allowed` times those of the row. Prices rise from 2^-40 of the mean
+/// cost per bit, first in steps of sixteen octaves, then in finer ones down to a sixteenth of an octave.
+Choices chooseWithin(const RowCandidates& row, double allowed) {
+    Choices best = choose(row, 0, 0);
+    const double unit = 1 / (kLiteralBits * static_cast<double>(row.count() * row.blockBytes()));
     constexpr int kPerOctave = 16, kOctaves = 40;  // exponents count sixteenths of an octave
-    int exponent = -kOctaves * kPerOctave;
-    for (const int step : {256, 64, 16, 4, 1})
-        for (; exponent < kOctaves * kPerOctave; exponent += step) {
-            Choices tried = choose(row, unit * std::exp2(static_cast<double>(exponent + step) / kPerOctave));
-            if (!(tried.error <= allowed)) break;
-            if (tried.bits <= best.bits) best = std::move(tried);
-        }
+    for (const double valueWeight : {0.0, 0.25, 1.0}) {
+        int exponent = -kOctaves * kPerOctave;
+        for (const int step : {256, 64, 16, 4, 1})
+            for (; exponent < kOctaves * kPerOctave; exponent += step) {
+                Choices tried = choose(row, unit * std::exp2(static_cast<double>(exponent + step) / kPerOctave), valueWeight);
+                if (!(tried.error.metric <= allowed * row.total().metric && tried.error.value <= allowed * row.total().value)) break;
+                if (tried.bits <= best.bits) best = std::move(tried);
+            }
+        if (!row.hasValueError()) break;
+    }
     return best;
 }
 
@@ -151,12 +160,10 @@ void reduceRow(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<
     assert(supportsRdo(format) && texels.height >= 1 && texels.height <= kBlockSide);
     assert(row.size() == formats::bytesPerBlockRow(format, texels.width));
     RowCandidates candidates(format, texels, significance, options, row);
-    double before = 0;
-    for (std::size_t j = 0; j < candidates.count(); ++j) before += candidates.errorOf(j);
-    if (!std::isfinite(before)) return;  // values are so far from the scale that the error cannot be bounded
+    if (!candidates.total().isFinite()) return;  // values are so far from the scale that the error cannot be bounded
     candidates.find();
     const double growth = 1 + static_cast<double>(options.rdo);
-    const Choices choices = chooseWithin(candidates, before, before * growth * growth);
+    const Choices choices = chooseWithin(candidates, growth * growth);
     for (std::size_t j = 0; j < candidates.count(); ++j)
         if (choices.ofBlock[j] >= 0)
             candidates.apply(j, candidates.candidatesOf(j)[static_cast<std::size_t>(choices.ofBlock[j])],

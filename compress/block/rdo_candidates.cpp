@@ -23,9 +23,9 @@ std::span<const ByteRange> rangesOf(PixelFormat format) {
     static constexpr std::array kBc4 = {ByteRange{0, 8}, ByteRange{2, 8}};
     static constexpr std::array kBc5 = {ByteRange{0, 16}, ByteRange{0, 8}, ByteRange{8, 16}, ByteRange{2, 8}, ByteRange{10, 16}};
     static constexpr std::array kBc3 = {ByteRange{0, 16}, ByteRange{0, 8}, ByteRange{8, 16}, ByteRange{2, 8}, ByteRange{12, 16}};
-    // BC7 copies the mode and the endpoints as a head. BC6H does not: see headAt().
+    // BC6H and BC7 copy the mode and the endpoints as a head.
     static constexpr std::array kBc7 = {ByteRange{0, 16}, ByteRange{8, 16}, ByteRange{10, 16}, ByteRange{12, 16}};
-    static constexpr std::array kBc6h = {ByteRange{0, 16}, ByteRange{0, 8}, ByteRange{8, 16}, ByteRange{10, 16}};
+    static constexpr std::array kBc6h = {ByteRange{0, 16}, ByteRange{8, 16}, ByteRange{10, 16}};
     switch (format) {
         case PixelFormat::Bc1:
             return kBc1;
@@ -52,6 +52,12 @@ bool usesTransparentIndex(const std::byte* block) {
     return first <= second && (indices & indices >> 1 & 0x55555555u) != 0;
 }
 
+double sum(const std::array<float, kTexelCount>& values) {
+    double total = 0;
+    for (const float each : values) total += static_cast<double>(each);
+    return total;
+}
+
 }  // namespace
 
 RowCandidates::RowCandidates(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
@@ -62,9 +68,15 @@ RowCandidates::RowCandidates(PixelFormat format, ImageView<const glm::vec4> texe
       metric_(format, options),
       options_(options),
       original_(row.begin(), row.end()),
+      hasValueError_(!metric_.isLinear()),
       blocks_(row.size() / blockBytes_) {
     scaleWeights(significance);
-    for (std::size_t j = 0; j < blocks_.size(); ++j) gather(texels, significance, static_cast<int>(j));
+    for (std::size_t j = 0; j < blocks_.size(); ++j) {
+        gather(texels, significance, static_cast<int>(j));
+        total_ += blocks_[j].error;
+    }
+    const auto inverse = [](double error) { return error > 0 ? std::min(1 / error, 1e30) : 1; };
+    scale_ = {inverse(total_.metric), inverse(total_.value)};
 }
 
 void RowCandidates::find() {
@@ -109,41 +121,46 @@ void RowCandidates::gather(ImageView<const glm::vec4> texels, ImageView<const fl
         const glm::vec4 texel = metric_.inRange(texels.at(x, y));
         const float weight = std::ldexp(significance.texels ? significance.at(x, y) : 1.0f, significanceExponent_);
         for (std::size_t c = 0; c < metric_.channelCount(); ++c) {
-            const float value = texel[static_cast<int>(c)];
-            block.wanted[c][t] = value;
-            block.weights[c][t] = weight * std::ldexp(options_.channelWeights[c], channelExponent_) * metric_.factor(value);
+            const float value = texel[static_cast<int>(c)], channelWeight = std::ldexp(options_.channelWeights[c], channelExponent_);
+            block.wanted.value[c][t] = value;
+            block.weights.metric[c][t] = weight * channelWeight * metric_.factor(value);
+            block.weights.value[c][t] = std::sqrt(weight) * channelWeight;
         }
     }
-    metric_.map(block.wanted);
+    block.wanted.metric = block.wanted.value;
+    metric_.map(block.wanted.metric);
     decode(blockAt(static_cast<std::size_t>(j)), block.decoded);
     block.error = errorOf(block, block.decoded);
 }
 
 /// Decodes a block. Returns false for blocks that the encoders never write: values that are not finite, and the index of BC1 that some
 /// readers decode to transparent (decodeBlock decodes it to opaque black).
-bool RowCandidates::decode(const std::byte* bytes, Planes& planes) const {
+bool RowCandidates::decode(const std::byte* bytes, Texels& texels) const {
     DecodedBlock decoded;
     decodeBlock(format_, bytes, decoded);
     bool isOurs = format_ != PixelFormat::Bc1 || !usesTransparentIndex(bytes);
     for (std::size_t t = 0; t < kTexelCount; ++t)
         for (std::size_t c = 0; c < metric_.channelCount(); ++c) {
-            planes[c][t] = decoded[t][static_cast<int>(c)];
-            isOurs = isOurs && std::isfinite(planes[c][t]);
+            texels.metric[c][t] = decoded[t][static_cast<int>(c)];
+            isOurs = isOurs && std::isfinite(texels.metric[c][t]);
         }
-    metric_.map(planes);
+    if (hasValueError_) texels.value = texels.metric;
+    metric_.map(texels.metric);
     return isOurs;
 }
 
-double RowCandidates::errorOf(const RowBlock& block, const Planes& planes) const {
-    std::array<float, kTexelCount> sums{};
-    for (std::size_t c = 0; c < metric_.channelCount(); ++c)
-        for (std::size_t t = 0; t < kTexelCount; ++t) {
-            const float difference = planes[c][t] - block.wanted[c][t];
-            sums[t] += block.weights[c][t] * difference * difference;
-        }
-    double sum = 0;
-    for (const float each : sums) sum += static_cast<double>(each);
-    return sum;
+RowError RowCandidates::errorOf(const RowBlock& block, const Texels& texels) const {
+    const auto sumOf = [&](const Planes& found, const Planes& wanted, const Planes& weights) {
+        std::array<float, kTexelCount> sums{};
+        for (std::size_t c = 0; c < metric_.channelCount(); ++c)
+            for (std::size_t t = 0; t < kTexelCount; ++t) {
+                const float difference = found[c][t] - wanted[c][t];
+                sums[t] += weights[c][t] * difference * difference;
+            }
+        return sum(sums);
+    };
+    return {sumOf(texels.metric, block.wanted.metric, block.weights.metric),
+            hasValueError_ ? sumOf(texels.value, block.wanted.value, block.weights.value) : 0};
 }
 
 /// Finds the candidates of block j. Blocks must be visited in order, because heads_ keeps the heads of the last ones.
@@ -152,11 +169,11 @@ void RowCandidates::findFor(std::size_t j) {
     for (std::size_t back = 1; back <= std::min<std::size_t>(j, kWholeReach); ++back)
         block.candidates.push_back({j - back, 0, errorOf(block, blocks_[j - back].decoded)});
     std::array<std::byte, 16> mixed;
-    Planes planes{};
+    Texels mixedTexels{};
     for (std::size_t back = 1; back <= std::min<std::size_t>(j, kPartReach); ++back)
         for (std::size_t r = 1; r < ranges_.size(); ++r) {
-            apply(j, {j - back, r, 0}, mixed.data());
-            if (decode(mixed.data(), planes)) block.candidates.push_back({j - back, r, errorOf(block, planes)});
+            apply(j, {j - back, r, {}}, mixed.data());
+            if (decode(mixed.data(), mixedTexels)) block.candidates.push_back({j - back, r, errorOf(block, mixedTexels)});
         }
     for (std::size_t back = 1; back <= std::min<std::size_t>(j, kHeadReach); ++back) {
         const Head& head = heads_[(j - back) % heads_.size()];
@@ -164,14 +181,13 @@ void RowCandidates::findFor(std::size_t j) {
     }
     heads_[j % heads_.size()] = headAt(j);
     headBits_.push_back(heads_[j % heads_.size()].form.bits);
-    std::erase_if(block.candidates, [](const CopyCandidate& candidate) { return !std::isfinite(candidate.error); });
+    std::erase_if(block.candidates, [](const CopyCandidate& candidate) { return !candidate.error.isFinite(); });
 }
 
-/// Returns the head of block j and the values that each of its indices decodes to. Only BC7 has heads. In BC6H, with its logarithmic scale,
-/// new indices for the head of another block make large errors of light beside bright texels.
+/// Returns the head of block j and the values that each of its indices decodes to.
 RowCandidates::Head RowCandidates::headAt(std::size_t j) const {
     Head head;
-    if (format_ == PixelFormat::Bc7) head.form = headOfBc7(blockAt(j));
+    head.form = headOf(format_, blockAt(j));
     if (!head.form.bits) return head;
     int most = 0;
     for (std::size_t s = 0; s < 2; ++s) {
@@ -194,36 +210,50 @@ RowCandidates::Head RowCandidates::headAt(std::size_t j) const {
     return head;
 }
 
-/// Returns the least error of a block with this head. indices, if not null, receives the best indices.
-double RowCandidates::errorWith(const RowBlock& block, const Head& head, Indices* indices) const {
-    std::array<float, kTexelCount> sums{};
+/// Returns the errors of a block with this head and the indices that cost least. indices, if not null, receives these.
+RowError RowCandidates::errorWith(const RowBlock& block, const Head& head, Indices* indices) const {
+    using Sums = std::array<float, kTexelCount>;
+    const auto scale = static_cast<float>(scale_.metric), valueScale = static_cast<float>(scale_.value);
+    Sums metricSums{}, valueSums{};
     for (std::size_t s = 0; s < static_cast<std::size_t>(head.form.setCount); ++s) {
         const IndexSet& set = head.form.sets[s];
         const std::size_t count = std::size_t{1} << set.bits;
-        std::array<float, kTexelCount> best;
+        Sums best, metricOfBest, valueOfBest;
         std::array<std::int32_t, kTexelCount> which{};
-        best.fill(std::numeric_limits<float>::infinity());
+        for (Sums* each : {&best, &metricOfBest, &valueOfBest}) each->fill(std::numeric_limits<float>::infinity());
         for (std::size_t i = 0; i < count; ++i) {
-            std::array<float, kTexelCount> error{};
-            if (i >= count / 2) error = head.penalty[s];
-            for (std::size_t c = 0; c < metric_.channelCount(); ++c) {
-                if (!(set.channels >> c & 1)) continue;
-                for (std::size_t t = 0; t < kTexelCount; ++t) {
-                    const float difference = head.decoded[i][c][t] - block.wanted[c][t];
-                    error[t] += block.weights[c][t] * difference * difference;
+            Sums metric{}, value{}, cost;
+            if (i >= count / 2) metric = head.penalty[s];
+            const auto add = [&](const Planes& found, const Planes& wanted, const Planes& weights, Sums& error) {
+                for (std::size_t c = 0; c < metric_.channelCount(); ++c) {
+                    if (!(set.channels >> c & 1)) continue;
+                    for (std::size_t t = 0; t < kTexelCount; ++t) {
+                        const float difference = found[c][t] - wanted[c][t];
+                        error[t] += weights[c][t] * difference * difference;
+                    }
                 }
+            };
+            add(head.decoded[i].metric, block.wanted.metric, block.weights.metric, metric);
+            cost = metric;
+            if (hasValueError_) {
+                add(head.decoded[i].value, block.wanted.value, block.weights.value, value);
+                for (std::size_t t = 0; t < kTexelCount; ++t) cost[t] = metric[t] * scale + value[t] * valueScale;
             }
             for (std::size_t t = 0; t < kTexelCount; ++t) {
-                which[t] = error[t] < best[t] ? static_cast<std::int32_t>(i) : which[t];
-                best[t] = error[t] < best[t] ? error[t] : best[t];
+                const bool isBetter = cost[t] < best[t];
+                which[t] = isBetter ? static_cast<std::int32_t>(i) : which[t];
+                metricOfBest[t] = isBetter ? metric[t] : metricOfBest[t];
+                valueOfBest[t] = isBetter ? value[t] : valueOfBest[t];
+                best[t] = isBetter ? cost[t] : best[t];
             }
         }
-        for (std::size_t t = 0; t < kTexelCount; ++t) sums[t] += best[t];
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            metricSums[t] += metricOfBest[t];
+            valueSums[t] += valueOfBest[t];
+        }
         for (std::size_t t = 0; indices && t < kTexelCount; ++t) (*indices)[s][t] = static_cast<std::uint8_t>(which[t]);
     }
-    double sum = 0;
-    for (const float each : sums) sum += static_cast<double>(each);
-    return sum;
+    return {sum(metricSums), sum(valueSums)};
 }
 
 }  // namespace lightcook::compress

@@ -1,16 +1,21 @@
 // Rate-distortion optimization, first part: the copies that may replace each block of a row or a part of it, and the error of each.
 //
 // A block may repeat an earlier block of its row, up to kWholeReach blocks back; or a byte range of one, such as its endpoints or its
-// indices (up to kPartReach); or, in BC7, the head of one, everything before the indices, with the best indices for it (up to kHeadReach).
+// indices (up to kPartReach); or, in BC6H and BC7, the head of one, everything before the indices, with the best indices for it (up to
+// kHeadReach).
+//
+// With a metric that is not linear a block has a second error, of the values themselves, weighted by the roots of the weights. It protects
+// the padding beside charts: a sampler mixes these texels into the charts, in linear light, though they hardly weigh.
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "compress/bc7/block_head.h"
+#include "compress/block/block_head.h"
 #include "compress/block/row_metric.h"
 #include "compress/encode_options.h"
 #include "formats/image.h"
@@ -23,12 +28,24 @@ struct ByteRange {
     std::size_t begin, end;
 };
 
+/// Squared errors of a block or a row.
+struct RowError {
+    double metric = 0;  ///< in the encoder's metric, weighted
+    double value = 0;   ///< of the values, weighted by the roots of the weights; 0 if the metric is linear
+    RowError& operator+=(const RowError& other) {
+        metric += other.metric;
+        value += other.value;
+        return *this;
+    }
+    bool isFinite() const { return std::isfinite(metric) && std::isfinite(value); }
+};
+
 /// A copy that may replace a block or a part of it.
 struct CopyCandidate {
     static constexpr std::size_t kHeadOnly = ~std::size_t{0};
     std::size_t source;  ///< block to the left
     std::size_t range;   ///< number of the byte range, 0 for the whole block; kHeadOnly: the head, with new indices
-    double error;        ///< of the block with the copy
+    RowError error;      ///< of the block with the copy
 };
 
 class RowCandidates {
@@ -44,7 +61,15 @@ public:
     std::size_t blockBytes() const { return blockBytes_; }
     /// Returns the bytes of a block as they were encoded.
     const std::byte* blockAt(std::size_t j) const { return original_.data() + j * blockBytes_; }
-    double errorOf(std::size_t j) const { return blocks_[j].error; }
+    const RowError& errorOf(std::size_t j) const { return blocks_[j].error; }
+    /// Returns the errors of all blocks as they were encoded.
+    const RowError& total() const { return total_; }
+    /// Returns the sum of both errors, each as a share of that of the row.
+    /// valueWeight  weight of RowError::value
+    double costOf(const RowError& error, double valueWeight) const {
+        return error.metric * scale_.metric + valueWeight * (error.value * scale_.value);
+    }
+    bool hasValueError() const { return hasValueError_; }  ///< the metric is not linear
     /// Returns the candidates of a block; those with an infinite error are left out.
     const std::vector<CopyCandidate>& candidatesOf(std::size_t j) const { return blocks_[j].candidates; }
     /// Returns the bytes that a candidate copies. A head is rounded down to whole bytes.
@@ -57,27 +82,31 @@ public:
 
 private:
     using Indices = std::array<std::array<std::uint8_t, kTexelCount>, 2>;
-    /// The head of a BC7 block, and the values that its indices decode to.
+    /// Sixteen texels as they are and in the space of the metric. `value` is used only if hasValueError_.
+    struct Texels {
+        Planes metric{}, value{};
+    };
+    /// The head of a block, and the values that its indices decode to.
     struct Head {
         BlockHead form{};
-        std::array<Planes, 16> decoded{};                         ///< for each index, all texels
+        std::array<Texels, 16> decoded{};                         ///< for each index, all texels
         std::array<std::array<float, kTexelCount>, 2> penalty{};  ///< of the upper half of indices of each set: infinite at anchors
     };
     struct RowBlock {
-        Planes wanted{};   ///< the texels, in the space of the metric
-        Planes weights{};  ///< weights of squared differences
-        Planes decoded{};  ///< the encoded block, in the space of the metric
-        double error = 0;
+        Texels wanted{};
+        Texels weights{};  ///< weights of squared differences
+        Texels decoded{};  ///< the encoded block
+        RowError error{};
         std::vector<CopyCandidate> candidates{};
     };
 
     void scaleWeights(formats::ImageView<const float> significance);
     void gather(formats::ImageView<const glm::vec4> texels, formats::ImageView<const float> significance, int j);
-    bool decode(const std::byte* bytes, Planes& planes) const;
-    double errorOf(const RowBlock& block, const Planes& planes) const;
+    bool decode(const std::byte* bytes, Texels& texels) const;
+    RowError errorOf(const RowBlock& block, const Texels& texels) const;
     void findFor(std::size_t j);
     Head headAt(std::size_t j) const;
-    double errorWith(const RowBlock& block, const Head& head, Indices* indices) const;
+    RowError errorWith(const RowBlock& block, const Head& head, Indices* indices) const;
 
     formats::PixelFormat format_;
     std::span<const ByteRange> ranges_;
@@ -85,7 +114,9 @@ private:
     RowMetric metric_;
     const EncodeOptions& options_;
     std::vector<std::byte> original_;
+    bool hasValueError_;                                  ///< the metric is not linear
     int significanceExponent_ = 0, channelExponent_ = 0;  ///< powers of two by which weights are scaled
+    RowError total_{}, scale_{};                          ///< of the row as it was encoded; their inverses, 1 for an error of 0
     std::vector<RowBlock> blocks_;
     std::vector<Head> heads_;    ///< of the last blocks, in a ring buffer
     std::vector<int> headBits_;  ///< size of the head of each block

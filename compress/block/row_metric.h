@@ -20,6 +20,8 @@ class RowMetric {
 public:
     RowMetric(formats::PixelFormat format, const EncodeOptions& options);
 
+    /// Returns true if errors are squared differences of the values.
+    bool isLinear() const { return metric_ == HdrMetric::Linear; }
     std::size_t channelCount() const { return channelCount_; }
     /// Returns a texel clamped to the range of the format.
     glm::vec4 inRange(const glm::vec4& texel) const;

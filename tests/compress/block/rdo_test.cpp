@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compress/bc7/block_head.h"
+#include "compress/block/block_head.h"
 #include "tests/compress/codec_images.h"
 #include "verify/texture_unit.h"
 
@@ -27,21 +27,24 @@ std::vector<NamedImage> imagesFor(PixelFormat format) {
 }
 
 /// Returns the weighted squared error of each row of blocks.
+/// ofValues  of the values, weighted by the roots of the significance, in place of the metric
 std::vector<double> rowErrors(PixelFormat format, const TexelImage& image, const formats::Image<float>& significance,
-                              const EncodeOptions& options, const std::vector<std::byte>& bytes) {
+                              const EncodeOptions& options, const std::vector<std::byte>& bytes, bool ofValues) {
     TexelImage read(image.width(), image.height());
     verify::decodeRows(format, bytes, read.view());
     const double scale = static_cast<double>(options.hdrScale);
     const auto mapped = [&](double x) { return std::copysign(std::log2(1 + std::abs(x) / scale), x); };
+    const bool hasMetric = formats::info(format).isFloat && !ofValues;
     std::vector<double> errors(static_cast<std::size_t>((image.height() + 3) / 4));
     for (int y = 0; y < image.height(); ++y)
         for (int x = 0; x < image.width(); ++x)
             for (int c = 0; c < formats::info(format).channelCount; ++c) {
                 const double wanted = static_cast<double>(image.at(x, y)[c]), found = static_cast<double>(read.at(x, y)[c]);
+                const double weight = static_cast<double>(significance.at(x, y));
                 double difference = found - wanted;
-                if (formats::info(format).isFloat && options.hdrMetric == HdrMetric::Log) difference = mapped(found) - mapped(wanted);
-                if (formats::info(format).isFloat && options.hdrMetric == HdrMetric::Relative) difference /= std::abs(wanted) + scale;
-                errors[static_cast<std::size_t>(y / 4)] += static_cast<double>(significance.at(x, y)) *
+                if (hasMetric && options.hdrMetric == HdrMetric::Log) difference = mapped(found) - mapped(wanted);
+                if (hasMetric && options.hdrMetric == HdrMetric::Relative) difference /= std::abs(wanted) + scale;
+                errors[static_cast<std::size_t>(y / 4)] += (ofValues ? std::sqrt(weight) : weight) *
                                                            static_cast<double>(options.channelWeights[static_cast<std::size_t>(c)]) *
                                                            difference * difference;
             }
@@ -62,16 +65,21 @@ TEST(ReduceRow, NoRowPaysMoreThanItsShare) {
                         options.hdrMetric = metric;
                         options.hdrScale = 0.25f;
                         options.channelWeights = {1, 0.5f, 2, 1};
-                        const auto before = rowErrors(format, named.image, *significance, options,
-                                                      encode(format, named.image, options, significance->view()).bytes);
+                        const auto plain = encode(format, named.image, options, significance->view()).bytes;
                         options.rdo = rdo;
-                        const auto after = rowErrors(format, named.image, *significance, options,
-                                                     encode(format, named.image, options, significance->view()).bytes);
+                        const auto reduced = encode(format, named.image, options, significance->view()).bytes;
                         const double growth = std::pow(1 + static_cast<double>(rdo), 2);
-                        for (std::size_t row = 0; row < after.size(); ++row)
-                            // The encoder's logarithm is off by up to 2e-5, which counts where there is hardly any error.
-                            EXPECT_LE(after[row], 1.001 * growth * before[row] + 1e-6 * *std::max_element(before.begin(), before.end()))
-                                << formats::info(format).name << ' ' << named.name << ' ' << rdo << ", row " << row;
+                        for (const bool ofValues : {false, true}) {
+                            const bool hasValueError = formats::info(format).isFloat && metric != HdrMetric::Linear;
+                            if (ofValues && !hasValueError) continue;
+                            const auto before = rowErrors(format, named.image, *significance, options, plain, ofValues);
+                            const auto after = rowErrors(format, named.image, *significance, options, reduced, ofValues);
+                            for (std::size_t row = 0; row < after.size(); ++row)
+                                // The encoder's logarithm is off by up to 2e-5, which counts where there is hardly any error.
+                                EXPECT_LE(after[row], 1.001 * growth * before[row] + 1e-6 * *std::max_element(before.begin(), before.end()))
+                                    << formats::info(format).name << ' ' << named.name << ' ' << rdo << ", row " << row << ", of values "
+                                    << ofValues;
+                        }
                     }
 }
 
@@ -147,31 +155,32 @@ TEST(ReduceRow, Bc1NeverUsesTheIndexThatSomeReadersDecodeToTransparent) {
     EXPECT_EQ(row, before);
 }
 
-TEST(ReduceRow, Bc7BlocksTakeOverHeadsWithIndicesOfTheirOwn) {
+TEST(ReduceRow, BlocksTakeOverHeadsWithIndicesOfTheirOwn) {
     Random random(9);
     const auto image = imageOf(256, 64, [&](int x, int y) {
         const float ramp = static_cast<float>((x * 7 + y * 13) % 32) / 31, noise = 0.02f * random.unit();
         return glm::vec4(0.2f + 0.4f * ramp + noise, 0.3f + 0.3f * ramp, 0.5f - 0.2f * ramp + noise, 1);
     });
-    EncodeOptions options = effort(1);
-    const std::vector<std::byte> plain = encode(formats::PixelFormat::Bc7, image, options).bytes;
-    options.rdo = 0.1f;
-    const std::vector<std::byte> reduced = encode(formats::PixelFormat::Bc7, image, options).bytes;
     // Blocks with the whole head of one before them in their row, and other indices.
-    const auto headsThatRepeat = [](const std::vector<std::byte>& bytes) {
+    const auto headsThatRepeat = [](PixelFormat format, const std::vector<std::byte>& bytes) {
         constexpr std::size_t kBlocksAcross = 64, kReach = 32;
         int count = 0;
         for (std::size_t block = 0; block < bytes.size() / 16; ++block)
             for (std::size_t back = 1; back <= std::min(block % kBlocksAcross, kReach); ++back) {
                 const std::byte *own = bytes.data() + 16 * block, *other = own - 16 * back;
-                const std::size_t size = static_cast<std::size_t>(headOfBc7(own).bits) / 8;
+                const std::size_t size = static_cast<std::size_t>(headOf(format, own).bits) / 8;
                 if (!std::equal(own, own + size, other) || std::equal(own, own + 16, other)) continue;
                 ++count;
                 break;
             }
         return count;
     };
-    EXPECT_GT(headsThatRepeat(reduced), headsThatRepeat(plain) + 100);
+    for (const PixelFormat format : {PixelFormat::Bc6hUf16, PixelFormat::Bc7}) {
+        EncodeOptions options = effort(1);
+        const int plain = headsThatRepeat(format, encode(format, image, options).bytes);
+        options.rdo = 0.1f;
+        EXPECT_GT(headsThatRepeat(format, encode(format, image, options).bytes), plain + 100) << formats::info(format).name;
+    }
 }
 
 }  // namespace

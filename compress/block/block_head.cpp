@@ -1,8 +1,9 @@
-#include "compress/bc7/block_head.h"
+#include "compress/block/block_head.h"
 
 #include <algorithm>
 #include <cassert>
 
+#include "compress/bc6h/modes.h"
 #include "compress/bc7/modes.h"
 #include "compress/block/partitions.h"
 
@@ -15,7 +16,24 @@ std::uint16_t anchorsOf(int regionCount, int partition) {
     return static_cast<std::uint16_t>(anchors);
 }
 
-}  // namespace
+BlockHead headOfBc6h(const std::byte* block) {
+    BitReader bits(block, 16);
+    const int modeIndex = bc6hModeOf(bits);
+    if (modeIndex < 0) return {};
+    BlockHead head;
+    head.setCount = 1;
+    if (kBc6hModes[static_cast<std::size_t>(modeIndex)].regionCount == 1) {
+        head.bits = 65;
+        head.sets[0] = {4, anchorsOf(1, 0), 0b1111};
+        return head;
+    }
+    constexpr int kPartitionAt = 77;
+    head.bits = kPartitionAt + 5;
+    BitReader partition(block + kPartitionAt / 8, 2);
+    partition.get(kPartitionAt % 8);
+    head.sets[0] = {3, anchorsOf(2, static_cast<int>(partition.get(5))), 0b1111};
+    return head;
+}
 
 BlockHead headOfBc7(const std::byte* block) {
     BitReader bits(block, 16);
@@ -37,6 +55,20 @@ BlockHead headOfBc7(const std::byte* block) {
     head.sets[0].channels = isSwapped ? alone : 0b1111 & ~alone;
     head.sets[1] = {mode.secondIndexBits, anchorsOf(1, 0), 0b1111 & ~head.sets[0].channels};
     return head;
+}
+
+}  // namespace
+
+BlockHead headOf(formats::PixelFormat format, const std::byte* block) {
+    switch (format) {
+        case formats::PixelFormat::Bc6hUf16:
+        case formats::PixelFormat::Bc6hSf16:
+            return headOfBc6h(block);
+        case formats::PixelFormat::Bc7:
+            return headOfBc7(block);
+        default:
+            return {};
+    }
 }
 
 void putIndices(const BlockHead& head, std::span<const std::array<std::uint8_t, kTexelCount>, 2> indices, std::byte* block) {

@@ -1,4 +1,4 @@
-// The head of a BC7 block: all bits before the indices, that is, the mode, the partition and the endpoints.
+// The head of a BC6H or BC7 block: all bits before the indices, that is, the mode, the partition and the endpoints.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <span>
 
 #include "compress/block/block.h"
+#include "formats/pixel_format.h"
 
 namespace lightcook::compress {
 
@@ -18,13 +19,13 @@ struct IndexSet {
 };
 
 struct BlockHead {
-    int bits = 0;  ///< size of the head; 0: a reserved mode
+    int bits = 0;  ///< size of the head; 0: none, or a reserved mode
     int setCount = 0;
     std::array<IndexSet, 2> sets{};  ///< in stored order
 };
 
-/// Reads the head of a block.
-BlockHead headOfBc7(const std::byte* block);
+/// Reads the head of a BC6H or BC7 block. Blocks of other formats have none: 0 bits.
+BlockHead headOf(formats::PixelFormat format, const std::byte* block);
 
 /// Replaces the indices of a block.
 /// indices  for each set, 0 .. 2^bits - 1, of anchors below 2^(bits - 1)
