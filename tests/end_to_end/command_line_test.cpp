@@ -158,7 +158,8 @@ TEST_F(CommandLine, AnOutputThatCannotBeMadeIsRefusedAtOnce) {
     expectRefused("decode nothing.ktx2 x.exr --mip 99999999999", 2, {"--mip: found '99999999999', expected"});
 }
 
-TEST_F(CommandLine, ALimitThatIsGivenIsTheLimitOfTheAsset) {
+using CommandLineSoak = CommandLine;
+TEST_F(CommandLineSoak, ALimitThatIsGivenIsTheLimitOfTheAsset) {
     scene_.writeSceneFile("light_map_layout = \"ratio\"");  // all layouts would be tried
     // The next test runs the same commands within their limits.
     for (const char* command : {"cubemap probe.exr a", "lut b --m 0.3,0.6", "rsrm sky.exr c --exponents 1,8", "dominant map.exr d",
@@ -172,7 +173,7 @@ TEST_F(CommandLine, ALimitThatIsGivenIsTheLimitOfTheAsset) {
     EXPECT_EQ(run("cook scene.toml -o out --max-error 90% --max-converter-error 1e-7").code, 4) << "not the larger of both";
 }
 
-TEST_F(CommandLine, ConvertersKeepABudgetAndRefuseWhatWouldNotAct) {
+TEST_F(CommandLineSoak, ConvertersKeepABudgetAndRefuseWhatWouldNotAct) {
     for (const char* command : {"cubemap probe.exr a", "lut b --m 0.3,0.6", "rsrm sky.exr c --exponents 1,8", "dominant map.exr d",
                                 "cubemap probe.exr e.ktx2 --filter irradiance", "lightmap map.exr f --layout ratio"}) {
         SCOPED_TRACE(command);
@@ -265,7 +266,7 @@ TEST_F(CommandLine, OutputsDoNotReplaceInputsOrEachOther) {
     EXPECT_EQ(run("report cooked --json cooked/report.json --html cooked/report.html").code, 0);
 }
 
-TEST_F(CommandLine, DocumentsDoNotReplaceFilesOfACookedFolder) {
+TEST_F(CommandLineSoak, DocumentsDoNotReplaceFilesOfACookedFolder) {
     // Before a first cook, no manifest lists the files that it will write.
     for (const char* option : {"--json", "--junit", "--sarif", "--depfile", "--history"})
         expectRefused(fmt::format("cook scene.toml -o out {} out/map_l0.ktx2", option), 2,
@@ -627,7 +628,7 @@ TEST_F(CommandLine, ViewPrintsItsAddressAtOnce) {
     }
 }
 
-TEST_F(CommandLine, ACacheThatCannotBeWrittenIsOneWarning) {
+TEST_F(CommandLineSoak, ACacheThatCannotBeWrittenIsOneWarning) {
     formats::writeContent(scene_ / "nocache", "a file in place of the folder");
     const Ended ended = run("-q cook scene.toml -o out --cache nocache");
     EXPECT_EQ(ended.code, 0) << ended.err;
@@ -652,7 +653,7 @@ TEST_F(CommandLine, VerifyOfAMovedFolderNamesTheOptionForItsSources) {
     EXPECT_THAT(run("verify moved/out --sources .").err, Not(HasSubstr("--sources"))) << "not a source";
 }
 
-TEST_F(CommandLine, LightThatTheTexelsCannotHoldIsAWarning) {
+TEST_F(CommandLineSoak, LightThatTheTexelsCannotHoldIsAWarning) {
     formats::Image<lighting::ShRgb> rows(8, 8);
     for (int y = 0; y < 8; ++y)
         for (int x = 0; x < 8; ++x) rows.at(x, y)[0] = glm::vec3(1e6f * static_cast<float>(8 + x + y));

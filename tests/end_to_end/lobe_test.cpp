@@ -65,7 +65,7 @@ TEST(Lobe, BeckmannIsTheDefaultAndItsTexturesAreTheSame) {
     EXPECT_GT(files, 5);
 }
 
-TEST(Lobe, OfOneAssetThatDiffersFromTheScenesIsRefused) {
+TEST(LobeSoak, OfOneAssetThatDiffersFromTheScenesIsRefused) {
     const LobeScene scene("lobe = \"ggx\"\n");
     const Json original = scene.manifest();
     const auto refused = [&](const std::function<void(Json & manifest)>& change, const std::string& message) {

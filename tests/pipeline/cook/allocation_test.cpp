@@ -262,7 +262,7 @@ TEST_F(WholeLimit, TakesTheSmallestSceneWithinItAndVerifiesIt) {
 }
 
 using WholeLimitSoak = WholeLimit;
-TEST_F(WholeLimitSoak, OnRelRmsTakesTheSmallestSceneWithinIt) {
+TEST_F(WholeLimit, OnRelRmsTakesTheSmallestSceneWithinIt) {
     std::uint64_t bytes = std::numeric_limits<std::uint64_t>::max();
     for (const double limit : {0.02, 0.1, 0.9}) {
         const Outcome outcome = cookWithin(scene_, fmt::format("max_whole_error = {}", limit));
@@ -334,7 +334,7 @@ TEST_F(WholeLimit, ThatNothingKeepsIsRefusedByWhatWasFound) {
     EXPECT_EQ(chosenOn(frontierOf(outcome)), frontierOf(outcome).size() - 1) << "the least error that there is";
 }
 
-TEST_F(WholeLimitSoak, BesideABudgetTakesTheSmallerOfBoth) {
+TEST_F(WholeLimit, BesideABudgetTakesTheSmallerOfBoth) {
     const std::uint64_t loose = usedBytes(cookWithin(scene_, "max_whole_visible = 20"));
     EXPECT_EQ(usedBytes(cookWithin(scene_, "max_whole_visible = 20\nbudget = \"1 MiB\"")), loose);
     const Outcome tight = cookWithin(scene_, fmt::format("max_whole_visible = 0.0001\nbudget = \"{}\"", loose));
@@ -343,7 +343,7 @@ TEST_F(WholeLimitSoak, BesideABudgetTakesTheSmallerOfBoth) {
     EXPECT_EQ(tight.errors[0].code, formats::ErrorCode::Verification);
 }
 
-TEST_F(WholeLimitSoak, DoesNotCountChartsWithFewerTexels) {
+TEST_F(WholeLimit, DoesNotCountChartsWithFewerTexels) {
     scene_.writeSceneFile("max_whole_visible = 5\ncharts = \"pack\"\ncharts_max_visible = 1");
     std::string text = formats::contentOf(scene_.sceneFile());
     formats::writeContent(scene_.sceneFile(), text.insert(text.find("file = \"map.exr\""), "mesh = \"map.glb\"\n"));

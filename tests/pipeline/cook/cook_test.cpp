@@ -652,8 +652,7 @@ protected:
     }
 };
 
-using TablesUnderABudgetSoak = TablesUnderABudget;
-TEST_F(TablesUnderABudgetSoak, TakeNoBytesFromBetterLayouts) {
+TEST_F(TablesUnderABudget, TakeNoBytesFromBetterLayouts) {
     const SmallScene scene(Parts::LightMap);
     const Outcome smallest = cookWithin(scene, 100);
     expectOverBudget(smallest);
@@ -702,7 +701,7 @@ TEST_F(TablesUnderABudget, HaveTheViewsThatFitWhereNoLayoutIsOpen) {
     EXPECT_EQ(views(cook(alone)), kFineViewCount);
 }
 
-TEST_F(TablesUnderABudgetSoak, HaveMoreViewsWhereALimitOfTheirsAsksForThem) {
+TEST_F(TablesUnderABudget, HaveMoreViewsWhereALimitOfTheirsAsksForThem) {
     const SmallScene scene(Parts::LightMap);
     const Outcome smallest = cookWithin(scene, 100);
     const auto errorOfTables = [](const Outcome& outcome) {

@@ -57,7 +57,8 @@ TEST_F(DecodeCost, TapsTakesTheLayoutOfFewestFetchesWithinTheLimit) {
     EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("Fetches"));
 }
 
-TEST_F(DecodeCost, LayoutsOverALimitAreNotTried) {
+using DecodeCostSoak = DecodeCost;
+TEST_F(DecodeCostSoak, LayoutsOverALimitAreNotTried) {
     const auto layoutsOf = [](const Outcome& outcome) {
         std::vector<std::string> layouts;
         for (const Json& each : mapOf(outcome).at("trial_candidates")) layouts.push_back(each.at("layout"));

@@ -26,8 +26,7 @@ TEST_F(Objective, VisibleErrorsAreSmallerWhereTheyAreMinimized) {
     EXPECT_LT(visible.at("visible").at("p99").get<double>(), energy.at("visible").at("p99").get<double>());
 }
 
-using ObjectiveSoak = Objective;
-TEST_F(ObjectiveSoak, OfTheCommandLineOverridesThatOfTheScene) {
+TEST_F(Objective, OfTheCommandLineOverridesThatOfTheScene) {
     scene_.writeSceneFile("light_map_layout = \"basis-3\"\nmax_error = 0.9\nobjective = \"energy\"");
     CookOptions options = scene_.options();
     const Json asked = diffuseOf(cookScene(options, RunState()));
@@ -51,7 +50,7 @@ TEST(ObjectiveOfRatio, IsThePlacesBetweenTexelsAtEdgesOfLight) {
     EXPECT_LT(visibleOf("visible"), 0.9 * visibleOf("energy"));
 }
 
-TEST_F(ObjectiveSoak, DoesNotChangeOtherLayouts) {
+TEST_F(Objective, DoesNotChangeOtherLayouts) {
     const Outcome first = cook("light_map_layout = \"hdr\"");
     const Outcome second = cook("light_map_layout = \"hdr\"\nobjective = \"energy\"");
     EXPECT_EQ(diffuseOf(first), diffuseOf(second));

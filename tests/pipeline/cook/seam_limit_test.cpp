@@ -119,7 +119,8 @@ TEST_F(SeamLimit, FailsAMapThatIsOverItAndNamesTheEdge) {
     EXPECT_EQ(verified.errors.front().line(), outcome.errors.front().line());
 }
 
-TEST_F(SeamLimit, OneOfTheLightMapOrTheCommandLineReplacesThatOfTheScene) {
+using SeamLimitSoak = SeamLimit;
+TEST_F(SeamLimitSoak, OneOfTheLightMapOrTheCommandLineReplacesThatOfTheScene) {
     EXPECT_TRUE(cook("light_map_layout = \"ratio\"\nmax_seam = 0.01", "max_seam = 50\n").errors.empty());
     options_.maxSeam = 0.02;
     const Outcome outcome = cookScene(options_, RunState());
@@ -179,7 +180,7 @@ TEST_F(SeamLimit, FailsWhereNoPlaceOfAnEdgeCanBeMeasured) {
 }
 
 /// Seams are measured at the UVs of the source. The mesh that ships may not show others.
-TEST_F(SeamLimit, KeepsTheUvsOfTheMeshWhereTheyAreMeasured) {
+TEST_F(SeamLimitSoak, KeepsTheUvsOfTheMeshWhereTheyAreMeasured) {
     const auto cookWith = [&](const std::string& output) {
         scene_.writeSceneFile("light_map_layout = \"ratio\"\nmax_error = 0.9\nmax_visible = 80\n" + output);
         // Corners that lie on no coarse lattice.

@@ -110,7 +110,7 @@ TEST_F(VisibleLimit, OfALightMapOverridesThatOfTheOutputAndTheCommandLineBoth) {
     EXPECT_EQ(mapOf(cookScene(options, RunState())).at("limit").at("max_visible"), 30.0);
 }
 
-TEST_F(VisibleLimit, IsJudgedOnTheDisplayOfTheScene) {
+TEST_F(VisibleLimitSoak, IsJudgedOnTheDisplayOfTheScene) {
     const std::string output = "light_map_layout = \"basis-3\"\nmax_error = 0.9";
     const double usual = visibleOf(cook(output)), dark = visibleOf(cook(output + "\n[display]\nstops = -8")),
                  inALitRoom = visibleOf(cook(output + "\n[display]\nblack = 20")),

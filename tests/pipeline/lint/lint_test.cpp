@@ -619,7 +619,7 @@ TEST(Lint, CookRefusesAnErrorAndLeavesNothing) {
 }
 
 /// A warning changes no byte that an engine reads, whether lint or a file time made it; cook, warm cook and verify all report it.
-TEST(Lint, CookAndVerifyReportAWarning) {
+TEST(LintSoak, CookAndVerifyReportAWarning) {
     const PlantedScene scene;
     scene.replaceInScene("max_error = 0.02 ", "light_map_layout = \"ratio\"\nmax_error = 0.9\neffort = 0 ");
     CookOptions options;
