@@ -374,6 +374,22 @@ TEST(VerifyDominant, DarkTexelsCountAsSamplesWithoutAnError) {
               8 * (kDominantWidth * kDominantHeight - 1));
 }
 
+/// Packed charts touch: their lights differ as they like, and no surface shows what a filter blends of both.
+TEST(VerifyDominant, MiddlesBetweenTwoChartsAreNoPlaces) {
+    formats::LightMapStrip band = bake();
+    DecodedDominantRows rows = exact(band);
+    for (int y = 0; y < kDominantHeight; ++y)
+        for (int x = 12; x < kDominantWidth; ++x) {
+            band.sh.at(x, y) = {};
+            rows.intensity.at(x, y) = glm::vec4(0);
+        }
+    const double mixed = verifier().verifyRows(rows, band, 0, kDominantHeight).stages()[0].specular.relRms;
+    band.chart = formats::Image<std::uint32_t>(kDominantWidth, kDominantHeight, 1);
+    for (int y = 0; y < kDominantHeight; ++y)
+        for (int x = 12; x < kDominantWidth; ++x) band.chart.at(x, y) = 2;
+    EXPECT_LT(verifier().verifyRows(rows, band, 0, kDominantHeight).stages()[0].specular.relRms, 0.1 * mixed);
+}
+
 TEST(VerifyDominant, WithoutADisplayThereAreNoVisibleErrors) {
     const auto band = bake();
     for (const StageError& stage : verifier().verifyRows(exact(band), band, 0, kDominantHeight).stages())

@@ -80,6 +80,16 @@ TEST(MeshShift, QuadsThatLeaveTheirChartAreNotMeasured) {
     EXPECT_EQ(errors.sampleCount(), 0);
 }
 
+TEST(MeshShift, QuadsBetweenTwoChartsAreNotMeasured) {
+    LightMapStrip band = noise(6, 4);
+    band.chart = formats::Image<std::uint32_t>(6, 4, 1);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 3; x < 6; ++x) band.chart.at(x, y) = 2;
+    ErrorAccumulator errors(0.3);
+    addMeshShiftErrors(band, 0, 4, {0.4, 0.4, 0.1}, 0.3, errors);
+    EXPECT_EQ(errors.sampleCount(), 3 * 4 * (3 * 5 - 3)) << "colours, corners of the shift, and quads but for a column";
+}
+
 /// The map's bound for a shift holds for the errors of that shift and is tight; the six sums equal the quads' bounds.
 TEST(MeshShiftBound, HoldsForEveryShift) {
     const LightMapStrip band = noise(24, 20);
