@@ -349,10 +349,10 @@ Html footnote() {
          {"rel_rms",
           "the RMS of the error over the RMS of the reference, over texels, directions and channels. The limit is on this "
           "figure of the last stage, diffuse and specular"},
-         {"local relative error", "|error| / (|reference| + 0.02 key). p99, max sampled and the proven bound are of this one"},
+         {"local relative error", "|error| / (|reference| + 0.02 key). p99 and max sampled are of this one"},
          {"key", "the log-average, over the map, of the luminance of the exit radiance at each texel's own normal"},
          {"p99, max sampled", "99 of 100 samples are below p99; max sampled is the largest that was seen"},
-         {"proven bound", "no normal, view, material or sub-texel position can exceed it: computed, not sampled"}}};
+         {"bound", "of visible errors: no place, normal, view, material or allowed sampler can exceed it; computed, not sampled"}}};
     Html terms;
     for (const auto& [term, meaning] : kTerms) terms += element("dt", word(term)) + element("dd", word(meaning));
     return element("footer", element("h2", word("What the figures mean")) + element("dl", terms));

@@ -165,6 +165,7 @@ TEST_F(ReportHtml, SaysWhatTheReportSays) {
     EXPECT_THAT(page, HasSubstr("<span title=\"1,572,864 bytes\">1.50 MiB</span>"));
     EXPECT_THAT(page, HasSubstr("<span title=\"0.0123\">1.23 %</span>"));
     EXPECT_THAT(page, HasSubstr("<span title=\"0.00412\">0.412 %</span>"));
+    EXPECT_THAT(page, Not(HasSubstr("title=\"1.23\""))) << "a relative bound, which says nothing of what is seen";
     EXPECT_THAT(page, HasSubstr("1024 × 512"));
     EXPECT_THAT(page, HasSubstr("2 min 05 s"));
     EXPECT_THAT(page, HasSubstr("118 MiB"));
