@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 
 #include "pipeline/assets/dominant/reduced_strip.h"
 #include "pipeline/scene/dominant_fit.h"
@@ -16,8 +18,9 @@ namespace {
 using formats::Image;
 using formats::Result;
 
-/// Decodes rows of a texture, from firstRow (a multiple of the block height) on: at least rowCount, as far as the map has them.
-Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, int firstRow, int rowCount) {
+/// Decodes rows of a texture, from firstRow (a multiple of the block height) on: at least rowCount, as far as the map has them. Refuses
+/// texels that are not finite: a filter spreads them, and errors are not measured at every texel.
+Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, const std::string& name, int firstRow, int rowCount) {
     const formats::TextureShape& shape = texture.shape();
     const int blockHeight = formats::info(shape.format).blockHeight;
     const int blockRows = formats::blocksDown(shape.format, std::min(rowCount, shape.height - firstRow));
@@ -25,6 +28,14 @@ Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, int fir
     std::vector<std::byte> blocks(formats::bytesPerBlockRow(shape.format, shape.width) * static_cast<std::size_t>(blockRows));
     if (auto read = texture.readBlockRows({}, firstRow / blockHeight, blocks); !read) return tl::make_unexpected(read.error());
     verify::decodeRows(shape.format, blocks, rows.view());
+    for (int y = 0; y < rows.height(); ++y)
+        for (int x = 0; x < rows.width(); ++x) {
+            const glm::vec4& texel = rows.at(x, y);
+            if (std::isfinite(texel.x) && std::isfinite(texel.y) && std::isfinite(texel.z)) continue;
+            return formats::failure(
+                formats::ErrorCode::Verification, fmt::format("{}, texel ({}, {})", name, x, firstRow + y),
+                fmt::format("found ({}, {}, {}), expected finite numbers: cook the scene again", texel.x, texel.y, texel.z));
+        }
     return rows;
 }
 
@@ -60,7 +71,7 @@ Result<CookedDominantReader> CookedDominantReader::open(const std::filesystem::p
     if (!direction) return tl::make_unexpected(direction.error());
     auto intensity = openTexture(folder, asset, "intensity");
     if (!intensity) return tl::make_unexpected(intensity.error());
-    CookedDominantReader reader(std::move(*direction), std::move(*intensity), *constants);
+    CookedDominantReader reader(asset.name, std::move(*direction), std::move(*intensity), *constants);
     if (constants->residualScale != 0) {
         auto residual = openTexture(folder, asset, "residual");
         if (!residual) return tl::make_unexpected(residual.error());
@@ -85,17 +96,22 @@ Result<CookedDominantReader> CookedDominantReader::open(const std::filesystem::p
     return reader;
 }
 
+bool CookedDominantReader::hasOwnTexels() const {
+    const auto hasBlocks = [](const formats::TextureReader& texture) { return formats::info(texture.shape().format).blockWidth > 1; };
+    return map_.textureWidth == map_.width && map_.textureHeight == map_.height && !(hasBlocks(direction_) && hasBlocks(intensity_));
+}
+
 Result<CookedDominantReader::Rows> CookedDominantReader::read(int firstRow, int rowCount) const {
     const verify::DominantRowRange needed = verify::dominantRowsFor(map_, firstRow, firstRow + rowCount);
     const int blockHeight = formats::info(direction_.shape().format).blockHeight;
     const int first = needed.first / blockHeight * blockHeight, count = needed.first + needed.count - first;
-    auto directions = readRows(direction_, first, count);
+    auto directions = readRows(direction_, name_ + ", texture direction", first, count);
     if (!directions) return tl::make_unexpected(directions.error());
-    auto intensities = readRows(intensity_, first, count);
+    auto intensities = readRows(intensity_, name_ + ", texture intensity", first, count);
     if (!intensities) return tl::make_unexpected(intensities.error());
     verify::DecodedDominantRows coarse{first, copyOf(*directions), copyOf(*intensities)};
     if (residual_) {
-        const auto residual = readRows(*residual_, first, count);
+        const auto residual = readRows(*residual_, name_ + ", texture residual", first, count);
         if (!residual) return tl::make_unexpected(residual.error());
         addResidual(*directions, *residual, constants_);
     }

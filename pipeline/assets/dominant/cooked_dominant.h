@@ -22,17 +22,23 @@ public:
     /// Size, decode and fit.
     const verify::CookedDominant& map() const { return map_; }
     bool hasResidual() const { return residual_.has_value(); }
+    /// Returns true if each texel of the light map has texels of its own, which may be wrong by themselves: textures as large as the map,
+    /// and not encoded in blocks.
+    bool hasOwnTexels() const;
 
     struct Rows {
         verify::DecodedDominantRows whole;   ///< as the shader reads them, with the residual
         verify::DecodedDominantRows coarse;  ///< without the residual
     };
-    /// Decodes every row that filters read at the rows [firstRow, firstRow + rowCount] of the light map.
+    /// Decodes every row that filters read at the rows [firstRow, firstRow + rowCount] of the light map. Refuses texels that are not
+    /// finite.
     formats::Result<Rows> read(int firstRow, int rowCount) const;
 
 private:
-    CookedDominantReader(formats::TextureReader direction, formats::TextureReader intensity, const DominantConstants& constants)
-        : direction_(std::move(direction)), intensity_(std::move(intensity)), constants_(constants) {}
+    CookedDominantReader(std::string name, formats::TextureReader direction, formats::TextureReader intensity,
+                         const DominantConstants& constants)
+        : name_(std::move(name)), direction_(std::move(direction)), intensity_(std::move(intensity)), constants_(constants) {}
+    std::string name_;  ///< of the asset
     formats::TextureReader direction_, intensity_;
     std::optional<formats::TextureReader> residual_;
     DominantConstants constants_;

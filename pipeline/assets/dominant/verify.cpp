@@ -90,7 +90,7 @@ public:
           key_(key),
           verifier_(cooked.map(), shading, bake.luminanceWeights(), key, viewing),
           preview_(bake.width(), bake.height(), key),
-          blockStep_(cooked.map().fit == verify::DominantFit::Closed ? 1 : 2) {}
+          blockStep_(cooked.map().fit == verify::DominantFit::Closed || cooked.hasOwnTexels() ? 1 : 2) {}
 
     Result<DominantPart> compare(const ActionContext& context) {
         DominantPart whole{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), 0), {}, {}};

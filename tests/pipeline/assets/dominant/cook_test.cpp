@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/graph/digest.h"
 #include "tests/pipeline/report_parts.h"
+#include "tests/pipeline/rewritten_manifest.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -81,6 +83,51 @@ TEST(CookDominant, VisibleErrorsAreThoseOfTheScenesDisplay) {
     }
     EXPECT_GT(rms[0], 0);
     EXPECT_LT(rms[1], 0.7 * rms[0]);
+}
+
+/// Cooks in halves, sets one texel of the intensity to the bits of a half, and verifies.
+Outcome verifiedWithWrongTexel(const SmallScene& scene, const glm::ivec2& texel, int height, std::uint16_t half) {
+    CookOptions options = scene.options();
+    options.target = formats::Target::Float;
+    const Outcome outcome = cookDominantAlone(options);
+    EXPECT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    const std::filesystem::path file = scene / "out" / "map_dominant_intensity.ktx2";
+    std::string content = formats::contentOf(file);
+    constexpr std::size_t kTexelBytes = 8;
+    const auto index = static_cast<std::size_t>(texel.y * SmallScene::kWidth + texel.x);
+    const std::size_t at = content.size() - kTexelBytes * static_cast<std::size_t>(SmallScene::kWidth * height) + kTexelBytes * index;
+    content[at] = static_cast<char>(half & 0xff);
+    content[at + 1] = static_cast<char>(half >> 8);
+    formats::writeContent(file, content);
+    Json manifest = parseJson(formats::contentOf(scene / "out" / kManifestName));
+    for (Json& asset : manifest["assets"])
+        for (Json& texture : asset["textures"])
+            texture["digest"] = digestOfText(formats::contentOf(scene / "out" / texture.at("file").get<std::string>()));
+    writeManifestAndDigests(scene / "out", manifest);
+    VerifyOptions verifying;
+    verifying.folder = scene / "out";
+    const RunState state;
+    return verifyCooked(verifying, state);
+}
+
+TEST(CookDominant, ATexelThatIsNotFiniteIsNamed) {
+    const SmallScene scene(SmallScene::Parts::LightMap, shadowEdge);
+    writeScene(scene, "explained");
+    const Outcome verified = verifiedWithWrongTexel(scene, {5, 33}, SmallScene::kHeight, 0x7e00);
+    ASSERT_FALSE(verified.errors.empty());
+    EXPECT_EQ(verified.errors.front().code, formats::ErrorCode::Verification);
+    EXPECT_EQ(verified.errors.front().subject, "map_dominant, texture intensity, texel (5, 33)");
+}
+
+/// Of a large map not every texel is shaded. Without blocks one texel may be wrong by itself, wherever it lies.
+TEST(CookDominantSoak, OneBrightTexelOfALargeMapIsFound) {
+    constexpr int kHeight = 4400;
+    static_assert(SmallScene::kWidth * kHeight > 50000);
+    const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky, kHeight);
+    writeScene(scene, "explained");
+    const Outcome verified = verifiedWithWrongTexel(scene, {5, 2001}, kHeight, 0x7bff);
+    ASSERT_FALSE(verified.errors.empty());
+    EXPECT_NE(verified.errors.front().subject.find("block of texel (4, 2000)"), std::string::npos) << verified.errors.front().line();
 }
 
 }  // namespace
