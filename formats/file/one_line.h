@@ -1,6 +1,7 @@
 // Error strings of libraries, shortened for one-line messages.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,13 @@ inline std::string oneLine(std::string_view text) {
     }
     while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
     return line;
+}
+
+/// Returns such a line in quotes. Quotes in it become single ones.
+inline std::string quotedLine(std::string_view text) {
+    std::string line = oneLine(text);
+    std::ranges::replace(line, '"', '\'');
+    return '"' + line + '"';
 }
 
 }  // namespace lightcook::formats

@@ -170,7 +170,7 @@ Result<OCIO::ConstConfigRcPtr> openConfig(const ColorSpaces& spaces) {
         return OCIO::Config::CreateFromFile(spaces.config.c_str());
     } catch (const std::exception& exception) {
         return failure(ErrorCode::FileUnreadable, spaces.config.string(),
-                       fmt::format("found \"{}\", expected an OpenColorIO config file", oneLine(exception.what())));
+                       fmt::format("found {}, expected an OpenColorIO config file", quotedLine(exception.what())));
     }
 }
 
@@ -328,7 +328,7 @@ Result<LinearConversion> linearConversion(const ColorSpaces& spaces) {
         return result;
     } catch (const std::exception& exception) {
         return failure(ErrorCode::ColorSpace, subject,
-                       fmt::format("found \"{}\" in {}, expected a conversion that OpenColorIO can make", oneLine(exception.what()),
+                       fmt::format("found {} in {}, expected a conversion that OpenColorIO can make", quotedLine(exception.what()),
                                    configName(spaces)));
     }
 }

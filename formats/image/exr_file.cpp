@@ -38,7 +38,7 @@ tl::unexpected<Error> unreadable(const std::filesystem::path& file, std::string 
     return failure(ErrorCode::FileUnreadable, file.string(), std::move(detail));
 }
 tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::exception& exception) {
-    return unreadable(file, fmt::format("found \"{}\", expected a whole OpenEXR file", oneLine(exception.what())));
+    return unreadable(file, fmt::format("found {}, expected a whole OpenEXR file", quotedLine(exception.what())));
 }
 
 int ceilDivide(int a, int b) {
@@ -335,7 +335,7 @@ Result<void> ExrReader::readRows(int firstRow, int rowCount, std::span<const Exr
     } catch (const std::exception& exception) {
         return failure(ErrorCode::FileUnreadable,
                        fmt::format("{}, rows {} to {}", state_->file.string(), firstRow, firstRow + rowCount - 1),
-                       fmt::format("found \"{}\", expected whole pixel data", oneLine(exception.what())));
+                       fmt::format("found {}, expected whole pixel data", quotedLine(exception.what())));
     }
 }
 
@@ -350,7 +350,7 @@ struct ExrWriter::State {
 
     Error fault(const char* found) const {
         return {ErrorCode::Internal, pending.target().string(),
-                fmt::format("found \"{}\" while writing, expected room for the file", oneLine(found))};
+                fmt::format("found {} while writing, expected room for the file", quotedLine(found))};
     }
 };
 

@@ -32,7 +32,7 @@ Result<const ImageModule*> loadModule() {
     if (!file) return tl::make_unexpected(file.error());
     const auto fault = [&file](std::string_view found) {
         return failure(ErrorCode::Internal, file->string(),
-                       fmt::format("found \"{}\", expected the library that reads images", oneLine(found)));
+                       fmt::format("found {}, expected the library that reads images", quotedLine(found)));
     };
     // Never closed: OpenImageIO keeps state that outlives any one image.
     void* const library = dlopen(file->c_str(), RTLD_NOW | RTLD_LOCAL);

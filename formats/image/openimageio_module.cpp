@@ -26,7 +26,7 @@ void quietImageIo() {
 }
 
 tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::string& library) {
-    return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found \"{}\", expected a whole image file", oneLine(library)));
+    return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected a whole image file", quotedLine(library)));
 }
 
 /// Returns true if a format of OpenImageIO has this extension. A file of another one is opened if its content is that of an image.

@@ -184,7 +184,7 @@ Result<std::vector<std::byte>> encode(ImageView<const Texel> texels) {
     for (int y = 0; y < texels.height; ++y) rowStarts.push_back(const_cast<png_bytep>(&texels.row(y)->x));  // libpng reads them only
     PngWriting writing;
     if (!writing.write(rows, rowStarts))
-        return failure(ErrorCode::Internal, subject, fmt::format("found \"{}\" while encoding, expected bytes", oneLine(writing.error())));
+        return failure(ErrorCode::Internal, subject, fmt::format("found {} while encoding, expected bytes", quotedLine(writing.error())));
     return writing.takeBytes();
 }
 
