@@ -100,6 +100,10 @@ EpicPart EpicExtension::readPart(const Json& json, std::size_t index) const {
     const auto texture = json.find("texture");
     if (texture == json.end() || !texture->is_object() || !texture->contains("index"))
         document_.fail(ErrorCode::WrongShape, place, "found no texture, expected one. Did Unreal's export log a missing light map?");
+    constexpr const char* kTransform = "KHR_texture_transform";
+    if (const auto extensions = texture->find("extensions"); extensions != texture->end() && extensions->contains(kTransform))
+        document_.fail(ErrorCode::WrongShape, place,
+                       fmt::format("found {} on the texture, expected the rectangle in coordinateScaleBias alone", kTransform));
     part.texCoord = document_.number(*texture, "texCoord", 0, place);
     part.image = imageOf(*texture, part);
     const auto numbers = [&](const char* key, double most, const char* expected) {

@@ -233,6 +233,10 @@ TEST(UnrealHq, FaultsOfTheExtensionAreNamed) {
         {[](UnrealBake& bake) { bake.gltf.erase("extensions"); },
          "level.gltf: found a glTF without light maps of Unreal, expected extension EPIC"},
         {[](UnrealBake& bake) { bake.gltf["extensions"]["EPIC_lightmap_textures"] = Json::object(); }, "found no list of lightmaps"},
+        {[](UnrealBake& bake) {
+             bake.lightMap(1)["texture"]["extensions"]["KHR_texture_transform"]["offset"] = {0.5, 0};
+         },
+         "lightmaps[1]: found KHR_texture_transform on the texture, expected the rectangle in coordinateScaleBias alone"},
         {[](UnrealBake& bake) { bake.lightMap(1) = 3; }, "EPIC_lightmap_textures, lightmaps[1]: found no JSON object"},
         {[](UnrealBake& bake) { bake.lightMap(1).erase("texture"); }, "lightmaps[1]: found no texture, expected one. Did Unreal's export"},
         {[](UnrealBake& bake) { bake.lightMap(1)["texture"]["index"] = 7; },
