@@ -45,6 +45,12 @@ struct BakeMatch {
     int missingCount = 0;  ///< of Partial: channels or files that are missing
 };
 
+/// The surfaces that a bake lies on.
+struct BakeSurface {
+    std::filesystem::path mesh;
+    BakeAxes axes;  ///< of the directions of the file: readers give light and normals in these, and not in those of the mesh
+};
+
 struct BakeFormatInfo {
     std::string_view name;     ///< value of the scene key `bake`
     std::string_view caption;  ///< one line for help texts and documents
@@ -53,6 +59,8 @@ struct BakeFormatInfo {
     BakeConventions implied;
     bool hasDirections = true;   ///< false: light comes evenly from everywhere
     bool takesEncoding = false;  ///< the first file is a colour, which LightEncoding may encode in 8 bits
+    bool takesLmbake = false;    ///< Godot writes it, with an lmbake beside it
+    bool takesAxes = true;       ///< false: its directions are those of the mesh's surfaces, which no axes turn
     BakeMatch (*match)(const std::filesystem::path& file, const ExrInfo& info);
     /// Returns the files beside `file` that belong to a bake of this name, whether they exist or not. Null: there are none.
     std::vector<std::filesystem::path> (*filesBeside)(const std::filesystem::path& file);
@@ -62,7 +70,7 @@ struct BakeFormatInfo {
     /// image  value of the scene key `image`
     Result<std::unique_ptr<BakeReader>> (*openGltf)(const std::filesystem::path& file, const std::string& image) = nullptr;
     /// Opens an image whose light depends on the surfaces of a mesh: their tangents or normals. Null for other formats.
-    Result<std::unique_ptr<BakeReader>> (*openOnMesh)(BakeImage image, const std::filesystem::path& mesh) = nullptr;
+    Result<std::unique_ptr<BakeReader>> (*openOnMesh)(BakeImage image, const BakeSurface& surface) = nullptr;
 
     constexpr bool needsMesh() const { return openOnMesh != nullptr; }
 };
@@ -90,6 +98,8 @@ std::vector<std::string> bakeNames();
 std::vector<std::string> encodedBakeNames();
 /// Returns the names of the formats that lie in a glTF, for which the scene key `image` is.
 std::vector<std::string> gltfBakeNames();
+/// Returns the names of the formats that Godot writes with an lmbake.
+std::vector<std::string> lmbakeBakeNames();
 /// Returns the names of the formats whose light depends on the surfaces of a mesh.
 std::vector<std::string> meshBakeNames();
 /// Returns the file that a bake of several files is opened by, under a value of the scene key `bake`: the first one of the set of which

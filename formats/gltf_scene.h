@@ -17,6 +17,7 @@
 #include "formats/chart_clusters.h"
 #include "formats/error.h"
 #include "formats/gltf/triangle_mesh.h"
+#include "formats/lmbake.h"
 
 namespace lightcook::formats {
 
@@ -72,6 +73,10 @@ struct GlbChanges;
 class GltfScene {
 public:
     static Result<GltfScene> load(const std::filesystem::path& file);
+    /// Loads a scene with its light-map UVs where an lmbake puts them in the whole map; in a mesh for each node that draws them. Draco
+    /// streams become plain. Fails if no node is in the lmbake.
+    /// lmbake  empty: load(file)
+    static Result<GltfScene> load(const std::filesystem::path& file, const std::filesystem::path& lmbake);
     GltfScene(GltfScene&&) noexcept;
     GltfScene& operator=(GltfScene&&) noexcept;
     ~GltfScene();
@@ -82,6 +87,8 @@ public:
     bool hasLightMapUvs() const;
     std::int64_t vertexCount() const;
     std::int64_t triangleCount() const;
+    /// Returns which nodes an lmbake placed; nothing for a scene that was loaded without one.
+    const std::optional<LmbakeMatch>& lmbakeMatch() const;
 
     /// Writes the scene as a GLB whose triangle primitives are Draco meshes. Nodes, materials, lights, animations, extras and extensions
     /// are kept; images beside the scene are embedded. Float POSITION, NORMAL and TEXCOORD_n are quantized on one lattice a mesh, so that
@@ -113,6 +120,9 @@ public:
         bool isDoubleSided = false;  ///< its material shows both sides
     };
     std::vector<Placed> placedMeshes() const;
+    /// Returns how often the scene draws one of its triangle meshes, at most: once for each node, or for each of the instances that the
+    /// node has (EXT_mesh_gpu_instancing).
+    std::int64_t mostDrawn() const;
     /// Compares this scene with one that writeDraco() made of it. Draco reorders vertices and triangles, so matchTriangles() pairs them by
     /// the distance of their corners. Fails with ErrorCode::Verification if a triangle has no counterpart, or if nodes, materials or
     /// animations differ.
@@ -121,6 +131,8 @@ public:
 private:
     struct State;
     explicit GltfScene(std::unique_ptr<State> state);
+    /// Returns the scene with its Draco streams decoded.
+    Result<GltfScene> plain() const;
     /// file  for errors
     Result<BuiltGlb> build(const GlbChanges& changes, const std::filesystem::path& file) const;
     Result<MeshSize> write(const std::filesystem::path& file, const GlbChanges& changes) const;

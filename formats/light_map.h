@@ -29,6 +29,7 @@ struct LightMapDescription {
     std::string bake = std::string(kAutoBake);  ///< name of a bake format (formats/bake_format.h), or "auto"
     ShPhase phase = ShPhase::None;
     ShFrame frame = ShFrame::World;
+    BakeAxes axes = {};  ///< of the coefficients, directions and normals of the file; of a tangent frame, those of its normals
     ShQuantity quantity = ShQuantity::Radiance;
     LightUnits lightUnits = LightUnits::Radiometric;
     LightEncoding encoding = LightEncoding::None;  ///< of the file, which is an 8-bit picture then; for formats that take it
@@ -37,6 +38,8 @@ struct LightMapDescription {
     /// Mesh that the map lies on. Needed by bake formats whose light depends on it (BakeFormatInfo::needsMesh) and for coverage from the
     /// mesh. A bake without normals takes those of the mesh.
     std::filesystem::path mesh = {};
+    /// Where the nodes of the mesh lie in the map, of a bake of Godot (formats/lmbake.h). Empty: TEXCOORD_1 are UVs in the whole map.
+    std::filesystem::path lmbake = {};
     ColorSpaces colors;
     /// Names of the images of a bake whose coefficients are images of their own (formats/bakes/coefficient_files.h). Empty: one file has
     /// all.
@@ -126,10 +129,11 @@ public:
 
     int width() const;
     int height() const;
-    bool hasNormals() const;     ///< of the file, or of the mesh
-    bool hasCoverage() const;    ///< the file says which texels lie inside charts
-    bool hasDirections() const;  ///< light may come from some directions more than from others: the format has bands above 0
-    int tileHeight() const;      ///< rows that are cheap to read together; 64 for scan-line files
+    bool hasNormals() const;      ///< of the file, or of the mesh
+    bool hasMeshNormals() const;  ///< of the mesh: those that LightMapDescription::axes does not turn
+    bool hasCoverage() const;     ///< the file says which texels lie inside charts
+    bool hasDirections() const;   ///< light may come from some directions more than from others: the format has bands above 0
+    int tileHeight() const;       ///< rows that are cheap to read together; 64 for scan-line files
     glm::vec3 luminanceWeights() const;
     const glm::dmat3& bt2020FromWorking() const;  ///< see LinearConversion
     /// Returns the primaries that an OpenEXR file states; of a bake of several files, its first. Empty: none that can be compared.

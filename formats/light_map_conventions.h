@@ -1,5 +1,5 @@
-// Conventions of the numbers in a light map file: sign, frame, quantity, units, encoding. A convention is a property of a file; inside the
-// program all coefficients are canonical (the first row of each table).
+// Conventions of the numbers in a light map file: sign, frame, axes, quantity, units, encoding. A convention is a property of a file;
+// inside the program all coefficients are canonical (the first row of each table). The axes, which are no table, are in bake_axes.h.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "formats/bake_axes.h"
 #include "formats/vocabulary.h"
 
 namespace lightcook::formats {

@@ -60,6 +60,7 @@ constexpr std::array kBakeFormats = {
                    .implied = {ShPhase::None, ShFrame::World, {}, {}},
                    .hasDirections = false,
                    .takesEncoding = true,
+                   .takesLmbake = true,
                    .match = matchFlat,
                    .filesBeside = nullptr,
                    .open = openFlat},
@@ -70,6 +71,7 @@ constexpr std::array kBakeFormats = {
                    .content = "R, G, B in four slices",
                    .assumes = "the light is what Godot's shader shows, which holds less than the radiance that was baked",
                    .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .takesLmbake = true,
                    .match = matchGodot,
                    .filesBeside = filesBesideGodot,
                    .open = openGodot},
@@ -78,6 +80,7 @@ constexpr std::array kBakeFormats = {
                    .content = "R, G, B in four slices",
                    .assumes = "the light comes evenly from the upper hemisphere, as far as L0 and L1 do not say otherwise",
                    .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .takesLmbake = true,
                    .match = matchGodot,
                    .filesBeside = filesBesideGodot,
                    .open = openGodotRadiance},
@@ -124,6 +127,7 @@ constexpr std::array kBakeFormats = {
                    .content = "files _RNM0, _RNM1 and _RNM2",
                    .assumes = kTangents,
                    .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .takesAxes = false,
                    .match = matchBakeryRnm,
                    .filesBeside = filesBesideRnm,
                    .open = nullptr,
@@ -134,6 +138,7 @@ constexpr std::array kBakeFormats = {
         .content = "files _RNM0, _RNM1 and _RNM2",
         .assumes = kTangents,
         .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+        .takesAxes = false,
         .match = matchSourceRnm,
         .filesBeside = filesBesideRnm,
         .open = nullptr,
@@ -307,6 +312,13 @@ std::vector<std::string> gltfBakeNames() {
     return names;
 }
 
+std::vector<std::string> lmbakeBakeNames() {
+    std::vector<std::string> names;
+    for (const BakeFormatInfo& format : kBakeFormats)
+        if (format.takesLmbake) names.emplace_back(format.name);
+    return names;
+}
+
 std::vector<std::string> meshBakeNames() {
     std::vector<std::string> names;
     for (const BakeFormatInfo& format : kBakeFormats)
@@ -410,6 +422,20 @@ Result<void> checkImage(const std::string& image, const BakeFormatInfo& format, 
     return failure(ErrorCode::InvalidRequest, subject + ", image",
                    fmt::format("found \"{}\" for bake format {}, expected none: it is for {}", oneLine(image), format.name,
                                fmt::join(gltfBakeNames(), ", ")));
+}
+
+Result<void> checkAxes(const BakeAxes& axes, const BakeFormatInfo& format, const std::string& subject) {
+    if (axes.isIdentity() || format.takesAxes) return {};
+    return failure(ErrorCode::InvalidRequest, subject + ", axes",
+                   fmt::format("found \"{}\" for bake format {}, expected none: its directions are relative to the surfaces of the mesh",
+                               axes.name(), format.name));
+}
+
+Result<void> checkLmbake(const std::filesystem::path& lmbake, const BakeFormatInfo& format, const std::string& subject) {
+    if (lmbake.empty() || format.takesLmbake) return {};
+    return failure(ErrorCode::InvalidRequest, subject + ", lmbake",
+                   fmt::format("found {} beside a light map of bake format {}, expected none: it is for those of Godot, {}",
+                               lmbake.filename().string(), format.name, fmt::join(lmbakeBakeNames(), ", ")));
 }
 
 Result<LightMapDescription> withImplied(LightMapDescription description, const BakeFormatInfo& format, const std::string& subject) {

@@ -47,6 +47,8 @@ public:
     virtual int height() const = 0;
     /// Returns the number of rows that are cheap to read together.
     virtual int tileHeight() const = 0;
+    /// Returns the number of slices that a bake of Godot has one above the other; nothing if its files do not say.
+    virtual std::optional<int> sliceCount() const { return std::nullopt; }
     virtual bool hasNormals() const = 0;
     virtual bool hasCoverage() const = 0;
     /// Returns the channel of coverage, for errors. Empty: no channel has it.
@@ -74,6 +76,10 @@ Result<void> checkBakeName(const std::string& bake, const std::string& subject);
 Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format, const std::string& subject);
 /// Fails if an image of a glTF is named but the format lies in none.
 Result<void> checkImage(const std::string& image, const BakeFormatInfo& format, const std::string& subject);
+/// Fails if axes are given but the format has none of its own.
+Result<void> checkAxes(const BakeAxes& axes, const BakeFormatInfo& format, const std::string& subject);
+/// Fails if an lmbake is given but Godot does not write the format.
+Result<void> checkLmbake(const std::filesystem::path& lmbake, const BakeFormatInfo& format, const std::string& subject);
 
 /// Returns the description with the conventions that the format implies. Fails if the description has another one that is not the default:
 /// then the scene file contradicts the format.

@@ -50,7 +50,9 @@ CanonicalConversion::CanonicalConversion(const LightMapDescription& description,
     : flipsPhase_(description.phase == ShPhase::CondonShortley),
       rotates_(description.frame == ShFrame::Tangent),
       convertsColor_(!colors.isIdentity),
-      workingFromSource_(colors.workingFromSource) {
+      workingFromSource_(colors.workingFromSource),
+      fileFromMesh_(description.axes.inverse()) {
+    if (!description.axes.isIdentity()) axes_.emplace(description.axes.matrix());
     for (std::size_t band = 0; band < bandFactors_.size(); ++band) {
         if (description.quantity == ShQuantity::Irradiance) bandFactors_[band] /= lighting::kIrradianceBands[band];
         if (description.lightUnits == LightUnits::Game) bandFactors_[band] *= std::numbers::pi;
@@ -65,7 +67,9 @@ float CanonicalConversion::longestBand(std::size_t degree) const {
 ShRgb CanonicalConversion::operator()(ShRgb sh, const glm::vec3& normal) const {
     if (flipsPhase_) sh = lighting::flipCondonShortley(sh);
     if (scales_) sh = lighting::convolve(sh, bandFactors_);
-    if (rotates_) sh = lighting::ShRotation(lighting::worldFromTangentFrame(glm::normalize(glm::dvec3(normal)))).apply(sh);
+    // The tangent frame is that of the normal as the file has it.
+    if (rotates_) sh = lighting::ShRotation(lighting::worldFromTangentFrame(glm::normalize(fileFromMesh_(glm::dvec3(normal))))).apply(sh);
+    if (axes_) sh = axes_->apply(sh);
     if (convertsColor_) {
         for (glm::vec3& coefficient : sh) coefficient = workingFromSource_ * coefficient;
     }
@@ -144,7 +148,7 @@ Result<bool> Canonicalizer::isCovered(const RawStrip& raw, int x, int y, LightMa
         ++strip.coverage.withoutNormal;
         return false;
     }
-    strip.normal.at(x, y) = glm::vec3(glm::dvec3(normal) / length);
+    strip.normal.at(x, y) = glm::vec3(normalAxes_(glm::dvec3(normal) / length));
     return true;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <string>
 
 #include "formats/bakes/bake_reader.h"
@@ -13,13 +14,13 @@
 
 namespace lightcook::formats {
 
-/// The linear map from the coefficients of a file to canonical ones, in this order: signs, quantity and units, frame, colour. Leaves every
-/// bit as it is if the file is canonical already.
+/// The linear map from the coefficients of a file to canonical ones, in this order: signs, quantity and units, frame, axes, colour. Leaves
+/// every bit as it is if the file is canonical already.
 class CanonicalConversion {
 public:
     CanonicalConversion(const LightMapDescription& description, const LinearConversion& colors);
 
-    bool isIdentity() const { return !flipsPhase_ && !scales_ && !rotates_ && !convertsColor_; }
+    bool isIdentity() const { return !flipsPhase_ && !scales_ && !rotates_ && !axes_ && !convertsColor_; }
     bool convertsColor() const { return convertsColor_; }
     /// Returns the largest length of a stored band relative to stored sh00, for light that is nowhere negative. For radiance it is
     /// sqrt(2 l + 1), which a point light reaches.
@@ -32,14 +33,21 @@ private:
     bool flipsPhase_ = false, rotates_ = false, convertsColor_ = false, scales_ = false;
     lighting::ShBands bandFactors_{1.0, 1.0, 1.0};
     glm::mat3 workingFromSource_{1.0f};
+    BakeAxes fileFromMesh_;
+    std::optional<lighting::ShRotation> axes_;  ///< from the axes of the file to those of the mesh; none: they are the same
 };
 
 /// Checks and converts strips of one file.
 class Canonicalizer {
 public:
-    /// file  for errors
-    Canonicalizer(std::string file, const LightMapDescription& description, const LinearConversion& colors)
-        : file_(std::move(file)), repairs_(description.repair), isCompressed_(description.isCompressed), conversion_(description, colors) {}
+    /// file          for errors
+    /// normalAxes    of the normals that the reader gives, against those of the mesh
+    Canonicalizer(std::string file, const LightMapDescription& description, const LinearConversion& colors, const BakeAxes& normalAxes)
+        : file_(std::move(file)),
+          repairs_(description.repair),
+          isCompressed_(description.isCompressed),
+          normalAxes_(normalAxes),
+          conversion_(description, colors) {}
 
     /// Returns a strip that `reader` read, in canonical form. Fails at the first covered texel that is no light, unless the description
     /// asks for repair or, of finite values, says that the map was compressed.
@@ -63,6 +71,7 @@ private:
 
     std::string file_;
     bool repairs_ = false, isCompressed_ = false;
+    BakeAxes normalAxes_;
     CanonicalConversion conversion_;
 };
 

@@ -116,9 +116,9 @@ BakeMatch matchDeluxe(const std::filesystem::path& file, const ExrInfo& info) {
     return match;
 }
 
-Result<std::unique_ptr<BakeReader>> openDeluxe(BakeImage image, const std::filesystem::path& mesh) {
+Result<std::unique_ptr<BakeReader>> openDeluxe(BakeImage image, const BakeSurface& surface) {
     const auto files = filesBesideDeluxe(image.file());
-    return openOnSurface<DeluxeReader>(std::move(image), files, mesh);
+    return openOnSurface<DeluxeReader>(std::move(image), files, surface);
 }
 
 }  // namespace lightcook::formats

@@ -24,6 +24,6 @@ BakeMatch matchDeluxe(const std::filesystem::path& file, const ExrInfo& info);
 /// Returns light and directions. Empty for a name without a number that has no file _deluxe beside it.
 std::vector<std::filesystem::path> filesBesideDeluxe(const std::filesystem::path& file);
 /// mesh  has the normals of the surfaces
-Result<std::unique_ptr<BakeReader>> openDeluxe(BakeImage image, const std::filesystem::path& mesh);
+Result<std::unique_ptr<BakeReader>> openDeluxe(BakeImage image, const BakeSurface& surface);
 
 }  // namespace lightcook::formats

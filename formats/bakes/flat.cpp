@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "formats/bakes/exit_radiance.h"
+#include "formats/bakes/godot.h"
 #include "formats/bakes/images_reader.h"
 
 namespace lightcook::formats {
@@ -16,6 +17,8 @@ using lighting::ShRgb;
 class FlatReader final : public ImagesReader {
 public:
     FlatReader(std::vector<BakeImage> images, SurfaceChannels surface) : ImagesReader(std::move(images), std::move(surface)) {}
+
+    std::optional<int> sliceCount() const override { return importedSlices(images().front().file()); }
 
     Result<RawStrip> read(int firstRow, int rowCount) const override {
         RawStrip raw = emptyStrip(rowCount);

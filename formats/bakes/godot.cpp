@@ -62,10 +62,6 @@ std::optional<int> importedNumber(const std::filesystem::path& file, std::string
     return parsed.ec == std::errc() && slices > 0 ? std::optional(slices) : std::nullopt;
 }
 
-std::optional<int> importedSlices(const std::filesystem::path& file) {
-    return importedNumber(file, "slices/vertical=");
-}
-
 /// Slices of a file: as its import settings say, else as many squares as are stacked if those make whole pages, else four.
 int slicesOf(const std::filesystem::path& file, const ExrInfo& info) {
     const int squares = info.height / info.width;
@@ -112,6 +108,7 @@ public:
         : ImagesReader(std::move(images), std::move(surface)), reading_(reading), sliceHeight_(ImagesReader::height() / slices) {}
 
     int height() const override { return ImagesReader::height() / kSlices; }
+    std::optional<int> sliceCount() const override { return height() / sliceHeight_; }
 
     Result<RawStrip> read(int firstRow, int rowCount) const override {
         RawStrip raw = emptyStrip(rowCount);
@@ -197,6 +194,10 @@ Result<std::unique_ptr<BakeReader>> openAs(Reading reading, BakeImage image) {
 }
 
 }  // namespace
+
+std::optional<int> importedSlices(const std::filesystem::path& file) {
+    return importedNumber(file, "slices/vertical=");
+}
 
 BakeMatch matchGodot(const std::filesystem::path& file, const ExrInfo& info) {
     constexpr int kNumbers = 12;

@@ -12,6 +12,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "formats/bakes/bake_reader.h"
@@ -19,6 +20,8 @@
 namespace lightcook::formats {
 
 BakeMatch matchGodot(const std::filesystem::path& file, const ExrInfo& info);
+/// Returns the number of slices that Godot's import settings give a picture; nothing without them.
+std::optional<int> importedSlices(const std::filesystem::path& file);
 /// Returns the file of Godot's import settings.
 std::vector<std::filesystem::path> filesBesideGodot(const std::filesystem::path& file);
 /// Opens a picture as the engine shows it. Fails if its height is no multiple of its slices, or if the slices of L1 are no packed ones.

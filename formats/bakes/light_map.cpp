@@ -23,6 +23,7 @@
 #include "formats/bakes/surface_frames.h"
 #include "formats/bakes/unreal.h"
 #include "formats/epic_light_maps.h"
+#include "formats/lmbake.h"
 #include "formats/plain_image.h"
 
 namespace lightcook::formats {
@@ -49,7 +50,10 @@ Result<OpenBake> openImage(const std::filesystem::path& named, const LightMapDes
     if (!recognition) return tl::make_unexpected(recognition.error());
     const BakeFormatInfo* const format = recognition->format;
     OpenBake bake{std::move(*recognition), [format, image] { return format->open(std::move(*image)); }, image->info().chromaticities};
-    if (format->needsMesh()) bake.open = [format, image, mesh = description.mesh] { return format->openOnMesh(std::move(*image), mesh); };
+    if (format->needsMesh())
+        bake.open = [format, image, surface = BakeSurface{description.mesh, description.axes}] {
+            return format->openOnMesh(std::move(*image), surface);
+        };
     return bake;
 }
 
@@ -141,6 +145,21 @@ private:
     bool takesCoverage_;
 };
 
+/// Fails for an lmbake whose meshes lie in other slices than those of the map: it is that of another bake.
+Result<void> checkSlices(const std::filesystem::path& lmbake, const BakeReader& reader, const std::string& subject) {
+    if (lmbake.empty()) return {};
+    const auto places = readLmbake(lmbake);
+    if (!places) return tl::make_unexpected(places.error());
+    const int found = places->sliceCount();
+    const std::optional<int> slices = reader.sliceCount();
+    if (found == 0) return failure(ErrorCode::WrongShape, lmbake.string(), "found no mesh in it, expected those of a bake");
+    if (slices ? found == *slices : reader.height() % found == 0) return {};
+    return failure(ErrorCode::WrongShape, lmbake.string(),
+                   fmt::format("found meshes in {} slices, expected {}, as {} has: the lmbake of the same bake. Several files of one bake "
+                               "are not read as one",
+                               found, slices ? std::to_string(*slices) : "a divisor of the height", subject));
+}
+
 /// Returns true if an EXR file has normals. Remembers the answer while the file stays as it is: every action of a light map asks.
 bool hasNormalChannels(const std::filesystem::path& file) {
     struct Answer {
@@ -183,6 +202,7 @@ struct LightMapReader::State {
     glm::vec3 luminanceWeights{0};
     glm::dmat3 bt2020FromWorking;
     std::optional<StatedPrimaries> primaries;
+    bool hasMeshNormals = false;
     Canonicalizer canonical;
 };
 
@@ -217,6 +237,9 @@ int LightMapReader::height() const {
 }
 bool LightMapReader::hasNormals() const {
     return state_->reader->hasNormals();
+}
+bool LightMapReader::hasMeshNormals() const {
+    return state_->hasMeshNormals;
 }
 bool LightMapReader::hasCoverage() const {
     return state_->reader->hasCoverage();
@@ -256,6 +279,8 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
                                    format.name));
     if (const auto taken = checkEncoding(description.encoding, format, subject); !taken) return tl::make_unexpected(taken.error());
     if (const auto taken = checkImage(description.image, format, subject); !taken) return tl::make_unexpected(taken.error());
+    if (const auto taken = checkAxes(description.axes, format, subject); !taken) return tl::make_unexpected(taken.error());
+    if (const auto taken = checkLmbake(description.lmbake, format, subject); !taken) return tl::make_unexpected(taken.error());
     const Result<LightMapDescription> complete = withImplied(description, format, subject);
     if (!complete) return tl::make_unexpected(complete.error());
     Result<std::unique_ptr<BakeReader>> reader = bake->open();
@@ -263,23 +288,28 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
     if (complete->frame == ShFrame::Tangent && !(*reader)->hasNormals()) {
         return failure(ErrorCode::WrongShape, subject, "found no channels normal.X/Y/Z, expected them because the frame is \"tangent\"");
     }
+    if (const auto fits = checkSlices(description.lmbake, **reader, subject); !fits) return tl::make_unexpected(fits.error());
+    // Normals of the mesh are in its axes.
+    const BakeAxes normalAxes = (*reader)->hasNormals() ? complete->axes : BakeAxes();
+    bool hasMeshNormals = format.needsMesh();
     const bool takesCoverage = complete->coverage == CoverageSource::Mesh;
     if (takesCoverage && complete->mesh.empty())
         return failure(ErrorCode::InvalidRequest, subject,
                        "found coverage \"mesh\" without a mesh, expected mesh = \"FILE\" (--mesh) with light-map UVs");
     if (takesCoverage || (!complete->mesh.empty() && !(*reader)->hasNormals())) {
-        Result<SurfaceFrames> frames = SurfaceFrames::load(complete->mesh, (*reader)->width(), (*reader)->height());
+        Result<SurfaceFrames> frames = SurfaceFrames::load(complete->mesh, (*reader)->width(), (*reader)->height(), complete->lmbake);
         // A mesh without light-map UVs is named where it is cooked, with what its format offers in their place.
-        if (!frames && takesCoverage) return tl::make_unexpected(frames.error());
+        if (!frames && (takesCoverage || !complete->lmbake.empty())) return tl::make_unexpected(frames.error());
+        hasMeshNormals |= frames.has_value() && !(*reader)->hasNormals();
         if (frames) *reader = std::make_unique<OnMesh>(std::move(*reader), std::move(*frames), takesCoverage);
     }
     const Result<LinearConversion> colors = linearConversion(complete->colors);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
     std::optional<StatedPrimaries> primaries;
     if (bake->chromaticities) primaries = statedPrimaries(*bake->chromaticities, *colors);
-    return LightMapReader(
-        std::unique_ptr<State>(new State{std::move(bake->recognition), std::move(*reader), colors->luminanceWeights,
-                                         colors->bt2020FromWorking, std::move(primaries), Canonicalizer(subject, *complete, *colors)}));
+    return LightMapReader(std::unique_ptr<State>(new State{std::move(bake->recognition), std::move(*reader), colors->luminanceWeights,
+                                                           colors->bt2020FromWorking, std::move(primaries), hasMeshNormals,
+                                                           Canonicalizer(subject, *complete, *colors, normalAxes)}));
 }
 
 Result<BakeRecognition> LightMapReader::recognize(const std::filesystem::path& file, const LightMapDescription& description) {

@@ -37,15 +37,16 @@ private:
 
 /// Opens a reader of class Reader, whose constructor takes the images, the channels of the first one, the frames, and `more`.
 template <class Reader, class... More>
-Result<std::unique_ptr<BakeReader>> openOnSurface(BakeImage image, std::span<const std::filesystem::path> files,
-                                                  const std::filesystem::path& mesh, const More&... more) {
+Result<std::unique_ptr<BakeReader>> openOnSurface(BakeImage image, std::span<const std::filesystem::path> files, const BakeSurface& surface,
+                                                  const More&... more) {
     Result<std::vector<BakeImage>> images = openImages(std::move(image), files);
     if (!images) return tl::make_unexpected(images.error());
-    Result<SurfaceChannels> surface = SurfaceChannels::of(images->front(), "A");
-    if (!surface) return tl::make_unexpected(surface.error());
-    Result<SurfaceFrames> frames = SurfaceFrames::load(mesh, images->front().info().width, images->front().info().height);
+    Result<SurfaceChannels> channels = SurfaceChannels::of(images->front(), "A");
+    if (!channels) return tl::make_unexpected(channels.error());
+    Result<SurfaceFrames> frames = SurfaceFrames::load(surface.mesh, images->front().info().width, images->front().info().height);
     if (!frames) return tl::make_unexpected(frames.error());
-    return std::make_unique<Reader>(std::move(*images), std::move(*surface), std::move(*frames), more...);
+    if (!surface.axes.isIdentity()) frames->turn(surface.axes.inverse());
+    return std::make_unique<Reader>(std::move(*images), std::move(*channels), std::move(*frames), more...);
 }
 
 }  // namespace lightcook::formats

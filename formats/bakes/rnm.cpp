@@ -117,14 +117,14 @@ std::vector<std::filesystem::path> filesBesideRnm(const std::filesystem::path& f
     return filesOfMixedSet(file, kRnmEndings);
 }
 
-Result<std::unique_ptr<BakeReader>> openBakeryRnm(BakeImage image, const std::filesystem::path& mesh) {
+Result<std::unique_ptr<BakeReader>> openBakeryRnm(BakeImage image, const BakeSurface& surface) {
     const auto files = filesBesideRnm(image.file());
-    return openOnSurface<RnmReader>(std::move(image), files, mesh, kBakeryLobes);
+    return openOnSurface<RnmReader>(std::move(image), files, surface, kBakeryLobes);
 }
 
-Result<std::unique_ptr<BakeReader>> openSourceRnm(BakeImage image, const std::filesystem::path& mesh) {
+Result<std::unique_ptr<BakeReader>> openSourceRnm(BakeImage image, const BakeSurface& surface) {
     const auto files = filesBesideRnm(image.file());
-    return openOnSurface<RnmReader>(std::move(image), files, mesh, kSourceLobes);
+    return openOnSurface<RnmReader>(std::move(image), files, surface, kSourceLobes);
 }
 
 }  // namespace lightcook::formats

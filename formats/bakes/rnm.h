@@ -25,8 +25,8 @@ BakeMatch matchBakeryRnm(const std::filesystem::path& file, const ExrInfo& info)
 BakeMatch matchSourceRnm(const std::filesystem::path& file, const ExrInfo& info);
 /// Returns the three files. The extension of each is that of `file`, or the first of .exr, .hdr, .tga and .png that exists.
 std::vector<std::filesystem::path> filesBesideRnm(const std::filesystem::path& file);
-/// mesh  whose tangents the bake has: see SurfaceFrames. Texels without a surface are not covered.
-Result<std::unique_ptr<BakeReader>> openBakeryRnm(BakeImage image, const std::filesystem::path& mesh);
-Result<std::unique_ptr<BakeReader>> openSourceRnm(BakeImage image, const std::filesystem::path& mesh);
+/// surface  whose tangents the bake has: see SurfaceFrames. Texels without a surface are not covered.
+Result<std::unique_ptr<BakeReader>> openBakeryRnm(BakeImage image, const BakeSurface& surface);
+Result<std::unique_ptr<BakeReader>> openSourceRnm(BakeImage image, const BakeSurface& surface);
 
 }  // namespace lightcook::formats

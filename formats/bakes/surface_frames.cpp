@@ -164,14 +164,25 @@ private:
     std::vector<SurfaceFrames::Triangle> triangles_;
 };
 
-Result<SurfaceFrames> SurfaceFrames::load(const std::filesystem::path& mesh, int width, int height) {
-    const auto scene = GltfScene::load(mesh);
+Result<SurfaceFrames> SurfaceFrames::load(const std::filesystem::path& mesh, int width, int height, const std::filesystem::path& lmbake) {
+    const auto scene = GltfScene::load(mesh, lmbake);
     if (!scene) return tl::make_unexpected(scene.error());
     SurfaceBuilder builder(width, height);
     for (const GltfScene::Placed& placed : scene->placedMeshes()) builder.add(placed);
     std::vector<Triangle> triangles = builder.take();
     if (triangles.empty()) return tl::make_unexpected(withoutLightMapUvs(mesh));
     return SurfaceFrames(std::move(triangles), width);
+}
+
+void SurfaceFrames::turn(const BakeAxes& axes) {
+    const auto turned = [&](const glm::vec3& vector) { return glm::vec3(axes(glm::dvec3(vector))); };
+    for (Triangle& triangle : triangles_) {
+        for (Corner& corner : triangle.corners) {
+            corner.normal = turned(corner.normal);
+            corner.tangent = turned(corner.tangent);
+        }
+        if (!axes.isRotation()) triangle.sign = -triangle.sign;  // a cross product is mirrored the other way
+    }
 }
 
 SurfaceFrame SurfaceFrames::frameAt(const Triangle& triangle, const glm::dvec3& weights) {

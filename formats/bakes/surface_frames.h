@@ -14,6 +14,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "formats/bake_axes.h"
 #include "formats/error.h"
 #include "formats/image.h"
 
@@ -29,7 +30,11 @@ class SurfaceFrames {
 public:
     /// Loads the triangles of a glTF that have light-map UVs. Fails if none has.
     /// width, height  of the light map [texels]
-    static Result<SurfaceFrames> load(const std::filesystem::path& mesh, int width, int height);
+    /// lmbake         see GltfScene::load
+    static Result<SurfaceFrames> load(const std::filesystem::path& mesh, int width, int height, const std::filesystem::path& lmbake = {});
+
+    /// Gives all vectors in other axes.
+    void turn(const BakeAxes& axes);
 
     /// Returns the frames of the rows [firstRow, firstRow + rowCount). Safe to call from several threads.
     /// margin  depth that a triangle must reach into the square of a texel [texels]

@@ -213,6 +213,12 @@ void GltfDocument::readBuffers() {
     }
 }
 
+std::uint64_t GltfDocument::addBuffer(std::vector<std::byte> bytes) {
+    json_["buffers"].push_back({{"byteLength", bytes.size()}});
+    buffers_.push_back(std::move(bytes));
+    return buffers_.size() - 1;
+}
+
 const Json& GltfDocument::array(const char* key) const {
     static const Json kEmpty = Json::array();
     const auto found = json_.find(key);

@@ -40,6 +40,10 @@ public:
     std::vector<std::filesystem::path> filesBeside(std::span<const char* const> arrays) const;
 
     const Json& json() const { return json_; }
+    /// Returns the JSON to be changed in memory. Whoever changes it reads the document anew.
+    Json& changedJson() { return json_; }
+    /// Adds a buffer in memory, and returns its index.
+    std::uint64_t addBuffer(std::vector<std::byte> bytes);
     const std::filesystem::path& file() const { return file_; }
     /// Returns the size of the file and of the buffers beside it; for a document in memory, that of its source.
     std::size_t fileBytes() const { return fileBytes_; }

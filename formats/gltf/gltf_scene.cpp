@@ -17,6 +17,7 @@
 #include "formats/gltf/draco_mesh.h"
 #include "formats/gltf/glb_builder.h"
 #include "formats/gltf/gltf_document.h"
+#include "formats/gltf/lmbake_nodes.h"
 #include "formats/gltf/material_needs.h"
 #include "formats/gltf/node_placement.h"
 #include "formats/gltf/primitive.h"
@@ -89,6 +90,25 @@ void addBits(const Primitive& primitive, const DracoLattices& lattices, MeshErro
     }
 }
 
+/// Returns the number of instances that a node draws: the elements of the accessors that place them, or 1.
+std::int64_t instancesOf(const Json& gltf, const Json& node) {
+    const auto member = [](const Json* owner, const char* key) -> const Json* {
+        if (owner == nullptr || !owner->is_object()) return nullptr;
+        const auto found = owner->find(key);
+        return found == owner->end() ? nullptr : &*found;
+    };
+    const Json* const attributes = member(member(member(&node, "extensions"), "EXT_mesh_gpu_instancing"), "attributes");
+    const Json* const accessors = member(&gltf, "accessors");
+    std::int64_t most = 1;
+    if (attributes == nullptr || !attributes->is_object() || accessors == nullptr || !accessors->is_array()) return most;
+    for (const Json& index : *attributes) {
+        if (!index.is_number_unsigned() || index.get<std::uint64_t>() >= accessors->size()) continue;
+        const Json* const count = member(&(*accessors)[index.get<std::size_t>()], "count");
+        if (count != nullptr && count->is_number_unsigned()) most = std::max(most, count->get<std::int64_t>());
+    }
+    return most;
+}
+
 Result<void> checkOptions(const DracoOptions& options) {
     const auto outside = [](int value, int low, int high) { return value < low || value > high; };
     for (const auto& [name, bits] : {std::pair{"position", options.positionBits},
@@ -111,6 +131,7 @@ struct GltfScene::State {
     std::vector<MaterialNeeds> materials;
     std::int64_t vertexCount = 0, triangleCount = 0;
     bool hasLightMapUvs = false;
+    std::optional<LmbakeMatch> lmbakeMatch = {};
 
     explicit State(GltfDocument read) : document(std::move(read)), primitives(readPrimitives(document)) {
         checkSceneRules(document);
@@ -232,6 +253,36 @@ Result<GltfScene> GltfScene::load(const std::filesystem::path& file) {
     return resultOf(file, [&] { return GltfScene(std::make_unique<State>(GltfDocument(file))); });
 }
 
+Result<GltfScene> GltfScene::load(const std::filesystem::path& file, const std::filesystem::path& lmbake) {
+    auto scene = load(file);
+    if (!scene || lmbake.empty()) return scene;
+    const auto places = readLmbake(lmbake);
+    if (!places) return tl::make_unexpected(places.error());
+    if (std::ranges::any_of(scene->state_->primitives, [](const Primitive& primitive) { return primitive.dracoView.has_value(); }))
+        if (scene = scene->plain(); !scene) return scene;
+    return resultOf(file, [&] {
+        GltfDocument document = std::move(scene->state_->document);
+        LmbakeMatch match = placeNodes(document, *places, lmbake);
+        GltfScene placed(std::make_unique<State>(std::move(document)));
+        placed.state_->lmbakeMatch = std::move(match);
+        return placed;
+    });
+}
+
+Result<GltfScene> GltfScene::plain() const {
+    TrianglePart whole;
+    for (const TriangleMesh* mesh : triangleMeshes()) {
+        CutMesh& all = whole.meshes.emplace_back();
+        all.indices = mesh->indices;
+        for (std::uint32_t vertex = 0; vertex < mesh->vertexCount(); ++vertex) all.vertices.push_back({{vertex, 0, 0}, {1, 0, 0}});
+    }
+    return part(whole);
+}
+
+const std::optional<LmbakeMatch>& GltfScene::lmbakeMatch() const {
+    return state_->lmbakeMatch;
+}
+
 std::vector<const TriangleMesh*> GltfScene::triangleMeshes() const {
     std::vector<const TriangleMesh*> meshes;
     for (const Primitive& primitive : state_->primitives)
@@ -253,6 +304,21 @@ std::vector<GltfScene::Placed> GltfScene::placedMeshes() const {
         for (const glm::dmat4& place : found->second) placed.push_back({&primitive.geometry, place, isDoubleSided});
     }
     return placed;
+}
+
+std::int64_t GltfScene::mostDrawn() const {
+    const Json& gltf = state_->document.json();
+    std::set<std::uint64_t> withTriangles;
+    for (const Primitive& primitive : state_->primitives)
+        if (primitive.isTriangles) withTriangles.insert(primitive.mesh);
+    std::map<std::uint64_t, std::int64_t> draws;
+    for (const std::size_t node : drawingNodes(gltf)) {
+        const auto mesh = gltf["nodes"][node]["mesh"].get<std::uint64_t>();
+        if (withTriangles.contains(mesh)) draws[mesh] += instancesOf(gltf, gltf["nodes"][node]);
+    }
+    std::int64_t most = 0;
+    for (const auto& [mesh, count] : draws) most = std::max(most, count);
+    return most;
 }
 
 Result<MeshSize> GltfScene::writeDraco(const std::filesystem::path& file, const DracoOptions& options, const ClusterMap* clusters) const {

@@ -62,7 +62,7 @@ std::vector<std::size_t> rootsOf(const nlohmann::json& gltf, const nlohmann::jso
     return roots;
 }
 
-/// Calls visit(node, world transform, depth) for each node below the roots, once; roots have depth 1.
+/// Calls visit(index, world transform, depth) for each node below the roots, once; roots have depth 1.
 template <class Work>
 void visitNodes(const nlohmann::json& gltf, Work visit) {
     const auto nodes = gltf.find("nodes");
@@ -82,25 +82,40 @@ void visitNodes(const nlohmann::json& gltf, Work visit) {
         const nlohmann::json& node = (*nodes)[next.node];
         if (!node.is_object()) continue;
         const glm::dmat4 world = next.parent * localTransform(node);
-        visit(node, world, next.depth);
+        visit(next.node, world, next.depth);
         for (const std::size_t child : indicesOf(node, "children", nodes->size())) waiting.push_back({child, next.depth + 1, world});
     }
+}
+
+/// Returns the mesh that a node of the document draws, if any.
+std::optional<std::uint64_t> meshOfNode(const nlohmann::json& gltf, std::size_t index) {
+    const nlohmann::json& node = gltf["nodes"][index];
+    const auto mesh = node.find("mesh");
+    return mesh != node.end() && mesh->is_number_unsigned() ? std::optional(mesh->get<std::uint64_t>()) : std::nullopt;
 }
 
 }  // namespace
 
 std::map<std::uint64_t, std::vector<glm::dmat4>> placesOfMeshes(const nlohmann::json& gltf) {
     std::map<std::uint64_t, std::vector<glm::dmat4>> places;
-    visitNodes(gltf, [&](const nlohmann::json& node, const glm::dmat4& world, std::size_t) {
-        if (const auto mesh = node.find("mesh"); mesh != node.end() && mesh->is_number_unsigned())
-            places[mesh->get<std::uint64_t>()].push_back(world);
+    visitNodes(gltf, [&](std::size_t node, const glm::dmat4& world, std::size_t) {
+        if (const auto mesh = meshOfNode(gltf, node)) places[*mesh].push_back(world);
     });
     return places;
 }
 
+std::vector<std::size_t> drawingNodes(const nlohmann::json& gltf) {
+    std::vector<std::size_t> nodes;
+    visitNodes(gltf, [&](std::size_t node, const glm::dmat4&, std::size_t) {
+        if (meshOfNode(gltf, node)) nodes.push_back(node);
+    });
+    std::ranges::sort(nodes);
+    return nodes;
+}
+
 std::size_t depthOfNodes(const nlohmann::json& gltf) {
     std::size_t deepest = 0;
-    visitNodes(gltf, [&](const nlohmann::json&, const glm::dmat4&, std::size_t depth) { deepest = std::max(deepest, depth); });
+    visitNodes(gltf, [&](std::size_t, const glm::dmat4&, std::size_t depth) { deepest = std::max(deepest, depth); });
     return deepest;
 }
 

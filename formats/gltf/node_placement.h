@@ -15,6 +15,9 @@ namespace lightcook::formats {
 /// that is its own ancestor is visited once.
 std::map<std::uint64_t, std::vector<glm::dmat4>> placesOfMeshes(const nlohmann::json& gltf);
 
+/// Returns the nodes of the default scene that draw a mesh, by their indices, in ascending order.
+std::vector<std::size_t> drawingNodes(const nlohmann::json& gltf);
+
 /// Returns the number of nodes of the longest path from a root to a leaf. A node that is its own ancestor is visited once.
 std::size_t depthOfNodes(const nlohmann::json& gltf);
 

@@ -79,7 +79,7 @@ lights that would do better. With --log json it is one JSON object on standard o
 hold one light.)");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
-        if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
+        if (auto applied = options->conventions.apply(options->description, options->input); !applied) return session.finish(applied);
         options->json.prepare(session);
         Outcome outcome = convertDominant(*options, session.state);
         if (!options->explain || !outcome.errors.empty()) return finishCook(session, options->json, std::move(outcome));

@@ -16,6 +16,7 @@
 #include "formats/gltf_light_map.h"
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
+#include "formats/lmbake.h"
 #include "formats/lower_extension.h"
 #include "formats/plain_image.h"
 #include "pipeline/assets/light_map/bake_reading.h"
@@ -99,6 +100,31 @@ Json describeWithoutMesh(const formats::BakeRecognition& recognition, const form
 /// Returns true for a picture whose name, and the files beside it, make it a part of a bake of several files.
 bool isPartOfSet(const std::filesystem::path& file) {
     return formats::leadingFile(file, formats::kAutoBake) != file || !formats::faultOfPictureSet(file, formats::kAutoBake).empty();
+}
+
+/// Describes where the meshes of a bake of Godot lie.
+Json describeLmbake(const formats::Lmbake& lmbake) {
+    Json json = {{"slices", lmbake.sliceCount()}, {"meshes", Json::array()}};
+    for (const formats::LmbakeUser& user : lmbake.users) {
+        const glm::dvec4& at = user.rectangle;
+        json["meshes"].push_back({{"node", user.name()}, {"slice", user.slice}, {"rectangle", {at.x, at.y, at.z, at.w}}});
+    }
+    return json;
+}
+
+/// Describes how the nodes of a glTF are found in the lmbake of the same name; null without one.
+Json describePlaces(const std::filesystem::path& file) {
+    std::filesystem::path lmbake = file;
+    lmbake.replace_extension(".lmbake");
+    std::error_code code;
+    if (!std::filesystem::is_regular_file(lmbake, code)) return {};
+    const auto scene = formats::GltfScene::load(file, lmbake);
+    if (!scene) return {{"file", lmbake.string()}, {"error", scene.error().line()}};
+    const formats::LmbakeMatch& match = *scene->lmbakeMatch();
+    return {{"file", lmbake.string()},
+            {"nodes_with_rectangle", match.placed},
+            {"nodes_without_rectangle", match.unplaced},
+            {"rectangles_without_node", match.unread}};
 }
 
 /// Describes the light maps of Unreal that a glTF holds, each by its image. One that cannot be read has its error.
@@ -214,11 +240,13 @@ Result<Json> describeFile(const std::filesystem::path& file) {
         const auto bound = formats::boundLightMaps(file);
         if (!bound) return tl::make_unexpected(bound.error());
         if (const Json maps = parseJson(*bound); maps.is_array() && !maps.empty()) (*facts)["light_maps"] = briefly(maps);
+        if (Json places = describePlaces(file); !places.is_null()) (*facts)["lmbake"] = std::move(places);
         const auto baked = describeEpicMaps(file);
         if (!baked) return tl::make_unexpected(baked.error());
         if (!baked->empty()) (*facts)["as_light_maps"] = *baked;
         return facts;
     }
+    if (formats::isLmbakeFile(file)) return formats::readLmbake(file).map(describeLmbake);
     if (extension == ".exr" || extension == ".hdr" || isPartOfSet(file)) {
         const auto map = formats::LightMapReader::open(file, {});
         if (!map)
@@ -315,8 +343,9 @@ CommandFunction defineInfo(CLI::App& app) {
         JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
-    app.add_option("files", options->files,
-                   "Textures, images, light maps, meshes, scene files, output folders of cook, or patterns such as '*.ktx2'")
+    app.add_option(
+           "files", options->files,
+           "Textures, images, light maps, meshes, lmbakes of Godot, scene files, output folders of cook, or patterns such as '*.ktx2'")
         ->required()
         ->type_name(kFilePlaceholder);
     options->json.add(app, "the contents (of several files a list)");

@@ -59,7 +59,7 @@ CommandFunction defineLightmap(CLI::App& app) {
     options->json.add(app, "the report");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
-        if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
+        if (auto applied = options->conventions.apply(options->description, options->input); !applied) return session.finish(applied);
         options->json.prepare(session);
         return finishCook(session, options->json, convertLightMap(*options, session.state));
     };

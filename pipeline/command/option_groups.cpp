@@ -11,8 +11,10 @@
 #include <span>
 #include <utility>
 
+#include "formats/bake_format.h"
 #include "formats/gltf_scene.h"
 #include "formats/light_map_conventions.h"
+#include "formats/lmbake.h"
 #include "formats/target.h"
 #include "pipeline/scene/byte_count.h"
 #include "pipeline/scene/dominant_fit.h"
@@ -300,6 +302,9 @@ void ConventionOptions::add(CLI::App& app) {
         ->capture_default_str();
     addConvention<formats::ShPhase>(app, "--phase", phase_, "Sign convention of the SH basis");
     addConvention<formats::ShFrame>(app, "--frame", frame_, "Frame of the coefficients");
+    app.add_option("--axes", axes_, "Components of the file's vectors that are x, y and z of the mesh: for Unity --axes=-x,y,z")
+        ->type_name("TEXT")
+        ->capture_default_str();
     addConvention<formats::ShQuantity>(app, "--quantity", quantity_, "Quantity that the coefficients expand");
     addConvention<formats::LightUnits>(app, "--light-units", lightUnits_, "Units of the bake's light sources");
     addConvention<formats::LightEncoding>(app, "--encoding", encoding_, "Encoding of the colours of an 8-bit picture");
@@ -308,12 +313,42 @@ void ConventionOptions::add(CLI::App& app) {
     addFileOption(app, "--mesh", mesh_,
                   fmt::format("The glTF whose surfaces the bake lies on: for normals that the bake lacks, --coverage mesh, and {}",
                               fmt::join(formats::meshBakeNames(), ", ")));
+    app.add_option(
+           "--lmbake", lmbake_,
+           fmt::format("Of a bake of Godot, the file that says where the nodes of the mesh lie; {}: TEXCOORD_1 says it. Default: the "
+                       "file beside the bake, if there is one",
+                       formats::kNoLmbake))
+        ->type_name(kFilePlaceholder);
     app.add_option("--firefly-limit", fireflyLimit_,
                    "A texel that is brighter than this many times its brightest neighbour is a firefly and refused; 0: no check")
         ->capture_default_str();
 }
 
-formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& description) const {
+/// Returns the lmbake of a bake; empty: it has none.
+formats::Result<std::filesystem::path> ConventionOptions::lmbakeOf(const std::filesystem::path& bake, bool hasMeshes) const {
+    const auto wrong = [](std::string detail) {
+        return formats::failure(formats::ErrorCode::InvalidRequest, "--lmbake", std::move(detail));
+    };
+    const bool hasMesh = hasMeshes || !mesh_.empty();
+    if (lmbake_ == formats::kNoLmbake) return std::filesystem::path();
+    if (lmbake_.empty()) return hasMesh ? formats::lmbakeBeside(bake, bake_) : std::filesystem::path();
+    if (!hasMesh) return wrong("found it without a mesh, expected --mesh FILE: its nodes are in the lmbake");
+    if (!formats::mayTakeLmbake(bake_))
+        return wrong(fmt::format("found it with --bake {}, expected a light map of Godot: {}", bake_,
+                                 fmt::join(formats::lmbakeBakeNames(), " or ")));
+    return std::filesystem::path(lmbake_);
+}
+
+formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& description, const std::filesystem::path& bake,
+                                               bool hasMeshes) const {
+    const auto axes = formats::BakeAxes::fromName(axes_);
+    if (!axes)
+        return formats::failure(formats::ErrorCode::InvalidRequest, "--axes",
+                                fmt::format("found \"{}\", expected {}", axes_, formats::BakeAxes::kExpected));
+    description.axes = *axes;
+    const auto lmbake = lmbakeOf(bake, hasMeshes);
+    if (!lmbake) return tl::make_unexpected(lmbake.error());
+    description.lmbake = *lmbake;
     description.bake = bake_;
     description.phase = *formats::conventionFromName<formats::ShPhase>(phase_);
     description.frame = *formats::conventionFromName<formats::ShFrame>(frame_);

@@ -100,17 +100,21 @@ private:
     bool zstd_ = false, isOneAsset_ = true;
 };
 
-/// --bake, --phase, --frame, --quantity, --light-units, --encoding, --image, --mesh and --firefly-limit: the conventions of a baked light
-/// map.
+/// --bake, --phase, --frame, --axes, --quantity, --light-units, --encoding, --image, --mesh, --lmbake and --firefly-limit: the conventions
+/// of a baked light map.
 class ConventionOptions {
 public:
     void add(CLI::App& app);
-    /// Copies the conventions to `description`; fails if the firefly limit is out of range, and for a file that is no mesh with light-map
-    /// UVs.
-    formats::Result<void> apply(formats::LightMapDescription& description) const;
+    /// Copies the conventions to `description`, and finds the lmbake beside a bake of Godot. Fails for values that the scene file does not
+    /// take, and for a file that is no mesh with light-map UVs.
+    /// hasMeshes  the command has meshes beside --mesh
+    formats::Result<void> apply(formats::LightMapDescription& description, const std::filesystem::path& bake, bool hasMeshes = false) const;
 
 private:
-    std::string bake_ = std::string(formats::kAutoBake), phase_, frame_, quantity_, lightUnits_, encoding_, coverage_, image_;
+    formats::Result<std::filesystem::path> lmbakeOf(const std::filesystem::path& bake, bool hasMeshes) const;
+
+    std::string bake_ = std::string(formats::kAutoBake), phase_, frame_, quantity_, lightUnits_, encoding_, coverage_, image_,
+                axes_ = formats::BakeAxes().name(), lmbake_;
     std::filesystem::path mesh_;
     double fireflyLimit_ = formats::LightMapDescription{}.fireflyLimit;
 };

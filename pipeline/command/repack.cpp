@@ -59,7 +59,8 @@ Charts that keep their resolution keep their texels bit for bit, and the light b
 repack into the same folder replaces the files that repacked.json lists there; any other file of the
 same name is refused.)");
     return [options](Session& session) {
-        if (auto applied = options->conventions.apply(options->description); !applied) return session.finish(applied);
+        if (auto applied = options->conventions.apply(options->description, options->map, true); !applied) return session.finish(applied);
+        options->lmbake = options->description.lmbake;
         if (options->description.mesh.empty() && options->meshes.size() == 1) options->description.mesh = options->meshes.front();
         options->keepsOthers = true;
         options->json.prepare(session);

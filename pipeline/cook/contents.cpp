@@ -64,7 +64,7 @@ std::optional<Action> probeUseAction(const Scene& scene) {
         if (!entry.mesh) return std::nullopt;
         if (!meshes.insert(*entry.mesh).second) continue;
         parameters.meshes.push_back(fmt::format("mesh{}", parameters.meshes.size()));
-        inputs.merge(meshInputs(parameters.meshes.back(), *entry.mesh, formats::GltfFiles::Geometry));
+        inputs.merge(meshInputs(parameters.meshes.back(), *entry.mesh, {}, formats::GltfFiles::Geometry));
     }
     if (parameters.probes.size() <= kProbesOfAPlace || parameters.meshes.empty()) return std::nullopt;
     return Action{kProbeUseId, kProbeUseKind, "probes", toJson(parameters), std::move(inputs), {}};

@@ -377,13 +377,13 @@ private:
         Inputs inputs = tracedInputs(entry);
         std::error_code code;
         if (entry.mesh && std::filesystem::exists(*entry.mesh, code))
-            inputs.merge(meshInputs(kSurfaceRole, *entry.mesh, formats::GltfFiles::Geometry));
+            inputs.merge(meshInputs(kSurfaceRole, *entry.mesh, entry.description.lmbake, formats::GltfFiles::Geometry));
         return inputs;
     }
 
     void addMesh(const LightMapEntry& entry, const formats::LightMapDescription& description, const std::string& layout) {
         const std::string asset = meshAssetName(scene_, entry);
-        const Inputs inputs = meshInputs(kMeshRole, *entry.mesh);
+        const Inputs inputs = meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake);
         Inputs verifyInputs = bakeInputs(entry.file, entry.description);
         verifyInputs.insert(inputs.begin(), inputs.end());
         const VisibleParameters visible{displayOf(scene_, entry), visibleLimit(scene_.output, entry.maxVisible),
@@ -404,7 +404,7 @@ private:
         if (!fileNames_.insert(inLowerCase(gltfNameOf(entry.name))).second && takenName_.empty()) takenName_ = gltfNameOf(entry.name);
         GltfParameters parameters{description, kShaderName, options_.repair};
         Inputs inputs = bakeInputs(entry.file, entry.description);
-        inputs.merge(meshInputs(kMeshRole, *entry.mesh));
+        inputs.merge(meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake));
         const auto probe = std::ranges::find_if(scene_.probes, [&](const auto& each) { return !needs_.unusedProbes.contains(each.name); });
         if (probe != scene_.probes.end()) {
             parameters.probe = {probe->name, scene_.colors, probe->file.filename().string()};
@@ -650,7 +650,7 @@ std::vector<Action> planNeeds(const Scene& scene) {
                                kMaterialsKind,
                                entry.mesh->filename().string(),
                                Json::object(),
-                               meshInputs(kMeshRole, *entry.mesh),
+                               meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake),
                                {}});
     return actions;
 }

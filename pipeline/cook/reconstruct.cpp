@@ -7,6 +7,7 @@
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/manifest/manifest.h"
@@ -118,7 +119,7 @@ Result<ChartPlaces> chartPlacesOf(const CookedAsset& asset, const UnpackedBake& 
     const auto mesh = sources->find(kMeshRole);
     if (mesh == sources->end())
         return failure(ErrorCode::Verification, asset.name, "found packed charts without a mesh, expected the folder as cooked");
-    const auto scene = formats::GltfScene::load(mesh->second);
+    const auto scene = loadMesh(*sources, kMeshRole);
     if (!scene) return tl::make_unexpected(scene.error());
     return ChartPlaces::create(*scene, mesh->second.string(), bake);
 }

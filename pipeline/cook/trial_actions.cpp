@@ -24,7 +24,7 @@ std::map<std::string, std::filesystem::path> learnedInputsOf(const LightMapEntry
     std::map<std::string, std::filesystem::path> inputs = bakeInputs(entry.file, entry.description);
     std::error_code code;
     if (entry.mesh && std::filesystem::exists(*entry.mesh, code))
-        inputs.merge(meshInputs(kMeshRole, *entry.mesh, formats::GltfFiles::Geometry));
+        inputs.merge(meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake, formats::GltfFiles::Geometry));
     return inputs;
 }
 

@@ -11,6 +11,7 @@
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/light_map/split_seams.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/assets/verification.h"
@@ -373,7 +374,10 @@ private:
             scene_.lightMaps.push_back(std::move(added));
             entry = std::prev(scene_.lightMaps.end());
         }
-        if (const auto mesh = sources.find(kMeshRole); mesh != sources.end() && asset.kind == AssetKind::Mesh) entry->mesh = mesh->second;
+        if (const auto mesh = sources.find(kMeshRole); mesh != sources.end() && asset.kind == AssetKind::Mesh) {
+            entry->mesh = mesh->second;
+            entry->description.lmbake = lmbakeOf(sources, kMeshRole);
+        }
         return {};
     }
 

@@ -1,4 +1,4 @@
-// Names of enumerations of formats/ as fields of JSON: from their tables.
+// Names of enumerations of formats/ as fields of JSON: from their tables. Axes, which are no enumeration, as their text.
 #pragma once
 
 #include "formats/gpu_texture.h"
@@ -44,6 +44,13 @@ requires requires {
 }
 struct EnumNames<Enum> {
     static std::vector<std::string> all() { return formats::namesOf(formats::conventions<Enum>()); }
+};
+
+template <>
+struct FieldText<formats::BakeAxes> {
+    static std::string of(const formats::BakeAxes& axes) { return axes.name(); }
+    static std::optional<formats::BakeAxes> from(const std::string& text) { return formats::BakeAxes::fromName(text); }
+    static std::string expected() { return std::string(formats::BakeAxes::kExpected); }
 };
 
 }  // namespace lightcook::pipeline

@@ -12,8 +12,8 @@
 //   const formats::Result<Fruit> fruit = fromJson<Fruit>(json, "basket.json");
 //
 // `Fields` is one of four visitors: FieldWriter, FieldReader, FieldLister (reference tables) and FieldSchema (json_schema.h). Keys keep the
-// order of the list. A field may be text, a boolean, a number, an enumeration with a table of names, a glm vector, a described struct, or
-// Json where its shape is open; and a std::vector, std::array, std::map<std::string, ...> or std::optional of these.
+// order of the list. A field may be text, a boolean, a number, an enumeration with a table of names, a type with a FieldText, a glm vector,
+// a described struct, or Json where its shape is open; and a std::vector, std::array, std::map<std::string, ...> or std::optional of these.
 #pragma once
 
 #include <algorithm>
@@ -70,6 +70,15 @@ struct FieldMirror;
 template <class T>
 concept HasMirror = requires {
     typename FieldMirror<T>::Type;
+};
+
+/// Specialized for a type that JSON has as a text.
+///   static std::string of(const T&);  static std::optional<T> from(const std::string&);  static std::string expected();
+template <class T>
+struct FieldText;
+template <class T>
+concept HasText = requires(const T& value) {
+    FieldText<T>::of(value);
 };
 
 /// A row of a reference table.
@@ -277,6 +286,8 @@ Json jsonOf(const T& value) {
         Json object = Json::object();
         for (const auto& [key, member] : value) object[key] = jsonOf(member);
         return object;
+    } else if constexpr (HasText<T>) {
+        return FieldText<T>::of(value);
     } else if constexpr (HasMirror<T>) {
         return jsonOf(FieldMirror<T>::of(value));
     } else {
@@ -318,6 +329,10 @@ void readValue(const JsonPlace& place, T& value, const FieldRule& rule) {
     } else if constexpr (IsMap<T>::value) {
         value.clear();
         place.eachMember([&](const std::string& key, const JsonPlace& member) { readValue(member, value[key], rule); });
+    } else if constexpr (HasText<T>) {
+        const auto read = FieldText<T>::from(place.text());
+        if (!read) place.fail(FieldText<T>::expected());
+        value = *read;
     } else if constexpr (HasMirror<T>) {
         typename FieldMirror<T>::Type mirror{};
         readValue(place, mirror, rule);
@@ -358,6 +373,8 @@ void listType(std::vector<FieldRow>& rows, const std::string& path, const FieldR
         addElements.template operator()<typename T::value_type>("list of: ", "[]");
     } else if constexpr (IsMap<T>::value) {
         addElements.template operator()<typename T::mapped_type>("by name: ", ".*");
+    } else if constexpr (HasText<T>) {
+        add("string");
     } else if constexpr (HasMirror<T>) {
         listType<typename FieldMirror<T>::Type>(rows, path, rule, caption, isRequired);
     } else {

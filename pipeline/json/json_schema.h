@@ -105,6 +105,8 @@ Json schemaOfType(const FieldRule& rule) {
         return list(schemaOfType<typename T::value_type>(rule), rule.leastCount, 0);
     } else if constexpr (IsMap<T>::value) {
         return {{"type", "object"}, {"additionalProperties", schemaOfType<typename T::mapped_type>(rule)}};
+    } else if constexpr (HasText<T>) {
+        return {{"type", "string"}};
     } else if constexpr (HasMirror<T>) {
         return schemaOfType<typename FieldMirror<T>::Type>(rule);
     } else {

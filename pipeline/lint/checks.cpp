@@ -20,7 +20,8 @@ constexpr std::array kLintChecks = {
                   "Write `frame = \"tangent\"` in the `[[light_map]]`, or `\"world\"` where `tangent` is there."},
     LintCheckInfo{LintCheck::WrongAxes, "wrong-axes", Warning,
                   "light comes from behind the surface, and with other axes it does not: the baker is Z up or left-handed",
-                  "Export coefficients and normals in the same axes: right-handed, Y up, as in glTF. No key of the scene file turns them."},
+                  "Write the `axes` that were found into the `[[light_map]]`. In a file with normals of its own, which the key turns too, "
+                  "export coefficients and normals in the same axes."},
     LintCheckInfo{LintCheck::LitFromBehind, "lit-from-behind", Warning,
                   "light comes from behind the surface, under every sign convention, frame and choice of axes",
                   "Compare the coefficients and the normals of a few texels with those in the baker. If the bake gathers light over the "
@@ -95,8 +96,17 @@ constexpr std::array kLintChecks = {
                   "Unwrap the mesh again. A light map does not repeat."},
     LintCheckInfo{LintCheck::UvOverlap, "uv-overlap", Warning, "parts of the mesh share texels of the light map",
                   "Unwrap the mesh again without overlaps: one texel cannot hold the light of two places."},
-    LintCheckInfo{LintCheck::DrawnTwice, "drawn-twice", Warning, "several nodes draw one mesh, so that they show the same texels",
+    LintCheckInfo{LintCheck::DrawnTwice, "drawn-twice", Warning,
+                  "several nodes, or instances of one, draw one mesh, so that they show the same texels",
                   "Give each node a mesh of its own with light-map UVs of its own, or allow this code if their light is the same."},
+    LintCheckInfo{LintCheck::UnplacedNodes, "unplaced-nodes", Error, "Godot's lmbake has no rectangle for nodes of the mesh",
+                  "Leave what Godot did not bake out of the mesh, or bake it: a static mesh with UV2 and its name in the scene. Names and "
+                  "parents of nodes are those of Godot's scene."},
+    LintCheckInfo{
+        LintCheck::UnreadRectangles, "unread-rectangles", Warning,
+        "rectangles of Godot's lmbake belong to no node of the mesh, so nothing shows their part of the map",
+        "Export the whole scene that was baked, with the names that its nodes have in Godot. If the rest is a mesh of its own, allow "
+        "this code. A node with several meshes (GridMap, MultiMesh) is not read."},
     LintCheckInfo{LintCheck::FlatTriangles, "flat-triangles", Error, "most of the light map lies on triangles without area in the world",
                   "Look for a scale of 0 in a node, and for vertices that were all put into one place."},
     LintCheckInfo{LintCheck::MeshNormals, "mesh-normals", Warning, "vertices of the mesh have a normal of zero or shorter than 1/2",

@@ -39,6 +39,8 @@ enum class LintCheck {
     UvOutside,
     UvOverlap,
     DrawnTwice,
+    UnplacedNodes,
+    UnreadRectangles,
     FlatTriangles,
     MeshNormals,
     UnknownMaterial,

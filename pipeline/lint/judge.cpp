@@ -8,12 +8,14 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 
 #include "formats/bake_format.h"
 #include "formats/light_map_conventions.h"
 #include "formats/light_map_layout.h"
 #include "formats/nearest.h"
 #include "formats/vocabulary.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
@@ -186,6 +188,20 @@ private:
                 {{"share", withoutNormal}});
     }
 
+    /// Returns the choice of axes that leaves the fewest texels lit from behind. Of equal ones, as of a map of floors alone: that of the
+    /// file; or a rotation, as of a baker that is Z up, rather than a reflection, and x rather than -x.
+    int bestAxes() const {
+        const auto rank = [&](int choice) {
+            const auto axes = formats::BakeAxes::choice(choice);
+            return std::tuple(facts_.behind[static_cast<std::size_t>(choice)], choice != 0, !axes.isRotation(),
+                              axes.name().starts_with('-'));
+        };
+        int best = 0;
+        for (int choice = 1; choice < formats::BakeAxes::kChoices; ++choice)
+            if (rank(choice) < rank(best)) best = choice;
+        return best;
+    }
+
     /// Returns true if light comes from behind.
     bool judgeDirections() {
         const auto behind = [&](std::size_t choice) { return share(facts_.behind[choice], facts_.directional); };
@@ -196,9 +212,13 @@ private:
             fmt::format("found {} of {} texels lit from behind their normal, expected 0 %", percent(found), facts_.directional);
         // A convention that the bake format implies cannot be written into the scene.
         const formats::BakeConventions implied = impliedByFormat();
-        const double otherPhase = behind(kPhaseChoice);
-        const auto best = std::ranges::min_element(facts_.behind) - facts_.behind.begin();
-        const double bestAxes = behind(static_cast<std::size_t>(best));
+        const double otherPhase = behind(formats::BakeAxes::kPhaseChoice);
+        const int best = bestAxes();
+        const double leftByAxes = behind(static_cast<std::size_t>(best));
+        const auto choice = formats::BakeAxes::choice(best);
+        // The scene file turned the axes of the file already. It turns normals of the file too, and with them the fault.
+        const std::string axes = facts_.hasMeshNormals ? fmt::format("axes = \"{}\"", entry_.description.axes.then(choice).name())
+                                                       : fmt::format("({}) of the coefficients as x, y, z", choice.name());
         const auto with = [&](LintCheck check, const char* key, const std::string& reading, double left) {
             add(check, key, fmt::format("{}; {} it is {}", what, reading, percent(left)), {{"behind", found}, {"behind_otherwise", left}});
         };
@@ -209,16 +229,14 @@ private:
             const bool isWorld = entry_.description.frame == formats::ShFrame::World;
             std::string reading = fmt::format("with frame = \"{}\"", isWorld ? "tangent" : "world");
             // Surfaces that all face up, of a baker that is Z up.
-            if (bestAxes <= otherFrame)
-                reading += fmt::format(", or with ({}) of the coefficients as x, y, z,", axisChoiceName(static_cast<int>(best)));
+            if (takesAxes() && leftByAxes <= otherFrame) reading += fmt::format(", or with {},", axes);
             with(LintCheck::WrongFrame, "frame", reading, otherFrame);
-        } else if (bestAxes <= explained) {
-            with(LintCheck::WrongAxes, "file",
-                 fmt::format("with ({}) of the coefficients as x, y, z", axisChoiceName(static_cast<int>(best))), bestAxes);
+        } else if (!takesAxes()) {
+            add(LintCheck::LitFromBehind, "file", what, {{"behind", found}});
+        } else if (leftByAxes <= explained) {
+            with(LintCheck::WrongAxes, facts_.hasMeshNormals ? "axes" : "file", "with " + axes, leftByAxes);
         } else {
-            with(LintCheck::LitFromBehind, "file",
-                 fmt::format("with ({}) of the coefficients as x, y, z, the best choice,", axisChoiceName(static_cast<int>(best))),
-                 bestAxes);
+            with(LintCheck::LitFromBehind, "file", fmt::format("with {}, the best choice,", axes), leftByAxes);
         }
         return true;
     }
@@ -232,10 +250,9 @@ private:
         return isForEngine(layoutAsked(scene_.output)) || std::ranges::any_of(layoutsFor(scene_.output, entry_), isForEngine);
     }
 
-    formats::BakeConventions impliedByFormat() const {
-        const auto* const format = formats::findByName(formats::allBakeFormats(), facts_.reading.bake);
-        return format == nullptr ? formats::BakeConventions{} : format->implied;
-    }
+    const formats::BakeFormatInfo* format() const { return formats::findByName(formats::allBakeFormats(), facts_.reading.bake); }
+    formats::BakeConventions impliedByFormat() const { return format() == nullptr ? formats::BakeConventions{} : format()->implied; }
+    bool takesAxes() const { return format() == nullptr || format()->takesAxes; }
 
     /// Returns false for a bake format whose light is a formula of an engine: its bands are fitted to that formula, and need not be those
     /// of any light.
@@ -360,7 +377,7 @@ Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
                         facts.read),
             {{"shared", shared}});
     if (facts.mostDrawn > 1)
-        add(LintCheck::DrawnTwice, fmt::format("found a mesh that {} nodes draw, expected one", facts.mostDrawn),
+        add(LintCheck::DrawnTwice, fmt::format("found a mesh that is drawn {} times, expected once", facts.mostDrawn),
             {{"nodes", static_cast<double>(facts.mostDrawn)}});
     const double flat = facts.uvArea > 0 ? facts.flatUvArea / facts.uvArea : 0;
     if (flat > kMostFlat)
@@ -372,6 +389,21 @@ Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
             fmt::format("found a normal of zero, or shorter than 1/2, at {} of {} vertices, expected unit normals", percent(lacking),
                         facts.vertices),
             {{"share", lacking}});
+    return findings;
+}
+
+Findings judgeLmbake(const LightMapEntry& entry, const MeshFacts& facts) {
+    Findings findings;
+    const auto add = [&](LintCheck check, const std::vector<std::string>& names, std::string_view what, const char* expected) {
+        if (names.empty()) return;
+        findings.push_back(makeFinding(check, entry.name, entry.description.lmbake, {"light_map", entry.name, "lmbake"},
+                                       fmt::format("found {}; expected {}", countOfNames(names, what), expected),
+                                       {{"count", static_cast<double>(names.size())}}));
+    };
+    const std::string mesh = entry.mesh->filename().string();
+    add(LintCheck::UnplacedNodes, facts.unplaced, fmt::format("node(s) of {} without a rectangle", mesh),
+        "one for each that has TEXCOORD_1");
+    add(LintCheck::UnreadRectangles, facts.unread, fmt::format("rectangle(s) without a node of {}", mesh), "a node for each");
     return findings;
 }
 

@@ -20,6 +20,8 @@ using Findings = std::vector<Finding>;
 
 Findings judgeLightMap(const Scene& scene, const LightMapEntry& entry, const LightMapFacts& facts);
 Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts);
+/// Looks for nodes and rectangles of a bake of Godot that have no counterpart.
+Findings judgeLmbake(const LightMapEntry& entry, const MeshFacts& facts);
 Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts);
 Findings judgeGradient(const GradientEntry& entry, const GradientFacts& facts);
 /// Compares the primaries that a file of an asset states with those of the source space of the scene.

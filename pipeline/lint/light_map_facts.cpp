@@ -20,23 +20,12 @@ namespace {
 using formats::Result;
 using lighting::ShRgb;
 
-constexpr int kSignChoices = 8;
-constexpr std::array<std::array<int, 3>, 6> kPermutations = {{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
-static_assert(kAxisChoices == kSignChoices * kPermutations.size());
-
 /// Shortest band 1, over its longest, that has a direction.
 constexpr double kShortestDirection = 0.02;
 /// Length of band 1, over its longest, beyond which 8-bit directions are more than rounded.
 constexpr double kLongestDirection = 1.1;
 /// Rounding of halves, and of baker's windows, in f and g.
 constexpr double kBandTolerance = 0.02;
-
-int axisOf(int choice, int component) {
-    return kPermutations.at(static_cast<std::size_t>(choice / kSignChoices)).at(static_cast<std::size_t>(component));
-}
-bool isNegated(int choice, int component) {
-    return ((choice % kSignChoices) >> component & 1) != 0;
-}
 
 /// Luminance of the nine coefficients of a texel.
 using Luminances = std::array<double, lighting::kShCount>;
@@ -143,9 +132,8 @@ private:
     }
 
     void addDirection(const glm::dvec3& light, double noise, const glm::dvec3& normal, LightMapFacts& facts) const {
-        for (int choice = 0; choice < kAxisChoices; ++choice) {
-            double cosine = 0;
-            for (int i = 0; i < 3; ++i) cosine += normal[i] * (isNegated(choice, i) ? -light[axisOf(choice, i)] : light[axisOf(choice, i)]);
+        for (int choice = 0; choice < formats::BakeAxes::kChoices; ++choice) {
+            const double cosine = glm::dot(normal, formats::BakeAxes::choice(choice)(light));
             facts.behind[static_cast<std::size_t>(choice)] += cosine < -noise ? 1 : 0;
         }
         // A file whose frame is "tangent" was turned to the world; otherwise its z would be along the normal.
@@ -183,12 +171,6 @@ void merge(LightMapFacts& whole, const LightMapFacts& part) {
 
 }  // namespace
 
-std::string axisChoiceName(int index) {
-    std::string name;
-    for (int i = 0; i < 3; ++i) name += fmt::format("{}{}{}", i > 0 ? ", " : "", isNegated(index, i) ? "-" : "", "xyz"[axisOf(index, i)]);
-    return name;
-}
-
 Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     const auto parameters = parametersOf<LightMapLintParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
@@ -200,6 +182,7 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     facts.height = source.height();
     facts.hasCoverage = source.hasCoverage();
     facts.hasNormals = source.hasNormals();
+    facts.hasMeshNormals = source.hasMeshNormals();
     facts.reading = source.reading();
     facts.primaries = source.primaries();
     facts.reading.lightMap = context.action.asset;

@@ -19,13 +19,6 @@
 
 namespace lightcook::pipeline {
 
-/// Choices of axes: six permutations with eight combinations of signs. Number 0 is that of the file.
-inline constexpr int kAxisChoices = 48;
-/// Returns "x, z, -y": the components of the file that choice `index` takes as x, y and z.
-std::string axisChoiceName(int index);
-/// The choice that turns one sign convention into the other: x and y negated.
-inline constexpr int kPhaseChoice = 3;
-
 /// Numbers of texels that break the inequalities of bands 1 and 2, under each reading of the file.
 struct BandFacts {
     std::int64_t texels = 0;         ///< that were tested
@@ -44,17 +37,18 @@ void describe(Fields& fields, Self& facts) {
 struct LightMapFacts {
     int width = 0, height = 0;
     bool hasCoverage = false, hasNormals = false;
+    bool hasMeshNormals = false;  ///< they are the mesh's, and not in the axes of the file
     BakeReading reading;
     std::optional<formats::StatedPrimaries> primaries;
     formats::LightMapCoverage coverage;
     std::int64_t covered = 0;
-    std::int64_t black = 0;                           ///< covered texels without any light
-    double key = 0;                                   ///< log-average luminance of the exit radiance of a white surface, where lit
-    double meanRadiance = 0;                          ///< mean luminance of the incident radiance over the hemisphere, where there is light
-    std::int64_t tooDirected = 0;                     ///< texels whose band 1 is longer than that of any light of their sh00
-    std::int64_t directional = 0;                     ///< texels whose band 1 is not too short to have a direction
-    std::array<std::int64_t, kAxisChoices> behind{};  ///< of these, those that are lit from behind under each choice of axes
-    std::int64_t behindInOtherFrame = 0;              ///< the same with coefficients of the other frame
+    std::int64_t black = 0;        ///< covered texels without any light
+    double key = 0;                ///< log-average luminance of the exit radiance of a white surface, where lit
+    double meanRadiance = 0;       ///< mean luminance of the incident radiance over the hemisphere, where there is light
+    std::int64_t tooDirected = 0;  ///< texels whose band 1 is longer than that of any light of their sh00
+    std::int64_t directional = 0;  ///< texels whose band 1 is not too short to have a direction
+    std::array<std::int64_t, formats::BakeAxes::kChoices> behind{};  ///< of these, those that are lit from behind under each choice of axes
+    std::int64_t behindInOtherFrame = 0;                             ///< the same with coefficients of the other frame
     BandFacts bands;
     ChartFacts charts;
 };
@@ -63,7 +57,8 @@ void describe(Fields& fields, Self& facts) {
     fields.required("width", facts.width, "width [texels]");
     fields.required("height", facts.height, "height [texels]");
     fields.required("has_coverage", facts.hasCoverage, "true if the file has coverage.Y");
-    fields.required("has_normals", facts.hasNormals, "true if the file has normal.X/Y/Z");
+    fields.required("has_normals", facts.hasNormals, "true if the file has normal.X/Y/Z, or the mesh has normals");
+    fields.required("has_mesh_normals", facts.hasMeshNormals, "true if the normals are those of the mesh");
     fields.required("reading", facts.reading, "how the file was recognised");
     fields.optional("primaries", facts.primaries, "primaries that the file states");
     fields.required("inside", facts.coverage.inside, "texels with coverage.Y above 0.5");

@@ -25,7 +25,7 @@ std::string lightMapFactsId(const LightMapEntry& entry) {
 
 Action meshAction(const LightMapEntry& entry, const formats::LightMapDescription& description) {
     Inputs inputs = bakeInputs(entry.file, entry.description);
-    inputs.merge(meshInputs(kMeshRole, *entry.mesh, formats::GltfFiles::Geometry));
+    inputs.merge(meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake, formats::GltfFiles::Geometry));
     return {actionId(ActionStep::LintMesh, entry.name), kLintMeshKind,     entry.name,
             toJson(MeshLintParameters{description}),    std::move(inputs), {}};
 }
@@ -96,6 +96,7 @@ private:
         const auto mesh = factsOf<MeshFacts>(actionId(ActionStep::LintMesh, entry.name));
         // Without coverage a mesh has nothing to be compared with, and texels without a normal count as uncovered.
         if (mesh && mesh->hasUvs && facts->covered > 0 && !lacksNormals) add(judgeMesh(entry, *mesh));
+        if (mesh) add(judgeLmbake(entry, *mesh));
         if (mesh) add(judgeExtensions(scene_, entry, mesh->unreadMaterials));
         add(judgeAge(entry));
     }

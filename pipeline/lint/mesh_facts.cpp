@@ -5,13 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <map>
+#include <set>
 
 #include "formats/epic_light_maps.h"
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/json/json.h"
 #include "pipeline/lint/uv_raster.h"
 
 namespace lightcook::pipeline {
@@ -103,19 +105,24 @@ Result<TexelSet> coverageOf(LightMapSource& source, const ActionContext& context
 Result<ActionOutcome> lintMesh(const ActionContext& context) {
     const auto parameters = parametersOf<MeshLintParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto scene = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
+    const auto scene = loadMesh(context.action.inputs, kMeshRole);
     if (!scene) return tl::make_unexpected(scene.error());
     const auto uvs =
         formats::checkEpicUvs(context.action.inputs.at("source"), context.action.inputs.at(kMeshRole), parameters->description.image);
     if (!uvs) return tl::make_unexpected(uvs.error());
     MeshFacts facts;
+    if (const auto& match = scene->lmbakeMatch()) {
+        for (const std::string& node : match->unplaced) facts.unplaced.push_back(asUtf8(node));
+        for (const std::string& user : match->unread) facts.unread.push_back(asUtf8(user));
+    }
     facts.unreadMaterials = unreadMaterialsOf(*scene);
     const std::vector<const formats::TriangleMesh*> meshes = scene->triangleMeshes();
     const auto placed = scene->placedMeshes();
     if (auto shown = checkShown(!meshes.empty(), !placed.empty(), context.action.inputs.at(kMeshRole).string()); !shown)
         return tl::make_unexpected(shown.error());
-    std::map<const formats::TriangleMesh*, std::int64_t> draws;
-    for (const auto& each : placed) facts.mostDrawn = std::max(facts.mostDrawn, ++draws[each.mesh]);
+    facts.mostDrawn = scene->mostDrawn();
+    std::set<const formats::TriangleMesh*> drawn;
+    for (const auto& each : placed) drawn.insert(each.mesh);
     facts.hasUvs = std::ranges::all_of(meshes, [](const auto* mesh) { return mesh->find("TEXCOORD_1") != nullptr; });
     if (!facts.hasUvs) return outcomeWith(facts);
     const auto source = openLightMap(context, parameters->description);
@@ -129,7 +136,7 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
         addPlaced(each, facts);
     }
     for (const formats::TriangleMesh* mesh : meshes)
-        if (draws.contains(mesh) && !addMesh(*mesh, raster, facts, context)) return interrupted(context);
+        if (drawn.contains(mesh) && !addMesh(*mesh, raster, facts, context)) return interrupted(context);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             if (!raster.read().has(x, y)) continue;

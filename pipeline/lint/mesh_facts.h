@@ -38,8 +38,10 @@ struct MeshFacts {
     std::int64_t uncoveredIfFlipped = 0;  ///< the same with V upside down
     std::int64_t shared = 0;              ///< texels that two or more triangles read
     std::int64_t withoutNormal = 0;       ///< vertices whose normal is shorter than 1/2
-    std::int64_t mostDrawn = 0;           ///< nodes that draw one mesh, at most
+    std::int64_t mostDrawn = 0;           ///< nodes, or instances of nodes, that draw one mesh, at most
     double uvArea = 0, flatUvArea = 0;    ///< [UV units squared] of all triangles as drawn, and of those without area in the world
+    /// Of an lmbake, known also without UVs: nodes that it does not have, and rectangles without a node.
+    std::vector<std::string> unplaced = {}, unread = {};
     /// Materials with extensions that are not read; known also without UVs.
     std::vector<UnreadMaterial> unreadMaterials = {};
 };
@@ -53,9 +55,11 @@ void describe(Fields& fields, Self& facts) {
     fields.required("uncovered_if_flipped", facts.uncoveredIfFlipped, "the same with V upside down");
     fields.required("shared", facts.shared, "texels that two or more triangles read");
     fields.required("without_normal", facts.withoutNormal, "vertices whose normal is shorter than 1/2");
-    fields.required("most_drawn", facts.mostDrawn, "nodes that draw one mesh, at most");
+    fields.required("most_drawn", facts.mostDrawn, "nodes, or instances of nodes, that draw one mesh, at most");
     fields.required("uv_area", facts.uvArea, "light-map UV area of all triangles as nodes draw them");
     fields.required("flat_uv_area", facts.flatUvArea, "the same of those without area in the world");
+    fields.presentIf(!facts.unplaced.empty(), "unplaced", facts.unplaced, "nodes with light-map UVs that the lmbake does not have");
+    fields.presentIf(!facts.unread.empty(), "unread", facts.unread, "rectangles of the lmbake without a node");
     fields.required("unread_materials", facts.unreadMaterials, "materials with extensions that are not read");
 }
 

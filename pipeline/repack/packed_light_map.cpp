@@ -60,7 +60,7 @@ Action packAction(const LightMapEntry& entry, double maxVisible, bool repair) {
     PackParameters parameters{entry.description, maxVisible, entry.part};
     parameters.description.repair = repair;
     RoleFiles inputs = bakeInputs(entry.file, entry.description);
-    inputs.merge(meshInputs(kMeshRole, *entry.mesh));
+    inputs.merge(meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake));
     return {actionId(ActionStep::Pack, entry.name), kPackChartsKind, entry.name, toJson(parameters), std::move(inputs), {}};
 }
 
@@ -74,6 +74,7 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
     request.map = inputs.at(kSourceRole);
     request.description = withFiles(parameters->description, inputs);
     request.meshes = {inputs.at(kMeshRole)};
+    request.lmbake = lmbakeOf(inputs, kMeshRole);
     request.folder = context.folder / context.action.asset;
     request.maxVisible = parameters->maxVisible;
     if (parameters->part) {
@@ -127,7 +128,8 @@ RoleFiles unpackedInputs(const PackedLightMap& packed) {
     for (const auto& [role, file] : packed.sources) {
         if (role.starts_with(kSourceRole)) inputs[kUnpackedRole + role.substr(kSourceRole.size())] = file;
         if (role.starts_with(kMeshRole)) inputs[kUnpackedMeshRole + role.substr(std::string(kMeshRole).size())] = file;
-        if (role.starts_with(kFramesRole)) inputs[role] = file;  // of the bake as it was; the packed one reads no mesh
+        // Of the bake as it was: the packed one reads no mesh.
+        if (role.starts_with(kFramesRole) || role == kLmbakeRole) inputs[role] = file;
     }
     return inputs;
 }

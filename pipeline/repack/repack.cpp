@@ -19,6 +19,7 @@
 #include "formats/temporaries.h"
 #include "lighting/radiometry.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/graph/file_list.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/parallel_for.h"
@@ -93,11 +94,15 @@ struct Meshes {
     std::vector<std::string> names;  ///< "room.glb, primitive 2" for each of `triangles`
 };
 
-Result<Meshes> loadMeshes(const std::vector<fs::path>& files) {
+Result<Meshes> loadMeshes(const std::vector<fs::path>& files, const fs::path& lmbake) {
     Meshes meshes;
     for (const fs::path& file : files) {
-        auto scene = GltfScene::load(file);
+        auto scene = GltfScene::load(file, lmbake);
         if (!scene) return tl::make_unexpected(scene.error());
+        if (const auto& match = scene->lmbakeMatch(); match && !match->unplaced.empty())
+            return failure(ErrorCode::WrongShape, file.string(),
+                           fmt::format("found {}, expected all that Godot baked: leave the others out of the mesh",
+                                       countOfNames(match->unplaced, "node(s) without a rectangle in " + lmbake.filename().string())));
         meshes.scenes.push_back(std::move(*scene));
         std::size_t primitive = 0;
         for (const formats::TriangleMesh* mesh : meshes.scenes.back().triangleMeshes()) {
@@ -130,7 +135,7 @@ struct RepackInput {
 };
 
 Result<RepackInput> readInput(const RepackRequest& request, LightMapSource& source, const RunState& state) {
-    auto meshes = loadMeshes(request.meshes);
+    auto meshes = loadMeshes(request.meshes, request.lmbake);
     if (!meshes) return tl::make_unexpected(meshes.error());
     const glm::ivec2 size(source.width(), source.height());
     if (request.part)

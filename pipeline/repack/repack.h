@@ -20,6 +20,7 @@ struct RepackRequest {
     std::filesystem::path map;
     formats::LightMapDescription description;
     std::vector<std::filesystem::path> meshes;  ///< glTF files with light-map UVs (TEXCOORD_1) in the map
+    std::filesystem::path lmbake = {};          ///< where the nodes of the meshes lie in the map; empty: where TEXCOORD_1 says
     std::filesystem::path folder;               ///< gets the bake as EXR and each mesh as GLB, by the names that they have
     double maxVisible = 1;                      ///< of 99 % of each chart's samples [Delta E ITP]; 0: charts are moved only
     /// The tiles to write, of a single mesh; empty: all. Only a whole mesh is checked to belong to the bake.

@@ -180,6 +180,7 @@ private:
         for (const LightMapEntry& entry : scene_->lightMaps) {
             if (isAbout(subject, entry.file)) return lineOf("light_map", entry.name, "file");
             if (entry.mesh && isAbout(subject, *entry.mesh)) return lineOf("light_map", entry.name, "mesh");
+            if (isAbout(subject, entry.description.lmbake)) return lineOf("light_map", entry.name, "lmbake");
         }
         for (const ProbeEntry& entry : scene_->probes) {
             if (isAbout(subject, entry.file)) return lineOf("probe", entry.name, "file");

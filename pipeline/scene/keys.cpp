@@ -7,6 +7,7 @@
 
 #include "formats/bake_format.h"
 #include "formats/light_map_conventions.h"
+#include "formats/lmbake.h"
 #include "formats/target.h"
 #include "formats/vocabulary.h"
 #include "pipeline/scene/chart_mode.h"
@@ -203,6 +204,13 @@ SceneSectionInfo lightMapSection() {
              {"layout", "as `bake`", "none", "older name of `bake`; not beside it"},
              conventionKey<formats::ShPhase>("phase", "sign convention"),
              conventionKey<formats::ShFrame>("frame", "axes of the coefficients"),
+             {"axes", "three of `x`, `y`, `z`, each with or without `-`", inCode(formats::BakeAxes().name()),
+              "components of the file's vectors that are x, y and z of the mesh: `\"-x,y,z\"` for Unity, `\"x,z,-y\"` for a baker that is "
+              "Z "
+              "up. Turns coefficients, directions and normals of the file; of `frame = \"tangent\"`, the normals that the frames are of. "
+              "It "
+              "brings the bake into the world of the mesh; `up_axis` says which axis of that world points up, and neither changes the "
+              "other"},
              conventionKey<formats::ShQuantity>("quantity", "quantity that the coefficients expand"),
              conventionKey<formats::LightUnits>("light_units", "units of the bake's light sources"),
              conventionKey<formats::LightEncoding>(
@@ -241,7 +249,11 @@ SceneSectionInfo lightMapSection() {
                   "glTF or GLB whose `TEXCOORD_1` is the light-map UV. Its materials decide what the scene needs. A learned layout keeps "
                   "each of its islands under one basis ([clusters](../theory/layouts.md#clusters-in-the-mesh)). Bake formats {} are "
                   "relative to its surfaces and need it",
-                  fmt::join(formats::meshBakeNames(), ", "))}},
+                  fmt::join(formats::meshBakeNames(), ", "))},
+             {"lmbake", fmt::format("path, or `\"{}\"`", formats::kNoLmbake), "the file beside the bake with the extension `.lmbake`",
+              fmt::format("of a bake of Godot ({}): the file that says which rectangle of the map each node of the `mesh` has. "
+                          "`\"{}\"`: `TEXCOORD_1` are UVs in the whole map already",
+                          fmt::join(formats::lmbakeBakeNames(), ", "), formats::kNoLmbake)}},
         .outro =
             "[From a baker to a scene](../guide/from-a-baker-to-a-scene.md#light-maps) lists the values that are refused, and "
             "`--repair`."};

@@ -33,6 +33,7 @@ std::vector<std::filesystem::path> filesNamedBy(const Scene& scene) {
         if (map.description.parts.empty())
             for (const std::filesystem::path& beside : formats::bakeFilesBeside(map.file, map.description.bake)) add(beside);
         if (!map.description.mesh.empty()) addMesh(map.description.mesh);
+        add(map.description.lmbake);
         for (const auto& [part, file] : map.description.partFiles) add(file);
         if (map.mesh && *map.mesh != map.description.mesh) addMesh(*map.mesh);
         if (map.groundTruth) add(*map.groundTruth);

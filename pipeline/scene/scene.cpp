@@ -10,8 +10,10 @@
 #include <set>
 
 #include "fit/specular_tables.h"
+#include "formats/bake_format.h"
 #include "formats/color.h"
 #include "formats/light_map_layout.h"
+#include "formats/lmbake.h"
 #include "formats/nearest.h"
 #include "formats/vocabulary.h"
 #include "pipeline/scene/byte_count.h"
@@ -269,6 +271,14 @@ std::filesystem::path readFiles(TableReader& reader, formats::LightMapDescriptio
 void readConventions(TableReader& reader, formats::LightMapDescription& description) {
     description.phase = reader.oneOfRows("phase", formats::conventions<formats::ShPhase>());
     description.frame = reader.oneOfRows("frame", formats::conventions<formats::ShFrame>());
+    if (reader.has("axes")) {
+        const auto text = reader.optional<std::string>("axes", formats::BakeAxes::kExpected.data());
+        const auto axes = formats::BakeAxes::fromName(*text);
+        if (!axes)
+            reader.fail(reader.node("axes"),
+                        fmt::format("found {} for light_map.axes, expected {}", inQuotes(*text), formats::BakeAxes::kExpected));
+        description.axes = *axes;
+    }
     description.quantity = reader.oneOfRows("quantity", formats::conventions<formats::ShQuantity>());
     description.encoding = reader.oneOfRows("encoding", formats::conventions<formats::LightEncoding>());
     description.coverage = reader.oneOfRows("coverage", formats::conventions<formats::CoverageSource>());
@@ -299,6 +309,26 @@ void readDominantLayout(TableReader& reader, LightMapEntry& entry) {
                                 dominant->name));
 }
 
+/// Reads where the nodes of the mesh lie in a bake of Godot, or finds the file beside the bake.
+void readLmbake(TableReader& reader, LightMapEntry& entry) {
+    std::filesystem::path& lmbake = entry.description.lmbake;
+    if (!reader.has("lmbake")) {
+        if (entry.mesh && entry.description.parts.empty()) lmbake = formats::lmbakeBeside(entry.file, entry.description.bake);
+        return;
+    }
+    if (reader.optional<std::string>("lmbake", "a path, or \"none\"") == formats::kNoLmbake) return;
+    lmbake = *reader.optionalPath("lmbake");
+    if (!entry.mesh)
+        reader.fail(reader.node("lmbake"),
+                    fmt::format("found light_map.lmbake without a mesh for '{}', expected mesh = \"FILE\": its nodes are in the lmbake",
+                                entry.name));
+    if (!entry.description.parts.empty() || !formats::mayTakeLmbake(entry.description.bake))
+        reader.fail(reader.node("lmbake"),
+                    fmt::format("found light_map.lmbake beside {}, expected a light map of Godot: {}",
+                                entry.description.parts.empty() ? "bake = \"" + entry.description.bake + "\"" : "files",
+                                fmt::join(formats::lmbakeBakeNames(), " or ")));
+}
+
 LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& colors) {
     LightMapEntry entry;
     entry.name = readName(reader);
@@ -319,6 +349,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
         reader.fail(
             reader.node("max_seam"),
             fmt::format("found light_map.max_seam without a mesh for '{}', expected mesh = \"FILE\": seams are at its edges", entry.name));
+    readLmbake(reader, entry);
     entry.groundTruth = reader.optionalPath("ground_truth");
     readDominantFit(reader, entry);
     entry.charts = readChartSettings(reader);

@@ -471,6 +471,10 @@ const std::vector<Mistake>& allMistakes() {
                           "schema = 1\nname = \"level\"\n\n[output]\n\n[[light_map]]\nname = \"level\"\nfile = \"level.gltf\"\n"
                           "mesh = \"level.gltf\"\n");
          }},
+        {"an lmbake of Godot beside another baker's light map",
+         "lightcook lightmap cornell_lightmap.exr out --mesh cornell.glb --lmbake room.lmbake",
+         [](const ExampleCopy& scene) { writeContent(scene / "room.lmbake", "RSRC"); }},
+        {"axes that are no turn", "lightcook lightmap cornell_lightmap.exr out --axes x,y,y", nothing},
         // Bakes that look plausible: lint
         {"the light map has the other sign convention", kLint, faults::otherPhase},
         {"the light map has Y and Z swapped", kLint, faults::swappedAxes},

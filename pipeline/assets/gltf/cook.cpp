@@ -93,8 +93,7 @@ Result<ActionOutcome> cookGltf(const ActionContext& context) {
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
-    const auto& mesh = context.action.inputs.at(kMeshRole);
-    const auto scene = loadLitMesh(mesh);
+    const auto scene = loadLitMesh(context.action.inputs);
     if (!scene) return tl::make_unexpected(scene.error());
     std::optional<formats::ClusterMap> clusters;
     if (hasClustersInMesh(*asset)) {

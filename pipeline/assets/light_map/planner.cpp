@@ -6,6 +6,7 @@
 
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
@@ -98,7 +99,7 @@ Result<void> LightMapPlanner::surveyCharts() {
 void LightMapPlanner::readIslands() {
     const auto mesh = context_.action.inputs.find(kMeshRole);
     if (mesh == context_.action.inputs.end()) return;
-    const auto scene = formats::GltfScene::load(mesh->second);
+    const auto scene = loadMesh(context_.action.inputs, kMeshRole);
     if (!scene) return;
     islands_ = formats::islandRuns(scene->triangleMeshes(), source_.width(), source_.height());
     for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) meshVertices_ += primitive->vertexCount();

@@ -39,7 +39,7 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     std::string key =
         std::filesystem::absolute(file).lexically_normal().string() + toJson(description).dump() + description.colors.config.string();
     for (const auto& [name, part] : description.partFiles) key += fmt::format("\n{} {}", name, part.string());
-    key += fmt::format("\n{}", description.mesh.string());
+    key += fmt::format("\n{}\n{}", description.mesh.string(), description.lmbake.string());
     const std::lock_guard lock(mutex_);
     if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
     auto reader = formats::LightMapReader::open(file, description);
@@ -226,8 +226,9 @@ std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::p
     if (description.parts.empty())
         for (const std::filesystem::path& beside : formats::bakeFilesBeside(file, description.bake))
             inputs[roleOfPart(beside.filename().string())] = beside;
+    if (!description.lmbake.empty()) inputs[kLmbakeRole] = description.lmbake;
     if (!formats::readsMesh(file, description)) return inputs;
-    inputs.merge(meshInputs(kFramesRole, description.mesh, formats::GltfFiles::Geometry));
+    inputs.merge(meshInputs(kFramesRole, description.mesh, {}, formats::GltfFiles::Geometry));
     return inputs;
 }
 
@@ -235,6 +236,9 @@ formats::LightMapDescription withFiles(formats::LightMapDescription description,
                                        const std::map<std::string, std::filesystem::path>& inputs) {
     if (const auto config = inputs.find(kColorConfigRole); config != inputs.end()) description.colors.config = config->second;
     if (const auto mesh = inputs.find(kFramesRole); mesh != inputs.end()) description.mesh = mesh->second;
+    // A repacked map, which takes none, has that of the bake among its inputs.
+    if (const auto lmbake = inputs.find(kLmbakeRole); lmbake != inputs.end() && formats::mayTakeLmbake(description.bake))
+        description.lmbake = lmbake->second;
     for (const std::string& name : description.parts)
         if (const auto part = inputs.find(roleOfPart(name)); part != inputs.end()) description.partFiles[name] = part->second;
     return description;

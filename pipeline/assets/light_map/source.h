@@ -29,6 +29,7 @@ inline constexpr int kStripTexels = 1 << 18;
 /// Role of the light map among the files of an action; further files of the bake have "source-NAME".
 inline const std::string kSourceRole = "source";
 inline const std::string kFramesRole = "frames";  ///< the mesh that a bake reads: of one in tangent space, or of coverage from the mesh
+inline const std::string kLmbakeRole = "lmbake";  ///< where Godot says that the nodes of the mesh lie
 
 class LightMapSources;
 struct MipSurvey;
@@ -48,6 +49,7 @@ public:
     const glm::dmat3& bt2020FromWorking() const { return reader_->bt2020FromWorking(); }
     const std::optional<formats::StatedPrimaries>& primaries() const { return reader_->primaries(); }
     bool hasNormals() const { return reader_->hasNormals(); }
+    bool hasMeshNormals() const { return reader_->hasMeshNormals(); }
     bool hasCoverage() const { return reader_->hasCoverage(); }
     /// Returns how the file was recognised.
     BakeReading reading() const { return readingOf(*reader_); }
@@ -164,6 +166,8 @@ void describe(Fields& fields, Self& description) {
                      "encoding of the colours of an 8-bit picture");
     fields.presentIf(description.coverage != formats::CoverageSource::File, "coverage", description.coverage,
                      "what says which texels lie inside charts");
+    fields.presentIf(!description.axes.isIdentity(), "axes", description.axes,
+                     "components of the file's vectors that are x, y and z of the mesh; `x,y,z` if absent");
     fields.presentIf(!description.image.empty(), "image", description.image, "name of the image of a glTF that has several light maps");
     fields.presentIf(!description.parts.empty(), "files", description.parts,
                      "names of the images of a bake that has one for each coefficient, `sh00`, or for each colour, `sh00.R`");
@@ -179,7 +183,8 @@ formats::Result<formats::LightMapDescription> descriptionOf(const CookedAsset& a
 /// Returns the inputs of an action that opens a light map, by role:
 ///   source       the file
 ///   source-NAME  each file that is read beside it: the images that the description lists, or those that the bake format finds
-///   frames       the mesh of a bake in tangent space
+///   lmbake       of a bake of Godot: where the nodes of the mesh lie
+///   frames       the mesh that a bake reads: of one in tangent space, or for its normals and coverage
 /// and the configuration of its colours (isColorConfigRole).
 std::map<std::string, std::filesystem::path> bakeInputs(const std::filesystem::path& file, const formats::LightMapDescription& description);
 /// Returns the description with the files among the inputs of an action: the configuration of colours, and the images that it lists.

@@ -16,6 +16,7 @@
 #include "pipeline/assets/light_map/bake_filter.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/repack/chart_places.h"
 #include "pipeline/repack/packed_reading.h"
@@ -35,7 +36,7 @@ Result<ChartPlaces> openPlaces(const UnpackedBake& unpacked, const ActionContext
     const auto old = inputs.find(kUnpackedMeshRole), made = inputs.find(kSurfaceRole);
     if (old == inputs.end() || made == inputs.end())
         return failure(ErrorCode::Verification, context.action.asset, "found no mesh of its packed charts, expected its file");
-    const auto before = formats::GltfScene::load(old->second);
+    const auto before = loadMesh(inputs, kUnpackedMeshRole);
     if (!before) return tl::make_unexpected(before.error());
     const auto after = formats::GltfScene::load(made->second);
     if (!after) return tl::make_unexpected(after.error());

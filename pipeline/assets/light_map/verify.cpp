@@ -24,6 +24,7 @@
 #include "pipeline/assets/light_map/worst_places.h"
 #include "pipeline/assets/lut/light_moments.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
@@ -220,7 +221,7 @@ Result<std::vector<verify::Violation>> violationsOf(const MippedLightMap& map, c
 std::optional<formats::GltfScene> meshOf(const ActionContext& context) {
     const auto mesh = context.action.inputs.find(kSurfaceRole);
     if (mesh == context.action.inputs.end()) return std::nullopt;
-    auto scene = formats::GltfScene::load(mesh->second);
+    auto scene = loadMesh(context.action.inputs, kSurfaceRole);
     return scene ? std::optional(std::move(*scene)) : std::nullopt;
 }
 

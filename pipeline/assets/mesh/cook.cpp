@@ -2,6 +2,7 @@
 
 #include "pipeline/assets/mesh/bit_choice.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/results.h"
 
@@ -58,7 +59,7 @@ Result<formats::ClusterMap> clusterMapOf(const CookedAsset& lightMap) {
 }
 
 Result<ActionOutcome> readMaterials(const ActionContext& context) {
-    const auto scene = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
+    const auto scene = loadMesh(context.action.inputs, kMeshRole);
     if (!scene) return tl::make_unexpected(scene.error());
     MaterialsResult result;
     for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) result.mostVertices += primitive->vertexCount();
@@ -68,18 +69,22 @@ Result<ActionOutcome> readMaterials(const ActionContext& context) {
     return outcomeWith(result);
 }
 
-Result<formats::GltfScene> loadLitMesh(const std::filesystem::path& file) {
-    auto scene = formats::GltfScene::load(file);
+Result<formats::GltfScene> loadLitMesh(const std::map<std::string, std::filesystem::path>& inputs) {
+    auto scene = loadMesh(inputs, kMeshRole);
     if (!scene || scene->hasLightMapUvs()) return scene;
-    return formats::failure(formats::ErrorCode::WrongShape, file.string(),
-                            "found triangles without TEXCOORD_1, expected light-map UVs on all triangles");
+    const auto& match = scene->lmbakeMatch();
+    const std::string found =
+        match && !match->unplaced.empty()
+            ? countOfNames(match->unplaced, "node(s) without a rectangle in " + lmbakeOf(inputs, kMeshRole).filename().string())
+            : "triangles without TEXCOORD_1";
+    return formats::failure(formats::ErrorCode::WrongShape, inputs.at(kMeshRole).string(),
+                            fmt::format("found {}, expected light-map UVs on all triangles", found));
 }
 
 Result<ActionOutcome> cookMesh(const ActionContext& context) {
     const auto parameters = parametersOf<MeshParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto& source = context.action.inputs.at(kMeshRole);
-    const auto scene = loadLitMesh(source);
+    const auto scene = loadLitMesh(context.action.inputs);
     if (!scene) return tl::make_unexpected(scene.error());
     const auto clusters = upstreamClusters(context);
     if (!clusters) return tl::make_unexpected(clusters.error());

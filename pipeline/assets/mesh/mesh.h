@@ -91,7 +91,8 @@ void describe(Fields& fields, Self& result) {
 /// Action "materials" reads the needs of each material. Its input is "mesh".
 formats::Result<ActionOutcome> readMaterials(const ActionContext& context);
 /// Reads a mesh that a light map is shown on. Refuses one of whose triangles some have no light-map UVs.
-formats::Result<formats::GltfScene> loadLitMesh(const std::filesystem::path& file);
+/// inputs  of an action
+formats::Result<formats::GltfScene> loadLitMesh(const std::map<std::string, std::filesystem::path>& inputs);
 formats::Result<ActionOutcome> cookMesh(const ActionContext& context);
 /// Verifies how far quantization moved vertices, and what that changes of the light map's shading. Its inputs are "mesh" and "source"; it
 /// depends on the light map again.

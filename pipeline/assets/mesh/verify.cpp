@@ -5,6 +5,7 @@
 
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/mesh/quantization.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
@@ -181,7 +182,7 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     if (!maxError) return tl::make_unexpected(maxError.error());
     const auto parameters = parametersOf<MeshVerifyParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto source = formats::GltfScene::load(context.action.inputs.at(kMeshRole));
+    const auto source = loadMesh(context.action.inputs, kMeshRole);
     if (!source) return tl::make_unexpected(source.error());
     const auto cooked = formats::GltfScene::load(context.upstreamFolder / asset->file.value_or(""));
     if (!cooked) return tl::make_unexpected(cooked.error());

@@ -255,6 +255,14 @@ inline void drawnTwice(const PlantedScene& scene) {
     });
 }
 
+inline void drawnByInstances(const PlantedScene& scene) {
+    scene.editMesh([](Glb& glb) {
+        glb.json["accessors"].push_back({{"componentType", 5126}, {"count", 3}, {"type", "VEC3"}});
+        glb.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = glb.json["accessors"].size() - 1;
+        glb.json["extensionsUsed"].push_back("EXT_mesh_gpu_instancing");
+    });
+}
+
 inline void flatTriangles(const PlantedScene& scene) {
     scene.editMesh([](Glb& glb) { glb.json["nodes"][0]["scale"] = {0, 0, 0}; });
 }

@@ -37,23 +37,33 @@ TEST(LintJudge, NamesTheFrameBesideAxesThatExplainAsMuch) {
     facts.behind[kSwappedChoice] = 0;
     const Finding both = onlyFinding(facts);
     EXPECT_EQ(both.check, LintCheck::WrongFrame);
-    EXPECT_THAT(both.found, HasSubstr("with frame = \"tangent\", or with (x, z, y) of the coefficients as x, y, z, it is 0.0 %"));
+    EXPECT_THAT(both.found, HasSubstr("with frame = \"tangent\", or with (x,z,y) of the coefficients as x, y, z, it is 0.0 %"));
 }
 
 TEST(LintJudge, NamesAxesWhereTheBakeFormatImpliesTheConvention) {
-    EXPECT_EQ(axisChoiceName(kSwappedChoice), "x, z, y");
+    EXPECT_EQ(formats::BakeAxes::choice(kSwappedChoice).name(), "x,z,y");
     for (const char* bake : {"unity-directional", "bakery-sh", "godot", "deluxe"}) {
         LightMapFacts upward = litFromBehind(bake);  // surfaces that all face up
+        upward.hasMeshNormals = true;
         upward.behind[kSwappedChoice] = upward.behindInOtherFrame = 0;
         EXPECT_EQ(onlyFinding(upward).check, LintCheck::WrongAxes) << bake << ": frame = \"tangent\" would be refused";
         LightMapFacts turned = litFromBehind(bake);
-        turned.behind[kPhaseChoice] = 0;
+        turned.hasMeshNormals = true;
+        turned.behind[formats::BakeAxes::kPhaseChoice] = 0;
         const Finding finding = onlyFinding(turned);
         EXPECT_EQ(finding.check, LintCheck::WrongAxes) << bake << ": phase = \"condon-shortley\" would be refused";
-        EXPECT_THAT(finding.found, HasSubstr("with (-x, -y, z) of the coefficients as x, y, z it is 0.0 %"));
+        EXPECT_THAT(finding.found, HasSubstr("with axes = \"-x,-y,z\" it is 0.0 %"));
         turned.reading.bake = "sh9";
         EXPECT_EQ(onlyFinding(turned).check, LintCheck::WrongPhase);
     }
+}
+
+TEST(LintJudge, OfEqualAxesARotationIsNamed) {
+    LightMapFacts floors = litFromBehind("bakery-sh");
+    floors.hasMeshNormals = true;
+    for (const char* name : {"x,z,y", "-x,z,y", "x,z,-y", "y,z,-x"})
+        floors.behind[static_cast<std::size_t>(formats::BakeAxes::fromName(name)->index())] = 0;
+    EXPECT_THAT(onlyFinding(floors).found, HasSubstr("with axes = \"x,z,-y\" it is 0.0 %"));
 }
 
 TEST(LintJudge, NamesDirectionsThatNoLightHasWhereMostTexelsHaveThem) {

@@ -88,7 +88,25 @@ TEST(Lint, NamesSwappedAxes) {
     faults::swappedAxes(scene);
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-axes"));
-    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with (x, z, y) of the coefficients as x, y, z it is 0.0 %"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with (x,z,y) of the coefficients as x, y, z it is 0.0 %"));
+}
+
+/// A bake without normals takes those of the mesh, which the key does not turn.
+TEST(Lint, NamesTheAxesToWrite) {
+    const PlantedScene scene;
+    faults::swappedAxes(scene);
+    scene.editLightMap([](Channels& map) {
+        for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) map.values.erase(name);
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("wrong-axes"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("with axes = \"x,z,y\" it is 0.0 %"));
+    scene.replaceInScene("phase = \"none\"", "phase = \"none\"\naxes = \"-x,y,z\"");
+    const Outcome otherwise = scene.lint();
+    ASSERT_THAT(codesOf(otherwise), ElementsAre("wrong-axes"));
+    EXPECT_THAT(otherwise.findings[0].found, HasSubstr("with axes = \"x,z,y\" it is 0.0 %")) << "from those of the file";
+    scene.replaceInScene("axes = \"-x,y,z\"", "axes = \"x,z,y\"");
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre());
 }
 
 TEST(Lint, NamesTheOtherFrame) {
@@ -398,6 +416,14 @@ TEST(Lint, NamesAMeshThatSeveralNodesDraw) {
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("drawn-twice"));
     EXPECT_EQ(outcome.findings[0].figures.at("nodes"), 2);
+}
+
+TEST(Lint, NamesAMeshOfWhichANodeDrawsInstances) {
+    const PlantedScene scene;
+    faults::drawnByInstances(scene);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("drawn-twice"));
+    EXPECT_EQ(outcome.findings[0].figures.at("nodes"), 3);
 }
 
 TEST(Lint, RefusesAMeshWithoutArea) {

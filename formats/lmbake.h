@@ -1,0 +1,55 @@
+// The .lmbake file of Godot 4 (class LightmapGIData): where each mesh of a scene lies in the light map. Each has a rectangle of one slice;
+// its own light-map UVs (UV2 in Godot, TEXCOORD_1 in glTF) run over the whole rectangle.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <glm/vec4.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/error.h"
+
+namespace lightcook::formats {
+
+/// A mesh of the bake.
+struct LmbakeUser {
+    std::vector<std::string> path;  ///< from the node LightmapGI: "..", "Room", "Wall"
+    glm::dvec4 rectangle{0};        ///< x, y, width and height [share of the slice], y down as in a picture
+    int slice = 0;                  ///< of the map: a page of four pictures if it has directions
+    int subInstance = -1;           ///< number of a mesh that the node has several of, as GridMap; -1: the node is the mesh
+
+    /// Returns "../Room/Wall", and which of several meshes is meant.
+    std::string name() const;
+};
+
+struct Lmbake {
+    std::vector<LmbakeUser> users;
+
+    /// Returns the number of slices that meshes lie in: those of the map, which has none without a mesh.
+    int sliceCount() const;
+};
+
+/// Reads a binary resource of Godot 4, compressed with Zstandard or not. Fails for files of another class, and for damaged ones: those that
+/// are cut off, and rectangles that lie outside their slice. Memory grows with the file, not with the counts that it states.
+Result<Lmbake> readLmbake(const std::filesystem::path& file);
+
+/// Value of the scene key `lmbake` for a mesh whose TEXCOORD_1 are UVs in the whole map already.
+inline constexpr std::string_view kNoLmbake = "none";
+/// Returns false for a value of the scene key `bake` that names a format which Godot does not write.
+bool mayTakeLmbake(std::string_view bake);
+bool isLmbakeFile(const std::filesystem::path& file);
+/// Returns the lmbake that belongs to a light map by its name, "room.lmbake" of "room.exr"; empty if there is none, or if the light map is
+/// of a bake format that Godot does not write.
+/// bake  value of the scene key
+std::filesystem::path lmbakeBeside(const std::filesystem::path& lightMap, const std::string& bake);
+
+/// How the nodes of a glTF were found in an lmbake. Nodes are named by themselves and their parents: "Room/Wall".
+struct LmbakeMatch {
+    std::size_t placed = 0;             ///< nodes with a rectangle
+    std::vector<std::string> unplaced;  ///< nodes that draw light-map UVs and have none: they have no light-map UVs any more
+    std::vector<std::string> unread;    ///< rectangles without a node, as LmbakeUser::name()
+};
+
+}  // namespace lightcook::formats
