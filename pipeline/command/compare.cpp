@@ -14,6 +14,7 @@
 
 #include "formats/gpu_texture.h"
 #include "formats/plain_image.h"
+#include "pipeline/assets/light_map/source.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/compare_light_maps.h"
 #include "pipeline/command/option_groups.h"
@@ -245,6 +246,9 @@ void warnOfChannels(Terminal& terminal, const Json& differences, const std::file
                                              differences["channels"].get<int>()));
 }
 
+/// Values of --second.
+constexpr const char *kSameConventions = "same", *kCanonicalConventions = "canonical";
+
 /// Returns the error of a metric that what was compared does not have.
 formats::Error unknownMetric(const Json& differences, const std::string& metric) {
     const auto [things, expected] = differences.contains("assets") ? std::pair("cooked scenes", "no --metric: --json has all figures")
@@ -256,7 +260,8 @@ formats::Error unknownMetric(const Json& differences, const std::string& metric)
 
 }  // namespace
 
-Result<Comparison> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state) {
+Result<Comparison> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state,
+                                const formats::LightMapDescription& ofA, const formats::LightMapDescription& ofB) {
     std::error_code code;
     const bool isFirst = std::filesystem::is_directory(a, code), isSecond = std::filesystem::is_directory(b, code);
     if (isFirst != isSecond) {
@@ -265,15 +270,22 @@ Result<Comparison> compareFiles(const std::filesystem::path& a, const std::files
                        fmt::format("found {}, expected a cooked folder as {} is",
                                    std::filesystem::exists(other, code) ? "a file" : "no such folder", folder.string()));
     }
+    const ComparedMap first{a, ofA}, second{b, ofB};
+    const bool areMaps = !isFirst && (isCertainLightMap(first) || isCertainLightMap(second));
+    if (!areMaps && toJson(ofA) != toJson(formats::LightMapDescription()))
+        return failure(ErrorCode::InvalidRequest, a.string(),
+                       fmt::format("found {} with conventions of a light map, expected none of these options",
+                                   isFirst ? "cooked folders" : "images or textures"));
     if (isFirst) return compareScenes(a, b);
-    const auto figures = isCertainLightMap(a) || isCertainLightMap(b) ? compareLightMaps(a, b, state) : compareImages(a, b);
+    const auto figures = areMaps ? compareLightMaps(first, second, state) : compareImages(a, b);
     return figures.map([](const Json& json) { return Comparison{json, {}}; });
 }
 
 CommandFunction defineCompare(CLI::App& app) {
     struct Options {
         std::filesystem::path a, b;
-        std::string metric;
+        std::string metric, second = kSameConventions;
+        ConventionOptions conventions;
         JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
@@ -283,11 +295,22 @@ CommandFunction defineCompare(CLI::App& app) {
                    "Print only this figure. Images and textures have rmse, rel_rmse, log2_psnr_db and max_abs; light maps have rel_rms and "
                    "visible_p99, the larger one of diffuse and specular")
         ->check(CLI::IsMember({"rmse", "rel_rmse", "log2_psnr_db", "max_abs", "rel_rms", "visible_p99"}));
+    options->conventions.add(app);
+    app.add_option("--second", options->second,
+                   "Conventions of the second light map (same: those of the first; canonical: those of what reconstruct and repack write)")
+        ->check(CLI::IsMember({kSameConventions, kCanonicalConventions}))
+        ->capture_default_str();
     options->json.add(app, "the differences");
     app.footer("A file of a cooked scene that does not match its manifest is an error: exit code 4.");
     return [options](Session& session) {
         options->json.prepare(session);
-        const auto compared = compareFiles(options->a, options->b, session.state);
+        formats::LightMapDescription ofA, ofB;
+        if (auto applied = options->conventions.apply(ofA, options->a); !applied)
+            return options->json.finish(session, {}, {applied.error()});
+        if (options->second == kSameConventions)
+            if (auto applied = options->conventions.apply(ofB, options->b); !applied)
+                return options->json.finish(session, {}, {applied.error()});
+        const auto compared = compareFiles(options->a, options->b, session.state, ofA, ofB);
         if (!compared) return options->json.finish(session, {}, {compared.error()});
         const auto& [differences, changed] = *compared;
         warnOfChannels(session.terminal, differences, options->b);

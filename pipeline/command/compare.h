@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "formats/light_map.h"
 #include "pipeline/graph/action.h"
 
 namespace lightcook::pipeline {
@@ -21,6 +22,9 @@ struct Comparison {
 ///   - of light maps: the errors of shaded light (compare_light_maps.h)
 ///   - of cooked scenes: bytes and errors of each asset. An asset is "same" if these figures, its constants and the contents of its files
 ///     are. "different_files" names the files of another content, "changed_since_cook" has the lines of `changed`.
-formats::Result<Comparison> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state);
+/// Fails for conventions beside files that are no light maps.
+/// ofA, ofB  conventions of the files, if they are light maps
+formats::Result<Comparison> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state,
+                                         const formats::LightMapDescription& ofA = {}, const formats::LightMapDescription& ofB = {});
 
 }  // namespace lightcook::pipeline

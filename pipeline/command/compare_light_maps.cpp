@@ -17,17 +17,18 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-Result<LightMapSource*> open(LightMapSources& sources, const std::filesystem::path& file) {
-    const auto known = formats::LightMapReader::recognize(file, {});
-    if (known && known->format->needsMesh())
-        return failure(ErrorCode::FormatUnsupported, file.string(),
-                       fmt::format("found bake format {}, whose light depends on a mesh, expected a light map in world space. Cook it, and "
-                                   "compare what `lightcook reconstruct` writes",
-                                   known->format->name));
-    formats::LightMapDescription description;
+Result<LightMapSource*> open(LightMapSources& sources, const ComparedMap& map) {
+    const auto known = formats::LightMapReader::recognize(map.file, map.description);
+    if (known && known->format->needsMesh() && map.description.mesh.empty())
+        return failure(
+            ErrorCode::FormatUnsupported, map.file.string(),
+            fmt::format("found bake format {}, whose light depends on a mesh, expected --mesh FILE; or cook it, and compare what "
+                        "`lightcook reconstruct` writes",
+                        known->format->name));
+    formats::LightMapDescription description = map.description;
     description.isCompressed = true;
     description.fireflyLimit = 0;
-    return sources.open(file, description);
+    return sources.open(map.file, description);
 }
 
 /// A light map and the reference that it is compared with. What the reference does not say of the surface, coverage or normals, is that of
@@ -89,32 +90,33 @@ Json toJson(const verify::ErrorFigures& figures) {
 
 }  // namespace
 
-bool isCertainLightMap(const std::filesystem::path& file) {
-    const auto known = formats::LightMapReader::recognize(file, {});
+bool isCertainLightMap(const ComparedMap& map) {
+    if (map.description.bake != formats::kAutoBake) return true;
+    const auto known = formats::LightMapReader::recognize(map.file, map.description);
     return known && known->isCertain;
 }
 
-Result<Json> compareLightMaps(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state) {
+Result<Json> compareLightMaps(const ComparedMap& a, const ComparedMap& b, const RunState& state) {
     LightMapSources sources;
     const auto reference = open(sources, a), found = open(sources, b);
     if (!reference) return tl::make_unexpected(reference.error());
     if (!found) return tl::make_unexpected(found.error());
     LightMapSource &bake = **reference, &other = **found;
     if (bake.width() != other.width() || bake.height() != other.height())
-        return failure(ErrorCode::WrongShape, b.string(),
+        return failure(ErrorCode::WrongShape, b.file.string(),
                        fmt::format("found {} x {} texels, expected {} x {} as in {}", other.width(), other.height(), bake.width(),
-                                   bake.height(), a.string()));
+                                   bake.height(), a.file.string()));
 
     SharedObjects shared;
-    const Action action{"compare", "compare", a.filename().string(), {}, {}, {}};
+    const Action action{"compare", "compare", a.file.filename().string(), {}, {}, {}};
     const ActionContext context{action, {}, {}, {}, shared, state};
     const ComparedMaps maps(bake, other);
-    warnOfSurface(maps, a, state);
+    warnOfSurface(maps, a.file, state);
     const auto key = surveyKey(
         bake, [&](int index) { return maps.chunk(index); }, context);
     if (!key) return tl::make_unexpected(key.error());
     if (key->coveredTexels() == 0)
-        return failure(ErrorCode::WrongShape, a.string(), "found no covered texel, expected some: there is nothing to compare");
+        return failure(ErrorCode::WrongShape, a.file.string(), "found no covered texel, expected some: there is nothing to compare");
     const verify::Viewing viewing{lighting::DisplaySettings{}.of(key->displayKey()), bake.bt2020FromWorking()};
     const auto score = verify::LightMapScore::create({}, key->key(), viewing);
     if (!score) return tl::make_unexpected(score.error());

@@ -198,6 +198,32 @@ TEST_F(CompareLightMaps, RefusesValuesThatAreNotFinite) {
                 HasSubstr("bad.exr, channel sh08.B, texel (4, 66): found "));
 }
 
+TEST_F(CompareLightMaps, ReadsEachMapByItsConventions) {
+    const auto write = [&](const char* name, float sign) {
+        formats::Image<lighting::ShRgb> sh(4, 4);
+        for (lighting::ShRgb& texel : sh.texels()) {
+            texel[0] = glm::vec3(1);
+            texel[1] = glm::vec3(sign * 0.4f);
+        }
+        auto writer = formats::LightMapWriter::create(folder_ / name, 4, 4);
+        EXPECT_TRUE(writer && writer->append(sh.view()) && writer->commit());
+        return folder_ / name;
+    };
+    const auto baked = write("baked.exr", -1), canonical = write("canonical.exr", 1);
+    formats::LightMapDescription ofBake;
+    ofBake.phase = formats::ShPhase::CondonShortley;
+    const auto error = [&](const formats::LightMapDescription& ofA, const formats::LightMapDescription& ofB) {
+        const auto compared = compareFiles(baked, canonical, RunState(), ofA, ofB);
+        return compared ? compared->figures.at("diffuse").at("rel_rms").get<double>() : -1;
+    };
+    EXPECT_EQ(error(ofBake, {}), 0);
+    EXPECT_GT(error({}, {}), 0.1);
+    EXPECT_GT(error(ofBake, ofBake), 0.1);
+    const auto image = compareFiles(this->image("a.exr", 0.5f), this->image("b.exr", 0.5f), RunState(), ofBake, {});
+    ASSERT_FALSE(image);
+    EXPECT_THAT(image.error().line(), HasSubstr("found images or textures with conventions of a light map"));
+}
+
 TEST_F(CompareLightMaps, RefusesOtherSizes) {
     const auto map = lightMap("a.exr", 1);
     EXPECT_THAT(refusalOf(map, lightMap("wide.exr", 1, 6), formats::ErrorCode::WrongShape),
