@@ -319,7 +319,7 @@ encoded as if all counted.
 
 --rdo 0.02 lets the root of the weighted squared error of any row of blocks grow by at most 2 %, in
 the metric that was chosen; exact rows stay exact. The texture keeps its size on the GPU. The
-compressed file shrinks by 5 to 25 %, for about 2 microseconds a texel.
+compressed file shrinks by 5 to 25 %, for 2 to 3 microseconds a texel.
 
 Pictures of integers (PNG, JPEG, TGA, BMP) keep their codes: as sRGB in rgba8-srgb, else as numbers from 0
 to 1. EXR and HDR are linear light, which rgba8-srgb stores under its curve.
