@@ -214,6 +214,11 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
                   "found light_map.dominant_fit beside dominant_layout = \"none\", expected one of them");
     expectRefused(kHead + "[output]\ngltf = true\n[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\n", "4:8",
                   "found output.gltf where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]");
+    for (const char* axes : {"x,y,y", "x,y", "north"})
+        expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\naxes = \"" + axes + "\"\n", "6:8",
+                      "expected x, y and z once each, with or without a minus");
+    expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nlmbake = \"a.lmbake\"\n", "6:10",
+                  "found light_map.lmbake without a mesh for 'a'");
     for (const char* limit : {"0.5", "-1", "nan", "inf"})
         expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\nfirefly_limit = " + limit + "\n",
                       "6:", "expected a number from 1, or 0 for no check");
