@@ -93,10 +93,10 @@ TEST_F(SeamLimit, FailsAMapThatIsOverItAndNamesTheEdge) {
     const Outcome outcome = cook("light_map_layout = \"ratio\"\nmax_seam = 0.01");
     ASSERT_EQ(outcome.errors.size(), 1u);
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
-    EXPECT_THAT(
-        outcome.errors.front().line(),
-        AllOf(HasSubstr("map, seams, "), HasSubstr("found a seam of "), HasSubstr("expected at most 0.01 (max_seam); worst at the edge from (2, "),
-              HasSubstr("normal ("), HasSubstr("a step of "), HasSubstr("at texels ("), HasSubstr("): found ("), HasSubstr("expected (")));
+    EXPECT_THAT(outcome.errors.front().line(),
+                AllOf(HasSubstr("map, seams, "), HasSubstr("found a seam of "),
+                      HasSubstr("expected at most 0.01 (max_seam); worst at the edge from (2, "), HasSubstr("normal ("),
+                      HasSubstr("a step of "), HasSubstr("at texels ("), HasSubstr("): found ("), HasSubstr("expected (")));
     const Json& map = mapOf(outcome);
     EXPECT_FALSE(map.at("passed").get<bool>());
     EXPECT_EQ(map.at("limit").at("max_seam"), 0.01);

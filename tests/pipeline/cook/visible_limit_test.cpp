@@ -38,8 +38,8 @@ TEST_F(VisibleLimit, FailsAMapThatIsOverItAndNamesTheWorstPlace) {
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
     EXPECT_THAT(outcome.errors.front().line(), AllOf(HasSubstr("map, stage total, "), HasSubstr("found a visible error of "),
-                                                     HasSubstr("(p99), expected at most 0.01 (max_visible); worst at texel ("), HasSubstr("normal ("),
-                                                     HasSubstr("): found ("), HasSubstr("a difference of ")));
+                                                     HasSubstr("(p99), expected at most 0.01 (max_visible); worst at texel ("),
+                                                     HasSubstr("normal ("), HasSubstr("): found ("), HasSubstr("a difference of ")));
     EXPECT_FALSE(mapOf(outcome).at("passed").get<bool>());
     EXPECT_EQ(mapOf(outcome).at("limit").at("max_visible"), 0.01);
     EXPECT_GT(mapOf(outcome).at("failures").at(0).at("visible").get<double>(), 0.01);
@@ -69,7 +69,8 @@ TEST_F(VisibleLimit, OnTheProvenBoundFailsAMapAndNamesItsPlace) {
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
     EXPECT_THAT(outcome.errors.front().line(),
-                AllOf(HasSubstr("(proven bound), expected at most 0.02 (max_visible_bound); largest at texel ("), HasSubstr("normal ("), HasSubstr("found (")));
+                AllOf(HasSubstr("(proven bound), expected at most 0.02 (max_visible_bound); largest at texel ("), HasSubstr("normal ("),
+                      HasSubstr("found (")));
     EXPECT_EQ(mapOf(outcome).at("limit").at("max_visible_bound"), 0.02);
     EXPECT_FALSE(mapOf(outcome).at("limit").contains("max_visible"));
     for (const char* shading : {"diffuse", "specular"}) {
