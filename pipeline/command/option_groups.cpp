@@ -243,8 +243,8 @@ void OutputOptions::addScene(CLI::App& app) {
                    "Limit on the visible error of dominant lights, cubemaps, tables and reflection maps; over it verification fails")
         ->type_name("NUMBER");
     app.add_option("--max-converter-visible-bound", maxConverterVisibleBound_,
-                   "Limit on the proven bound of the visible error of dominant lights, cubemaps, tables and reflection maps; without it "
-                   "that of --max-visible-bound")
+                   "Limit on the proven bound of the visible error of dominant lights, cubemaps, tables and reflection maps; over it "
+                   "verification fails")
         ->type_name("NUMBER");
     app.add_option("--max-whole-visible", maxWholeVisible_,
                    "Limit on the visible error of what a pixel shows of a light map and its dominant light together: their smallest "
@@ -279,7 +279,7 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     options.maxVisible = maxVisible_;
     options.maxVisibleBound = maxVisibleBound_;
     options.maxConverterVisible = isOneAsset_ ? maxVisible_ : maxConverterVisible_;
-    options.maxConverterVisibleBound = maxConverterVisibleBound_;
+    options.maxConverterVisibleBound = isOneAsset_ ? maxVisibleBound_ : maxConverterVisibleBound_;
     options.maxSeam = maxSeam_;
     options.maxWholeVisible = maxWholeVisible_;
     options.maxWholeError = maxWholeError_;

@@ -121,7 +121,7 @@ private:
     void forgetConverterLimits() {
         const auto forget = [&](auto& entry) {
             if (options_.maxConverterVisible) entry.maxVisible.reset();
-            if (options_.maxConverterVisibleBound || options_.maxVisibleBound) entry.maxVisibleBound.reset();
+            if (options_.maxConverterVisibleBound) entry.maxVisibleBound.reset();
         };
         std::ranges::for_each(scene_.probes, forget);
         std::ranges::for_each(scene_.gradients, forget);

@@ -22,11 +22,13 @@ LimitNames limitNamesOf(AssetKind kind, LimitsFrom limitsFrom) {
         case AssetKind::Mesh:
             break;
         case AssetKind::Dominant:
-            return {.error = "max_converter_error", .visible = "max_converter_visible"};
+            return {.error = "max_converter_error", .visible = "max_converter_visible", .visibleBound = "max_converter_visible_bound"};
         case AssetKind::Cubemap:
         case AssetKind::Lut:
         case AssetKind::Rsrm:
-            return {.error = "max_converter_error", .visible = "max_visible of the asset, or max_converter_visible"};
+            return {.error = "max_converter_error",
+                    .visible = "max_visible of the asset, or max_converter_visible",
+                    .visibleBound = "max_visible_bound of the asset, or max_converter_visible_bound"};
     }
     return {};
 }

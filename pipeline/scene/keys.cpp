@@ -96,7 +96,8 @@ SceneSectionInfo outputSection() {
               "limit on the [visible error](../theory/visible.md) of light maps and meshes, in just noticeable differences: 99 % of the "
               "samples are within it; above it verification fails (exit code 4)"},
              {"max_visible_bound", "number", "none",
-              "limit on the [proven bound](../theory/bounds.md#visible-errors) of the visible error of every asset, in just noticeable "
+              "limit on the [proven bound](../theory/bounds.md#visible-errors) of the visible error of light maps and meshes, in just "
+              "noticeable "
               "differences: no place, normal or view is above it; else verification fails (exit code 4)"},
              {"max_seam", "number", "none",
               "limit on the [seams](../theory/visible.md#seams) that cooking adds where charts of a light map meet on its mesh, also "
@@ -109,7 +110,7 @@ SceneSectionInfo outputSection() {
              {"max_converter_visible", "number", "none",
               "the same limit of dominant lights, cubemaps, tables and reflection maps, each in the "
               "[light that it adds to a pixel](../theory/visible.md#other-assets)"},
-             {"max_converter_visible_bound", "number", "`max_visible_bound`",
+             {"max_converter_visible_bound", "number", "none",
               "limit on the proven bound of dominant lights, cubemaps, tables and reflection maps. That of a dominant light is always "
               "[the largest difference of the display](../theory/bounds.md#the-largest-difference-of-a-display)"},
              {"budget", "size", "none",

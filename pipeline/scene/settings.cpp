@@ -138,8 +138,7 @@ std::optional<double> converterVisibleLimit(const OutputSettings& output, const 
 }
 
 std::optional<double> converterVisibleBoundLimit(const OutputSettings& output, const std::optional<double>& ofAsset) {
-    if (ofAsset) return ofAsset;
-    return output.maxConverterVisibleBound ? output.maxConverterVisibleBound : output.maxVisibleBound;
+    return ofAsset ? ofAsset : output.maxConverterVisibleBound;
 }
 
 std::optional<double> visibleBoundLimit(const OutputSettings& output, const LightMapEntry& entry) {

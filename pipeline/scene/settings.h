@@ -40,8 +40,7 @@ double converterLimit(const OutputSettings& output);
 
 /// Returns the limit on the visible errors of one of them: its own, or else that of the output. Empty: no limit.
 std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset);
-/// Returns the limit on the proven bound of its visible errors: its own, or else maxConverterVisibleBound, or else maxVisibleBound of the
-/// output. Empty: no limit.
+/// Returns the limit on the proven bound of its visible errors: its own, or else that of the output. Empty: no limit.
 std::optional<double> converterVisibleBoundLimit(const OutputSettings& output, const std::optional<double>& ofAsset);
 
 /// Returns the limit on the proven bound of the visible errors of a light map and its mesh. Empty: no limit.
