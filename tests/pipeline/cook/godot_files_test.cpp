@@ -26,7 +26,7 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-constexpr int kSide = 16, kSlices = 2;
+constexpr int kSliceSide = 16, kSlices = 2;
 
 /// Two walls whose light-map UVs both run over [0, 1], each in a rectangle of a slice of its own, of 10 x 12 and 8 x 8 texels.
 class GodotScene : public ChartsCook {
@@ -42,19 +42,20 @@ protected:
     /// Writes pages of slices L0, y, z and x, with light from in front, and alpha 1 in the rectangles and a texel around.
     void writeLight() const {
         const auto valueAt = [](int c, int x, int y) {  // of R, G, B and A
-            const int page = y / (4 * kSide), slice = y / kSide % 4, v = y % kSide;
+            const int page = y / (4 * kSliceSide), slice = y / kSliceSide % 4, v = y % kSliceSide;
             const int first = page == 0 ? 1 : 3, right = page == 0 ? 13 : 12, bottom = page == 0 ? 15 : 12;
             if (c == 3) return x >= first && x < right && v >= first && v < bottom ? 1.0f : 0.0f;
             if (slice == 0) return 0.4f + 0.01f * static_cast<float>(c + x + v + page);
             return slice == 2 ? 0.6f : 0.5f;
         };
-        constexpr int kHeight = 4 * kSlices * kSide;
+        constexpr int kHeight = 4 * kSlices * kSliceSide;
         std::vector<float> rows;
         for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kSide; ++x)
+            for (int x = 0; x < kSliceSide; ++x)
                 for (const int c : {3, 2, 1, 0}) rows.push_back(valueAt(c, x, y));
-        auto writer = formats::ExrWriter::create(folder_ / "room.exr", kSide, kHeight, {"A", "B", "G", "R"}, formats::ExrLayout::ScanLines);
-        ASSERT_TRUE(writer && writer->append(rows.data(), 4 * kSide, kHeight) && writer->commit());
+        auto writer =
+            formats::ExrWriter::create(folder_ / "room.exr", kSliceSide, kHeight, {"A", "B", "G", "R"}, formats::ExrLayout::ScanLines);
+        ASSERT_TRUE(writer && writer->append(rows.data(), 4 * kSliceSide, kHeight) && writer->commit());
         formats::writeContent(folder_ / "room.exr.import",
                               fmt::format("importer=\"2d_array_texture\"\nslices/horizontal=1\nslices/vertical={}\n", 4 * kSlices));
     }
@@ -71,7 +72,7 @@ protected:
         for (const auto* mesh : scene->triangleMeshes())
             for (std::size_t vertex = 0; vertex < mesh->vertexCount(); ++vertex) {
                 const glm::dvec3 at = mesh->find("POSITION")->at(vertex), uv = mesh->find(attribute)->at(vertex);
-                corners.insert(fmt::format("{:.0f} {:.0f}: {:.1f} {:.1f}", at.x, at.y, uv.x * kSide, uv.y * kSide * kSlices));
+                corners.insert(fmt::format("{:.0f} {:.0f}: {:.1f} {:.1f}", at.x, at.y, uv.x * kSliceSide, uv.y * kSliceSide * kSlices));
             }
         return corners;
     }
@@ -81,8 +82,8 @@ protected:
         return checks;
     }
 
-    GodotBake bake_{
-        .meshes = {{{"..", "left"}, 2.0 / kSide, 2.0 / kSide, 10.0 / kSide, 12.0 / kSide, 0}, {{"..", "right"}, 0.25, 0.25, 0.5, 0.5, 1}}};
+    GodotBake bake_{.meshes = {{{"..", "left"}, 2.0 / kSliceSide, 2.0 / kSliceSide, 10.0 / kSliceSide, 12.0 / kSliceSide, 0},
+                               {{"..", "right"}, 0.25, 0.25, 0.5, 0.5, 1}}};
     const std::set<std::string> corners_ = {"0 7: 2.0 2.0",  "0 0: 2.0 14.0", "2 0: 12.0 14.0", "2 7: 12.0 2.0",
                                             "3 7: 4.0 20.0", "3 0: 4.0 28.0", "5 0: 12.0 28.0", "5 7: 12.0 20.0"};
 };
@@ -112,12 +113,13 @@ TEST_F(GodotScene, TheCookedMeshHasTheUvsOfTheWholeMap) {
 TEST_F(GodotScene, PackedChartsComeFromTheirRectangles) {
     writeScene("", "charts = \"pack\"\nlight_map_layout = \"raw\"\n");
     const Json report = cooked();
-    EXPECT_LT(assetOf(report, "map").at("width").get<int>() * assetOf(report, "map").at("height").get<int>(), kSide * kSide * kSlices);
+    EXPECT_LT(assetOf(report, "map").at("width").get<int>() * assetOf(report, "map").at("height").get<int>(),
+              kSliceSide * kSliceSide * kSlices);
     EXPECT_EQ(cookedCorners("TEXCOORD_2"), corners_);
     verified();
     const formats::LightMapStrip texels = reconstructed("map");
-    EXPECT_EQ(texels.sh.width(), kSide);
-    EXPECT_EQ(texels.sh.height(), kSide * kSlices);
+    EXPECT_EQ(texels.sh.width(), kSliceSide);
+    EXPECT_EQ(texels.sh.height(), kSliceSide * kSlices);
     const formats::LightMapStrip bake = texelsOf(folder_ / "room.exr");
     for (const glm::ivec2& at : {glm::ivec2(3, 3), glm::ivec2(11, 12), glm::ivec2(6, 22)})
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(texels.sh.at(at.x, at.y)[0][c], bake.sh.at(at.x, at.y)[0][c], 2e-3);

@@ -267,10 +267,10 @@ TEST(VisibleMesh, AShiftShowsTheLightBesideAndPositionsAddToIt) {
 TEST(VisibleMesh, NoPlaceExceedsTheBoundAndALargerShiftRaisesIt) {
     std::mt19937 random(11);
     std::uniform_real_distribution<double> unit(-1, 1), positive(0, 1);
-    constexpr int kSize = 8;
-    formats::LightMapStrip strip = ramp(kSize, kSize);
-    for (int y = 0; y < kSize; ++y)
-        for (int x = 0; x < kSize; ++x) {
+    constexpr int kMapSize = 8;
+    formats::LightMapStrip strip = ramp(kMapSize, kMapSize);
+    for (int y = 0; y < kMapSize; ++y)
+        for (int x = 0; x < kMapSize; ++x) {
             lighting::ShRgb& sh = strip.sh.at(x, y);
             for (std::size_t i = 0; i < sh.size(); ++i)
                 for (int c = 0; c < 3; ++c) sh[i][c] = static_cast<float>(i == 0 ? 2 + unit(random) : 0.4 * unit(random));
@@ -283,7 +283,7 @@ TEST(VisibleMesh, NoPlaceExceedsTheBoundAndALargerShiftRaisesIt) {
         return true;
     };
     const auto quadOf = [](const glm::dvec2& place) {
-        return glm::ivec2(std::min(static_cast<int>(place.x), kSize - 2), std::min(static_cast<int>(place.y), kSize - 2));
+        return glm::ivec2(std::min(static_cast<int>(place.x), kMapSize - 2), std::min(static_cast<int>(place.y), kMapSize - 2));
     };
     const auto lightAt = [&](const glm::dvec2& place, const glm::dvec3& normal) {
         const glm::ivec2 quad = quadOf(place);
@@ -302,8 +302,8 @@ TEST(VisibleMesh, NoPlaceExceedsTheBoundAndALargerShiftRaisesIt) {
         const MeshShift shift{0.6 * size, 0.8 * size, 0.1 * size};
         const double position = 0.2 * size;
         VisiblePairs pairs(viewing);
-        addMeshShiftVisible(strip, 0, kSize, shift, position, pairs);
-        addMeshShiftVisibleBound(strip, 0, kSize, shift, position, viewing, pairs);
+        addMeshShiftVisible(strip, 0, kMapSize, shift, position, pairs);
+        addMeshShiftVisibleBound(strip, 0, kMapSize, shift, position, viewing, pairs);
         const VisibleFigures figures = pairs.figures().value();
         const double bound = figures.bound.value();
         EXPECT_GE(bound, figures.max);
@@ -329,8 +329,8 @@ TEST(VisibleMesh, NoPlaceExceedsTheBoundAndALargerShiftRaisesIt) {
         EXPECT_GT(largest, 0.1 * bound) << size;
     }
     VisiblePairs far(viewing);
-    addMeshShiftVisible(strip, 0, kSize, {3, 0, 0}, 0, far);
-    addMeshShiftVisibleBound(strip, 0, kSize, {3, 0, 0}, 0, viewing, far);
+    addMeshShiftVisible(strip, 0, kMapSize, {3, 0, 0}, 0, far);
+    addMeshShiftVisibleBound(strip, 0, kMapSize, {3, 0, 0}, 0, viewing, far);
     EXPECT_GT(far.figures()->bound.value(), 600) << "the largest difference of the display";
 }
 
