@@ -29,7 +29,7 @@ constexpr int kUnrealWidth = 40, kUnrealHeight = 24;
 constexpr UnrealRectangle kLeft = {1, 1, 18, 22}, kRight = {21, 1, 18, 20};
 
 /// The right mesh is darker by a factor, so that its constants are others.
-glm::dvec3 lightAt(int x, int y) {
+glm::dvec3 unrealLightAt(int x, int y) {
     return (x < 20 ? 1 : 0.01) * seededUnrealLight(x, y);
 }
 
@@ -37,7 +37,7 @@ glm::dvec3 lightAt(int x, int y) {
 struct UnrealBake {
     TemporaryFolder folder;
     UnrealImage image{kUnrealWidth, kUnrealHeight};
-    std::array<UnrealConstants, 2> constants = {image.encode(kLeft, lightAt), image.encode(kRight, lightAt)};
+    std::array<UnrealConstants, 2> constants = {image.encode(kLeft, unrealLightAt), image.encode(kRight, unrealLightAt)};
     Json gltf = unrealGltf(Json::array({{{"name", "HQ_Lightmap0"}, {"uri", "light%20map.png"}}}),
                            Json::array({unrealLightMap(image, kLeft, constants[0], 0), unrealLightMap(image, kRight, constants[1], 0)}));
 
@@ -95,7 +95,7 @@ TEST(UnrealHq, ATexelShadesAsTheShaderShowsItWithoutDirections) {
                 ASSERT_EQ(strip.covered.at(x, y), 1);
                 for (std::size_t k = 1; k < 9; ++k) ASSERT_EQ(strip.sh.at(x, y)[k], glm::vec3(0));
                 const glm::dvec3 shader = shownByUnreal(bake.image.upper(x, y), bake.image.lower(x, y), bake.constants.at(i)),
-                                 light = 0.6 * lightAt(x, y);
+                                 light = 0.6 * unrealLightAt(x, y);
                 for (int c = 0; c < 3; ++c) {
                     const double shown = exitRadianceOfOrder1(strip.sh.at(x, y), c, glm::normalize(glm::dvec3(x, y, 3)));
                     fromShader = std::max(fromShader, std::abs(shown - shader[c]) / std::max({shader.x, shader.y, shader.z}));

@@ -43,7 +43,7 @@ void writeScene(const std::filesystem::path& file, const std::vector<NodeOfScene
     }
     const std::array<float, 24> values = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 2, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0.5f, 1};
     const auto mesh = [](int position) { return Json{{"primitives", {{{"attributes", {{"POSITION", position}, {"TEXCOORD_1", 2}}}}}}}; };
-    const Json json = {{"asset", {{"version", "2.0"}}},
+    const Json gltf = {{"asset", {{"version", "2.0"}}},
                        {"scene", 0},
                        {"scenes", {{{"nodes", roots}}}},
                        {"nodes", list},
@@ -54,7 +54,7 @@ void writeScene(const std::filesystem::path& file, const std::vector<NodeOfScene
                         {{{"bufferView", 0}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}},
                          {{"bufferView", 0}, {"byteOffset", 36}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}},
                          {{"bufferView", 0}, {"byteOffset", 72}, {"componentType", 5126}, {"count", 3}, {"type", "VEC2"}}}}};
-    writeContent(file, glbOf(json.dump(), std::string(reinterpret_cast<const char*>(values.data()), sizeof values)));
+    writeContent(file, glbOf(gltf.dump(), std::string(reinterpret_cast<const char*>(values.data()), sizeof values)));
 }
 
 class LmbakeNodes : public testing::Test {

@@ -851,16 +851,16 @@ TEST(ReadCookedFolder, NamesACookedFolderInsideAnother) {
 
 TEST(ReconstructLightMap, HasTheCoverageAndNormalsOfTheBake) {
     const formats::TemporaryFolder folder;
-    constexpr int kMapSide = 8;
-    formats::Image<lighting::ShRgb> sh(kMapSide, kMapSide);
-    formats::Image<std::uint8_t> covered(kMapSide, kMapSide);
-    formats::Image<glm::vec3> normal(kMapSide, kMapSide, glm::vec3(0, 1, 0));
-    for (int y = 0; y < kMapSide; ++y)
-        for (int x = 0; x < kMapSide; ++x) {
+    constexpr int kBakeSide = 8;
+    formats::Image<lighting::ShRgb> sh(kBakeSide, kBakeSide);
+    formats::Image<std::uint8_t> covered(kBakeSide, kBakeSide);
+    formats::Image<glm::vec3> normal(kBakeSide, kBakeSide, glm::vec3(0, 1, 0));
+    for (int y = 0; y < kBakeSide; ++y)
+        for (int x = 0; x < kBakeSide; ++x) {
             sh.at(x, y)[0] = glm::vec3(1.0f + 0.1f * static_cast<float>(x));
             covered.at(x, y) = y < 5 ? 1 : 0;
         }
-    auto writer = formats::LightMapWriter::create(folder / "map.exr", kMapSide, kMapSide, formats::SurfaceOutput::CoverageAndNormals);
+    auto writer = formats::LightMapWriter::create(folder / "map.exr", kBakeSide, kBakeSide, formats::SurfaceOutput::CoverageAndNormals);
     ASSERT_TRUE(writer && writer->append(sh.view(), {covered.view(), normal.view()}) && writer->commit());
     formats::writeContent(folder / "scene.toml",
                           "schema = 1\nname = \"a\"\n[output]\nlight_map_layout = \"raw\"\ntarget = \"float\"\n"
@@ -879,9 +879,9 @@ TEST(ReconstructLightMap, HasTheCoverageAndNormalsOfTheBake) {
     };
     const auto doubled = back(2);
     ASSERT_TRUE(doubled && doubled->hasCoverage() && doubled->hasNormals());
-    const auto rows = doubled->read(0, 2 * kMapSide);
+    const auto rows = doubled->read(0, 2 * kBakeSide);
     ASSERT_TRUE(rows);
-    for (int y = 0; y < 2 * kMapSide; ++y) {
+    for (int y = 0; y < 2 * kBakeSide; ++y) {
         ASSERT_EQ(rows->covered.at(3, y), y < 10 ? 1 : 0) << y;
         if (y >= 10) continue;
         ASSERT_EQ(rows->normal.at(3, y), glm::vec3(0, 1, 0)) << y;
