@@ -77,7 +77,7 @@ TEST(CommandReference, OptionsAreListedOnlyWhereTheyAct) {
     EXPECT_THAT(commandsWith("--max-visible"), ElementsAre("cook", "repack", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));
     EXPECT_THAT(commandsWith("--max-visible-bound"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));
     EXPECT_THAT(commandsWith("--max-converter-visible-bound"), ElementsAre("cook", "demo"));
-    EXPECT_THAT(commandsWith("--phase"), ElementsAre("repack", "lightmap", "dominant"));
+    EXPECT_THAT(commandsWith("--phase"), ElementsAre("repack", "lightmap", "dominant", "compare"));
     EXPECT_THAT(commandsWith("--target"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "rsrm", "demo"));
     EXPECT_THAT(commandsWith("--max-error"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));
 }

@@ -163,7 +163,8 @@ TEST_F(VisibleLimitOfOthers, OnTheProvenBoundFailsEachKind) {
         ASSERT_FALSE(outcome.errors.empty()) << kind;
         EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
         EXPECT_THAT(outcome.errors.back().line(),
-                    AllOf(HasSubstr("found a visible error of up to "), HasSubstr("(proven bound), expected at most 0.0001; largest at ")))
+                    AllOf(HasSubstr("found a visible error of up to "), HasSubstr("(proven bound), expected at most 0.0001 ("),
+                          HasSubstr("max_converter_visible_bound); largest at ")))
             << kind;
         EXPECT_EQ(outcome.report.at("assets").at(0).at("limit").at("max_visible_bound"), 0.0001) << kind;
     }

@@ -290,7 +290,7 @@ TEST_F(Budgets, MistakesNamePlaceAndNearestName) {
         return budgets ? std::string("read") : budgets.error().detail;
     };
     EXPECT_THAT(lineOf("schema = 1\n[[platfrom]]\n"),
-                HasSubstr("unknown key 'platfrom' in the file, expected one of its keys; nearest is 'platform'"));
+                HasSubstr("unknown key 'platfrom' in the file, expected one of: schema, platform; nearest is 'platform'"));
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntotl = \"1\"\n"), HasSubstr("nearest is 'total'"));
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\nkinds = { lightmap = \"1\" }\n"), HasSubstr("nearest is 'light-map'"));
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\nformats = { bc6 = \"1\" }\n"), HasSubstr("unknown key 'bc6'"));
