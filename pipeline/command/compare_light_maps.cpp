@@ -48,7 +48,7 @@ public:
     Result<std::shared_ptr<const formats::LightMapStrip>> chunk(int index) const {
         auto rows = reference_.chunk(index);
         if (!rows || !(takesCoverage_ || takesNormals_)) return rows;
-        const auto surface = other_.chunk(index);
+        auto surface = other_.chunk(index);
         if (!surface) return surface;
         const formats::LightMapStrip& own = **rows;
         auto strip = std::make_shared<formats::LightMapStrip>();

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <optional>
 
 #include "pipeline/assets/mesh/bit_choice.h"
