@@ -66,7 +66,7 @@ struct DominantLightRows {
     formats::ImageView<const std::uint8_t> covered;
     formats::ImageView<const glm::vec3> normal;
     formats::ImageView<glm::vec3> direction, intensity;  ///< DominantLight of each texel
-    /// As LightMapStrip::chart, for fitForFilter(). Empty: surfaces lie between all covered texels.
+    /// Chart of each texel, as LightMapStrip::chart; read by fitForFilter(). Empty: surfaces lie between all covered texels.
     formats::ImageView<const std::uint32_t> chart = {};
 };
 

@@ -20,7 +20,7 @@ public:
     static constexpr int kChoices = 48;
     /// The choice that turns one sign convention into the other: x and y negated.
     static constexpr int kPhaseChoice = 3;
-    /// What fromName() takes, for errors and help texts.
+    /// Description of the texts that fromName() takes, for errors and help texts.
     static constexpr std::string_view kExpected = "x, y and z once each, with or without a minus, such as \"-x,y,z\"";
 
     constexpr BakeAxes() = default;

@@ -38,7 +38,7 @@ struct LightMapDescription {
     /// Mesh that the map lies on. Needed by bake formats whose light depends on it (BakeFormatInfo::needsMesh) and for coverage from the
     /// mesh. A bake without normals takes those of the mesh.
     std::filesystem::path mesh = {};
-    /// Where the nodes of the mesh lie in the map, of a bake of Godot (formats/lmbake.h). Empty: TEXCOORD_1 are UVs in the whole map.
+    /// Godot's file with the rectangle of each node of the mesh (formats/lmbake.h). Empty: TEXCOORD_1 are UVs in the whole map.
     std::filesystem::path lmbake = {};
     ColorSpaces colors;
     /// Names of the images of a bake whose coefficients are images of their own (formats/bakes/coefficient_files.h). Empty: one file has

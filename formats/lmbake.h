@@ -45,7 +45,7 @@ bool isLmbakeFile(const std::filesystem::path& file);
 /// bake  value of the scene key
 std::filesystem::path lmbakeBeside(const std::filesystem::path& lightMap, const std::string& bake);
 
-/// How the nodes of a glTF were found in an lmbake. Nodes are named by themselves and their parents: "Room/Wall".
+/// Result of a search for the nodes of a glTF in an lmbake. Nodes are named by themselves and their parents: "Room/Wall".
 struct LmbakeMatch {
     std::size_t placed = 0;             ///< nodes with a rectangle
     std::vector<std::string> unplaced;  ///< nodes that draw light-map UVs and have none: they have no light-map UVs any more

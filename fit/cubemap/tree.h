@@ -90,7 +90,7 @@ struct CellTree {
 };
 
 /// Refuses an environment without texels, or a strip that is not six faces, with ErrorCode::WrongShape.
-/// subject  what the environment is for, for the error: "cubemap"
+/// subject  use of the environment, for the error: "cubemap"
 formats::Result<void> checkShape(const formats::Environment& environment, const std::string& subject);
 
 /// Returns the tree of an environment. Texels are split into pieces, and each piece is added to its finest cell; the number of cells a side

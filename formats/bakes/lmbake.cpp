@@ -39,7 +39,7 @@ namespace lightcook::formats {
 namespace {
 
 constexpr std::string_view kResourceClass = "LightmapGIData", kUserData = "user_data";
-/// Of the resource, and of all node paths. Probes take 200 bytes each, meshes less.
+/// Largest size of the resource, and of all node paths together. Probes take 200 bytes each, meshes less.
 constexpr std::uint64_t kMostResourceBytes = std::uint64_t{64} << 20;
 /// Godot's block size is 4096. Each block costs a call of the decoder.
 constexpr std::uint32_t kLeastBlockBytes = 1024, kMostBlockBytes = 1u << 24;
@@ -453,7 +453,7 @@ std::filesystem::path lmbakeBeside(const std::filesystem::path& lightMap, const 
     LightMapDescription description;
     description.bake = bake;
     const auto known = LightMapReader::recognize(lightMap, description);
-    // Of a light map that cannot be read its own error says why.
+    // A light map that cannot be read has an error of its own, which says why.
     return known && known->format->takesLmbake ? file : std::filesystem::path();
 }
 

@@ -42,7 +42,7 @@ std::string nameInGodot(const Json& node) {
     return name;
 }
 
-/// Where the paths of an lmbake begin in a glTF: below a node, or below its roots, which `prefix` leads to in Godot's scene.
+/// Place in a glTF at which the paths of an lmbake begin: a node, or its roots, which `prefix` leads to in Godot's scene.
 struct Base {
     std::size_t depth = 0;       ///< nodes above
     std::size_t node = kNoNode;  ///< none: the roots

@@ -40,7 +40,7 @@ struct MeshFacts {
     std::int64_t withoutNormal = 0;       ///< vertices whose normal is shorter than 1/2
     std::int64_t mostDrawn = 0;           ///< nodes, or instances of nodes, that draw one mesh, at most
     double uvArea = 0, flatUvArea = 0;    ///< [UV units squared] of all triangles as drawn, and of those without area in the world
-    /// Of an lmbake, known also without UVs: nodes that it does not have, and rectangles without a node.
+    /// Nodes without a rectangle in the lmbake, and rectangles of it without a node. Known for meshes without UVs, too.
     std::vector<std::string> unplaced = {}, unread = {};
     /// Materials with extensions that are not read; known also without UVs.
     std::vector<UnreadMaterial> unreadMaterials = {};

@@ -128,7 +128,7 @@ RoleFiles unpackedInputs(const PackedLightMap& packed) {
     for (const auto& [role, file] : packed.sources) {
         if (role.starts_with(kSourceRole)) inputs[kUnpackedRole + role.substr(kSourceRole.size())] = file;
         if (role.starts_with(kMeshRole)) inputs[kUnpackedMeshRole + role.substr(std::string(kMeshRole).size())] = file;
-        // Of the bake as it was: the packed one reads no mesh.
+        // These inputs belong to the bake as it was: the packed one reads no mesh.
         if (role.starts_with(kFramesRole) || role == kLmbakeRole) inputs[role] = file;
     }
     return inputs;

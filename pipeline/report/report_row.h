@@ -27,7 +27,7 @@ void describe(Fields& fields, Self& texture) {
     fields.required("bytes_gpu", texture.bytesGpu, between(0, kLargestBytes), "GPU memory [bytes]");
 }
 
-/// What sets the limits of an asset. The same limit is a key of a scene file and an option of the command that converts one asset.
+/// Source of the limits of an asset: keys of a scene file, or options of the command that converts one asset.
 enum class LimitsFrom { SceneFile, Converter };
 
 /// A reason why an asset did not pass: a stage with figures over the limit or not finite, or a violation.

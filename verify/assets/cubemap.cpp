@@ -699,7 +699,7 @@ std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapRef
         for (int channel = 0; channel < 3; ++channel)
             errors.energy.add(results[i].reference[channel], results[i].cooked[channel], [&] { return placeOf(map, samples[i], channel); });
         const double reflectance = reflectances[static_cast<std::size_t>(samples[i].mip)];
-        // As a pixel shows it: reflected off a surface of F0 1.
+        // Light as a pixel shows it: reflected off a surface of F0 1.
         if (errors.visible)
             errors.visible->add(reflectance * results[i].reference, reflectance * results[i].cooked, shownPlace(map, samples[i]));
     }

@@ -181,7 +181,7 @@ Interval VisibleMetric::slopes(const Interval& x, const Interval& y) {
     };
     Interval out;
     out.high = isClose(lowX, lowY) ? (1 + kSlopeRounding) * std::max(lowX.slope, lowY.slope) : secant(lowX, lowY, kCurveRounding);
-    // Where a luminance is clamped, codes differ less than light does.
+    // Codes differ less than light does if a luminance is clamped.
     if (std::min(x.low, y.low) >= kLowest && std::max(x.high, y.high) <= kHighest)
         out.low = isClose(highX, highY) ? (1 - kSlopeRounding) * std::min(highX.slope, highY.slope) : secant(highX, highY, -kCurveRounding);
     out.low = std::clamp(out.low, 0.0, out.high);

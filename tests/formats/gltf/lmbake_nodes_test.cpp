@@ -89,7 +89,7 @@ TEST_F(LmbakeNodes, EachNodeLiesInItsRectangleOfItsSlice) {
     EXPECT_THAT(scene->lmbakeMatch()->unread, IsEmpty());
     EXPECT_FALSE(GltfScene::load(folder_ / "level.glb", {})->lmbakeMatch());
 
-    // What is written has them, plain and as Draco.
+    // The written files have them, plain and as Draco.
     ASSERT_TRUE(scene->writePlain(folder_ / "plain.glb", nullptr));
     ASSERT_TRUE(scene->writeDraco(folder_ / "draco.glb", {}));
     const auto plain = GltfScene::load(folder_ / "plain.glb"), draco = GltfScene::load(folder_ / "draco.glb");

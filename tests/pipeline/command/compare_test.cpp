@@ -140,7 +140,7 @@ TEST_F(CompareLightMaps, MeasuresTheErrorsOfShadedLight) {
     }
 }
 
-/// What reconstruct writes says which texels of a bake without coverage count, and their normals.
+/// The file that reconstruct writes says which texels of a bake without coverage count, and their normals.
 TEST_F(CompareLightMaps, TakesCoverageAndNormalsFromTheMapThatHasThem) {
     constexpr int kWidth = 5, kHeight = 70;
     const auto bake = lightMap("a.exr", 1);

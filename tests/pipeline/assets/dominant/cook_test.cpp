@@ -119,7 +119,7 @@ TEST(CookDominant, ATexelThatIsNotFiniteIsNamed) {
     EXPECT_EQ(verified.errors.front().subject, "map_dominant, texture intensity, texel (5, 33)");
 }
 
-/// Of a large map not every texel is shaded. Without blocks one texel may be wrong by itself, wherever it lies.
+/// Not every texel of a large map is shaded. Without blocks one texel may be wrong by itself, wherever it lies.
 TEST(CookDominantSoak, OneBrightTexelOfALargeMapIsFound) {
     constexpr int kHeight = 4400;
     static_assert(SmallScene::kWidth * kHeight > 50000);
