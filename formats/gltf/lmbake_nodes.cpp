@@ -79,7 +79,7 @@ public:
     std::string pathOf(std::size_t node) const {
         constexpr std::size_t kLongest = 240;
         std::string path = names_[node];
-        while ((node = parents_[node]) != kNoNode && path.size() < kLongest) path = names_[node] + "/" + path;
+        while ((node = parents_[node]) != kNoNode && path.size() < kLongest) path.insert(0, names_[node] + "/");
         if (path.size() > kLongest) path = "..." + path.substr(path.size() - kLongest);
         return path.empty() ? fmt::format("node {}", node) : path;
     }

@@ -63,6 +63,12 @@ double colourOf(const Interval& red, const Interval& blue) {
     return std::sqrt(largest);
 }
 
+/// Returns the range of the difference of any two numbers of a range.
+Interval differencesWithin(const Interval& range) {
+    const double width = range.high - range.low;
+    return {-width, width};
+}
+
 bool isFinite(const Interval& range) {
     return std::isfinite(range.low) && std::isfinite(range.high);
 }
@@ -91,7 +97,7 @@ VisibleMetric::VisibleMetric(const Viewing& viewing, double unit) : black_(viewi
     const Interval any{-most, most};
     red = isPositive_ ? intersection(codesOfRatio(red), any) : any;
     blue = isPositive_ ? intersection(codesOfRatio(blue), any) : any;
-    mostColour_ = colourOf(red - red, blue - blue);
+    mostColour_ = colourOf(differencesWithin(red), differencesWithin(blue));
     mostVisible_ = roundedUp(std::hypot(lighting::kVisibleScale * most, mostColour_));
 }
 
