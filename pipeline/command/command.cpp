@@ -14,11 +14,11 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/command/mistake.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
-#include "pipeline/command/terminal.h"
+#include "pipeline/command/terminal/mistake.h"
+#include "pipeline/command/terminal/terminal.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/report/exit_codes.h"
 

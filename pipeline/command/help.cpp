@@ -8,10 +8,10 @@
 #include <memory>
 
 #include "pipeline/command/command.h"
-#include "pipeline/command/mistake.h"
 #include "pipeline/command/outputs.h"
-#include "pipeline/command/program_doc.h"
+#include "pipeline/command/reference/program_doc.h"
 #include "pipeline/command/session.h"
+#include "pipeline/command/terminal/mistake.h"
 
 namespace lightcook::pipeline {
 namespace {

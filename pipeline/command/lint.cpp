@@ -10,8 +10,8 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
-#include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/command/terminal/printing.h"
 #include "pipeline/lint/lint.h"
 
 namespace lightcook::pipeline {

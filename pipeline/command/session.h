@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "formats/error.h"
-#include "pipeline/command/interrupts.h"
 #include "pipeline/command/outputs.h"
-#include "pipeline/command/progress.h"
-#include "pipeline/command/terminal.h"
+#include "pipeline/command/terminal/interrupts.h"
+#include "pipeline/command/terminal/progress.h"
+#include "pipeline/command/terminal/terminal.h"
 #include "pipeline/graph/action.h"
 
 namespace lightcook::pipeline {

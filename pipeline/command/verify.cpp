@@ -6,8 +6,8 @@
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
-#include "pipeline/command/printing.h"
 #include "pipeline/command/session.h"
+#include "pipeline/command/terminal/printing.h"
 
 namespace lightcook::pipeline {
 

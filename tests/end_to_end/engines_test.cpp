@@ -20,7 +20,7 @@
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
 #include "pipeline/assets/gltf/gltf.h"
-#include "pipeline/command/schemas.h"
+#include "pipeline/command/reference/schemas.h"
 #include "pipeline/manifest/contract.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "pipeline/command/printing.h"
+#include "pipeline/command/terminal/printing.h"
 #include "pipeline/report/baseline_section.h"
 #include "pipeline/report/report.h"
 

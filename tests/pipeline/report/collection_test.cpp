@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
-#include "pipeline/command/printing.h"
+#include "pipeline/command/terminal/printing.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/report/captions.h"
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/command/completions.h"
-#include "pipeline/command/reference.h"
+#include "pipeline/command/reference/completions.h"
+#include "pipeline/command/reference/reference.h"
 
 namespace {
 

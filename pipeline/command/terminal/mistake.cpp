@@ -1,4 +1,4 @@
-#include "pipeline/command/mistake.h"
+#include "pipeline/command/terminal/mistake.h"
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@
 
 #include "formats/nearest.h"
 #include "pipeline/command/command.h"
-#include "pipeline/command/program_doc.h"
+#include "pipeline/command/reference/program_doc.h"
 #include "pipeline/command/session.h"
 
 namespace lightcook::pipeline {

@@ -1,4 +1,4 @@
-#include "pipeline/command/reference.h"
+#include "pipeline/command/reference/reference.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "formats/light_map_layout.h"
-#include "pipeline/command/schemas.h"
-#include "pipeline/command/terminal.h"
+#include "pipeline/command/reference/schemas.h"
+#include "pipeline/command/terminal/terminal.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/budgets.h"

@@ -1,4 +1,4 @@
-#include "pipeline/command/printing.h"
+#include "pipeline/command/terminal/printing.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

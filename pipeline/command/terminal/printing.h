@@ -1,7 +1,7 @@
 // Results of commands as lines for people.
 #pragma once
 
-#include "pipeline/command/terminal.h"
+#include "pipeline/command/terminal/terminal.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/json/json.h"
 #include "pipeline/report/collection.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/command/program_doc.h"
+#include "pipeline/command/reference/program_doc.h"
 
 namespace lightcook::pipeline {
 

@@ -1,4 +1,4 @@
-#include "pipeline/command/interrupts.h"
+#include "pipeline/command/terminal/interrupts.h"
 
 #include <fmt/format.h>
 #include <poll.h>

@@ -1,4 +1,4 @@
-#include "pipeline/command/progress.h"
+#include "pipeline/command/terminal/progress.h"
 
 #include "pipeline/assets/action_kind.h"
 

@@ -1,9 +1,9 @@
 // Lines of a command: names with control characters, and colours.
-#include "pipeline/command/terminal.h"
+#include "pipeline/command/terminal/terminal.h"
 
 #include <gmock/gmock.h>
 
-#include "pipeline/command/printing.h"
+#include "pipeline/command/terminal/printing.h"
 
 namespace lightcook::pipeline {
 namespace {

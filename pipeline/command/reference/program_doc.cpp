@@ -1,4 +1,4 @@
-#include "pipeline/command/program_doc.h"
+#include "pipeline/command/reference/program_doc.h"
 
 #include <fmt/format.h>
 

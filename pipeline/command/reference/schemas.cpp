@@ -1,4 +1,4 @@
-#include "pipeline/command/schemas.h"
+#include "pipeline/command/reference/schemas.h"
 
 #include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/dominant/dominant.h"

@@ -14,7 +14,7 @@
 #include <mutex>
 #include <thread>
 
-#include "pipeline/command/terminal.h"
+#include "pipeline/command/terminal/terminal.h"
 
 namespace lightcook::pipeline {
 

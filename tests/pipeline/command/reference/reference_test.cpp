@@ -1,5 +1,5 @@
 // Files generated from the command table: pages of docs/reference, the manual page and the completions.
-#include "pipeline/command/reference.h"
+#include "pipeline/command/reference/reference.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "pipeline/command/command.h"
-#include "pipeline/command/completions.h"
+#include "pipeline/command/reference/completions.h"
 #include "tests/formats/temporary_folder.h"
 #include "tests/pipeline/shell.h"
 

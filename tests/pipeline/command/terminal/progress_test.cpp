@@ -1,5 +1,5 @@
 // The line of progress of a job.
-#include "pipeline/command/progress.h"
+#include "pipeline/command/terminal/progress.h"
 
 #include <gmock/gmock.h>
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "pipeline/command/program_doc.h"
+#include "pipeline/command/reference/program_doc.h"
 
 namespace lightcook::pipeline {
 

@@ -1,4 +1,4 @@
-#include "pipeline/command/completions.h"
+#include "pipeline/command/reference/completions.h"
 
 #include <fmt/format.h>
 

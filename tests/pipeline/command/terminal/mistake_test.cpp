@@ -1,5 +1,5 @@
 // The error line of a command line that is refused: the first mistake in the order typed, with the nearest known name.
-#include "pipeline/command/mistake.h"
+#include "pipeline/command/terminal/mistake.h"
 
 #include <gmock/gmock.h>
 

@@ -1,4 +1,4 @@
-#include "pipeline/command/terminal.h"
+#include "pipeline/command/terminal/terminal.h"
 
 #include <fmt/format.h>
 #include <sys/ioctl.h>
