@@ -1,0 +1,99 @@
+#!/usr/bin/python3
+"""Draws docs/images/frontier.svg: GPU memory against visible error of every allocation that no other beats, a panel for each scene.
+
+    for s in cornell outdoor interior zdm2_sun; do build/release/lightcook cook $s.toml -o out/$s; done    # scenes with a `budget`
+    docs/images/frontier.py out/cornell out/outdoor out/interior out/zdm2_sun > docs/images/frontier.svg
+
+Reads `budget.frontier` of each folder's report.json. Both axes are logarithmic. A full circle is what the cook chose.
+"""
+import json
+import math
+import pathlib
+import sys
+
+WIDTH, HEIGHT = 470, 300  # [pixels] of a panel
+LEFT, RIGHT, TOP, BOTTOM = 48, 16, 30, 44
+COLUMNS = 2
+ERRORS = (0.5, 1, 2, 5, 10, 20, 50, 100)  # lines across every panel; the first and the last are the ends of the axis
+LABEL_WIDTH = 46  # [pixels]
+COLOUR = {"full": "#1f5fa8", "half": "#2e8b57", "quarter": "#b8860b", "none": "#a33c3c"}
+
+
+def read_frontier(folder):
+    """List of (KiB, visible error, chosen, light-map layout, dominant-light layout)."""
+    report = json.loads((pathlib.Path(folder) / "report.json").read_text())
+    points = []
+    for entry in report["budget"]["frontier"]:
+        first = entry["layouts"][0]
+        points.append((entry["bytes_gpu"] / 1024, entry["visible"], entry["chosen"], first["layout"], first.get("dominant_layout", "none")))
+    return points
+
+
+def axis(low, high, start, end):
+    """Maps values to pixels along a logarithmic axis."""
+    return lambda value: start + (end - start) * math.log(value / low) / math.log(high / low)
+
+
+def labelled(points, x):
+    """The first point of each run with the same light-map layout, unless its label would cover the one before."""
+    last, free = None, 0
+    for point in points:
+        if point[3] != last and x(point[0]) >= free:
+            yield point
+            free = x(point[0]) + LABEL_WIDTH
+        last = point[3]
+
+
+def panel(name, points, across, down):
+    """SVG elements of one scene."""
+    x = axis(points[0][0] / 1.1, points[-1][0] * 1.25, LEFT, WIDTH - RIGHT)
+    y = axis(ERRORS[0], ERRORS[-1], HEIGHT - BOTTOM, TOP)
+    out = [f'<g transform="translate({across} {down})">', f'<text x="{LEFT}" y="18" class="title">{name}</text>']
+    for error in ERRORS:
+        out.append(f'<path d="M{LEFT} {y(error):.1f}H{WIDTH - RIGHT}" class="grid"/>')
+        out.append(f'<text x="{LEFT - 6}" y="{y(error) + 4:.1f}" class="end">{error}</text>')
+    for power in range(5, 16):
+        kib = 2**power
+        if points[0][0] / 1.1 <= kib <= points[-1][0] * 1.25:
+            out.append(f'<path d="M{x(kib):.1f} {TOP}V{HEIGHT - BOTTOM}" class="grid"/>')
+            text = f"{kib} KiB" if kib < 1024 else f"{kib // 1024} MiB"
+            out.append(f'<text x="{x(kib):.1f}" y="{HEIGHT - BOTTOM + 16}" class="middle">{text}</text>')
+    line = "L".join(f"{x(kib):.1f} {y(min(error, ERRORS[-1])):.1f}" for kib, error, *_ in points)
+    out.append(f'<path d="M{line}" class="line"/>')
+    for kib, error, chosen, _, dominant in points:
+        colour = COLOUR[dominant.split("-")[0]]
+        fill = colour if chosen else "#ffffff"
+        out.append(f'<circle cx="{x(kib):.1f}" cy="{y(min(error, ERRORS[-1])):.1f}" r="{5 if chosen else 3}" stroke="{colour}" fill="{fill}"/>')
+    for kib, error, _, layout, _ in labelled(points, x):
+        out.append(f'<text x="{x(kib) + 5:.1f}" y="{y(min(error, ERRORS[-1])) - 6:.1f}" class="small">{layout}</text>')
+    return out + ["</g>"]
+
+
+def legend(down):
+    """One line: the colours of the dominant light's size."""
+    out = [f'<g transform="translate({LEFT} {down})">', '<text x="0" y="4">dominant light:</text>']
+    out.append('<text x="500" y="4">across: GPU memory; up: visible error, p99</text>')
+    for i, (name, colour) in enumerate(COLOUR.items()):
+        out.append(f'<circle cx="{110 + 90 * i}" cy="0" r="4" stroke="{colour}" fill="{colour}"/>')
+        out.append(f'<text x="{120 + 90 * i}" y="4">{name}</text>')
+    return out + ["</g>"]
+
+
+def main(folders):
+    rows = -(-len(folders) // COLUMNS)
+    width, height = WIDTH * COLUMNS, HEIGHT * rows + 30
+    style = (
+        "text{font:12px sans-serif;fill:#333}.title{font-weight:bold;font-size:14px}.end{text-anchor:end}.middle{text-anchor:middle}"
+        ".small{font-size:10px}.grid{stroke:#ddd;fill:none}.line{stroke:#888;fill:none}"
+    )
+    out = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">',
+        f'<style>{style}</style><rect width="{width}" height="{height}" fill="#fff"/>',
+    ]
+    for i, folder in enumerate(folders):
+        out += panel(pathlib.Path(folder).name, read_frontier(folder), WIDTH * (i % COLUMNS), HEIGHT * (i // COLUMNS))
+    print("\n".join(out + legend(HEIGHT * rows + 10) + ["</svg>"]))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
