@@ -17,10 +17,12 @@ namespace lightcook::fit {
 namespace {
 
 using ShRgbDouble = std::array<glm::dvec3, lighting::kShCount>;
+using lighting::kShConstant;
+using lighting::kShDifference;
+using lighting::kShLinear;
+using lighting::kShProduct;
+using lighting::kShZonal;
 using std::numbers::pi;
-
-const double kBand0 = 0.5 * std::sqrt(1 / pi), kBand1 = std::sqrt(3 / (4 * pi)), kBand2 = 0.5 * std::sqrt(15 / pi),
-             kBand20 = 0.25 * std::sqrt(5 / pi);
 
 /// Integrals over the azimuth psi of a texel, psi = 2 pi (u - 0.5), so that x = sin(theta) sin(psi), z = -sin(theta) cos(psi), y =
 /// cos(theta).
@@ -62,15 +64,15 @@ struct RowSums {
 };
 
 void addRow(ShRgbDouble& sum, const PolarIntegrals& polar, const RowSums& row) {
-    sum[0] += kBand0 * polar.one * row.one;
-    sum[1] += kBand1 * polar.y * row.one;
-    sum[2] -= kBand1 * polar.sine * row.cosine;
-    sum[3] += kBand1 * polar.sine * row.sine;
-    sum[4] += kBand2 * polar.sineY * row.sine;
-    sum[5] -= kBand2 * polar.sineY * row.cosine;
-    sum[6] += kBand20 * (3.0 * polar.sineSquared * row.cosineSquared - polar.one * row.one);
-    sum[7] -= kBand2 * polar.sineSquared * row.sineCosine;
-    sum[8] += 0.5 * kBand2 * (polar.sineSquared * (row.one - row.cosineSquared) - polar.yy * row.one);
+    sum[0] += kShConstant * polar.one * row.one;
+    sum[1] += kShLinear * polar.y * row.one;
+    sum[2] -= kShLinear * polar.sine * row.cosine;
+    sum[3] += kShLinear * polar.sine * row.sine;
+    sum[4] += kShProduct * polar.sineY * row.sine;
+    sum[5] -= kShProduct * polar.sineY * row.cosine;
+    sum[6] += kShZonal * (3.0 * polar.sineSquared * row.cosineSquared - polar.one * row.one);
+    sum[7] -= kShProduct * polar.sineSquared * row.sineCosine;
+    sum[8] += kShDifference * (polar.sineSquared * (row.one - row.cosineSquared) - polar.yy * row.one);
 }
 
 ShRgbDouble projectEquirectangular(formats::ImageView<const glm::vec3> texels) {
@@ -151,15 +153,15 @@ void addFace(ShRgbDouble& sum, int face, const FaceSums& sums) {
                 (right[a] * down[b] + down[a] * right[b]) * sums.rightDown;
     }
     const auto& [x, y, z] = linear;
-    sum[0] += kBand0 * sums.one;
-    sum[1] += kBand1 * y;
-    sum[2] += kBand1 * z;
-    sum[3] += kBand1 * x;
-    sum[4] += kBand2 * product[0][1];
-    sum[5] += kBand2 * product[1][2];
-    sum[6] += kBand20 * (3.0 * product[2][2] - sums.one);
-    sum[7] += kBand2 * product[0][2];
-    sum[8] += 0.5 * kBand2 * (product[0][0] - product[1][1]);
+    sum[0] += kShConstant * sums.one;
+    sum[1] += kShLinear * y;
+    sum[2] += kShLinear * z;
+    sum[3] += kShLinear * x;
+    sum[4] += kShProduct * product[0][1];
+    sum[5] += kShProduct * product[1][2];
+    sum[6] += kShZonal * (3.0 * product[2][2] - sums.one);
+    sum[7] += kShProduct * product[0][2];
+    sum[8] += kShDifference * (product[0][0] - product[1][1]);
 }
 
 ShRgbDouble projectCubeStrip(formats::ImageView<const glm::vec3> texels) {
