@@ -31,12 +31,15 @@ void reduceTexel(const formats::LightMapStrip& strip, const Footprint& across, c
     lighting::ShRgb sum{};
     glm::vec3 normals(0), firstNormal(0, 0, 1);
     float weights = 0;
+    const bool hasCharts = strip.chart.width() > 0;
+    std::uint32_t chart = formats::kAnyChart;
     for (int mapY = down.firstTexel(); mapY < down.endTexel(); ++mapY)
         for (int mapX = across.firstTexel(); mapX < across.endTexel(); ++mapX) {
             const int row = mapY - strip.firstRow;
             if (strip.covered.at(mapX, row) == 0) continue;
             const float weight = across.partOf(mapX) * down.partOf(mapY);
             if (weights == 0) firstNormal = strip.normal.at(mapX, row);
+            if (hasCharts) chart = weights == 0 || chart == strip.chart.at(mapX, row) ? strip.chart.at(mapX, row) : formats::kAnyChart;
             for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += weight * strip.sh.at(mapX, row)[i];
             normals += weight * strip.normal.at(mapX, row);
             weights += weight;
@@ -46,6 +49,7 @@ void reduceTexel(const formats::LightMapStrip& strip, const Footprint& across, c
     constexpr float kShortest = 1e-3f;  // normals of opposite charts cancel
     out.sh.at(x, y) = sum;
     out.covered.at(x, y) = weights > 0 ? 1 : 0;
+    if (hasCharts) out.chart.at(x, y) = chart;
     out.normal.at(x, y) = glm::length(normals) > kShortest ? glm::normalize(normals) : firstNormal;
 }
 
@@ -64,6 +68,7 @@ formats::LightMapStrip reducedStrip(const formats::LightMapStrip& strip, int map
     out.sh = formats::Image<lighting::ShRgb>(textureSize.x, rowCount);
     out.covered = formats::Image<std::uint8_t>(textureSize.x, rowCount);
     out.normal = formats::Image<glm::vec3>(textureSize.x, rowCount);
+    if (strip.chart.width() > 0) out.chart = formats::Image<std::uint32_t>(textureSize.x, rowCount, formats::kAnyChart);
     for (int y = 0; y < rowCount; ++y) {
         const Footprint down(firstRow + y, mapHeight, textureSize.y);
         assert(down.firstTexel() >= strip.firstRow && down.endTexel() <= strip.firstRow + strip.sh.height());

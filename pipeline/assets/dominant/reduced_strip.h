@@ -23,7 +23,8 @@ struct MapRows {
 MapRows rowsUnder(int firstRow, int rowCount, int mapHeight, int textureHeight);
 
 /// Returns rows [firstRow, firstRow + rowCount) of a map at the size of a texture that is not larger. A texel has the mean coefficients and
-/// the mean normal of the covered texels under it, by their areas, and is covered if one of them is.
+/// the mean normal of the covered texels under it, by their areas, and is covered if one of them is. Its chart is theirs; kAnyChart if they
+/// are of several, since surfaces of each then lie beside it.
 /// strip  holds rowsUnder() these rows
 formats::LightMapStrip reducedStrip(const formats::LightMapStrip& strip, int mapHeight, const glm::ivec2& textureSize, int firstRow,
                                     int rowCount);

@@ -40,6 +40,25 @@ TEST(ReducedStrip, ATexelIsTheMeanOfTheCoveredTexelsUnderIt) {
     EXPECT_EQ(half.covered.at(0, 1), 0);
 }
 
+TEST(ReducedStrip, ATexelIsOfTheChartOfTheTexelsUnderIt) {
+    formats::LightMapStrip strip = emptyStrip(0, 8, 2);
+    EXPECT_EQ(reducedStrip(strip, 2, {4, 1}, 0, 1).chart.width(), 0) << "the bake tells no charts apart";
+    strip.chart = formats::Image<std::uint32_t>(8, 2, formats::kNoChart);
+    const auto cover = [&](int x, int y, std::uint32_t chart) {
+        strip.covered.at(x, y) = 1;
+        strip.chart.at(x, y) = chart;
+    };
+    cover(0, 0, 3), cover(1, 0, 3), cover(0, 1, 3);
+    cover(2, 1, 3), cover(3, 0, 5), cover(3, 1, 5);
+    cover(5, 1, 5);
+    const formats::LightMapStrip half = reducedStrip(strip, 2, {4, 1}, 0, 1);
+    ASSERT_EQ(half.chart.width(), 4);
+    EXPECT_EQ(half.chart.at(0, 0), 3u);
+    EXPECT_EQ(half.chart.at(1, 0), formats::kAnyChart) << "of both: surfaces of either lie beside it";
+    EXPECT_EQ(half.chart.at(2, 0), 5u);
+    EXPECT_EQ(half.chart.at(3, 0), formats::kAnyChart) << "not covered";
+}
+
 TEST(ReducedStrip, ATexelOfTheMapCountsByThePartUnderEachTexelOfTheTexture) {
     formats::LightMapStrip strip = emptyStrip(0, 3, 1);
     for (int x = 0; x < 3; ++x) {
