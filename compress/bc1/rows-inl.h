@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "compress/bc1/fit-inl.h"
+#include "compress/bc4/fast-inl.h"
 #include "compress/bc4/fit-inl.h"
 #include "compress/bc4/search.h"
 #include "compress/block/texel_rows-inl.h"
@@ -29,7 +30,10 @@ class Bc1Rows {
 
 public:
     explicit Bc1Rows(const EncodeOptions& options)
-        : colour_(bc1SearchOf(options.effort), options, !kHasAlpha), alpha_(bc3AlphaSearchOf(options.effort)) {}
+        : colour_(bc1SearchOf(options.effort), options, !kHasAlpha),
+          alpha_(bc3AlphaSearchOf(options.effort)),
+          fastAlpha_(kBc4Unorm),
+          alphaIsFast_(bc3AlphaSearchOf(options.effort).usesFastKernel()) {}
 
     /// Encodes Lanes(d) blocks.
     /// texels   four rows of 4 Lanes(d) texels of four floats
@@ -39,23 +43,37 @@ public:
     bool run(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::uint32_t* out) {
         Bc1Texels<D>& into = colour_.texels();
         const F least = hn::Zero(D()), most = hn::Set(D(), 1.0f);
-        F alpha[kTexelCount];
+        F alpha[kTexelCount], lowest, highest;
         bool clamped;
-        if constexpr (kHasAlpha)
-            clamped = loadTexels<D, 4>(texels, least, most, std::array<F*, 4>{into.value[0], into.value[1], into.value[2], alpha});
-        else
+        if constexpr (kHasAlpha) {
+            loadTexels<D, 4>(texels, std::array<F*, 4>{into.value[0], into.value[1], into.value[2], alpha});
+            clamped = clampTexels<D>(least, most, alpha, lowest, highest);
+            for (F(&plane)[kTexelCount] : into.value) {
+                F low, high;
+                clamped |= clampTexels<D>(least, most, plane, low, high);
+            }
+        } else {
             clamped = loadTexels<D, 3>(texels, least, most, std::array<F*, 3>{into.value[0], into.value[1], into.value[2]});
+        }
+        const bool weightsAreOne = !weights || areWeightsOne<D>(*weights);
         hn::Mask<D> nothing;
-        if (weights)
-            loadWeights<D>(*weights, into.weight, nothing);
-        else
+        if (weightsAreOne)
             for (F& w : into.weight) w = most;
+        else
+            loadWeights<D>(*weights, into.weight, nothing);
         hn::Vec<DU> ends, indices;
-        into.measure(!weights);
+        into.measure(weightsAreOne);
         colour_.run(ends, indices);
         if constexpr (kHasAlpha) {
             hn::Vec<DU> low, high;
-            alpha_.run(alpha, into.weight, !weights, low, high);
+            if (alphaIsFast_ && weightsAreOne) {
+                typename Bc4Fast<D>::Fitted fitted;
+                fastAlpha_.fit(alpha, lowest, highest, fitted);
+                fastAlpha_.pack(fitted, low, high);
+            } else {
+                alpha_.run(alpha, into.weight, weightsAreOne, low, high);
+                if (alphaIsFast_) fastAlpha_.replaceUnweighted(alpha, lowest, highest, into.weight, low, high);
+            }
             hn::StoreInterleaved4(low, high, ends, indices, DU(), out);
         } else {
             hn::StoreInterleaved2(ends, indices, DU(), out);
@@ -66,6 +84,8 @@ public:
 private:
     Bc1Fit<D> colour_;
     Bc4Fit<D> alpha_;
+    Bc4Fast<D> fastAlpha_;
+    const bool alphaIsFast_;
 };
 
 }  // namespace HWY_NAMESPACE

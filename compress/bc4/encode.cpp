@@ -31,13 +31,12 @@ bool fitRows(const TexelRows& rows, const Bc4Search& search, const Bc4Codes& cod
     using D = hn::ScalableTag<float>;
     constexpr std::size_t kBytes = 8 * kChannels;
     Bc4Rows<D, kChannels> fit(search, codes);
-    HWY_ALIGN std::uint32_t words[2 * kChannels * hn::MaxLanes(D())];
     bool clamped = false;
     forEachVector<D>(rows, [&](const auto& texels, const auto* weights, std::size_t count) {
-        clamped |= fit.run(texels, weights, words);
-        std::memcpy(out, words, kBytes * count);
+        clamped |= fit.run(texels, weights, count, out);
         out += kBytes * count;
     });
+    fit.finish();
     return clamped;
 }
 bool fitBc4Rows(const TexelRows& rows, const Bc4Search& search, const Bc4Codes& codes, std::byte* out) {
@@ -141,7 +140,7 @@ const Bc4Search& bc3AlphaSearchOf(int effort) {
     // clang-format off
     static constexpr std::array<Bc4Search, 3> kSearches = {{
         // starts plainStarts thresholds thresholdStarts startsPerDescent refits passes reach polishEach sixValues exhaustive
-        {       2,          0,         0,              0,               2,     0,     0,    0,     false,    false,     false},  // effort 0
+        {       3,          0,         0,              0,               3,     0,     0,    0,     false,    false,     false},  // effort 0
         {       4,          1,         1,              1,               4,     0,     0,    0,     false,     true,     false},
         {       8,          3,         2,              2,               8,     0,     0,    0,     false,     true,     false},
     }};

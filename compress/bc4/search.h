@@ -18,6 +18,10 @@ struct Bc4Search {
     bool polishEach;       ///< six-value mode: polishes the best of each group of starts, not only the best of all
     bool sixValues;        ///< also tries the six-value mode
     bool exhaustive;       ///< searches all pairs of endpoints at the end (exact-inl.h)
+
+    /// Returns true at effort 0, where rows of blocks whose texels all weigh 1 go through the fast kernel (fast-inl.h). It has the same
+    /// starts and nothing else.
+    bool usesFastKernel() const { return !sixValues; }
 };
 
 /// Maps a value to codes: value * scale + offset, from 0 to the largest. The bytes -127 .. 127 of the signed formats count from 0 too;

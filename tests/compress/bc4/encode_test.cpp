@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "compress/block/block.h"
+#include "compress/block/decode.h"
 #include "tests/compress/codec_images.h"
 
 namespace lightcook::compress::test {
@@ -124,6 +125,36 @@ std::vector<Block> gatheredBlocks(const TexelImage& image, formats::ImageView<co
             }
         }
     return blocks;
+}
+
+/// The fast kernel of effort 0 makes the search of the other kernel in 16-bit integers.
+TEST(Bc4, TheFastKernelIsAsGoodAsTheOther) {
+    Random random(26);
+    constexpr int kBlocks = 1024;
+    for (const float scale : {1.0f, 0.1f, 0.01f, 0.001f}) {
+        std::vector<std::array<double, 16>> blocks(kBlocks);
+        for (auto& codes : blocks) codes = randomCodes(random);
+        const float offset = (1 - scale) * random.unit();
+        const auto image = imageOf(4 * kBlocks, 4, [&](int x, int y) {
+            const double code = blocks[static_cast<std::size_t>(x / 4)][static_cast<std::size_t>(y * 4 + x % 4)];
+            return glm::vec4(offset + scale * static_cast<float>(code / 255), 0, 0, 1);
+        });
+        const Encoded fast = encode(PixelFormat::Bc4, image, effort(0));
+        const std::vector<Block> gathered = gatheredBlocks(image, {});
+        std::vector<std::byte> bytes(8 * gathered.size());
+        encodeBc4(gathered, false, effort(0), bytes.data());
+        double fastError = 0, error = 0;
+        for (int i = 0; i < kBlocks; ++i) {
+            DecodedBlock decoded;
+            decodeBlock(PixelFormat::Bc4, bytes.data() + 8 * i, decoded);
+            for (int t = 0; t < kTexelCount; ++t) {
+                const int x = 4 * i + t % 4, y = t / 4;
+                fastError += std::pow(fast.decoded.at(x, y).r - image.at(x, y).r, 2);
+                error += std::pow(decoded[static_cast<std::size_t>(t)].r - image.at(x, y).r, 2);
+            }
+        }
+        EXPECT_LE(fastError, 1.002 * error) << scale;  // 0.01 dB
+    }
 }
 
 TEST(Bc4, RowsGiveTheBytesOfBlocks) {
