@@ -57,10 +57,11 @@ struct BakeFormatInfo {
     std::string_view content;  ///< the channels or files in short, for error messages: "sh00.R .. sh08.B"
     std::string_view assumes;  ///< what no file says and the reader takes for granted, in one clause; empty: nothing
     BakeConventions implied;
-    bool hasDirections = true;   ///< false: light comes evenly from everywhere
-    bool takesEncoding = false;  ///< the first file is a colour, which LightEncoding may encode in 8 bits
-    bool takesLmbake = false;    ///< Godot writes it, with an lmbake beside it
-    bool takesAxes = true;       ///< false: its directions are those of the mesh's surfaces, which no axes turn
+    bool hasDirections = true;                       ///< false: light comes evenly from everywhere
+    bool takesEncoding = false;                      ///< the first file is a colour, which LightEncoding may encode in 8 bits
+    bool takesLmbake = false;                        ///< Godot writes it, with an lmbake beside it
+    bool takesAxes = true;                           ///< false: its directions are those of the mesh's surfaces, which no axes turn
+    std::span<const std::string_view> endings = {};  ///< of the names of its files, where a bake is several files of one name
     BakeMatch (*match)(const std::filesystem::path& file, const ExrInfo& info);
     /// Returns the files beside `file` that belong to a bake of this name, whether they exist or not. Null: there are none.
     std::vector<std::filesystem::path> (*filesBeside)(const std::filesystem::path& file);
@@ -114,6 +115,9 @@ std::string faultOfPictureSet(const std::filesystem::path& file, std::string_vie
 /// names    "sh00" for a coefficient, "sh00.R" for one colour of it
 /// subject  names the list in errors
 Result<const BakeFormatInfo*> bakeFormatOfFiles(std::span<const std::string> names, const std::string& subject);
+/// Returns the name of a bake: that of its file without extension and without the ending that the files of its format have.
+/// bake  name of the bake format that it was recognised as
+std::string nameOfBake(const std::filesystem::path& file, std::string_view bake);
 /// Returns the files that are read beside `file` under a value of the scene key `bake`, those that exist, sorted.
 std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& file, std::string_view bake);
 

@@ -49,6 +49,7 @@ constexpr std::array kBakeFormats = {
                    .content = "L0.R .. L22.B, or files _L0 .. _L22 or _packed_0 .. _packed_2",
                    .assumes = "",
                    .implied = {},
+                   .endings = kShBakerEndings,
                    .match = matchShBaker,
                    .filesBeside = filesBesideShBaker,
                    .open = openShBaker},
@@ -90,6 +91,7 @@ constexpr std::array kBakeFormats = {
                    .assumes = kUnityAxes,
                    .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
                    .takesEncoding = true,
+                   .endings = kBakeryEndings,
                    .match = matchBakerySh,
                    .filesBeside = filesBesideBakerySh,
                    .open = openBakerySh},
@@ -99,6 +101,7 @@ constexpr std::array kBakeFormats = {
                    .assumes = kUnityAxes,
                    .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
                    .takesEncoding = true,
+                   .endings = kMonoEndings,
                    .match = matchBakeryMonoSh,
                    .filesBeside = filesBesideBakeryMonoSh,
                    .open = openBakeryMonoSh},
@@ -108,6 +111,7 @@ constexpr std::array kBakeFormats = {
                    .assumes = kUnityAxes,
                    .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
                    .takesEncoding = true,
+                   .endings = kUnityEndings,
                    .match = matchUnityDirectional,
                    .filesBeside = filesBesideUnityDirectional,
                    .open = openUnityDirectional},
@@ -128,6 +132,7 @@ constexpr std::array kBakeFormats = {
                    .assumes = kTangents,
                    .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
                    .takesAxes = false,
+                   .endings = kRnmEndings,
                    .match = matchBakeryRnm,
                    .filesBeside = filesBesideRnm,
                    .open = nullptr,
@@ -139,6 +144,7 @@ constexpr std::array kBakeFormats = {
         .assumes = kTangents,
         .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
         .takesAxes = false,
+        .endings = kRnmEndings,
         .match = matchSourceRnm,
         .filesBeside = filesBesideRnm,
         .open = nullptr,
@@ -151,6 +157,7 @@ constexpr std::array kBakeFormats = {
                    .assumes = "the axes of the directions are those of the mesh; Quake's own have z up",
                    .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
                    .takesEncoding = true,
+                   .endings = kDeluxeEndings,
                    .match = matchDeluxe,
                    .filesBeside = filesBesideDeluxe,
                    .open = nullptr,
@@ -370,6 +377,16 @@ std::string faultOfPictureSet(const std::filesystem::path& file, std::string_vie
         if (match.kind == Kind::Partial && files.front() != file) incomplete.push_back({&format, match});
     }
     return incompleteSetOf(incomplete);
+}
+
+std::string nameOfBake(const std::filesystem::path& file, std::string_view bake) {
+    std::string stem = file.stem().string();
+    const BakeFormatInfo* const format = findByName(allBakeFormats(), bake);
+    std::size_t longest = 0;  // one ending may be that of another, or empty
+    for (const std::string_view ending : format != nullptr ? format->endings : std::span<const std::string_view>())
+        if (stem.size() > ending.size() && stem.ends_with(ending)) longest = std::max(longest, ending.size());
+    stem.resize(stem.size() - longest);
+    return stem;
 }
 
 std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& file, std::string_view bake) {

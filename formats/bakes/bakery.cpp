@@ -18,8 +18,6 @@ namespace {
 
 using lighting::ShRgb;
 
-constexpr std::array<std::string_view, 4> kBakeryEndings = {"_L0", "_L1x", "_L1y", "_L1z"};
-constexpr std::array<std::string_view, 2> kMonoEndings = {"_L0", "_L1"};
 /// The coefficient that each file becomes.
 constexpr std::array<std::size_t, 4> kCoefficients = {0, 3, 1, 2};
 

@@ -8,13 +8,19 @@
 // Source: z3y/ShaderGraph, ShaderLibrary/Bakery.hlsl; z3y/ShaderGraph-BuiltIn-Importer, CustomLighting/Bakery.cginc (MonoSH).
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "formats/bakes/bake_reader.h"
 
 namespace lightcook::formats {
+
+/// Endings of the names of the files.
+inline constexpr std::array<std::string_view, 4> kBakeryEndings = {"_L0", "_L1x", "_L1y", "_L1z"};
+inline constexpr std::array<std::string_view, 2> kMonoEndings = {"_L0", "_L1"};
 
 /// Matches the names of the files. Beside the complete files of the other format, a match is no more than Possible.
 BakeMatch matchBakerySh(const std::filesystem::path& file, const ExrInfo& info);

@@ -21,7 +21,6 @@ namespace {
 
 using lighting::ShRgb;
 
-constexpr std::array<std::string_view, 2> kDeluxeEndings = {"", "_deluxe"};
 constexpr float kLeastCosine = 0.25f, kShortest = 0.125f;
 /// Share of the light that renderer 2 of ioquake3 takes for light from one direction (code/renderergl2/glsl/lightall_fp.glsl). It reserves
 /// the rest as even light, so that no normal of a normal map is black.

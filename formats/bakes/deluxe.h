@@ -11,13 +11,18 @@
 // own normal shows C exactly. A direction shorter than 1/8 is none. Source: ioquake/ioq3, code/renderergl2/glsl/lightall_fp.glsl.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "formats/bakes/bake_reader.h"
 
 namespace lightcook::formats {
+
+/// Endings of the names of a light map and of its directions. Pages have numbers instead.
+inline constexpr std::array<std::string_view, 2> kDeluxeEndings = {"", "_deluxe"};
 
 /// Certain for a pair of names. Numbered pages may be plain light maps as well: the scene has to name the format.
 BakeMatch matchDeluxe(const std::filesystem::path& file, const ExrInfo& info);

@@ -15,7 +15,6 @@ namespace {
 using lighting::Sh;
 using lighting::ShRgb;
 
-constexpr std::array<std::string_view, 3> kRnmEndings = {"_RNM0", "_RNM1", "_RNM2"};
 constexpr std::size_t kDirectionCount = kRnmEndings.size();
 using Lobes = std::array<Sh, kDirectionCount>;
 

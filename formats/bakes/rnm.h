@@ -12,13 +12,18 @@
 // Sources: z3y/ShaderGraph-BuiltIn-Importer, CustomLighting/Bakery.cginc; Valve, Source SDK, lightmappedgeneric_ps2_3_x.h.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "formats/bakes/bake_reader.h"
 
 namespace lightcook::formats {
+
+/// Endings of the names of the files.
+inline constexpr std::array<std::string_view, 3> kRnmEndings = {"_RNM0", "_RNM1", "_RNM2"};
 
 BakeMatch matchBakeryRnm(const std::filesystem::path& file, const ExrInfo& info);
 /// Matches the same files, which nothing tells from those of Bakery: the scene has to name the format.

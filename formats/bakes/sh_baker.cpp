@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,14 +20,14 @@ namespace {
 using lighting::ShRgb;
 
 constexpr std::string_view kName = "sh-baker";
-constexpr std::array<std::string_view, 9> kSplit = {"_L0", "_L1m1", "_L10", "_L11", "_L2m2", "_L2m1", "_L20", "_L21", "_L22"};
-constexpr std::array<std::string_view, 3> kPacked = {"_packed_0", "_packed_1", "_packed_2"};
+constexpr std::span kSplit = std::span(kShBakerEndings).first<9>();
+constexpr std::span kPacked = std::span(kShBakerEndings).last<3>();
 constexpr int kPackedNumbers = 11;  ///< three of L0, and eight luminances
 /// Weights of the luminance that the baker packs.
 constexpr glm::vec3 kPackedLuminance{0.2126f, 0.7152f, 0.0722f};
 
 std::string channelOf(std::size_t coefficient, std::size_t colour) {
-    return fmt::format("{}.{}", kSplit.at(coefficient).substr(1), "RGB"[colour]);
+    return fmt::format("{}.{}", kSplit[coefficient].substr(1), "RGB"[colour]);
 }
 
 std::vector<std::string> shBakerChannels() {

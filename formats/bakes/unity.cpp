@@ -14,7 +14,6 @@
 namespace lightcook::formats {
 namespace {
 
-constexpr std::array<std::string_view, 2> kUnityEndings = {"_light", "_dir"};
 constexpr float kSmallestWeight = 1e-4f, kLongest = 0.75f;
 
 std::optional<DirectedResponse> responseOf(const glm::vec4& stored) {

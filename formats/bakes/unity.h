@@ -8,13 +8,18 @@
 // Source: Unity, Packages/com.unity.render-pipelines.core/ShaderLibrary/EntityLighting.hlsl (SampleDirectionalLightmap).
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "formats/bakes/bake_reader.h"
 
 namespace lightcook::formats {
+
+/// Endings of the names of the files.
+inline constexpr std::array<std::string_view, 2> kUnityEndings = {"_light", "_dir"};
 
 BakeMatch matchUnityDirectional(const std::filesystem::path& file, const ExrInfo& info);
 /// Returns both files. The extension of each is that of `file`, or the first of .exr, .hdr, .tga and .png that exists.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "formats/bake_format.h"
 #include "pipeline/json/json.h"
 #include "pipeline/scene/checks.h"
 
@@ -78,8 +79,8 @@ private:
     std::string pathOf(const fs::path& file) const {
         return tomlString(fs::absolute(file).lexically_normal().lexically_proximate(folder_).generic_string());
     }
-    std::string nameFor(const fs::path& file) {
-        const std::string name = assetNameOf(file);
+    std::string nameFor(const fs::path& file, std::string_view bake = "") {
+        const std::string name = assetNameOf(formats::nameOfBake(file, bake) + file.extension().string());
         std::string unique = name;
         for (int number = 2; !names_.insert(inLowerCase(unique)).second; ++number) unique = fmt::format("{}_{}", name, number);
         return tomlString(unique);
@@ -95,6 +96,9 @@ private:
         text_ += line("target", "\"bc\"", "bc (desktop, consoles) | astc (mobile)");
         if (!inputs_.lightMaps.empty())
             text_ += line("max_visible", "5", "of light maps: visible error that 99 % keep, in just noticeable differences");
+        // Not set: where filters read past small charts, no layout keeps it (docs/lab/experiments.md, Seams).
+        if (std::ranges::any_of(inputs_.lightMaps, [](const DraftLightMap& map) { return map.mesh.has_value(); }))
+            text_ += line("# max_seam", "5", "of edges where charts meet: the step of light that cooking may add; no limit by default");
         if (!inputs_.probes.empty() || !inputs_.gradients.empty())
             text_ +=
                 line("# max_converter_visible", "20", "the same of dominant lights, tables, probes and gradients; no limit by default");
@@ -102,7 +106,7 @@ private:
     }
     void write(const DraftLightMap& map) {
         text_ += "\n[[light_map]]\n";
-        text_ += line("name", nameFor(map.file));
+        text_ += line("name", nameFor(map.file, map.reading.bake));
         text_ += line("file", pathOf(map.file));
         const std::string evidence = map.isGuess ? "a guess: " + map.reading.evidence : map.reading.evidence;
         // lint keeps its warning of an incomplete set only where no format is named.
@@ -115,8 +119,10 @@ private:
             text_ +=
                 oneLine(fmt::format("# The file would also fit bake = \"{}\".", fmt::join(map.reading.otherReadings, "\" or \""))) + "\n";
         const bool isCoveredByMesh = map.mesh && !map.hasCoverage;
+        // A mesh gives a bake the coverage and the normals that it lacks.
         for (const std::string& assumed : map.reading.assumed)
-            if (!isCoveredByMesh || assumed != kEveryTexelIsCovered) text_ += oneLine("# Assumed: " + assumed) + "\n";
+            if (!map.mesh || (assumed != kEveryTexelIsCovered && assumed != kEverySurfaceFacesZ))
+                text_ += oneLine("# Assumed: " + assumed) + "\n";
         if (map.mesh)
             text_ += line("mesh", pathOf(*map.mesh), "TEXCOORD_1 is the light-map UV");
         else

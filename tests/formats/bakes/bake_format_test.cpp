@@ -34,6 +34,22 @@ TEST(BakeFormat, EveryRowHasWordsAndANameOfItsOwn) {
     EXPECT_THAT(bakeNames(), testing::IsSupersetOf({"auto", "sh9", "sh-baker"}));
 }
 
+TEST(BakeFormat, ABakeOfSeveralFilesHasTheNameWithoutTheirEndings) {
+    std::size_t sets = 0;
+    for (const BakeFormatInfo& format : allBakeFormats()) {
+        sets += format.endings.empty() ? 0 : 1;
+        for (const std::string_view ending : format.endings) {
+            const std::filesystem::path file = "absent/hall.v2" + std::string(ending) + ".exr";
+            EXPECT_EQ(nameOfBake(file, format.name), "hall.v2") << file;
+            if (ending.empty()) continue;  // any picture may be one of a pair
+            EXPECT_THAT(format.filesBeside(file), testing::Contains(file)) << format.name;
+        }
+    }
+    EXPECT_EQ(sets, 7u);
+    EXPECT_EQ(nameOfBake("hall_L0.exr", "flat"), "hall_L0");
+    EXPECT_EQ(nameOfBake("_L0.exr", "bakery-sh"), "_L0") << "no name would be left";
+}
+
 TEST(BakeFormat, ChannelsIdentifyAFile) {
     for (const std::string& bake : {std::string("sh9"), std::string(kAutoBake)}) {
         const auto found = findBakeFormat(bake, "map.exr", fileOf(sh9Channels()));

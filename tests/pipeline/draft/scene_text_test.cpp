@@ -84,6 +84,34 @@ TEST(SceneDraft, NamesAreUniqueAndPathsAreQuoted) {
     EXPECT_EQ(scene.probes.at(0).name, "a_3");
 }
 
+TEST(SceneDraft, AMapOfSeveralFilesHasTheNameThatTheyShare) {
+    const formats::TemporaryFolder folder;
+    DraftInputs inputs;
+    const std::pair<const char*, const char*> maps[] = {{"hall_L0", "bakery-sh"}, {"lift_light", "unity-directional"}, {"yard_L0", "flat"}};
+    for (const auto& [stem, bake] : maps) {
+        inputs.lightMaps.push_back(lightMap(folder / (std::string(stem) + ".exr")));
+        inputs.lightMaps.back().reading.bake = bake;
+    }
+    inputs.probes = {{folder / "hall.exr"}};
+    const Scene scene = roundTrip(inputs, folder / "");
+    EXPECT_EQ(scene.lightMaps.at(0).name, "hall");
+    EXPECT_EQ(scene.lightMaps[0].file.filename(), "hall_L0.exr");
+    EXPECT_EQ(scene.lightMaps.at(1).name, "lift");
+    EXPECT_EQ(scene.lightMaps.at(2).name, "yard_L0") << "a picture of one file";
+    EXPECT_EQ(scene.probes.at(0).name, "hall_2");
+}
+
+TEST(SceneDraft, OffersALimitOnSeamsWhereThereIsAMesh) {
+    DraftInputs inputs;
+    inputs.lightMaps = {lightMap("/maps/hall.exr"), lightMap("/maps/room.exr")};
+    EXPECT_THAT(draftScene(inputs, "/maps").value_or(""), Not(HasSubstr("max_seam")));
+    inputs.lightMaps[1].mesh = "/maps/room.glb";
+    inputs.lightMaps[1].reading.assumed = {"every surface faces +z", "the axes are those of the world"};
+    EXPECT_THAT(draftScene(inputs, "/maps").value_or(""), HasSubstr("\n# max_seam = 5 "));
+    EXPECT_THAT(draftScene(inputs, "/maps").value_or(""), Not(HasSubstr("faces +z"))) << "the mesh has normals";
+    EXPECT_THAT(draftScene(inputs, "/maps").value_or(""), HasSubstr("# Assumed: the axes are those of the world\n"));
+}
+
 TEST(SceneDraft, SaysWhatWasAssumedAndWhatElseTheFileMayBe) {
     DraftInputs inputs;
     inputs.lightMaps = {lightMap("/maps/flat.exr")};
