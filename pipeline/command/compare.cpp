@@ -258,6 +258,25 @@ formats::Error unknownMetric(const Json& differences, const std::string& metric)
     return {ErrorCode::InvalidRequest, "--metric", fmt::format("found {}, which {} do not have, expected {}", metric, things, expected)};
 }
 
+/// Returns the first option with which conventions of two light maps differ from the default, which says nothing of other files. Empty:
+/// there is none.
+std::string conventionOption(const formats::LightMapDescription& ofA, const formats::LightMapDescription& ofB) {
+    const Json usual = toJson(formats::LightMapDescription());
+    for (const formats::LightMapDescription& each : {ofA, ofB}) {
+        // Files are no part of the JSON.
+        if (!each.mesh.empty()) return "--mesh";
+        if (!each.lmbake.empty()) return "--lmbake";
+        const Json stated = toJson(each);
+        for (const auto& [key, value] : stated.items()) {
+            if (usual.contains(key) && usual[key] == value) continue;
+            std::string option = "--" + key;
+            std::ranges::replace(option, '_', '-');
+            return option;
+        }
+    }
+    return "";
+}
+
 }  // namespace
 
 Result<Comparison> compareFiles(const std::filesystem::path& a, const std::filesystem::path& b, const RunState& state,
@@ -272,10 +291,10 @@ Result<Comparison> compareFiles(const std::filesystem::path& a, const std::files
     }
     const ComparedMap first{a, ofA}, second{b, ofB};
     const bool areMaps = !isFirst && (isCertainLightMap(first) || isCertainLightMap(second));
-    if (!areMaps && toJson(ofA) != toJson(formats::LightMapDescription()))
+    if (const std::string option = conventionOption(ofA, ofB); !areMaps && !option.empty())
         return failure(ErrorCode::InvalidRequest, a.string(),
-                       fmt::format("found {} with conventions of a light map, expected none of these options",
-                                   isFirst ? "cooked folders" : "images or textures"));
+                       fmt::format("found {} with {}, expected light maps{}", isFirst ? "cooked folders" : "images or textures", option,
+                                   isFirst ? "" : ": name the bake format of a picture that is one, as --bake flat"));
     if (isFirst) return compareScenes(a, b);
     const auto figures = areMaps ? compareLightMaps(first, second, state) : compareImages(a, b);
     return figures.map([](const Json& json) { return Comparison{json, {}}; });
@@ -313,6 +332,10 @@ CommandFunction defineCompare(CLI::App& app) {
         const auto compared = compareFiles(options->a, options->b, session.state, ofA, ofB);
         if (!compared) return options->json.finish(session, {}, {compared.error()});
         const auto& [differences, changed] = *compared;
+        if (options->second != kSameConventions && !differences.contains("diffuse"))
+            return options->json.finish(session, {},
+                                        {{ErrorCode::InvalidRequest, "--second",
+                                          fmt::format("found {} beside files that are no light maps, expected none", options->second)}});
         warnOfChannels(session.terminal, differences, options->b);
         const auto figure = options->metric.empty() ? std::nullopt : figureOf(differences, options->metric);
         if (!options->metric.empty() && !figure)

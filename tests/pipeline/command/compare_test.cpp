@@ -219,9 +219,23 @@ TEST_F(CompareLightMaps, ReadsEachMapByItsConventions) {
     EXPECT_EQ(error(ofBake, {}), 0);
     EXPECT_GT(error({}, {}), 0.1);
     EXPECT_GT(error(ofBake, ofBake), 0.1);
-    const auto image = compareFiles(this->image("a.exr", 0.5f), this->image("b.exr", 0.5f), RunState(), ofBake, {});
-    ASSERT_FALSE(image);
-    EXPECT_THAT(image.error().line(), HasSubstr("found images or textures with conventions of a light map"));
+}
+
+TEST_F(CompareLightMaps, OtherFilesHaveNoConventions) {
+    const auto refusal = [&](const formats::LightMapDescription& ofA, const formats::LightMapDescription& ofB) {
+        const auto compared = compareFiles(image("a.exr", 0.5f), image("b.exr", 0.5f), RunState(), ofA, ofB);
+        if (compared) return std::string("not refused");
+        EXPECT_EQ(compared.error().code, formats::ErrorCode::InvalidRequest);
+        return compared.error().line();
+    };
+    formats::LightMapDescription turned, onMesh, spread;
+    turned.phase = formats::ShPhase::CondonShortley;
+    onMesh.mesh = folder_ / "room.glb";
+    spread.fireflyLimit = 10;
+    EXPECT_THAT(refusal(turned, turned), HasSubstr("a.exr: found images or textures with --phase, expected light maps: name the bake"));
+    EXPECT_THAT(refusal(onMesh, {}), HasSubstr("with --mesh, expected light maps"));
+    EXPECT_THAT(refusal({}, spread), HasSubstr("with --firefly-limit, expected light maps"));
+    EXPECT_EQ(refusal({}, {}), "not refused");
 }
 
 TEST_F(CompareLightMaps, RefusesOtherSizes) {
