@@ -23,34 +23,74 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-/// An open file that is locked against other programs until it is closed.
+/// An open file that is locked against other programs until it is closed. One that this program makes, and has nothing to write to, goes
+/// again.
 class LockedFile {
 public:
-    explicit LockedFile(const std::filesystem::path& file)
-        : descriptor_(::open(file.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0644)) {
-        if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
+    explicit LockedFile(const std::filesystem::path& file) : file_(file) {
+        // Another program that held the lock may have removed the file that it had made.
+        do {
+            close();
+            isNew_ = open(O_EXCL);
+            if (descriptor_ < 0 && errno == EEXIST) open(0);
+            if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
+        } while (descriptor_ >= 0 && !isInPlace());
     }
     LockedFile(const LockedFile&) = delete;
     LockedFile& operator=(const LockedFile&) = delete;
     ~LockedFile() {
-        if (descriptor_ >= 0) ::close(descriptor_);
+        if (descriptor_ >= 0 && isNew_) ::unlink(file_.c_str());
+        close();
     }
 
     bool isOpen() const { return descriptor_ >= 0; }
-    /// Appends a text whole, or cuts the file to its old length and returns false.
-    bool append(const std::string& text) const {
+    /// Appends a text whole. Else cuts the file to its old length, and returns false with the cause in errno.
+    bool append(const std::string& text) {
         struct stat before {};
         if (::fstat(descriptor_, &before) != 0) return false;
         const ssize_t written = ::write(descriptor_, text.data(), text.size());
-        if (written == static_cast<ssize_t>(text.size()) && ::fsync(descriptor_) == 0) return true;
+        if (written >= 0 && written < static_cast<ssize_t>(text.size())) errno = ENOSPC;
+        if (written == static_cast<ssize_t>(text.size()) && ::fsync(descriptor_) == 0) {
+            isNew_ = false;
+            return true;
+        }
         const int cause = errno;
-        if (::ftruncate(descriptor_, before.st_size) != 0) errno = cause;
+        [[maybe_unused]] const int cut = ::ftruncate(descriptor_, before.st_size);
+        errno = cause;
         return false;
     }
 
 private:
-    int descriptor_;
+    bool open(int mode) {
+        descriptor_ = ::open(file_.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC | mode, 0644);
+        return descriptor_ >= 0;
+    }
+    void close() {
+        if (descriptor_ >= 0) ::close(descriptor_);
+        descriptor_ = -1;
+    }
+    /// Returns true if the file of this name is the open one.
+    bool isInPlace() const {
+        struct stat own {
+        }, named{};
+        return ::fstat(descriptor_, &own) != 0 ||
+               (::stat(file_.c_str(), &named) == 0 && own.st_dev == named.st_dev && own.st_ino == named.st_ino);
+    }
+
+    std::filesystem::path file_;
+    int descriptor_ = -1;
+    bool isNew_ = false;
 };
+
+/// Refuses a folder, and a device or a pipe, which has no lines to be read before the next one is appended.
+Result<void> checkKind(const std::filesystem::path& file) {
+    std::error_code code;
+    if (std::filesystem::is_directory(file, code))
+        return failure(ErrorCode::InvalidRequest, file.string(), "found a folder, expected the name of a history file");
+    if (std::filesystem::exists(file, code) && !std::filesystem::is_regular_file(file, code))
+        return failure(ErrorCode::InvalidRequest, file.string(), "found a device or a pipe, expected the name of a history file");
+    return {};
+}
 
 Result<std::vector<HistoryLine>> linesOf(const std::string& text, const std::filesystem::path& file) {
     std::vector<HistoryLine> lines;
@@ -91,6 +131,7 @@ HistoryLine historyLine(const Report& report, std::string target) {
 
 Result<std::vector<HistoryLine>> readHistory(const std::filesystem::path& file) {
     std::error_code code;
+    if (auto checked = checkKind(file); !checked) return tl::make_unexpected(checked.error());
     if (!std::filesystem::exists(file, code)) return std::vector<HistoryLine>();
     const auto text = readFile(file);
     if (!text) return tl::make_unexpected(text.error());
@@ -98,13 +139,10 @@ Result<std::vector<HistoryLine>> readHistory(const std::filesystem::path& file) 
 }
 
 Result<std::vector<HistoryLine>> appendHistory(const std::filesystem::path& file, const std::vector<HistoryLine>& lines) {
-    std::error_code code;
-    if (std::filesystem::is_directory(file, code))
-        return failure(ErrorCode::InvalidRequest, file.string(), "found a folder, expected the name of a history file");
     // Read before the file is opened for writing: a wrong file is not touched.
     if (auto present = readHistory(file); !present) return present;
     if (auto made = makeFolder(file.parent_path()); !made) return tl::make_unexpected(made.error());
-    const LockedFile locked(file);
+    LockedFile locked(file);
     if (!locked.isOpen())
         return failure(ErrorCode::Internal, file.string(),
                        fmt::format("found '{}', expected to append to this file", std::strerror(errno)));

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <csignal>
 
 #include "pipeline/command/terminal/printing.h"
 #include "pipeline/graph/files.h"
@@ -358,6 +361,57 @@ TEST_F(History, AnotherFileIsRefusedAndLeftAlone) {
     const std::string text = *readFile(good);
     write("good.jsonl", text.substr(0, text.size() - 1));
     EXPECT_FALSE(appendHistory(good, lines)) << "a line without its end was cut off";
+}
+
+/// Lets no file of this process grow beyond a size, as a full disk does.
+class FullDisk {
+public:
+    explicit FullDisk(rlim_t bytes) : signal_(std::signal(SIGXFSZ, SIG_IGN)) {
+        ::getrlimit(RLIMIT_FSIZE, &before_);
+        const rlimit limited = {bytes, before_.rlim_max};
+        ::setrlimit(RLIMIT_FSIZE, &limited);
+    }
+    FullDisk(const FullDisk&) = delete;
+    FullDisk& operator=(const FullDisk&) = delete;
+    ~FullDisk() {
+        ::setrlimit(RLIMIT_FSIZE, &before_);
+        std::signal(SIGXFSZ, signal_);
+    }
+
+private:
+    rlimit before_{};
+    void (*signal_)(int);
+};
+
+TEST_F(History, IsWrittenWholeOrNotAtAll) {
+    const std::vector<HistoryLine> first = {historyLine(twoScenes()[0].report, "bc")}, second = {historyLine(twoScenes()[1].report, "bc")};
+    const fs::path fresh = folder_ / "fresh.jsonl", file = folder_ / "history.jsonl";
+    ASSERT_TRUE(appendHistory(file, first));
+    const std::string text = *readFile(file);
+    for (const fs::path& each : {fresh, file}) {
+        formats::Result<std::vector<HistoryLine>> appended;
+        {
+            const FullDisk full(text.size() + 20);  // for a part of the line
+            appended = appendHistory(each, each == fresh ? std::vector{first[0], second[0]} : second);
+        }
+        ASSERT_FALSE(appended) << each;
+        EXPECT_EQ(appended.error().code, formats::ErrorCode::Internal);
+        EXPECT_THAT(appended.error().line(), HasSubstr("expected to append to this file"));
+    }
+    EXPECT_FALSE(fs::exists(fresh)) << "no empty file stays behind";
+    EXPECT_EQ(*readFile(file), text);
+    ASSERT_TRUE(appendHistory(file, second));
+    EXPECT_EQ(readHistory(file)->size(), 2u);
+}
+
+TEST_F(History, ADeviceIsNone) {
+    for (const char* device : {"/dev/full", "/dev/null"}) {
+        const auto read = readHistory(device);
+        ASSERT_FALSE(read) << device;
+        EXPECT_EQ(read.error().code, formats::ErrorCode::InvalidRequest);
+        EXPECT_THAT(read.error().line(), HasSubstr("found a device or a pipe"));
+        EXPECT_FALSE(appendHistory(device, {}));
+    }
 }
 
 }  // namespace
