@@ -12,6 +12,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
 #include "pipeline/cook/cook.h"
+#include "pipeline/cook/depfile.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/history.h"
 #include "pipeline/report/report.h"
@@ -89,6 +90,10 @@ int runCook(Session& session, CookCommand& command) {
     // A file that is no history is refused before the cook.
     if (!command.history.empty())
         if (const auto history = readHistory(command.history); !history) return session.finish(history);
+    // Quiet cooks are those of `plan`, whose depfiles Make does not read.
+    if (scene && command.cook.depfile && session.terminal.verbosity() != Verbosity::Quiet)
+        if (const auto warning = warningForMake(*scene, cookedFolder(*scene, command.cook.output)))
+            session.terminal.warning(warning->subject, warning->detail);
     Outcome outcome = scene ? cookScene(std::move(*scene), command.cook, session.state) : outcomeOf(scene.error());
     std::vector<formats::Error> errors = command.files.write(session, "cook", outcome, command.cook.scene, {});
     if (!command.history.empty() && outcome.report.is_object()) {
