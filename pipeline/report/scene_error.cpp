@@ -299,7 +299,7 @@ bool isFiltering(const ErrorPart& part) {
 const char* remedyOf(const ErrorPart& part) {
     switch (part.kind) {
         case AssetKind::LightMap:
-            return "a richer light_map_layout buys most";
+            return "a richer layout (a stricter max_visible or max_error, or another light_map_layout) buys most";
         case AssetKind::Dominant:
             if (isFiltering(part))
                 return "filtering between texels makes it, and only more texels reduce it: take dominant_layout = \"full\" if it has "

@@ -182,6 +182,12 @@ TEST(SceneError, EveryKindOfLightTakesPartByItsOwnRms) {
     EXPECT_THAT(adviceOf(readWhole(whole).shading), HasSubstr("the dominant light 'map_dominant', in analytic specular light"));
 }
 
+/// The layout may be a named one, or "auto" within a limit: rows of a cook and of a verification do not tell which.
+TEST(SceneError, AdvisesAStricterLimitOrAnotherLayoutForALightMap) {
+    EXPECT_THAT(adviceOf(readWhole(wholeOf({lightMap("map", 0.1, 0, 1, 0)})).shading),
+                HasSubstr("a richer layout (a stricter max_visible or max_error, or another light_map_layout) buys most."));
+}
+
 /// Finer codes of a dominant light do not reduce what filtering between its texels makes.
 TEST(SceneError, AdvisesMoreTexelsWhereFilteringIsTheError) {
     const auto advice = [](double magnified, double total) {
