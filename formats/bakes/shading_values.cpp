@@ -103,7 +103,8 @@ private:
 Result<std::vector<ShadingValue>> readShadingValues(const std::filesystem::path& file, int width, int height) {
     const auto text = readWholeText(file);
     if (!text) return tl::make_unexpected(text.error());
-    std::istringstream in(*text);
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // spreadsheets write one
+    std::istringstream in(text->starts_with(kByteOrderMark) ? text->substr(kByteOrderMark.size()) : *text);
     std::string line;
     if (!std::getline(in, line) || withoutReturn(line) != kColumns)
         return failure(ErrorCode::FileUnreadable, file.string() + ", line 1",

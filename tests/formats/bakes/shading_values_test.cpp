@@ -50,6 +50,12 @@ TEST_F(ShadingValues, BothKindsAreRead) {
     EXPECT_NEAR(glm::length(specular.direction), 1, 1e-15);
 }
 
+TEST_F(ShadingValues, AByteOrderMarkIsLeftOut) {
+    const auto values = read("\xEF\xBB\xBF" + kHead + "1,2,lambert,0,0,0,0,1,1,1,1\r\n");
+    ASSERT_TRUE(values.has_value()) << values.error().line();
+    EXPECT_EQ(values->size(), 1u);
+}
+
 TEST_F(ShadingValues, ImpossibleValuesAreRefusedByLine) {
     expectRefused("1,2,lambert,0,0,0,0,1,1,1", ErrorCode::WrongShape, "10 columns");
     expectRefused("1,2,lambert,0,0,0,0,1,1,1,1,1", ErrorCode::WrongShape, "12 columns");
