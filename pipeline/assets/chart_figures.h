@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "pipeline/json/json_fields.h"
@@ -33,17 +34,32 @@ void describe(Fields& fields, Self& chart) {
     fields.required("worst", chart.worst, "x and y of the texel with the largest");
 }
 
+/// A chart of fewer than 16 texels that holds the place of a largest visible error.
+struct FewTexels {
+    std::string shading;
+    double texels = 0;  ///< area of its triangles
+};
+template <class Fields, Is<FewTexels> Self>
+void describe(Fields& fields, Self& few) {
+    fields.required("shading", few.shading, "diffuse or specular: whose largest visible error of the last stage lies there");
+    fields.required("texels", few.texels, kFigure, "area of the chart's triangles [texels]");
+}
+
 /// The charts of a light map that has a mesh.
 struct ChartSummary {
     std::int64_t count = 0;
     std::vector<ChartFigures> largest;  ///< those of most texels first
     std::optional<ChartFigures> rest;   ///< all others together
+    std::vector<FewTexels> few = {};    ///< of the last stage; none where charts were packed
 };
 template <class Fields, Is<ChartSummary> Self>
 void describe(Fields& fields, Self& charts) {
     fields.required("count", charts.count, "charts");
     fields.required("largest", charts.largest, "the largest charts, those with most texels first");
     fields.optional("rest", charts.rest, "all other charts together");
+    fields.presentIf(!charts.few.empty(), "few_texels", charts.few,
+                     "charts of fewer than 16 texels that hold a largest visible error: filters read texels beside them, and no layout "
+                     "lowers the error much");
 }
 
 }  // namespace lightcook::pipeline

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/light_map/small_charts.h"
 #include "pipeline/assets/light_map/unpacked_errors.h"
 #include "pipeline/report/alternatives.h"
 #include "pipeline/report/captions.h"
@@ -223,12 +225,28 @@ Html mipTable(const Json& asset) {
                     text(fmt::format("{} level{} with level 0; no further one: {}.", mips.size() + 1, mips.empty() ? "" : "s", end))));
 }
 
+/// Returns why no layout helps the place of the largest visible error, if it lies in a chart that filters read past; else "". The page of
+/// `view` says the same (viewer/src/main.js).
+std::string fewTexelsWords(const Json& charts, const char* shading) {
+    for (const Json& few : list(charts, "few_texels")) {
+        const double texels = number(member(few, "texels"));
+        if (member(few, "shading") != shading || !(texels < kFewTexels)) continue;
+        return fmt::format(
+            "Its chart has {}, and filters read those beside it: no layout lowers this error much. Give the chart more texels in the bake.",
+            counted(static_cast<std::uint64_t>(std::max(1.0, std::round(texels))), "texel"));
+    }
+    return "";
+}
+
 /// Returns a row with the place of the largest visible error and both colours. Empty without one.
-Html visibleRow(const char* shading, const Json& visible) {
+Html visibleRow(const char* shading, const Json& visible, const Json& charts) {
     const Json& at = member(visible, "max_at");
     if (placeWords(at).empty()) return {};
+    Html where = text(placeWords(at));
+    if (const std::string remark = fewTexelsWords(charts, shading); !remark.empty())
+        where += element("span", {{"class", "sub"}}, text(remark));
     return element("tr", element("th", {{"scope", "row"}}, text(fmt::format("{}, largest visible error", shading))) +
-                             numberCell(visibleNumber(visible, "max")) + element("td", text(placeWords(at))) +
+                             numberCell(visibleNumber(visible, "max")) + element("td", where) +
                              numberCell(text(colourWords(member(at, "reference")))) + numberCell(text(colourWords(member(at, "found")))));
 }
 
@@ -249,7 +267,7 @@ Html worstTable(const Json& asset) {
                                       numberCell(figureMarkup(error, "max_sampled")) + element("td", text(placeWords(at))) +
                                       numberCell(light("reference")) + numberCell(light("found")));
         }
-        rows += visibleRow(shading, member(error, "visible"));
+        rows += visibleRow(shading, member(error, "visible"), member(asset, "charts"));
     }
     if (rows.isEmpty()) return {};
     const Html head = headCell("Worst") + headCell("Error", "num") + headCell(isPacked ? "Where, in the bake" : "Where") +

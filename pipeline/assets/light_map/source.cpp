@@ -18,7 +18,7 @@ namespace {
 using formats::LightMapStrip;
 using formats::Result;
 
-std::size_t bytesOf(const LightMapStrip& strip) {
+std::size_t bytesOfStrip(const LightMapStrip& strip) {
     const auto bytes = [](const auto& image) { return image.texels().size() * sizeof(image.texels().front()); };
     return bytes(strip.sh) + bytes(strip.covered) + bytes(strip.normal) + bytes(strip.chart);
 }
@@ -160,7 +160,7 @@ Result<std::shared_ptr<const LightMapStrip>> LightMapSource::chunk(int index) {
         if (!chunk) return tl::make_unexpected(chunk.error());
         slot->chunk = std::make_shared<const LightMapStrip>(std::move(*chunk));
     }
-    owner_.keep(*this, index, bytesOf(*slot->chunk));
+    owner_.keep(*this, index, bytesOfStrip(*slot->chunk));
     return slot->chunk;
 }
 

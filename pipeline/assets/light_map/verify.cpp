@@ -18,6 +18,7 @@
 #include "pipeline/assets/light_map/mesh_view.h"
 #include "pipeline/assets/light_map/mip_errors.h"
 #include "pipeline/assets/light_map/seams.h"
+#include "pipeline/assets/light_map/small_charts.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/light_map/texel_squares.h"
 #include "pipeline/assets/light_map/unpacked_errors.h"
@@ -388,6 +389,8 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     if (!truth->isEmpty()) result->groundTruth = toJson(verify::lightMapTruth(whole->truthPlaces, parameters->shading.lobe, viewing));
     if (charts) result->charts = whole->charts.summary(*charts, asset->totalBytesGpu(), std::int64_t{bake.width()} * bake.height());
     const auto triangles = mesh ? litTriangles(*mesh) : std::vector<verify::SurfaceTriangle>();
+    // Where charts were packed, places of the last stage are of the bake from before, and these triangles are not.
+    if (charts && !*before) result->charts->few = fewTexelsOf(result->verdict.stages.back(), triangles, {bake.width(), bake.height()});
     const std::array maps = {ComparedMap{context.action.asset, bake, *cooked}};
     const LitSurface surface{maps, triangles, viewing};
     auto pictures = writeWorstPlaces(whole->worst, surface, context);

@@ -100,6 +100,21 @@ protected:
     const formats::TemporaryFolder folder_;
 };
 
+TEST_F(ReportHtml, ChartsOfFewTexelsAreNamedInTheWordsOfTheViewer) {
+    Json asset = assetWith(figures(0.0123), figures(0.00412));
+    for (const char* shading : {"diffuse", "specular"})
+        asset["stages"][0]["error"][shading]["visible"] = {{"max", 80.5}, {"max_at", {{"texel", {12.5, 7}}}}};
+    asset["charts"] = {{"count", 1}, {"largest", Json::array()}, {"few_texels", Json::array({{{"shading", "specular"}, {"texels", 3.2}}})}};
+    const std::string page = render(reportOf(Json::array({asset})));
+    const std::string rest = " and filters read those beside it: no layout lowers this error much. Give the chart more texels in the bake.";
+    EXPECT_EQ(occurrences(page, "Its chart has 3 texels," + rest), 1u) << "of specular light alone";
+    const auto viewer = readFile(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "viewer/src/main.js");
+    ASSERT_TRUE(viewer.has_value());
+    EXPECT_THAT(*viewer, HasSubstr(rest));
+    asset["charts"]["few_texels"] = {1, {{"shading", "specular"}, {"texels", "many"}}};
+    EXPECT_THAT(render(reportOf(Json::array({asset}))), Not(HasSubstr("Its chart has"))) << "a damaged report";
+}
+
 TEST(Html, EscapesWhatCouldBecomeMarkup) {
     EXPECT_EQ(text("<a href=\"x\">'&'</a>").markup(), "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;&lt;/a&gt;");
     EXPECT_EQ(text(std::string_view("a\0b\x1b", 4)).markup(), "a\uFFFDb\uFFFD");
