@@ -17,8 +17,9 @@ namespace lightcook::compress {
 /// texels        the texels of the row, 1 .. 4 high, as given to the encoder
 /// significance  as given to the encoder; an empty view weights every texel by 1
 /// options       rdo: the RMS error of the row, weighted and in the encoder's own metric, grows by at most this share. If that metric is
-///               not linear, so does the RMS error of the values, weighted by the roots of the weights. A row without error changes only
-///               where that costs nothing
+///               not linear, so does the RMS error of the values, weighted by the roots of the weights; if it is linear, no texel of
+///               padding (weight of 1/1024 to 1/2 of the heaviest) adds more than 16 times the RMS error of the row to its own. A row
+///               without error changes only where that costs nothing
 /// row           the encoded blocks of these texels; supportsRdo(format) is true
 /// The result depends on the row alone, so an image may be cut between any two rows of blocks.
 void reduceRow(formats::PixelFormat format, formats::ImageView<const glm::vec4> texels, formats::ImageView<const float> significance,

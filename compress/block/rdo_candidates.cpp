@@ -16,6 +16,11 @@ using formats::PixelFormat;
 /// Maximum distance of the source, in blocks: of a whole block; of a part, which has to be decoded; of a head, which needs new indices.
 constexpr std::size_t kWholeReach = 128, kPartReach = 24, kHeadReach = 32;
 
+/// Weights of padding, over the largest of the row: below the first, and at least the second. Texels of lower weight are read by no filter.
+constexpr float kPaddingWeight = 0.5f, kReadWeight = 0x1p-10f;
+/// A texel of padding may exceed its error by this many times the mean of the row, of the squared errors of its texels.
+constexpr float kPaddingGrowth = 256;
+
 /// Returns the byte ranges of a format that can be copied: the whole block first, then its independent parts (endpoints, indices, one of
 /// two channels).
 std::span<const ByteRange> rangesOf(PixelFormat format) {
@@ -77,6 +82,7 @@ RowCandidates::RowCandidates(PixelFormat format, ImageView<const glm::vec4> texe
     }
     const auto inverse = [](double error) { return error > 0 ? std::min(1 / error, 1e30) : 1; };
     scale_ = {inverse(total_.metric), inverse(total_.value)};
+    if (metric_.isLinear()) limitPadding();
 }
 
 void RowCandidates::find() {
@@ -110,6 +116,38 @@ void RowCandidates::scaleWeights(ImageView<const float> significance) {
     significanceExponent_ = largest > 0 ? -std::ilogb(largest) : 0;
     const float channel = *std::max_element(options_.channelWeights.begin(), options_.channelWeights.end());
     channelExponent_ = channel > 0 ? -std::ilogb(channel) : 0;
+}
+
+/// Sets the limits of the texels that weigh little beside the heaviest of the row, but are read by filters: padding.
+void RowCandidates::limitPadding() {
+    const auto weightOf = [&](const RowBlock& block, std::size_t t) {
+        float weight = 0;
+        for (std::size_t c = 0; c < metric_.channelCount(); ++c) weight += block.weights.metric[c][t];
+        return weight;
+    };
+    float largest = 0;
+    double totalWeight = 0;
+    for (const RowBlock& block : blocks_)
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            const float weight = weightOf(block, t);
+            largest = std::max(largest, weight);
+            totalWeight += static_cast<double>(weight);
+        }
+    const auto mean = static_cast<float>(totalWeight > 0 ? total_.metric / totalWeight : 0);
+    for (RowBlock& block : blocks_) {
+        TexelErrors own = errorsOf(block.decoded.metric, block.wanted.metric, block.weights.metric);
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            const float weight = weightOf(block, t);
+            if (weight < kPaddingWeight * largest && weight >= kReadWeight * largest)
+                block.limits[t] = own[t] + kPaddingGrowth * mean * weight;
+        }
+    }
+}
+
+/// Makes the error of each texel beyond its limit infinite.
+void RowCandidates::applyLimits(const RowBlock& block, TexelErrors& errors) {
+    for (std::size_t t = 0; t < kTexelCount; ++t)
+        errors[t] = errors[t] > block.limits[t] ? std::numeric_limits<float>::infinity() : errors[t];
 }
 
 /// Reads the texels and the encoded block j.
@@ -149,18 +187,21 @@ bool RowCandidates::decode(const std::byte* bytes, Texels& texels) const {
     return isOurs;
 }
 
+/// Returns the weighted squared error of each texel.
+RowCandidates::TexelErrors RowCandidates::errorsOf(const Planes& found, const Planes& wanted, const Planes& weights) const {
+    TexelErrors sums{};
+    for (std::size_t c = 0; c < metric_.channelCount(); ++c)
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            const float difference = found[c][t] - wanted[c][t];
+            sums[t] += weights[c][t] * difference * difference;
+        }
+    return sums;
+}
+
 RowError RowCandidates::errorOf(const RowBlock& block, const Texels& texels) const {
-    const auto sumOf = [&](const Planes& found, const Planes& wanted, const Planes& weights) {
-        std::array<float, kTexelCount> sums{};
-        for (std::size_t c = 0; c < metric_.channelCount(); ++c)
-            for (std::size_t t = 0; t < kTexelCount; ++t) {
-                const float difference = found[c][t] - wanted[c][t];
-                sums[t] += weights[c][t] * difference * difference;
-            }
-        return sum(sums);
-    };
-    return {sumOf(texels.metric, block.wanted.metric, block.weights.metric),
-            hasValueError_ ? sumOf(texels.value, block.wanted.value, block.weights.value) : 0};
+    TexelErrors metric = errorsOf(texels.metric, block.wanted.metric, block.weights.metric);
+    applyLimits(block, metric);
+    return {sum(metric), hasValueError_ ? sum(errorsOf(texels.value, block.wanted.value, block.weights.value)) : 0};
 }
 
 /// Finds the candidates of block j. Blocks must be visited in order, because heads_ keeps the heads of the last ones.
@@ -212,7 +253,7 @@ RowCandidates::Head RowCandidates::headAt(std::size_t j) const {
 
 /// Returns the errors of a block with this head and the indices that cost least. indices, if not null, receives these.
 RowError RowCandidates::errorWith(const RowBlock& block, const Head& head, Indices* indices) const {
-    using Sums = std::array<float, kTexelCount>;
+    using Sums = TexelErrors;
     const auto scale = static_cast<float>(scale_.metric), valueScale = static_cast<float>(scale_.value);
     Sums metricSums{}, valueSums{};
     for (std::size_t s = 0; s < static_cast<std::size_t>(head.form.setCount); ++s) {
@@ -253,6 +294,7 @@ RowError RowCandidates::errorWith(const RowBlock& block, const Head& head, Indic
         }
         for (std::size_t t = 0; indices && t < kTexelCount; ++t) (*indices)[s][t] = static_cast<std::uint8_t>(which[t]);
     }
+    applyLimits(block, metricSums);
     return {sum(metricSums), sum(valueSums)};
 }
 

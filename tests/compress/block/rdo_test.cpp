@@ -138,6 +138,48 @@ TEST(ReduceRow, TexelsWithoutSignificanceAreFreeAndExactOnesStayExact) {
     }
 }
 
+/// The largest squared error that a texel of padding adds to its own, over the mean squared error of the texels, both of the plain blocks.
+/// Every second block of the row is padding, of noise, with this weight.
+double worstGrowthOfPadding(PixelFormat format, float weight, float rdo) {
+    constexpr int kWidth = 256;
+    Random random(8);
+    const auto isPadding = [](int x) { return x / 4 % 2 == 1; };
+    const auto image = imageOf(kWidth, 4, [&](int x, int y) {
+        const float near = isPadding(x) ? random.unit() : 0.4f + 0.002f * static_cast<float>(x % 4 + y) + 0.02f * random.unit();
+        return glm::vec4(near, near * 0.9f, near * 0.8f, 1);
+    });
+    formats::Image<float> significance(kWidth, 4, 1.0f);
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            if (isPadding(x)) significance.at(x, y) = weight;
+    EncodeOptions options = effort(3);
+    const Encoded plain = encode(format, image, options, significance.view());
+    options.rdo = rdo;
+    const Encoded reduced = encode(format, image, options, significance.view());
+    const auto errorAt = [&](const Encoded& encoded, int x, int y) {
+        double sum = 0;
+        for (int c = 0; c < formats::info(format).channelCount; ++c)
+            sum += std::pow(static_cast<double>(encoded.decoded.at(x, y)[c]) - static_cast<double>(image.at(x, y)[c]), 2);
+        return sum;
+    };
+    double total = 0, totalWeight = 0, worst = 0;
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            total += static_cast<double>(significance.at(x, y)) * errorAt(plain, x, y);
+            totalWeight += static_cast<double>(significance.at(x, y));
+            if (isPadding(x)) worst = std::max(worst, errorAt(reduced, x, y) - errorAt(plain, x, y));
+        }
+    return worst * totalWeight / total;
+}
+
+TEST(ReduceRow, PaddingThatFiltersReadErrsByALimitedAmount) {
+    for (const PixelFormat format : {PixelFormat::Bc1, PixelFormat::Bc4, PixelFormat::Bc7}) {
+        const char* const name = formats::info(format).name.data();
+        EXPECT_LE(worstGrowthOfPadding(format, 1.0f / 256, 0.2f), 256 * 1.001) << name;
+        EXPECT_GT(worstGrowthOfPadding(format, 1.0f / 65536, 0.2f), 2 * 256) << name;  // the second row of padding is free
+    }
+}
+
 TEST(ReduceRow, Bc1NeverUsesTheIndexThatSomeReadersDecodeToTransparent) {
     // Block 0 has four bright colours, all texels of index 3. Block 1 has three dark ones (first <= second), where index 3 is black to our
     // decoder: the indices of block 0 would cost it little.
