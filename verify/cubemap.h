@@ -82,6 +82,8 @@ public:
     /// By solid angle, with the parts of source texels that it has: within 1e-3 of the differences between them. Around a direction whose
     /// square leaves the face of a strip the source is looked up at points, within a hundredth.
     glm::dvec3 footprintMean(const glm::dvec3& direction, int size) const;
+    /// Returns the means over the squares of all texels of a face of size x size texels, as footprintMean() of their centres.
+    formats::Image<glm::vec3> footprintMeans(int face, int size) const;
 
 private:
     /// Up to 32 x 32 texels of one face, and a spherical cap that contains their centres.
@@ -119,6 +121,10 @@ private:
     LightMoments moments_;
     glm::dvec3 smallest_{0}, largest_{0};
 };
+
+/// Returns an environment with larger texels, whose values are means by solid angle: as large as `width` [rad] allows. Prefiltered light of
+/// a kernel that is much wider is nearly the same, and takes a fraction of the time. Empty if the environment's own texels are that large.
+std::optional<formats::Environment> reducedEnvironment(const formats::Environment& environment, double width);
 
 struct CubemapSampling {
     std::uint64_t seed = 1;

@@ -546,6 +546,13 @@ const std::vector<Fault>& probeFaults() {
          [](CookedCopy& c) { c.setBlock("cubemap", 56, 72, std::byte{0}); }},
         {"the range of another probe", "probe0", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) { multiply(c.constants()["range"], 0.5); }},
+        {"level 2 with 1.3 times its light", "probe0", Digests::Rewritten, 4, "mip 2, channel 0, light",
+         [](CookedCopy& c) {
+             c.edit("cubemap", [](Images& images) {
+                 for (std::size_t i = 2 * 6; i < 3 * 6; ++i)
+                     for (vec4& texel : images[i].texels()) texel *= 1.3f;
+             });
+         }},
     };
     return kFaults;
 }

@@ -10,13 +10,12 @@
 #include "lighting/cube.h"
 #include "lighting/quadratic.h"
 #include "pipeline/assets/cubemap/cubemap.h"
-#include "pipeline/assets/preview.h"
+#include "pipeline/assets/cubemap/levels.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/assets/verdict.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/scene/cubemap_layout.h"
-#include "verify/block_errors.h"
 #include "verify/cubemap.h"
 #include "verify/texture_unit.h"
 
@@ -67,135 +66,19 @@ Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Co
     return map;
 }
 
-/// Picture of the first levels, each a row of six faces, one level below the other. The texels that it shows are also kept for the check
-/// of blocks.
-class CubemapPreview {
-public:
-    CubemapPreview(const verify::CookedCubemap& map, const verify::CubemapReference& reference, double key)
-        : map_(map),
-          reference_(reference),
-          size_(sizeOf(0)),
-          preview_(6 * size_, rowsOf(map), key),
-          compared_(static_cast<std::size_t>(rowsOf(map))) {}
-    int rowCount() const { return rowsOf(map_); }
-    void fillRow(int y) {
-        int mip = 0, row = y;
-        while (row >= sizeOf(mip)) row -= sizeOf(mip++);
-        const int size = sizeOf(mip);
-        for (int x = 0; x < 6 * size; ++x) {
-            if (!preview_.shows(x, y) && !isCompared(x, row)) continue;
-            const int face = x / size;
-            const glm::dvec3 direction = lighting::cubeTexelDirection(face, x % size, row, size);
-            const verify::CookedCubemap::Mip& level = map_.mips[static_cast<std::size_t>(mip)];
-            const glm::vec3 stored(level.faces[static_cast<std::size_t>(face)].at(x % size, row));
-            const glm::dvec3 truth =
-                level.m > 0 ? reference_.prefiltered(direction, level.m, 1, map_.lobe) : reference_.footprintMean(direction, size);
-            const glm::dvec3 seen = verify::shadeCubemap(map_, mip, stored, direction);
-            preview_.set(x, y, glm::vec3(truth), glm::vec3(seen));
-            compared_[static_cast<std::size_t>(y)].push_back({mip, face, x % size, row, truth, seen});
-        }
-    }
-    const Preview& preview() const { return preview_; }
-    struct Compared {
-        int mip, face, x, y;
-        glm::dvec3 reference, cooked;
-    };
-    /// Returns every compared texel, row by row. Each block of the levels in the picture has some.
-    const std::vector<std::vector<Compared>>& compared() const { return compared_; }
-
-    static constexpr int kShownMips = 3;
-
-private:
-    /// The picture of a large map leaves out whole blocks: of each, the first texel is compared all the same.
-    bool isCompared(int x, int row) const {
-        constexpr int kSize = verify::BlockErrors::kSize;
-        return preview_.stride() > kSize && x % kSize == 0 && row % kSize == 0;
-    }
-    int sizeOf(int mip) const { return map_.mips[static_cast<std::size_t>(mip)].faces[0].width(); }
-    static int rowsOf(const verify::CookedCubemap& map) {
-        int rows = 0;
-        for (std::size_t mip = 0; mip < map.mips.size() && mip < kShownMips; ++mip) rows += map.mips[mip].faces[0].width();
-        return rows;
-    }
-
-    const verify::CookedCubemap& map_;
-    const verify::CubemapReference& reference_;
-    int size_;
-    Preview preview_;
-    std::vector<std::vector<Compared>> compared_;
-};
-
-/// Returns the compared texel and channel of a block with the largest error.
-verify::ErrorPlace worstInBlock(const std::vector<CubemapPreview::Compared>& compared, int mip, int face,
-                                const verify::BlockErrors::Block& block, int size) {
-    verify::ErrorPlace worst;
-    for (const CubemapPreview::Compared& each : compared) {
-        constexpr int kSize = verify::BlockErrors::kSize;
-        if (each.mip != mip || each.face != face || each.x / kSize != block.x / kSize || each.y / kSize != block.y / kSize) continue;
-        for (int channel = 0; channel < 3; ++channel) {
-            if (worst.isKnown() && std::abs(each.cooked[channel] - each.reference[channel]) <= std::abs(worst.found - worst.reference))
-                continue;
-            worst.mip = mip;
-            worst.face = face;
-            worst.x = each.x;
-            worst.y = each.y;
-            worst.channel = channel;
-            worst.normal = lighting::cubeTexelDirection(face, each.x, each.y, size);
-            worst.reference = each.reference[channel];
-            worst.found = each.cooked[channel];
-        }
-    }
-    return worst;
-}
-
-/// Checks the worst block of every face of every level. The first levels are compared through the picture, the others through samples.
-std::vector<verify::Violation> checkCubemapBlocks(const verify::CookedCubemap& map, const CubemapPreview& picture,
-                                                  const std::vector<verify::CubemapSample>& samples,
-                                                  const std::vector<verify::CubemapResult>& results, double maxError) {
-    std::vector<std::array<verify::BlockErrors, 6>> levels;
-    for (const verify::CookedCubemap::Mip& mip : map.mips) {
-        const int size = mip.faces[0].width();
-        const verify::BlockErrors face(size, size);
-        levels.push_back({face, face, face, face, face, face});
-    }
-    std::vector<CubemapPreview::Compared> compared;
-    for (const auto& row : picture.compared()) compared.insert(compared.end(), row.begin(), row.end());
-    for (std::size_t i = 0; i < samples.size(); ++i)
-        if (samples[i].isTexel && samples[i].mip >= CubemapPreview::kShownMips)
-            compared.push_back({samples[i].mip, samples[i].face, samples[i].x, samples[i].y, results[i].reference, results[i].cooked});
-    for (const CubemapPreview::Compared& each : compared) {
-        const glm::dvec3 error = each.cooked - each.reference;
-        levels[static_cast<std::size_t>(each.mip)][static_cast<std::size_t>(each.face)].add(each.x, each.y, glm::dot(error, error),
-                                                                                            glm::dot(each.reference, each.reference));
-    }
-    std::vector<verify::Violation> violations;
-    // A face that only has the tail of a light source behind it is dark beside the other faces: its relative error does not count.
-    constexpr double kLeastShare = 1e-4;
-    for (std::size_t mip = 0; mip < levels.size(); ++mip) {
-        double all = 0;
-        for (const verify::BlockErrors& face : levels[mip]) all += face.meanSquare() / 6;
-        for (std::size_t face = 0; face < 6; ++face)
-            if (const auto block =
-                    checkBlocks(levels[mip][face], fmt::format("mip {}, face {}, ", mip, face), maxError, violations, kLeastShare * all))
-                violations.back().at =
-                    worstInBlock(compared, static_cast<int>(mip), static_cast<int>(face), *block, map.mips[mip].faces[face].width());
-    }
-    return violations;
-}
-
 /// Compares the moments of each level with those of the source: its mean radiance, and its first moments through the level's kernel. A
 /// level of few texels hardly changes figures over all of them, and its blocks may be off by most of their light. The allowed shares of the
-/// mean are that of a block for sharp levels, whose blocks are all compared and where a light source of one texel spreads over its block,
-/// and twice the largest deviation of correct cooks for the others (docs/lab/experiments.md, "Faults that averages miss").
+/// mean are twice the largest deviation of correct cooks (docs/lab/experiments.md, "Faults that averages miss"), for level 0 that of a
+/// block: a light source of one texel spreads over its block there.
 void checkMoments(const verify::CookedCubemap& map, const verify::CubemapReference& reference, double maxError,
                   std::vector<verify::Violation>& violations) {
-    constexpr double kSharpShare = 0.7, kRoughShare = 0.15, kErrors = 1.5;
+    constexpr std::array<double, 4> kShares = {0.7, 0.3, 0.3, 0.15};
+    constexpr double kErrors = 1.5;
     constexpr double kFloor = 0.02;  // of the brightest channel: less light in another one is a matter of rounding
     const verify::LightMoments& source = reference.moments();
     const double floor = kFloor * std::max({source.mean.x, source.mean.y, source.mean.z});
     for (std::size_t mip = 0; mip < map.mips.size(); ++mip) {
-        const bool isSharp = mip < static_cast<std::size_t>(CubemapPreview::kShownMips);
-        const double share = std::max(isSharp ? kSharpShare : kRoughShare, kErrors * maxError);
+        const double share = std::max(kShares[std::min(mip, kShares.size() - 1)], kErrors * maxError);
         const double band = verify::kernelBands(map.mips[mip].m, map.lobe)[1];
         const verify::LightMoments found = verify::cubemapMoments(map, static_cast<int>(mip));
         for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -377,17 +260,18 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     const verify::CubemapReference reference(source->environment);
     const std::vector<verify::CubemapSample> samples = verify::cubemapSamples(*map, {});
     std::vector<verify::CubemapResult> results(samples.size());
-    CubemapPreview picture(*map, reference, glm::dot(reference.mean(), glm::dvec3(colors->luminanceWeights)));
-    const std::size_t pictureRows = static_cast<std::size_t>(picture.rowCount());
-    const bool finished = forEachIndex(samples.size() + pictureRows, context, "verify " + context.action.asset, [&](std::size_t index) {
-        if (index < samples.size())
-            results[index] = verify::compareCubemap(*map, reference, samples[index]);
+    CubemapLevels levels(*map, source->environment, reference, glm::dot(reference.mean(), glm::dvec3(colors->luminanceWeights)));
+    const std::size_t taskCount = levels.taskCount();
+    const bool finished = forEachIndex(taskCount + samples.size(), context, "verify " + context.action.asset, [&](std::size_t index) {
+        if (index < taskCount)
+            levels.run(index);
         else
-            picture.fillRow(static_cast<int>(index - samples.size()));
+            results[index - taskCount] = verify::compareCubemap(*map, reference, samples[index - taskCount]);
     });
     if (!finished) return interrupted(context);
     const verify::Viewing viewing = visible.viewing(reference.displayKey(colors->luminanceWeights), colors->bt2020FromWorking);
-    std::vector<verify::Violation> violations = checkCubemapBlocks(*map, picture, samples, results, *maxError);
+    std::vector<verify::Violation> violations;
+    levels.check(*maxError, violations);
     checkMoments(*map, reference, *maxError, violations);
     checkBands(*map, violations);
     if (map->isDivided) {
@@ -401,7 +285,7 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     VerifyResult result = judged(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights, viewing), *maxError,
                                  watch, std::move(violations), visible.maxVisible, visible.maxVisibleBound);
     result.light = lightOf(*map, samples, results);
-    return outcomeWithPreview(std::move(result), picture.preview(), context);
+    return outcomeWithPreview(std::move(result), levels.preview(), context);
 }
 
 std::vector<formats::Error> checkCubemapConstants(const CookedAsset& asset) {

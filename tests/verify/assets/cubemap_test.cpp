@@ -135,6 +135,65 @@ TEST(CubemapReference, PrefiltersGgxOverTheWholeHemisphere) {
         }
 }
 
+/// One pass over a face against a walk around each texel: noise with light sources of a thousand times its light.
+TEST(CubemapReference, MeansOfAFaceAreThoseOfItsTexels) {
+    std::uint32_t state = 1;
+    const auto next = [&] { return (state = 1664525 * state + 1013904223) >> 8; };
+    const auto noise = [&](const glm::dvec3&) {
+        return glm::vec3(static_cast<float>(next() % 1000) / 1000, next() % 200 == 0 ? 1000.0f : 0.6f, 1.0f);
+    };
+    Environment strip;
+    strip.projection = Environment::Projection::CubeStrip;
+    strip.texels = Image<glm::vec3>(20, 120);
+    for (glm::vec3& texel : strip.texels.texels()) texel = noise({});
+    Environment wide = panorama(96, noise);
+    for (const Environment* environment : {&wide, &strip}) {
+        const CubemapReference reference(*environment);
+        for (const int size : {1, 4, 6, 24})
+            for (int face = 0; face < 6; ++face) {
+                const Image<glm::vec3> means = reference.footprintMeans(face, size);
+                for (int i = 0; i < size * size; i += 5) {
+                    const int x = i % size, y = i / size;
+                    const glm::dvec3 expected = reference.footprintMean(lighting::cubeTexelDirection(face, x, y, size), size);
+                    for (int channel = 0; channel < 3; ++channel) {
+                        const double brightest = channel == 1 ? 1000 : 1;
+                        EXPECT_NEAR(means.at(x, y)[channel], expected[channel], 1e-3 * brightest) << size << ", " << face << ", " << i;
+                    }
+                }
+            }
+    }
+}
+
+TEST(CubemapReference, PrefiltersAlikeFromLargerTexels) {
+    constexpr double kPieces = 8;
+    Environment wide = panorama(256, withSun);
+    Environment strip;
+    strip.projection = Environment::Projection::CubeStrip;
+    strip.texels = Image<glm::vec3>(128, 768);
+    for (int y = 0; y < 768; ++y)
+        for (int x = 0; x < 128; ++x) strip.texels.at(x, y) = withSun(lighting::cubeTexelDirection(y / 128, x, y % 128, 128));
+    for (const Environment* environment : {&wide, &strip}) {
+        const CubemapReference reference(*environment);
+        for (const double m : {0.1, 0.3, 1.0})
+            for (const auto lobe : {lighting::NormalDistribution::Beckmann, lighting::NormalDistribution::Ggx}) {
+                const std::optional<Environment> reduced = reducedEnvironment(*environment, m * std::numbers::sqrt2 / kPieces);
+                ASSERT_TRUE(reduced);
+                EXPECT_LT(reduced->texels.width(), environment->texels.width());
+                const CubemapReference fast(*reduced);
+                for (int channel = 0; channel < 3; ++channel)
+                    EXPECT_NEAR(fast.mean()[channel], reference.mean()[channel], 1e-3 * reference.mean()[channel]);
+                for (int i = 0; i < 12; ++i) {
+                    const glm::dvec3 direction = lighting::fibonacciSphere(i, 12);
+                    const glm::dvec3 expected = reference.prefiltered(direction, m, 8, lobe),
+                                     found = fast.prefiltered(direction, m, kPieces, lobe);
+                    for (int channel = 0; channel < 3; ++channel)
+                        EXPECT_NEAR(found[channel], expected[channel], 0.05 * expected[channel]) << m;
+                }
+            }
+        EXPECT_FALSE(reducedEnvironment(*environment, 0.001));
+    }
+}
+
 TEST(CubemapReference, ProjectsEnvironmentsOfAnySizeExactly) {
     // One bright texel of a coarse environment: its SH is that of the whole texel, not of its centre.
     Environment coarse, fine;
