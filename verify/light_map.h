@@ -121,6 +121,19 @@ struct DecodedLightMapRows {
     std::vector<std::vector<formats::Image<glm::vec4>>> spans = {};  ///< [texture][layer]; empty: no sampler tolerance by span
 };
 
+/// Some rows of a cooked map, and of its bake.
+struct LightMapRows {
+    const DecodedLightMapRows& texels;
+    const formats::LightMapStrip& reference;
+};
+
+/// Light at the rim of a chart, where a filter weighs a texel outside the chart most: incident radiance, world frame, no Condon-Shortley
+/// sign.
+struct RimPlace {
+    glm::ivec2 covered{0}, outside{0};  ///< the texel whose surface ends there, and the one beside it
+    lighting::ShRgb reference{}, found{};
+};
+
 /// Errors of shaded light at some places of a map.
 struct ShadedErrors {
     ErrorAccumulator diffuse{1}, specular{1};
@@ -204,6 +217,16 @@ public:
     /// Returns errors of rows [firstRow, firstRow + rowCount), and of the texel quads that begin in them. If the map has a row below and
     /// places or bounds are asked for, texels and reference must hold that row too. Pure; safe to call from several threads.
     LightMapErrors verifyRows(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference, int firstRow, int rowCount) const;
+    /// Returns errors between this mip level and the next smaller one, as a trilinear sampler mixes them: at placesPerTexel random places a
+    /// texel of the smaller level, in the mean, and random shares of both levels. Pure; safe to call from several threads.
+    /// rows         must hold the rows of this level that lie beside those of the smaller one: [2 firstRow, 2 (firstRow + rowCount) + 2)
+    /// smaller      verifier of the smaller level, of the same key, shading and viewing
+    /// smallerRows  must hold rows [firstRow, firstRow + rowCount) of the smaller level, and the row below
+    ShadedErrors verifyBetween(const LightMapRows& rows, const LightMapVerifier& smaller, const LightMapRows& smallerRows, int firstRow,
+                               int rowCount) const;
+    /// Returns the light of the places at the rims of charts, in the quads that begin in rows [firstRow, firstRow + rowCount). The row
+    /// below must be there, too, if the map has one.
+    std::vector<RimPlace> rimPlaces(const LightMapRows& rows, int firstRow, int rowCount) const;
     /// Upper bounds of the local error in one quad.
     struct QuadBound {
         double diffuse = 0, specular = 0;

@@ -112,8 +112,9 @@ void describe(Fields& fields, Self& preview) {
 /// Result of a verify action.
 struct VerifyResult {
     Verdict verdict;
-    std::optional<double> key;             ///< log-average luminance of the exit radiance
-    std::vector<verify::StageError> mips;  ///< of a light map: each level from 1 on
+    std::optional<double> key;                  ///< log-average luminance of the exit radiance
+    std::vector<verify::StageError> mips;       ///< of a light map: each level from 1 on
+    std::vector<verify::StageError> mipBlends;  ///< between each of them and the larger level
     std::optional<LightFigures> light;
     std::optional<MeshErrorFigures> meshError;
     std::optional<PreviewFiles> preview;
@@ -127,6 +128,7 @@ void describe(Fields& fields, Self& result) {
     fields.required("verdict", result.verdict, "errors, limit, violations");
     fields.optional("key", result.key, kFigure, "log-average luminance of the exit radiance");
     fields.presentIf(!result.mips.empty(), "mips", result.mips, "errors of the mip levels of a light map, from level 1 on");
+    fields.presentIf(!result.mipBlends.empty(), "mip_blends", result.mipBlends, "errors between each of them and the larger level");
     fields.optional("light", result.light, "light that the errors are a part of");
     fields.optional("mesh_error", result.meshError, "how far quantization moved the vertices");
     fields.optional("preview", result.preview, "pictures");

@@ -191,8 +191,8 @@ Html wholeVisible(const Json& asset) {
                                     errorLimit.is_number() ? " (limit " + humanPercent(number(errorLimit)) + ")" : "")));
 }
 
-/// Returns a table of the mip levels of a light map from level 1 on, and why there are no more. Empty for assets that were not asked for
-/// them.
+/// Returns a table of the mip levels of a light map from level 1 on, with the mix of each with the larger one, and why there are no more.
+/// Empty for assets that were not asked for them.
 Html mipTable(const Json& asset) {
     constexpr std::array<std::array<const char*, 2>, 3> kFigures = {{{"p99", "visible p99"}, {"p999", "p99.9"}, {"bound", "bound"}}};
     const std::string end = words(member(asset, "mips_end"));
@@ -205,7 +205,7 @@ Html mipTable(const Json& asset) {
         names += headCell("rel_rms", "num first");
         for (const auto& [key, name] : kFigures) names += headCell(name, "num");
     }
-    for (const Json& mip : mips) {
+    const auto addRow = [&](const Json& mip) {
         Html cells = element("th", {{"scope", "row"}}, text(words(member(mip, "name"))));
         for (const char* shading : shadings) {
             const Json& figures = member(member(mip, "error"), shading);
@@ -215,6 +215,11 @@ Html mipTable(const Json& asset) {
                     key == std::string_view("p999") ? numberCell(visibleMarkup(figures, key)) : limitedVisibleCell(figures, key, asset);
         }
         rows += element("tr", cells);
+    };
+    const Json& blends = list(asset, "mip_blends");
+    for (std::size_t i = 0; i < mips.size(); ++i) {
+        if (i < blends.size()) addRow(blends[i]);
+        addRow(mips[i]);
     }
     const Html levels =
         rows.isEmpty() ? rows : table(shadings.size() == 1 ? "stages one" : "stages", element("tr", groups) + element("tr", names), rows);

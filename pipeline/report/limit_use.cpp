@@ -61,7 +61,8 @@ std::optional<LimitUse> mostUsedLimit(const Json& asset) {
     const Json &limit = member(asset, "limit"), &whole = member(asset, "whole"), &split = member(asset, "split_seams");
     MostUsed most;
     addStage(lastStage(asset), "", limit, most);
-    for (const Json& mip : list(asset, "mips")) addStage(mip, words(member(mip, "name")) + " ", limit, most);
+    for (const char* levels : {"mips", "mip_blends"})
+        for (const Json& mip : list(asset, levels)) addStage(mip, words(member(mip, "name")) + " ", limit, most);
     addSeam("seam", member(asset, "seams"), member(limit, "max_seam"), most);
     addSeam("seam between maps", split, member(split, "max_seam"), most);
     most.addVisible("visible p99 with its dominant light", member(whole, "visible"), "p99", member(whole, "max_visible"));

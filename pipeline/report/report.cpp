@@ -45,6 +45,7 @@ ReportRow rowOf(const CookedAsset& asset, CookResult cook, VerifyResult verifica
         row.textures.push_back({texture.role, texture.file, texture.format, texture.bytesGpu});
     row.notes = std::move(cook.notes);
     row.mips = std::move(verification.mips);
+    row.mipBlends = std::move(verification.mipBlends);
     row.mipsEnd = asset.mipsEnd;
     row.key = verification.key;
     row.light = std::move(verification.light);

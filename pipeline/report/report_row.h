@@ -95,6 +95,7 @@ struct ReportRow {
     std::optional<Json> notes;           ///< see CookResult
     std::optional<double> key;           ///< this and the members below: see VerifyResult
     std::vector<verify::StageError> mips;
+    std::vector<verify::StageError> mipBlends;
     std::optional<LightFigures> light;
     std::optional<MeshErrorFigures> meshError;
     std::optional<PreviewFiles> preview;
@@ -136,6 +137,9 @@ void describe(Fields& fields, Self& row) {
     fields.presentIf(!row.mips.empty(), "mips", row.mips,
                      "errors of the mip levels of a light map, from level 1 on, each against the mean of the bake over its texels; the "
                      "limits hold for each");
+    fields.presentIf(!row.mipBlends.empty(), "mip_blends", row.mipBlends,
+                     "errors between each of these levels and the larger one, as a trilinear sampler mixes them; the limits on sampled "
+                     "errors hold for each");
     fields.optional("mips_end", row.mipsEnd, "why a light map with `mips = true` has no further mip level");
     fields.optional("notes", row.notes, "counts and facts of the cook");
     fields.optional("key", row.key, kFigure, "log-average luminance of the exit radiance");

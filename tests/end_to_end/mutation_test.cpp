@@ -324,6 +324,33 @@ TEST(Mutation, OfALightMapOfTwoStagesIsCaught) {
                    }}});
 }
 
+/// A filter on a chart reads the texels beside it, too. Random places of the surface miss some of them.
+TEST(Mutation, OfATexelBesideAChartIsCaught) {
+    constexpr int kSide = 32, kFirst = 8, kEnd = 24;  // the chart is a square
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    auto writer = formats::LightMapWriter::create(scene / "map.exr", kSide, kSide, formats::SurfaceOutput::CoverageAndNormals);
+    formats::Image<lighting::ShRgb> sh(kSide, kSide, lighting::ShRgb{});
+    formats::Image<std::uint8_t> covered(kSide, kSide, 0);
+    formats::Image<vec3> normal(kSide, kSide, vec3(0));
+    for (int y = kFirst; y < kEnd; ++y)
+        for (int x = kFirst; x < kEnd; ++x) {
+            covered.at(x, y) = 1;
+            normal.at(x, y) = vec3(0, 0, 1);
+            sh.at(x, y) = shOf(sunAndSky, {(x + 0.5) / kSide, (y + 0.5) / kSide});
+        }
+    (void)writer->append(sh.view(), {covered.view(), normal.view()});
+    (void)writer->commit();
+    std::vector<Fault> faults;
+    for (const glm::ivec2 at : {glm::ivec2(kFirst - 1, kFirst - 1), glm::ivec2(kEnd, kFirst - 1), glm::ivec2(kFirst - 1, kEnd),
+                                glm::ivec2(kEnd, kEnd), glm::ivec2(12, kFirst - 1), glm::ivec2(kEnd, 17), glm::ivec2(16, kEnd)})
+        faults.push_back({"60000 beside the chart", "map", Digests::Rewritten, 4, "rim of a chart", [at](CookedCopy& c) {
+                              c.edit("sh", [&](Images& images) {
+                                  for (TexelImage& image : images) image.at(at.x, at.y) = vec4(60000);
+                              });
+                          }});
+    expectCaught(Cooked(scene.sceneFile(), "raw", "light-map"), faults);
+}
+
 TEST(Mutation, OfAFlatLightMapIsCaught) {
     const SmallScene scene(SmallScene::Parts::LightMap);
     scene.writeSceneFile("", "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n");

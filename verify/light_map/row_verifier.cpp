@@ -8,6 +8,7 @@
 //      refinements.
 #include "verify/light_map/verified_rows.h"
 
+#include "verify/light_map/places.h"
 #include "verify/light_map/quad_bounds.h"
 #include "verify/light_map/rim_bounds.h"
 #include "verify/light_map/visible_bounds.h"
@@ -15,14 +16,6 @@
 namespace lightcook::verify::lightmap {
 
 namespace {
-
-/// Returns a pseudorandom number in [0, 1) that depends on seed and place only.
-float hashedFraction(std::uint64_t seed, std::uint64_t place) {
-    std::uint64_t z = seed * 0x9e3779b97f4a7c15u + place * 0xbf58476d1ce4e5b9u + 0x94d049bb133111ebu;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<float>((z ^ (z >> 31)) >> 40) * 0x1p-24f;
-}
 
 class RowVerifier {
 public:
@@ -125,7 +118,7 @@ private:
         const int y = std::min(static_cast<int>(place.y), rows_.lastRow() - 1);
         const glm::vec2 at(place.x - x, place.y - y);
         withCoveredQuad(rows_, x, y, [&](const CoveredQuad& quad) {
-            const int nearest = nearestOf(at);
+            const int nearest = nearestCorner(at);
             const auto light = [&](const LcSh& sh) {
                 return shadedAbout(channelsOf(sh)[index(*place.channel)], largest.bands, place.normal) /
                        static_cast<double>(rows_.perKey());
@@ -134,9 +127,6 @@ private:
             place.found = light(rows_.decoded(quad.texelsAt(at).data(), quad.texelX(nearest), quad.texelY(nearest)));
         });
     }
-    /// Returns the corner nearest to a place of a quad.
-    static int nearestOf(const glm::vec2& place) { return (place.x > 0.5f ? 1 : 0) + (place.y > 0.5f ? 2 : 0); }
-
     /// Calls work(stage, error) for the light that each stage decodes from the texels of a place, whose surface is that of texel (x, y).
     template <class Work>
     void forEachStage(LayerTexels texels, const LcSh& reference, int x, int y, Work&& work) const {
@@ -176,12 +166,8 @@ private:
 
     /// Shades a random place of a quad, if it is on a surface.
     void shadePlace(const CoveredQuad& quad, int sample) {
-        // Quads begin at -1.
-        const auto quadIndex =
-            static_cast<std::uint64_t>(quad.y + 1) * static_cast<std::uint64_t>(quad.mapWidth + 1) + static_cast<std::uint64_t>(quad.x + 1);
-        const auto place = 2 * (quadIndex * static_cast<std::uint64_t>(sampling_.placesPerTexel) + static_cast<std::uint64_t>(sample));
-        const glm::vec2 at(hashedFraction(sampling_.seed, place), hashedFraction(sampling_.seed, place + 1));
-        const int nearest = nearestOf(at);
+        const glm::vec2 at = RandomPlace(sampling_.seed, quad, sampling_.placesPerTexel, sample).inQuad();
+        const int nearest = nearestCorner(at);
         if (!quad.hasQuarter(nearest)) return;
         const int x = quad.texelX(nearest), y = quad.texelY(nearest);
         const LcSh reference = quad.referenceAt(at).first;

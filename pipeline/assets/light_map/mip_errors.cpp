@@ -8,6 +8,7 @@
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/mips.h"
+#include "pipeline/assets/light_map/rim_errors.h"
 #include "pipeline/assets/light_map/texel_squares.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/verdict.h"
@@ -38,24 +39,46 @@ Result<std::vector<std::uint8_t>> clustersOfLevel0(const MippedLightMap& map) {
 /// Errors of some rows of a level.
 struct MipPart {
     verify::LightMapErrors errors;
-    verify::BlockErrors blocks;
+    verify::ShadedErrors blend;  ///< between this level and the larger one
+    verify::BlockErrors blocks, rims;
 };
 
-Result<MipPart> compareStrip(LightMapSource& level, const CookedLightMapReader& cooked, bool isFlat, int index) {
-    const auto strip = readStrip(level, cooked, index);
+/// A level of a map, as it was baked and cooked.
+struct Level {
+    LightMapSource& bake;
+    const CookedLightMapReader& cooked;
+};
+
+/// Returns the errors between some rows of a level and the larger one beside them.
+Result<verify::ShadedErrors> compareBetween(const Level& larger, const Level& smaller, const CookedStrip& strip) {
+    const int first = 2 * strip.firstRow, count = std::min(2 * strip.rowCount + 2, larger.bake.height() - first);
+    const auto reference = larger.bake.rows(first, count);
+    if (!reference) return tl::make_unexpected(reference.error());
+    const auto texels = larger.cooked.read(first, count);
+    if (!texels) return tl::make_unexpected(texels.error());
+    return larger.cooked.verifier().verifyBetween({*texels, *reference}, smaller.cooked.verifier(), {strip.texels, strip.reference},
+                                                  strip.firstRow, strip.rowCount);
+}
+
+Result<MipPart> compareStrip(const Level& larger, const Level& level, bool isFlat, double key, int index) {
+    const auto strip = readStrip(level.bake, level.cooked, index);
     if (!strip) return tl::make_unexpected(strip.error());
     const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
-    verify::BlockErrors blocks(level.width(), rowCount, firstRow);
+    verify::BlockErrors blocks(level.bake.width(), rowCount, firstRow), rims(level.bake.width(), rowCount, firstRow);
+    if (auto added = addRimErrors(level.bake, level.cooked, *strip, isFlat, key, rims); !added) return tl::make_unexpected(added.error());
+    auto blend = compareBetween(larger, level, *strip);
+    if (!blend) return tl::make_unexpected(blend.error());
     for (int y = 0; y < rowCount; ++y)
-        for (int x = 0; x < level.width(); ++x) {
+        for (int x = 0; x < level.bake.width(); ++x) {
             if (reference.covered.at(x, y) == 0) continue;
             const TexelSquares squares = squaresOf(reference.sh.at(x, y), seen.at(x, y), reference.normal.at(x, y), isFlat);
             blocks.add(x, firstRow + y, squares.error, squares.reference);
         }
-    return MipPart{cooked.verifier().verifyRows(texels, reference, firstRow, rowCount), std::move(blocks)};
+    return MipPart{level.cooked.verifier().verifyRows(texels, reference, firstRow, rowCount), std::move(*blend), std::move(blocks),
+                   std::move(rims)};
 }
 
-/// Adds a violation for each limit that a level is over.
+/// Adds a violation for each limit that a level, or the mix of two, is over.
 void holdToLimits(const verify::StageError& level, const MippedLightMap& map, std::vector<verify::Violation>& violations) {
     const auto hold = [&](const char* shading, const verify::ErrorFigures& figures) {
         const auto add = [&](const char* figure, double found, double limit, const char* key) {
@@ -75,18 +98,16 @@ void holdToLimits(const verify::StageError& level, const MippedLightMap& map, st
     };
     hold("diffuse", level.diffuse);
     hold("specular", level.specular);
-    if (map.parameters.maxVisibleBound && !hasVisibleBound(level))
-        violations.push_back(unknownBound(level.name, *map.parameters.maxVisibleBound));
 }
 
 }  // namespace
 
-Result<std::vector<verify::StageError>> mipErrors(const MippedLightMap& map, std::vector<verify::Violation>& violations,
-                                                  const ActionContext& context) {
-    std::vector<verify::StageError> levels;
+Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReader& level0, std::vector<verify::Violation>& violations,
+                            const ActionContext& context) {
+    MipErrors errors;
     int count = 1;
     for (const CookedTexture& texture : map.asset.textures) count = std::max(count, texture.mips);
-    if (count == 1) return levels;
+    if (count == 1) return errors;
     const auto survey = map.bake.mipSurvey(context);
     if (!survey) return tl::make_unexpected(survey.error());
     if (count > (*survey)->count)
@@ -97,29 +118,44 @@ Result<std::vector<verify::StageError>> mipErrors(const MippedLightMap& map, std
     const bool isFlat = formats::isFlat(map.asset.layout);
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = map.parameters.samples;
+    std::vector<CookedLightMapReader> readers;  // of the levels from 1 on
+    readers.reserve(static_cast<std::size_t>(count));
     for (int mip = 1; mip < count; ++mip) {
-        LightMapSource& level = map.bake.mip(mip);
+        LightMapSource& bake = map.bake.mip(mip);
         auto ofTexels =
             clusters->empty() ? std::vector<std::uint8_t>() : clustersOfMip(**survey, mip, map.asset.width, map.asset.height, *clusters);
-        const auto cooked = CookedLightMapReader::openMip(map.folder, map.asset, mip, std::move(ofTexels),
-                                                          {map.parameters.shading, sampling, map.key, map.viewing});
+        auto cooked = CookedLightMapReader::openMip(map.folder, map.asset, mip, std::move(ofTexels),
+                                                    {map.parameters.shading, sampling, map.key, map.viewing});
         if (!cooked) return tl::make_unexpected(cooked.error());
-        MipPart whole{cooked->verifier().noErrors(), verify::BlockErrors(level.width(), 0)};
+        const Level larger{mip == 1 ? map.bake : map.bake.mip(mip - 1), readers.empty() ? level0 : readers.back()};
+        const Level level{bake, *cooked};
+        MipPart whole{cooked->verifier().noErrors(), {}, verify::BlockErrors(bake.width(), 0), verify::BlockErrors(bake.width(), 0)};
         const auto compared = foldInOrder<MipPart>(
-            level.stripCount(), context, fmt::format("verify mip {} of {}", mip, context.action.asset),
-            [&](int index) { return compareStrip(level, *cooked, isFlat, index); },
+            bake.stripCount(), context, fmt::format("verify mip {} of {}", mip, context.action.asset),
+            [&](int index) { return compareStrip(larger, level, isFlat, map.key, index); },
             [&](const MipPart& part) {
                 whole.errors.merge(part.errors);
+                whole.blend.merge(part.blend);
                 whole.blocks.merge(part.blocks);
+                whole.rims.merge(part.rims);
             });
         if (!compared) return tl::make_unexpected(compared.error());
         verify::StageError total = whole.errors.figures().back();
         total.name = fmt::format("mip {}", mip);
         checkBlocks(whole.blocks, total.name + ", ", map.maxError, violations);
+        checkRims(whole.rims, total.name + ", ", map.maxError, violations);
         holdToLimits(total, map, violations);
-        levels.push_back(std::move(total));
+        if (map.parameters.maxVisibleBound && !hasVisibleBound(total))
+            violations.push_back(unknownBound(total.name, *map.parameters.maxVisibleBound));
+        errors.levels.push_back(std::move(total));
+        if (map.parameters.samples > 0) {
+            errors.blends.push_back(
+                {fmt::format("mip {} to {}", mip - 1, mip), whole.blend.diffuseFigures(), whole.blend.specularFigures()});
+            holdToLimits(errors.blends.back(), map, violations);
+        }
+        readers.push_back(std::move(*cooked));
     }
-    return levels;
+    return errors;
 }
 
 }  // namespace lightcook::pipeline

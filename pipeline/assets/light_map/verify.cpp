@@ -17,6 +17,7 @@
 #include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/mesh_view.h"
 #include "pipeline/assets/light_map/mip_errors.h"
+#include "pipeline/assets/light_map/rim_errors.h"
 #include "pipeline/assets/light_map/seams.h"
 #include "pipeline/assets/light_map/small_charts.h"
 #include "pipeline/assets/light_map/survey.h"
@@ -99,7 +100,7 @@ LightFigures lightOf(const LightMapSource& bake, const verify::LightMapErrors& e
 /// Errors and light of some strips.
 struct LightMapPart {
     verify::LightMapErrors errors;
-    verify::BlockErrors blocks;
+    verify::BlockErrors blocks, rims;
     std::vector<verify::LightMapTruthPlace> truthPlaces;
     LightMoments light;
     WorstTexels worst;
@@ -107,6 +108,7 @@ struct LightMapPart {
     void merge(const LightMapPart& other) {
         errors.merge(other.errors);
         blocks.merge(other.blocks);
+        rims.merge(other.rims);
         light.merge(other.light);
         worst.merge(other.worst);
         charts.merge(other.charts);
@@ -121,6 +123,7 @@ struct Comparison {
     const GroundTruth& truth;
     verify::Viewing viewing;
     bool isFlat;
+    double key;
     std::optional<double> tilt;  ///< of normal maps [degrees]; empty: surfaces show light at their own normals alone
     const std::optional<MapCharts>& charts;
     Preview& preview;
@@ -128,7 +131,7 @@ struct Comparison {
 
 /// Compares one strip of a cooked map with the bake.
 Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
-    const auto& [bake, cooked, truth, viewing, isFlat, tilt, charts, preview] = comparison;
+    const auto& [bake, cooked, truth, viewing, isFlat, key, tilt, charts, preview] = comparison;
     const auto strip = readStrip(bake, cooked, index);
     if (!strip) return tl::make_unexpected(strip.error());
     const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
@@ -161,8 +164,11 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
     }
     const auto traced = truth.within(reference, firstRow, rowCount);
     if (!traced) return tl::make_unexpected(traced.error());
+    verify::BlockErrors rims(bake.width(), rowCount, firstRow);
+    if (auto added = addRimErrors(bake, cooked, *strip, isFlat, key, rims); !added) return tl::make_unexpected(added.error());
     return LightMapPart{cooked.verifier().verifyRows(texels, reference, firstRow, rowCount),
                         std::move(blocks),
+                        std::move(rims),
                         lightMapPlaces(*traced, reference, seen, firstRow),
                         light,
                         worst,
@@ -200,8 +206,8 @@ bool isRightOnSurface(const std::vector<verify::LightMapErrors::Stage>& stages, 
     return !addsError(first->surface.relRms(), second->surface.relRms());
 }
 
-/// Returns the faults of a map: a block that is too far off, or a residual stage that adds to the error both at texel centres and on the
-/// surface.
+/// Returns the faults of a map: a block or a rim that is too far off, or a residual stage that adds to the error both at texel centres and
+/// on the surface.
 Result<std::vector<verify::Violation>> violationsOf(const MippedLightMap& map, const LightMapPart& whole,
                                                     const std::vector<verify::StageError>& stages, const CookedLightMapReader& cooked) {
     std::vector<verify::Violation> violations;
@@ -210,6 +216,7 @@ Result<std::vector<verify::Violation>> violationsOf(const MippedLightMap& map, c
         if (!worst) return tl::make_unexpected(worst.error());
         violations.back().at = *worst;
     }
+    checkRims(whole.rims, "", map.maxError, violations);
     for (std::size_t i = 1; i < stages.size(); ++i) {
         const std::string &before = stages[i - 1].name, &after = stages[i].name;
         if (isResidual(after) && !isRightOnSurface(whole.errors.stages, before, after))
@@ -312,7 +319,13 @@ Result<std::optional<BakeBefore>> openBakeBefore(const ActionContext& context, c
 
 /// Compares all strips of a cooked map with the bake.
 Result<LightMapPart> compareStrips(const Comparison& comparison, const ActionContext& context) {
-    LightMapPart whole{comparison.cooked.verifier().noErrors(), verify::BlockErrors(comparison.bake.width(), 0), {}, {}, {}, {}};
+    LightMapPart whole{comparison.cooked.verifier().noErrors(),
+                       verify::BlockErrors(comparison.bake.width(), 0),
+                       verify::BlockErrors(comparison.bake.width(), 0),
+                       {},
+                       {},
+                       {},
+                       {}};
     const auto compared = foldInOrder<LightMapPart>(
         comparison.bake.stripCount(), context, "verify " + context.action.asset, [&](int index) { return compareStrip(comparison, index); },
         [&](const LightMapPart& part) { whole.merge(part); });
@@ -335,11 +348,12 @@ Result<VerifyResult> judgeMap(const MippedLightMap& map, const LightMapPart& who
     auto violations = violationsOf(map, whole, stages, cooked);
     if (!violations) return tl::make_unexpected(violations.error());
     checkLayout(map.asset.layout, parameters.shading, stages.back(), map.maxError, *violations);
-    auto mips = mipErrors(map, *violations, context);
+    auto mips = mipErrors(map, cooked, *violations, context);
     if (!mips) return tl::make_unexpected(mips.error());
     VerifyResult result = judged(stages, map.maxError, watch, std::move(*violations), parameters.maxVisible, parameters.maxVisibleBound);
     result.key = map.key;
-    result.mips = std::move(*mips);
+    result.mips = std::move(mips->levels);
+    result.mipBlends = std::move(mips->blends);
     if (!measures.is_null()) result.measures = std::move(measures);
     result.light = lightOf(map.bake, whole.errors, map.key, whole.light);
     return result;
@@ -380,7 +394,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     // A map of constant light stands for texels that no chart names.
     const auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
     const auto tilt = comparedTilt(parameters->shading, isFlat);
-    const auto whole = compareStrips({bake, *cooked, *truth, viewing, isFlat, tilt, charts, preview}, context);
+    const auto whole = compareStrips({bake, *cooked, *truth, viewing, isFlat, key, tilt, charts, preview}, context);
     if (!whole) return tl::make_unexpected(whole.error());
 
     const MippedLightMap map{context.upstreamFolder, *asset, bake, *parameters, *maxError, key, viewing};

@@ -50,9 +50,14 @@ std::string splitSeamLine(const SplitSeams& split) {
 std::string mipLine(const ReportRow& row) {
     std::string line = fmt::format("  {}: {} mip level{}", row.name, row.mips.size() + 1, row.mips.empty() ? "" : "s");
     if (row.mipsEnd) line += fmt::format(" ({})", *row.mipsEnd);
-    for (const verify::StageError& mip : row.mips)
+    const auto add = [&](const verify::StageError& mip) {
         line += fmt::format("; {}: diffuse{}, specular{}, visible {}", mip.name, relRmsWord(row, mip, &verify::StageError::diffuse),
                             relRmsWord(row, mip, &verify::StageError::specular), visibleWord(visibleP99(mip)));
+    };
+    for (std::size_t i = 0; i < row.mips.size(); ++i) {
+        if (i < row.mipBlends.size()) add(row.mipBlends[i]);
+        add(row.mips[i]);
+    }
     return line;
 }
 

@@ -132,7 +132,11 @@ TEST(LightMapMips, ALimitHoldsForEachLevel) {
     ASSERT_FALSE(outcome.errors.empty());
     std::string all;
     for (const Json& failure : mapOf(outcome).at("failures")) all += failure.at("message").get<std::string>() + "\n";
-    for (const char* mip : {"mip 1, diffuse", "mip 3, diffuse"}) EXPECT_THAT(all, HasSubstr(mip));
+    for (const char* mip : {"mip 1, diffuse", "mip 3, diffuse", "mip 0 to 1, diffuse", "mip 2 to 3, specular"})
+        EXPECT_THAT(all, HasSubstr(mip));
+    const Json& blends = mapOf(outcome).at("mip_blends");
+    ASSERT_EQ(blends.size(), 3u);
+    for (const Json& blend : blends) EXPECT_GT(blend.at("error").at("diffuse").at("rel_rms").get<double>(), 1e-6) << blend.at("name");
 }
 
 TEST(LightMapMipsSoak, WithoutThemTheBytesAreTheSame) {
