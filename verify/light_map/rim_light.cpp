@@ -35,9 +35,9 @@ std::vector<RimPlace> LightMapVerifier::rimPlaces(const LightMapRows& strip, int
         for (int outside = 0; outside < 4; ++outside) {
             if (quad.covered[lightmap::index(outside)] || !quad.isOwn(outside)) continue;
             const int beside = outside ^ 1, above = outside ^ 2, diagonal = outside ^ 3;
-            const auto row = static_cast<float>(outside / 2), column = static_cast<float>(outside % 2);
-            if (isCovered(beside)) add(quad, beside, outside, {0.5f, row});
-            if (isCovered(above)) add(quad, above, outside, {column, 0.5f});
+            const int row = outside / 2, column = outside % 2;
+            if (isCovered(beside)) add(quad, beside, outside, {0.5f, static_cast<float>(row)});
+            if (isCovered(above)) add(quad, above, outside, {static_cast<float>(column), 0.5f});
             if (!isCovered(beside) && !isCovered(above) && isCovered(diagonal)) add(quad, diagonal, outside, {0.5f, 0.5f});
         }
     });
