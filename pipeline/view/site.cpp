@@ -243,7 +243,7 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
     auto candidates = site.addCandidates(options.folder, *manifest);
     if (!candidates) return tl::make_unexpected(candidates.error());
     data->candidates = std::move(*candidates);
-    site.files_[kSceneDataName] = {toJson(*data).dump(1) + "\n", mediaTypeOf(kSceneDataName)};
+    site.files_[kSceneDataName] = {textOf(toJson(*data)) + "\n", mediaTypeOf(kSceneDataName)};
     FileNames all = {kFileListName};
     for (const auto& [path, file] : site.files_) all.insert(path);
     site.files_[kFileListName] = {listText(all), mediaTypeOf(kFileListName)};

@@ -301,6 +301,13 @@ TEST_F(Command, NamesThatAreNoUtf8AndAFolderForTemporaryFilesThatIsNotThere) {
                                    LIGHTCOOK_PROGRAM, (scene_ / "stderr").string())),
               1);
     EXPECT_THAT(contentOf(scene_ / "stderr"), HasSubstr("TMPDIR"));
+    // The manifest cannot name this folder, so that the page has no bake to show, and says so.
+    std::filesystem::create_directory(scene_ / "in\xff");
+    for (const char* name : {"scene.toml", "map.exr", "probe.exr", "sky.exr"})
+        std::filesystem::copy_file(scene_ / name, scene_ / "in\xff" / name);
+    ASSERT_EQ(run("cook 'in\xff/scene.toml' -o cooked").code, 0);
+    const Ended exported = run("view cooked --export page");
+    EXPECT_EQ(exported.code, 0) << exported.err;
 }
 
 TEST_F(Command, EachConverterRunsWithoutAScene) {
