@@ -254,6 +254,9 @@ bool CommandPaths::mayWrite(const std::string& option) const {
 
 Result<void> CommandPaths::check(const Path& output) const {
     const bool isFolder = output.written == Written::Folder || (output.written == Written::FileOrFolder && !output.path.has_extension());
+    if (output.written == Written::Folder && output.path == kStandardOutput)
+        return formats::failure(formats::ErrorCode::InvalidRequest, output.name,
+                                "found -, expected a folder: its files are not printed. ./- is a folder of that name");
     if (auto checked = checkCanBeMade(output.path, isFolder); !checked) return checked;
     if (const std::filesystem::path file = fileInPlaceOfFolder(output.path); !file.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, output.path.string(),

@@ -150,6 +150,21 @@ TEST_F(CommandLine, AFolderIsNotNamedLikeAFile) {
     EXPECT_EQ(run("rsrm sky.exr mine.json").code, 0) << "a folder that is there";
 }
 
+TEST_F(CommandLine, AFolderIsNotPrinted) {
+    for (const char* command : {"cook scene.toml -o -", "view nothing --export -", "repack map.exr map.glb -o -"})
+        EXPECT_THAT(run(command).err, HasSubstr(": found -, expected a folder: its files are not printed")) << command;
+    EXPECT_EQ(run("cook scene.toml -o -").code, 2);
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "-"));
+}
+
+TEST_F(CommandLine, MakeIsNamedWhereItDoesNotReadADepfile) {
+    const Ended ended = run("cook scene.toml -o o%1 --depfile o.d");
+    EXPECT_EQ(ended.code, 0);
+    EXPECT_THAT(ended.err, HasSubstr("warning: o%1/cooked.json: found '%' in a path of the depfile"));
+    EXPECT_THAT(run("cook scene.toml -o o%1 --depfile o.d -q").err, Not(HasSubstr("depfile"))) << "as plan has it run";
+    EXPECT_THAT(run("cook scene.toml -o o%1").err, Not(HasSubstr("depfile")));
+}
+
 TEST_F(CommandLine, AnOutputThatCannotBeMadeIsRefusedAtOnce) {
     std::filesystem::create_symlink("nowhere", scene_ / "link");
     for (const char* command : {"cook scene.toml -o link", "rsrm sky.exr link", "rsrm sky.exr link/deep", "decode nothing.ktx2 link/x.exr"})
@@ -713,6 +728,7 @@ TEST_F(CommandLine, CompareWarnsOfChannelsThatItDoesNotCompare) {
     EXPECT_EQ(ended.code, 0);
     EXPECT_THAT(ended.err, HasSubstr("rgb.exr: found 3 channels, expected 4 as in the reference: only the first 3 are compared"));
     EXPECT_EQ(run("compare rgb.exr rgb.exr").err, "");
+    expectRefused("compare rgb.exr rgb.exr --second canonical", 2, {"--second: found canonical beside files that are no light maps"});
 }
 
 TEST_F(CommandLine, CompareTakesTwoLightMaps) {
