@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <set>
 
 #include "formats/folder_lock.h"
@@ -26,6 +27,7 @@
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/executor.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/graph/shared_objects.h"
 #include "pipeline/graph/work_rates.h"
 #include "pipeline/lint/lint.h"
 #include "pipeline/manifest/manifest.h"
@@ -197,6 +199,7 @@ private:
         outcome_.actionsReused += materials.actionsReused + result.actionsReused;
         addErrors(result);
         if (isStopped(result)) return {};
+        shared_.reset();
         if (options_.only) sceneAssets_ = assetsOfScene(*plan, planned, needs);
         const auto report = publishWithSummaries(*plan, result);
         if (!report) return tl::make_unexpected(report.error());
@@ -214,13 +217,13 @@ private:
 
     ExecutionResult execute(const std::vector<Action>& graph) {
         return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing}, staging_,
-                                 {actionFunction, cache_, *digests_, state_, at_});
+                                 {actionFunction, cache_, *digests_, state_, at_, shared_.get()});
     }
 
     /// Leaves the files of the actions in a folder.
     ExecutionResult executeInto(const std::filesystem::path& folder, const std::vector<Action>& graph) {
         return pipeline::execute(graph, {folder, options_.force, options_.keepGoing}, folder,
-                                 {actionFunction, cache_, *digests_, state_, at_});
+                                 {actionFunction, cache_, *digests_, state_, at_, shared_.get()});
     }
 
     /// Looks at the inputs of the planned assets. Its actions do not count as run or reused: they make nothing.
@@ -504,6 +507,8 @@ private:
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
+    /// Open bakes, for all graphs of the cook.
+    std::unique_ptr<SharedObjects> shared_ = std::make_unique<SharedObjects>();
     std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map
     std::vector<FrontierPoint> frontier_;                                     ///< of such a scene
     std::map<std::string, std::map<std::string, std::string>> alternatives_;  ///< to cook as well: LayoutDecision::alternatives

@@ -56,7 +56,8 @@ public:
           cache_(with.cache),
           digests_(with.digests),
           state_(with.state),
-          run_(with.run) {}
+          run_(with.run),
+          shared_(with.shared != nullptr ? *with.shared : own_) {}
 
     struct Done {
         ActionRecord record;
@@ -141,7 +142,8 @@ private:
     DigestMemo& digests_;
     const RunState& state_;
     std::string run_;
-    SharedObjects shared_;
+    SharedObjects own_;
+    SharedObjects& shared_;
     std::mutex gatherMutex_;
 };
 

@@ -40,7 +40,8 @@ struct ExecutionContext {
     const Cache& cache;
     DigestMemo& digests;
     const RunState& state;
-    std::string run = {};  ///< RunRecord::at of this run
+    std::string run = {};             ///< RunRecord::at of this run
+    SharedObjects* shared = nullptr;  ///< of several graphs that run one after another; none: this graph has its own
 };
 
 /// Runs a graph in which the dependencies of an action stand before it, on the threads of the current TBB arena. New and changed files end

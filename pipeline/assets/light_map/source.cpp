@@ -23,6 +23,13 @@ std::size_t bytesOfStrip(const LightMapStrip& strip) {
     return bytes(strip.sh) + bytes(strip.covered) + bytes(strip.normal) + bytes(strip.chart);
 }
 
+/// Returns what tells apart a file from one that was written to its place later, as a cook may do with a packed bake.
+std::string stampOf(const std::filesystem::path& file) {
+    std::error_code code;
+    const auto written = std::filesystem::last_write_time(file, code);
+    return fmt::format("{} {}", written.time_since_epoch().count(), std::filesystem::file_size(file, code));
+}
+
 /// Returns the role of a file that is read beside the source.
 std::string roleOfPart(std::string_view name) {
     return fmt::format("{}-{}", kSourceRole, name);
@@ -39,7 +46,7 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     std::string key =
         std::filesystem::absolute(file).lexically_normal().string() + toJson(description).dump() + description.colors.config.string();
     for (const auto& [name, part] : description.partFiles) key += fmt::format("\n{} {}", name, part.string());
-    key += fmt::format("\n{}\n{}", description.mesh.string(), description.lmbake.string());
+    key += fmt::format("\n{}\n{}\n{}", description.mesh.string(), description.lmbake.string(), stampOf(file));
     const std::lock_guard lock(mutex_);
     if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
     auto reader = formats::LightMapReader::open(file, description);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <map>
 #include <mutex>
 
@@ -29,8 +30,13 @@ formats::Result<ActionOutcome> replaceFile(const ActionContext& context) {
     EXPECT_TRUE(writeFile(context.action.parameters.at("file").get<std::string>(), "another content").has_value());
     return writeText(context);
 }
+/// Counts its runs in an object that actions share.
+formats::Result<ActionOutcome> countRuns(const ActionContext& context) {
+    ++context.shared.get<std::atomic<int>>();
+    return writeText(context);
+}
 ActionFunction functionOf(const std::string& kind) {
-    return kind == "replace" ? replaceFile : writeText;
+    return kind == "replace" ? replaceFile : kind == "count" ? countRuns : writeText;
 }
 
 class Executor : public testing::Test {
@@ -153,6 +159,23 @@ TEST_F(Executor, AnActionWhoseOutputFolderIsTheStagingFolderKeepsItsFiles) {
         EXPECT_EQ(execute({action("a", "one ")}, {folder_ / "out"}, folder_ / "out", context).actionsReused, reused);
         EXPECT_EQ(*readFile(folder_ / "out" / "a.txt"), "one ");
     }
+}
+
+TEST_F(Executor, GraphsShareObjectsIfTheCallerHasThem) {
+    const auto staging = TemporaryFolder::create(folder_ / "");
+    const Cache cache(folder_ / "cache", 1 << 20);
+    DigestMemo digests(folder_ / "memo");
+    const RunState state;
+    SharedObjects shared;
+    const auto runAction = [&](const std::string& name, SharedObjects* objects) {
+        const Action counted{name, "count", name, {{"text", name}}, {}, {}};
+        const ExecutionContext context{functionOf, cache, digests, state, {}, objects};
+        EXPECT_EQ(execute({counted}, {folder_ / "out"}, staging->path(), context).actionsRun, 1);
+        return shared.get<std::atomic<int>>().load();
+    };
+    EXPECT_EQ(runAction("a", &shared), 1);
+    EXPECT_EQ(runAction("b", nullptr), 1) << "a graph has its own";
+    EXPECT_EQ(runAction("c", &shared), 2);
 }
 
 TEST_F(Executor, LinksInTheOutputFolderAreReplacedAndTheirTargetsStay) {
