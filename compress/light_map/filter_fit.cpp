@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <glm/common.hpp>
 #include <limits>
 
@@ -38,6 +39,8 @@ constexpr float kEdge = 0.01f;
 /// Weight of the centre of a covered texel, over that of a place. A quad has 16 places, so that a centre counts as much as a quad. With a
 /// smaller weight, texel centres lose more than the places between them gain.
 constexpr float kCentre = 16;
+
+constexpr std::size_t kFilterChannels = 3, kFilterRatios = kFilterChannels * (lighting::kShCount - 1);
 
 /// Gauss points of [0, 1/2].
 constexpr std::array<float, 2> kPlaces = {0.10566243f, 0.39433757f};
@@ -84,6 +87,10 @@ private:
         bool isCovered = false;
     };
 
+    /// Ratios of coefficients 1 to 8 to coefficient 0, [coefficient][channel]: loops over them run in vector lanes. Those that the layout
+    /// does not have are 0.
+    using Ratios = std::array<float, kFilterRatios>;
+
     bool isCovered(int x, int y) const { return strip_.covered.at(x, top_ + y) != 0; }
     /// Returns true if a surface may lie in the quad whose top left texel is (x, y).
     bool mayHoldSurface(int x, int y) const {
@@ -103,32 +110,40 @@ private:
     }
     /// Adds the covered texels of quads in which the product of filtered factors is far from the filtered product.
     void findEdges() {
-        for (int y = 0; y + 1 < rows_; ++y)
+        std::vector<Ratios> above, below;
+        for (int y = 0; y + 1 < rows_; ++y) {
+            if (y == 0) loadRatios(y, above);
+            loadRatios(y + 1, below);
             for (int x = 0; x + 1 < plan_.width; ++x)
-                if (mayHoldSurface(x, y) && isEdge(x, y))
+                if (mayHoldSurface(x, y) && isEdge(x, y, above, below))
                     forEachCorner(x, y, [&](int cornerX, int cornerY) { addCovered(cornerX, cornerY); });
+            std::swap(above, below);
+        }
     }
-    bool isEdge(int x, int y) const {
+    /// above, below  ratios of the covered texels of rows y and y + 1
+    bool isEdge(int x, int y, const std::vector<Ratios>& above, const std::vector<Ratios>& below) const {
         float low = std::numeric_limits<float>::infinity(), high = 0;
         forEachCorner(x, y, [&](int cornerX, int cornerY) {
-            const glm::vec3 dc = valueAt(0, cornerX, cornerY, false);
+            const glm::vec3 dc = valueAt(0, cornerX, cornerY);
             const float light = std::max({dc.x, dc.y, dc.z, 0.0f});
             low = std::min(low, light);
             high = std::max(high, light);
         });
         if (!(high > low)) return false;
         const float least = kEdge * (high + low) / (high - low);
-        for (std::size_t i = 1; i < count_; ++i) {
-            glm::vec3 smallest(std::numeric_limits<float>::infinity()), largest(-std::numeric_limits<float>::infinity());
-            forEachCorner(x, y, [&](int cornerX, int cornerY) {
-                const glm::vec3 ratio = valueAt(i, cornerX, cornerY, true);
-                smallest = glm::min(smallest, ratio);
-                largest = glm::max(largest, ratio);
-            });
-            const glm::vec3 spread = largest - smallest;
-            if (std::max({spread.x, spread.y, spread.z}) > least) return true;
-        }
-        return false;
+        Ratios smallest, largest;
+        smallest.fill(std::numeric_limits<float>::infinity());
+        largest.fill(-std::numeric_limits<float>::infinity());
+        forEachCorner(x, y, [&](int cornerX, int cornerY) {
+            const Ratios& ratios = (cornerY == y ? above : below)[index(cornerX)];
+            for (std::size_t j = 0; j < ratios.size(); ++j) {
+                smallest[j] = ratios[j] < smallest[j] ? ratios[j] : smallest[j];
+                largest[j] = ratios[j] > largest[j] ? ratios[j] : largest[j];
+            }
+        });
+        float widest = 0;
+        for (std::size_t j = 0; j < smallest.size(); ++j) widest = std::max(widest, largest[j] - smallest[j]);
+        return widest > least;
     }
     /// Calls visit(x, y) for the covered corners of a quad.
     template <class Visit>
@@ -141,8 +156,37 @@ private:
         index_.at(x, y) = static_cast<int>(unknowns_.size());
         unknowns_.push_back({x, y, {}, false, true});
         values_.resize(unknowns_.size() * count_);
-        at(values_, unknowns_.size() - 1, 0) = valueAt(0, x, y, false);
+        at(values_, unknowns_.size() - 1, 0) = valueAt(0, x, y);
     }
+    /// Returns the ratios of a covered texel.
+    Ratios ratiosAt(int x, int y) const {
+        const lighting::ShRgb& sh = strip_.sh.at(x, top_ + y);
+        const Ratios dc = repeated(sh[0]);
+        Ratios out;
+        std::memcpy(out.data(), &sh[1], sizeof(out));
+        for (std::size_t j = 0; j < out.size(); ++j) {
+            const float ratio = out[j] / dc[j], low = lows_[j], high = highs_[j], clamped = ratio < low ? low : high < ratio ? high : ratio;
+            out[j] = dc[j] > 0 ? clamped : 0.0f;
+        }
+        return out;
+    }
+    /// Sets the ratios of the covered texels of a row.
+    void loadRatios(int y, std::vector<Ratios>& row) const {
+        row.resize(index(plan_.width));
+        for (int x = 0; x < plan_.width; ++x)
+            if (isCovered(x, y)) row[index(x)] = ratiosAt(x, y);
+    }
+    /// Returns a number for each channel, repeated for each coefficient.
+    static Ratios repeated(const glm::vec3& channels) {
+        Ratios out;
+        for (std::size_t j = 0; j < out.size(); j += kFilterChannels) {
+            out[j] = channels.x;
+            out[j + 1] = channels.y;
+            out[j + 2] = channels.z;
+        }
+        return out;
+    }
+
     void setRanges() {
         ranges_.assign(count_, {});
         for (std::size_t i = 1; i < count_; ++i) {
@@ -155,20 +199,37 @@ private:
                 const float largest = 1.25f * std::sqrt(2.0f * static_cast<float>(lighting::kShBand[i]) + 1);
                 ranges_[i] = {-largest, largest};
             }
+            for (std::size_t c = 0; c < kFilterChannels; ++c) {
+                lows_[kFilterChannels * (i - 1) + c] = ranges_[i].low;
+                highs_[kFilterChannels * (i - 1) + c] = ranges_[i].high;
+            }
         }
     }
 
-    /// Returns value i of a covered texel: a coefficient, or its ratio to coefficient 0.
-    glm::vec3 valueAt(std::size_t i, int x, int y, bool isRatio) const {
+    /// Returns value i of a covered texel.
+    glm::vec3 valueAt(std::size_t i, int x, int y) const {
         const lighting::ShRgb& sh = strip_.sh.at(x, top_ + y);
         if (family_ == LightMapFamily::Flat)
             return lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), strip_.normal.at(x, top_ + y));
-        if (!isRatio) return sh[i];
-        glm::vec3 ratio(0);
-        for (int c = 0; c < 3; ++c)
-            if (sh[0][c] > 0) ratio[c] = std::clamp(sh[i][c] / sh[0][c], ranges_[i].low, ranges_[i].high);
-        return ratio;
+        return sh[i];
     }
+    /// Values [first, end) of a texel, [value][channel].
+    using Values = std::array<float, kFilterChannels * lighting::kShCount>;
+    /// Returns values [first, end) of a covered texel: coefficients, or their ratios to coefficient 0.
+    Values valuesAt(std::size_t first, std::size_t end, int x, int y, bool isRatio) const {
+        Values out;
+        if (isRatio) {
+            const Ratios ratios = ratiosAt(x, y);
+            std::memcpy(out.data(), ratios.data(), sizeof(ratios));
+            return out;
+        }
+        for (std::size_t i = first; i < end; ++i) {
+            const glm::vec3 value = valueAt(i, x, y);
+            std::memcpy(&out[kFilterChannels * (i - first)], &value, sizeof(value));
+        }
+        return out;
+    }
+    static float* floatsOf(std::vector<glm::vec3>& all, std::size_t place) { return &all[place].x; }
     glm::vec3& at(std::vector<glm::vec3>& all, std::size_t unknown, std::size_t i) const { return all[unknown * count_ + i]; }
 
     /// Sets values [first, end) of the unknowns to their own or to the means of their covered neighbours, then solves them.
@@ -177,26 +238,31 @@ private:
         start_.assign(unknowns_.size() * count_, glm::vec3(0));
         for (std::size_t u = 0; u < unknowns_.size(); ++u) {
             unknowns_[u].row.fill(glm::vec3(0));
+            float* start = floatsOf(start_, u * count_ + first);
+            const std::size_t floats = kFilterChannels * (end - first);
             if (unknowns_[u].isCovered) {
-                for (std::size_t i = first; i < end; ++i)
-                    at(values_, u, i) = at(start_, u, i) = valueAt(i, unknowns_[u].x, unknowns_[u].y, isRatio);
-                continue;
+                const Values own = valuesAt(first, end, unknowns_[u].x, unknowns_[u].y, isRatio);
+                std::copy_n(own.data(), floats, start);
+            } else {
+                const int count =
+                    formats::visitNearestCovered(strip_.covered.view(), unknowns_[u].x, top_ + unknowns_[u].y, 1, [&](int x, int y) {
+                        const Values near = valuesAt(first, end, x, y - top_, isRatio);
+                        for (std::size_t j = 0; j < floats; ++j) start[j] += near[j];
+                    });
+                for (std::size_t i = first; i < end; ++i) at(start_, u, i) /= static_cast<float>(count);
             }
-            const int count =
-                formats::visitNearestCovered(strip_.covered.view(), unknowns_[u].x, top_ + unknowns_[u].y, 1, [&](int x, int y) {
-                    for (std::size_t i = first; i < end; ++i) at(start_, u, i) += valueAt(i, x, y - top_, isRatio);
-                });
-            for (std::size_t i = first; i < end; ++i) at(values_, u, i) = at(start_, u, i) /= static_cast<float>(count);
+            std::copy_n(start, floats, floatsOf(values_, u * count_ + first));
         }
         wanted_.assign(unknowns_.size() * count_, glm::vec3(0));
         for (int y = 0; y + 1 < rows_; ++y)
             for (int x = 0; x + 1 < plan_.width; ++x) addQuad(x, y, first, end, isRatio);
         if (isRatio) addCentres(first, end);
+        std::array<std::vector<std::size_t>, 4> ofColour;
+        for (std::size_t u = 0; u < unknowns_.size(); ++u)
+            ofColour[index(unknowns_[u].x % 2 + 2 * ((strip_.firstRow + top_ + unknowns_[u].y) % 2))].push_back(u);
         for (int sweep = 0; sweep < (dividesByFirst_ ? kSweepsOfProducts : kSweeps); ++sweep)
-            for (int colour = 0; colour < 4; ++colour)
-                for (std::size_t u = 0; u < unknowns_.size(); ++u)
-                    if (unknowns_[u].x % 2 == colour % 2 && (strip_.firstRow + top_ + unknowns_[u].y) % 2 == colour / 2)
-                        update(u, first, end, isRatio);
+            for (const std::vector<std::size_t>& colour : ofColour)
+                for (const std::size_t u : colour) update(u, first, end, isRatio);
     }
 
     /// Adds the centres of covered texels to the equations.
@@ -223,10 +289,12 @@ private:
         if (coveredCount == 0 || freeCount == 0 || !mayHoldSurface(x, y)) return;
         std::array<glm::vec3, 4> dc;  // coefficient 0, or the exit radiance
         for (int k = 0; k < 4; ++k)
-            dc[index(k)] = covered[index(k)] ? valueAt(0, x + k % 2, y + k / 2, false)
+            dc[index(k)] = covered[index(k)] ? valueAt(0, x + k % 2, y + k / 2)
                            : isRatio         ? at(values_, static_cast<std::size_t>(unknown[index(k)]), 0)
                                              : glm::vec3(0);
-        std::array<std::array<glm::vec3, 4>, 4> form{}, from{};
+        // [channel][unknown][corner]: corners are the lanes.
+        using Products = std::array<std::array<std::array<float, 4>, 4>, kFilterChannels>;
+        Products form{}, from{};
         for (int corner = 0; corner < 4; ++corner) {
             if (!covered[index(corner)]) continue;
             for (int place = 0; place < 4; ++place) {
@@ -244,29 +312,55 @@ private:
                 const float exit = exitOf(reference / sum) + floor_;
                 const glm::vec3 length = isRatio ? filtered : glm::vec3(1);
                 const glm::vec3 slope = length / exit;
+                std::array<std::array<float, 4>, kFilterChannels> wanted;  // the reference, less what is no unknown of the filtered light
+                for (std::size_t k = 0; k < 4; ++k) {
+                    const glm::vec3 own = (isRatio ? dc[k] : glm::vec3(1)) / sum - (free[k] ? glm::vec3(0) : length);
+                    for (std::size_t c = 0; c < kFilterChannels; ++c) wanted[c][k] = own[static_cast<int>(c)];
+                }
                 for (std::size_t u = 0; u < 4; ++u) {
                     if (!free[u]) continue;
-                    for (std::size_t k = 0; k < 4; ++k) {
-                        const glm::vec3 both = weights[u] * weights[k] / exit * slope;
-                        if (covered[k]) from[u][k] += both * ((isRatio ? dc[k] : glm::vec3(1)) / sum - (free[k] ? glm::vec3(0) : length));
-                        if (free[k]) form[u][k] += both * length;
+                    std::array<float, 4> share;
+                    for (std::size_t k = 0; k < 4; ++k) share[k] = weights[u] * weights[k] / exit;
+                    for (std::size_t c = 0; c < kFilterChannels; ++c) {
+                        const float slopeOf = slope[static_cast<int>(c)], lengthOf = length[static_cast<int>(c)];
+                        for (std::size_t k = 0; k < 4; ++k) {
+                            const float both = share[k] * slopeOf;
+                            from[c][u][k] += both * wanted[c][k];
+                            form[c][u][k] += both * lengthOf;
+                        }
                     }
                 }
             }
         }
+        const auto of = [](const Products& products, int u, int k) {
+            return glm::vec3(products[0][index(u)][index(k)], products[1][index(u)][index(k)], products[2][index(u)][index(k)]);
+        };
+        std::array<Values, 4> values;
+        for (int k = 0; k < 4; ++k)
+            if (covered[index(k)]) values[index(k)] = valuesAt(first, end, x + k % 2, y + k / 2, isRatio);
         for (int u = 0; u < 4; ++u) {
             if (!free[index(u)]) continue;
             const auto to = static_cast<std::size_t>(unknown[index(u)]);
             unknowns_[to].isSeen = true;
             for (int k = 0; k < 4; ++k) {
                 if (covered[index(k)])
-                    for (std::size_t i = first; i < end; ++i)
-                        at(wanted_, to, i) += from[index(u)][index(k)] * valueAt(i, x + k % 2, y + k / 2, isRatio);
+                    addTimes(of(from, u, k), values[index(k)].data(), floatsOf(wanted_, to * count_ + first), end - first);
                 if (!free[index(k)]) continue;
                 const int step = 3 * (k / 2 - u / 2 + 1) + k % 2 - u % 2 + 1;
-                unknowns_[to].row[index(step)] += form[index(u)][index(k)];
+                unknowns_[to].row[index(step)] += of(form, u, k);
             }
         }
+    }
+    /// Adds values times a factor for each channel.
+    static void addTimes(const glm::vec3& factor, const float* __restrict values, float* __restrict out, std::size_t count) {
+        if (count == kFilterRatios / kFilterChannels) {
+            const Ratios factors = repeated(factor);
+            for (std::size_t j = 0; j < kFilterRatios; ++j) out[j] += factors[j] * values[j];
+            return;
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t c = 0; c < kFilterChannels; ++c)
+                out[kFilterChannels * i + c] += factor[static_cast<int>(c)] * values[kFilterChannels * i + c];
     }
     float exitOf(const glm::vec3& v) const { return rows::exitOf(family_, v); }
 
@@ -280,7 +374,8 @@ private:
             const glm::vec3& factor = unknown.row[index(step)];
             if (step == 4 || factor == glm::vec3(0)) continue;
             const auto neighbour = static_cast<std::size_t>(index_.at(unknown.x + step % 3 - 1, unknown.y + step / 3 - 1));
-            for (std::size_t i = first; i < end; ++i) rest[i] -= factor * at(values_, neighbour, i);
+            // a - f b is a + (-f) b, to the bit.
+            addTimes(-factor, floatsOf(values_, neighbour * count_ + first), &rest[first].x, end - first);
         }
         for (std::size_t i = first; i < end; ++i)
             for (int c = 0; c < 3; ++c) {
@@ -323,6 +418,7 @@ private:
     Image<int> index_;  ///< of the unknown; -1
     std::vector<Unknown> unknowns_;
     std::vector<RatioRange> ranges_;
+    Ratios lows_{}, highs_{};                         ///< ranges_ of the ratios
     std::vector<glm::vec3> values_, start_, wanted_;  ///< [unknown][value]
 };
 
