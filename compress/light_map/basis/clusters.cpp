@@ -1,7 +1,11 @@
 #include "compress/light_map/basis/clusters.h"
 
+#include <hwy/highway.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
+#include <cassert>
 #include <functional>
 #include <numeric>
 #include <optional>
@@ -12,13 +16,62 @@ namespace lightcook::compress {
 
 namespace {
 
-/// Returns the cost of each point under a subspace, |p - mean|^2 - |directions' (p - mean)|^2, by one matrix product for all points.
-Eigen::VectorXf costs(const ChartPoints& points, const Eigen::VectorXf& squaredNorms, const Subspace& subspace) {
-    Eigen::MatrixXf rows(subspace.directions.cols() + 1, points.points.rows());
+// No dynamic dispatch: lanes hold different points, and each sum adds its products in one order.
+namespace hn = hwy::HWY_NAMESPACE;
+using ChartPointTag = hn::CappedTag<float, 8>;
+using ChartPointLanes = hn::Vec<ChartPointTag>;
+
+/// Returns the products of `kRows` rows with all points. Each is the sum of the products of even numbers plus that of the odd ones.
+/// byNumber  the points transposed, and padded to whole registers
+template <std::size_t kRows>
+Eigen::MatrixXf productsOf(const Eigen::MatrixXf& rows, const Eigen::MatrixXf& byNumber, Eigen::Index count) {
+    constexpr ChartPointTag tag;
+    constexpr std::size_t kLanes = hn::MaxLanes(tag);
+    Eigen::MatrixXf out(rows.rows(), count);
+    std::array<std::array<float, kLanes>, kRows> products;
+    for (Eigen::Index point = 0; point < count; point += static_cast<Eigen::Index>(kLanes)) {
+        ChartPointLanes sums[kRows][2];
+        for (auto& [even, odd] : sums) even = odd = hn::Zero(tag);
+        for (Eigen::Index k = 0; k < rows.cols(); k += 2)
+            for (Eigen::Index s = 0; s < 2; ++s) {
+                const ChartPointLanes values = hn::LoadU(tag, &byNumber(point, k + s));
+                for (std::size_t r = 0; r < kRows; ++r)
+                    sums[r][s] = hn::Add(sums[r][s], hn::Mul(hn::Set(tag, rows(static_cast<Eigen::Index>(r), k + s)), values));
+            }
+        for (std::size_t r = 0; r < kRows; ++r) hn::StoreU(hn::Add(sums[r][0], sums[r][1]), tag, products[r].data());
+        const std::size_t here = std::min(kLanes, static_cast<std::size_t>(count - point));
+        for (std::size_t p = 0; p < here; ++p)
+            for (std::size_t r = 0; r < kRows; ++r)
+                out(static_cast<Eigen::Index>(r), point + static_cast<Eigen::Index>(p)) = products[r][p];
+    }
+    return out;
+}
+Eigen::MatrixXf productsOf(const Eigen::MatrixXf& rows, const Eigen::MatrixXf& byNumber, Eigen::Index count) {
+    // A mean, and a direction for each number of a code.
+    return rows.rows() == 4 ? productsOf<4>(rows, byNumber, count) : productsOf<5>(rows, byNumber, count);
+}
+
+/// Points, and what costs() needs of them.
+struct CostPoints {
+    Eigen::MatrixXf byNumber;  ///< transposed, and padded to whole registers
+    Eigen::VectorXf squaredNorms, weights;
+
+    CostPoints(const Eigen::MatrixXf& points, const Eigen::VectorXf& weightsOfPoints, const Eigen::VectorXf& norms)
+        : squaredNorms(norms), weights(weightsOfPoints) {
+        constexpr Eigen::Index kWhole = 8;
+        byNumber = Eigen::MatrixXf::Zero((points.cols() + kWhole - 1) / kWhole * kWhole, points.rows());
+        byNumber.topRows(points.cols()) = points.transpose();
+    }
+};
+
+/// Returns the cost of each point under a subspace, |p - mean|^2 - |directions' (p - mean)|^2.
+Eigen::VectorXf costs(const CostPoints& points, const Subspace& subspace) {
+    Eigen::MatrixXf rows(subspace.directions.cols() + 1, points.byNumber.cols());
     rows << subspace.mean.transpose(), subspace.directions.transpose();
-    const Eigen::MatrixXf products = rows * points.points;
+    assert(rows.cols() % 2 == 0 && (rows.rows() == 4 || rows.rows() == 5));
+    const Eigen::MatrixXf products = productsOf(rows, points.byNumber, points.weights.size());
     const Eigen::VectorXf offsets = subspace.directions.transpose() * subspace.mean;
-    Eigen::VectorXf residual = squaredNorms - 2 * products.row(0).transpose();
+    Eigen::VectorXf residual = points.squaredNorms - 2 * products.row(0).transpose();
     residual.array() += subspace.mean.squaredNorm();
     residual -= (products.bottomRows(offsets.size()).colwise() - offsets).colwise().squaredNorm().transpose();
     return residual.cwiseMax(0.0f).cwiseProduct(points.weights);
@@ -37,6 +90,7 @@ public:
     Clusters(const ChartPoints& points, int dimension)
         : points_(centred(points)),
           squaredNorms_(points_.points.colwise().squaredNorm().transpose()),
+          costPoints_(points_.points, points_.weights, squaredNorms_),
           dimension_(dimension),
           clusterOf_(static_cast<std::size_t>(points.chartCount), 0),
           ownCosts_(clusterOf_.size(), -1),
@@ -97,10 +151,9 @@ private:
         double& known = ownCosts_[static_cast<std::size_t>(chart)];
         if (known >= 0) return known;
         const std::vector<Eigen::Index>& members = pointsOfChart_[static_cast<std::size_t>(chart)];
-        ChartPoints own;
-        own.points = points_.points(Eigen::all, members);
-        own.weights = points_.weights(members);
-        known = static_cast<double>(costs(own, squaredNorms_(members), fitSubspace(own.points, own.weights, dimension_, true)).sum());
+        const Eigen::MatrixXf own = points_.points(Eigen::all, members);
+        const CostPoints costPoints(own, points_.weights(members), squaredNorms_(members));
+        known = static_cast<double>(costs(costPoints, fitSubspace(own, costPoints.weights, dimension_, true)).sum());
         return known;
     }
 
@@ -119,7 +172,7 @@ private:
         if (members.empty()) return;
         const Eigen::MatrixXf own = points_.points(Eigen::all, members);
         const Eigen::VectorXf weights = points_.weights(members);
-        const Eigen::VectorXf pointCosts = costs(points_, squaredNorms_, fitSubspace(own, weights, dimension_, true));
+        const Eigen::VectorXf pointCosts = costs(costPoints_, fitSubspace(own, weights, dimension_, true));
         std::ranges::fill(chartCosts_[cluster], 0.0);
         for (std::size_t i = 0; i < points_.chartOf.size(); ++i)
             chartCosts_[cluster][static_cast<std::size_t>(points_.chartOf[i])] +=
@@ -147,6 +200,7 @@ private:
 
     ChartPoints points_;
     Eigen::VectorXf squaredNorms_;  ///< [point]
+    CostPoints costPoints_;
     int dimension_;
     std::vector<int> clusterOf_;
     std::vector<std::vector<double>> chartCosts_;  ///< [cluster][chart]

@@ -48,7 +48,7 @@ FormRegression::FormRegression(int features, int firstCoefficient)
       first_(firstCoefficient),
       size_(9 - firstCoefficient),
       matrix_(Eigen::MatrixXf::Zero(wholeTiles(pairCount(dimension())), wholeTiles(pairCount(features_)))),
-      right_(Eigen::MatrixXd::Zero(dimension(), features_)),
+      right_(Eigen::MatrixXd::Zero(features_, dimension())),
       forms_(Eigen::MatrixXf::Zero(matrix_.rows(), kBatch)),
       products_(Eigen::MatrixXf::Zero(matrix_.cols(), kBatch)) {}
 
@@ -67,7 +67,7 @@ void FormRegression::add(const BasisTarget& target, double weight, const Eigen::
     for (Eigen::Index k = 0; k < dimension(); ++k) {
         const float value = k < kHigher ? pull.higher[static_cast<std::size_t>(k / 8)][static_cast<std::size_t>(k % 8)]
                                         : pull.zero[static_cast<std::size_t>(k - kHigher)];
-        right_.row(k) += (weight * static_cast<double>(value)) * features.transpose();
+        right_.col(k) += (weight * static_cast<double>(value)) * features;
     }
     if (++waiting_ == kBatch) flush();
 }
@@ -82,8 +82,8 @@ Eigen::MatrixXd FormRegression::normalMatrix() const {
     Eigen::MatrixXd matrix(3 * block, 3 * block);
     for (Eigen::Index a = 0; a < features_; ++a)
         for (Eigen::Index b = 0; b < features_; ++b)
-            for (Eigen::Index k = 0; k < dimension(); ++k)
-                for (Eigen::Index l = 0; l < dimension(); ++l)
+            for (Eigen::Index l = 0; l < dimension(); ++l)
+                for (Eigen::Index k = 0; k < dimension(); ++k)
                     matrix(placeOf(k, a), placeOf(l, b)) = static_cast<double>(matrix_(pairOf(k, l), pairOf(a, b)));
     return matrix;
 }
@@ -113,7 +113,7 @@ void FormRegression::solve(Eigen::MatrixXd& factors, int steps, double ridge) {
     const Eigen::VectorXd start = stacked(factors);
     // The ridge draws towards the start, so the change has no ridge on its right-hand side.
     Eigen::VectorXd change = Eigen::VectorXd::Zero(start.size());
-    Eigen::VectorXd left = stacked(right_) - matrix * start;
+    Eigen::VectorXd left = stacked(right_.transpose()) - matrix * start;
     for (Eigen::Index c = 0; c < 3; ++c) {
         const auto own = matrix.block(block * c, block * c, block, block);
         const double pull = ridge / (1 + ridge) * own.trace() / static_cast<double>(block);

@@ -45,7 +45,7 @@ private:
 
     Eigen::Index features_, first_, size_;  ///< size_: coefficients a channel
     Eigen::MatrixXf matrix_;                ///< [pair of unknowns][pair of features], both with zeros up to whole tiles
-    Eigen::MatrixXd right_;                 ///< [unknown][feature]
+    Eigen::MatrixXd right_;                 ///< [feature][unknown]: features of an unknown side by side
     Eigen::MatrixXf forms_, products_;      ///< of the texels not yet added: [pair][texel]
     Eigen::Index waiting_ = 0;
 };
