@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace lightcook::compress {
 
@@ -65,21 +66,19 @@ float product(const Numbers& a, const Numbers& b) {
 struct Jacobian {
     Numbers by[4];
 };
-/// Returns dP / dcode. Monomials: 1 a b c aa ab ac bb bc cc d ad bd cd dd.
-HWY_INLINE Jacobian jacobianOf(const CodeTable& t, int codeChannels, const glm::vec4& u) {
+/// Sets j to dP / dcode. Monomials: 1 a b c aa ab ac bb bc cc d ad bd cd dd.
+HWY_INLINE void setJacobian(const CodeTable& t, int codeChannels, const glm::vec4& u, Jacobian& j) {
     const Lanes a = hn::Set(kTag, u.x), b = hn::Set(kTag, u.y), c = hn::Set(kTag, u.z), d = hn::Set(kTag, u.w);
     const Lanes twoA = hn::Add(a, a), twoB = hn::Add(b, b), twoC = hn::Add(c, c), twoD = hn::Add(d, d);
-    Jacobian j;
     j.by[0] = plus(plus(plus(load(t[1]), twoA, t[4]), b, t[5]), c, t[6]);
     j.by[1] = plus(plus(plus(load(t[2]), a, t[5]), twoB, t[7]), c, t[8]);
     j.by[2] = plus(plus(plus(load(t[3]), a, t[6]), b, t[8]), twoC, t[9]);
     j.by[3] = zero();
-    if (codeChannels == 3) return j;
+    if (codeChannels == 3) return;
     j.by[0] = plus(j.by[0], d, t[11]);
     j.by[1] = plus(j.by[1], d, t[12]);
     j.by[2] = plus(j.by[2], d, t[13]);
     j.by[3] = plus(plus(plus(plus(load(t[10]), a, t[11]), b, t[12]), c, t[13]), twoD, t[14]);
-    return j;
 }
 /// Returns P(u) from the derivative J already computed at u: P(u) = P(0) + sum_k u_k (J_k(0) + J_k(u)) / 2, exact for a quadratic.
 HWY_INLINE Numbers valueOf(const CodeTable& t, const Jacobian& j, const glm::vec4& u) {
@@ -161,11 +160,9 @@ public:
         Jacobian slopes;
         float error;
     };
-    Place at(const glm::vec4& code) const {
-        Place place;
-        place.slopes = jacobianOf(table_, shape_.codeChannels, code);
+    void evaluate(const glm::vec4& code, Place& place) const {
+        setJacobian(table_, shape_.codeChannels, code, place.slopes);
         place.error = errorOf(valueOf(table_, place.slopes, code), place.pull);
-        return place;
     }
     /// Returns the error of a code that decodes to `value`.
     float errorOf(const HigherByChannel& value) const {
@@ -189,28 +186,31 @@ public:
         constexpr int kSteps = 8;
         constexpr float kEnough = 1e-4f;
         glm::vec4 code = start;
-        Place place = at(code);
-        Equations equations = equationsAt(place);
+        // Half a kilobyte each: pointers to them are swapped.
+        std::array<Place, 2> places;
+        Place *place = &places[0], *tried = &places[1];
+        evaluate(code, *place);
+        Equations equations = equationsAt(*place);
         float damping = 1e-3f;
-        for (int step = 0; step < kSteps && place.error > 0; ++step) {
+        for (int step = 0; step < kSteps && place->error > 0; ++step) {
             const std::array<float, 4> d = equations.solved(damping * (equations.trace() / 4 + 1e-30f) + 1e-30f);
             if (!std::isfinite(d[0] + d[1] + d[2] + d[3])) break;
             glm::vec4 next = glm::clamp(code + glm::vec4(d[0], d[1], d[2], d[3]), 0.0f, 1.0f);
             if (shape_.codeChannels == 3) next.w = 1;
-            const Place tried = at(next);
-            if (tried.error < place.error) {
-                const bool isEnough = place.error - tried.error < kEnough * place.error;
+            evaluate(next, *tried);
+            if (tried->error < place->error) {
+                const bool isEnough = place->error - tried->error < kEnough * place->error;
                 code = next;
-                place = tried;
+                std::swap(place, tried);
                 damping *= 0.2f;
                 if (isEnough) break;
-                equations = equationsAt(place);
+                equations = equationsAt(*place);
             } else {
                 damping *= 10;
                 if (damping > 1e3f) break;
             }
         }
-        return {code, place.error};
+        return {code, place->error};
     }
 
 private:
@@ -236,8 +236,11 @@ CodeSpace::CodeSpace(const CodeTable& table, const BasisShape& shape, std::span<
     std::copy_n(table.begin(), shape.monomialCount(), table_.begin());
     candidates_ = {glm::vec4(0.5f, 0.5f, 0.5f, shape_.codeChannels == 3 ? 1.0f : 0.5f)};
     candidates_.insert(candidates_.end(), seeds.begin(), seeds.end());
-    for (const glm::vec4& code : candidates_)
-        decoded_.push_back(stored(valueOf(table_, jacobianOf(table_, shape_.codeChannels, code), code)));
+    for (const glm::vec4& code : candidates_) {
+        Jacobian slopes;
+        setJacobian(table_, shape_.codeChannels, code, slopes);
+        decoded_.push_back(stored(valueOf(table_, slopes, code)));
+    }
 }
 
 SolvedCode CodeSpace::solve(const BasisTarget& target, const glm::vec4& start) const {
@@ -258,7 +261,9 @@ SolvedCode CodeSpace::search(const BasisTarget& target) const {
 
 glm::vec4 CodeSpace::sensitivity(const BasisTarget& target, const glm::vec4& code) const {
     const Problem problem(table_, shape_, target);
-    const Equations equations = problem.equationsAt(problem.at(code));
+    Problem::Place place;
+    problem.evaluate(code, place);
+    const Equations equations = problem.equationsAt(place);
     return glm::vec4(equations.matrix[0][0], equations.matrix[1][1], equations.matrix[2][2], equations.matrix[3][3]);
 }
 

@@ -1,5 +1,7 @@
 #include "compress/light_map/basis/model.h"
 
+#include <hwy/highway.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <glm/common.hpp>
@@ -26,6 +28,30 @@ float dot(const WeightedRatios& weighted, const ByChannel& v) {
         for (std::size_t i = 0; i < 8; ++i) sum += weighted.higher[c][i] * v[c][i + 1];
     }
     return sum;
+}
+
+// No dynamic dispatch: lanes hold different coefficients.
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Returns the sum of the rows of a matrix, each times a factor, in the order of the rows. Coefficients 0 to 7 lie in lanes: GCC unrolls
+/// loops of nine into scalars.
+std::array<float, kCoefficientCount> sumOfRows(const std::array<std::array<float, kCoefficientCount>, kCoefficientCount>& rows,
+                                               const std::array<float, kCoefficientCount>& factors) {
+    constexpr hn::CappedTag<float, 8> tag;
+    constexpr std::size_t kLanesOfRow = hn::MaxLanes(tag), kPartsOfRow = 8 / kLanesOfRow;
+    hn::Vec<decltype(tag)> sum[kPartsOfRow];
+    for (auto& part : sum) part = hn::Zero(tag);
+    float last = 0;
+    for (std::size_t j = 0; j < kCoefficientCount; ++j) {
+        const auto factor = hn::Set(tag, factors[j]);
+        for (std::size_t p = 0; p < kPartsOfRow; ++p)
+            sum[p] = hn::Add(sum[p], hn::Mul(hn::LoadU(tag, rows[j].data() + p * kLanesOfRow), factor));
+        last += rows[j][kCoefficientCount - 1] * factors[j];
+    }
+    std::array<float, kCoefficientCount> out;
+    for (std::size_t p = 0; p < kPartsOfRow; ++p) hn::StoreU(sum[p], tag, out.data() + p * kLanesOfRow);
+    out[kCoefficientCount - 1] = last;
+    return out;
 }
 
 /// out += factor * in
@@ -128,9 +154,7 @@ glm::vec3 solveDc(const ErrorForm& form, std::span<const glm::vec3> light, const
         std::array<float, kCoefficientCount> ratio{1};
         std::ranges::copy(ratios[c], ratio.begin() + 1);
         for (std::size_t d = 0; d < 3; ++d) {
-            std::array<float, kCoefficientCount> weighted{};
-            for (std::size_t j = 0; j < kCoefficientCount; ++j)
-                for (std::size_t i = 0; i < kCoefficientCount; ++i) weighted[i] += form.of(c, d)[j][i] * ratio[j];
+            const std::array<float, kCoefficientCount> weighted = sumOfRows(form.of(c, d), ratio);
             float sum = weighted[0];
             for (std::size_t i = 0; i < 8; ++i) sum += weighted[i + 1] * ratios[d][i];
             matrix(static_cast<int>(c), static_cast<int>(d)) = sum;
