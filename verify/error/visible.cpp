@@ -25,6 +25,24 @@ DisplayTransform::DisplayTransform(const Viewing& viewing, double unit) : black_
             lms_[static_cast<std::size_t>(row)][static_cast<std::size_t>(channel)] = static_cast<float>(lms[channel][row]);
 }
 
+namespace {
+
+/// Turns codes L', M', S' into I, T and P; NaN where the light is not finite. A function of its own: GCC vectorizes the loop where these
+/// pointers are parameters.
+void itpFromCodes(const float* __restrict reds, const float* __restrict greens, const float* __restrict blues, std::size_t count,
+                  float* __restrict first, float* __restrict second, float* __restrict third) {
+    for (std::size_t k = 0; k < count; ++k) {
+        const float l = first[k], m = second[k], s = third[k];
+        // 0 if all are finite, else NaN.
+        const float valid = (reds[k] + greens[k] + blues[k]) * 0;
+        first[k] = kScale / 2 * (l + m) + valid;
+        second[k] = kScale / 8192 * (6610 * l - 13613 * m + 7003 * s);
+        third[k] = kScale / 4096 * (17933 * l - 17390 * m - 543 * s);
+    }
+}
+
+}  // namespace
+
 void DisplayTransform::apply(const float* rgb, std::size_t count, float* itp) const {
     assert(count % kLanes == 0);
     // Flat loops over pointers that do not overlap run in vector lanes. One pass for each of L, M and S needs few registers.
@@ -40,15 +58,7 @@ void DisplayTransform::apply(const float* rgb, std::size_t count, float* itp) co
         }
         for (std::size_t k = 0; k < count; ++k) out[k] = perceptualQuantizerOf(out[k]);
     }
-    float* __restrict first = itp, * __restrict second = itp + count, * __restrict third = itp + 2 * count;
-    for (std::size_t k = 0; k < count; ++k) {
-        const float l = first[k], m = second[k], s = third[k];
-        // 0 if all are finite, else NaN.
-        const float valid = (reds[k] + greens[k] + blues[k]) * 0;
-        first[k] = kScale / 2 * (l + m) + valid;
-        second[k] = kScale / 8192 * (6610 * l - 13613 * m + 7003 * s);
-        third[k] = kScale / 4096 * (17933 * l - 17390 * m - 543 * s);
-    }
+    itpFromCodes(reds, greens, blues, count, itp, itp + count, itp + 2 * count);
 }
 
 void visibleDifferences(const float* reference, const float* found, std::size_t count, float* differences) {

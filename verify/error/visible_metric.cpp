@@ -145,8 +145,11 @@ bool VisibleMetric::cannotExceedCheaply(const glm::dvec3& low, const glm::dvec3&
 
 double VisibleMetric::coarseBound(const glm::dvec3& low, const glm::dvec3& error) const {
     // Below kSteepestLuminance a difference of codes falls with a factor on both lights.
-    std::array<double, 3> step{};
+    std::array<double, 3> step{}, differences{}, uppers{}, lowers{};
+    std::array<bool, 3> isOnCurve{};
+    std::array<float, 8> nits{}, codes{};  // of the darker and of the brighter light for each of L, M and S, in lanes
     for (int k = 0; k < 3; ++k) {
+        const auto at = static_cast<std::size_t>(k);
         double difference = 0;
         for (int c = 0; c < 3; ++c) difference += std::abs(lms(k)[c]) * error[c];
         // The curve is concave: codes differ most where the darker light is as dark as it may be, and the other one `difference` above
@@ -154,11 +157,19 @@ double VisibleMetric::coarseBound(const glm::dvec3& low, const glm::dvec3& error
         const double black = isPositive_ ? black_ : kLowest, upper = std::max(lowest(k, low), kLowest),
                      lower = std::max(upper - difference, black);
         const bool mayGoOut = upper - difference <= black;
-        step[static_cast<std::size_t>(k)] = kCurveRounding + (mayGoOut || upper + difference <= kSteepestLuminance
-                                                                  ? curve(std::max(upper, lower + difference)) - curve(lower)
-                                                                  : kSteepestSlope * std::log(upper / lower));
+        isOnCurve[at] = mayGoOut || upper + difference <= kSteepestLuminance;
+        differences[at] = difference;
+        uppers[at] = upper;
+        lowers[at] = lower;
+        nits[2 * at] = static_cast<float>(lower);
+        nits[2 * at + 1] = static_cast<float>(std::max(upper, lower + difference));
+    }
+    for (std::size_t i = 0; i < nits.size(); ++i) codes[i] = perceptualQuantizerOf(nits[i]);
+    for (std::size_t k = 0; k < 3; ++k) {
+        step[k] = kCurveRounding + (isOnCurve[k] ? static_cast<double>(codes[2 * k + 1]) - static_cast<double>(codes[2 * k])
+                                                 : kSteepestSlope * std::log(uppers[k] / lowers[k]));
         // Also for NaN, of which nothing is known.
-        if (!(difference < kHighest)) step[static_cast<std::size_t>(k)] = 1;
+        if (!(differences[k] < kHighest)) step[k] = 1;
     }
     // A norm is convex: its maximum over a box is at a corner, and opposite corners have the same.
     double largest = 0;

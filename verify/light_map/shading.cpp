@@ -131,33 +131,43 @@ ShadingMatrix::ShadingMatrix(const std::vector<lighting::ShDouble>& rows, std::v
       samples_(std::move(samples)) {
     assert(samples_.size() == count_);
     for (std::size_t k = 0; k < rows.size(); ++k)
-        for (std::size_t i = 0; i < rows[k].size(); ++i) weights_[i * stride_ + k] = static_cast<float>(rows[k][i]);
+        for (std::size_t i = 0; i < rows[k].size(); ++i)
+            weights_[(k / kLanes * lighting::kShCount + i) * kLanes + k % kLanes] = static_cast<float>(rows[k][i]);
 }
 
+namespace {
+
+constexpr std::size_t kRowLanes = ShadingMatrix::kLanes;
+
+/// Computes the sums of the rows of one group. One pointer for all factors: with one for each coefficient they do not fit in registers.
+/// w  [coefficient][row]
+void applyGroup(const float* __restrict w, const lighting::Sh& coefficients, float* __restrict out) {
+    const auto [c0, c1, c2, c3, c4, c5, c6, c7, c8] = coefficients;
+    for (std::size_t k = 0; k < kRowLanes; ++k) {
+        float fused = w[k] * c0;
+        fused = std::fma(w[kRowLanes + k], c1, fused);
+        fused = std::fma(w[2 * kRowLanes + k], c2, fused);
+        fused = std::fma(w[3 * kRowLanes + k], c3, fused);
+        fused = std::fma(w[4 * kRowLanes + k], c4, fused);
+        fused = std::fma(w[5 * kRowLanes + k], c5, fused);
+        fused = std::fma(w[6 * kRowLanes + k], c6, fused);
+        fused = std::fma(w[7 * kRowLanes + k], c7, fused);
+        out[k] = std::fma(w[8 * kRowLanes + k], c8, fused);
+    }
+}
+
+}  // namespace
+
 void ShadingMatrix::apply(const std::array<float, lighting::kShCount>& coefficients, float* out) const {
+    constexpr std::size_t kGroup = kLanes * lighting::kShCount;
+    const float* group = weights_.data();
     // The first stage of many layouts has an error in coefficient 0 only.
     if (std::all_of(coefficients.begin() + 1, coefficients.end(), [](float c) { return c == 0; })) {
-        for (std::size_t k = 0; k < stride_; ++k) out[k] = weights_[k] * coefficients[0];
+        for (std::size_t first = 0; first < stride_; first += kLanes, group += kGroup)
+            for (std::size_t k = 0; k < kLanes; ++k) out[first + k] = group[k] * coefficients[0];
         return;
     }
-    // One number for each lane: sums in an array would wait for the previous store in each step.
-    const auto [c0, c1, c2, c3, c4, c5, c6, c7, c8] = coefficients;
-    for (std::size_t first = 0; first < stride_; first += kLanes) {
-        const float* w = weights_.data() + first;
-        float sum[kLanes];
-        for (std::size_t k = 0; k < kLanes; ++k) {
-            float fused = w[k] * c0;
-            fused = std::fma(w[stride_ + k], c1, fused);
-            fused = std::fma(w[2 * stride_ + k], c2, fused);
-            fused = std::fma(w[3 * stride_ + k], c3, fused);
-            fused = std::fma(w[4 * stride_ + k], c4, fused);
-            fused = std::fma(w[5 * stride_ + k], c5, fused);
-            fused = std::fma(w[6 * stride_ + k], c6, fused);
-            fused = std::fma(w[7 * stride_ + k], c7, fused);
-            sum[k] = std::fma(w[8 * stride_ + k], c8, fused);
-        }
-        std::copy_n(sum, kLanes, out + first);
-    }
+    for (std::size_t first = 0; first < stride_; first += kLanes, group += kGroup) applyGroup(group, coefficients, out + first);
 }
 
 namespace {

@@ -28,7 +28,7 @@ struct ShadingSample {
     double m = 0, f0 = 0;
 };
 
-/// A matrix of count rows of nine factors, stored by coefficient and padded with zeros to whole vectors.
+/// A matrix of count rows of nine factors, padded with zeros to whole groups of kLanes rows, in each of which it is stored by coefficient.
 class ShadingMatrix {
 public:
     static constexpr std::size_t kLanes = 16;  ///< rows that are summed in parallel
@@ -43,7 +43,7 @@ public:
 
 private:
     std::size_t count_ = 0, stride_ = 0;
-    std::vector<float> weights_;          ///< [coefficient][stride_]
+    std::vector<float> weights_;          ///< [group of kLanes rows][coefficient][row]
     std::vector<ShadingSample> samples_;  ///< [row]
 };
 
