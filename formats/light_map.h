@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <limits>
 #include <map>
 #include <memory>
@@ -49,6 +50,8 @@ struct LightMapDescription {
     double fireflyLimit = 1000;
     /// Repairs invalid texels and counts them (LightMapRepairs); false refuses the file.
     bool repair = false;
+    /// LightMapStrip::tangent is wanted, for layouts in tangent space. Normals are those of the mesh then, also where the file has some.
+    bool takesTangents = false;
     /// Takes finite coefficients that no light has, as compression leaves them. Not for bakes: wrong conventions are found by them.
     bool isCompressed = false;
     /// Size of a map whose covered texels all hold the same light: it is cooked and verified as one block of that light. Empty: the map is
@@ -103,6 +106,9 @@ struct LightMapStrip {
     Image<lighting::ShRgb> sh;    ///< zero where not covered
     Image<std::uint8_t> covered;  ///< 1 inside charts: coverage.Y > 0.5, and a normal where the file has normals; without coverage.Y all 1
     Image<glm::vec3> normal;      ///< unit, world; (0, 0, 1) where not covered, and where neither file nor mesh has one
+    /// Unit tangents of the mesh, perpendicular to `normal`; w is 1 or -1: the bitangent is w cross(normal, tangent), and points to the top
+    /// of a picture. Empty unless LightMapDescription::takesTangents.
+    Image<glm::vec4> tangent;
     /// Charts whose filters read the texels: where mayHoldSurface() is false, nothing is seen of the map. From chart.Y, or of a mip level.
     /// Empty: surfaces may lie beside every covered texel.
     Image<std::uint32_t> chart;
@@ -111,8 +117,8 @@ struct LightMapStrip {
     std::int64_t negativeAfterGamut = 0;  ///< channels of sh00 that the colour conversion made negative
 };
 
-/// Returns true if LightMapReader reads the mesh of a description: its coverage is asked for, the bake format needs it, or the file has no
-/// normals and the mesh is there.
+/// Returns true if LightMapReader reads the mesh of a description: its coverage or its tangents are asked for, the bake format needs it, or
+/// the file has no normals and the mesh is there.
 bool readsMesh(const std::filesystem::path& file, const LightMapDescription& description);
 
 /// Opens a map and reads strips of it (tiled or scan-line, half or float) without holding the whole map in memory. Texels outside charts
@@ -131,6 +137,7 @@ public:
     int height() const;
     bool hasNormals() const;      ///< of the file, or of the mesh
     bool hasMeshNormals() const;  ///< of the mesh: those that LightMapDescription::axes does not turn
+    bool hasTangents() const;     ///< strips have tangents of the mesh
     bool hasCoverage() const;     ///< the file says which texels lie inside charts
     bool hasDirections() const;   ///< light may come from some directions more than from others: the format has bands above 0
     int tileHeight() const;       ///< rows that are cheap to read together; 64 for scan-line files

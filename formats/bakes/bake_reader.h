@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <memory>
 #include <optional>
 #include <string>
@@ -24,9 +25,10 @@ inline constexpr int kTileExtent = 64;
 /// The texels of a strip as the file stores them: its own sign convention, frame, quantity, units and colour space.
 struct RawStrip {
     Image<lighting::ShRgb> sh;
-    Image<float> coverage;    ///< above 0.5 inside charts; empty if the file does not say
-    Image<glm::vec3> normal;  ///< world space, any length; empty if the file has none
-    Image<float> chart;       ///< number of the chart whose filter reads the texel, 0: none does; empty if the file does not say
+    Image<float> coverage;     ///< above 0.5 inside charts; empty if the file does not say
+    Image<glm::vec3> normal;   ///< world space, any length; empty if the file has none
+    Image<glm::vec4> tangent;  ///< of the mesh: see LightMapStrip::tangent; empty unless it is wanted
+    Image<float> chart;        ///< number of the chart whose filter reads the texel, 0: none does; empty if the file does not say
     /// Bits 0, 1 and 2: a number that is light of R, G or B is negative, and `sh` was computed as if it was 0. Empty: there is none. For
     /// formats whose first coefficient is computed from several numbers.
     Image<std::uint8_t> negative = {};

@@ -272,6 +272,7 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow, cons
         }
     }
     strip.sh = std::move(raw.sh);
+    strip.tangent = std::move(raw.tangent);
     return strip;
 }
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <map>
 #include <memory>
@@ -85,11 +86,11 @@ Result<OpenBake> openBake(const std::filesystem::path& file, const LightMapDescr
     return isGltfFile(file) ? openGltf(file, description) : openImage(file, description);
 }
 
-/// A bake that takes from a mesh what its file does not have: normals, and coverage if the description says so.
+/// A bake that takes from a mesh what its file does not have: normals, and coverage and tangents if the description says so.
 class OnMesh : public BakeReader {
 public:
-    OnMesh(std::unique_ptr<BakeReader> bake, SurfaceFrames frames, bool takesCoverage)
-        : bake_(std::move(bake)), frames_(std::move(frames)), takesCoverage_(takesCoverage) {}
+    OnMesh(std::unique_ptr<BakeReader> bake, SurfaceFrames frames, bool takesCoverage, bool takesTangents)
+        : bake_(std::move(bake)), frames_(std::move(frames)), takesCoverage_(takesCoverage), takesTangents_(takesTangents) {}
     int width() const override { return bake_->width(); }
     int height() const override { return bake_->height(); }
     int tileHeight() const override { return bake_->tileHeight(); }
@@ -103,16 +104,19 @@ public:
         constexpr double kMargin = 1.0 / 64;
         const int first = std::max(firstRow - kReach, 0), end = std::min(firstRow + rowCount + kReach, height());
         const Image<SurfaceFrame> frames = frames_.rows(first, end - first, kMargin);
-        const bool takesNormals = raw->normal.width() == 0;
+        const bool takesNormals = takesTangents_ || raw->normal.width() == 0;
         if (takesCoverage_) raw->coverage = Image<float>(width(), rowCount);
         if (takesNormals) raw->normal = Image<glm::vec3>(width(), rowCount);
+        if (takesTangents_) raw->tangent = Image<glm::vec4>(width(), rowCount, glm::vec4(1, 0, 0, 1));
         for (int y = 0; y < rowCount; ++y)
             for (int x = 0; x < width(); ++x) {
-                const SurfaceFrame& frame = frames.at(x, firstRow + y - first);
+                SurfaceFrame frame = frames.at(x, firstRow + y - first);
                 if (takesCoverage_) raw->coverage.at(x, y) = frame.isSurface() ? 1.0f : 0.0f;
                 if (!takesNormals) continue;
                 const bool isCovered = raw->coverage.width() == 0 || raw->coverage.at(x, y) > 0.5f;
-                raw->normal.at(x, y) = frame.isSurface() || !isCovered ? frame.normal : normalNear(frames, {x, firstRow + y - first});
+                if (!frame.isSurface() && isCovered) frame = frameNear(frames, {x, firstRow + y - first});
+                raw->normal.at(x, y) = frame.normal;
+                if (takesTangents_ && frame.isSurface()) raw->tangent.at(x, y) = tangentOf(frame);
             }
         return raw;
     }
@@ -125,9 +129,13 @@ private:
     /// Bakers let light grow over the rims of charts, by a few texels.
     static constexpr int kReach = 4;
 
-    /// Returns the normal of the surface nearest to a texel that is covered and lies on none; far from all, (0, 0, 1).
-    static glm::vec3 normalNear(const Image<SurfaceFrame>& frames, const glm::ivec2& texel) {
-        glm::vec3 normal(0, 0, 1);
+    static glm::vec4 tangentOf(const SurfaceFrame& frame) {
+        const float side = glm::dot(glm::cross(frame.normal, frame.tangent), frame.bitangent);
+        return glm::vec4(frame.tangent, side < 0 ? -1.0f : 1.0f);
+    }
+    /// Returns the frame of the surface nearest to a texel that is covered and lies on none; far from all, that of the axes.
+    static SurfaceFrame frameNear(const Image<SurfaceFrame>& frames, const glm::ivec2& texel) {
+        SurfaceFrame found{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
         int nearest = (kReach + 1) * (kReach + 1);
         for (int y = std::max(texel.y - kReach, 0); y <= std::min(texel.y + kReach, frames.height() - 1); ++y)
             for (int x = std::max(texel.x - kReach, 0); x <= std::min(texel.x + kReach, frames.width() - 1); ++x) {
@@ -135,14 +143,14 @@ private:
                 const int distance = offset.x * offset.x + offset.y * offset.y;
                 if (distance >= nearest || !frames.at(x, y).isSurface()) continue;
                 nearest = distance;
-                normal = frames.at(x, y).normal;
+                found = frames.at(x, y);
             }
-        return normal;
+        return found;
     }
 
     std::unique_ptr<BakeReader> bake_;
     SurfaceFrames frames_;
-    bool takesCoverage_;
+    bool takesCoverage_, takesTangents_;
 };
 
 /// Fails for an lmbake whose meshes lie in other slices than those of the map: it is that of another bake.
@@ -191,7 +199,7 @@ bool hasNormalChannels(const std::filesystem::path& file) {
 
 bool readsMesh(const std::filesystem::path& file, const LightMapDescription& description) {
     if (description.mesh.empty()) return false;
-    if (description.coverage == CoverageSource::Mesh || mayNeedMesh(file, description.bake)) return true;
+    if (description.coverage == CoverageSource::Mesh || description.takesTangents || mayNeedMesh(file, description.bake)) return true;
     std::error_code code;
     return std::filesystem::exists(description.mesh, code) && !hasNormalChannels(leadingFile(file, description.bake));
 }
@@ -202,7 +210,7 @@ struct LightMapReader::State {
     glm::vec3 luminanceWeights{0};
     glm::dmat3 bt2020FromWorking;
     std::optional<StatedPrimaries> primaries;
-    bool hasMeshNormals = false;
+    bool hasMeshNormals = false, hasTangents = false;
     Canonicalizer canonical;
 };
 
@@ -240,6 +248,9 @@ bool LightMapReader::hasNormals() const {
 }
 bool LightMapReader::hasMeshNormals() const {
     return state_->hasMeshNormals;
+}
+bool LightMapReader::hasTangents() const {
+    return state_->hasTangents;
 }
 bool LightMapReader::hasCoverage() const {
     return state_->reader->hasCoverage();
@@ -290,25 +301,39 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
     }
     if (const auto fits = checkSlices(description.lmbake, **reader, subject); !fits) return tl::make_unexpected(fits.error());
     // Normals of the mesh are in its axes.
-    const BakeAxes normalAxes = (*reader)->hasNormals() ? complete->axes : BakeAxes();
-    bool hasMeshNormals = format.needsMesh();
+    const bool takesTangents = complete->takesTangents;
+    const BakeAxes normalAxes = (*reader)->hasNormals() && !takesTangents ? complete->axes : BakeAxes();
+    bool hasMeshNormals = format.needsMesh() || takesTangents;
     const bool takesCoverage = complete->coverage == CoverageSource::Mesh;
     if (takesCoverage && complete->mesh.empty())
         return failure(ErrorCode::InvalidRequest, subject,
                        "found coverage \"mesh\" without a mesh, expected mesh = \"FILE\" (--mesh) with light-map UVs");
-    if (takesCoverage || (!complete->mesh.empty() && !(*reader)->hasNormals())) {
+    if (takesTangents && complete->mesh.empty())
+        return failure(
+            ErrorCode::InvalidRequest, subject,
+            "found no mesh, expected mesh = \"FILE\" (--mesh) with light-map UVs: the layout stores light relative to tangents of "
+            "the surface");
+    if (takesTangents && complete->frame == ShFrame::Tangent)
+        return failure(ErrorCode::InvalidRequest, subject,
+                       "found frame \"tangent\" for a layout that takes the normals of the mesh, expected \"world\"");
+    if (takesCoverage || takesTangents || (!complete->mesh.empty() && !(*reader)->hasNormals())) {
         Result<SurfaceFrames> frames = SurfaceFrames::load(complete->mesh, (*reader)->width(), (*reader)->height(), complete->lmbake);
         // A mesh without light-map UVs is named where it is cooked, with what its format offers in their place.
-        if (!frames && (takesCoverage || !complete->lmbake.empty())) return tl::make_unexpected(frames.error());
+        if (!frames && (takesCoverage || takesTangents || !complete->lmbake.empty())) return tl::make_unexpected(frames.error());
+        if (takesTangents && !frames->hasTangents())
+            return failure(
+                ErrorCode::WrongShape, complete->mesh.string(),
+                "found no tangents, expected an attribute TANGENT, or texture coordinates TEXCOORD_0 that span an area: the layout "
+                "stores light relative to them");
         hasMeshNormals |= frames.has_value() && !(*reader)->hasNormals();
-        if (frames) *reader = std::make_unique<OnMesh>(std::move(*reader), std::move(*frames), takesCoverage);
+        if (frames) *reader = std::make_unique<OnMesh>(std::move(*reader), std::move(*frames), takesCoverage, takesTangents);
     }
     const Result<LinearConversion> colors = linearConversion(complete->colors);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
     std::optional<StatedPrimaries> primaries;
     if (bake->chromaticities) primaries = statedPrimaries(*bake->chromaticities, *colors);
     return LightMapReader(std::unique_ptr<State>(new State{std::move(bake->recognition), std::move(*reader), colors->luminanceWeights,
-                                                           colors->bt2020FromWorking, std::move(primaries), hasMeshNormals,
+                                                           colors->bt2020FromWorking, std::move(primaries), hasMeshNormals, takesTangents,
                                                            Canonicalizer(subject, *complete, *colors, normalAxes)}));
 }
 

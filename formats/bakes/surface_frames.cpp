@@ -174,6 +174,12 @@ Result<SurfaceFrames> SurfaceFrames::load(const std::filesystem::path& mesh, int
     return SurfaceFrames(std::move(triangles), width);
 }
 
+bool SurfaceFrames::hasTangents() const {
+    return std::ranges::any_of(triangles_, [](const Triangle& triangle) {
+        return std::ranges::any_of(triangle.corners, [](const Corner& corner) { return corner.tangent != glm::vec3(0); });
+    });
+}
+
 void SurfaceFrames::turn(const BakeAxes& axes) {
     const auto turned = [&](const glm::vec3& vector) { return glm::vec3(axes(glm::dvec3(vector))); };
     for (Triangle& triangle : triangles_) {

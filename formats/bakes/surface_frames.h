@@ -33,6 +33,9 @@ public:
     /// lmbake         see GltfScene::load
     static Result<SurfaceFrames> load(const std::filesystem::path& mesh, int width, int height, const std::filesystem::path& lmbake = {});
 
+    /// Returns true if a triangle has tangents: an attribute, or texture coordinates that span an area.
+    bool hasTangents() const;
+
     /// Gives all vectors in other axes.
     void turn(const BakeAxes& axes);
 

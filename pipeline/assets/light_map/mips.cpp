@@ -36,6 +36,7 @@ void forEachHeld(const MipSurvey& survey, int level, int firstRow, int rowCount,
 
 Result<MipSurvey> surveyMips(LightMapSource& source, const ActionContext& context) {
     if (source.constantTexels()) return MipSurvey{{}, 1, "the map holds the same light everywhere"};
+    if (source.hasTangents()) return MipSurvey{{}, 1, "the layout is relative to tangents, of which a texel of a level may have several"};
     if (!source.hasCoverage()) return MipSurvey{{}, 1, "the bake does not say which texels lie inside charts"};
     MipSurvey survey;
     using Runs = std::vector<CoveredRun>;

@@ -20,7 +20,7 @@ using formats::Result;
 
 std::size_t bytesOfStrip(const LightMapStrip& strip) {
     const auto bytes = [](const auto& image) { return image.texels().size() * sizeof(image.texels().front()); };
-    return bytes(strip.sh) + bytes(strip.covered) + bytes(strip.normal) + bytes(strip.chart);
+    return bytes(strip.sh) + bytes(strip.covered) + bytes(strip.normal) + bytes(strip.tangent) + bytes(strip.chart);
 }
 
 /// Returns what tells apart a file from one that was written to its place later, as a cook may do with a packed bake.
@@ -191,6 +191,10 @@ Result<LightMapStrip> LightMapSource::rows(int firstRow, int rowCount) {
         copyRows((*source)->sh.view(), sourceRow, result.sh.view(), row - firstRow, count);
         copyRows((*source)->covered.view(), sourceRow, result.covered.view(), row - firstRow, count);
         copyRows((*source)->normal.view(), sourceRow, result.normal.view(), row - firstRow, count);
+        if ((*source)->tangent.width() > 0) {
+            if (result.tangent.width() == 0) result.tangent = formats::Image<glm::vec4>(width(), rowCount);
+            copyRows((*source)->tangent.view(), sourceRow, result.tangent.view(), row - firstRow, count);
+        }
         if ((*source)->chart.width() > 0) {
             if (result.chart.width() == 0) result.chart = formats::Image<std::uint32_t>(width(), rowCount);
             copyRows((*source)->chart.view(), sourceRow, result.chart.view(), row - firstRow, count);

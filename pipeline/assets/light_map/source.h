@@ -50,6 +50,7 @@ public:
     const std::optional<formats::StatedPrimaries>& primaries() const { return reader_->primaries(); }
     bool hasNormals() const { return reader_->hasNormals(); }
     bool hasMeshNormals() const { return reader_->hasMeshNormals(); }
+    bool hasTangents() const { return reader_->hasTangents(); }
     bool hasCoverage() const { return reader_->hasCoverage(); }
     /// Returns how the file was recognised.
     BakeReading reading() const { return readingOf(*reader_); }
@@ -171,6 +172,8 @@ void describe(Fields& fields, Self& description) {
     fields.presentIf(!description.image.empty(), "image", description.image, "name of the image of a glTF that has several light maps");
     fields.presentIf(!description.parts.empty(), "files", description.parts,
                      "names of the images of a bake that has one for each coefficient, `sh00`, or for each colour, `sh00.R`");
+    fields.presentIf(description.takesTangents, "tangents", description.takesTangents,
+                     "true if normals and tangents are those of the mesh: for layouts in tangent space");
     fields.required("color_source", description.colors.source, "colour space of the file");
     fields.required("color_working", description.colors.working, "colour space of the cooked textures");
     fields.required("firefly_limit", description.fireflyLimit, "brightness over the neighbours at which a texel is a firefly; 0: none is");

@@ -29,7 +29,13 @@ lighting::ShRgb constant(const glm::vec3& exit) {
 
 /// A map with two charts of one plane: columns 1 to 8 and 13 to 20 of rows 1 to 10. Uncovered texels hold no light.
 struct TwoCharts {
-    LightMapStrip bake{0, {kSeamsWidth, kSeamsHeight}, {kSeamsWidth, kSeamsHeight}, {kSeamsWidth, kSeamsHeight, glm::vec3(0, 0, 1)}, {}, {},
+    LightMapStrip bake{0,
+                       {kSeamsWidth, kSeamsHeight},
+                       {kSeamsWidth, kSeamsHeight},
+                       {kSeamsWidth, kSeamsHeight, glm::vec3(0, 0, 1)},
+                       {kSeamsWidth, kSeamsHeight, glm::vec4(1, 0, 0, 1)},
+                       {},
+                       {},
                        0};
     DecodedLightMapRows cooked;
 
