@@ -21,6 +21,7 @@
 //   bakery        exit radiance = L0 (1 + n . L1), L0 = l0, L1 = 4 (l1 - 1/2) along each axis; no constants
 //   mono-sh       as bakery, with one L1 for the three colours
 //   unreal-hq     exit radiance = (2^LogL - 0.01858136) (rgb0^2 SCALE0 + ADD0) (SH . n + ADD1.a), LogL and SH linear in alphas and rgb1
+//   rnm           exit radiance = sum_i max(0, b_i . n) rnm_i, n in tangent space; no constants. Strips have tangents
 // The same with bits a texel and reasons: docs/theory/layouts.md.
 //
 // Use, for any cut of the map into strips of rows:

@@ -41,11 +41,12 @@ enum class LightMapLayout {
     Halo3Linear,
     HdrRgb9e5,
     Flat2,
-    UnrealHq
+    UnrealHq,
+    Rnm
 };
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
-enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4, Godot, Bakery, Hdr, Unreal };
+enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4, Godot, Bakery, Hdr, Unreal, Rnm };
 
 /// Selects the format of a target that holds the texels of a texture.
 enum class TexelRole {
@@ -86,6 +87,8 @@ struct LightMapLayoutInfo {
     std::string_view lacks;
     /// An engine reads the textures by its own formula. No other layout may stand in for this one.
     bool isForEngine = false;
+    /// Light is stored relative to the tangents of a mesh: LightMapDescription::takesTangents.
+    bool isInTangentSpace = false;
 
     /// The textures hold exit radiance at the texel's own normal.
     constexpr bool isFlat() const { return family == LightMapFamily::Flat; }
@@ -122,9 +125,9 @@ inline constexpr std::array kLightMapFamilies = {
     LightMapFamilyInfo{LightMapFamily::Zh3, "zh3"},       LightMapFamilyInfo{LightMapFamily::Basis, "basis"},
     LightMapFamilyInfo{LightMapFamily::Sh4, "sh4"},       LightMapFamilyInfo{LightMapFamily::Godot, "godot"},
     LightMapFamilyInfo{LightMapFamily::Bakery, "bakery"}, LightMapFamilyInfo{LightMapFamily::Hdr, "hdr"},
-    LightMapFamilyInfo{LightMapFamily::Unreal, "unreal"},
+    LightMapFamilyInfo{LightMapFamily::Unreal, "unreal"}, LightMapFamilyInfo{LightMapFamily::Rnm, "rnm"},
 };
-static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Unreal));
+static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Rnm));
 
 namespace layout_tables {
 
@@ -146,6 +149,8 @@ inline constexpr std::array kHdr = {Texture{"sh", 9, TexelRole::Hdr}};
 inline constexpr std::array kHdr2 = {Texture{"sh", 9, TexelRole::Hdr}, Texture{"second", 9, TexelRole::Hdr}};
 inline constexpr std::array kHdrFine = {Texture{"sh", 9, TexelRole::HdrFine}};
 inline constexpr std::array kUnrealHq = {Texture{"lightmap0", 1, TexelRole::LdrAlpha}, Texture{"lightmap1", 1, TexelRole::LdrAlpha}};
+inline constexpr std::array kRnm = {Texture{"rnm0", 1, TexelRole::Hdr}, Texture{"rnm1", 1, TexelRole::Hdr},
+                                    Texture{"rnm2", 1, TexelRole::Hdr}};
 inline constexpr std::array kBasis3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::LdrRgb}};
 inline constexpr std::array kBasis4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::Ldr}};
 template <int kResiduals>
@@ -157,6 +162,7 @@ inline constexpr std::array<std::string_view, 1> kFlatStages = {"exit"};
 inline constexpr std::array<std::string_view, 2> kLuvwStages = {"stage 1", "stage 2"};
 inline constexpr std::array<std::string_view, 2> kRatioStages = {"l0", "ratio"};
 inline constexpr std::array<std::string_view, 2> kBandStages = {"l0", "l1"};  // bands 0 and 1
+inline constexpr std::array<std::string_view, 1> kRnmStages = {"rnm"};
 inline constexpr std::array<std::string_view, 3> kZh3Stages = {"l0", "ratio", "zonal"};
 inline constexpr std::array<std::string_view, 7> kBasisStages = {"l0",         "code",       "residual 1", "residual 2",
                                                                  "residual 3", "residual 4", "residual 5"};
@@ -483,8 +489,23 @@ inline constexpr std::array kLightMapLayouts = {
         .trialStage = "",
         .lacks = "band 2",
         .isForEngine = true},
+    LightMapLayoutInfo{.id = LightMapLayout::Rnm,
+                       .name = "rnm",
+                       .family = LightMapFamily::Rnm,
+                       .caption = "the RNM light maps of Bakery: light of the three directions of Half-Life 2 in tangent space",
+                       .textures = layout_tables::kRnm,
+                       .stages = layout_tables::kRnmStages,
+                       .codeCount = 0,
+                       .isZonal = false,
+                       .decodeDegree = 1,
+                       .decodeOps = 18,
+                       .trialLayout = std::nullopt,
+                       .trialStage = "",
+                       .lacks = "directions other than the three of its basis",
+                       .isForEngine = true,
+                       .isInTangentSpace = true},
 };
-static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::UnrealHq));
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Rnm));
 
 /// Returns every layout, in the order of the enumeration.
 constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {
@@ -508,6 +529,12 @@ constexpr bool isFlat(std::string_view layout) {
 
 constexpr std::string_view nameOf(LightMapFamily family) {
     return kLightMapFamilies[static_cast<std::size_t>(family)].name;
+}
+
+/// Returns true for the name of a layout in tangent space.
+constexpr bool isInTangentSpace(std::string_view layout) {
+    const auto id = lightMapLayoutFromName(layout);
+    return id && info(*id).isInTangentSpace;
 }
 
 /// Returns the names of the families of layouts, for shaders::shaderInclude(). Names that are no layout are left out.

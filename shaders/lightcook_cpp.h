@@ -54,6 +54,7 @@ inline vec4 lcTableTexel(const LcTables& tables, int column, int row) {
 #include "shaders/light_map_bakery.glsl"
 #include "shaders/light_map_hdr.glsl"
 #include "shaders/light_map_unreal.glsl"
+#include "shaders/light_map_rnm.glsl"
 #include "shaders/specular.glsl"
 #include "shaders/environment.glsl"
 #include "shaders/rsrm.glsl"

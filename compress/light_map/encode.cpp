@@ -70,6 +70,8 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
             return rows::encodeHdrCoefficients(plan, source, options);
         case LightMapFamily::Unreal:
             return rows::encodeUnreal(plan, strip, source, options);
+        case LightMapFamily::Rnm:
+            return rows::encodeRnm(plan, strip, source, options);
         case LightMapFamily::Basis:
             return rows::encodeBasis(plan, strip, source, options);
     }

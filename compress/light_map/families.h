@@ -1,6 +1,6 @@
 // Plan and encode functions of the families of layouts. planLightMap and encodeLightMapRows choose among them by
 // formats::LightMapLayoutInfo::family; counts of layers come from the table, so that a new layout of a family needs no code. Families
-// that are alike share a function; godot and bakery have no constants to plan; raw and flat are planned and encoded in plan.cpp and
+// that are alike share a function; godot, bakery and rnm have no constants to plan; raw and flat are planned and encoded in plan.cpp and
 // encode.cpp; basis is planned by planLearnedLightMap. Private to compress/.
 #pragma once
 
@@ -32,6 +32,9 @@ EncodedLightMapRows encodeLinearExit(const LightMapPlan& plan, const formats::Li
                                      const EncodeOptions& options);
 EncodedLightMapRows encodeUnreal(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                                  const EncodeOptions& options);
+/// strip  the rows that `source` was made of, with tangents
+EncodedLightMapRows encodeRnm(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
+                              const EncodeOptions& options);
 EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                                 const EncodeOptions& options);
 

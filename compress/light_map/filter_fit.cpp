@@ -59,8 +59,9 @@ public:
           sourceRow_(firstRow - strip.firstRow),
           family_(formats::info(plan.layout).family),
           count_(source.values.size()),
+          hasFreeValues_(family_ == LightMapFamily::Raw || family_ == LightMapFamily::Rnm),
           fitsCovered_(formats::info(plan.layout).hasObjective() && plan.objective),
-          dividesByFirst_(family_ != LightMapFamily::Raw && family_ != LightMapFamily::Flat && family_ != LightMapFamily::Hdr),
+          dividesByFirst_(!hasFreeValues_ && family_ != LightMapFamily::Flat && family_ != LightMapFamily::Hdr),
           floor_(std::max(kFloor * static_cast<float>(plan.key), 1e-12f)) {
         top_ = std::max(0, sourceRow_ - kLightMapContextRows);
         rows_ = std::min(strip.sh.height(), sourceRow_ + source.height + kLightMapContextRows) - top_;
@@ -195,7 +196,7 @@ private:
                 ranges_[i] = {bias, bias + constant(plan_, "scale", i - 1)};
             } else if (family_ == LightMapFamily::Hdr) {
                 ranges_[i].low = constant(plan_, "bias", i - 1);
-            } else if (family_ != LightMapFamily::Raw) {
+            } else if (!hasFreeValues_) {
                 const float largest = 1.25f * std::sqrt(2.0f * static_cast<float>(lighting::kShBand[i]) + 1);
                 ranges_[i] = {-largest, largest};
             }
@@ -383,8 +384,8 @@ private:
                 float value = rest[i][c] / ((1 + kRegularization) * diagonal[c]);
                 const float dc = isRatio ? 1 : at(values_, u, 0)[c];
                 if (i > 0) {
-                    if (family_ != LightMapFamily::Raw) value = std::clamp(value, ranges_[i].low * dc, ranges_[i].high * dc);
-                } else if (family_ != LightMapFamily::Raw) {
+                    if (!hasFreeValues_) value = std::clamp(value, ranges_[i].low * dc, ranges_[i].high * dc);
+                } else if (!hasFreeValues_) {
                     value = std::max(value, kLeastShare * at(start_, u, 0)[c]);
                 }
                 at(values_, u, i)[c] = value;
@@ -412,6 +413,7 @@ private:
     int top_ = 0, rows_ = 0;  ///< first row and number of rows of the strip that are read; the y of all members count from top_
     LightMapFamily family_;
     std::size_t count_;    ///< of values: coefficients, or 1
+    bool hasFreeValues_;   ///< coefficients have no range
     bool fitsCovered_;     ///< ratios of covered texels are fitted, too
     bool dividesByFirst_;  ///< the layout filters coefficient 0 and ratios to it
     float floor_;

@@ -133,6 +133,7 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, const MeasuredLightMap
             break;
         case LightMapFamily::Godot:
         case LightMapFamily::Bakery:
+        case LightMapFamily::Rnm:
             break;  // engines have no constants
         case LightMapFamily::Hdr:
             rows::planHdrCoefficients(plan, measure);

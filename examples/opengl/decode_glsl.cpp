@@ -4,6 +4,7 @@
 #include "decode_glsl.h"
 
 #include <cctype>
+#include <stdexcept>
 
 namespace example {
 namespace {
@@ -84,6 +85,7 @@ std::string plainGlsl(const Json& lightMap, const std::string& layout, const std
 
 std::string decodeGlsl(const Json& lightMap, const std::string& include) {
     const std::string layout = lightMap.at("layout");
+    if (layout == "rnm") throw std::runtime_error("layout rnm is relative to tangents of the mesh, which this example does not read");
     std::string samplers;
     for (const Json& texture : lightMap.at("textures"))
         samplers += std::string("uniform ") + (texture.at("array") ? "sampler2DArray" : "sampler2D") + " map_" +

@@ -151,7 +151,8 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     const std::string_view withoutBands = !whyFlat.empty() ? nameOf(Layout::Flat) : !whySh4.empty() ? nameOf(Layout::Sh4) : asked;
     const std::optional<Layout> untried = isAuto ? untriedLayout(scene, needs, entry) : std::nullopt;
     const bool mayBeLearned = isAuto ? !untried && mayTakeLearned(scene, entry) : hasLearnedBases(asked);
-    if (content.isConstant && !mayBeLearned) {
+    // The light of a layout in tangent space differs from surface to surface.
+    if (content.isConstant && !mayBeLearned && !entry.description.takesTangents) {
         // One block takes too few bytes to trade for those of other assets. It is tried like any map where limits on the errors of light
         // maps choose, but not where a budget or a limit on the whole shading does.
         const OutputSettings& output = scene.output;

@@ -228,6 +228,12 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
     if (!manifest) return tl::make_unexpected(manifest.error());
     const auto asset = findLightMap(*manifest, folder, name);
     if (!asset) return tl::make_unexpected(asset.error());
+    if (formats::isInTangentSpace((*asset)->layout))
+        return failure(
+            ErrorCode::InvalidRequest, fmt::format("light map '{}'", (*asset)->name),
+            fmt::format("found layout {}, expected one that stores SH coefficients: what it shows is a function of the normal in "
+                        "tangent space, which no coefficients have",
+                        (*asset)->layout));
     const auto unpacked = unpackedBakeOf(**asset);
     if (!unpacked) return tl::make_unexpected(unpacked.error());
     const auto description = descriptionOf(**asset);

@@ -102,6 +102,12 @@ const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightM
     return entry.layouts.empty() ? output.layouts : entry.layouts;
 }
 
+bool takesTangents(const OutputSettings& output, const LightMapEntry& entry) {
+    const std::string asked = layoutAsked(output);
+    if (asked != kAutoLayout) return formats::isInTangentSpace(asked);
+    return std::ranges::any_of(layoutsFor(output, entry), formats::isInTangentSpace);
+}
+
 std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry) {
     if (entry.layouts.empty()) return "";
     const std::string asked = layoutAsked(output);

@@ -57,6 +57,9 @@ std::string layoutAsked(const OutputSettings& output);
 /// Returns the layouts that "auto" may take for a light map: its own list, or else that of the output.
 const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightMapEntry& entry);
 
+/// Returns true if a light map may get a layout in tangent space.
+bool takesTangents(const OutputSettings& output, const LightMapEntry& entry);
+
 /// Returns true if a light map gets mip levels.
 bool hasMips(const OutputSettings& output, const LightMapEntry& entry);
 /// Returns true if the charts of a light map are packed anew, into one map or two.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/geometric.hpp>
+#include <glm/vec4.hpp>
 #include <numbers>
 
 #include "formats/light_map.h"
@@ -72,6 +73,13 @@ inline bool isCovered(Kind kind, int x, int y) {
     return x % 20 < 17 && y % 14 < 11;
 }
 
+/// Returns a tangent of a surface, turned about the normal by a tenth of a radian a step; every other one is of a mirrored picture.
+inline glm::vec4 tangentOf(const glm::vec3& normal, int step) {
+    const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(normal));
+    const double angle = 0.1 * step;
+    return glm::vec4(glm::vec3(std::cos(angle) * frame[0] + std::sin(angle) * frame[1]), step % 2 == 0 ? 1.0f : -1.0f);
+}
+
 /// Returns the rows [firstRow, firstRow + rowCount) of the map.
 /// outside  value of the texels between charts
 inline formats::LightMapStrip makeBand(Kind kind, int width, int firstRow, int rowCount, float outside = 0) {
@@ -80,12 +88,14 @@ inline formats::LightMapStrip makeBand(Kind kind, int width, int firstRow, int r
     band.sh = formats::Image<lighting::ShRgb>(width, rowCount);
     band.covered = formats::Image<std::uint8_t>(width, rowCount, 0);
     band.normal = formats::Image<glm::vec3>(width, rowCount, glm::vec3(0, 0, 1));
+    band.tangent = formats::Image<glm::vec4>(width, rowCount, glm::vec4(1, 0, 0, 1));
     for (int y = 0; y < rowCount; ++y)
         for (int x = 0; x < width; ++x) {
             if (isCovered(kind, x, firstRow + y)) {
                 band.sh.at(x, y) = lightAt(kind, x, firstRow + y);
                 band.covered.at(x, y) = 1;
                 band.normal.at(x, y) = chartNormal(x, firstRow + y);
+                band.tangent.at(x, y) = tangentOf(band.normal.at(x, y), x / 20 + 3 * ((firstRow + y) / 14));
             } else {
                 band.sh.at(x, y).fill(glm::vec3(outside));
             }

@@ -25,6 +25,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "tests/end_to_end/command_fixture.h"
+#include "tests/formats/surface_fixture.h"
 #include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/rewritten_manifest.h"
 #include "tests/pipeline/shell.h"
@@ -321,7 +322,9 @@ using EnginesSoak = Engines;
 TEST_F(EnginesSoak, ManifestAndReportKeepTheirSchemasForEveryLayout) {
     if (!hasJsonSchema()) GTEST_SKIP() << "python3-jsonschema is not installed";
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())
-        expectLayoutKeepsSchemas("cook scene.toml -o out", layout);
+        if (!layout.isInTangentSpace) expectLayoutKeepsSchemas("cook scene.toml -o out", layout);
+    formats::writeSquare(scene_ / "square.glb", {});
+    expectLayoutKeepsSchemas("lightmap map.exr out --mesh square.glb", formats::info(formats::LightMapLayout::Rnm));
 }
 
 /// The light of a texel by the formula of Unreal's shader, in its own words: Lightmap0 and Lightmap1 are filtered before.
@@ -401,6 +404,75 @@ TEST_F(Engines, UnrealShowsTheLightMapByItsOwnFormula) {
     // The engine clamps the directionality at 0, which is nearer to the bake, if anything.
     EXPECT_LE(relRms, stated * 1.01);
     EXPECT_GE(relRms, stated * 0.8);
+}
+
+/// The light of a texel by the formula of Bakery's shader, in its own words. y of the basis points down the picture, as greens of its
+/// normal maps do after it has negated them.
+glm::dvec3 shownByBakery(const std::array<glm::dvec3, 3>& rnm, glm::dvec3 normalTangentSpace) {
+    const std::array<glm::dvec3, 3> basis = {glm::dvec3(std::sqrt(2.0 / 3), 0, 1 / std::sqrt(3.0)),
+                                             glm::dvec3(-1 / std::sqrt(6.0), 1 / std::sqrt(2.0), 1 / std::sqrt(3.0)),
+                                             glm::dvec3(-1 / std::sqrt(6.0), -1 / std::sqrt(2.0), 1 / std::sqrt(3.0))};
+    normalTangentSpace.y = -normalTangentSpace.y;
+    glm::dvec3 light(0);
+    for (std::size_t i = 0; i < 3; ++i) light += std::clamp(glm::dot(basis[i], normalTangentSpace), 0.0, 1.0) * rnm[i];
+    return light;
+}
+
+/// An engine that knows nothing of lightcook reads three DDS textures and has the tangents of the mesh: it shows the bake with the error
+/// that the report states.
+TEST_F(Engines, BakeryShowsTheLightMapInTangentSpace) {
+    formats::writeSquare(scene_ / "square.glb", {.texture = glm::mat2(0, 1, 1, 0)});
+    const std::string command = "lightmap map.exr room --layout rnm --container dds --max-error 1 --no-specular";
+    ASSERT_EQ(run(command + " --mesh square.glb").code, 0);
+    EXPECT_EQ(run("verify room").code, 0);
+    const Json map = readManifest(scene_ / "room").value().at("assets").at(0);
+    std::vector<formats::Image<glm::vec4>> images;
+    for (const Json& texture : map.at("textures")) {
+        EXPECT_EQ(texture.at("format"), "bc6h-uf16");
+        const auto opened = formats::TextureReader::open(scene_ / "room" / texture.at("file").get<std::string>());
+        ASSERT_TRUE(opened) << opened.error().line();
+        images.push_back(verify::decodeImage(*opened, {}).value());
+    }
+    ASSERT_EQ(images.size(), 3u);
+    const auto bake = formats::LightMapReader::open(scene_ / "map.exr", {});
+    ASSERT_TRUE(bake);
+    const auto reference = bake->read(0, bake->height());
+    ASSERT_TRUE(reference);
+    // The square faces +y, u grows with z, and v with x, which is down the picture.
+    const glm::dmat3 tangents(glm::dvec3(0, 0, 1), glm::dvec3(-1, 0, 0), glm::dvec3(0, 1, 0));
+    const glm::dmat3 world = lighting::worldFromTangentFrame(glm::dvec3(0, 1, 0));
+    double errors = 0, squares = 0;
+    for (int y = 0; y < images[0].height(); ++y)
+        for (int x = 0; x < images[0].width(); ++x)
+            for (int k = 0; k < 32; ++k) {
+                const glm::dvec3 n = world * lighting::fibonacciHemisphere(k, 32),
+                                 exact(lighting::lambertExitRadiance(reference->sh.at(x, y), glm::vec3(n), glm::vec3(1)).value);
+                std::array<glm::dvec3, 3> rnm;
+                for (std::size_t i = 0; i < 3; ++i) rnm[i] = glm::dvec3(glm::vec3(images[i].at(x, y)));
+                const glm::dvec3 error = shownByBakery(rnm, glm::transpose(tangents) * n) - exact;
+                errors += glm::dot(error, error);
+                squares += glm::dot(exact, exact);
+            }
+    const auto report = loadReport(scene_ / "room" / kReportName);
+    ASSERT_TRUE(report);
+    const auto& stage = report->assets.front().verdict.stages.front();
+    EXPECT_EQ(stage.name, "rnm");
+    EXPECT_NEAR(std::sqrt(errors / squares), stage.diffuse.relRms, 1e-3 * stage.diffuse.relRms);
+
+    const Ended without = run("lightmap map.exr other --layout rnm --max-error 1");
+    EXPECT_EQ(without.code, 2);
+    EXPECT_THAT(without.err, HasSubstr("map.exr: found no mesh, expected mesh = \"FILE\" (--mesh) with light-map UVs"));
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "other"));
+    const Ended reconstructed = run("reconstruct room map back.exr");
+    EXPECT_EQ(reconstructed.code, 2);
+    EXPECT_THAT(reconstructed.err, HasSubstr("found layout rnm, expected one that stores SH coefficients"));
+}
+
+TEST_F(Engines, TangentsOfAMeshWithoutAnyAreRefused) {
+    formats::writeSquare(scene_ / "flat.glb", {.texture = glm::mat2(0)});
+    const Ended ended = run("lightmap map.exr other --layout rnm --max-error 1 --mesh flat.glb");
+    EXPECT_EQ(ended.code, 3) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr("flat.glb: found no tangents, expected an attribute TANGENT"));
 }
 
 TEST_F(EnginesSoak, ManifestAndReportKeepTheirSchemasForEveryConverter) {

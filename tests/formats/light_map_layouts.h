@@ -31,9 +31,9 @@ std::vector<formats::LightMapLayout> layoutsWhere(Has has) {
     return layouts;
 }
 
-/// Returns the layouts that hold light of several directions.
+/// Returns the layouts that hold coefficients of light from several directions.
 inline std::vector<formats::LightMapLayout> directionalLayouts() {
-    return layoutsWhere([](const formats::LightMapLayoutInfo& row) { return !row.isFlat(); });
+    return layoutsWhere([](const formats::LightMapLayoutInfo& row) { return !row.isFlat() && !row.isInTangentSpace; });
 }
 
 /// The first layout of each family, and the first with residual layers: each has a decoder of its own. ./dev soak takes all.

@@ -133,7 +133,9 @@ TEST_P(LightMaps, ShadeAsOursBetweenTexels) {
 /// Returns every layout for target bc, and three for target float.
 std::vector<LightMapCase> lightMapCases() {
     std::vector<LightMapCase> cases;
-    for (const formats::LightMapLayoutInfo& row : formats::allLightMapLayouts()) cases.push_back({"bc", std::string(row.name)});
+    // A layout in tangent space needs a mesh, and is shaded as the engine does (tests/shaders).
+    for (const formats::LightMapLayoutInfo& row : formats::allLightMapLayouts())
+        if (!row.isInTangentSpace) cases.push_back({"bc", std::string(row.name)});
     for (const char* layout : {"basis-8", "ratio", "luvw"}) cases.push_back({"float", layout});
     return cases;
 }

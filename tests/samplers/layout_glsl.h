@@ -82,6 +82,7 @@ public:
             case formats::LightMapFamily::Unreal:
                 return constants({{"scale0", Kind::Vector}, {"add0", Kind::Vector}, {"scale1", Kind::Vector}, {"add1", Kind::Vector}}) +
                        texels({}) + eachTexture() + call();
+            case formats::LightMapFamily::Rnm:  // needs the tangents of a mesh
             case formats::LightMapFamily::Basis:
                 break;
         }

@@ -106,11 +106,13 @@ std::string useOf(const std::string& layout) {
             type += at == 0 || layout[at - 1] == '-' ? static_cast<char>(std::toupper(static_cast<unsigned char>(layout[at]))) : layout[at];
     const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
     const formats::LightMapFamily family = formats::info(formats::lightMapLayoutFromName(layout).value()).family;
-    const bool hasConstants = family != formats::LightMapFamily::Godot && family != formats::LightMapFamily::Bakery;
+    const bool isRnm = family == formats::LightMapFamily::Rnm;
+    const bool hasConstants = family != formats::LightMapFamily::Godot && family != formats::LightMapFamily::Bakery && !isRnm;
     std::string body = "Lc" + type + "Texels t;\n" + (hasConstants ? "Lc" + type + "Constants k;\n" : "");
     if (layout == "godot") body += "for (int i = 0; i < 4; ++i) { t.sh[i] = " + one + "; }\n";
     if (layout == "mono-sh") body += "t.l0 = " + one + ";\nt.l1 = " + one + ";\n";
     if (layout == "bakery") body += "t.l0 = t.l1x = t.l1y = t.l1z = " + one + ";\n";
+    if (isRnm) body += "t.rnm0 = t.rnm1 = t.rnm2 = " + one + ";\n";
     if (layout == "raw") body += "for (int i = 0; i < 9; ++i) { t.sh[i] = " + one + "; }\nk.range = 2.0;\n";
     if (layout.starts_with("hdr"))
         body +=
@@ -140,9 +142,15 @@ std::string useOf(const std::string& layout) {
         body += "t.lightmap0 = " + one + ";\nt.lightmap1 = " + one + ";\nk.scale0 = k.add0 = k.scale1 = k.add1 = " + one +
                 ";\nvec3 shown = lcUnrealHqExitRadiance(t, k, vec3(0.6, 0.0, 0.8));\nt.lightmap0.x = shown.x;\n";
     if (!hasConstants)
-        body += "vec3 shown = lc" + type + "ExitRadiance(t, vec3(0.6, 0.0, 0.8));\nt." + (layout == "godot" ? "sh[0]" : "l0") +
+        body += "vec3 shown = lc" + type + "ExitRadiance(t, vec3(0.6, 0.0, 0.8));\nt." +
+                (layout == "godot" ? "sh[0]"
+                 : isRnm           ? "rnm0"
+                                   : "l0") +
                 ".x = shown.x;\n";
-    return body + "LcSh sh = lcLightMap" + type + (hasConstants ? "(t, k);\n" : "(t);\n") +
+    const std::string arguments = hasConstants ? "(t, k);\n"
+                                  : isRnm      ? "(t, vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), vec3(0.0, 0.0, 1.0));\n"
+                                               : "(t);\n";
+    return body + "LcSh sh = lcLightMap" + type + arguments +
            "LcFrame f = lcViewFrame(vec3(0.0, 0.0, 1.0), vec3(0.6, 0.0, 0.8));\n"
            "result = lcExitRadiance(lcLocalSh(sh, f.x, f.y, f.z), vec3(0.0, 0.0, 1.0));\n";
 }

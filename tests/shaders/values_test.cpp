@@ -173,6 +173,37 @@ TEST(ShaderLightMaps, UnrealShowsWhatTheEngineShows) {
     EXPECT_GT(clamped, 20);
 }
 
+/// The engine's formula written out in double, and coefficients that show the same at the surface's own normal, in any frame.
+TEST(ShaderLightMaps, RnmShowsWhatTheEngineShows) {
+    Random random;
+    const double a = std::sqrt(2.0 / 3), b = 1 / std::sqrt(6.0), c = 1 / std::sqrt(2.0), d = 1 / std::sqrt(3.0);
+    int clamped = 0;
+    for (int i = 0; i < 400; ++i) {
+        const auto light = [&] { return glm::vec4(random.number(0, 4), random.number(0, 4), random.number(0, 4), 1); };
+        const shaders::LcRnmTexels t{light(), light(), light()};
+        const vec3 n = random.direction();
+        const glm::dvec3 exact(n);
+        const double along[3] = {a * exact.x + d * exact.z, -b * exact.x - c * exact.y + d * exact.z,
+                                 -b * exact.x + c * exact.y + d * exact.z};
+        const glm::dvec3 shown = std::max(along[0], 0.0) * glm::dvec3(vec3(t.rnm0)) + std::max(along[1], 0.0) * glm::dvec3(vec3(t.rnm1)) +
+                                 std::max(along[2], 0.0) * glm::dvec3(vec3(t.rnm2));
+        expectNear(shaders::lcRnmExitRadiance(t, n), vec3(shown), 1e-5f);
+        clamped += along[0] < 0 ? 1 : 0;
+        const vec3 normal = random.direction(), tangent = glm::normalize(glm::cross(normal, random.direction())),
+                   bitangent = (i % 2 == 0 ? 1.0f : -1.0f) * glm::cross(normal, tangent);
+        const LcSh decoded = shaders::lcLightMapRnm(t, tangent, bitangent, normal);
+        expectNear(lighting::lambertExitRadiance(toRgb(decoded), normal, vec3(1)).value, shaders::lcRnmExitRadiance(t, vec3(0, 0, 1)),
+                   3e-5f);
+        // Within the hemisphere, no colour is farther off than an eighth of the light of the directions.
+        const vec3 local = vec3(n.x, n.y, std::abs(n.z)), world = local.x * tangent + local.y * bitangent + local.z * normal;
+        const vec3 off =
+            glm::abs(lighting::lambertExitRadiance(toRgb(decoded), world, vec3(1)).value - shaders::lcRnmExitRadiance(t, local));
+        for (int channel = 0; channel < 3; ++channel)
+            EXPECT_LT(off[channel], 0.1254f * (t.rnm0[channel] + t.rnm1[channel] + t.rnm2[channel]));
+    }
+    EXPECT_GT(clamped, 100);
+}
+
 TEST(ShaderSpecular, CookTorranceIsLightings) {
     Random random;
     for (int i = 0; i < 500; ++i) {

@@ -11,6 +11,7 @@
 #include "tests/compress/light_map_plan.h"
 #include "tests/formats/light_map_layouts.h"
 #include "verify/light_map.h"
+#include "verify/light_map/layouts.h"
 #include "verify/sampler_tolerance.h"
 #include "verify/texture_unit.h"
 
@@ -71,6 +72,13 @@ inline Cooked cook(formats::LightMapStrip reference, formats::LightMapLayout lay
     cooked.map.height = height;
     cooked.reference = std::move(reference);
     return cooked;
+}
+
+/// Returns the layout of a cooked map; of one in tangent space, on the tangents of its bake.
+inline verify::layouts::Layout layoutOn(const Cooked& cooked) {
+    verify::layouts::Layout layout = *verify::layouts::layoutOf(cooked.map);
+    if (auto* const rnm = std::get_if<verify::layouts::Rnm>(&layout)) rnm->frames.strip = &cooked.reference;
+    return layout;
 }
 
 }  // namespace lightcook::test

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "formats/light_map.h"
 #include "formats/light_map_layout.h"
 
 namespace lightcook::test {
@@ -18,6 +19,15 @@ inline constexpr auto kPublicScenes = {"cornell", "interior", "outdoor", "zdm2_s
 /// Returns the light map of a public scene. It may not be there: the shared data are not part of the repository.
 inline std::filesystem::path lightMapOf(const std::string& scene) {
     return std::filesystem::path(LIGHTCOOK_SHARED_DATA) / "scenes" / (scene + "_lightmap.exr");
+}
+
+/// Returns how the light map of a public scene is read for a layout: on its mesh, if the layout is in tangent space.
+inline formats::LightMapDescription descriptionFor(const std::string& scene, formats::LightMapLayout layout) {
+    formats::LightMapDescription description;
+    if (!formats::info(layout).isInTangentSpace) return description;
+    description.mesh = lightMapOf(scene).parent_path() / (scene + ".glb");
+    description.takesTangents = true;
+    return description;
 }
 
 using SceneAndLayout = std::tuple<const char*, formats::LightMapLayout>;

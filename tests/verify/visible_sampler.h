@@ -58,14 +58,18 @@ public:
         std::vector<lighting::AreaSpecularKernel> kernels;
         for (std::size_t at = 0; at < count; ++at) {
             const double NoV = random.next() < 0.2 ? 0.001 + 0.1 * random.next() : std::max(1e-3, random.next());
-            rows.push_back(isSpecular
-                               ? specularRow(NoV, between(kLowM, kHighM), between(kLowF0, kHighF0), 2 * std::numbers::pi * random.next())
-                               : diffuseRow(at == 0 ? glm::dvec3(0, 0, 1) : normalInCap(random)));
+            if (isSpecular) {
+                rows.push_back(specularRow(NoV, between(kLowM, kHighM), between(kLowF0, kHighF0), 2 * std::numbers::pi * random.next()));
+            } else {
+                normals.push_back(at == 0 ? glm::dvec3(0, 0, 1) : normalInCap(random));
+                rows.push_back(diffuseRow(normals.back()));
+            }
         }
         for (std::size_t k = 0; k < lanes.size(); ++k)
             for (const ShadingRow& row : rows) lanes[k].push_back(static_cast<float>(row[k]));
     }
     std::vector<ShadingRow> rows;
+    std::vector<glm::dvec3> normals;                           ///< of diffuse rows, in the frame of the texel
     std::array<std::vector<float>, lighting::kShCount> lanes;  ///< [coefficient][row]
 };
 
@@ -84,12 +88,14 @@ struct SampledPlace {
 /// Error and reference, [channel][coefficient], in the frame of the nearest texel and in units of the key.
 struct SampledLight {
     std::array<lighting::Sh, 3> reference{}, found{};
+    /// Diffuse light of a layout in tangent space, for a normal in the frame of the nearest texel. Empty: that of `found`.
+    std::function<glm::vec3(const glm::dvec3&)> shown;
 };
 
 class VisibleSampler {
 public:
     VisibleSampler(const Cooked& cooked, const verify::Viewing& viewing)
-        : cooked_(cooked), layout_(*verify::layouts::layoutOf(cooked.map)), display_(viewing, cooked.key) {
+        : cooked_(cooked), layout_(layoutOn(cooked)), display_(viewing, cooked.key) {
         for (std::size_t t = 0; t < cooked.texels.textures.size(); ++t)
             for (std::size_t layer = 0; layer < cooked.texels.textures[t].size(); ++layer) {
                 layers_.push_back(&cooked.texels.textures[t][layer]);
@@ -115,6 +121,8 @@ public:
             if (number() < 0.3f) place.off[axis] = number() < 0.5f ? 0.5f : -0.5f;
         do place.decode = random.below(4);
         while (!isCovered(place.quadX() + place.decode % 2, place.quadY() + place.decode / 2));
+        // A layout in tangent space has the frame of the texel.
+        if (verify::layouts::infoOf(layout_).isInTangentSpace) place.decode = x - place.quadX() + 2 * (y - place.quadY());
         const int kind = random.below(3);
         if (kind == 0) return place;
         place.shift = (2.0f * glm::vec2(number(), number()) - 1.0f) / 256.0f;
@@ -134,6 +142,8 @@ public:
         const auto clampedX = [&](int x) { return std::clamp(x, 0, cooked_.map.width - 1); };
         const auto clampedY = [&](int y) { return std::clamp(y, 0, cooked_.map.height - 1); };
         lighting::ShRgb reference{}, found{};
+        SampledLight out;
+        const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(cooked_.reference.normal.at(place.x, place.y)));
         double sum = 0;
         for (int i = 0; i < 4; ++i)
             if (isCovered(qx + i % 2, qy + i / 2)) sum += weight(exact, i);
@@ -164,11 +174,16 @@ public:
                 const shaders::LcSh sh =
                     verify::layouts::decodeAt(layout, clampedX(qx + place.decode % 2), clampedY(qy + place.decode / 2)).decode(texels);
                 std::copy_n(sh.c, lighting::kShCount, found.begin());
+                if constexpr (verify::layouts::InTangentSpace<std::decay_t<decltype(layout)>>)
+                    out.shown = [decode = layout.at(place.x, place.y), texels, frame, key = cooked_.key](const glm::dvec3& normal) {
+                        return decode.exitRadiance(texels, glm::vec3(frame * normal)) / static_cast<float>(key);
+                    };
             },
             layout_);
-        const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(cooked_.reference.normal.at(place.x, place.y)));
         const lighting::ShRotation toFrame(glm::transpose(frame));
-        return {channelsOf(toFrame.apply(reference)), channelsOf(toFrame.apply(found))};
+        out.reference = channelsOf(toFrame.apply(reference));
+        out.found = channelsOf(toFrame.apply(found));
+        return out;
     }
     /// Writes the visible errors of rows [first, first + kLanes).
     void differences(const SampledLight& light, const ShadingRows& rows, std::size_t first, float* out) const {
@@ -180,6 +195,10 @@ public:
                     reference[c * kLanes + lane] += light.reference[c][k] * rows.lanes[k][first + lane];
                     found[c * kLanes + lane] += light.found[c][k] * rows.lanes[k][first + lane];
                 }
+        for (std::size_t lane = 0; light.shown && !rows.normals.empty() && lane < kLanes; ++lane) {
+            const glm::vec3 shown = light.shown(rows.normals[first + lane]);
+            for (std::size_t c = 0; c < 3; ++c) found[c * kLanes + lane] = shown[static_cast<int>(c)];
+        }
         display_.apply(reference.data(), kLanes, shownReference.data());
         display_.apply(found.data(), kLanes, shownFound.data());
         verify::visibleDifferences(shownReference.data(), shownFound.data(), kLanes, out);

@@ -70,9 +70,33 @@ inline bool isUnsigned(const FormatTolerance& format) {
     return format.relative == 0 && format.absolute < 3.0f / 255;
 }
 
+/// Directions in tangent space: linear, but what is shown beside the coefficients counts as curvature.
+template <InTangentSpace Layout>
+class CoarseBoundsOf<Layout> final : public CoarseBounds {
+public:
+    CoarseBoundsOf(const Layout& layout, const std::vector<FormatTolerance>& formats) : layout_(layout), formats_(formats) {}
+    bool isKnown() const override { return true; }
+    CoarseBound bound(const QuadTexels& t, std::size_t cluster, const QuadTolerance& tolerance) const override {
+        std::array<TexelBox, Layout::kLayers> boxes;
+        Texels<Layout::kLayers> largest;
+        for (std::size_t layer = 0; layer < boxes.size(); ++layer) {
+            const auto at = detail::layerAt(t, layer);
+            largest[layer] = detail::largestOf(at);
+            if (!formats_.empty()) boxes[layer] = detail::boxOf(at, tolerance.at(layer), formats_[layer].relative);
+        }
+        shaders::LcSh beside{};
+        beside.c[0] = besideOf(layout_, largest);
+        return {detail::lengthsOf(beside), formats_.empty() ? BandLengths{} : detail::lengthsOf(deviationOf(layout_, cluster, boxes))};
+    }
+
+private:
+    const Layout& layout_;
+    std::vector<FormatTolerance> formats_;
+};
+
 /// Linear decodes: the corners are the control vectors, so the curvature is 0.
 template <class Layout>
-requires(Layout::kDegree == 1 && !Curved<Layout>) class CoarseBoundsOf<Layout> final : public CoarseBounds {
+requires(Layout::kDegree == 1 && !Curved<Layout> && !InTangentSpace<Layout>) class CoarseBoundsOf<Layout> final : public CoarseBounds {
 public:
     CoarseBoundsOf(const Layout& layout, const std::vector<FormatTolerance>& formats) : layout_(layout), formats_(formats) {}
     bool isKnown() const override { return true; }

@@ -182,6 +182,33 @@ inline shaders::LcSh deviationOf(const UnrealHq& layout, const Boxes<2>& t) {
     return UnrealFactors::coefficients(off);
 }
 
+/// Returns the length of coefficient 0 that shows an exit radiance under every normal, rounded up.
+inline glm::vec3 zonalOfExit(const glm::vec3& exitRadiance) {
+    return exitRadiance / 0.282094f;
+}
+
+/// Returns an upper bound of the difference between what a layout in tangent space shows and what its coefficients show, as a change of
+/// coefficient 0.
+inline glm::vec3 besideOf(const Rnm&, const Texels<3>& largest) {
+    return zonalOfExit(Rnm::kResidual * (detail::rgb(largest[0]) + detail::rgb(largest[1]) + detail::rgb(largest[2])));
+}
+
+/// Directions in tangent space: linear in the texels. What is shown beside the coefficients counts as a change of coefficient 0.
+inline shaders::LcSh deviationOf(const Rnm& layout, std::size_t cluster, const Boxes<3>& t) {
+    const Rnm::Decode decode = layout.at(cluster);
+    shaders::LcSh out{};
+    Texels<3> tolerance;
+    for (std::size_t i = 0; i < t.size(); ++i) {
+        tolerance[i] = t[i].tolerance;
+        Texels<3> one{};
+        one[i] = t[i].tolerance;
+        const shaders::LcSh off = decode.decode(one);
+        for (std::size_t k = 0; k < 9; ++k) out.c[k] += glm::abs(off.c[k]);
+    }
+    out.c[0] += besideOf(layout, tolerance);
+    return out;
+}
+
 /// Places of the polynomial's factors in lcBasisMonomials: of each code, and of each product of two codes.
 inline constexpr int kLinearMonomial[4] = {1, 2, 3, 10};
 inline constexpr int kProductMonomial[4][4] = {{4, 5, 6, 11}, {5, 7, 8, 12}, {6, 8, 9, 13}, {11, 12, 13, 14}};

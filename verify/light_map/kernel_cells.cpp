@@ -90,6 +90,7 @@ int KernelTree::addDiffuse(double low, double high, int depth) {
     range.centre = exitProfile(middle);
     range.tangents[0] = exitSlope(middle);
     range.angle = middle;
+    range.halfAngle = half;
     for (double& value : range.tangents[0]) value *= half;
     for (std::size_t l = 0; l < kBands; ++l) range.radius[l] = 0.5 * half * half * static_cast<double>(l * l) * kExitLengths[l];
     const auto index = ranges_.size();
@@ -271,7 +272,12 @@ KernelCell KernelTree::cell(int index, double azimuth, double half) const {
     }
     cell.lengths = sumOf(lighting::bandLengths(from.centre), from.radius);
     for (std::size_t i = 0; i < tangents; ++i) cell.lengths = sumOf(cell.lengths, lighting::bandLengths(from.tangents[i]));
-    if (!isSpecular_) cell.lengths = kExitLengths;
+    if (isSpecular_) return cell;
+    cell.lengths = kExitLengths;
+    const double sine = std::sin(from.angle);
+    cell.normal = {sine * std::cos(azimuth), sine * std::sin(azimuth), std::cos(from.angle)};
+    cell.profileAngle = from.halfAngle;
+    cell.azimuthAngle = sine * half;
     return cell;
 }
 

@@ -34,6 +34,9 @@ struct KernelCell {
     lighting::ShBands profileRadius{}, azimuthRadius{};
     lighting::ShBands lengths{};              ///< largest length of each band
     std::size_t tangents = kProfileTangents;  ///< that are not 0
+    /// Diffuse light: all normals of the range are within the sum of both angles [rad] of this one.
+    glm::dvec3 normal{0, 0, 1};
+    double profileAngle = 0, azimuthAngle = 0;
 };
 
 /// A range of profiles.
@@ -43,6 +46,7 @@ struct ProfileRange {
     lighting::ShBands radius{};
     int first = -1, second = -1;  ///< its halves; -1: a leaf
     double angle = 0;             ///< of the normal or the view from the texel's normal, in the middle [rad]
+    double halfAngle = 0;         ///< diffuse light only: half of the range of angles [rad]
     double m = 0, f0 = 0;         ///< specular light only
     bool isLeaf() const { return first < 0; }
 };

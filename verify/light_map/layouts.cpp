@@ -49,6 +49,10 @@ std::optional<formats::Error> readConstants(const CookedLightMap&, AnyLayout&) {
     return std::nullopt;
 }
 
+std::optional<formats::Error> readConstants(const CookedLightMap&, Rnm&) {
+    return std::nullopt;
+}
+
 template <LuvwFamily Luvw>
 std::optional<formats::Error> readConstants(const CookedLightMap& map, Luvw& layout) {
     if (auto error = readConstant(map, "range", layout.k.range)) return error;

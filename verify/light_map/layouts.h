@@ -6,6 +6,7 @@
 //   decodeEarly(stage, texels, reference)   the coefficients after an earlier stage, if the layout has more than one
 //   bands(texels)                           zonal layouts: the part of the decode that is a polynomial of the texels
 //   at(x, y)                                learned layouts: the decode of one texel, whose constants differ from cluster to cluster
+//   at(x, y), at(cluster)                   layouts in tangent space: the decode in the tangent frame of one texel
 //
 // To add a layout: a struct here and its place in the variant `Layout`, readConstants() in layouts.cpp, deviationOf() in deviation.h and
 // CoarseBoundsOf in coarse_bound.h. A layout of an existing family is one alias: the ratio family, say, needs `using X = RatioDecode<...>`.
@@ -16,6 +17,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <memory>
 #include <optional>
@@ -24,9 +27,11 @@
 #include <variant>
 #include <vector>
 
+#include "formats/light_map.h"
 #include "formats/light_map_layout.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/light_map.h"
+#include "verify/light_map/rnm_residual.h"
 
 namespace lightcook::verify::layouts {
 
@@ -295,6 +300,53 @@ struct UnrealHq : LayoutRow<LightMapLayout::UnrealHq> {
     }
 };
 
+/// The tangent frames of a strip. Each of its texels is a cluster of its own.
+struct TangentFrames {
+    struct Frame {
+        glm::vec3 tangent, bitangent, normal;
+        friend bool operator==(const Frame&, const Frame&) = default;
+    };
+    const formats::LightMapStrip* strip = nullptr;  ///< with tangents
+
+    std::size_t clusterAt(int x, int y) const {
+        return static_cast<std::size_t>(y - strip->firstRow) * static_cast<std::size_t>(strip->normal.width()) +
+               static_cast<std::size_t>(x);
+    }
+    Frame at(std::size_t cluster) const {
+        const glm::vec3& normal = strip->normal.texels()[cluster];
+        const glm::vec4& tangent = strip->tangent.texels()[cluster];
+        return {glm::vec3(tangent), tangent.w * glm::cross(normal, glm::vec3(tangent)), normal};
+    }
+};
+
+/// Layouts in tangent space. The decode to coefficients has what specular light takes; diffuse light is the engine's own function of the
+/// normal, which no coefficients have. Over the hemisphere it is within kResidual R_i of what they show, summed over the directions
+/// (rnm_residual.h).
+template <class Layout>
+concept InTangentSpace = formats::info(Layout::kLayout)
+.isInTangentSpace;
+
+struct Rnm : LayoutRow<LightMapLayout::Rnm> {
+    using LayerTexels = Texels<kLayers>;
+    static constexpr auto kResidual = static_cast<float>(RnmResidual::kLargest);
+    TangentFrames frames;
+
+    struct Decode {
+        TangentFrames::Frame frame;
+
+        shaders::LcSh decode(const LayerTexels& t) const {
+            return shaders::lcLightMapRnm(shaderTexels<shaders::LcRnmTexels>(t), frame.tangent, frame.bitangent, frame.normal);
+        }
+        /// Returns what a white surface with a normal in world axes shows.
+        glm::vec3 exitRadiance(const LayerTexels& t, const glm::vec3& n) const {
+            const glm::vec3 inTangents(glm::dot(frame.tangent, n), glm::dot(frame.bitangent, n), glm::dot(frame.normal, n));
+            return shaders::lcRnmExitRadiance(shaderTexels<shaders::LcRnmTexels>(t), inTangents);
+        }
+    };
+    Decode at(std::size_t cluster) const { return {frames.at(cluster)}; }
+    Decode at(int x, int y) const { return at(frames.clusterAt(x, y)); }
+};
+
 struct Zh3 : RatioRow<LightMapLayout::Zh3, shaders::LcZh3Texels, shaders::LcZh3Constants> {
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapZh3(shaderTexels<shaders::LcZh3Texels>(t), k); }
     shaders::LcSh bands(const Texels<kLayers>& t) const { return shaders::lcZh3Bands(shaderTexels<shaders::LcZh3Texels>(t), k); }
@@ -363,7 +415,7 @@ struct Basis : LayoutRow<kId> {
 using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
                             Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>,
                             Basis<LightMapLayout::Basis20>, Basis<LightMapLayout::Basis24>, Sh4, Godot, MonoSh, Bakery, Hdr, Hdr2, Halo3,
-                            Halo3Linear, HdrRgb9e5, Flat2, UnrealHq>;
+                            Halo3Linear, HdrRgb9e5, Flat2, UnrealHq, Rnm>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

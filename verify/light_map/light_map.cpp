@@ -265,7 +265,7 @@ LightMapVerifier::AreaVisibleBound LightMapVerifier::visibleBound(const DecodedL
 }
 
 formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount,
-                                                              int placesPerTexel) const {
+                                                              int placesPerTexel, const formats::LightMapStrip* surface) const {
     assert(texels.textures.size() == state_->textures.size() && firstRow >= texels.firstRow && placesPerTexel >= 1);
     const int width = state_->map.width, height = state_->map.height;
     formats::Image<lighting::ShRgb> out(placesPerTexel * width, placesPerTexel * rowCount);
@@ -281,7 +281,11 @@ formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLight
             weight = at - below;
         }
     };
-    const auto decoder = lightmap::mapDecoder(state_->layout, 1);  // in the units of the map
+    const bool isInTangentSpace = layouts::infoOf(state_->layout).isInTangentSpace;
+    assert(!isInTangentSpace || surface != nullptr);
+    // In the units of the map.
+    const std::shared_ptr<const lightmap::MapDecoder> decoder =
+        isInTangentSpace ? lightmap::tangentDecoder(state_->layout, 1, *surface) : lightmap::mapDecoder(state_->layout, 1);
     lightmap::FilteredTexels filtered;
     for (int row = 0; row < out.height(); ++row) {
         const int placeY = placesPerTexel * firstRow + row;

@@ -19,12 +19,16 @@ struct LightMapVerifier::State {
     LightMapSampling sampling;
     float perKey = 1;  ///< light in units of the key
     layouts::Layout layout;
-    std::unique_ptr<const lightmap::MapDecoder> decoder;  ///< of layout
+    std::shared_ptr<const lightmap::MapDecoder> decoder;  ///< of layout
     std::vector<TextureNeed> textures;
     ShadingSetup setup;
 
+    /// Returns the decoder of the texels of a strip, which outlives it. A layout in tangent space needs its tangents.
+    std::shared_ptr<const lightmap::MapDecoder> decoderOn(const formats::LightMapStrip& strip) const {
+        return layouts::infoOf(layout).isInTangentSpace ? lightmap::tangentDecoder(layout, perKey, strip) : decoder;
+    }
     lightmap::RowInputs inputs(const DecodedLightMapRows& texels, const formats::LightMapStrip& reference) const {
-        return {*decoder, map, sampling, setup, texels, reference};
+        return {decoderOn(reference), map, sampling, setup, texels, reference};
     }
 };
 

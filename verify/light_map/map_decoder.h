@@ -68,7 +68,8 @@ struct Deviation {
     std::vector<std::array<LcSh, 4>> groups;
 };
 
-/// The decode of each texel. Learned layouts have one decode for each cluster of texels; others have cluster 0 alone.
+/// The decode of each texel. Learned layouts have one decode for each cluster of texels, layouts in tangent space one for each texel;
+/// others have cluster 0 alone.
 class MapDecoder {
 public:
     virtual ~MapDecoder() = default;
@@ -88,18 +89,32 @@ public:
     bool isCurved() const { return info_.decodeDegree == 0; }
     /// There are several clusters, and deviations have groups.
     bool isLearned() const { return tables_ != nullptr; }
+    /// Clusters have decodes of their own: the layout is learned, or in tangent space.
+    bool hasClusters() const { return isLearned() || isInTangentSpace(); }
+    /// Diffuse light is exitRadiance(), which is at most besideSh() from what the decode shows (layouts::InTangentSpace).
+    bool isInTangentSpace() const { return frames_ != nullptr; }
     /// The map is compared with the exit radiance at each texel's own normal (layouts::Flat).
     bool isOwnNormalOnly() const { return isOwnNormalOnly_; }
     /// Zonal layouts: weights of the channels in the axis vector.
     const glm::vec3& luminance() const { return luminance_; }
     /// 1 / key: converts light to units of the key.
     float perKey() const { return perKey_; }
-    std::size_t clusterAt(int x, int y) const { return tables_ == nullptr ? 0 : tables_->clusterAt(x, y); }
+    std::size_t clusterAt(int x, int y) const {
+        if (frames_ != nullptr) return frames_->clusterAt(x, y);
+        return tables_ == nullptr ? 0 : tables_->clusterAt(x, y);
+    }
+    /// Returns true if two clusters have the same decode.
+    bool hasSameDecode(std::size_t a, std::size_t b) const { return a == b || (frames_ != nullptr && frames_->at(a) == frames_->at(b)); }
 
     // Light of texels in units of the key.
     virtual LcSh decode(LayerTexels texels, std::size_t cluster) const = 0;
     /// Sets the light after each stage, the last of which is the decode. Earlier ones may take coefficients from the reference.
     virtual void decodeStages(LayerTexels texels, const LcSh& reference, std::size_t cluster, std::span<LcSh> out) const = 0;
+    /// Layouts in tangent space: returns what a white surface with a normal in world axes shows.
+    virtual glm::vec3 exitRadiance(LayerTexels texels, std::size_t cluster, const glm::vec3& normal) const = 0;
+    /// Layouts in tangent space: returns the light of the directions as coefficients 0 to 2, in the right-handed frame of tangent and
+    /// normal.
+    virtual LcSh directions(LayerTexels texels, std::size_t cluster) const = 0;
     /// Returns what of the decode is a polynomial of the texels: all of it. Zonal layouts: bands 0 and 1, the zonal coefficient in c[4] and
     /// the axis vector in c[5]. Curved layouts: the decode, which is near to one of degree 1.
     virtual LcSh polynomial(LayerTexels texels, std::size_t cluster) const = 0;
@@ -110,6 +125,9 @@ public:
     virtual Deviation deviation(std::span<const TexelBox> boxes, std::size_t cluster) const = 0;
     /// Returns the curvature of a curved layout over a rectangle with these corners; 0 for others.
     virtual LcSh curvature(const QuadTexels& corners) const = 0;
+    /// Returns an upper bound of |exitRadiance() - what the decode shows| over the normals of the hemisphere and every place between these
+    /// corners, as a change of coefficient 0; 0 for layouts that are not in tangent space.
+    virtual glm::vec3 besideSh(const QuadTexels& corners) const = 0;
     /// Returns the coarse bounds, which refer to this object.
     /// formats  tolerance of each layer; empty: an ideal sampler
     virtual std::unique_ptr<const CoarseBounds> coarseBounds(const std::vector<FormatTolerance>& formats) const = 0;
@@ -122,7 +140,8 @@ protected:
     std::size_t layers_;
     int degree_;
     float perKey_;
-    const layouts::BasisTables* tables_ = nullptr;  ///< learned layouts
+    const layouts::BasisTables* tables_ = nullptr;    ///< learned layouts
+    const layouts::TangentFrames* frames_ = nullptr;  ///< layouts in tangent space
     bool isOwnNormalOnly_ = false;
     glm::vec3 luminance_{0};
 };
@@ -130,5 +149,7 @@ protected:
 /// Returns the decoder of a map of this layout, which must not be moved while the decoder lives.
 /// perKey  1 / key
 std::unique_ptr<const MapDecoder> mapDecoder(const layouts::Layout& layout, float perKey);
+/// Returns the decoder of a layout in tangent space on the texels of a strip, which has their tangents and outlives it.
+std::shared_ptr<const MapDecoder> tangentDecoder(layouts::Layout layout, float perKey, const formats::LightMapStrip& strip);
 
 }  // namespace lightcook::verify::lightmap

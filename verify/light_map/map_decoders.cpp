@@ -1,4 +1,5 @@
 // MapDecoder of each layout.
+#include <utility>
 #include <variant>
 
 #include "verify/light_map/basis_coarse_bound.h"
@@ -24,6 +25,7 @@ public:
         if constexpr (Learned<Layout>) tables_ = layout.tables.get();
         if constexpr (layouts::FlatFamily<Layout>) isOwnNormalOnly_ = layout.isOwnNormalOnly;
         if constexpr (layouts::Zonal<Layout>) luminance_ = layout.k.luminance;
+        if constexpr (layouts::InTangentSpace<Layout>) frames_ = &layout.frames;
     }
 
     LcSh decode(LayerTexels texels, std::size_t cluster) const override {
@@ -39,6 +41,31 @@ public:
         }
         out[Layout::kEarlyStages] = scaled(decode.decode(each), perKey());
     }
+    glm::vec3 exitRadiance([[maybe_unused]] LayerTexels texels, [[maybe_unused]] std::size_t cluster,
+                           [[maybe_unused]] const glm::vec3& normal) const override {
+        if constexpr (layouts::InTangentSpace<Layout>)
+            return perKey() * layout_.at(cluster).exitRadiance(layersOf(texels), normal);
+        else
+            return {};
+    }
+    LcSh directions([[maybe_unused]] LayerTexels texels, [[maybe_unused]] std::size_t cluster) const override {
+        LcSh out{};
+        if constexpr (layouts::InTangentSpace<Layout>) {
+            const bool isMirrored = layout_.frames.strip->tangent.texels()[cluster].w < 0;
+            for (std::size_t i = 0; i < 3; ++i) out.c[i] = perKey() * glm::vec3(texels[isMirrored && i > 0 ? 3 - i : i]);
+        }
+        return out;
+    }
+    glm::vec3 besideSh([[maybe_unused]] const QuadTexels& corners) const override {
+        if constexpr (layouts::InTangentSpace<Layout>) {
+            Texels largest;
+            for (std::size_t layer = 0; layer < largest.size(); ++layer)
+                largest[layer] = layouts::detail::largestOf(layouts::detail::layerAt(corners, layer));
+            return layouts::besideOf(layout_, largest);
+        } else {
+            return {};
+        }
+    }
     LcSh polynomial(LayerTexels texels, std::size_t cluster) const override {
         if constexpr (layouts::Zonal<Layout>) {
             LcSh sh = scaled(layout_.bands(layersOf(texels)), perKey());
@@ -51,6 +78,8 @@ public:
     Deviation deviation(std::span<const TexelBox> boxes, [[maybe_unused]] std::size_t cluster) const override {
         if constexpr (Learned<Layout>)
             return layouts::deviationOf<Layout::kCodeCount>(*layout_.tables, cluster, boxes);
+        else if constexpr (layouts::InTangentSpace<Layout>)
+            return {layouts::deviationOf(layout_, cluster, boxes.template first<Layout::kLayers>()), {}};
         else
             return {layouts::deviationOf(layout_, boxes.template first<Layout::kLayers>()), {}};
     }
@@ -78,6 +107,8 @@ private:
     decltype(auto) decodeOf([[maybe_unused]] std::size_t cluster) const {
         if constexpr (Learned<Layout>)
             return typename Layout::Decode{layout_.tables.get(), cluster};
+        else if constexpr (layouts::InTangentSpace<Layout>)
+            return layout_.at(cluster);
         else
             return (layout_);
     }
@@ -93,6 +124,21 @@ std::unique_ptr<const MapDecoder> mapDecoder(const layouts::Layout& layout, floa
             return std::make_unique<LayoutDecoder<Layout>>(each, perKey);
         },
         layout);
+}
+
+std::shared_ptr<const MapDecoder> tangentDecoder(layouts::Layout layout, float perKey, const formats::LightMapStrip& strip) {
+    struct Owner {
+        layouts::Layout layout;
+        std::unique_ptr<const MapDecoder> decoder;
+    };
+    auto owner = std::make_shared<Owner>(Owner{std::move(layout), nullptr});
+    std::visit(
+        [&]<class Layout>(Layout& each) {
+            if constexpr (layouts::InTangentSpace<Layout>) each.frames.strip = &strip;
+        },
+        owner->layout);
+    owner->decoder = mapDecoder(owner->layout, perKey);
+    return {owner, owner->decoder.get()};
 }
 
 }  // namespace lightcook::verify::lightmap

@@ -65,6 +65,7 @@ private:
         const LcSh reference = quad_.referenceAt(place).first,
                    error = difference(decoder_.decode(quad_.texelsAt(place).data(), cluster_), reference);
         addVectors(out, error, reference);
+        if (decoder_.isInTangentSpace()) out.directions.add(channelsOf(decoder_.directions(quad_.texelsAt(place).data(), cluster_)));
         addRoundingOf(out, {&error, 1}, {&reference, 1}, 1);
         addTolerance({place, glm::vec2(0)}, out);
         return out;
@@ -118,7 +119,20 @@ private:
         for (std::size_t k = 0; k < count; ++k) values[k] = difference(values[k], references[k]);
         addRoundingOf(out, values, references, quad_.isCovered() ? 1 : kRimFactor);
         for (std::size_t k = 0; k < count; ++k) addVectors(out, values[k], references[k]);
+        if (decoder_.isInTangentSpace()) addDirections(place, std::span(weights).first(count), out);
         return out;
+    }
+    /// Adds the light of the directions of a layout in tangent space, with the same weights as the other vectors.
+    void addDirections(const PlaceRectangle& place, std::span<const float> weights, CellLight& out) const {
+        const std::size_t nodes = this->nodes();
+        std::array<LcSh, kMostNodes * kMostNodes> allValues;
+        const std::span<LcSh> values(allValues.data(), weights.size());
+        for (std::size_t k = 0; k < values.size(); ++k) {
+            const glm::vec2 at = glm::vec2(k % nodes, k / nodes) / static_cast<float>(nodes - 1);
+            values[k] = scaled(decoder_.directions(quad_.texelsAt(place.low + place.size * at).data(), cluster_), weights[k]);
+        }
+        controlsFromNodes(values, nodes);
+        for (std::size_t k = 0; k < values.size(); ++k) out.directions.add(channelsOf(scaled(values[k], 1 / weights[k])));
     }
     /// Turns bands() into coefficients about one axis, and adds how far other axes are.
     static void takeZonal(std::span<LcSh> values, double axisTolerance, CellLight& out) {
@@ -204,7 +218,23 @@ private:
             addLargestLengths(out.errorSlack, moved, steepest);
             axisTolerance += steepest * axisStep;
         }
+        if (decoder_.isInTangentSpace()) addMovedDirections(out);
         return axisTolerance;
+    }
+
+    /// Adds what such fractions change of the light that is shown beside the coefficients: that of the differences of the texels.
+    void addMovedDirections(CellLight& out) const {
+        for (const auto& [a, b, c, d] : {std::array<std::size_t, 4>{1, 0, 3, 2}, std::array<std::size_t, 4>{2, 0, 3, 1}}) {
+            FilteredTexels step{};
+            for (std::size_t layer = 0; layer < decoder_.layers(); ++layer) {
+                const auto& t = quad_.corners.texels;
+                step[layer] = glm::max(glm::abs(t[a][layer] - t[b][layer]), glm::abs(t[c][layer] - t[d][layer]));
+            }
+            const glm::vec3 beside = decoder_.besideSh({step.data(), step.data(), step.data(), step.data()});
+            for (std::size_t channel = 0; channel < kChannels; ++channel)
+                out.errorSlack[channel][0] +=
+                    kOutward * static_cast<double>(kFractionTolerance * decoder_.perKey() * beside[static_cast<int>(channel)]);
+        }
     }
 
     const MapDecoder& decoder_;

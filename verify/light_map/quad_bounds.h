@@ -91,6 +91,7 @@ private:
         const Squares squares = largestSquares(quad.values());
         ChannelSlack slack{};
         addRounding(slack, squares, referenceSquares(references));
+        addBesideSh(slack, rows_.decoder(), texels);
         if (tolerance_.isNone()) {
             if (evaluator_.cannotExceed(largest_, squares, slack)) return true;
             if (mayDefer) return defer(x, y, squares, slack, references);

@@ -112,7 +112,9 @@ private:
         // Bounds hold for every direction, so light stays in the frame of the world.
         const QuarterLight quarter(rows_, tolerance_, quad, corner, decode, {glm::vec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}});
         const CellLight light = quarter.over(quarter.whole());
-        ChannelSlack slack = light.errorSlack, all = slack;
+        ChannelSlack slack = light.errorSlack;
+        addBesideSh(slack, rows_.decoder(), quad.corners.texels);
+        ChannelSlack all = slack;
         for (std::size_t c = 0; c < kChannels; ++c)
             for (std::size_t l = 0; l < 3; ++l) {
                 slack[c][l] += static_cast<double>(light.deviations.count()) * light.deviations.largest(c)[l];

@@ -21,7 +21,8 @@ class RowVerifier {
 public:
     /// errors  empty, with one stage for each of the layout's
     RowVerifier(LightMapErrors errors, const RowInputs& inputs)
-        : rows_(inputs.decoder, inputs.map, inputs.texels, inputs.reference),
+        : decoder_(inputs.decoder),
+          rows_(*decoder_, inputs.map, inputs.texels, inputs.reference),
           sampling_(inputs.sampling),
           tolerance_(rows_, inputs.setup.tolerance),
           evaluator_(inputs.setup, rows_.perKey()),
@@ -127,6 +128,14 @@ private:
             place.found = light(rows_.decoded(quad.texelsAt(at).data(), quad.texelX(nearest), quad.texelY(nearest)));
         });
     }
+    /// Returns the diffuse light that the texels of a place show, whose surface is that of texel (x, y). Empty: coefficients have it.
+    ShownLight shownBy(LayerTexels texels, int x, int y) const {
+        const MapDecoder& decoder = rows_.decoder();
+        if (!decoder.isInTangentSpace()) return {};
+        return [&decoder, texels, cluster = decoder.clusterAt(x, y)](const glm::vec3& normal) {
+            return decoder.exitRadiance(texels, cluster, normal);
+        };
+    }
     /// Calls work(stage, error) for the light that each stage decodes from the texels of a place, whose surface is that of texel (x, y).
     template <class Work>
     void forEachStage(LayerTexels texels, const LcSh& reference, int x, int y, Work&& work) const {
@@ -139,12 +148,15 @@ private:
         const LcSh& reference = row.reference[index(x)];
         const LayerTexels texels = row.texelsAt(index(x));
         shader_.setReference(reference, rows_.normalAt(x, y), {x, y});
+        const ShownLight shown = shownBy(texels, x, y);
         forEachStage(texels, reference, x, y, [&](std::size_t stage, const LcSh& error) {
-            shader_.add(error, errors_.stages[stage].errors);
+            shader_.add(error, errors_.stages[stage].errors, shown);
             if (!sampling_.hasBounds()) return;
             // Bounds of earlier stages are those of an ideal sampler.
             const bool isLast = stage + 1 == stages();
-            boundCentre(largest_[stage], error, reference, isLast ? tolerance_.centreSlack(texels, x, y) : ChannelSlack{}, x, y);
+            ChannelSlack slack = isLast ? tolerance_.centreSlack(texels, x, y) : ChannelSlack{};
+            addBesideSh(slack, rows_.decoder(), {texels, texels, texels, texels});
+            boundCentre(largest_[stage], error, reference, slack, x, y);
         });
     }
     void boundCentre(LargestBounds& largest, const LcSh& error, const LcSh& reference, const ChannelSlack& tolerance, int x, int y) const {
@@ -173,11 +185,12 @@ private:
         const LcSh reference = quad.referenceAt(at).first;
         const FilteredTexels texels = quad.texelsAt(at);
         shader_.setReference(reference, rows_.normalAt(x, y), quad.inMap(glm::dvec2(at)));
+        const ShownLight shown = shownBy(texels.data(), x, y);
         if (sampling_.isForTrial()) {
             const std::uint32_t group = sampling_.groups.at(x, y);
             forEachStage(texels.data(), reference, x, y, [&](std::size_t stage, const LcSh& error) {
                 LightMapErrors::Stage& tried = errors_.stages[stage];
-                const ShadedSums sums = shader_.add(error, tried.errors);
+                const ShadedSums sums = shader_.add(error, tried.errors, shown);
                 if (group != PlaceGroups::kNone) tried.groups[group].merge(sums);
             });
             return;
@@ -189,13 +202,14 @@ private:
             DiffuseSquares& squares = errors_.stages[stage].surface;
             squares.error += diffuseSquare(error);
             squares.reference += light;
-            if (stage + 1 == stages()) shader_.add(error, errors);
+            if (stage + 1 == stages()) shader_.add(error, errors, shown);
         });
         const std::array<double, 2> after = {errors.diffuse.maxSampled(), errors.specular.maxSampled()};
         for (std::size_t kind = 0; kind < after.size(); ++kind)
             if (after[kind] > before[kind] && quad.isInside()) worstSampled_[kind] = {quad.x, quad.y};
     }
 
+    const std::shared_ptr<const MapDecoder> decoder_;
     const MapRows rows_;
     const LightMapSampling& sampling_;
     const SamplerTolerance tolerance_;

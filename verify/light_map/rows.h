@@ -3,10 +3,13 @@
 #pragma once
 
 #include <algorithm>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <utility>
 #include <vector>
 
+#include "lighting/sphere.h"
 #include "verify/light_map.h"
 #include "verify/light_map/map_decoder.h"
 #include "verify/light_map/vectors.h"
@@ -56,6 +59,13 @@ public:
         return std::min(texels_.firstRow + texels_.textures.front().front().height(), reference_.firstRow + reference_.sh.height()) - 1;
     }
     bool hasCharts() const { return reference_.chart.width() > 0; }
+    /// Returns a right-handed frame of texel (x, y) with its normal as z; that of its tangent where the layout is in tangent space.
+    glm::dmat3 frameAt(int x, int y) const {
+        const glm::dvec3 normal(normalAt(x, y));
+        if (!decoder_.isInTangentSpace()) return lighting::worldFromTangentFrame(normal);
+        const glm::dvec3 tangent(glm::vec3(reference_.tangent.at(x, y - reference_.firstRow)));
+        return {tangent, glm::cross(normal, tangent), normal};
+    }
     const glm::vec3& normalAt(int x, int y) const { return reference_.normal.at(x, y - reference_.firstRow); }
 
     /// One row of the map; light in units of the key.
@@ -122,9 +132,9 @@ public:
         work(cornersOf(above, below, 0));
     }
 
-    /// Returns true if corners i and j of the quad at (x, y) have the same decode. Only learned layouts have several.
+    /// Returns true if corners i and j of the quad at (x, y) have the same decode.
     bool hasSameDecode(int x, int y, int i, int j) const {
-        return !decoder_.isLearned() || i == j || clusterOf(x, y, i) == clusterOf(x, y, j);
+        return !decoder_.hasClusters() || i == j || decoder_.hasSameDecode(clusterOf(x, y, i), clusterOf(x, y, j));
     }
     /// Returns the cluster of a corner of the quad at (x, y), which may reach over the edge of the map by one texel.
     std::size_t clusterOf(int x, int y, int corner) const {

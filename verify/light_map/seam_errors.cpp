@@ -209,7 +209,8 @@ bool LightMapVerifier::lightAt(const DecodedLightMapRows& texels, const formats:
                                std::span<lighting::ShRgb> light) const {
     const glm::ivec2 corner(glm::floor(texel));
     const bool isOfChart = state_->map.clusterOfBlock.empty();
-    const MapRows rows(*state_->decoder, state_->map, texels, reference);
+    const auto decoder = state_->decoderOn(reference);
+    const MapRows rows(*decoder, state_->map, texels, reference);
     bool isLit = false;
     lightmap::withCoveredQuad(rows, corner.x, corner.y, [&](const CoveredQuad& quad) {
         isLit = storeLight(rows, quad, glm::vec2(texel - glm::dvec2(corner)), isOfChart, light);

@@ -357,9 +357,22 @@ void ErrorShader::setReference(const shaders::LcSh& reference, const glm::vec3& 
     visible.display.apply(specular_.reference.data(), matrices_.specular.stride(), shownSpecular_.reference.data());
 }
 
-ShadedSums ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors) {
+void ErrorShader::shadeDiffuse(const std::array<lighting::Sh, 3>& local, const ShadingMatrix& matrix, const ShownLight& shown,
+                               Shaded& out) const {
+    if (!shown) return shade(local, matrix, out.error);
+    for (std::size_t k = 0; k < matrix.count(); ++k) {
+        const glm::vec3 n(matrix.sample(k).normal), light = shown(n.x * frame_[0] + n.y * frame_[1] + n.z * frame_[2]);
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const std::size_t at = c * matrix.stride() + k;
+            out.error[at] = light[static_cast<int>(c)] - out.reference[at];
+        }
+    }
+}
+
+ShadedSums ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown) {
     ShadedSums sums;
-    const bool isExact = isZero(error);
+    // Light that is shown beside the coefficients is 0 where they are.
+    const bool isExact = isZero(error) && (!shown || isZero(*reference_));
     if (isExact) addUnseen(errors, sums);
     if (isExact && isZero(*reference_)) {
         errors.diffuse.addDark(kChannels * matrices_.diffuse.count());
@@ -367,12 +380,12 @@ ShadedSums ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors) {
         return sums;
     }
     const auto local = channelsOf(shaders::lcLocalSh(error, frame_[0], frame_[1], frame_[2]));
-    shade(local, matrices_.diffuse, diffuse_.error);
+    shadeDiffuse(local, matrices_.diffuse, shown, diffuse_);
     shade(local, matrices_.specular, specular_.error);
     addEnergy(matrices_.diffuse, diffuse_, errors.diffuse, sums.diffuse);
     addEnergy(matrices_.specular, specular_, errors.specular, sums.specular);
     if (isExact || !matrices_.visible) return sums;
-    shade(local, matrices_.visible->cap, cap_.error);
+    shadeDiffuse(local, matrices_.visible->cap, shown, cap_);
     addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse, sums.diffuse);
     addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular, sums.specular);
     return sums;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -80,6 +81,9 @@ struct ShadingMatrices {
 /// key  light of the map per unit of light that is shaded
 ShadingMatrices shadingMatrices(const LightMapShading& shading, double key, const std::optional<Viewing>& viewing);
 
+/// What a white surface with a normal in world axes shows, where that is no function of coefficients. Empty: coefficients have it.
+using ShownLight = std::function<glm::vec3(const glm::vec3& normal)>;
+
 /// Shades the error of one texel after another in all rows of two matrices. Light in units of the key.
 class ErrorShader {
 public:
@@ -91,7 +95,8 @@ public:
     void setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place);
     /// Adds the shaded error, with the place of the largest, and returns its sums.
     /// error  result - reference, of coefficients
-    ShadedSums add(const shaders::LcSh& error, ShadedErrors& errors);
+    /// shown  the result's diffuse light
+    ShadedSums add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown = {});
 
 private:
     /// Light in the rows of a matrix, by channel.
@@ -105,6 +110,8 @@ private:
         explicit Shown(const ShadingMatrix& matrix);
     };
 
+    /// Shades an error in the rows of a matrix of exit radiance.
+    void shadeDiffuse(const std::array<lighting::Sh, 3>& local, const ShadingMatrix& matrix, const ShownLight& shown, Shaded& out) const;
     void addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator, ShadedSums::Light& sums) const;
     void addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator,
                     ShadedSums::Light& sums);

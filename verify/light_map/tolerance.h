@@ -120,6 +120,14 @@ private:
     std::vector<const formats::Image<glm::vec4>*> spans_;  ///< [layer]
 };
 
+/// Adds what a layout in tangent space shows beside its coefficients, anywhere between these corners.
+inline void addBesideSh(ChannelSlack& slack, const MapDecoder& decoder, const QuadTexels& corners) {
+    if (!decoder.isInTangentSpace()) return;
+    const glm::vec3 beside = decoder.besideSh(corners);
+    for (std::size_t c = 0; c < kChannels; ++c)
+        slack[c][0] += kOutward * static_cast<double>(decoder.perKey() * beside[static_cast<int>(c)]);
+}
+
 /// Tolerance of the layers in one quad.
 class QuadTolerance {
 public:

@@ -1,6 +1,8 @@
 // Verification of some rows of a map. Private to verify/.
 #pragma once
 
+#include <memory>
+
 #include "verify/light_map.h"
 #include "verify/light_map/bound_evaluator.h"
 #include "verify/light_map/map_decoder.h"
@@ -9,7 +11,7 @@ namespace lightcook::verify::lightmap {
 
 /// Inputs of the verification of some rows.
 struct RowInputs {
-    const MapDecoder& decoder;
+    std::shared_ptr<const MapDecoder> decoder;
     const CookedLightMap& map;
     const LightMapSampling& sampling;
     const ShadingSetup& setup;

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -334,6 +335,9 @@ private:
                 if (coarse_.isKnown()) error = coarse_.errorLengths(quad, measured.lengths, decode, false);
                 for (int corner = 0; corner < 4; ++corner) {
                     if (!quad.hasQuarter(corner)) continue;
+                    // The surface nearest to a texel has its frame.
+                    if (rows_.decoder().isInTangentSpace() && !rows_.hasSameDecode(quad.x, quad.y, corner, decode)) continue;
+                    assert(coarse_.isKnown() || !rows_.decoder().isInTangentSpace());
                     if (!coarse_.isKnown()) error = lightOf(quad, corner, decode).errorLengths();
                     Quarter quarter{quad.x, quad.y, static_cast<std::int8_t>(corner), static_cast<std::int8_t>(decode), {}};
                     bool isKept = false;
@@ -359,9 +363,7 @@ private:
         return out;
     }
     /// Returns the tangent frame of a corner's texel.
-    glm::dmat3 frameOf(const CoveredQuad& quad, int corner) const {
-        return lighting::worldFromTangentFrame(glm::dvec3(rows_.normalAt(quad.texelX(corner), quad.texelY(corner))));
-    }
+    glm::dmat3 frameOf(const CoveredQuad& quad, int corner) const { return rows_.frameAt(quad.texelX(corner), quad.texelY(corner)); }
     QuarterLight lightOf(const CoveredQuad& quad, int corner, int decode) const {
         const glm::dmat3 frame = frameOf(quad, corner);
         return {rows_, tolerance_, quad, corner, decode, {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])}};

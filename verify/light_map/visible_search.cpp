@@ -11,6 +11,7 @@
 #include <queue>
 
 #include "verify/light_map/bound.h"
+#include "verify/light_map/rnm_residual.h"
 
 namespace lightcook::verify {
 namespace {
@@ -74,6 +75,20 @@ public:
                 slack_[c] += kernels.lengths[l] * (slack[c][l] + kSumRounding * largest[l]);
             }
         }
+    }
+    /// Adds what a layout in tangent space shows beside the vectors.
+    void addResidual(const LightVectors& directions, const KernelCell& kernels) {
+        const double reach = kernels.profileAngle + kernels.azimuthAngle;
+        const RnmResidual residual = RnmResidual::around(kernels.normal, reach);
+        for (std::size_t c = 0; c < kChannels; ++c)
+            for (std::size_t i = 0; i < residual.centre.size(); ++i) {
+                double largest = 0;
+                for (std::size_t k = 0; k < directions.count(); ++k) largest = std::max(largest, std::abs(directions.value(k, c, i)));
+                for (std::size_t g = 0; g < groups_; ++g) centre_[c][g] += residual.centre[i] * lanesOf(directions, c, i, g);
+                const double off = residual.radius[i] * largest, ofProfile = reach > 0 ? kernels.profileAngle / reach : 0;
+                profile_[c] += ofProfile * off;
+                azimuth_[c] += (1 - ofProfile) * off;
+            }
     }
     /// Returns an enclosure of the sum of the channels times these weights.
     Enclosed enclose(const glm::dvec3& weights) const {
@@ -164,11 +179,16 @@ Enclosed unionOf(const Enclosed& a, const Enclosed& b) {
 /// Bounds one cell.
 class CellBound {
 public:
-    CellBound(const VisibleMetric& metric, const CellLight& light, const KernelCell& kernels)
+    /// isSpecular  the kernels are those of specular light
+    CellBound(const VisibleMetric& metric, const CellLight& light, const KernelCell& kernels, bool isSpecular)
         : errors_(light.errors, light.errorSlack, kernels),
           references_(light.references, light.referenceSlack, kernels),
           found_(light.found, lightmap::sumOf(light.errorSlack, light.referenceSlack), kernels),
           metric_(metric) {
+        if (light.directions.count() > 0 && !isSpecular) {
+            errors_.addResidual(light.directions, kernels);
+            found_.addResidual(light.directions, kernels);
+        }
         if (light.deviations.count() > 0) {
             deviations_.emplace(light.deviations, ChannelSlack{}, kernels);
             deviationCount_ = light.deviations.count();
@@ -371,7 +391,8 @@ private:
     void add(Cell cell) {
         const KernelCell kernels = tree_.cell(cell.range, cell.azimuth, cell.half);
         const CellLight& light = places_[static_cast<std::size_t>(cell.place)]->light;
-        const Bounded bounded = light.isFinite ? CellBound(metric_, light, kernels).run(threshold_) : Bounded{kInfinite, {}};
+        const Bounded bounded =
+            light.isFinite ? CellBound(metric_, light, kernels, tree_.isSpecular()).run(threshold_) : Bounded{kInfinite, {}};
         // A part is never worse than the whole.
         cell.bound = cell.order == 0 && order_ == 0 ? bounded.bound : std::min(cell.bound, bounded.bound);
         cell.spread = bounded.spread;
@@ -384,6 +405,7 @@ private:
         kernel.tangents = 0;
         kernel.alongAzimuth = {};
         kernel.profileRadius = kernel.azimuthRadius = {};
+        kernel.profileAngle = kernel.azimuthAngle = 0;
         return kernel;
     }
     CellLight middleLight(const Cell& cell) const {
@@ -391,7 +413,8 @@ private:
     }
     bool isConverged(const Cell& cell) const {
         return cell.half <= KernelTree::kNarrow &&
-               cell.bound <= VisibleSearch::kConvergedFactor * CellBound(metric_, middleLight(cell), middleOf(cell)).run(0).bound;
+               cell.bound <=
+                   VisibleSearch::kConvergedFactor * CellBound(metric_, middleLight(cell), middleOf(cell), tree_.isSpecular()).run(0).bound;
     }
     bool split(const Cell& cell) {
         PlaceNode& place = *places_[static_cast<std::size_t>(cell.place)];
@@ -417,7 +440,9 @@ private:
     bool isWidenedByPlaces(const Cell& cell) const {
         const CellLight& light = places_[static_cast<std::size_t>(cell.place)]->light;
         const KernelCell kernels = tree_.cell(cell.range, cell.azimuth, cell.half);
-        return CellBound(metric_, middleLight(cell), kernels).run(0).bound < CellBound(metric_, light, middleOf(cell)).run(0).bound;
+        const bool isSpecular = tree_.isSpecular();
+        return CellBound(metric_, middleLight(cell), kernels, isSpecular).run(0).bound <
+               CellBound(metric_, light, middleOf(cell), isSpecular).run(0).bound;
     }
     void splitPlace(const Cell& cell) {
         const auto at = static_cast<std::size_t>(cell.place);
@@ -512,6 +537,7 @@ void CellLight::append(const CellLight& other) {
     errors.append(other.errors);
     references.append(other.references);
     found.append(other.found);
+    directions.append(other.directions);
     for (std::size_t c = 0; c < kChannels; ++c)
         for (std::size_t l = 0; l < 3; ++l) {
             errorSlack[c][l] = std::max(errorSlack[c][l], other.errorSlack[c][l]);
@@ -531,7 +557,7 @@ bool VisibleSearch::cannotExceed(const CellLight& light, double threshold) const
 }
 
 double VisibleSearch::cellBound(const CellLight& light, const KernelCell& kernels) const {
-    return CellBound(metric_, light, kernels).run(0).bound;
+    return CellBound(metric_, light, kernels, tree_.isSpecular()).run(0).bound;
 }
 
 }  // namespace lightcook::verify

@@ -58,6 +58,9 @@ struct CellLight {
     lightmap::ChannelSlack errorSlack{}, referenceSlack{};
     /// Vectors that may be added to any error, each times a number of its own in [-1, 1].
     LightVectors deviations;
+    /// Layouts in tangent space: light of their directions, as coefficients 0 to 2, which diffuse kernels show beside the errors
+    /// (rnm_residual.h), in a right-handed frame whose x is the tangent. As many vectors as `errors` has; others have none.
+    LightVectors directions;
     bool isFinite = true;  ///< false: nothing can be proven
 
     /// Returns true if the control vectors of another rectangle can be added.

@@ -154,7 +154,7 @@ Result<CookedStrip> readStrip(LightMapSource& bake, const CookedLightMapReader& 
     if (!reference) return tl::make_unexpected(reference.error());
     auto texels = cooked.read(firstRow, rowCount + 1);
     if (!texels) return tl::make_unexpected(texels.error());
-    auto seen = cooked.verifier().reconstruct(*texels, firstRow, rowCount);
+    auto seen = cooked.verifier().reconstruct(*texels, firstRow, rowCount, 1, &*reference);
     return CookedStrip{firstRow, rowCount, std::move(*reference), std::move(*texels), std::move(seen)};
 }
 

@@ -38,14 +38,15 @@ public:
     explicit CookedPlaces(const CookedLightMapReader& cooked) : cooked_(cooked) {}
 
     /// Returns the places of a row of texels: `places` x `places` of each.
-    Result<formats::Image<lighting::ShRgb>> row(int row, int places) {
+    /// surface  rows of the bake that hold this one
+    Result<formats::Image<lighting::ShRgb>> row(int row, int places, const formats::LightMapStrip& surface) {
         const int first = std::max(0, row / kRowAlignment * kRowAlignment - kRowAlignment);
         if (!texels_ || texels_->firstRow != first) {
             auto read = cooked_.read(first, std::min(3 * kRowAlignment, cooked_.height() - first));
             if (!read) return tl::make_unexpected(read.error());
             texels_ = std::move(*read);
         }
-        return cooked_.verifier().reconstruct(*texels_, row, 1, places);
+        return cooked_.verifier().reconstruct(*texels_, row, 1, places, &surface);
     }
 
 private:
@@ -106,7 +107,7 @@ Result<void> drawMap(const ComparedMap& map, const std::map<int, std::vector<Lit
         const auto baked = map.bake.rows(first, std::min(row + 2, map.bake.height()) - first);
         if (!baked) return tl::make_unexpected(baked.error());
         const int count = std::abs(row - centreRow) <= kNear ? kFinePlaces : kCoarsePlaces;
-        const auto decoded = places.row(row, count);
+        const auto decoded = places.row(row, count, *baked);
         if (!decoded) return tl::make_unexpected(decoded.error());
         for (const LitPixel& pixel : pixels) {
             const BakedPlace lit = bakedAt(*baked, pixel.at);

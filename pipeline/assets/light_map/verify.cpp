@@ -55,7 +55,9 @@ Result<verify::ErrorPlace> worstInBlock(LightMapSource& bake, const CookedLightM
     const int rowCount = std::min(kRows, bake.height() - block.y);
     const auto rows = cooked.read(block.y, rowCount);
     if (!rows) return tl::make_unexpected(rows.error());
-    const auto seen = cooked.verifier().reconstruct(*rows, block.y, rowCount);
+    const auto surface = bake.rows(block.y, rowCount);
+    if (!surface) return tl::make_unexpected(surface.error());
+    const auto seen = cooked.verifier().reconstruct(*rows, block.y, rowCount, 1, &*surface);
     verify::ErrorPlace worst;
     for (const BakedTexel& texel : *texels) {
         const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(texel.normal));

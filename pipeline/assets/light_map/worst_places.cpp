@@ -46,7 +46,7 @@ Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, const LitSurfa
     const int firstRead = top / kRowAlignment * kRowAlignment;
     const auto texels = cooked.read(firstRead, top + height - firstRead);
     if (!texels) return tl::make_unexpected(texels.error());
-    const auto seen = cooked.verifier().reconstruct(*texels, top, height);
+    const auto seen = cooked.verifier().reconstruct(*texels, top, height, 1, &*reference);
     const double key = shownKey(viewing);
     formats::Image<glm::u8vec3> picture(kPanels * width + (kPanels - 1) * kGap, height, kOutside);
     LitRow lit(width, viewing);

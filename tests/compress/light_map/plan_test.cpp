@@ -29,6 +29,7 @@ TEST(LightMapPlan, SizesFollowFromTheLayout) {
         EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::HdrRgb9e5, target).bitsPerTexel(), 288);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Flat, Target::Bc).bitsPerTexel(), 8);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::UnrealHq, Target::Bc).bitsPerTexel(), 16);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Rnm, Target::Bc).bitsPerTexel(), 24);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Raw, Target::Float).bitsPerTexel(), 576);
     const compress::LightMapPlan ratio = planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Bc);
     EXPECT_EQ(ratio.gpuBytes(), 9u * 12 * 10 * 16);

@@ -191,7 +191,8 @@ TEST(LightMapVerifier, TheBoundOfAMapOfOneRowIsReachedAtItsTexel) {
 }
 
 TEST(LightMapVerifierSoak, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
-    for (const LightMapLayout layout : kEveryLayout)
+    // Three directions do not show even light.
+    for (const LightMapLayout layout : test::layoutsWhere([](const formats::LightMapLayoutInfo& row) { return !row.isInTangentSpace; }))
         for (const Target target : {Target::Bc, Target::Astc, Target::Float}) {
             Cooked cooked = cook(Kind::Grey, layout, target);
             // Texels of 8 bits have no 1/2: without constants, each component of L1 is off by 2 L0 / 255.
@@ -201,7 +202,7 @@ TEST(LightMapVerifierSoak, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
             const float most = 0.5e-3f + (hasNoHalf                            ? 0.5f * 2 * std::numbers::sqrt3_v<float> / 255
                                           : isHalo3 && target != Target::Float ? 0.5f / 255
                                                                                : 0.0f);
-            const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+            const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
             for (int y = 0; y < kMapHeight; ++y)
                 for (int x = 0; x < kMapWidth; ++x)
                     for (int k = 0; k < 8; ++k) {
@@ -218,7 +219,7 @@ TEST(LightMapVerifierSoak, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
 TEST(LightMapVerifier, BlackStaysBlackWithoutError) {
     for (const LightMapLayout layout : kEveryLayout) {
         const Cooked cooked = cook(Kind::Black, layout);
-        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
         for (const lighting::ShRgb& sh : decoded.texels())
             for (const glm::vec3& c : sh) ASSERT_EQ(c, glm::vec3(0));
         const verify::StageError total = cooked.total();
@@ -230,7 +231,7 @@ TEST(LightMapVerifier, BlackStaysBlackWithoutError) {
 
 TEST(LightMapVerifier, FiguresAreThoseOfABruteForceInDouble) {
     const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Ratio);
-    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
     const std::vector<verify::StageError> stages = cooked.stages();
     struct Sum {
         double error = 0, reference = 0, largest = 0;
@@ -312,7 +313,7 @@ double shadedAs(const verify::ErrorPlace& place, const lighting::ShDouble& light
 TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
     for (const LightMapLayout layout : {LightMapLayout::Luvw, LightMapLayout::Basis4, LightMapLayout::Flat}) {
         const Cooked cooked = cook(Kind::Gradient, layout);
-        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
         const std::vector<verify::StageError> stages = cooked.stages();
         const verify::StageError& last = stages[stages.size() - 2];
         for (const verify::ErrorFigures* figures : {&last.diffuse, &last.specular}) {
@@ -338,7 +339,7 @@ TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
 TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
     Cooked cooked = cook(Kind::Gradient, LightMapLayout::Luvw);
     cooked.map.formats.clear();  // an ideal sampler: the bound is exact if the reference is not negative
-    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
     const std::vector<verify::StageError> stages = cooked.stages();
     const verify::ErrorFigures& last = stages[stages.size() - 2].diffuse;
     const verify::ErrorPlace& place = last.boundAt;
@@ -385,7 +386,7 @@ TEST(LightMapVerifier, TheLightOfABoundIsWhatTheTexturesDecodeToThere) {
                 filtered.textures.back().emplace_back(kMapWidth, kMapHeight, glm::mix(above, below, static_cast<float>(v)));
             }
         }
-        const auto decoded = cooked.verifier().reconstruct(filtered, 0, kMapHeight);
+        const auto decoded = cooked.verifier().reconstruct(filtered, 0, kMapHeight, 1, &cooked.reference);
         const lighting::ShRgb& seen = decoded.at(x + (u > 0.5 ? 1 : 0), y + (v > 0.5 ? 1 : 0));
         const double found = exitRadiance(channelOf(seen, *place.channel), place.normal);
         EXPECT_NEAR(place.found, found, 1e-4 * std::abs(found) + 1e-5 * cooked.key) << cooked.map.layout;
@@ -408,8 +409,8 @@ TEST(LightMapVerifier, NoSampledShadingExceedsTheBound) {
     std::normal_distribution<double> normal;
     constexpr int places = 4000, normals = 25;
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::NegativeBands, Kind::Night})
-        for (const LightMapLayout layout :
-             test::layoutsWhere([](const formats::LightMapLayoutInfo& row) { return !row.isFlat() && !row.isLearned(); })) {
+        for (const LightMapLayout layout : test::layoutsWhere(
+                 [](const formats::LightMapLayoutInfo& row) { return !row.isFlat() && !row.isLearned() && !row.isInTangentSpace; })) {
             const Cooked cooked = cook(kind, layout);
             const verify::StageError total = cooked.total();
             const Filtered filtered = filterAt(cooked, places, random);
@@ -617,7 +618,7 @@ TEST(LightMapVerifier, LayoutsOfHalo3HaveRangesAloneAndMoreErrorThanOurs) {
 /// The decode of Halo 3 in the words of its talk, written again: L is the product of both alphas.
 TEST(LightMapVerifier, Halo3IsDecodedByTheFormulaOfItsTalk) {
     const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Halo3);
-    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
     const auto& textures = cooked.texels.textures;
     const std::vector<float>& range = cooked.map.constants.at("range");
     for (int y = 0; y < kMapHeight; ++y)
@@ -634,7 +635,7 @@ TEST(LightMapVerifier, Halo3IsDecodedByTheFormulaOfItsTalk) {
 /// The decode of Unreal in the words of its shader, written again, and its constants: ranges of the map.
 TEST(LightMapVerifier, UnrealHqIsDecodedByTheFormulaOfItsShader) {
     const Cooked cooked = cook(Kind::Gradient, LightMapLayout::UnrealHq);
-    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+    const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
     const auto& textures = cooked.texels.textures;
     const auto constant = [&](const char* name) {
         const std::vector<float>& v = cooked.map.constants.at(name);
@@ -814,7 +815,7 @@ TEST(LightMapVerifier, TexelsOfNineBitsErrByTheirSteps) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night}) {
         const Cooked cooked = cook(kind, LightMapLayout::HdrRgb9e5);
         const std::vector<float>& bias = cooked.map.constants.at("bias");
-        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight);
+        const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
         for (int y = 0; y < kMapHeight; ++y)
             for (int x = 0; x < kMapWidth; ++x) {
                 if (cooked.reference.covered.at(x, y) == 0) continue;

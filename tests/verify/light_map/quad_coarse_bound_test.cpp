@@ -92,8 +92,8 @@ Compared compare(const test::Cooked& cooked, bool isIdeal) {
     for (std::size_t t = 0; t < cooked.map.formats.size() && !isIdeal; ++t)
         setup.tolerance.insert(setup.tolerance.end(), cooked.texels.textures[t].size(), verify::toleranceOf(cooked.map.formats[t]));
     const auto perKey = static_cast<float>(1 / cooked.key);
-    const auto layout = verify::layouts::layoutOf(cooked.map);
-    const auto decoder = mapDecoder(*layout, perKey);
+    const verify::layouts::Layout layout = test::layoutOn(cooked);
+    const auto decoder = mapDecoder(layout, perKey);
     const MapRows rows(*decoder, cooked.map, cooked.texels, cooked.reference);
     const SamplerTolerance tolerance(rows, setup.tolerance);
     const BoundEvaluator evaluator(setup, perKey);

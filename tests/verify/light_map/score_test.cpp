@@ -75,7 +75,8 @@ TEST(LightMapScore, AgreesWithTheVerifierForLayoutsThatLackLight) {
     const auto band = synthetic::makeBand(Kind::Gradient, kScoreWidth, 0, kScoreHeight);
     int lacking = 0;
     for (const formats::LightMapLayoutInfo& row : formats::allLightMapLayouts()) {
-        if (row.lacks.empty()) continue;
+        // Diffuse light in tangent space is no function of coefficients (rnm_test.cpp).
+        if (row.lacks.empty() || row.isInTangentSpace) continue;
         ++lacking;
         const Coded coded = code(band, row.id);
         const auto errors = scoreFor(band).score(band, coded.decoded.view(), 0);

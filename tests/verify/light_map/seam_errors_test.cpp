@@ -293,7 +293,7 @@ TEST(SeamErrors, LightAtAPlaceIsThatOfTheShader) {
             test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kSeamsWidth, 0, kSeamsHeight), layout, formats::Target::Bc, 0);
         const LightMapVerifier verifier = cooked.verifier();
         constexpr int kPlaces = 3;
-        const auto decoded = verifier.reconstruct(cooked.texels, 0, kSeamsHeight, kPlaces);
+        const auto decoded = verifier.reconstruct(cooked.texels, 0, kSeamsHeight, kPlaces, &cooked.reference);
         std::vector<lighting::ShRgb> light(verifier.lightCount());
         for (int y = kPlaces; y < kPlaces * (kSeamsHeight - 1); y += 5)
             for (int x = kPlaces; x < kPlaces * (kSeamsWidth - 1); x += 4) {

@@ -92,6 +92,7 @@ formats::LightMapStrip makeBand(const Light& light, const Shape& shape) {
     band.sh = formats::Image<lighting::ShRgb>(shape.width, shape.height);
     band.covered = formats::Image<std::uint8_t>(shape.width, shape.height, 0);
     band.normal = formats::Image<glm::vec3>(shape.width, shape.height, glm::vec3(0, 0, 1));
+    band.tangent = formats::Image<glm::vec4>(shape.width, shape.height, glm::vec4(1, 0, 0, 1));
     for (int y = 0; y < shape.height; ++y)
         for (int x = 0; x < shape.width; ++x) {
             band.covered.at(x, y) = shape.isCovered(x, y) ? 1 : 0;
@@ -126,7 +127,7 @@ void expectSoundResults(LightMapLayout layout, bool every) {
                 for (const auto& [name, values] : cooked.map.constants)
                     EXPECT_TRUE(std::ranges::all_of(values, [](float v) { return std::isfinite(v); })) << name;
                 const verify::LightMapVerifier verifier = cooked.verifier(shading, sampling);
-                const auto seen = verifier.reconstruct(cooked.texels, 0, shape.height);
+                const auto seen = verifier.reconstruct(cooked.texels, 0, shape.height, 1, &cooked.reference);
                 for (const lighting::ShRgb& sh : seen.texels())
                     for (const glm::vec3& c : sh) ASSERT_TRUE(std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z));
                 for (const verify::StageError& stage : verifier.verifyRows(cooked.texels, cooked.reference, 0, shape.height).figures()) {

@@ -60,7 +60,7 @@ public:
 
 private:
     static test::Cooked cook(const std::string& scene, LightMapLayout layout, int effort) {
-        const auto reader = formats::LightMapReader::open(test::lightMapOf(scene), {});
+        const auto reader = formats::LightMapReader::open(test::lightMapOf(scene), test::descriptionFor(scene, layout));
         EXPECT_TRUE(reader.has_value());
         auto band = reader->read(0, reader->height());
         EXPECT_TRUE(band.has_value());

@@ -138,6 +138,7 @@ function plainParts(layout, constants) {
  * @returns {LightMapDecode}
  */
 export function lightMapDecode(asset, textures) {
+  if (asset.layout === "rnm") throw new Error(`${asset.name}: layout "rnm" is decoded with the tangents of the mesh, by the engine's own shader`);
   const layout = LAYOUTS[asset.layout];
   if (!layout) throw new Error(`${asset.name}: layout "${asset.layout}" is unknown to this version of lightcook-loaders`);
   const { declarations, functions, body, uniforms, needsCluster } =
