@@ -216,9 +216,9 @@ TEST(RnmLayout, NoShadingOfAQuadIsAboveItsBound) {
     expectBoundsOfQuads(curvedBake(), 40, 8);
 }
 TEST(RnmLayoutSoak, NoShadingOfAQuadIsAboveItsBound) {
-    expectBoundsOfQuads(curvedBake(), 3000, 10);
-    expectBoundsOfQuads(synthetic::makeBand(Kind::Spikes, kRnmWidth, 0, kRnmHeight), 3000, 10);
-    expectBoundsOfQuads(synthetic::makeBand(Kind::NegativeBands, kRnmWidth, 0, kRnmHeight), 3000, 10);
+    expectBoundsOfQuads(curvedBake(), 1000, 10);
+    expectBoundsOfQuads(synthetic::makeBand(Kind::Spikes, kRnmWidth, 0, kRnmHeight), 1000, 10);
+    expectBoundsOfQuads(synthetic::makeBand(Kind::NegativeBands, kRnmWidth, 0, kRnmHeight), 1000, 10);
 }
 
 /// Returns the figures at texels of textures that hold the light of the three directions, through the same encoder.
