@@ -215,7 +215,8 @@ CommandPaths CommandPaths::of(CLI::App& command) {
         for (const std::string& path : option->results())
             (written == Written::No ? paths.inputs_ : paths.outputs_).push_back({option->get_name(), path, written});
     }
-    std::erase_if(paths.outputs_, [](const Path& output) { return isStream(output.path); });
+    const auto isRefused = [](const Path& output) { return output.written == Written::Folder && output.path == kStandardOutput; };
+    std::erase_if(paths.outputs_, [&](const Path& output) { return isStream(output.path) && !isRefused(output); });
     return paths;
 }
 
