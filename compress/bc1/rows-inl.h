@@ -43,18 +43,12 @@ public:
     bool run(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::uint32_t* out) {
         Bc1Texels<D>& into = colour_.texels();
         const F least = hn::Zero(D()), most = hn::Set(D(), 1.0f);
-        F alpha[kTexelCount], lowest, highest;
+        F alpha[kTexelCount];
         bool clamped;
-        if constexpr (kHasAlpha) {
-            loadTexels<D, 4>(texels, std::array<F*, 4>{into.value[0], into.value[1], into.value[2], alpha});
-            clamped = clampTexels<D>(least, most, alpha, lowest, highest);
-            for (F(&plane)[kTexelCount] : into.value) {
-                F low, high;
-                clamped |= clampTexels<D>(least, most, plane, low, high);
-            }
-        } else {
+        if constexpr (kHasAlpha)
+            clamped = loadTexels<D, 4>(texels, least, most, std::array<F*, 4>{into.value[0], into.value[1], into.value[2], alpha});
+        else
             clamped = loadTexels<D, 3>(texels, least, most, std::array<F*, 3>{into.value[0], into.value[1], into.value[2]});
-        }
         const bool weightsAreOne = !weights || areWeightsOne<D>(*weights);
         hn::Mask<D> nothing;
         if (weightsAreOne)
@@ -66,6 +60,8 @@ public:
         colour_.run(ends, indices);
         if constexpr (kHasAlpha) {
             hn::Vec<DU> low, high;
+            F lowest = least, highest = most;
+            if (alphaIsFast_) clampTexels<D>(least, most, alpha, lowest, highest);  // for the range
             if (alphaIsFast_ && weightsAreOne) {
                 typename Bc4Fast<D>::Fitted fitted;
                 fastAlpha_.fit(alpha, lowest, highest, fitted);

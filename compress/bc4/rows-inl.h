@@ -47,7 +47,7 @@ public:
         std::array<F*, kChannels> planes;
         F value[kChannels][kTexelCount], lowest[kChannels], highest[kChannels];
         for (std::size_t c = 0; c < kChannels; ++c) planes[c] = value[c];
-        loadTexels<D, kChannels>(texels, planes);
+        loadChannels<D>(texels, planes);
         bool clamped = false;
         for (int c = 0; c < kChannels; ++c)
             clamped |= clampTexels<D>(hn::Set(D(), least_), hn::Set(D(), most_), value[c], lowest[c], highest[c]);

@@ -53,15 +53,14 @@ private:
     bool loadLight(const std::array<const float*, 4>& texels) {
         const D d;
         F lowest = zero(), highest = zero();
-        for (std::size_t y = 0; y < 4; ++y) {
-            F light[3][4];
-            loadTexelRow<D, 3>(texels[y], {light[0], light[1], light[2]});
-            for (std::size_t c = 0; c < 3; ++c)
-                for (std::size_t x = 0; x < 4; ++x) {
-                    lowest = hn::Min(lowest, light[c][x]);
-                    highest = hn::Max(highest, light[c][x]);
-                    v[c][4 * y + x] = vOf(light[c][x]);
-                }
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            std::array<F, 3> x;
+            loadTexel<D>(texels[t / 4] + 4 * (t % 4), x);
+            for (std::size_t c = 0; c < 3; ++c) {
+                lowest = hn::Min(lowest, x[c]);
+                highest = hn::Max(highest, x[c]);
+                v[c][t] = vOf(x[c]);
+            }
         }
         const M below = lowest < set(kSigned ? -65504.0f : 0.0f);
         return !hn::AllFalse(d, hn::Or(below, highest > set(65504.0f)));

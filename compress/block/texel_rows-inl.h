@@ -67,6 +67,68 @@ void forEachVector(const TexelRows& rows, const Run& run) {
         }
 }
 
+/// Loads 128 bits of each of a vector's parts: the four floats at from + i * stride, i the index of the part.
+template <class D>
+HWY_INLINE hn::Vec<D> loadParts(D, const float* from, std::size_t stride) {
+    if constexpr (hn::MaxLanes(D()) == 4) {
+        return hn::LoadU(D(), from);
+    } else {
+        const hn::Half<D> half;
+        return hn::Combine(D(), loadParts(half, from + hn::MaxLanes(half) / 4 * stride, stride), loadParts(half, from, stride));
+    }
+}
+
+/// Loads one texel of each block, the four floats at from + 16 * lane, into the first kChannels channels.
+template <class D, std::size_t kChannels>
+HWY_INLINE void loadTexel(const float* from, std::array<hn::Vec<D>, kChannels>& channel) {
+    const D d;
+    if constexpr (hn::MaxLanes(D()) < 4) {
+        HWY_ALIGN float values[kChannels][hn::MaxLanes(D())];
+        for (std::size_t lane = 0; lane < hn::MaxLanes(d); ++lane)
+            for (std::size_t c = 0; c < kChannels; ++c) values[c][lane] = from[16 * lane + c];
+        for (std::size_t c = 0; c < kChannels; ++c) channel[c] = hn::Load(d, values[c]);
+    } else {
+        const hn::Repartition<double, D> pairs;
+        const auto lower = [&](auto a, auto b) {
+            return hn::BitCast(d, hn::InterleaveLower(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+        };
+        const auto upper = [&](auto a, auto b) {
+            return hn::BitCast(d, hn::InterleaveUpper(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
+        };
+        // Part i of vector j holds the texel of block 4 i + j: four texels by four channels, which are transposed within the parts.
+        hn::Vec<D> texel[4];
+        for (std::size_t j = 0; j < 4; ++j) texel[j] = loadParts(d, from + 16 * j, 64);
+        const auto redGreen01 = hn::InterleaveLower(d, texel[0], texel[1]), redGreen23 = hn::InterleaveLower(d, texel[2], texel[3]);
+        const auto blueAlpha01 = hn::InterleaveUpper(d, texel[0], texel[1]), blueAlpha23 = hn::InterleaveUpper(d, texel[2], texel[3]);
+        channel[0] = lower(redGreen01, redGreen23);
+        if constexpr (kChannels > 1) channel[1] = upper(redGreen01, redGreen23);
+        if constexpr (kChannels > 2) channel[2] = lower(blueAlpha01, blueAlpha23);
+        if constexpr (kChannels > 3) channel[3] = upper(blueAlpha01, blueAlpha23);
+    }
+}
+
+/// Loads the texels of each block, clamped to [least, most], into planes of sixteen vectors, one for each of the first kChannels channels.
+/// Returns true if a value was outside.
+template <class D, std::size_t kChannels>
+HWY_INLINE bool loadTexels(const std::array<const float*, 4>& rows, hn::Vec<D> least, hn::Vec<D> most,
+                           const std::array<hn::Vec<D>*, kChannels>& planes) {
+    const D d;
+    auto low = least, high = most;
+    for (std::size_t t = 0; t < kTexelCount; ++t) {
+        std::array<hn::Vec<D>, kChannels> channel;
+        loadTexel<D>(rows[t / 4] + 4 * (t % 4), channel);
+        for (std::size_t c = 0; c < kChannels; ++c) planes[c][t] = channel[c];
+        for (const auto* plane : planes) {
+            low = hn::Min(low, plane[t]);
+            high = hn::Max(high, plane[t]);
+        }
+    }
+    if (hn::AllFalse(d, hn::Or(low<least, high> most))) return false;
+    for (auto* plane : planes)
+        for (std::size_t t = 0; t < kTexelCount; ++t) plane[t] = hn::Min(hn::Max(plane[t], least), most);
+    return true;
+}
+
 /// Transposes a square of 128-bit parts: on return, part i of part[j] is what part j of part[i] was.
 template <class D>
 HWY_INLINE void transposeParts(D d, std::array<hn::Vec<D>, hn::MaxLanes(D()) / 4>& part) {
@@ -89,59 +151,39 @@ HWY_INLINE void transposeParts(D d, std::array<hn::Vec<D>, hn::MaxLanes(D()) / 4
 #endif
 }
 
-/// Loads a row of four texels of each block, the sixteen floats at from + 16 * lane, into four vectors of each plane, one for each texel.
+/// Loads one or two channels of the texels of each block into planes of sixteen vectors. Takes fewer shuffles than loadTexels() for them.
 template <class D, std::size_t kChannels>
-HWY_INLINE void loadTexelRow(const float* from, const std::array<hn::Vec<D>*, kChannels>& planes) {
+HWY_INLINE void loadChannels(const std::array<const float*, 4>& rows, const std::array<hn::Vec<D>*, kChannels>& planes) {
+    static_assert(kChannels <= 2);
     const D d;
     constexpr std::size_t kLanes = hn::MaxLanes(D());
     if constexpr (kLanes < 4) {
-        HWY_ALIGN float values[kLanes];
-        for (std::size_t c = 0; c < kChannels; ++c)
-            for (std::size_t x = 0; x < 4; ++x) {
-                for (std::size_t lane = 0; lane < kLanes; ++lane) values[lane] = from[16 * lane + 4 * x + c];
-                planes[c][x] = hn::Load(d, values);
-            }
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            std::array<hn::Vec<D>, kChannels> channel;
+            loadTexel<D>(rows[t / 4] + 4 * (t % 4), channel);
+            for (std::size_t c = 0; c < kChannels; ++c) planes[c][t] = channel[c];
+        }
     } else {
         const hn::Repartition<double, D> pairs;
-        const auto lower = [&](auto a, auto b) {
-            return hn::BitCast(d, hn::InterleaveLower(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
-        };
-        const auto upper = [&](auto a, auto b) {
-            return hn::BitCast(d, hn::InterleaveUpper(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
-        };
         // A vector holds kParts texels of one block, a part each. Four blocks are transposed within the parts, so that a part holds one
         // channel of one texel of the four; then the parts are transposed, so that a vector holds one texel of all blocks.
         constexpr std::size_t kParts = kLanes / 4;
-        for (std::size_t first = 0; first < 4; first += kParts) {
+        for (std::size_t first = 0; first < kTexelCount; first += kParts) {
             std::array<std::array<hn::Vec<D>, kParts>, kChannels> part;
             for (std::size_t four = 0; four < kParts; ++four) {
+                const float* const from = rows[first / 4] + 4 * (first % 4) + 64 * four;
                 hn::Vec<D> texel[4];
-                for (std::size_t j = 0; j < 4; ++j) texel[j] = hn::LoadU(d, from + 16 * (4 * four + j) + 4 * first);
-                const auto redGreen01 = hn::InterleaveLower(d, texel[0], texel[1]), redGreen23 = hn::InterleaveLower(d, texel[2], texel[3]);
-                part[0][four] = lower(redGreen01, redGreen23);
-                if constexpr (kChannels > 1) part[1][four] = upper(redGreen01, redGreen23);
-                if constexpr (kChannels > 2) {
-                    const auto blueAlpha01 = hn::InterleaveUpper(d, texel[0], texel[1]);
-                    const auto blueAlpha23 = hn::InterleaveUpper(d, texel[2], texel[3]);
-                    part[2][four] = lower(blueAlpha01, blueAlpha23);
-                    if constexpr (kChannels > 3) part[3][four] = upper(blueAlpha01, blueAlpha23);
-                }
+                for (std::size_t j = 0; j < 4; ++j) texel[j] = hn::LoadU(d, from + 16 * j);
+                const auto both01 = hn::BitCast(pairs, hn::InterleaveLower(d, texel[0], texel[1]));
+                const auto both23 = hn::BitCast(pairs, hn::InterleaveLower(d, texel[2], texel[3]));
+                part[0][four] = hn::BitCast(d, hn::InterleaveLower(pairs, both01, both23));
+                if constexpr (kChannels > 1) part[1][four] = hn::BitCast(d, hn::InterleaveUpper(pairs, both01, both23));
             }
             for (std::size_t c = 0; c < kChannels; ++c) {
                 transposeParts(d, part[c]);
                 for (std::size_t i = 0; i < kParts; ++i) planes[c][first + i] = part[c][i];
             }
         }
-    }
-}
-
-/// Loads the texels of each block into planes of sixteen vectors, one for each of the first kChannels channels.
-template <class D, std::size_t kChannels>
-HWY_INLINE void loadTexels(const std::array<const float*, 4>& rows, const std::array<hn::Vec<D>*, kChannels>& planes) {
-    for (std::size_t y = 0; y < 4; ++y) {
-        std::array<hn::Vec<D>*, kChannels> row = planes;
-        for (auto*& plane : row) plane += 4 * y;
-        loadTexelRow<D>(rows[y], row);
     }
 }
 
@@ -160,20 +202,6 @@ HWY_INLINE bool clampTexels(hn::Vec<D> least, hn::Vec<D> most, hn::Vec<D>* plane
     clamp(lowest);
     clamp(highest);
     return true;
-}
-
-/// Loads the texels of each block, clamped to [least, most], into planes of sixteen vectors, one for each of the first kChannels channels.
-/// Returns true if a value was outside.
-template <class D, std::size_t kChannels>
-HWY_INLINE bool loadTexels(const std::array<const float*, 4>& rows, hn::Vec<D> least, hn::Vec<D> most,
-                           const std::array<hn::Vec<D>*, kChannels>& planes) {
-    loadTexels<D>(rows, planes);
-    bool clamped = false;
-    for (auto* plane : planes) {
-        hn::Vec<D> lowest, highest;
-        clamped |= clampTexels<D>(least, most, plane, lowest, highest);
-    }
-    return clamped;
 }
 
 /// Returns true if the significance of all texels of all blocks is 1.
