@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <glm/common.hpp>
 #include <limits>
@@ -177,14 +178,17 @@ private:
         for (int x = 0; x < plan_.width; ++x)
             if (isCovered(x, y)) row[index(x)] = ratiosAt(x, y);
     }
-    /// Returns a number for each channel, repeated for each coefficient.
+    /// Returns a number for each channel, repeated for each coefficient. Chosen in lanes: stores of single floats would delay the vector
+    /// loads that follow.
     static Ratios repeated(const glm::vec3& channels) {
+        constexpr auto kChannelOf = [] {
+            std::array<std::int32_t, kFilterRatios> out{};
+            for (std::size_t j = 0; j < out.size(); ++j) out[j] = static_cast<std::int32_t>(j % kFilterChannels);
+            return out;
+        }();
+        const float red = channels.x, green = channels.y, blue = channels.z;
         Ratios out;
-        for (std::size_t j = 0; j < out.size(); j += kFilterChannels) {
-            out[j] = channels.x;
-            out[j + 1] = channels.y;
-            out[j + 2] = channels.z;
-        }
+        for (std::size_t j = 0; j < out.size(); ++j) out[j] = kChannelOf[j] == 0 ? red : kChannelOf[j] == 1 ? green : blue;
         return out;
     }
 
