@@ -19,15 +19,22 @@ using lightmap::QuadTexels;
 
 namespace detail {
 
+/// Returns the larger of |a| and |b|, by component. glm::abs calls a function for each component, which GCC does not inline.
+inline float largerSize(float a, float b) {
+    const float first = std::abs(a), second = std::abs(b);
+    return first < second ? second : first;
+}
+inline glm::vec4 largerSize(const glm::vec4& a, const glm::vec4& b) {
+    return {largerSize(a.x, b.x), largerSize(a.y, b.y), largerSize(a.z, b.z), largerSize(a.w, b.w)};
+}
 /// Returns the largest difference along an axis, 0 or 1, of values at the corners.
 template <class Value>
-auto step(const std::array<Value, 4>& at, int axis) {
-    return axis == 0 ? glm::max(glm::abs(at[1] - at[0]), glm::abs(at[3] - at[2]))
-                     : glm::max(glm::abs(at[2] - at[0]), glm::abs(at[3] - at[1]));
+Value step(const std::array<Value, 4>& at, int axis) {
+    return axis == 0 ? largerSize(at[1] - at[0], at[3] - at[2]) : largerSize(at[2] - at[0], at[3] - at[1]);
 }
 template <class Value>
 Value largestOf(const std::array<Value, 4>& at) {
-    return glm::max(glm::max(glm::abs(at[0]), glm::abs(at[1])), glm::max(glm::abs(at[2]), glm::abs(at[3])));
+    return largerSize(largerSize(at[0], at[1]), largerSize(at[2], at[3]));
 }
 inline std::array<glm::vec4, 4> layerAt(const QuadTexels& t, std::size_t layer) {
     return {t[0][layer], t[1][layer], t[2][layer], t[3][layer]};
