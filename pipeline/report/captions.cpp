@@ -25,6 +25,7 @@ constexpr std::array kStages = {
     Caption{"stage 2", "second texture, of what the first one left"},
     Caption{"l0", "mean light"},
     Caption{"l1", "linear band"},
+    Caption{"rnm", "light of three directions"},
     Caption{"ratio", "directions, as ratios to the mean"},
     Caption{"zonal", "zonal part of band 2"},
     Caption{"code", "directions, by learned bases"},

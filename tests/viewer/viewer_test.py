@@ -278,7 +278,8 @@ class Layouts(LayoutsSoak):
     def test_every_layout_of_the_table_is_known(self):
         self.assertGreaterEqual(len(LAYOUTS), 17)
         known = re.findall(r'^\| `([a-z0-9-]+)` \|', (ROOT / 'docs/reference/light-map-layouts.md').read_text(), re.M)
-        self.assertEqual(set(known), set(LAYOUTS))
+        refused = {'rnm'}  # by name: its decode needs the tangents of a mesh
+        self.assertEqual(set(known), set(LAYOUTS) | refused)
 
 
 class SceneSuite(PageSuite):
