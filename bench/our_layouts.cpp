@@ -46,7 +46,7 @@ DecodedBake cook(const Bake& bake, const std::filesystem::path& file, const std:
     const pipeline::ActionContext context{action, folder.path(), folder.path(), {}, shared, state};
     const auto cooked = valueOf(pipeline::fromJson<pipeline::CookResult>(valueOf(pipeline::cookLightMap(context)).result, layout));
     const pipeline::CookedAsset& asset = cooked.asset;
-    const auto reader = valueOf(pipeline::CookedLightMapReader::open(folder.path(), asset, {}, {}, bake.measure.key()));
+    const auto reader = valueOf(pipeline::CookedLightMapReader::open(folder.path(), asset, {.key = bake.measure.key()}));
 
     const pipeline::Json constants = asset.constants.value_or(pipeline::Json::object());
     const int clusters = constants.contains("clusters") ? constants.at("clusters").at(0).get<int>() : 0;
