@@ -16,8 +16,9 @@ using lightmap::MapRows;
 
 ShadedErrors LightMapVerifier::verifyBetween(const LightMapRows& rows, const LightMapVerifier& smaller, const LightMapRows& smallerRows,
                                              int firstRow, int rowCount) const {
-    const MapRows larger(*state_->decoder, state_->map, rows.texels, rows.reference);
-    const MapRows next(*smaller.state_->decoder, smaller.state_->map, smallerRows.texels, smallerRows.reference);
+    const auto decoder = state_->decoderOn(rows.reference), smallerDecoder = smaller.state_->decoderOn(smallerRows.reference);
+    const MapRows larger(*decoder, state_->map, rows.texels, rows.reference);
+    const MapRows next(*smallerDecoder, smaller.state_->map, smallerRows.texels, smallerRows.reference);
     const int placesPerTexel = smaller.state_->sampling.placesPerTexel;
     ErrorShader shader(state_->setup.matrices, 1 / static_cast<double>(state_->perKey));
     ShadedErrors errors;

@@ -15,7 +15,8 @@ using lightmap::CoveredQuad;
 using lightmap::MapRows;
 
 std::vector<RimPlace> LightMapVerifier::rimPlaces(const LightMapRows& strip, int firstRow, int rowCount) const {
-    const MapRows rows(*state_->decoder, state_->map, strip.texels, strip.reference);
+    const auto decoder = state_->decoderOn(strip.reference);
+    const MapRows rows(*decoder, state_->map, strip.texels, strip.reference);
     const float unit = 1 / state_->perKey;
     std::vector<RimPlace> places;
     const auto add = [&](const CoveredQuad& quad, int covered, int outside, const glm::vec2& at) {

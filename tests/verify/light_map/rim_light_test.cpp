@@ -13,17 +13,18 @@ namespace {
 constexpr int kRimSide = 12, kRimFirst = 4, kRimEnd = 8;
 
 /// A square chart of grey light in the middle of a map.
-test::Cooked squareChart() {
+test::Cooked squareChart(formats::LightMapLayout layout = formats::LightMapLayout::Raw) {
     formats::LightMapStrip strip;
     strip.sh = formats::Image<lighting::ShRgb>(kRimSide, kRimSide, lighting::ShRgb{});
     strip.covered = formats::Image<std::uint8_t>(kRimSide, kRimSide, 0);
     strip.normal = formats::Image<glm::vec3>(kRimSide, kRimSide, glm::vec3(0, 0, 1));
+    strip.tangent = formats::Image<glm::vec4>(kRimSide, kRimSide, glm::vec4(1, 0, 0, 1));
     for (int y = kRimFirst; y < kRimEnd; ++y)
         for (int x = kRimFirst; x < kRimEnd; ++x) {
             strip.covered.at(x, y) = 1;
             strip.sh.at(x, y) = synthetic::constantLight(glm::vec3(1));
         }
-    return test::cook(std::move(strip), formats::LightMapLayout::Raw, formats::Target::Float, 3);
+    return test::cook(std::move(strip), layout, formats::Target::Float, 3);
 }
 
 std::vector<verify::RimPlace> rimsOf(const test::Cooked& cooked, int firstRow = 0, int rowCount = kRimSide) {
@@ -54,6 +55,17 @@ TEST(RimPlaces, ATexelOutsideWeighsHalfBesideAnEdgeAndAQuarterAtACorner) {
         for (const verify::RimPlace& place : rimsOf(cooked))
             if (place.outside == outside) darkest = std::min(darkest, place.found[0].x / place.reference[0].x);
         EXPECT_NEAR(darkest, 1 - weight, 2e-3f);
+    }
+}
+
+/// Even light is symmetric about the normal, so that it has the same coefficients in every tangent frame.
+TEST(RimPlaces, ALayoutInTangentSpaceIsDecodedInTheFrameOfItsSurface) {
+    const test::Cooked cooked = squareChart(formats::LightMapLayout::Rnm);
+    const auto places = rimsOf(cooked);
+    ASSERT_EQ(places.size(), rimsOf(squareChart()).size());
+    for (const verify::RimPlace& place : places) {
+        EXPECT_NEAR(place.found[0].x, places.front().found[0].x, 2e-3f * place.reference[0].x);
+        EXPECT_NEAR(place.found[0].x, place.reference[0].x, 0.3f * place.reference[0].x);
     }
 }
 
