@@ -87,8 +87,6 @@ Json schemaOfType(const FieldRule& rule) {
     };
     if constexpr (std::same_as<T, Json>) {
         return Json::object();
-    } else if constexpr (std::same_as<T, std::string>) {
-        return {{"type", "string"}};
     } else if constexpr (std::same_as<T, bool>) {
         return {{"type", "boolean"}};
     } else if constexpr (Integer<T>) {
@@ -105,7 +103,7 @@ Json schemaOfType(const FieldRule& rule) {
         return list(schemaOfType<typename T::value_type>(rule), rule.leastCount, 0);
     } else if constexpr (IsMap<T>::value) {
         return {{"type", "object"}, {"additionalProperties", schemaOfType<typename T::mapped_type>(rule)}};
-    } else if constexpr (HasText<T>) {
+    } else if constexpr (std::same_as<T, std::string> || HasText<T>) {
         return {{"type", "string"}};
     } else if constexpr (HasMirror<T>) {
         return schemaOfType<typename FieldMirror<T>::Type>(rule);
