@@ -30,11 +30,11 @@ class Bc4Rows {
 
 public:
     Bc4Rows(const Bc4Search& search, const Bc4Codes& codes)
-        : isFast_(search.usesFastKernel()),
-          fast_(codes),
+        : fast_(codes),
           fit_(search, codes),
           least_((0 - codes.offset) / codes.scale),
-          most_((codes.largest - codes.offset) / codes.scale) {}
+          most_((codes.largest - codes.offset) / codes.scale),
+          isFast_(search.usesFastKernel()) {}
 
     /// Encodes blocks.
     /// texels   four rows of 4 Lanes(d) texels of four floats
@@ -103,14 +103,14 @@ private:
             std::memcpy(out, words, kBytes * count);
     }
 
-    const bool isFast_;
     Bc4Fast<D> fast_;
     Bc4Fit<D> fit_;
-    float least_, most_;  ///< range of the format
     typename Bc4Fast<D>::Fitted fitted_[2][kChannels];
-    int next_ = 0;
     std::byte* waiting_ = nullptr;
     std::size_t waitingCount_ = 0;
+    int next_ = 0;
+    float least_, most_;  ///< range of the format
+    const bool isFast_;
 };
 
 }  // namespace HWY_NAMESPACE

@@ -103,7 +103,8 @@ FaceMoments momentsOf(double left, double top, double size, int pieces) {
     for (int subRow = 0; subRow < 3 * pieces; ++subRow)
         for (int subColumn = 0; subColumn < 3 * pieces; ++subColumn) {
             const auto i = static_cast<std::size_t>(subColumn % 3), j = static_cast<std::size_t>(subRow % 3);
-            const double u = left + step * (subColumn / 3 + rule.point[i]), v = top + step * (subRow / 3 + rule.point[j]);
+            const int column = subColumn / 3, row = subRow / 3;
+            const double u = left + step * (column + rule.point[i]), v = top + step * (row + rule.point[j]);
             const double major = 1 / std::sqrt(1 + u * u + v * v), right = u * major, down = v * major;
             const double solidAngle = step * step * rule.weight[i] * rule.weight[j] * (major * major * major);
             moments.one += solidAngle;
