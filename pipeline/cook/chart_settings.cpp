@@ -24,6 +24,9 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
     if (output.isWholeLimited() && maxVisible > 0)
         return fmt::format("found {} beside charts with fewer texels, whose error it does not count, expected charts_max_visible = 0",
                            output.maxWholeVisible ? "max_whole_visible" : "max_whole_error");
+    if (takesTangents(output, entry))
+        return "found charts to pack with a layout in tangent space, expected charts = \"keep\": its light is relative to the mesh as it "
+               "is";
     return "";
 }
 

@@ -92,13 +92,6 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
         if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
     if (auto checked = checkCharts(scene, options.charts); !checked) return checked;
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (entry.description.takesTangents && isPacked(output, entry))
-            return failure(
-                ErrorCode::InvalidRequest, "--charts",
-                fmt::format("found charts of light map '{}' to pack with a layout in tangent space, expected charts = \"keep\": its "
-                            "light is relative to the mesh as it is",
-                            entry.name));
-    for (const LightMapEntry& entry : scene.lightMaps)
         if (isSplit(output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
             if (auto checked = formats::checkNoMorphTargets(*entry.mesh); !checked) return checked;
     std::error_code code;

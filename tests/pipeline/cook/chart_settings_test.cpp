@@ -43,6 +43,9 @@ TEST(CheckCharts, NamesTheLightMapWhoseChartsDoNotFit) {
     scene = splitScene();
     scene.lightMaps[0].mesh.reset();
     EXPECT_THAT(mistakeIn(scene), HasSubstr("light map 'map': found charts to pack without a mesh"));
+    scene = splitScene();
+    scene.output.lightMapLayout = "rnm";
+    EXPECT_THAT(mistakeIn(scene), HasSubstr("light map 'map': found charts to pack with a layout in tangent space"));
 }
 
 TEST(CheckCharts, RefusesALimitWhereNoChartsArePacked) {
