@@ -51,22 +51,27 @@ VertexKey keyOf(const SurfaceTriangle& triangle, std::size_t corner) {
             {std::llround(triangle.uv[corner].x * kSteps), std::llround(triangle.uv[corner].y * kSteps)}};
 }
 
-}  // namespace
+/// Vertices with the triangles that have them, in order.
+using Vertices = std::vector<std::pair<VertexKey, std::size_t>>;
+Vertices verticesOf(std::span<const SurfaceTriangle> triangles) {
+    Vertices vertices;
+    vertices.reserve(3 * triangles.size());
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+        for (std::size_t k = 0; k < 3; ++k) vertices.emplace_back(keyOf(triangles[i], k), i);
+    std::ranges::sort(vertices);
+    return vertices;
+}
 
-std::optional<double> fewTexelsAt(std::span<const SurfaceTriangle> triangles, const glm::dvec2& size, const glm::dvec2& place) {
+std::optional<double> fewTexelsAt(std::span<const SurfaceTriangle> triangles, const Vertices& vertices, const glm::dvec2& size,
+                                  const glm::dvec2& place) {
     std::size_t first = triangles.size();
     double least = std::numeric_limits<double>::infinity();
-    std::vector<std::pair<VertexKey, std::size_t>> vertices;
-    vertices.reserve(3 * triangles.size());
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-        for (std::size_t k = 0; k < 3; ++k) vertices.emplace_back(keyOf(triangles[i], k), i);
+    for (std::size_t i = 0; i < triangles.size(); ++i)
         if (const double distance = squaredDistance(triangles[i], size, place); distance < least) {
             least = distance;
             first = i;
         }
-    }
     if (first == triangles.size()) return std::nullopt;
-    std::ranges::sort(vertices);
     // From triangle to triangle over shared vertices, until the chart is known to be large.
     std::vector<bool> isKnown(triangles.size(), false);
     std::vector<std::size_t> chart = {first};
@@ -88,12 +93,19 @@ std::optional<double> fewTexelsAt(std::span<const SurfaceTriangle> triangles, co
     return area;
 }
 
+}  // namespace
+
+std::optional<double> fewTexelsAt(std::span<const SurfaceTriangle> triangles, const glm::dvec2& size, const glm::dvec2& place) {
+    return fewTexelsAt(triangles, verticesOf(triangles), size, place);
+}
+
 std::vector<FewTexels> fewTexelsOf(const verify::StageError& stage, std::span<const SurfaceTriangle> triangles, const glm::dvec2& size) {
     std::vector<FewTexels> few;
+    const Vertices vertices = verticesOf(triangles);
     for (const auto& [shading, figures] : {std::pair("diffuse", &stage.diffuse), std::pair("specular", &stage.specular)}) {
         if (!figures->visible || !figures->visible->maxAt.isKnown()) continue;
         const verify::VisiblePlace& at = figures->visible->maxAt;
-        if (const auto texels = fewTexelsAt(triangles, size, {at.x, at.y})) few.push_back({shading, *texels});
+        if (const auto texels = fewTexelsAt(triangles, vertices, size, {at.x, at.y})) few.push_back({shading, *texels});
     }
     return few;
 }
