@@ -273,6 +273,7 @@ KernelCell KernelTree::cell(int index, double azimuth, double half) const {
     cell.lengths = sumOf(lighting::bandLengths(from.centre), from.radius);
     for (std::size_t i = 0; i < tangents; ++i) cell.lengths = sumOf(cell.lengths, lighting::bandLengths(from.tangents[i]));
     if (isSpecular_) return cell;
+    cell.isDiffuse = true;
     cell.lengths = kExitLengths;
     const double sine = std::sin(from.angle);
     cell.normal = {sine * std::cos(azimuth), sine * std::sin(azimuth), std::cos(from.angle)};

@@ -34,6 +34,7 @@ struct KernelCell {
     lighting::ShBands profileRadius{}, azimuthRadius{};
     lighting::ShBands lengths{};              ///< largest length of each band
     std::size_t tangents = kProfileTangents;  ///< that are not 0
+    bool isDiffuse = false;
     /// Diffuse light: all normals of the range are within the sum of both angles [rad] of this one.
     glm::dvec3 normal{0, 0, 1};
     double profileAngle = 0, azimuthAngle = 0;

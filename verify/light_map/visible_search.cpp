@@ -179,13 +179,12 @@ Enclosed unionOf(const Enclosed& a, const Enclosed& b) {
 /// Bounds one cell.
 class CellBound {
 public:
-    /// isSpecular  the kernels are those of specular light
-    CellBound(const VisibleMetric& metric, const CellLight& light, const KernelCell& kernels, bool isSpecular)
+    CellBound(const VisibleMetric& metric, const CellLight& light, const KernelCell& kernels)
         : errors_(light.errors, light.errorSlack, kernels),
           references_(light.references, light.referenceSlack, kernels),
           found_(light.found, lightmap::sumOf(light.errorSlack, light.referenceSlack), kernels),
           metric_(metric) {
-        if (light.directions.count() > 0 && !isSpecular) {
+        if (light.directions.count() > 0 && kernels.isDiffuse) {
             errors_.addResidual(light.directions, kernels);
             found_.addResidual(light.directions, kernels);
         }
@@ -391,8 +390,7 @@ private:
     void add(Cell cell) {
         const KernelCell kernels = tree_.cell(cell.range, cell.azimuth, cell.half);
         const CellLight& light = places_[static_cast<std::size_t>(cell.place)]->light;
-        const Bounded bounded =
-            light.isFinite ? CellBound(metric_, light, kernels, tree_.isSpecular()).run(threshold_) : Bounded{kInfinite, {}};
+        const Bounded bounded = light.isFinite ? CellBound(metric_, light, kernels).run(threshold_) : Bounded{kInfinite, {}};
         // A part is never worse than the whole.
         cell.bound = cell.order == 0 && order_ == 0 ? bounded.bound : std::min(cell.bound, bounded.bound);
         cell.spread = bounded.spread;
@@ -413,8 +411,7 @@ private:
     }
     bool isConverged(const Cell& cell) const {
         return cell.half <= KernelTree::kNarrow &&
-               cell.bound <=
-                   VisibleSearch::kConvergedFactor * CellBound(metric_, middleLight(cell), middleOf(cell), tree_.isSpecular()).run(0).bound;
+               cell.bound <= VisibleSearch::kConvergedFactor * CellBound(metric_, middleLight(cell), middleOf(cell)).run(0).bound;
     }
     bool split(const Cell& cell) {
         PlaceNode& place = *places_[static_cast<std::size_t>(cell.place)];
@@ -440,9 +437,7 @@ private:
     bool isWidenedByPlaces(const Cell& cell) const {
         const CellLight& light = places_[static_cast<std::size_t>(cell.place)]->light;
         const KernelCell kernels = tree_.cell(cell.range, cell.azimuth, cell.half);
-        const bool isSpecular = tree_.isSpecular();
-        return CellBound(metric_, middleLight(cell), kernels, isSpecular).run(0).bound <
-               CellBound(metric_, light, middleOf(cell), isSpecular).run(0).bound;
+        return CellBound(metric_, middleLight(cell), kernels).run(0).bound < CellBound(metric_, light, middleOf(cell)).run(0).bound;
     }
     void splitPlace(const Cell& cell) {
         const auto at = static_cast<std::size_t>(cell.place);
@@ -557,7 +552,7 @@ bool VisibleSearch::cannotExceed(const CellLight& light, double threshold) const
 }
 
 double VisibleSearch::cellBound(const CellLight& light, const KernelCell& kernels) const {
-    return CellBound(metric_, light, kernels, tree_.isSpecular()).run(0).bound;
+    return CellBound(metric_, light, kernels).run(0).bound;
 }
 
 }  // namespace lightcook::verify
