@@ -249,8 +249,9 @@ public:
     ///
     /// placesPerTexel  N: instead at N x N places of each texel, (x + 0.5) / N of the map's coordinates, from filtered texels as a GPU has
     ///                 them. The image has N times the width and rows; `texels` must hold the row above and the row below, too
-    /// surface         rows of the bake, with tangents, of a layout in tangent space: its coefficients show what the shader does at the
-    ///                 texel's own normal, and nearly that at others. Other layouts take none
+    /// surface         rows of the bake with tangents, which a layout in tangent space needs; others take none. The returned coefficients
+    /// of
+    ///                 such a layout are exact at the texel's own normal, and near to the shader's light at others
     formats::Image<lighting::ShRgb> reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount, int placesPerTexel = 1,
                                                 const formats::LightMapStrip* surface = nullptr) const;
 

@@ -2,12 +2,13 @@
 //
 // In the tangent frame a white surface shows sum_i w_i(n) R_i with w_i(n) = max(0, b_i . n). The best R minimizes the mean of
 //   (sum_i w_i(n) R_i - E(n))^2   over the normals n of a ring, n.z from 1/2 to 9/10, with R_i >= 0
-// where E(n) is what the coefficients show. The ring is the part of a cap of 60 degrees, the usual tilt of normal maps, that is not near
-// the surface's own normal: with the whole cap or hemisphere the visible error is larger (docs/lab/experiments.md). That is a nonnegative
-// least squares problem with the normal equations G R = h, G_ij = mean of w_i w_j, h_i = mean of w_i E, which is linear in the
-// coefficients. The b_i are one direction turned by 120 degrees about the normal, so that G has one number on its diagonal and one beside
-// it, and h_1 and h_2 are h_0 of turned light. The optimum has some R_i = 0 and solves the equations of the others: of the few choices, the
-// one of least cost with no negative number is exact.
+// The coefficients show E(n). Normal maps usually tilt normals by up to 60 degrees. The ring is that cap without its middle: a fit over the
+// whole cap or hemisphere has a larger visible error (docs/lab/experiments.md).
+//
+// This is a nonnegative least squares problem with the normal equations G R = h, G_ij = mean of w_i w_j, h_i = mean of w_i E. h is linear
+// in the coefficients. The b_i are one direction turned by 120 degrees about the normal, so that G has one number on its diagonal and one
+// beside it, and h_1 and h_2 are h_0 of turned light. The optimum has some R_i = 0 and solves the equations of the others: of the few
+// choices, the one of least cost with no negative number is exact.
 #pragma once
 
 #include <cstddef>

@@ -238,7 +238,7 @@ private:
             }
         });
     }
-    /// Where a ray from the centre enters a texel; the last crossing is the rim.
+    /// A ray from the centre enters texel (x, y) at this radius. The last crossing is the rim.
     struct Crossing {
         double radius;
         int x, y;

@@ -1,5 +1,5 @@
-// What layouts in tangent space show beside their coefficients: the difference between max(0, b_i . n) and what the coefficients of R_i = 1
-// show, over the hemisphere of the surface. Private to verify/.
+// The residual of layouts in tangent space: max(0, b_i . n), which the engine shows for R_i = 1, less the light of the coefficients that
+// the verifier takes for it, over the hemisphere of the surface. Private to verify/.
 //
 // The differences of the three directions are one function, turned by 120 degrees about the normal. It has the extremes kLowest and
 // kHighest and the largest slope kSlope, all rounded outwards, so that over the normals within an angle of one it is an interval of values.
@@ -10,17 +10,14 @@
 #include <array>
 #include <cmath>
 #include <glm/vec3.hpp>
-#include <numbers>
 
-#include "lighting/sh.h"
 #include "shaders/lightcook_cpp.h"
 
 namespace lightcook::verify {
 
 struct RnmResidual {
     static constexpr double kLowest = -0.1253, kHighest = 0.0544, kSlope = 0.66;
-    /// The largest magnitude.
-    static constexpr double kLargest = 0.1253;
+    static constexpr double kLargest = std::max(-kLowest, kHighest);  ///< magnitude
     /// Rounding of the shader's floats.
     static constexpr double kRounding = 2e-6;
 

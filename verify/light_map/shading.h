@@ -81,7 +81,7 @@ struct ShadingMatrices {
 /// key  light of the map per unit of light that is shaded
 ShadingMatrices shadingMatrices(const LightMapShading& shading, double key, const std::optional<Viewing>& viewing);
 
-/// What a white surface with a normal in world axes shows, where that is no function of coefficients. Empty: coefficients have it.
+/// Returns the light of a white surface for its normal in world axes, if no coefficients have that function. Empty: coefficients have it.
 using ShownLight = std::function<glm::vec3(const glm::vec3& normal)>;
 
 /// Shades the error of one texel after another in all rows of two matrices. Light in units of the key.

@@ -44,8 +44,8 @@ private:
     struct Task {
         int mip, face, firstRow, rowCount;
     };
-    /// Deviations of a face's light from its reference, by channel. A block counts by the solid angle times its light, but no more than
-    /// average light: what an encoder makes of the block of a small light source says nothing about the face.
+    /// Deviations of a face's light from its reference, by channel. The weight of a block is its solid angle times its light, or times the
+    /// mean light if that is less: an encoder may miss the block of a small light source, and the face can be right all the same.
     struct FaceLight {
         glm::dvec3 deviation{0}, weight{0};
 

@@ -405,7 +405,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     if (!truth->isEmpty()) result->groundTruth = toJson(verify::lightMapTruth(whole->truthPlaces, parameters->shading.lobe, viewing));
     if (charts) result->charts = whole->charts.summary(*charts, asset->totalBytesGpu(), std::int64_t{bake.width()} * bake.height());
     const auto triangles = mesh ? litTriangles(*mesh) : std::vector<verify::SurfaceTriangle>();
-    // Where charts were packed, places of the last stage are of the bake from before, and these triangles are not.
+    // The triangles are those of the cooked mesh. The places of the last stage lie in the bake as it was before charts were packed.
     if (charts && !*before) result->charts->few = fewTexelsOf(result->verdict.stages.back(), triangles, {bake.width(), bake.height()});
     const std::array maps = {ComparedMap{context.action.asset, bake, *cooked}};
     const LitSurface surface{maps, triangles, viewing};

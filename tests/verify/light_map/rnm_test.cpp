@@ -1,4 +1,4 @@
-// Layout rnm: the verifier shades what the engine shows, its bounds hold, and the engine's baker would have written what is read back.
+// Layout rnm: the verifier shades by the formula of the engine, its bounds hold, and our reader of Bakery's files reads the textures back.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -71,7 +71,7 @@ LightMapStrip curvedBake() {
     return bake;
 }
 
-/// What the coefficients of the layout show is as near to what the engine shows as the bounds take it to be.
+/// The bounds assume a largest difference between the light of the coefficients and that of the engine's formula: samples stay within it.
 TEST(RnmLayout, TheCoefficientsAreWithinTheResidualOverTheHemisphere) {
     LightMapStrip one;
     one.normal = formats::Image<glm::vec3>(1, 1, glm::vec3(0, 0, 1));
@@ -160,7 +160,7 @@ TEST(RnmLayout, DiffuseErrorsAreThoseOfTheEnginesFormula) {
     }
 }
 
-/// Storing what the directions receive, as a baker does, is never better than the fit.
+/// A baker stores the irradiance of each direction. The fit errs less.
 TEST(RnmLayout, TheFitIsBetterThanTheLightOfTheDirections) {
     test::Cooked cooked = test::cook(synthetic::makeBand(Kind::Gradient, kRnmWidth, 0, kRnmHeight), LightMapLayout::Rnm, Target::Float, 3);
     const double fitted = cooked.stages().front().diffuse.relRms;
@@ -257,7 +257,7 @@ verify::StageError figuresOfDirections(const test::Cooked& cooked, const verify:
 
 class RnmScenesSoak : public testing::TestWithParam<const char*> {};
 
-/// What a baker stores is E(b_i). The fit is at least a tenth better, and no figure is worse.
+/// A baker stores E(b_i). The fit errs by a tenth less at least, and its p99 is no larger.
 TEST_P(RnmScenesSoak, TheFitIsBetterThanWhatABakerStores) {
     constexpr int kEffort = 5;
     if (!std::filesystem::exists(test::lightMapOf(GetParam()))) GTEST_SKIP() << "the shared scenes are not here";

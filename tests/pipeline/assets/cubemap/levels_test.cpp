@@ -92,7 +92,7 @@ TEST(CubemapLevels, ARightMapHasNoViolation) {
     EXPECT_EQ(violationsWith([](verify::CookedCubemap&) {}), "");
 }
 
-/// Of 384 blocks at level 3 the figures sample 96.
+/// The figures alone would miss most of them: they sample 96 of the 384 blocks of level 3.
 TEST(CubemapLevels, AWrongBlockIsFoundAtAnyLevelWhereverItLies) {
     for (const std::size_t mip : {0u, 1u, 2u, 3u, 4u})
         for (const int block : mip == 3 ? std::vector<int>{1, 3, 7} : std::vector<int>{5}) {
