@@ -7,11 +7,13 @@
 #include <cstdio>
 #include <deque>
 #include <glm/geometric.hpp>
+#include <stdexcept>
 #include <utility>
 
 #include "bench/pictures.h"
 #include "compress/texel/half.h"
 #include "formats/light_map.h"
+#include "formats/plain_image.h"
 
 namespace lightcook::bench {
 namespace {
@@ -204,6 +206,23 @@ std::vector<ClassPicture> sharedClassPictures(const fs::path& data, const fs::pa
     }
     addVectors(sources / "examples/cornell/cornell_lightmap.exr", "example", side, pictures);
     addVectorFormulas(side, pictures);
+    return pictures;
+}
+
+std::vector<ClassPicture> photographsOf(const fs::path& folder, int side) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (formats::isPictureFile(entry.path())) files.push_back(entry.path());
+    if (files.empty()) throw std::runtime_error(folder.string() + ": holds no PNG, JPEG, TGA or BMP");
+    std::sort(files.begin(), files.end());
+    std::vector<ClassPicture> pictures;
+    for (const fs::path& file : files) {
+        formats::Result<formats::PlainImage> image = formats::readImage(file);
+        if (!image) throw std::runtime_error(image.error().line());
+        for (glm::vec4& texel : image->texels.texels()) texel.a = 1;
+        const int width = image->texels.width(), height = image->texels.height();
+        add({file.stem(), PictureClass::Photographs, std::move(image->texels), Image<float>(width, height, 1.0f)}, side, pictures);
+    }
     return pictures;
 }
 

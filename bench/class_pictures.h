@@ -49,6 +49,10 @@ std::vector<ClassPicture> ownClassPictures(const std::filesystem::path& sources,
 /// evenly spread tiles. Empty without shared data.
 std::vector<ClassPicture> sharedClassPictures(const std::filesystem::path& data, const std::filesystem::path& sources, int side);
 
+/// Returns the pictures of a folder (PNG, JPEG, TGA, BMP) as photographs, opaque, by name; large ones are reduced to evenly spread tiles.
+/// Throws std::runtime_error for a folder without pictures, and for a picture that cannot be read.
+std::vector<ClassPicture> photographsOf(const std::filesystem::path& folder, int side);
+
 /// Returns true if a format can hold the content of a class.
 bool suits(PictureContent content, formats::PixelFormat format);
 

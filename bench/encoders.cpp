@@ -26,7 +26,7 @@ namespace {
 using formats::PixelFormat;
 
 struct Options {
-    std::filesystem::path data = LIGHTCOOK_SHARED_DATA, csv, html, table, peers, json;
+    std::filesystem::path data = LIGHTCOOK_SHARED_DATA, csv, html, table, peers, photographs, json;
     std::vector<std::string> formats = {"bc1",          "bc3",          "bc4",          "bc5",          "bc6h-uf16", "bc6h-sf16", "bc7",
                                         "astc-4x4-hdr", "astc-6x6-hdr", "astc-8x8-hdr", "astc-4x4-ldr", "rgb9e5",    "r11g11b10f"};
     std::vector<int> efforts = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
@@ -266,7 +266,10 @@ constexpr int kComparisonSide = 4 * kPictureTile;
 
 std::vector<ClassPicture> classPicturesFor(const Options& options) {
     std::vector<ClassPicture> pictures;
-    if (!options.own) pictures = sharedClassPictures(options.data, LIGHTCOOK_SOURCE_DIR, kComparisonSide);
+    if (!options.photographs.empty())
+        pictures = photographsOf(options.photographs, kComparisonSide);
+    else if (!options.own)
+        pictures = sharedClassPictures(options.data, LIGHTCOOK_SOURCE_DIR, kComparisonSide);
     if (pictures.empty()) pictures = ownClassPictures(LIGHTCOOK_SOURCE_DIR, kComparisonSide);
     keepImages(options, pictures);
     return pictures;
@@ -338,6 +341,9 @@ int main(int argumentCount, char** arguments) {
     app.add_option("--data", options.data, "folder of the shared data");
     CLI::Option* const peers =
         app.add_option("--peers", options.peers, "run the encoders of the shared objects in this folder beside ours, on the same pixels");
+    app.add_option("--photographs", options.photographs, "with --peers: measure on the pictures of this folder")
+        ->needs(peers)
+        ->check(CLI::ExistingDirectory);
     app.add_option("--json", options.json, "with --peers: write all figures to this file")->needs(peers);
     app.add_flag(
            "--perceptual", options.perceptual,
