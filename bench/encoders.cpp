@@ -32,8 +32,9 @@ struct Options {
     std::vector<int> efforts = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
     std::vector<std::string> images;  ///< only pictures whose name contains one of these; empty: all
     double seconds = 2;               ///< time limit for a picture [s]
-    bool own = false;                 ///< pictures of the repository, not of the shared data
-    bool perceptual = false;          ///< with peers: the channel weights of kLumaWeights
+    std::string instructions = "best";
+    bool own = false;         ///< pictures of the repository, not of the shared data
+    bool perceptual = false;  ///< with peers: the channel weights of kLumaWeights
 };
 
 struct Row {
@@ -337,6 +338,8 @@ int main(int argumentCount, char** arguments) {
     app.add_option("--seconds", options.seconds, "time limit for a picture; slower efforts encode a share of its blocks")
         ->check(CLI::Range(0.01, 1e6));
     app.add_flag("--quick", quick, "0.2 seconds a picture; efforts 0, 1, 3, 5, 7, 9 by default");
+    app.add_option("--instructions", options.instructions, "vector instructions that our encoders may use")
+        ->check(CLI::IsMember({"best", "avx2"}));
     app.add_flag("--own", options.own, "use the pictures of the repository, even if the shared data are present");
     app.add_option("--data", options.data, "folder of the shared data");
     CLI::Option* const peers =
@@ -359,6 +362,7 @@ int main(int argumentCount, char** arguments) {
         if (app.count("--efforts") == 0) options.efforts = {0, 1, 3, 5, 7, 9};
     }
     std::sort(options.efforts.begin(), options.efforts.end());
+    if (options.instructions == "avx2") lightcook::compress::allowInstructionSet(lightcook::compress::InstructionSet::Avx2);
     try {
         if (!options.peers.empty() && app.count("--formats") == 0) options.formats = lightcook::bench::namesOfTableFormats();
         if (!options.peers.empty())

@@ -1,5 +1,5 @@
-// BC7: runs the kernels (fast-inl.h, fit-inl.h) on the best instruction set, and packs the results of the full search. Blocks of one
-// colour, and at effort 9 blocks of two colours, are encoded without a kernel.
+// BC7: runs the kernels (fast_rows-inl.h, full_search-inl.h) on the best instruction set, and packs the results of the full search. Blocks
+// of one colour, and at effort 9 blocks of two colours, are encoded without a kernel.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,22 +12,18 @@
 #include <hwy/foreach_target.h>
 // Must follow foreach_target: each target compiles its own copy.
 #include "compress/bc7/fast_rows-inl.h"
-#include "compress/bc7/fit-inl.h"
-#include "compress/block/fit_blocks-inl.h"
+#include "compress/bc7/full_search-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 
-void fitBc7(std::span<const Block* const> blocks, const Bc7Search& search, const EncodeOptions& options, Bc7Result* found) {
-    using D = hn::ScalableTag<float>;
-    Bc7Fit<D> fit(search, options);
-    fitBlocks<D>(blocks, found, [&](const Block* const* lanes, Bc7Result* results) { fit.run(lanes, results); });
+void searchBc7(std::span<const Block* const> blocks, const Bc7Search& search, const EncodeOptions& options, Bc7Result* found) {
+    Bc7FullSearch<hn::ScalableTag<float>>(search, options).run(blocks, found);
 }
 
-bool fitBc7Rows(const TexelRows& rows, const Bc7FastSearch& search, const EncodeOptions& options, Bc7OneColour* oneColour, std::byte* out,
-                float* errors) {
-    return Bc7FastRows<hn::ScalableTag<float>>(search, options, oneColour).run(rows, out, errors);
+bool fitBc7Rows(const TexelRows& rows, const Bc7FastSearch& search, const EncodeOptions& options, Bc7OneColour* oneColour, std::byte* out) {
+    return Bc7FastRows<hn::ScalableTag<float>>(search, options, oneColour).run(rows, out);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -39,7 +35,7 @@ HWY_AFTER_NAMESPACE();
 namespace lightcook::compress {
 namespace {
 
-HWY_EXPORT(fitBc7);
+HWY_EXPORT(searchBc7);
 HWY_EXPORT(fitBc7Rows);
 
 /// Codes of the two ends of a channel.
@@ -138,48 +134,43 @@ void packOneColour(const std::array<float, 4>& colour, std::byte* out) {
 
 const Bc7FastSearch& bc7FastSearchOf(int effort) {
     // clang-format off
-    static constexpr Bc7FastSearch kSearches[6] = {
-        // refits exactBelow mode5 twoRegionsAbove shapes partitions mode3 fullSearch
-        {       0,         0,false,           1.5f,    32,         1,false,     false},  // effort 0
-        {       1,         0,false,           1.0f,    64,         1, true,     false},
-        {       1,      2.0f, true,           0.5f,    64,         2, true,     false},
-        {       1,      2.0f,false,           0.3f,    64,         2, true,      true},
-        {       1,      2.0f,false,           0.3f,    64,         3, true,      true},
-        {       1,      2.0f,false,           0.3f,    64,         4, true,      true},  // effort 5 and above
+    static constexpr Bc7FastSearch kSearches[3] = {
+        // refits exactBelow mode5 twoRegionsAbove shapes partitions mode3
+        {       0,         0,false,           1.5f,    32,         1,false},  // effort 0
+        {       1,         0,false,           1.0f,    64,         1, true},
+        {       1,      2.0f, true,           0.5f,    64,         2, true},  // effort 2 and above
     };
     // clang-format on
-    return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 5))];
+    return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 2))];
 }
 
-bool encodeBc7Rows(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
-    return HWY_DYNAMIC_DISPATCH(fitBc7Rows)(rows, bc7FastSearchOf(options.effort), options, packOneColour, out, errors);
+bool encodeBc7Rows(const TexelRows& rows, const EncodeOptions& options, std::byte* out) {
+    return HWY_DYNAMIC_DISPATCH(fitBc7Rows)(rows, bc7FastSearchOf(options.effort), options, packOneColour, out);
 }
 
 const Bc7Search& bc7SearchOf(int effort) {
     // clang-format off
-    static constexpr std::array<Bc7Search, 10> kSearches = {{
-        // shapes twoRegions threeRegions rotations mode4 freeRefits codedRefits everyLowBit descents twoColours
-        {       0,         0,           0,        0,false,         0,          0,      false,       0,     false},  // effort 0
-        {       0,         0,           0,        0,false,         0,          1,      false,       0,     false},
-        {       0,         0,           0,        1,false,         0,          1,       true,       0,     false},
-        {      16,         1,           0,        4,false,         0,          1,       true,       0,     false},
-        {      32,         1,           0,        4, true,         0,          1,       true,       0,     false},
-        {      64,         3,           0,        4, true,         1,          1,       true,       0,     false},  // effort 5
-        {      64,         4,           1,        4, true,         1,          1,       true,       1,     false},
-        {      64,         8,           4,        4, true,         1,          2,       true,       2,     false},
-        {      64,        16,          16,        4, true,         1,          3,       true,       4,     false},
-        {      64,        64,          64,        4, true,         2,          4,       true,       8,      true},  // effort 9
+    static constexpr std::array<Bc7Search, 8> kSearches = {{
+        // twoRegions threeRegions twoIndices refits polished promising starts startRefits descents pairs twoColours
+        {           0,           0,     false,     0,       1,     1.0f,     1,          0,       0,false,     false},  // effort 2 and below
+        {           3,           2,      true,     0,       2,     1.1f,     3,          0,       1,false,     false},  // effort 3
+        {           4,           3,      true,     0,       3,     1.2f,     6,          0,       1,false,     false},
+        {           6,           4,      true,     0,       6,     1.2f,    10,          0,       1,false,     false},  // effort 5
+        {           8,           8,      true,     1,       8,     1.3f,    10,          1,       1, true,     false},
+        {          12,          12,      true,     1,      16,     2.0f,    15,          1,       1, true,     false},
+        {          24,          24,      true,     1,      32,     3.0f,    28,          1,       2, true,     false},
+        {          64,          64,      true,     2,      64,     4.0f,   105,          3,       3, true,      true},  // effort 9
     }};
     // clang-format on
-    return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
+    return kSearches[static_cast<std::size_t>(std::clamp(effort, 2, 9) - 2)];
 }
 
-void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out, float* errors) {
+void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out) {
     BlockSorter sorted(blocks, 4);
     std::vector<Bc7Result> found(blocks.size());
     const auto run = [&](const std::vector<const Block*>& list, int effort) {
         std::vector<Bc7Result> results(list.size());
-        HWY_DYNAMIC_DISPATCH(fitBc7)(list, bc7SearchOf(effort), options, results.data());
+        HWY_DYNAMIC_DISPATCH(searchBc7)(list, bc7SearchOf(effort), options, results.data());
         for (std::size_t i = 0; i < list.size(); ++i) found[static_cast<std::size_t>(list[i] - blocks.data())] = results[i];
     };
     for (const auto& [block, texel] : sorted.constant) found[static_cast<std::size_t>(block - blocks.data())] = singleColour(*block, texel);
@@ -194,10 +185,8 @@ void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std:
     }
     run(sorted.varied, options.effort);
     run(sorted.insignificant, 0);
-    for (const Block* block : sorted.insignificant) found[static_cast<std::size_t>(block - blocks.data())].error = -1;
     for (const Bc7Result& result : found) {
         pack(result, out);
-        *errors++ = result.error;
         out += 16;
     }
 }

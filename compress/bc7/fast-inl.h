@@ -27,6 +27,7 @@
 #include "compress/bc7/fast_partitions-inl.h"
 #include "compress/bc7/fast_regions-inl.h"
 #include "compress/bc7/fast_texels-inl.h"
+#include "compress/bc7/plane-inl.h"
 #include "compress/bc7/search.h"
 #include "compress/block/block.h"
 #include "compress/block/lanes-inl.h"
@@ -47,13 +48,12 @@ public:
 
     /// Encodes Lanes(d) blocks with one region, and writes 16 bytes for each of the first `count`.
     /// texels, weights  as for Bc7FastTexels::load
-    /// exact            receives the error of each block as decoded, see Bc7FastBlock::finish. May be null
     /// Returns true if a value was clamped into the range of the format.
     bool runOneRegion(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::size_t count,
-                      std::byte* out, F* exact) {
+                      std::byte* out) {
         const bool clamped = texels_.load(texels, weights);
         block_.clear(set(1e30f));
-        productsOfBlock();
+        texels_.products(product_);
         Bc7FastRegions<D, 1, 4> whole(texels_, kAll, hn::Zero(DI()));
         whole.start(product_, kIterations);
         Ends ends[1];
@@ -65,27 +65,23 @@ public:
         }
         block_.template keep<1, 4>(everywhere, zero(), error, 6, hn::Zero(DI()), ends);
         if (search_.mode5) tryMode5();
-        block_.finish(
-            texels_, count, [&](std::size_t lane) { return out + 16 * lane; }, exact);
+        block_.finish(texels_, count, [&](std::size_t lane) { return out + 16 * lane; });
         return clamped;
     }
     /// Encodes blocks with two regions, and writes those that are better than with one.
     /// error  of each block with one region
     /// out    where each block goes; one for each of the first lanes
-    /// Returns the lanes that are better.
-    M runTwoRegions(const std::array<const float*, 4>& texels, const std::array<const float*, 4>& weights, F error,
-                    std::span<std::byte* const> out, F* exact) {
+    void runTwoRegions(const std::array<const float*, 4>& texels, const std::array<const float*, 4>& weights, F error,
+                       std::span<std::byte* const> out) {
         texels_.load(texels, &weights);
         block_.clear(error);
-        productsOfBlock();
+        texels_.products(product_);
         tryTwoRegions();
         HWY_ALIGN float better[hn::MaxLanes(D())];
         const M isBetter = block_.error < error;
-        if (hn::AllFalse(D(), isBetter)) return isBetter;
+        if (hn::AllFalse(D(), isBetter)) return;
         hn::Store(hn::IfThenElseZero(isBetter, set(1.0f)), D(), better);
-        block_.finish(
-            texels_, out.size(), [&](std::size_t lane) { return better[lane] > 0 ? out[lane] : nullptr; }, exact);
-        return isBetter;
+        block_.finish(texels_, out.size(), [&](std::size_t lane) { return better[lane] > 0 ? out[lane] : nullptr; });
     }
     const Bc7FastTexels<D>& texels() const { return texels_; }
     /// Returns the error of each block, see Bc7FastTexels, without the rounding of interpolated values.
@@ -99,24 +95,6 @@ private:
     static constexpr float kQuantization = 1.0f / 144;
     /// Share of the variance outside the plane of the ranking that is expected to remain.
     static constexpr float kOutsideShare = 0.5f;
-
-    /// Returns the place of the product of channels i and j in product_.
-    static HWY_INLINE constexpr std::size_t at4(std::size_t i, std::size_t j) {
-        return i <= j ? i * 4 - i * (i - 1) / 2 + j - i : at4(j, i);
-    }
-    /// Sets product_.
-    void productsOfBlock() {
-        F rr = zero(), rg = rr, rb = rr, ra = rr, gg = rr, gb = rr, ga = rr, bb = rr, ba = rr, aa = rr;
-        for (int t = 0; t < kTexelCount; ++t) {
-            const F r = texels_.x[0][t], g = texels_.x[1][t], b = texels_.x[2][t], a = texels_.x[3][t], w = texels_.weight[t];
-            const F wr = w * r, wg = w * g, wb = w * b, wa = w * a;
-            rr = hn::MulAdd(wr, r, rr), rg = hn::MulAdd(wr, g, rg), rb = hn::MulAdd(wr, b, rb), ra = hn::MulAdd(wr, a, ra);
-            gg = hn::MulAdd(wg, g, gg), gb = hn::MulAdd(wg, b, gb), ga = hn::MulAdd(wg, a, ga);
-            bb = hn::MulAdd(wb, b, bb), ba = hn::MulAdd(wb, a, ba), aa = hn::MulAdd(wa, a, aa);
-        }
-        const F all[10] = {rr, rg, rb, ra, gg, gb, ga, bb, ba, aa};
-        for (int i = 0; i < 10; ++i) product_[i] = all[i];
-    }
 
     /// Fits mode 5 with alpha as the separate channel.
     void tryMode5() {
@@ -138,36 +116,25 @@ private:
     void tryTwoRegions() {
         Bc7FastRegions<D, 1, 4> whole(texels_, kAll, hn::Zero(DI()));
         whole.start(product_, kIterations);
-        // The second axis is the principal axis of the covariance after the part of the first axis is subtracted (deflation).
-        F rest[10], axis[4];
-        const F first = whole.largestEigenvalue(0);
-        for (std::size_t i = 0; i < 4; ++i)
-            for (std::size_t j = i; j < 4; ++j)
-                rest[at4(i, j)] = hn::NegMulAdd(first * whole.axis(0)[i], whole.axis(0)[j], product_[at4(i, j)]);
-        const F second = Bc7FastLines<D>::template axisOf<4>(rest, kIterations, axis);
-        F p[kTexelCount], q[kTexelCount];
-        for (int t = 0; t < kTexelCount; ++t) {
-            p[t] = whole.position(t);
-            q[t] = texels_.x[0][t] * axis[0];
-            for (std::size_t c = 1; c < 4; ++c) q[t] = hn::MulAdd(texels_.x[c][t], axis[c], q[t]);
-        }
-        partitions_.rank(texels_, p, q, search_.shapes, search_.partitions, kQuantization);
-        const F outside = hn::Max(whole.trace(0) - first - second, zero());
+        const Bc7Plane<D> plane(texels_, whole, product_, kIterations);
+        Bc7Ranking<D> ranking(search_.partitions);
+        Bc7FastPartitions<D>(texels_, plane.p, plane.q, kQuantization).rankTwo(search_.shapes, ranking);
         const bool anyOpaque = !hn::AllFalse(D(), texels_.opaque), anyAlpha = !hn::AllFalse(D(), texels_.hasAlpha);
         for (int i = 0; i < search_.partitions; ++i) {
-            const M promising = hn::AndNot(texels_.constant, hn::MulAdd(outside, set(kOutsideShare), partitions_.score[i]) < block_.error);
+            const M promising =
+                hn::AndNot(texels_.constant, hn::MulAdd(plane.outside, set(kOutsideShare), ranking.score[i]) < block_.error);
             if (hn::AllFalse(D(), promising)) continue;
             if (anyOpaque) {
                 const F product[6] = {product_[0], product_[1], product_[2], product_[4], product_[5], product_[7]};
-                Bc7FastRegions<D, 2, 3> two(texels_, kColours, partitions_.choice[i]);
+                Bc7FastRegions<D, 2, 3> two(texels_, kColours, ranking.choice[i]);
                 two.start(product, kIterations);
-                keepTwo(two, 1, hn::And(texels_.opaque, promising), partitions_.choice[i]);
-                if (search_.mode3) keepTwo(two, 3, hn::And(texels_.opaque, promising), partitions_.choice[i]);
+                keepTwo(two, 1, hn::And(texels_.opaque, promising), ranking.choice[i]);
+                if (search_.mode3) keepTwo(two, 3, hn::And(texels_.opaque, promising), ranking.choice[i]);
             }
             if (anyAlpha) {
-                Bc7FastRegions<D, 2, 4> two(texels_, kAll, partitions_.choice[i]);
+                Bc7FastRegions<D, 2, 4> two(texels_, kAll, ranking.choice[i]);
                 two.start(product_, kIterations);
-                keepTwo(two, 7, hn::And(texels_.hasAlpha, promising), partitions_.choice[i]);
+                keepTwo(two, 7, hn::And(texels_.hasAlpha, promising), ranking.choice[i]);
             }
         }
     }
@@ -182,9 +149,8 @@ private:
 
     const Bc7FastSearch& search_;
     Bc7FastTexels<D> texels_;
-    Bc7FastPartitions<D> partitions_;
     Bc7FastBlock<D> block_;
-    F product_[10];  ///< sums of weight times the product of two channels
+    F product_[10];  ///< see Bc7FastTexels::products
 };
 
 }  // namespace HWY_NAMESPACE

@@ -99,11 +99,9 @@ public:
 
     /// Chooses the indices for the decoded ends, and packs the blocks of the first `count` lanes.
     /// out    returns where the 16 bytes of a lane go, or null if the lane is not needed
-    /// exact  receives the weighted squared error of each block as decoded, in the scale of the texels. May be null
     template <class Out>
-    void finish(const Texels& texels, std::size_t count, const Out& out, F* exact) const {
+    void finish(const Texels& texels, std::size_t count, const Out& out) const {
         const DI di;
-        if (exact) *exact = zero();
         Line line[2];
         for (int r = 0; r < 2; ++r) line[r] = lineOf(texels, r);
         HWY_ALIGN std::int32_t words[kWords][kLanes];
@@ -116,10 +114,9 @@ public:
             for (int c = 0; c < 4; ++c) position = hn::MulAdd(texels.x[c][t], select(second, line[1].d[c], line[0].d[c]), position);
             const F nearest = hn::Round(clamp(position, zero(), steps_));
             const I i = hn::ConvertTo(di, nearest);
-            if (exact) *exact = hn::MulAdd(texels.weight[t], squareOf(texels, t, second, nearest), *exact);
             index[t / 8] = hn::Or(index[t / 8], i * place);
             place = place * perIndex_;
-            if (!anyMode5_) continue;  // mode 5 never occurs together with exact errors, see Bc7FastSearch::fullSearch
+            if (!anyMode5_) continue;
             F apart = line[1].offset;
             for (int c = 0; c < 4; ++c) apart = hn::MulAdd(texels.x[c][t], line[1].d[c], apart);
             other[t / 8] = hn::Or(other[t / 8], hn::ConvertTo(di, hn::Round(clamp(apart, zero(), otherSteps_))) * otherPlace);
@@ -165,19 +162,6 @@ private:
             line.offset = hn::MulAdd(texels.mean[c] - value_[region][0][c], line.d[c], line.offset);
         }
         return line;
-    }
-    /// Returns the squared error of a texel as decoded, in lanes without mode 5.
-    HWY_INLINE F squareOf(const Texels& texels, int t, M second, F index) const {
-        const F k = hn::Round(index * set(64.0f) / steps_);
-        F square = zero();
-        for (int c = 0; c < 4; ++c) {
-            const F perScale = set(texels.perScale[c]), a = hn::Round(select(second, value_[1][0][c], value_[0][0][c]) * perScale),
-                    b = hn::Round(select(second, value_[1][1][c], value_[0][1][c]) * perScale);
-            const F value = hn::Floor(hn::MulAdd(a, set(64.0f), hn::MulAdd(b - a, k, set(32.0f))) * set(1.0f / 64));
-            const F miss = hn::NegMulAdd(value, set(texels.scale[c]), texels.mean[c] + texels.x[c][t]);
-            square = hn::MulAdd(miss, miss, square);
-        }
-        return square;
     }
     M isMode5() const { return otherSteps_ > zero(); }
 

@@ -1,5 +1,5 @@
-// BC7, fast kernel: fits one or two regions, one block in each lane. Positions are projections onto the principal axis of a region; indices
-// are rounded positions; ends are solved and rounded in closed form (fast_lines-inl.h).
+// BC7, closed forms: fits one to three regions, one block in each lane. Positions are projections onto the principal axis of a region;
+// indices are rounded positions; ends are solved and rounded in closed form (fast_lines-inl.h).
 #if defined(LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_
@@ -38,7 +38,9 @@ public:
 
     /// channel  numbers of the channels to fit
     /// choice   partition, see Bc7FastPartitions; ignored for one region
-    Bc7FastRegions(const Texels& texels, const std::size_t (&channel)[kChannels], I choice) : texels_(texels), choice_(choice) {
+    /// third    the texels of region 2 of 3, as bits 0 to 15
+    Bc7FastRegions(const Texels& texels, const std::size_t (&channel)[kChannels], I choice, I third = hn::Zero(DI()))
+        : texels_(texels), choice_(choice), third_(third) {
         for (int c = 0; c < kChannels; ++c) channel_[c] = channel[c];
     }
 
@@ -51,8 +53,9 @@ public:
             value_[r] = Lines::template axisOf<kChannels>(covariance, iterations, axis_[r]);
         }
         for (int t = 0; t < kTexelCount; ++t) {
-            F p = x(0, t) * pick(t, axis_[0][0], axis_[kRegions - 1][0]);
-            for (int c = 1; c < kChannels; ++c) p = hn::MulAdd(x(c, t), pick(t, axis_[0][c], axis_[kRegions - 1][c]), p);
+            const auto axis = [&](int c) { return pick(t, [&](int r) { return axis_[r][c]; }); };
+            F p = x(0, t) * axis(0);
+            for (int c = 1; c < kChannels; ++c) p = hn::MulAdd(x(c, t), axis(c), p);
             position_[t] = p;
         }
         F low[kRegions], high[kRegions];
@@ -87,7 +90,7 @@ public:
             offset[r] = zero() - low_[r] * scale[r];
         }
         addUp(steps, sums, [&](int t) {
-            return hn::MulAdd(position_[t], pick(t, scale[0], scale[kRegions - 1]), pick(t, offset[0], offset[kRegions - 1]));
+            return hn::MulAdd(position_[t], pick(t, [&](int r) { return scale[r]; }), pick(t, [&](int r) { return offset[r]; }));
         });
         F error = endsOf(sums, bits, lowBits, ends);
         for (int i = 0; i < refits; ++i) {
@@ -106,8 +109,8 @@ public:
                 }
             }
             addUp(steps, sums, [&](int t) {
-                F p = pick(t, offset[0], offset[kRegions - 1]);
-                for (int c = 0; c < kChannels; ++c) p = hn::MulAdd(x(c, t), pick(t, d[0][c], d[kRegions - 1][c]), p);
+                F p = pick(t, [&](int r) { return offset[r]; });
+                for (int c = 0; c < kChannels; ++c) p = hn::MulAdd(x(c, t), pick(t, [&](int r) { return d[r][c]; }), p);
                 return p;
             });
             Ends fresh[kRegions];
@@ -185,13 +188,19 @@ private:
     HWY_INLINE M second(int t) const {
         return hn::RebindMask(D(), hn::TestBit(choice_, hn::Set(DI(), static_cast<std::int32_t>(0x10000u << t))));
     }
-    HWY_INLINE F pick(int t, F ofFirst, F ofSecond) const {
-        if constexpr (kRegions == 1) return ofFirst;
-        return select(second(t), ofSecond, ofFirst);
+    HWY_INLINE M third(int t) const { return hn::RebindMask(D(), hn::TestBit(third_, hn::Set(DI(), 1 << t))); }
+    HWY_INLINE M isIn(int region, int t) const { return region == 1 ? second(t) : third(t); }
+    /// Selects the value of the region that holds a texel.
+    template <class Of>
+    HWY_INLINE F pick(int t, const Of& of) const {
+        F value = of(0);
+        for (int r = 1; r < kRegions; ++r) value = select(isIn(r, t), of(r), value);
+        return value;
     }
     HWY_INLINE F inRegion(int region, int t, F value, F elsewhere) const {
-        if constexpr (kRegions == 1) return value;
-        return region ? select(second(t), value, elsewhere) : select(second(t), elsewhere, value);
+        if (region > 0) return select(isIn(region, t), value, elsewhere);
+        for (int r = 1; r < kRegions; ++r) value = select(isIn(r, t), elsewhere, value);
+        return value;
     }
 
     void momentsOf(const F (&blockProduct)[kProducts]) {
@@ -199,13 +208,13 @@ private:
         first.n = texels_.total;
         for (F& v : first.sum) v = zero();
         for (int i = 0; i < kProducts; ++i) first.product[i] = blockProduct[i];
-        if constexpr (kRegions == 2) {
-            Moments& other = moments_[1];
+        for (int r = 1; r < kRegions; ++r) {
+            Moments& other = moments_[r];
             other.n = zero();
             for (F& v : other.sum) v = zero();
             for (F& v : other.product) v = zero();
             for (int t = 0; t < kTexelCount; ++t) {
-                const F w = hn::IfThenElseZero(second(t), texels_.weight[t]);
+                const F w = hn::IfThenElseZero(isIn(r, t), texels_.weight[t]);
                 other.n = other.n + w;
                 for (int i = 0, at = 0; i < kChannels; ++i) {
                     const F wx = w * x(i, t);
@@ -214,7 +223,7 @@ private:
                 }
             }
             first.n = first.n - other.n;
-            for (int c = 0; c < kChannels; ++c) first.sum[c] = zero() - other.sum[c];
+            for (int c = 0; c < kChannels; ++c) first.sum[c] = first.sum[c] - other.sum[c];
             for (int i = 0; i < kProducts; ++i) first.product[i] = first.product[i] - other.product[i];
         }
     }
@@ -230,12 +239,12 @@ private:
             const F k = hn::Round(index * set(64.0f / steps)) * set(1.0f / 64);
             const F wk = texels_.weight[t] * k;
             add(t, wk, k, sums[0]);
-            if constexpr (kRegions == 2) add(t, hn::IfThenElseZero(second(t), wk), k, sums[1]);
+            for (int r = 1; r < kRegions; ++r) add(t, hn::IfThenElseZero(isIn(r, t), wk), k, sums[r]);
         }
-        if constexpr (kRegions == 2) {
-            sums[0].k = sums[0].k - sums[1].k;
-            sums[0].kk = sums[0].kk - sums[1].kk;
-            for (int c = 0; c < kChannels; ++c) sums[0].kx[c] = sums[0].kx[c] - sums[1].kx[c];
+        for (int r = 1; r < kRegions; ++r) {
+            sums[0].k = sums[0].k - sums[r].k;
+            sums[0].kk = sums[0].kk - sums[r].kk;
+            for (int c = 0; c < kChannels; ++c) sums[0].kx[c] = sums[0].kx[c] - sums[r].kx[c];
         }
     }
     HWY_INLINE void add(int t, F wk, F k, Sums& s) const {
@@ -253,7 +262,7 @@ private:
 
     const Texels& texels_;
     std::size_t channel_[kChannels];
-    I choice_;
+    I choice_, third_;
     Moments moments_[kRegions];
     F trace_[kRegions], value_[kRegions], axis_[kRegions][kChannels];
     F position_[kTexelCount], low_[kRegions], perRange_[kRegions];

@@ -42,17 +42,13 @@ public:
     }
 
     /// Encodes all blocks. Returns true if a value was clamped into the range of the format.
-    /// errors  receives the weighted squared error of each block [8-bit codes^2], the largest channel weight being 1. May be null
-    bool run(const TexelRows& rows, std::byte* out, float* errors) {
+    bool run(const TexelRows& rows, std::byte* out) {
         bool clamped = false;
         forEachVector<D>(rows,
                          [&](const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::size_t count) {
-                             F exact;
-                             clamped |= fit_.runOneRegion(texels, weights, count, out, errors ? &exact : nullptr);
-                             if (errors) storeErrors(exact, count, [&](std::size_t lane) { return errors + lane; });
-                             visit(texels, weights, count, out, errors);
+                             clamped |= fit_.runOneRegion(texels, weights, count, out);
+                             visit(texels, weights, count, out);
                              out += 16 * count;
-                             if (errors) errors += count;
                          });
         flush();
         return clamped;
@@ -65,13 +61,11 @@ private:
         HWY_ALIGN float weights[4][4 * kLanes];
         HWY_ALIGN float error[kLanes];
         std::array<std::byte*, kLanes> out;
-        std::array<float*, kLanes> exact;
         std::size_t count = 0;
     };
 
     /// Encodes blocks of one colour, and puts blocks above the limit into the queue.
-    void visit(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::size_t count, std::byte* out,
-               float* errors) {
+    void visit(const std::array<const float*, 4>& texels, const std::array<const float*, 4>* weights, std::size_t count, std::byte* out) {
         const auto& loaded = fit_.texels();
         const M constant = loaded.constant;
         if (!hn::AllFalse(D(), constant)) {
@@ -96,7 +90,6 @@ private:
                     std::fill_n(queue_.weights[y] + 4 * queue_.count, 4, 1.0f);
             }
             queue_.error[queue_.count] = error[lane];
-            queue_.exact[queue_.count] = errors ? errors + lane : nullptr;
             queue_.out[queue_.count++] = out + 16 * lane;
             if (queue_.count == kLanes) flush();
         }
@@ -105,23 +98,8 @@ private:
         if (queue_.count == 0) return;
         const std::array<const float*, 4> texels = {queue_.texels[0], queue_.texels[1], queue_.texels[2], queue_.texels[3]},
                                           weights = {queue_.weights[0], queue_.weights[1], queue_.weights[2], queue_.weights[3]};
-        const bool wanted = queue_.exact[0] != nullptr;
-        F exact;
-        const M better =
-            fit_.runTwoRegions(texels, weights, hn::Load(D(), queue_.error), {queue_.out.data(), queue_.count}, wanted ? &exact : nullptr);
-        if (wanted && !hn::AllFalse(D(), better)) {
-            HWY_ALIGN float isBetter[kLanes];
-            hn::Store(hn::IfThenElseZero(better, set(1.0f)), D(), isBetter);
-            storeErrors(exact, queue_.count, [&](std::size_t lane) { return isBetter[lane] > 0 ? queue_.exact[lane] : nullptr; });
-        }
+        fit_.runTwoRegions(texels, weights, hn::Load(D(), queue_.error), {queue_.out.data(), queue_.count});
         queue_.count = 0;
-    }
-    template <class To>
-    static void storeErrors(F error, std::size_t count, const To& to) {
-        HWY_ALIGN float each[kLanes];
-        hn::Store(error, D(), each);
-        for (std::size_t lane = 0; lane < count; ++lane)
-            if (float* const target = to(lane)) *target = each[lane];
     }
 
     const Bc7FastSearch& search_;

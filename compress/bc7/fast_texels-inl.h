@@ -1,4 +1,4 @@
-// BC7, fast kernel: texels of a block in each lane, scaled so that the error is a plain squared distance, and their moments.
+// BC7, closed forms: texels of a block in each lane, scaled so that the error is a plain squared distance, and their moments.
 #if defined(LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_
 #undef LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_
@@ -61,6 +61,37 @@ public:
         center();
         return clamped;
     }
+    /// Loads Lanes(d) gathered blocks, whose values are in [0, 1] and of which none is insignificant.
+    void load(const Block* const* blocks) {
+        const D d;
+        HWY_ALIGN float buffer[hn::MaxLanes(D())];
+        const auto gathered = [&](const auto& valueOf) {
+            for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) buffer[lane] = valueOf(*blocks[lane]);
+            return hn::Load(d, buffer);
+        };
+        nothing = set(1.0f) < zero();
+        for (std::size_t t = 0; t < kTexelCount; ++t) {
+            weight[t] = gathered([t](const Block& block) { return block.significance[t]; });
+            for (std::size_t c = 0; c < 4; ++c)
+                x[c][t] = gathered([c, t](const Block& block) { return block.channel[c][t]; }) * set(255 * scale[c]);
+        }
+        replaceUnweighted();
+        findOpaque();
+        center();
+    }
+    /// Computes the sums of weight times the product of two channels: rr rg rb ra gg gb ga bb ba aa.
+    void products(F (&product)[10]) const {
+        F rr = zero(), rg = rr, rb = rr, ra = rr, gg = rr, gb = rr, ga = rr, bb = rr, ba = rr, aa = rr;
+        for (int t = 0; t < kTexelCount; ++t) {
+            const F r = x[0][t], g = x[1][t], b = x[2][t], a = x[3][t], w = weight[t];
+            const F wr = w * r, wg = w * g, wb = w * b, wa = w * a;
+            rr = hn::MulAdd(wr, r, rr), rg = hn::MulAdd(wr, g, rg), rb = hn::MulAdd(wr, b, rb), ra = hn::MulAdd(wr, a, ra);
+            gg = hn::MulAdd(wg, g, gg), gb = hn::MulAdd(wg, b, gb), ga = hn::MulAdd(wg, a, ga);
+            bb = hn::MulAdd(wb, b, bb), ba = hn::MulAdd(wb, a, ba), aa = hn::MulAdd(wa, a, aa);
+        }
+        const F all[10] = {rr, rg, rb, ra, gg, gb, ga, bb, ba, aa};
+        for (int i = 0; i < 10; ++i) product[i] = all[i];
+    }
     /// Returns the value of a texel, in 0 .. 255.
     F valueOf(std::size_t channel, std::size_t texel) const { return (x[channel][texel] + mean[channel]) * set(perScale[channel]); }
 
@@ -74,6 +105,10 @@ private:
     /// Replaces texels of significance 0 by a significant one of their block. All texels of an insignificant block count.
     void loadSignificance(const std::array<const float*, 4>& rows) {
         loadWeights<D>(rows, weight, nothing);
+        replaceUnweighted();
+    }
+    /// Replaces texels without weight, and sets `uniform`.
+    void replaceUnweighted() {
         M ones = zero() == zero(), all = ones;
         for (const F& w : weight) {
             ones = hn::And(ones, w == set(1.0f));

@@ -29,10 +29,27 @@ struct Bc7View {
     float weight[4];
 };
 
-/// The line of a region, from a to b.
+/// The line of a region, from a to b, by least squares for texels at positions k.
 template <class D>
 struct Bc7Line {
     hn::Vec<D> a[4], b[4];
+    hn::Vec<D> n, k, kk;  ///< weighted sums of 1, k and k^2
+
+    /// Returns the same line with its ends moved: the texels at 0 and 1 come to positions `from` and `from + range`.
+    template <int kChannels>
+    [[nodiscard]] Bc7Line moved(float from, float range) const {
+        Bc7Line line;
+        for (int c = 0; c < kChannels; ++c) {
+            const auto along = (b[c] - a[c]) * hn::Set(D(), 1 / range);
+            line.a[c] = hn::NegMulAdd(along, hn::Set(D(), from), a[c]);
+            line.b[c] = line.a[c] + along;
+        }
+        const auto f = hn::Set(D(), from), r = hn::Set(D(), range);
+        line.n = n;
+        line.k = hn::MulAdd(f, n, r * k);
+        line.kk = hn::MulAdd(f, line.k, r * hn::MulAdd(f, k, r * kk));
+        return line;
+    }
 };
 
 /// The partition of each lane.
@@ -155,60 +172,29 @@ public:
             const F perKk = hn::IfThenElseZero(distinct, set(1.0f) / hn::Max(kk, set(1e-35f)));
             for (int c = 0; c < kChannels; ++c) {
                 const F slope = kt[c] * perKk;
-                lines[r].a[c] = clamp(mean[c] - slope * meanK, zero(), set(255.0f));
-                lines[r].b[c] = clamp(mean[c] + slope * (set(1.0f) - meanK), zero(), set(255.0f));
+                lines[r].a[c] = mean[c] - slope * meanK;
+                lines[r].b[c] = lines[r].a[c] + slope;
             }
+            lines[r].n = total;
+            lines[r].k = total * meanK;
+            lines[r].kk = hn::MulAdd(lines[r].k, meanK, kk);
         }
     }
 
-    /// Sets the nearest of steps + 1 indices of each texel.
-    template <int kRegions, int kChannels>
-    void chooseIndices(const Regions& regions, const View& view, const Line* lines, float steps, Texels& index) const {
-        F scale[kRegions], weighted[kRegions][kChannels], offset[kRegions];
-        for (int r = 0; r < kRegions; ++r) {
-            F length = set(1e-20f);
-            offset[r] = zero();
-            for (int c = 0; c < kChannels; ++c) {
-                const F along = lines[r].b[c] - lines[r].a[c];
-                weighted[r][c] = along * set(view.weight[c]);
-                length = length + weighted[r][c] * along;
-                offset[r] = offset[r] + weighted[r][c] * lines[r].a[c];
-            }
-            scale[r] = set(steps) / length;
-            for (F& v : weighted[r]) v = v * scale[r];
-            offset[r] = offset[r] * scale[r];
-        }
-        constexpr int kSecond = kRegions > 1 ? 1 : 0, kThird = kRegions > 2 ? 2 : 0;
-        for (int t = 0; t < kTexelCount; ++t) {
-            F position = zero() - regions.template pick<kRegions>(t, offset[0], offset[kSecond], offset[kThird]);
-            for (int c = 0; c < kChannels; ++c)
-                position = position + view.channel[c][t] *
-                                          regions.template pick<kRegions>(t, weighted[0][c], weighted[kSecond][c], weighted[kThird][c]);
-            index[t] = hn::Round(clamp(position, zero(), set(steps)));
-        }
-    }
     /// Returns the interpolation weight of an index, in 64ths: 64 i / steps, rounded, as in the format's tables.
     static HWY_INLINE F weightOfIndex(F index, float steps) { return hn::Round(index * set(64.0f / steps)); }
 
-    /// Returns the error of lines with integer ends, with interpolation exactly as in a decoder.
+    /// Computes the error of each region for lines with integer ends and the nearest of steps + 1 indices, with interpolation exactly as in
+    /// a decoder.
+    /// index  receives the indices. May be null
     template <int kRegions, int kChannels>
-    F errorOf(const Regions& regions, const View& view, const Line* lines, float steps, const Texels& index) const {
-        constexpr int kSecond = kRegions > 1 ? 1 : 0, kThird = kRegions > 2 ? 2 : 0;
-        F error = zero();
-        for (int t = 0; t < kTexelCount; ++t) {
-            const F weight = weightOfIndex(index[t], steps);
-            F sum = zero();
-            for (int c = 0; c < kChannels; ++c) {
-                const F a = regions.template pick<kRegions>(t, lines[0].a[c], lines[kSecond].a[c], lines[kThird].a[c]);
-                const F b = regions.template pick<kRegions>(t, lines[0].b[c], lines[kSecond].b[c], lines[kThird].b[c]);
-                // Exact: integers below 2^24.
-                const F value = hn::Floor((a * set(64.0f) + (b - a) * weight + set(32.0f)) * set(1.0f / 64));
-                const F miss = value - view.channel[c][t];
-                sum = sum + set(view.weight[c]) * miss * miss;
-            }
-            error = error + significance[t] * sum;
-        }
-        return error;
+    HWY_INLINE void errorsOf(const Regions& regions, const View& view, const Line* lines, float steps, F* error, Texels* index) const {
+        bool alike = true;
+        for (int c = 0; c < kChannels; ++c) alike &= view.weight[c] == 1;
+        if (alike)
+            errorsWith<kRegions, kChannels, true>(regions, view, lines, steps, error, index);
+        else
+            errorsWith<kRegions, kChannels, false>(regions, view, lines, steps, error, index);
     }
 
     /// Fits lines to texels with these indices.
@@ -220,6 +206,48 @@ public:
     }
 
 private:
+    /// kAlike  all channels weigh 1
+    template <int kRegions, int kChannels, bool kAlike>
+    HWY_INLINE void errorsWith(const Regions& regions, const View& view, const Line* lines, float steps, F* error, Texels* index) const {
+        const auto weighted = [&](F value, int c) { return kAlike ? value : value * set(view.weight[c]); };
+        F along[kRegions][kChannels], half[kRegions][kChannels], scale[kRegions];
+        for (int r = 0; r < kRegions; ++r) {
+            F length = set(1e-20f);
+            for (int c = 0; c < kChannels; ++c) {
+                along[r][c] = lines[r].b[c] - lines[r].a[c];
+                half[r][c] = lines[r].a[c] + set(0.5f);
+                length = hn::MulAdd(weighted(along[r][c], c), along[r][c], length);
+            }
+            scale[r] = set(steps) / length;
+        }
+        constexpr int kSecond = kRegions > 1 ? 1 : 0, kThird = kRegions > 2 ? 2 : 0;
+        const auto pick = [&](int t, const F(&of)[kRegions][kChannels], int c) {
+            return regions.template pick<kRegions>(t, of[0][c], of[kSecond][c], of[kThird][c]);
+        };
+        F sums[3] = {zero(), zero(), zero()};
+        for (int t = 0; t < kTexelCount; ++t) {
+            F d[kChannels], a[kChannels], position = zero();
+            for (int c = 0; c < kChannels; ++c) {
+                d[c] = pick(t, along, c);
+                a[c] = pick(t, half, c);
+                position = hn::MulAdd(view.channel[c][t] - (a[c] - set(0.5f)), weighted(d[c], c), position);
+            }
+            position = position * regions.template pick<kRegions>(t, scale[0], scale[kSecond], scale[kThird]);
+            const F nearest = hn::Round(clamp(position, zero(), set(steps)));
+            if (index) (*index)[t] = nearest;
+            const F weight = weightOfIndex(nearest, steps) * set(1.0f / 64);
+            F sum = zero();
+            for (int c = 0; c < kChannels; ++c) {
+                // Exact: multiples of 1/64 below 2^8.
+                const F miss = hn::Floor(hn::MulAdd(d[c], weight, a[c])) - view.channel[c][t];
+                sum = hn::MulAdd(weighted(miss, c), miss, sum);
+            }
+            sum = sum * significance[t];
+            for (int r = 0; r < kRegions; ++r) sums[r] = sums[r] + regions.template inRegion<kRegions>(r, t, sum);
+        }
+        for (int r = 0; r < kRegions; ++r) error[r] = sums[r];
+    }
+
     /// Finds the principal axis in the space of channels scaled by the root of their weight, by power iteration on the covariance matrix,
     /// starting with its row of the largest diagonal element.
     template <int kRegions, int kChannels>

@@ -8,18 +8,33 @@
 
 namespace lightcook::compress {
 
-/// Search parameters of the full search (fit-inl.h).
+/// Search parameters of the full search (full_search-inl.h).
 struct Bc7Search {
-    int shapes;        ///< number of two-region partitions that are ranked, of 64
-    int twoRegions;    ///< number of these that are fitted
-    int threeRegions;  ///< number of three-region partitions that are fitted, in opaque blocks
-    int rotations;     ///< channels that modes 4 and 5 try as the separate one: 0 none, 1 alpha, 4 all
-    bool mode4;        ///< tries mode 4 besides mode 5
-    int freeRefits;    ///< refits with unrounded ends
-    int codedRefits;   ///< refits after rounding the ends to codes
-    bool everyLowBit;  ///< tries all combinations of low bits, not only the nearest
-    int descents;      ///< number of coordinate-descent passes over the codes
-    bool twoColours;   ///< blocks of two colours are encoded with the least possible error
+    static constexpr int kMostPolished = 64;
+    // Candidates, which are fitted in closed form (candidates-inl.h):
+    int twoRegions;    ///< number of two-region partitions
+    int threeRegions;  ///< number of three-region partitions, in opaque blocks
+    bool twoIndices;   ///< tries modes 4 and 5, with each channel as the separate one
+    int refits;        ///< to the indices of the rounded ends
+    // The polish of the best candidates (polish-inl.h):
+    int polished;     ///< number of candidates with the least predicted error that are polished, at most kMostPolished
+    float promising;  ///< limit of their predicted error, as a multiple of the least one
+    int starts;       ///< ranges of indices on which the texels are placed at first
+    int startRefits;  ///< refits of each start to the indices of its rounded ends
+    int descents;     ///< number of coordinate-descent passes over the codes
+    bool pairs;       ///< descents also move both ends of a channel, against each other
+    bool twoColours;  ///< blocks of two colours are encoded with the least possible error
+};
+
+/// A way to encode a block: what the head of an encoded block says before its ends.
+struct Bc7Candidate {
+    static constexpr std::int32_t kNone = -1;
+    static constexpr int kPartitionShift = 6;
+    int mode;
+    int partition = 0, rotation = 0, indexSelection = 0;
+
+    [[nodiscard]] std::int32_t number() const { return partition << kPartitionShift | indexSelection << 5 | rotation << 3 | mode; }
+    static Bc7Candidate of(std::int32_t number) { return {number & 7, number >> kPartitionShift, (number >> 3) & 3, (number >> 5) & 1}; }
 };
 
 /// Search parameters of the fast kernel (fast-inl.h).
@@ -31,7 +46,6 @@ struct Bc7FastSearch {
     int shapes;             ///< number of two-region partitions that are ranked, of 64
     int partitions;         ///< number of these that are fitted, up to 4
     bool mode3;             ///< tries mode 3 besides mode 1
-    bool fullSearch;        ///< blocks are encoded by the full search too, and the better result is kept; then mode5 must be false
 };
 
 /// A block before its bits are packed.
@@ -44,7 +58,9 @@ struct Bc7Result {
     std::array<std::uint8_t, kTexelCount> index{}, second{};  ///< second: indices of the separate channel, in modes 4 and 5
 };
 
-/// Returns the parameters of the full search at an effort, 0 .. 9. It is used from effort 3 up; efforts 0 to 2 have the fast kernel alone.
+inline constexpr int kBc7FastEfforts = 2;  ///< the highest effort of the fast kernel; above it is the full search
+
+/// Returns the parameters of the full search at an effort. Those of low efforts are for blocks without significance.
 const Bc7Search& bc7SearchOf(int effort);
 /// Returns the parameters of the fast kernel at an effort.
 const Bc7FastSearch& bc7FastSearchOf(int effort);

@@ -94,12 +94,10 @@ bool encodeBc1Rows(const TexelRows& rows, bool hasAlpha, const EncodeOptions& op
 /// range of the format.
 bool encodeBc4Rows(const TexelRows& rows, int channelCount, bool isSigned, int effort, std::byte* out);
 void encodeBc6h(std::span<const Block> blocks, bool isSigned, const EncodeOptions& options, std::byte* out);
-/// Encodes whole rows of blocks as BC7 by the fast kernel. Returns true if a value was clamped into the range of the format.
-/// errors  receives the weighted squared error of each block [8-bit codes^2], the largest channel weight being 1. May be null; not null
-///         only at efforts with Bc7FastSearch::fullSearch
-bool encodeBc7Rows(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors);
+/// Encodes whole rows of blocks as BC7 by the fast kernel, at efforts 0 to 2. Returns true if a value was clamped into the range of the
+/// format.
+bool encodeBc7Rows(const TexelRows& rows, const EncodeOptions& options, std::byte* out);
 /// Encodes blocks as BC7 by the full search.
-/// errors  receives the weighted squared error of each block [8-bit codes^2]; -1 for blocks that have the least possible or none
-void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out, float* errors);
+void encodeBc7(std::span<const Block> blocks, const EncodeOptions& options, std::byte* out);
 
 }  // namespace lightcook::compress

@@ -29,7 +29,7 @@ using formats::ImageView;
 using formats::PixelFormat;
 
 /// Number of blocks that are passed to an encoder at once: a multiple of the lanes of any vector, small enough for the L1 cache.
-constexpr int kBatch = 64;
+constexpr int kBatch = 512;
 
 /// Clamps texels into the range of a format and counts the clamped values.
 class RangeClamp {
@@ -150,6 +150,8 @@ void encodeBlocks(PixelFormat format, std::span<const Block> blocks, const Encod
             return encodeBc6h(blocks, false, options, out);
         case PixelFormat::Bc6hSf16:
             return encodeBc6h(blocks, true, options, out);
+        case PixelFormat::Bc7:
+            return encodeBc7(blocks, options, out);
         default:
             assert(false && "not a format of 4x4 BC blocks");
     }
@@ -242,31 +244,11 @@ EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texel
     return clamp.report();
 }
 
-/// Encodes BC7: the fast kernel, and above low effort the full search as well. The better result of each block is kept: the fast kernel
-/// chooses partitions better, the full search accounts for the rounding of interpolated values.
-EncodeReport encodeBc7Image(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
-                            const EncodeOptions& options, std::span<std::byte> out) {
+/// Encodes BC7 at low effort by the kernel that reads rows.
+EncodeReport encodeBc7Fast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
+                           const EncodeOptions& options, std::span<std::byte> out) {
     RangeClamp clamp(format);
-    const bool fullSearch = bc7FastSearchOf(options.effort).fullSearch;
-    std::vector<float> errors(fullSearch ? out.size() / 16 : 0);
-    if (encodeBc7Rows(rowsOf(texels, significance), options, out.data(), fullSearch ? errors.data() : nullptr))
-        clamp.count(texels, significance);
-    const float largestWeight = *std::max_element(options.channelWeights.begin(), options.channelWeights.end());
-    const int across = formats::blocksAcross(format, texels.width);
-    std::vector<Block> batch(fullSearch ? kBatch : 0);
-    std::array<std::byte, 16 * kBatch> bytes;
-    std::array<float, kBatch> fullErrors;
-    RangeClamp uncounted(format);
-    for (std::size_t first = 0; first < errors.size(); first += kBatch) {
-        const std::size_t count = std::min<std::size_t>(kBatch, errors.size() - first);
-        for (std::size_t i = 0; i < count; ++i) {
-            const int block = static_cast<int>(first + i);
-            gather(texels, significance, block % across, block / across, uncounted, batch[i]);
-        }
-        encodeBc7({batch.data(), count}, options, bytes.data(), fullErrors.data());
-        for (std::size_t i = 0; i < count; ++i)
-            if (fullErrors[i] <= errors[first + i] * largestWeight) std::copy_n(bytes.data() + 16 * i, 16, out.data() + 16 * (first + i));
-    }
+    if (encodeBc7Rows(rowsOf(texels, significance), options, out.data())) clamp.count(texels, significance);
     return clamp.report();
 }
 
@@ -278,7 +260,7 @@ auto rowEncoderOf(PixelFormat format, int effort) {
     const bool isBc5 = format == PixelFormat::Bc5 || format == PixelFormat::Bc5Snorm;
     if ((isBc4 || isBc5) && !bc4SearchOf(effort).exhaustive) return encodeBc4Fast;
     if ((format == PixelFormat::Bc1 || format == PixelFormat::Bc3) && !bc1SearchOf(effort).twoColours) return encodeBc1Fast;
-    if (format == PixelFormat::Bc7) return encodeBc7Image;
+    if (format == PixelFormat::Bc7 && effort <= kBc7FastEfforts) return encodeBc7Fast;
     return encodeBcRows;
 }
 

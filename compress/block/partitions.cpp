@@ -30,4 +30,16 @@ const std::array<std::uint8_t, 4> kWeights2 = {0, 21, 43, 64};
 const std::array<std::uint8_t, 8> kWeights3 = {0, 9, 18, 27, 37, 46, 55, 64};
 const std::array<std::uint8_t, 16> kWeights4 = {0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64};
 
+std::uint32_t maskOfRegion(int partition, int region) {
+    using Masks = std::array<std::array<std::uint16_t, 64>, 2>;
+    static const Masks masks = [] {
+        Masks all{};
+        for (std::size_t p = 0; p < 64; ++p)
+            for (int t = 0; t < 16; ++t)
+                if (const std::uint32_t r = (kThreeRegions[p] >> (2 * t)) & 3; r > 0) all[r - 1][p] |= static_cast<std::uint16_t>(1 << t);
+        return all;
+    }();
+    return masks[static_cast<std::size_t>(region - 1)][static_cast<std::size_t>(partition)];
+}
+
 }  // namespace lightcook::compress

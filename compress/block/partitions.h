@@ -27,6 +27,8 @@ inline int regionOf(int regionCount, int partition, int texel) {
     const auto p = static_cast<std::size_t>(partition);
     return regionCount == 2 ? (kTwoRegions[p] >> texel) & 1 : static_cast<int>((kThreeRegions[p] >> (2 * texel)) & 3);
 }
+/// Returns the texels of a region, 1 or 2, of a partition into three: bit t for texel t.
+std::uint32_t maskOfRegion(int partition, int region);
 /// Returns the anchor texel of a region.
 inline int anchorOf(int regionCount, int partition, int region) {
     if (region == 0) return 0;

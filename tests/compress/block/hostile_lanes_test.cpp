@@ -6,7 +6,7 @@
 #include "compress/bc1/fit-inl.h"
 #include "compress/bc4/fit-inl.h"
 #include "compress/bc6h/fit-inl.h"
-#include "compress/bc7/fit-inl.h"
+#include "compress/bc7/full_search-inl.h"
 
 // The kernels are compiled for Highway's target, so the code that inlines them must be too.
 HWY_BEFORE_NAMESPACE();
@@ -56,8 +56,12 @@ std::vector<Result> hostileResults(const std::vector<Block>& blocks, Fit fit, Ru
     std::vector<const Block*> pointers;
     for (const Block& block : blocks) pointers.push_back(&block);
     std::vector<Result> found(blocks.size());
-    for (std::size_t first = 0; first < blocks.size(); first += kernel::hn::Lanes(D()))
-        run(fit, pointers.data() + first, found.data() + first);
+    if constexpr (std::is_same_v<Result, Bc7Result>) {
+        run(fit, pointers, found.data());
+    } else {
+        for (std::size_t first = 0; first < blocks.size(); first += kernel::hn::Lanes(D()))
+            run(fit, pointers.data() + first, found.data() + first);
+    }
     return found;
 }
 
@@ -91,10 +95,10 @@ template <class D>
 using SignedFit = kernel::Bc6hFit<D, true>;
 
 void expectLanesAlike(int level, std::int64_t blockCount) {
-    const auto plain = [](auto& fit, const Block* const* at, auto* found) { fit.run(at, found); };
+    const auto plain = [](auto& fit, const auto& blocks, auto* found) { fit.run(blocks, found); };
     expectAlike<UnsignedFit, Bc6hResult>(PixelFormat::Bc6hUf16, level, blockCount, bc6hSearchOf(level), plain);
     expectAlike<SignedFit, Bc6hResult>(PixelFormat::Bc6hSf16, level, blockCount, bc6hSearchOf(level), plain);
-    expectAlike<kernel::Bc7Fit, Bc7Result>(PixelFormat::Bc7, level, blockCount, bc7SearchOf(level), plain);
+    expectAlike<kernel::Bc7FullSearch, Bc7Result>(PixelFormat::Bc7, level, blockCount, bc7SearchOf(level), plain);
     expectAlike<kernel::Bc1Fit, Bc1Result>(PixelFormat::Bc1, level, blockCount, bc1SearchOf(level), plain, true);
     if (level == 9) return;  // searches every pair of ends without lanes
     expectAlike<kernel::Bc4Fit, Bc4Result>(PixelFormat::Bc4, level, blockCount, bc4SearchOf(level),
