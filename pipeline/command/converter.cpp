@@ -2,15 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
-
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/texture_file.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
-#include "pipeline/scene/checks.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -56,14 +53,6 @@ Scene sceneFor(const ConverterOptions& options) {
     Scene scene;
     scene.directory = options.input.parent_path();
     return scene;
-}
-
-std::string assetNameFor(const std::filesystem::path& input, const std::string& otherwise) {
-    std::string name = input.stem().string();
-    for (char& c : name)
-        if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_' && c != '-' && c != '.') c = '_';
-    if (name.size() > kLongestName) name.resize(kLongestName);
-    return name.empty() || name.front() == '.' ? otherwise : name;
 }
 
 formats::Result<void> checkContainer(const CookOptions& cook, const std::filesystem::path& output) {

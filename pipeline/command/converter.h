@@ -19,9 +19,6 @@ struct ConverterOptions {
 /// Returns a scene without assets for the converter's input.
 Scene sceneFor(const ConverterOptions& options);
 
-/// Returns the input's stem with everything that an asset's name may not hold replaced by '_'; `otherwise` if nothing is left.
-std::string assetNameFor(const std::filesystem::path& input, const std::string& otherwise);
-
 /// Refuses a --container that is not that of the output file.
 formats::Result<void> checkContainer(const CookOptions& cook, const std::filesystem::path& output);
 

@@ -14,6 +14,7 @@
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal/printing.h"
 #include "pipeline/command/texture_file.h"
+#include "pipeline/scene/asset_name.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/settings.h"
@@ -110,7 +111,7 @@ Outcome convertCubemap(const CubemapOptions& options, const RunState& state) {
         if (auto checked = checkFolderName(options.output, "or a .ktx2 file, or a .json file with --filter sh"); !checked)
             return failedOutcome(checked.error());
     Scene scene = sceneFor(options);
-    scene.name = assetNameFor(options.input, "cubemap");
+    scene.name = assetNameOf(options.input);
     scene.lobe = options.lobe;
     ProbeEntry probe{scene.name, options.input, options.sh.empty() ? std::nullopt : std::optional(options.sh)};
     if (options.size) {

@@ -4,10 +4,12 @@
 #include <CLI/Formatter.hpp>
 #include <memory>
 
+#include "formats/bake_format.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
+#include "pipeline/scene/asset_name.h"
 #include "pipeline/scene/checks.h"
 
 namespace lightcook::pipeline {
@@ -15,7 +17,8 @@ namespace lightcook::pipeline {
 Scene lightMapScene(const ConverterOptions& options, const formats::LightMapDescription& description) {
     Scene scene = sceneFor(options);
     LightMapEntry entry;
-    entry.name = scene.name = assetNameFor(options.input, "lightmap");
+    const auto known = formats::LightMapReader::recognize(options.input, description);  // a cook refuses what is not
+    entry.name = scene.name = lightMapNameOf(options.input, known ? known->format->name : "");
     entry.file = options.input;
     entry.description = description;
     scene.lightMaps.push_back(entry);

@@ -12,6 +12,7 @@
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
+#include "pipeline/scene/asset_name.h"
 #include "pipeline/scene/rsrm_format.h"
 
 namespace lightcook::pipeline {
@@ -50,7 +51,7 @@ formats::Result<void> checkBlockOptions(const RsrmOptions& options) {
 Outcome convertRsrm(const RsrmOptions& options, const RunState& state) {
     if (auto usable = checkBlockOptions(options); !usable) return failedOutcome(usable.error());
     Scene scene = sceneFor(options);
-    GradientEntry entry{assetNameFor(options.input, "rsrm"), options.input};
+    GradientEntry entry{assetNameOf(options.input), options.input};
     scene.name = entry.name;
     if (!options.exponents.empty()) {
         if (auto checked = checkOption("--exponents", objectionToExponents(options.exponents)); !checked)

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <set>
 
-#include "formats/bake_format.h"
 #include "pipeline/json/json.h"
+#include "pipeline/scene/asset_name.h"
 #include "pipeline/scene/checks.h"
 
 namespace lightcook::pipeline {
@@ -79,8 +79,7 @@ private:
     std::string pathOf(const fs::path& file) const {
         return tomlString(fs::absolute(file).lexically_normal().lexically_proximate(folder_).generic_string());
     }
-    std::string nameFor(const fs::path& file, std::string_view bake = "") {
-        const std::string name = assetNameOf(formats::nameOfBake(file, bake) + file.extension().string());
+    std::string uniqueName(const std::string& name) {
         std::string unique = name;
         for (int number = 2; !names_.insert(inLowerCase(unique)).second; ++number) unique = fmt::format("{}_{}", name, number);
         return tomlString(unique);
@@ -106,7 +105,7 @@ private:
     }
     void write(const DraftLightMap& map) {
         text_ += "\n[[light_map]]\n";
-        text_ += line("name", nameFor(map.file, map.reading.bake));
+        text_ += line("name", uniqueName(lightMapNameOf(map.file, map.reading.bake)));
         text_ += line("file", pathOf(map.file));
         const std::string evidence = map.isGuess ? "a guess: " + map.reading.evidence : map.reading.evidence;
         // lint keeps its warning of an incomplete set only where no format is named.
@@ -131,7 +130,7 @@ private:
     }
     void write(const DraftProbe& probe) {
         text_ += "\n[[probe]]\n";
-        text_ += line("name", nameFor(probe.file));
+        text_ += line("name", uniqueName(assetNameOf(probe.file)));
         // Comments stand at the first of several probes.
         const bool isFirst = &probe == inputs_.probes.data();
         const auto remark = [&](const char* comment) { return isFirst ? comment : ""; };
@@ -141,7 +140,7 @@ private:
     }
     void writeGradient(const fs::path& gradient) {
         text_ += "\n[[gradient]]\n";
-        text_ += line("name", nameFor(gradient));
+        text_ += line("name", uniqueName(assetNameOf(gradient)));
         text_ += line("file", pathOf(gradient), "a sky that is symmetric around its axis, zenith first");
     }
     void writeMaterials() {
@@ -161,21 +160,6 @@ private:
 };
 
 }  // namespace
-
-std::string assetNameOf(const fs::path& file) {
-    std::string name;
-    for (const char letter : file.stem().string()) {
-        // The later bytes of a letter in UTF-8 give no '_' of their own.
-        if (isNameLetter(letter))
-            name += letter;
-        else if ((static_cast<unsigned char>(letter) & 0xC0) != 0x80)
-            name += '_';
-    }
-    constexpr std::size_t kRoomForNumber = 8;
-    name.resize(std::min(name.size(), kLongestName - kRoomForNumber));
-    if (name.empty() || name.front() == '.') name.insert(name.begin(), '_');
-    return name;
-}
 
 Result<std::string> draftScene(const DraftInputs& inputs, const fs::path& folder) {
     return SceneText(inputs, folder).run();

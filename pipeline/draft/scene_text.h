@@ -15,7 +15,4 @@ namespace lightcook::pipeline {
 /// Fails for a file whose name is no UTF-8.
 formats::Result<std::string> draftScene(const DraftInputs& inputs, const std::filesystem::path& folder);
 
-/// Returns a name that an asset or a scene may have: that of a file without its extension, as far as it may.
-std::string assetNameOf(const std::filesystem::path& file);
-
 }  // namespace lightcook::pipeline

@@ -101,6 +101,19 @@ TEST(SceneDraft, AMapOfSeveralFilesHasTheNameThatTheyShare) {
     EXPECT_EQ(scene.probes.at(0).name, "hall_2");
 }
 
+/// cook refuses such names.
+TEST(SceneDraft, NamesThatWindowsReservesAreChanged) {
+    const formats::TemporaryFolder folder;
+    DraftInputs inputs;
+    for (const char* stem : {"nul", "con.v2", "room.", "COM1"}) inputs.lightMaps.push_back(lightMap(folder / (std::string(stem) + ".exr")));
+    const Scene scene = roundTrip(inputs, folder / "");
+    ASSERT_EQ(scene.lightMaps.size(), 4u);
+    EXPECT_EQ(scene.lightMaps[0].name, "_nul");
+    EXPECT_EQ(scene.lightMaps[1].name, "_con.v2");
+    EXPECT_EQ(scene.lightMaps[2].name, "room_");
+    EXPECT_EQ(scene.lightMaps[3].name, "_COM1");
+}
+
 TEST(SceneDraft, OffersALimitOnSeamsWhereThereIsAMesh) {
     DraftInputs inputs;
     inputs.lightMaps = {lightMap("/maps/hall.exr"), lightMap("/maps/room.exr")};
