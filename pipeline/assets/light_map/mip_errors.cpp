@@ -40,7 +40,8 @@ Result<std::vector<std::uint8_t>> clustersOfLevel0(const MippedLightMap& map) {
 struct MipPart {
     verify::LightMapErrors errors;
     verify::ShadedErrors blend;  ///< between this level and the larger one
-    verify::BlockErrors blocks, rims;
+    verify::BlockErrors blocks;
+    RimErrors rims;
 };
 
 /// A level of a map, as it was baked and cooked.
@@ -64,8 +65,9 @@ Result<MipPart> compareStrip(const Level& larger, const Level& level, bool isFla
     const auto strip = readStrip(level.bake, level.cooked, index);
     if (!strip) return tl::make_unexpected(strip.error());
     const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
-    verify::BlockErrors blocks(level.bake.width(), rowCount, firstRow), rims(level.bake.width(), rowCount, firstRow);
-    if (auto added = addRimErrors(level.bake, level.cooked, *strip, isFlat, key, rims); !added) return tl::make_unexpected(added.error());
+    verify::BlockErrors blocks(level.bake.width(), rowCount, firstRow);
+    RimErrors rims(level.bake.width(), rowCount, firstRow);
+    if (auto added = rims.add(level.bake, level.cooked, *strip, isFlat, key); !added) return tl::make_unexpected(added.error());
     auto blend = compareBetween(larger, level, *strip);
     if (!blend) return tl::make_unexpected(blend.error());
     for (int y = 0; y < rowCount; ++y)
@@ -129,7 +131,7 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
         if (!cooked) return tl::make_unexpected(cooked.error());
         const Level larger{mip == 1 ? map.bake : map.bake.mip(mip - 1), readers.empty() ? level0 : readers.back()};
         const Level level{bake, *cooked};
-        MipPart whole{cooked->verifier().noErrors(), {}, verify::BlockErrors(bake.width(), 0), verify::BlockErrors(bake.width(), 0)};
+        MipPart whole{cooked->verifier().noErrors(), {}, verify::BlockErrors(bake.width(), 0), RimErrors(bake.width())};
         const auto compared = foldInOrder<MipPart>(
             bake.stripCount(), context, fmt::format("verify mip {} of {}", mip, context.action.asset),
             [&](int index) { return compareStrip(larger, level, isFlat, map.key, index); },
@@ -143,7 +145,7 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
         verify::StageError total = whole.errors.figures().back();
         total.name = fmt::format("mip {}", mip);
         checkBlocks(whole.blocks, total.name + ", ", map.maxError, violations);
-        checkRims(whole.rims, total.name + ", ", map.maxError, violations);
+        whole.rims.check(total.name + ", ", map.maxError, violations);
         holdToLimits(total, map, violations);
         if (map.parameters.maxVisibleBound && !hasVisibleBound(total))
             violations.push_back(unknownBound(total.name, *map.parameters.maxVisibleBound));

@@ -102,7 +102,8 @@ LightFigures lightOf(const LightMapSource& bake, const verify::LightMapErrors& e
 /// Errors and light of some strips.
 struct LightMapPart {
     verify::LightMapErrors errors;
-    verify::BlockErrors blocks, rims;
+    verify::BlockErrors blocks;
+    RimErrors rims;
     std::vector<verify::LightMapTruthPlace> truthPlaces;
     LightMoments light;
     WorstTexels worst;
@@ -166,8 +167,8 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
     }
     const auto traced = truth.within(reference, firstRow, rowCount);
     if (!traced) return tl::make_unexpected(traced.error());
-    verify::BlockErrors rims(bake.width(), rowCount, firstRow);
-    if (auto added = addRimErrors(bake, cooked, *strip, isFlat, key, rims); !added) return tl::make_unexpected(added.error());
+    RimErrors rims(bake.width(), rowCount, firstRow);
+    if (auto added = rims.add(bake, cooked, *strip, isFlat, key); !added) return tl::make_unexpected(added.error());
     return LightMapPart{cooked.verifier().verifyRows(texels, reference, firstRow, rowCount),
                         std::move(blocks),
                         std::move(rims),
@@ -218,7 +219,7 @@ Result<std::vector<verify::Violation>> violationsOf(const MippedLightMap& map, c
         if (!worst) return tl::make_unexpected(worst.error());
         violations.back().at = *worst;
     }
-    checkRims(whole.rims, "", map.maxError, violations);
+    whole.rims.check("", map.maxError, violations);
     for (std::size_t i = 1; i < stages.size(); ++i) {
         const std::string &before = stages[i - 1].name, &after = stages[i].name;
         if (isResidual(after) && !isRightOnSurface(whole.errors.stages, before, after))
@@ -323,7 +324,7 @@ Result<std::optional<BakeBefore>> openBakeBefore(const ActionContext& context, c
 Result<LightMapPart> compareStrips(const Comparison& comparison, const ActionContext& context) {
     LightMapPart whole{comparison.cooked.verifier().noErrors(),
                        verify::BlockErrors(comparison.bake.width(), 0),
-                       verify::BlockErrors(comparison.bake.width(), 0),
+                       RimErrors(comparison.bake.width()),
                        {},
                        {},
                        {},
