@@ -63,6 +63,10 @@ LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places,
                             lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann,
                             const std::optional<Viewing>& viewing = std::nullopt);
 
+/// Returns the median ratio of traced light to that of the bake, of the places that are no darker than a twentieth of the mean: 1 where
+/// both are in one unit. Of the irradiances if there are any, else of specular light. Nothing where few places tell.
+std::optional<double> tracedRatio(std::span<const LightMapTruthPlace> places);
+
 /// A traced value of kind Specular, and the lights at its texel.
 struct DominantTruthPlace {
     formats::ShadingValue value;

@@ -8,6 +8,7 @@
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/gltf/gltf.h"
+#include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/light_map/split_seams.h"
 #include "pipeline/assets/mesh/mesh.h"
@@ -379,6 +380,7 @@ private:
             entry->description.lmbake = lmbakeOf(sources, kMeshRole);
         }
         return {};
+            if (const auto traced = sources.find(kGroundTruthRole); traced != sources.end()) added.groundTruth = traced->second;
     }
 
     /// Returns the scene that was cooked, or null if its file is not there or cannot be read.

@@ -49,6 +49,11 @@ constexpr std::array kLintChecks = {
                   "light map and probes of one scene differ in brightness by about pi, the factor between game units and radiometric units",
                   "Write `light_units = \"game\"` in the `[[light_map]]`, or `\"radiometric\"` where `game` is there."},
     LintCheckInfo{
+        LintCheck::GroundTruthUnits, "ground-truth-units", Warning,
+        "traced light (`ground_truth`) and its light map differ in brightness: their units, or their exposures",
+        "Write `lambert` values as irradiance E, not E / pi, and all values in the units and the exposure of the light map after its "
+        "`quantity` and `light_units`."},
+    LintCheckInfo{
         LintCheck::NoCoverage, "no-coverage", Error, "no texel has coverage above 0.5: the map is empty",
         "Write 1 into coverage.Y, or alpha of a picture, inside charts and 0 outside, or leave the channel out of a map without gaps."},
     LintCheckInfo{LintCheck::CoverageRange, "coverage-range", Error, "coverage has values below 0 or above 1",

@@ -21,6 +21,7 @@ enum class LintCheck {
     GammaCurve,
     WrongPrimaries,
     LightUnits,
+    GroundTruthUnits,
     NoCoverage,
     CoverageRange,
     MissingCoverage,

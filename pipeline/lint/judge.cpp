@@ -55,6 +55,9 @@ constexpr double kMostShDifference = 0.1;
 /// Largest ratio of the mean radiances of light map and probes, either way, that scenes have.
 constexpr double kUnitsRatio = 1.9;
 
+/// Largest median ratio of traced light to that of its light map, either way.
+constexpr double kTracedRatio = 1.5;
+
 double share(std::int64_t part, std::int64_t whole) {
     return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
 }
@@ -465,6 +468,19 @@ Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, cons
                                     facts.meanRadiance, ofProbes, probes.size(), probes.size() == 1 ? "" : "s", ratio,
                                     isGame ? "radiometric" : "game", otherwise),
                         {{"ratio", ratio}, {"ratio_otherwise", otherwise}})};
+}
+
+Findings judgeGroundTruth(const LightMapEntry& entry, const LightMapFacts& facts) {
+    if (!entry.groundTruth || !facts.tracedRatio) return {};
+    const double ratio = *facts.tracedRatio;
+    if (ratio >= 1 / kTracedRatio && ratio <= kTracedRatio) return {};
+    const auto isNear = [&](double factor) { return std::abs(std::log(ratio / factor)) <= std::log(kTracedRatio); };
+    const char* const factor = isNear(std::numbers::pi) ? ", about pi" : isNear(std::numbers::inv_pi) ? ", about 1 / pi" : "";
+    return {makeFinding(LintCheck::GroundTruthUnits, entry.name, *entry.groundTruth, {"light_map", entry.name, "ground_truth"},
+                        fmt::format("found traced light {:.3g} times that of {} at the median of its values{}, expected {:.2g} to {:.2g} "
+                                    "times",
+                                    ratio, entry.file.filename().string(), factor, 1 / kTracedRatio, kTracedRatio),
+                        {{"ratio", ratio}})};
 }
 
 Findings judgeSettings(const Scene& scene) {

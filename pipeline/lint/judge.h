@@ -29,6 +29,8 @@ Findings judgePrimaries(const std::string& asset, const std::filesystem::path& f
                         const std::optional<formats::StatedPrimaries>& primaries);
 /// Compares the brightness of a light map with that of the probes of its scene.
 Findings judgeUnits(const LightMapEntry& entry, const LightMapFacts& facts, const std::vector<ProbeFacts>& probes);
+/// Compares the brightness of traced light with that of its light map.
+Findings judgeGroundTruth(const LightMapEntry& entry, const LightMapFacts& facts);
 /// Looks for limits above 1.
 Findings judgeSettings(const Scene& scene);
 /// Looks for a mesh that was written after its light map, by the times of the files.

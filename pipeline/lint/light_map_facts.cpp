@@ -10,6 +10,7 @@
 
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
+#include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/lint/gamma.h"
@@ -79,6 +80,7 @@ struct Part {
     std::int64_t lit = 0;                   ///< texels whose white surface has a positive luminance
     double logSum = 0;                      ///< of the logarithms of these
     std::vector<std::vector<float>> light;  ///< by row: the largest channel of sh00; negative where it is not covered
+    std::vector<verify::LightMapTruthPlace> traced;
 };
 
 class PartCounter {
@@ -186,16 +188,23 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     facts.reading = source.reading();
     facts.primaries = source.primaries();
     facts.reading.lightMap = context.action.asset;
+    const auto truth = GroundTruth::open(context, source, parameters->description.colors);
+    if (!truth) return tl::make_unexpected(truth.error());
     const PartCounter counter(*parameters, source.luminanceWeights());
     ChartScanner scanner(source.width(), parameters->description.fireflyLimit);
     double radianceSum = 0, logSum = 0;
     std::int64_t lit = 0;
+    std::vector<verify::LightMapTruthPlace> traced;
     const auto merged = foldInOrder<Part>(
         source.chunkCount(), context, "lint " + context.action.asset,
         [&](int index) -> Result<Part> {
             const auto chunk = source.chunk(index);
             if (!chunk) return tl::make_unexpected(chunk.error());
-            return counter.count(**chunk, facts.hasNormals);
+            Part part = counter.count(**chunk, facts.hasNormals);
+            const auto values = truth->within(**chunk, (*chunk)->firstRow, (*chunk)->sh.height());
+            if (!values) return tl::make_unexpected(values.error());
+            part.traced = lightMapPlaces(*values, **chunk, (*chunk)->sh, (*chunk)->firstRow);
+            return part;
         },
         [&](Part&& part) {
             merge(facts, part.facts);
@@ -203,12 +212,14 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
             logSum += part.logSum;
             lit += part.lit;
             for (std::vector<float>& row : part.light) scanner.addRow(std::move(row));
+            traced.insert(traced.end(), part.traced.begin(), part.traced.end());
         });
     if (!merged) return tl::make_unexpected(merged.error());
     if (facts.coverage.smallest > facts.coverage.largest) facts.coverage.smallest = facts.coverage.largest = 0;
     facts.key = lit > 0 ? std::exp(logSum / static_cast<double>(lit)) : 0.0;
     facts.meanRadiance = facts.covered > facts.black ? radianceSum / static_cast<double>(facts.covered - facts.black) : 0.0;
     facts.charts = scanner.finish();
+    facts.tracedRatio = verify::tracedRatio(traced);
     return outcomeWith(facts);
 }
 

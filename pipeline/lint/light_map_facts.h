@@ -51,6 +51,7 @@ struct LightMapFacts {
     std::int64_t behindInOtherFrame = 0;                             ///< the same with coefficients of the other frame
     BandFacts bands;
     ChartFacts charts;
+    std::optional<double> tracedRatio;  ///< of the light of `ground_truth` to that of the map
 };
 template <class Fields, Is<LightMapFacts> Self>
 void describe(Fields& fields, Self& facts) {
@@ -78,9 +79,10 @@ void describe(Fields& fields, Self& facts) {
     fields.required("behind_in_other_frame", facts.behindInOtherFrame, "the same with coefficients of the other frame");
     fields.required("bands", facts.bands, "ratios of the SH bands");
     fields.required("charts", facts.charts, "charts");
+    fields.optional("traced_ratio", facts.tracedRatio, "median ratio of the light of ground_truth to that of the map");
 }
 
-/// Parameters of the action. Its input is "source".
+/// Parameters of the action. Its inputs are those of the bake, and "ground_truth" if there is one.
 struct LightMapLintParameters {
     formats::LightMapDescription description;
     std::string file;  ///< its name may say that it is one of a set

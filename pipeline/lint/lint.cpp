@@ -90,6 +90,7 @@ private:
         const bool lacksNormals = std::ranges::any_of(findings, isOf(LintCheck::SomeZeroNormals));
         add(std::move(findings));
         add(judgePrimaries(entry.name, entry.file, entry.description.colors.source, facts->primaries));
+        add(judgeGroundTruth(entry, *facts));
         // A wrong quantity or curve changes the brightness too.
         if (!isOtherQuantity) add(judgeUnits(entry, *facts, probes));
         if (!entry.mesh) return;

@@ -1,10 +1,12 @@
 #include "verify/ground_truth.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "lighting/brdf.h"
 #include "lighting/display.h"
@@ -117,6 +119,39 @@ LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places, lighting
                                             areaSpecular(shaderSh(place.cooked), value, place.normal, kernels));
     }
     return truth;
+}
+
+std::optional<double> tracedRatio(std::span<const LightMapTruthPlace> places) {
+    constexpr std::size_t kLeastPlaces = 8, kMostPlaces = 4096;  // further ones change a median little
+    constexpr double kDarkest = 0.05;
+    const auto isLambert = [](const LightMapTruthPlace& place) { return place.value.kind == Kind::Lambert; };
+    const Kind kind = std::ranges::any_of(places, isLambert) ? Kind::Lambert : Kind::Specular;
+    std::vector<const LightMapTruthPlace*> chosen;
+    for (const LightMapTruthPlace& place : places)
+        if (place.value.kind == kind) chosen.push_back(&place);
+    const std::size_t step = chosen.size() / kMostPlaces + 1;
+    const auto sumOfColors = [](const glm::dvec3& light) { return light.x + light.y + light.z; };
+    struct Pair {
+        double traced = 0, baked = 0;
+    };
+    std::vector<Pair> pairs;
+    Kernels kernels(lighting::NormalDistribution::Beckmann);  // another lobe is no matter of units
+    double mean = 0;
+    for (std::size_t i = 0; i < chosen.size(); i += step) {
+        const auto& [value, normal, baked, cooked] = *chosen[i];
+        const glm::dvec3 light = kind == Kind::Lambert ? glm::dvec3(lighting::irradiance(baked, glm::vec3(value.direction)).value)
+                                                       : areaSpecular(shaderSh(baked), value, normal, kernels);
+        pairs.push_back({sumOfColors(value.value), sumOfColors(light)});
+        mean += std::max(pairs.back().baked, 0.0);
+    }
+    mean /= static_cast<double>(std::max<std::size_t>(pairs.size(), 1));
+    std::vector<double> ratios;
+    for (const auto& [traced, baked] : pairs)
+        if (baked > kDarkest * mean) ratios.push_back(traced / baked);
+    if (ratios.size() < kLeastPlaces) return std::nullopt;
+    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+    std::ranges::nth_element(ratios, middle);
+    return *middle;
 }
 
 DominantTruth dominantTruth(std::span<const DominantTruthPlace> places, lighting::NormalDistribution lobe,

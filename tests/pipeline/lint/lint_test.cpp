@@ -6,7 +6,10 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <numbers>
 
+#include "formats/light_map.h"
+#include "lighting/radiometry.h"
 #include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/ci_report.h"
@@ -46,7 +49,7 @@ TEST_P(LintPublicScene, HasNoFinding) {
     const formats::TemporaryFolder folder;
     std::string text = fmt::format(
         "schema = 1\nname = \"{0}\"\n[[light_map]]\nname = \"lightmap\"\nfile = \"{1}/{0}_lightmap.exr\"\nmesh = "
-        "\"{1}/{0}.glb\"\n",
+        "\"{1}/{0}.glb\"\nground_truth = \"{1}/{0}_reference_a.csv\"\n",
         name, std::filesystem::absolute(data).string());
     for (int i = 0; i < 8; ++i)
         text += fmt::format("[[probe]]\nname = \"probe{2}\"\nfile = \"{1}/{0}_probe{2}.exr\"\nsh = \"{1}/{0}_probes.json\"\n", name,
@@ -574,6 +577,55 @@ TEST(Lint, ReportsAMissingFileOfTracedLight) {
     const Outcome outcome = scene.lint();
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_THAT(outcome.errors[0].line(), HasSubstr("traced.csv: found no such file"));
+}
+
+/// Traced light of a scene that is right, times a factor.
+void traceLight(const PlantedScene& scene, double factor, const char* kind) {
+    std::string csv = "x,y,kind,m,f0,dx,dy,dz,r,g,b\n";
+    const auto bake = formats::LightMapReader::open(scene / "cornell_lightmap.exr", {});
+    ASSERT_TRUE(bake.has_value());
+    const auto strip = bake->read(0, bake->height());
+    ASSERT_TRUE(strip.has_value());
+    for (int y = 0; y < bake->height(); y += 3)
+        for (int x = 0; x < bake->width(); x += 3) {
+            if (strip->covered.at(x, y) == 0) continue;
+            const glm::vec3 normal = strip->normal.at(x, y);
+            const bool isLambert = std::string(kind) == "lambert";
+            // A rough surface of f0 1 shows about the exit radiance of a white one.
+            const glm::dvec3 light =
+                factor * (isLambert ? 1 : std::numbers::inv_pi) * glm::dvec3(lighting::irradiance(strip->sh.at(x, y), normal).value);
+            csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", x, y, kind, isLambert ? 0 : 1, isLambert ? 0 : 1, normal.x, normal.y,
+                               normal.z, light.x, light.y, light.z);
+        }
+    formats::writeContent(scene / "traced.csv", csv);
+    scene.replaceInScene("[[light_map]]", "[[light_map]]\nground_truth = \"traced.csv\"");
+}
+
+void expectOtherUnit(double factor, const char* kind, const char* words) {
+    SCOPED_TRACE(fmt::format("{} times {}", kind, factor));
+    const PlantedScene scene;
+    traceLight(scene, factor, kind);
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("ground-truth-units"));
+    EXPECT_THAT(outcome.findings[0].file, testing::EndsWith("traced.csv"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr(words));
+}
+
+TEST(Lint, FindsTracedLightInAnotherUnit) {
+    expectOtherUnit(1 / std::numbers::pi, "lambert", "found traced light 0.318 times that of cornell_lightmap.exr");
+    expectOtherUnit(1 / std::numbers::pi, "lambert", "at the median of its values, about 1 / pi, expected");
+    expectOtherUnit(std::numbers::pi, "lambert", "at the median of its values, about pi, expected");
+    for (const char* kind : {"lambert", "spec"})
+        for (const double factor : {100.0, 0.01, 0.0}) expectOtherUnit(factor, kind, "at the median of its values, expected");
+}
+
+/// Noise, and light that nine coefficients do not hold.
+TEST(Lint, HasNoFindingOnTracedLightThatIsALittleOff) {
+    for (const double factor : {0.75, 1.0, 1.3}) {
+        const PlantedScene scene;
+        traceLight(scene, factor, "lambert");
+        EXPECT_THAT(codesOf(scene.lint()), IsEmpty()) << factor;
+    }
 }
 
 TEST(Lint, HasNoFindingOnADisplayOfAnotherExposure) {
