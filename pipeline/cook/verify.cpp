@@ -106,6 +106,7 @@ private:
             if (!row) return tl::make_unexpected(row.error());
             rows.push_back(std::move(*row));
         }
+        if (previous) compareAssets(*manifest, *previous);
         if (previous) compareLimits(*manifest, rows, *previous);
         for (const GltfFile& gltf : manifest->gltf) compareBound(gltf, rows, previous);
         if (auto linted = lint(*manifest, scratch->path()); !linted) return linted;
@@ -187,6 +188,13 @@ private:
     void complain(std::string place, const std::string& found, const std::string& expected) {
         outcome_.errors.push_back(
             {ErrorCode::Verification, std::move(place), fmt::format("found {}, expected {}: cook the scene again", found, expected)});
+    }
+
+    /// Looks for assets of the cook's report that the manifest lacks.
+    void compareAssets(const Manifest& manifest, const Report& report) {
+        for (const ReportRow& before : report.assets)
+            if (std::ranges::find(manifest.assets, before.name, &CookedAsset::name) == manifest.assets.end())
+                complain(manifestFile(), fmt::format("no asset '{}'", before.name), fmt::format("that of {}", kReportName));
     }
 
     /// Compares the limits that the manifest states with those of the cook's report.
@@ -372,6 +380,7 @@ private:
             added.file = source->second;
             added.description = withFiles(std::move(*description), sources);
             added.description.constantOf = {};  // one part of a split map may be constant, and the other not
+            if (const auto traced = sources.find(kGroundTruthRole); traced != sources.end()) added.groundTruth = traced->second;
             scene_.lightMaps.push_back(std::move(added));
             entry = std::prev(scene_.lightMaps.end());
         }
@@ -380,7 +389,6 @@ private:
             entry->description.lmbake = lmbakeOf(sources, kMeshRole);
         }
         return {};
-            if (const auto traced = sources.find(kGroundTruthRole); traced != sources.end()) added.groundTruth = traced->second;
     }
 
     /// Returns the scene that was cooked, or null if its file is not there or cannot be read.

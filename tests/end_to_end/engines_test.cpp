@@ -202,6 +202,7 @@ TEST_F(ShippedScene, StatesErrorsAndLimitsThatTheVerificationKnows) {
     manifest["gltf"][0]["digest"] = digestOfFile(file).value();
     for (Json& asset : manifest["assets"])
         if (asset.at("name") == "lightmap") asset["verify"]["max_error"] = 0.9;
+    std::erase_if(manifest["assets"].get_ref<Json::array_t&>(), [](const Json& asset) { return asset.at("name") == "sky"; });
     manifest["budget_bytes"] = 123456789;
     writeManifestAndDigests(out(), manifest);
     Json report = parseJson(formats::contentOf(out() / kReportName));
@@ -212,6 +213,7 @@ TEST_F(ShippedScene, StatesErrorsAndLimitsThatTheVerificationKnows) {
     EXPECT_THAT(lines, HasSubstr("lightmap_scene.glb, bound/diffuse/rel_rms: found 0."));
     EXPECT_THAT(lines, HasSubstr("lightmap, verify: found the limits {\"metric\":\"rel_rms\",\"value\":0.9}, expected {"));
     EXPECT_THAT(lines, HasSubstr("cooked.json, budget_bytes: found 123456789, expected "));
+    EXPECT_THAT(lines, HasSubstr("cooked.json: found no asset 'sky', expected that of report.json"));
 }
 
 TEST_F(ShippedScene, AsGltfKeepsTheMeshAndBindsTheLightMap) {
