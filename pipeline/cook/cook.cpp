@@ -151,6 +151,12 @@ private:
         if (!lock) return isTaken();
         // Inside the output, so that finished files are renamed. A folder that is made for it goes with it unless the cook leaves files.
         auto staging = TemporaryFolder::create(absolute);
+        // A read-only folder is no fault of a cook that has nothing to write: an action that is not up to date fails with this error.
+        std::error_code code;
+        if (!staging && staging.error().code == ErrorCode::Internal && std::filesystem::exists(absolute / kManifestName, code)) {
+            unwritable_ = staging.error();
+            staging = TemporaryFolder::create();
+        }
         if (!staging) return tl::make_unexpected(staging.error());
         if (!lock->isOf(absolute)) {  // the folder is new, or another process has just removed the one that it had made
             lock.reset();
@@ -217,7 +223,7 @@ private:
     std::filesystem::path packedFolder() const { return staging_ / "charts"; }
 
     ExecutionResult execute(const std::vector<Action>& graph) {
-        return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing}, staging_,
+        return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing, unwritable_}, staging_,
                                  {actionFunction, cache_, *digests_, state_, at_, shared_.get()});
     }
 
@@ -518,7 +524,8 @@ private:
     std::vector<std::string> sceneAssets_;  ///< of the whole scene, in a cook with --only
     std::set<std::string> linted_;          ///< assets whose inputs lint looked at
     std::filesystem::path staging_;
-    std::vector<Error> failed_;  ///< of actions, which with --keep-going do not stop the cook
+    std::optional<Error> unwritable_;  ///< why the output folder cannot be written: then staging_ lies elsewhere
+    std::vector<Error> failed_;        ///< of actions, which with --keep-going do not stop the cook
     Outcome outcome_;
 };
 

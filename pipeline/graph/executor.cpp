@@ -70,6 +70,7 @@ public:
         if (!options_.force) {
             if (auto record = cache_.find(*key); record && bringBack(*record)) return Done{std::move(*record), true};
         }
+        if (options_.unwritable) return tl::make_unexpected(*options_.unwritable);
         return run(action, upstream, *key);
     }
 
@@ -84,7 +85,7 @@ private:
                 if (staging_ != options_.outputFolder) std::filesystem::remove(staging_ / file.name, code);
                 continue;
             }
-            if (!cache_.restore(file.digest, staging_ / file.name)) return false;
+            if (options_.unwritable || !cache_.restore(file.digest, staging_ / file.name)) return false;
         }
         return true;
     }

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct ExecuteOptions {
     std::filesystem::path outputFolder;
     bool force = false;      ///< run everything, whatever the cache has
     bool keepGoing = false;  ///< after a failure, run the actions that do not depend on it
+    /// Why the output folder cannot be written, if it cannot. Then an action fails with this error unless the cache has its result and all
+    /// of its files are in the output folder.
+    std::optional<formats::Error> unwritable = {};
 };
 
 struct ExecutionResult {

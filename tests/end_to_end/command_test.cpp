@@ -1,5 +1,6 @@
 // The program as users and build systems run it: exit codes, one line for each error, quiet on pipes, nothing left behind.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
@@ -43,6 +44,60 @@ TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
     const std::string table = run("report out").out;
     EXPECT_THAT(table, testing::ContainsRegex("cubemap +pre-divided +[0-9]+ +[0-9.]+ +- +[0-9.]+ %"));
     EXPECT_THAT(table, testing::ContainsRegex("light-map +[a-z0-9-]+ +[0-9]+ +[0-9.]+ +[0-9.]+ % +[0-9.]+ %"));
+}
+
+/// A cook without changes may look at the outputs of another user, or at those of a file system that is mounted read-only.
+TEST_F(Command, ACookThatIsUpToDateNeedsNoFolderThatItMayWriteTo) {
+    startWithoutCache();
+    std::string program = LIGHTCOOK_PROGRAM;
+    if (::geteuid() == 0) {  // who may write anywhere
+        if (!isInstalled("setpriv")) GTEST_SKIP() << "no setpriv";
+        program = scene_ / "as_other_user";
+        formats::writeContent(program,
+                              "#!/bin/sh\nexec setpriv --reuid=65534 --regid=65534 --clear-groups '" LIGHTCOOK_PROGRAM "' \"$@\"\n");
+    }
+    ASSERT_EQ(run("cook scene.toml -o out").code, 0);
+    const std::string folder = (scene_ / "").string();
+    if (program != LIGHTCOOK_PROGRAM) {
+        ASSERT_EQ(runShell(fmt::format("chmod +x '{}'", program)), 0);
+    }
+    ASSERT_EQ(runShell(fmt::format("chmod -R a+rwX '{0}' && chmod -R a-w '{0}/out'", folder)), 0);
+    if (run("--version", program).code != 0) GTEST_SKIP() << "the other user may not run the program";
+    const Ended again = run("cook scene.toml -o out", program);
+    EXPECT_EQ(again.code, 0) << again.err;
+    EXPECT_THAT(again.out, HasSubstr(" 10 of 10 actions from the cache: out"));
+    for (const char* changed : {"--effort 1", "--force", "--layout raw", "--only sky --effort 2"}) {
+        const Ended refused = run(std::string("cook scene.toml -o out ") + changed, program);
+        EXPECT_EQ(refused.code, 1) << changed << refused.out;
+        EXPECT_EQ(std::count(refused.err.begin(), refused.err.end(), '\n'), 1) << refused.err;
+        EXPECT_THAT(refused.err, HasSubstr("expected a folder that this user may write to"));
+    }
+    EXPECT_EQ(run("cook scene.toml -o out", program).code, 0) << "nothing was changed";
+    EXPECT_EQ(runShell(fmt::format("chmod -R u+w '{}/out'", folder)), 0);
+}
+
+/// All files of a bake count, also where an editor gives one back its time and size.
+TEST_F(Command, AnEditedFileBesideABakeIsCookedAgain) {
+    namespace fs = std::filesystem;
+    startWithoutCache();
+    for (const char* name : {"hall_L0", "hall_L1x", "hall_L1y", "hall_L1z"}) {
+        formats::Image<glm::vec4> picture(8, 8);
+        for (int y = 0; y < 8; ++y)
+            for (int x = 0; x < 8; ++x) picture.at(x, y) = glm::vec4(0.5f + 0.01f * static_cast<float>(x + y));
+        ASSERT_TRUE(formats::writeExr(scene_ / (std::string(name) + ".exr"), picture.view(), 3));
+    }
+    const std::string cook = "lightmap hall_L0.exr hall --layout raw";
+    ASSERT_EQ(run(cook).code, 0);
+    EXPECT_TRUE(fs::exists(scene_ / "hall/hall_sh.ktx2")) << "the asset has the name of the bake, as init gives it";
+    ASSERT_THAT(run(cook).out, HasSubstr("2 of 2 actions from the cache"));
+    for (const char* name : {"hall_L1z", "hall_L1x", "hall_L0"}) {
+        const fs::path file = scene_ / (std::string(name) + ".exr");
+        const auto time = fs::last_write_time(file);
+        formats::Image<glm::vec4> picture(8, 8, glm::vec4(0.625f));
+        ASSERT_TRUE(formats::writeExr(file, picture.view(), 3));
+        fs::last_write_time(file, time);
+        EXPECT_THAT(run(cook).out, HasSubstr("0 of 2 actions from the cache")) << name;
+    }
 }
 
 TEST_F(Command, ACookOfOneAssetSaysThatItIsNotTheWholeScene) {
