@@ -296,6 +296,10 @@ Result<lighting::ShRgb> shFromJson(const nlohmann::json& rows, const std::string
             sh[i][channel] = number;
         }
     }
+    for (int channel = 0; channel < 3; ++channel)
+        if (sh[0][channel] < 0)
+            return failure(ErrorCode::ValueOutOfRange, subject,
+                           fmt::format("found {} in row 0, the mean of the light, expected no negative energy", sh[0][channel]));
     return sh;
 }
 

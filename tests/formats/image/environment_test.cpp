@@ -336,6 +336,21 @@ TEST(LoadProbeSh, FindsTheProbeByTheNameOfItsFile) {
     EXPECT_THAT(loadProbeSh(file, "other.exr").error().line(), HasSubstr("found 0 rows"));
 }
 
+TEST(LoadProbeSh, NegativeLightIsRefused) {
+    const TemporaryFolder folder;
+    const auto file = folder / "probes.json";
+    const std::string rest = "[-4,5,6],[7,8,9],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0]]";
+    writeContent(file, probesJson("[[0,2,3]," + rest));
+    EXPECT_TRUE(loadProbeSh(file, "p.exr")) << "other rows may be negative";
+    for (const char* light : {"[-1,2,3]", "[1,2,-1e-6]"}) {
+        writeContent(file, probesJson("[" + std::string(light) + "," + rest));
+        const auto sh = loadProbeSh(file, "p.exr");
+        ASSERT_FALSE(sh) << light;
+        EXPECT_EQ(sh.error().code, ErrorCode::ValueOutOfRange);
+        EXPECT_THAT(sh.error().line(), AllOf(HasSubstr("sh of p.exr: found -"), HasSubstr("expected no negative energy")));
+    }
+}
+
 TEST(LoadProbeSh, TwoProbesOfOneFileMustNotDiffer) {
     const TemporaryFolder folder;
     const auto file = folder / "probes.json";
