@@ -43,6 +43,7 @@ formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
     if (auto checked = session.paths.checkAgainstScene(*scene, output); !checked) return tl::make_unexpected(checked.error());
     const NinjaOptions ninja{*program, absolutePath(output), options.cache.empty() ? options.cache : absolutePath(options.cache),
                              options.launcher};
+    if (auto checked = checkNinjaPaths(*scene, ninja); !checked) return tl::make_unexpected(checked.error());
     if (const auto warning = warningOfDepfiles(*scene, ninja)) session.terminal.warning(warning->subject, warning->detail);
     if (auto written = session.write(options.ninja, ninjaFileOf(*scene, ninja)); !written) return tl::make_unexpected(written.error());
     return Json{

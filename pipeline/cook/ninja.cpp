@@ -64,6 +64,14 @@ std::optional<Error> warningOfDepfiles(const Scene& scene, const NinjaOptions& o
     return std::nullopt;
 }
 
+formats::Result<void> checkNinjaPaths(const Scene& scene, const NinjaOptions& options) {
+    for (const std::filesystem::path& path : {options.program, scene.file, options.output, options.cache})
+        if (formats::withoutControls(path.string()) != path.string())
+            return formats::failure(ErrorCode::InvalidRequest, path.string(),
+                                    "found a control character in the path, expected none: a Ninja file cannot hold it");
+    return {};
+}
+
 std::vector<std::string> ninjaPartsOf(const Scene& scene) {
     std::vector<std::string> parts;
     for (const LightMapEntry& entry : scene.lightMaps) parts.push_back(entry.name);

@@ -27,7 +27,10 @@ std::vector<std::string> ninjaPartsOf(const Scene& scene);
 /// file that the scene names. Each command with that path then runs every time; it finds its results in the cache.
 std::optional<formats::Error> warningOfDepfiles(const Scene& scene, const NinjaOptions& options);
 
-/// Returns the text of the file. Its default target is <output>/cooked.json.
+/// Refuses paths with control characters, such as a line break, which a Ninja file cannot hold.
+formats::Result<void> checkNinjaPaths(const Scene& scene, const NinjaOptions& options);
+
+/// Returns the text of the file, for paths that checkNinjaPaths() allows. Its default target is <output>/cooked.json.
 std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options);
 
 }  // namespace lightcook::pipeline

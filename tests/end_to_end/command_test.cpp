@@ -177,6 +177,7 @@ TEST_F(Command, PlanIsANinjaFileThatCooksTheSame) {
 TEST_F(Command, PlanRefusesWhatCookRefuses) {
     expectRefused("plan absent.toml --ninja out", 2, {"absent.toml"});
     expectRefused("plan scene.toml", 2, {"--ninja"});
+    expectRefused("plan scene.toml --ninja out -o 'a\nb'", 2, {"a\\nb: found a control character in the path"});
     formats::writeContent(scene_ / "wrong.toml", "schema = 1\nname = \"x\"\nsize = 3\n");
     expectRefused("plan wrong.toml --ninja out", 2, {"found the key 'size' in the scene, expected it in [[probe]]"});
 }
