@@ -88,17 +88,23 @@ public:
     Running(const Running&) = delete;
     Running& operator=(const Running&) = delete;
 
-    /// Waits until the program handles signals. Returns false if it has ended before.
+    /// Waits until the program handles all signals, or ignores them: it takes them over one after the other, and the last one would still
+    /// end it at once. Returns false if it has ended before.
     bool waitUntilReady() {
-        while (!hasEnded()) {
+        for (; !hasEnded(); std::this_thread::sleep_for(1ms)) {
             std::istringstream status(contentOf(fmt::format("/proc/{}/status", pid_)));
+            unsigned long long taken = 0;
             for (std::string line; std::getline(status, line);)
-                if (line.rfind("SigCgt:", 0) == 0 && (std::stoull(line.substr(7), nullptr, 16) & 1ull << (SIGTERM - 1)) != 0) return true;
-            std::this_thread::sleep_for(1ms);
+                if (line.starts_with("SigCgt:") || line.starts_with("SigIgn:")) taken |= std::stoull(line.substr(7), nullptr, 16);
+            const auto isTaken = [&](int number) { return (taken & 1ull << (number - 1)) != 0; };
+            if (isTaken(SIGINT) && isTaken(SIGTERM) && isTaken(SIGHUP)) return true;
         }
         return false;
     }
     void signal(int number) const { ::kill(pid_, number); }
+    /// Stops the program in the middle of its work: it keeps its locks and cannot end before a test is done with it. Only SIGKILL may
+    /// follow.
+    void holdAtWork() const { signal(SIGSTOP); }
     bool hasEnded() {
         int status = 0;
         if (!status_ && ::waitpid(pid_, &status, WNOHANG) == pid_) status_ = status;
@@ -259,8 +265,8 @@ TEST_F(Interrupt, TheNextCookRemovesWhatAKilledOneLeft) {
     {
         Running running(*scene_ / "", {"lut", "out", "--views", "512"});
         for (int i = 0; i < 5000 && temporariesIn(*scene_ / "").empty() && !running.hasEnded(); ++i) std::this_thread::sleep_for(1ms);
+        running.holdAtWork();
         ASSERT_FALSE(running.hasEnded());
-        std::this_thread::sleep_for(20ms);
         EXPECT_EQ(end({"rsrm", "sky.exr", "other"}), 0);
         EXPECT_FALSE(temporariesIn(*scene_ / "").empty()) << "that of a running process stays";
         running.signal(SIGKILL);
@@ -276,7 +282,7 @@ TEST_F(Interrupt, TheNextCookRemovesWhatAKilledOneLeft) {
 TEST_F(Interrupt, AFolderIsCookedIntoByOneProcessAtATimeAndAKilledOneLeavesItFree) {
     Running running(*scene_ / "", {"lut", "out", "--views", "1024"});
     for (int i = 0; i < 5000 && temporariesIn(*scene_ / "").empty() && !running.hasEnded(); ++i) std::this_thread::sleep_for(1ms);
-    std::this_thread::sleep_for(20ms);
+    running.holdAtWork();
     ASSERT_FALSE(running.hasEnded());
     EXPECT_EQ(end({"rsrm", "sky.exr", "out"}), 2);
     EXPECT_THAT(contentOf(*scene_ / "log"), testing::HasSubstr("out: found another process that cooks into this folder"));
