@@ -163,6 +163,15 @@ Result<formats::ProbePlace> placeOf(const CubemapParameters& parameters, const A
     return place;
 }
 
+/// Returns the options for a level. A level of few texels costs little time at any effort, and a block that the fastest encoders miss is a
+/// large part of its light.
+compress::EncodeOptions encodeOptionsOf(const TextureSettings& settings, int levelSize) {
+    constexpr int kFewTexels = 32, kLeastEffort = 5;
+    compress::EncodeOptions options = settings.encodeOptions();
+    if (levelSize <= kFewTexels) options.effort = std::max(options.effort, kLeastEffort);
+    return options;
+}
+
 }  // namespace
 
 Result<ActionOutcome> cookCubemap(const ActionContext& context) {
@@ -192,7 +201,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     compress::EncodeReport report;
     std::vector<std::vector<std::byte>> images;
     for (Image<glm::vec3>& level : filtered.levels) {
-        for (auto& face : encodeFaces(shape.format, level.view(), range, parameters->textures.encodeOptions(), report))
+        for (auto& face : encodeFaces(shape.format, level.view(), range, encodeOptionsOf(parameters->textures, level.width()), report))
             images.push_back(std::move(face));
         level = {};  // the largest level is 300 MB
     }
