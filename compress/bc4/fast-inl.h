@@ -24,7 +24,7 @@
 
 #include "compress/bc4/search.h"
 #include "compress/block/block.h"
-#include "compress/block/lanes-inl.h"
+#include "compress/block/pairs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
@@ -32,13 +32,10 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D>
-class Bc4Fast : Lanes<D> {
-    using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I, typename Lanes<D>::DU,
-        typename Lanes<D>::U;
-    using Lanes<D>::set, Lanes<D>::clamp;
-    using DS = hn::Repartition<std::int16_t, D>;
-    using S = hn::Vec<DS>;
-    static constexpr std::size_t kPairs = kTexelCount / 2;
+class Bc4Fast : Pairs<D> {
+    using typename Pairs<D>::F, typename Pairs<D>::M, typename Pairs<D>::DI, typename Pairs<D>::I, typename Pairs<D>::DU,
+        typename Pairs<D>::U, typename Pairs<D>::DS, typename Pairs<D>::S;
+    using Pairs<D>::set, Pairs<D>::clamp, Pairs<D>::kPairs, Pairs<D>::lowBitsOf, Pairs<D>::inPairs, Pairs<D>::inBoth, Pairs<D>::mulPairs;
 
 public:
     /// Blocks whose endpoints are known. pack() is a call of its own, so that the caller can do other work between the two: the endpoints
@@ -140,25 +137,6 @@ private:
 
     /// Returns integers whose 16 low bits are the rounded position.
     static HWY_INLINE I placeOf(F above, F perRange) { return hn::BitCast(DI(), hn::MulAdd(above, perRange, set(0x1p23f))); }
-    /// Returns integers whose 16 low bits are those of the rounded value, which may be negative.
-    static HWY_INLINE I lowBitsOf(F value) { return hn::BitCast(DI(), value + set(0x1.8p23f)); }
-    /// Returns integers whose even lanes are the low halves of a, and whose odd lanes those of b.
-    static HWY_INLINE S inPairs(I a, I b) { return hn::OddEven(hn::BitCast(DS(), hn::ShiftLeft<16>(b)), hn::BitCast(DS(), a)); }
-    static HWY_INLINE S inBoth(I a) { return inPairs(a, a); }
-
-    /// Returns a[2 i] b[2 i] + a[2 i + 1] b[2 i + 1].
-    static HWY_INLINE I mulPairs(S a, S b) {
-        const DI di;
-#if HWY_ARCH_X86
-        I unused = hn::Zero(di);
-        return hn::ReorderWidenMulAccumulate(di, a, b, hn::Zero(di), unused);
-#else
-        const auto even = [&](S v) { return hn::ShiftRight<16>(hn::ShiftLeft<16>(hn::BitCast(di, v))); };
-        const auto odd = [&](S v) { return hn::ShiftRight<16>(hn::BitCast(di, v)); };
-        return even(a) * even(b) + odd(a) * odd(b);
-#endif
-    }
-
     /// Assigns each texel its step k in a start, and sums k, k^2 and k p, p the position.
     template <int kIndex>
     static HWY_INLINE void sumSteps(const S* places, F* sumK, F* sumKk, F* sumKp) {
