@@ -1,5 +1,5 @@
-// BC6H: runs the kernels (fast-inl.h, fit-inl.h) on the best instruction set, and packs their results. Blocks of one colour, and at effort
-// 9 blocks of two colours, are encoded without a kernel.
+// BC6H: runs the kernels (narrow-inl.h, fast-inl.h, fit-inl.h) on the best instruction set, and packs their results. Blocks of one colour,
+// and at effort 9 blocks of two colours, are encoded without a kernel.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -14,6 +14,7 @@
 // Must follow foreach_target: each target compiles its own copy.
 #include "compress/bc6h/fast-inl.h"
 #include "compress/bc6h/fit-inl.h"
+#include "compress/bc6h/narrow-inl.h"
 #include "compress/block/fit_blocks-inl.h"
 #include "compress/block/texel_rows-inl.h"
 
@@ -35,27 +36,80 @@ void fitSigned(std::span<const Block* const> blocks, const Bc6hSearch& search, c
     fitBc6h<true>(blocks, search, options, found);
 }
 
-template <bool kSigned>
-bool fitRows(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+/// Encodes the listed blocks by the fast kernel, a vector of them at a time.
+bool fitListed(const TexelRows& rows, Bc6hFast<hn::ScalableTag<float>, false>& fit, std::span<const std::size_t> blocks, std::byte* out,
+               float* errors) {
     using D = hn::ScalableTag<float>;
     constexpr std::size_t kLanes = hn::MaxLanes(D());
-    Bc6hFast<D, kSigned> fit(options);
+    const std::size_t across = static_cast<std::size_t>(rows.width + 3) / 4;
+    HWY_ALIGN std::uint32_t words[4 * kLanes];
+    HWY_ALIGN float errorLeft[kLanes];
+    bool clamped = false;
+    for (; !blocks.empty(); blocks = blocks.subspan(std::min(kLanes, blocks.size()))) {
+        BlockTexels<kLanes> gathered;
+        for (std::size_t lane = 0; lane < kLanes; ++lane) {
+            const std::size_t block = blocks[std::min(lane, blocks.size() - 1)];
+            gathered.load(rows, static_cast<int>(4 * (block % across)), static_cast<int>(4 * (block / across)), lane);
+        }
+        std::array<const float*, 4> texels, weights;
+        for (std::size_t y = 0; y < 4; ++y) {
+            texels[y] = gathered.texels[y];
+            weights[y] = gathered.weights[y];
+        }
+        clamped |= fit.run(texels, gathered.areWeighted ? &weights : nullptr, words, errorLeft);
+        for (std::size_t lane = 0; lane < std::min(kLanes, blocks.size()); ++lane) {
+            std::memcpy(out + 16 * blocks[lane], words + 4 * lane, 16);
+            errors[blocks[lane]] = errorLeft[lane];
+        }
+    }
+    return clamped;
+}
+
+/// Encodes narrow blocks in integers, and the others in floats.
+bool fitRowsUnsigned(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+    using D = hn::ScalableTag<float>;
+    constexpr std::size_t kLanes = hn::MaxLanes(D());
+    Bc6hNarrow<D> narrow(options);
+    HWY_ALIGN std::uint32_t words[4 * kLanes];
+    HWY_ALIGN float errorLeft[kLanes];
+    std::vector<std::size_t> left;
+    std::size_t done = 0, underWay = 0;  // blocks
+    bool clamped = false;
+    const auto finish = [&] {
+        narrow.finish(words, errorLeft);
+        std::memcpy(out + 16 * done, words, 16 * underWay);
+        for (std::size_t lane = 0; lane < underWay; ++lane) {
+            errors[done + lane] = errorLeft[lane];
+            if (errorLeft[lane] < 0) left.push_back(done + lane);
+        }
+        done += underWay;
+    };
+    forEachVector<D>(rows, [&](const auto& texels, const auto* weights, std::size_t count) {
+        clamped |= narrow.begin(texels, weights);
+        if (underWay > 0) finish();
+        narrow.fitLine();
+        underWay = count;
+    });
+    narrow.endInput();
+    finish();
+    Bc6hFast<D, false> fit(options);
+    return fitListed(rows, fit, left, out, errors) || clamped;
+}
+
+bool fitRowsSigned(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
+    using D = hn::ScalableTag<float>;
+    constexpr std::size_t kLanes = hn::MaxLanes(D());
+    Bc6hFast<D, true> fit(options);
     HWY_ALIGN std::uint32_t words[4 * kLanes];
     HWY_ALIGN float errorLeft[kLanes];
     bool clamped = false;
     forEachVector<D>(rows, [&](const auto& texels, const auto* weights, std::size_t count) {
-        clamped |= fit.run(texels, weights, words, errors ? errorLeft : nullptr);
+        clamped |= fit.run(texels, weights, words, errorLeft);
         std::memcpy(out, words, 16 * count);
         out += 16 * count;
-        if (errors) errors = std::copy_n(errorLeft, count, errors);
+        errors = std::copy_n(errorLeft, count, errors);
     });
     return clamped;
-}
-bool fitRowsUnsigned(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
-    return fitRows<false>(rows, options, out, errors);
-}
-bool fitRowsSigned(const TexelRows& rows, const EncodeOptions& options, std::byte* out, float* errors) {
-    return fitRows<true>(rows, options, out, errors);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -123,7 +177,7 @@ const Bc6hSearch& bc6hSearchOf(int effort) {
     static constexpr std::array<Bc6hSearch, 10> kSearches = {{
         // fastKernelMaxError partitions freeRefits codedRefits descents pairs moves polished everyMode otherModes escalateAbove slopeReach tried twoColours
         {                1e9f,         0,         0,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
-        {              0.025f,         1,         0,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
+        {              0.024f,         1,         0,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
         {              0.008f,         3,         0,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
         {                   0,         2,         0,          2,       0, false,    0,       0,        0,         0,       0.008f,  1.0f / 16,    0,     false},
         {                   0,         3,         0,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},

@@ -10,21 +10,28 @@
 
 #include <cstdint>
 
-#include "compress/bc6h/fast_line-inl.h"
 #include "compress/bc6h/values-inl.h"
 #include "compress/block/lanes-inl.h"
+#include "compress/block/pairs-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+/// A line, in v, from a to a + d.
+template <class D>
+struct Bc6hFastLineEnds {
+    hn::Vec<D> a[3], d[3];
+};
+
 template <class D, bool kSigned>
 class Bc6hFastBlock : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::DU, typename Lanes<D>::I;
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::select;
     using Values = Bc6hValues<D, kSigned>;
-    using Line = Bc6hFastLine<D, kSigned>;
+    using Line = Bc6hFastLineEnds<D>;
+    using S = typename Pairs<D>::S;
 
 public:
     /// Rounds the ends of the line to codes of the finest mode that holds them, and replaces the line by the one that these codes decode
@@ -77,8 +84,41 @@ public:
         const DI di;
         const M turned = index[0] > set(7.5f);
         I word[4];
-        word[0] = byMode(0x03, 0x07, 0x0B, 0x0F);
-        word[1] = word[2] = word[3] = hn::Zero(di);
+        packHead(turned, word);
+        const F start = hn::IfThenElseZero(turned, set(15.0f));
+        const auto indexAt = [&](int t) { return hn::ConvertTo(di, hn::Abs(index[t] - start)); };
+        word[2] = hn::Or(word[2], hn::ShiftLeft<1>(indexAt(0)));
+        word[2] = hn::Or(
+            hn::Or(hn::Or(word[2], hn::ShiftLeft<4>(indexAt(1))), hn::Or(hn::ShiftLeft<8>(indexAt(2)), hn::ShiftLeft<12>(indexAt(3)))),
+            hn::Or(hn::Or(hn::ShiftLeft<16>(indexAt(4)), hn::ShiftLeft<20>(indexAt(5))),
+                   hn::Or(hn::ShiftLeft<24>(indexAt(6)), hn::ShiftLeft<28>(indexAt(7)))));
+        word[3] = hn::Or(
+            hn::Or(hn::Or(indexAt(8), hn::ShiftLeft<4>(indexAt(9))), hn::Or(hn::ShiftLeft<8>(indexAt(10)), hn::ShiftLeft<12>(indexAt(11)))),
+            hn::Or(hn::Or(hn::ShiftLeft<16>(indexAt(12)), hn::ShiftLeft<20>(indexAt(13))),
+                   hn::Or(hn::ShiftLeft<24>(indexAt(14)), hn::ShiftLeft<28>(indexAt(15)))));
+        store(word, out);
+    }
+    /// The same for indices of texels t and t + 4 in a lane, rows 0 and 1 first.
+    void packIndices(const S (&index)[kTexelCount / 2], std::uint32_t* out) const {
+        const DI di;
+        const auto join = [&](const S* row) {
+            const S all = hn::Or(hn::Or(row[0], hn::ShiftLeft<4>(row[1])), hn::Or(hn::ShiftLeft<8>(row[2]), hn::ShiftLeft<12>(row[3])));
+            return hn::BitCast(di, all);
+        };
+        const I front = join(index), back = join(index + 4);
+        const auto isTurned = hn::TestBit(front, hn::Set(di, 8));
+        const I flip = hn::VecFromMask(di, isTurned), indices = hn::Xor(front, flip);
+        I word[4];
+        packHead(hn::RebindMask(D(), isTurned), word);
+        word[2] = hn::Or(word[2], indices + hn::And(indices, hn::Set(di, 7)));
+        word[3] = hn::Xor(back, flip);
+        store(word, out);
+    }
+
+private:
+    /// Sets the mode, the ends, and the first bit of the third word.
+    HWY_INLINE void packHead(M turned, I (&word)[4]) const {
+        const DI di;
         const I deltaMask = byMode(0x3FF, 0x1FF, 0xFF, 0xF), highMask = byMode(0, 1, 3, 63);
         const auto isDelta = hn::RebindMask(di, hn::Or(is16_, hn::Or(is12_, is11_)));
         I field[2][3];
@@ -90,27 +130,18 @@ public:
             const I high = hn::And(hn::ShiftRight<10>(first), highMask);
             field[1][c] = hn::Or(hn::And(stored, deltaMask), hn::ShiftLeft<4>(reversed6(high)));
         }
+        const I mode = byMode(0x03, 0x07, 0x0B, 0x0F);
         word[0] =
-            hn::Or(hn::Or(word[0], hn::ShiftLeft<5>(field[0][0])), hn::Or(hn::ShiftLeft<15>(field[0][1]), hn::ShiftLeft<25>(field[0][2])));
+            hn::Or(hn::Or(mode, hn::ShiftLeft<5>(field[0][0])), hn::Or(hn::ShiftLeft<15>(field[0][1]), hn::ShiftLeft<25>(field[0][2])));
         word[1] = hn::Or(hn::Or(hn::ShiftRight<7>(field[0][2]), hn::ShiftLeft<3>(field[1][0])),
                          hn::Or(hn::ShiftLeft<13>(field[1][1]), hn::ShiftLeft<23>(field[1][2])));
-        const F start = hn::IfThenElseZero(turned, set(15.0f));
-        const auto indexAt = [&](int t) { return hn::ConvertTo(di, hn::Abs(index[t] - start)); };
-        word[2] = hn::Or(hn::ShiftRight<9>(field[1][2]), hn::ShiftLeft<1>(indexAt(0)));
-        word[2] = hn::Or(
-            hn::Or(hn::Or(word[2], hn::ShiftLeft<4>(indexAt(1))), hn::Or(hn::ShiftLeft<8>(indexAt(2)), hn::ShiftLeft<12>(indexAt(3)))),
-            hn::Or(hn::Or(hn::ShiftLeft<16>(indexAt(4)), hn::ShiftLeft<20>(indexAt(5))),
-                   hn::Or(hn::ShiftLeft<24>(indexAt(6)), hn::ShiftLeft<28>(indexAt(7)))));
-        word[3] = hn::Or(
-            hn::Or(hn::Or(indexAt(8), hn::ShiftLeft<4>(indexAt(9))), hn::Or(hn::ShiftLeft<8>(indexAt(10)), hn::ShiftLeft<12>(indexAt(11)))),
-            hn::Or(hn::Or(hn::ShiftLeft<16>(indexAt(12)), hn::ShiftLeft<20>(indexAt(13))),
-                   hn::Or(hn::ShiftLeft<24>(indexAt(14)), hn::ShiftLeft<28>(indexAt(15)))));
+        word[2] = hn::ShiftRight<9>(field[1][2]);
+    }
+    static HWY_INLINE void store(const I (&word)[4], std::uint32_t* out) {
         const DU du;
         hn::StoreInterleaved4(hn::BitCast(du, word[0]), hn::BitCast(du, word[1]), hn::BitCast(du, word[2]), hn::BitCast(du, word[3]), du,
                               out);
     }
-
-private:
     /// Selects by the precision of each lane's mode: 10, 11, 12 or 16 bits.
     HWY_INLINE I byMode(int ten, int eleven, int twelve, int sixteen) const {
         const DI di;

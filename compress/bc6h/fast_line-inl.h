@@ -8,6 +8,7 @@
 
 #include <hwy/highway.h>
 
+#include "compress/bc6h/fast_block-inl.h"
 #include "compress/bc6h/fast_texels-inl.h"
 #include "compress/bc6h/values-inl.h"
 #include "compress/block/lanes-inl.h"
@@ -19,14 +20,14 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D, bool kSigned>
-class Bc6hFastLine : Lanes<D> {
+class Bc6hFastLine : Lanes<D>, public Bc6hFastLineEnds<D> {
     using typename Lanes<D>::F;
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp;
     using Values = Bc6hValues<D, kSigned>;
     using Texels = Bc6hFastTexels<D, kSigned>;
 
 public:
-    F a[3], d[3];             ///< the line, in v, from a to a + d
+    using Bc6hFastLineEnds<D>::a, Bc6hFastLineEnds<D>::d;
     F position[kTexelCount];  ///< of each texel on the line, in [0, 1]
     F index[kTexelCount];     ///< of each texel, 0 .. 15
     F oneColour;              ///< weighted squared error of the block in its mean colour

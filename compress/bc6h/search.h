@@ -39,8 +39,9 @@ struct Bc6hResult {
 /// Returns the parameters of an effort, 0 .. 9.
 const Bc6hSearch& bc6hSearchOf(int effort);
 
-/// Encodes whole rows of blocks by the fast kernel (fast-inl.h). Returns true if a value was clamped into the range of the format.
-/// errors  receives the mean squared error of each block [octaves^2], approximately; may be null
+/// Encodes whole rows of blocks by the fast kernels (narrow-inl.h, fast-inl.h). Returns true if a value was clamped into the range of the
+/// format. errors  receives the mean squared error of each block [octaves^2], approximately; infinity where it is not reliable: such blocks
+///         may be left unencoded
 bool encodeBc6hRows(const TexelRows& rows, bool isSigned, const EncodeOptions& options, std::byte* out, float* errors);
 
 /// Coefficients of p, from m^0 up, such that m p(m) is log2(1 + m) on [0, 1] to 2e-5, exact at both ends (minimax by Lawson's iteration).

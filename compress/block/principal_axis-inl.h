@@ -35,27 +35,34 @@ HWY_INLINE void addProducts(hn::Vec<D> weight, hn::Vec<D> x, hn::Vec<D> y, hn::V
     m[5] = hn::MulAdd(wz, z, m[5]);
 }
 
-/// Finds the dominant eigenvector of a symmetric matrix (xx xy xz yy yz zz), with the largest component about 1, by power iteration that
-/// starts with the row of the largest diagonal element.
-template <class D>
-HWY_INLINE void principalAxis(const hn::Vec<D> (&m)[6], int iterations, hn::Vec<D> (&axis)[3]) {
+/// Finds the dominant eigenvector of a symmetric matrix (xx xy xz yy yz zz), of any length, by power iteration that starts with the row of
+/// the largest diagonal element.
+/// normalize  is called before each iteration with the axis
+template <class D, class Normalize>
+HWY_INLINE void powerIteration(const hn::Vec<D> (&m)[6], int iterations, hn::Vec<D> (&axis)[3], const Normalize& normalize) {
     const auto yFirst = m[3] > m[0], zFirst = m[5] > hn::Max(m[0], m[3]);
     axis[0] = hn::IfThenElse(zFirst, m[2], hn::IfThenElse(yFirst, m[1], m[0]));
     axis[1] = hn::IfThenElse(zFirst, m[4], hn::IfThenElse(yFirst, m[3], m[1]));
     axis[2] = hn::IfThenElse(zFirst, m[5], hn::IfThenElse(yFirst, m[4], m[2]));
-    const auto perLargest = [&] {
-        const auto xy = hn::Max(hn::Abs(axis[0]), hn::Abs(axis[1]));
-        return roughInverse<D>(hn::Max(xy, hn::Max(hn::Abs(axis[2]), hn::Set(D(), 1e-30f))));
-    };
     for (int iteration = 0; iteration < iterations; ++iteration) {
-        const auto scale = perLargest();
-        const auto x = axis[0] * scale, y = axis[1] * scale, z = axis[2] * scale;
+        normalize();
+        const auto x = axis[0], y = axis[1], z = axis[2];
         axis[0] = hn::MulAdd(m[0], x, hn::MulAdd(m[1], y, m[2] * z));
         axis[1] = hn::MulAdd(m[1], x, hn::MulAdd(m[3], y, m[4] * z));
         axis[2] = hn::MulAdd(m[2], x, hn::MulAdd(m[4], y, m[5] * z));
     }
-    const auto scale = perLargest();
-    for (int c = 0; c < 3; ++c) axis[c] = axis[c] * scale;
+}
+
+/// Finds the same eigenvector with the largest component about 1.
+template <class D>
+HWY_INLINE void principalAxis(const hn::Vec<D> (&m)[6], int iterations, hn::Vec<D> (&axis)[3]) {
+    const auto normalize = [&] {
+        const auto xy = hn::Max(hn::Abs(axis[0]), hn::Abs(axis[1]));
+        const auto scale = roughInverse<D>(hn::Max(xy, hn::Max(hn::Abs(axis[2]), hn::Set(D(), 1e-30f))));
+        for (int c = 0; c < 3; ++c) axis[c] = axis[c] * scale;
+    };
+    powerIteration<D>(m, iterations, axis, normalize);
+    normalize();
 }
 
 }  // namespace HWY_NAMESPACE

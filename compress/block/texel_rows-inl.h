@@ -37,6 +37,34 @@ struct EdgeTexels {
     }
 };
 
+/// Copies of any blocks, one per lane. Texels beyond the edge of the image repeat it and have weight 0.
+template <std::size_t kLanes>
+struct BlockTexels {
+    HWY_ALIGN float texels[4][16 * kLanes];
+    HWY_ALIGN float weights[4][4 * kLanes];
+    bool areWeighted = false;  ///< false while all weights are 1
+
+    /// Copies the block whose first texel is (left, top).
+    void load(const TexelRows& rows, int left, int top, std::size_t lane) {
+        const int columns = std::min(4, rows.width - left);
+        areWeighted |= rows.significance || columns < 4 || top + 4 > rows.height;
+        for (int y = 0; y < 4; ++y) {
+            const int fromY = std::min(top + y, rows.height - 1);
+            const float* from = rows.texels + fromY * rows.rowStride + 4 * left;
+            float* to = texels[y] + 16 * lane;
+            std::copy_n(from, 4 * columns, to);
+            for (int x = columns; x < 4; ++x) std::copy_n(from + 4 * (columns - 1), 4, to + 4 * x);
+            float* weight = weights[y] + 4 * lane;
+            std::fill_n(weight, 4, 0.0f);
+            if (top + y >= rows.height) continue;
+            if (rows.significance)
+                std::copy_n(rows.significance + fromY * rows.significanceStride + left, columns, weight);
+            else
+                std::fill_n(weight, columns, 1.0f);
+        }
+    }
+};
+
 /// Visits all blocks, row by row, a vector of blocks at a time.
 /// run  is called with four rows of 4 Lanes(d) texels, four rows of significance or null for 1 everywhere, and the number of blocks that
 ///      lie in the image

@@ -5,9 +5,12 @@
 
 #include <hwy/targets.h>
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "compress/bc6h/fast-inl.h"
+#include "compress/bc6h/narrow-inl.h"
 #include "compress/texel/half.h"
 #include "tests/compress/codec_images.h"
 
@@ -81,6 +84,61 @@ void expectSameAtAnyWidth() {
 TEST(Bc6hFast, OneLaneMatchesAVectorOfThem) {
     expectSameAtAnyWidth<false>();
     expectSameAtAnyWidth<true>();
+}
+
+/// Encodes a row by the kernel of narrow blocks. Words of blocks that it leaves become 0.
+template <class D>
+std::vector<std::uint32_t> narrowWordsOf(const RowOfBlocks& row, bool weighted, const EncodeOptions& options, std::vector<float>& errors) {
+    const std::size_t lanes = kernel::hn::Lanes(D());
+    std::vector<std::uint32_t> words(4 * kRowBlocks);
+    errors.assign(kRowBlocks, 0);
+    kernel::Bc6hNarrow<D> fit(options);
+    for (std::size_t block = 0; block <= kRowBlocks; block += lanes) {
+        std::array<const float*, 4> texels, weights;
+        for (std::size_t y = 0; y < 4; ++y) {
+            texels[y] = &row.texels.texels()[(y * kRowBlocks + block % kRowBlocks) * 4].x;
+            weights[y] = &row.significance.texels()[(y * kRowBlocks + block % kRowBlocks) * 4];
+        }
+        fit.begin(texels, weighted ? &weights : nullptr);
+        if (block > 0) fit.finish(words.data() + 4 * (block - lanes), errors.data() + block - lanes);
+        if (block < kRowBlocks) fit.fitLine();
+    }
+    for (std::size_t block = 0; block < kRowBlocks; ++block)
+        if (errors[block] < 0 || std::isinf(errors[block])) std::fill_n(words.data() + 4 * block, 4, 0);
+    return words;
+}
+
+/// A row of blocks of ranges up to a factor of two, from dark to bright. All texels of a third of them count, and some texels of the
+/// others.
+RowOfBlocks rowOfNarrowBlocks() {
+    Random random(17);
+    RowOfBlocks row(false);
+    for (int block = 0; block < kRowBlocks; ++block) {
+        const float base = std::exp2(random.unit() * 12 - 6), range = random.unit();
+        const bool allCount = random.below(3) == 0;
+        for (int t = 0; t < kTexelCount; ++t) {
+            for (int c = 0; c < 4; ++c)
+                row.texels.at(4 * block + t % 4, t / 4)[c] = base * (1 + range * static_cast<float>(t) / 16 + 0.1f * random.unit());
+            row.significance.at(4 * block + t % 4, t / 4) = allCount || random.below(3) > 0 ? 1.0f : 0.0f;
+        }
+    }
+    return row;
+}
+
+TEST(Bc6hNarrow, FourLanesMatchAVectorOfThem) {
+    const RowOfBlocks row = rowOfNarrowBlocks();
+    for (const HdrMetric metric : {HdrMetric::Log, HdrMetric::Linear, HdrMetric::Relative})
+        for (const bool weighted : {false, true}) {
+            EncodeOptions options;
+            options.hdrMetric = metric;
+            std::vector<float> fourErrors, allErrors;
+            const auto four = narrowWordsOf<kernel::hn::CappedTag<float, 4>>(row, weighted, options, fourErrors);
+            const auto all = narrowWordsOf<kernel::hn::ScalableTag<float>>(row, weighted, options, allErrors);
+            EXPECT_EQ(four, all);
+            EXPECT_EQ(fourErrors, allErrors);
+            EXPECT_GT(std::count_if(allErrors.begin(), allErrors.end(), [](float error) { return error >= 0 && std::isfinite(error); }),
+                      kRowBlocks / 2);
+        }
 }
 
 TEST(Bc6hFast, EveryInstructionSetGivesTheSameBytes) {
