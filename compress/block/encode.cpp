@@ -190,23 +190,6 @@ EncodeReport encodeBcRows(PixelFormat format, ImageView<const glm::vec4> texels,
     return clamp.report();
 }
 
-/// Encodes the blocks with these indices again, by the full search.
-void encodeAgain(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance, const EncodeOptions& options,
-                 std::span<const int> which, std::span<std::byte> out) {
-    const int across = formats::blocksAcross(format, texels.width);
-    const auto bytesPerBlock = static_cast<std::size_t>(formats::info(format).bytesPerBlock);
-    RangeClamp clamp(format);
-    std::vector<Block> batch(kBatch);
-    std::array<std::byte, 16 * kBatch> bytes;
-    for (; !which.empty(); which = which.subspan(std::min<std::size_t>(kBatch, which.size()))) {
-        const std::size_t count = std::min<std::size_t>(kBatch, which.size());
-        for (std::size_t i = 0; i < count; ++i) gather(texels, significance, which[i] % across, which[i] / across, clamp, batch[i]);
-        encodeBlocks(format, {batch.data(), count}, options, bytes.data());
-        for (std::size_t i = 0; i < count; ++i)
-            std::copy_n(bytes.data() + bytesPerBlock * i, bytesPerBlock, out.data() + bytesPerBlock * static_cast<std::size_t>(which[i]));
-    }
-}
-
 TexelRows rowsOf(ImageView<const glm::vec4> texels, ImageView<const float> significance) {
     return {&texels.texels->x, 4 * texels.rowStride, significance.texels, significance.rowStride, texels.width, texels.height};
 }
@@ -229,18 +212,42 @@ EncodeReport encodeBc1Fast(PixelFormat format, ImageView<const glm::vec4> texels
     return clamp.report();
 }
 
-/// Encodes BC6H at low effort: the fast kernel, then the full search for blocks above fastKernelMaxError.
+/// Encodes BC6H at low effort: the fast kernels, then the full search for blocks above fastKernelMaxError. These are gathered after each
+/// strip, while its texels are in the cache.
 EncodeReport encodeBc6hFast(PixelFormat format, ImageView<const glm::vec4> texels, ImageView<const float> significance,
                             const EncodeOptions& options, std::span<std::byte> out) {
-    const TexelRows rows = rowsOf(texels, significance);
+    constexpr int kStripTexels = 1 << 14;
+    const int across = formats::blocksAcross(format, texels.width);
+    const int stripHeight = kBlockSide * std::max(1, kStripTexels / (kBlockSide * texels.width));
     const float maxError = bc6hSearchOf(options.effort).fastKernelMaxError;
-    std::vector<float> errors(out.size() / 16);
-    RangeClamp clamp(format);
-    if (encodeBc6hRows(rows, format == PixelFormat::Bc6hSf16, options, out.data(), errors.data())) clamp.count(texels, significance);
-    std::vector<int> inaccurate;
-    for (std::size_t i = 0; i < errors.size(); ++i)
-        if (errors[i] > maxError * maxError) inaccurate.push_back(static_cast<int>(i));
-    encodeAgain(format, texels, significance, options, inaccurate, out);
+    RangeClamp clamp(format), uncounted(format);
+    std::vector<Block> batch(kBatch);
+    std::vector<std::size_t> inBatch;  // indices of its blocks
+    const auto encodeAgain = [&] {
+        std::array<std::byte, 16 * kBatch> bytes;
+        encodeBlocks(format, {batch.data(), inBatch.size()}, options, bytes.data());
+        for (std::size_t i = 0; i < inBatch.size(); ++i) std::copy_n(bytes.data() + 16 * i, 16, out.data() + 16 * inBatch[i]);
+        inBatch.clear();
+    };
+    std::vector<float> errors;
+    for (int top = 0; top < texels.height; top += stripHeight) {
+        const int height = std::min(stripHeight, texels.height - top);
+        const ImageView<const glm::vec4> strip = texels.rows(top, height);
+        const ImageView<const float> stripSignificance = significance.texels ? significance.rows(top, height) : significance;
+        const std::size_t first = static_cast<std::size_t>(top / kBlockSide) * static_cast<std::size_t>(across);
+        errors.resize(static_cast<std::size_t>(across) * static_cast<std::size_t>(formats::blocksDown(format, height)));
+        if (encodeBc6hRows(rowsOf(strip, stripSignificance), format == PixelFormat::Bc6hSf16, options, out.data() + 16 * first,
+                           errors.data()))
+            clamp.count(strip, stripSignificance);
+        for (std::size_t i = 0; i < errors.size(); ++i) {
+            if (!(errors[i] > maxError * maxError)) continue;
+            const int block = static_cast<int>(i);
+            gather(strip, stripSignificance, block % across, block / across, uncounted, batch[inBatch.size()]);
+            inBatch.push_back(first + i);
+            if (inBatch.size() == kBatch) encodeAgain();
+        }
+    }
+    if (!inBatch.empty()) encodeAgain();
     return clamp.report();
 }
 
