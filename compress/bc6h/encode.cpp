@@ -178,7 +178,7 @@ const Bc6hSearch& bc6hSearchOf(int effort) {
         // fastKernelMaxError partitions freeRefits codedRefits descents pairs moves polished everyMode otherModes escalateAbove slopeReach tried twoColours
         {                1e9f,         0,         0,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
         {              0.024f,         1,         0,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
-        {              0.008f,         3,         0,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
+        {             0.0078f,         3,         0,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
         {                   0,         2,         0,          2,       0, false,    0,       0,        0,         0,       0.008f,  1.0f / 16,    0,     false},
         {                   0,         3,         0,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
         {                   0,         4,         0,          2,       1,  true,    2,       0,        1,         4,            0,  1.0f / 16,    0,     false},
