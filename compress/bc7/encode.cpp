@@ -1,4 +1,4 @@
-// BC7: runs the kernels (fast_rows-inl.h, full_search-inl.h) on the best instruction set, and packs the results of the full search. Blocks
+// BC7: runs the kernels (fast/rows-inl.h, full/search-inl.h) on the best instruction set, and packs the results of the full search. Blocks
 // of one colour, and at effort 9 blocks of two colours, are encoded without a kernel.
 #include <algorithm>
 #include <cmath>
@@ -11,8 +11,8 @@
 #define HWY_TARGET_INCLUDE "compress/bc7/encode.cpp"
 #include <hwy/foreach_target.h>
 // Must follow foreach_target: each target compiles its own copy.
-#include "compress/bc7/fast_rows-inl.h"
-#include "compress/bc7/full_search-inl.h"
+#include "compress/bc7/fast/rows-inl.h"
+#include "compress/bc7/full/search-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress {

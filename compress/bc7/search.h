@@ -8,15 +8,15 @@
 
 namespace lightcook::compress {
 
-/// Search parameters of the full search (full_search-inl.h).
+/// Search parameters of the full search (full/search-inl.h).
 struct Bc7Search {
     static constexpr int kMostPolished = 64;
-    // Candidates, which are fitted in closed form (candidates-inl.h):
+    // Candidates, which are fitted in closed form (full/candidates-inl.h):
     int twoRegions;    ///< number of two-region partitions
     int threeRegions;  ///< number of three-region partitions, in opaque blocks
     bool twoIndices;   ///< tries modes 4 and 5, with each channel as the separate one
     int refits;        ///< to the indices of the rounded ends
-    // The polish of the best candidates (polish-inl.h):
+    // The polish of the best candidates (full/polish-inl.h):
     int polished;     ///< number of candidates with the least predicted error that are polished, at most kMostPolished
     float promising;  ///< limit of their predicted error, as a multiple of the least one
     int starts;       ///< ranges of indices on which the texels are placed at first
@@ -37,7 +37,7 @@ struct Bc7Candidate {
     static Bc7Candidate of(std::int32_t number) { return {number & 7, number >> kPartitionShift, (number >> 3) & 3, (number >> 5) & 1}; }
 };
 
-/// Search parameters of the fast kernel (fast-inl.h).
+/// Search parameters of the fast kernel (fast/kernel-inl.h).
 struct Bc7FastSearch {
     int refits;             ///< to the indices of the rounded ends
     float exactBelow;       ///< in blocks below this RMS error [8-bit codes], mode 6 chooses its low bits by the error as decoded

@@ -6,7 +6,7 @@
 #include "compress/bc1/fit-inl.h"
 #include "compress/bc4/fit-inl.h"
 #include "compress/bc6h/fit-inl.h"
-#include "compress/bc7/full_search-inl.h"
+#include "compress/bc7/full/search-inl.h"
 
 // The kernels are compiled for Highway's target, so the code that inlines them must be too.
 HWY_BEFORE_NAMESPACE();

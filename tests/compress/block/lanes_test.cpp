@@ -8,8 +8,8 @@
 #include "compress/bc4/fit-inl.h"
 #include "compress/bc4/rows-inl.h"
 #include "compress/bc6h/fit-inl.h"
-#include "compress/bc7/fast_rows-inl.h"
-#include "compress/bc7/full_search-inl.h"
+#include "compress/bc7/fast/rows-inl.h"
+#include "compress/bc7/full/search-inl.h"
 #include "tests/compress/codec_images.h"
 
 // The kernels are compiled for Highway's target, so the code that inlines them must be too.

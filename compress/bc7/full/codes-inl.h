@@ -1,14 +1,14 @@
 // BC7: rounds the ends of lines to codes of a mode, with their low bits, and converts codes back to values.
-#if defined(LIGHTCOOK_COMPRESS_BC7_CODES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIGHTCOOK_COMPRESS_BC7_CODES_INL_H_
-#undef LIGHTCOOK_COMPRESS_BC7_CODES_INL_H_
+#if defined(LIGHTCOOK_COMPRESS_BC7_FULL_CODES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_FULL_CODES_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_FULL_CODES_INL_H_
 #else
-#define LIGHTCOOK_COMPRESS_BC7_CODES_INL_H_
+#define LIGHTCOOK_COMPRESS_BC7_FULL_CODES_INL_H_
 #endif
 
 #include <hwy/highway.h>
 
-#include "compress/bc7/lines-inl.h"
+#include "compress/bc7/full/lines-inl.h"
 #include "compress/bc7/modes.h"
 #include "compress/block/lanes-inl.h"
 

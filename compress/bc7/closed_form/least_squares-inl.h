@@ -1,19 +1,19 @@
-// BC7, fast kernel: moments of a region, its principal axis, least-squares ends in closed form, and their rounding to codes.
+// BC7, closed forms: moments of a region, its principal axis, least-squares ends in closed form, and their rounding to codes.
 //
 // With fixed indices the squared error is a quadratic form of the two ends, whose coefficients are sums over the texels. So the ends that
 // minimize it, and the error of any rounding of them, follow from these sums without another pass over the texels.
-#if defined(LIGHTCOOK_COMPRESS_BC7_FAST_LINES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIGHTCOOK_COMPRESS_BC7_FAST_LINES_INL_H_
-#undef LIGHTCOOK_COMPRESS_BC7_FAST_LINES_INL_H_
+#if defined(LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_LEAST_SQUARES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_LEAST_SQUARES_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_LEAST_SQUARES_INL_H_
 #else
-#define LIGHTCOOK_COMPRESS_BC7_FAST_LINES_INL_H_
+#define LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_LEAST_SQUARES_INL_H_
 #endif
 
 #include <hwy/highway.h>
 
 #include <cstddef>
 
-#include "compress/bc7/fast_texels-inl.h"
+#include "compress/bc7/closed_form/texels-inl.h"
 #include "compress/bc7/modes.h"
 #include "compress/block/lanes-inl.h"
 #include "compress/block/principal_axis-inl.h"
@@ -42,18 +42,18 @@ struct Bc7PositionSums {
 
 /// Rounded ends of a region: codes without low bits, low bits, and decoded values in the scale of the texels.
 template <class D>
-struct Bc7FastEnds {
+struct Bc7RoundedEnds {
     hn::Vec<D> code[2][4], low[2], value[2][4];
     hn::Vec<D> ideal[2][4];  ///< not rounded, in the scale of the texels
 };
 
 template <class D>
-class Bc7FastLines : Lanes<D> {
+class Bc7LeastSquares : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::M;
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
 
 public:
-    using Ends = Bc7FastEnds<D>;
+    using Ends = Bc7RoundedEnds<D>;
     enum class LowBits { None, PerEnd, PerRegion };
 
     /// Turns sums of products into sums about the mean, in place. Returns their trace.
@@ -125,7 +125,7 @@ public:
     /// bits     of a code without low bit
     /// Returns the error for the given positions, without the rounding of interpolated values.
     template <int kChannels>
-    static F endsOf(const Bc7FastTexels<D>& texels, F n, const F* sum, F trace, const Bc7PositionSums<D, kChannels>& s,
+    static F endsOf(const Bc7ScaledTexels<D>& texels, F n, const F* sum, F trace, const Bc7PositionSums<D, kChannels>& s,
                     const std::size_t (&channel)[kChannels], int bits, LowBits lowBits, Ends& out) {
         const F perN = inverse(n), kk = hn::NegMulAdd(s.k * perN, s.k, s.kk);
         const F perKk = hn::IfThenElseZero(kk > n * set(1e-6f), set(1.0f) / hn::Max(kk, set(1e-30f)));
@@ -187,7 +187,7 @@ public:
     }
 
     /// Rounds an end to the nearest code with this low bit.
-    static HWY_INLINE void round(F ideal, int bits, int low, const Bc7FastTexels<D>& texels, std::size_t channel, F& code, F& value) {
+    static HWY_INLINE void round(F ideal, int bits, int low, const Bc7ScaledTexels<D>& texels, std::size_t channel, F& code, F& value) {
         const float perStep = static_cast<float>((2 << bits) - 1) / 510.0f * texels.perScale[channel];
         const F scaled = hn::MulAdd(ideal, set(perStep), set(-0.5f * static_cast<float>(low)));
         code = hn::Round(clamp(scaled, zero(), set(static_cast<float>((1 << bits) - 1))));
@@ -201,7 +201,7 @@ private:
         const F high = value * set(static_cast<float>(1 << (8 - bits)));
         return high + hn::Floor(value * set(1.0f / static_cast<float>(1 << (2 * bits - 8))));
     }
-    static HWY_INLINE void roundPlain(F ideal, int bits, const Bc7FastTexels<D>& texels, std::size_t channel, F& code, F& value) {
+    static HWY_INLINE void roundPlain(F ideal, int bits, const Bc7ScaledTexels<D>& texels, std::size_t channel, F& code, F& value) {
         const auto largest = static_cast<float>((1 << bits) - 1);
         code = hn::Round(clamp(ideal * set(largest / 255.0f * texels.perScale[channel]), zero(), set(largest)));
         value = expand(code, bits) * set(texels.scale[channel]);

@@ -1,19 +1,19 @@
 // BC7, closed forms: fits one to three regions, one block in each lane. Positions are projections onto the principal axis of a region;
-// indices are rounded positions; ends are solved and rounded in closed form (fast_lines-inl.h).
-#if defined(LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_
-#undef LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_
+// indices are rounded positions; ends are solved and rounded in closed form (closed_form/least_squares-inl.h).
+#if defined(LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_REGION_FIT_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_REGION_FIT_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_REGION_FIT_INL_H_
 #else
-#define LIGHTCOOK_COMPRESS_BC7_FAST_REGIONS_INL_H_
+#define LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_REGION_FIT_INL_H_
 #endif
 
 #include <hwy/highway.h>
 
 #include <cstddef>
 
-#include "compress/bc7/fast_block-inl.h"
-#include "compress/bc7/fast_lines-inl.h"
-#include "compress/bc7/fast_texels-inl.h"
+#include "compress/bc7/closed_form/least_squares-inl.h"
+#include "compress/bc7/closed_form/texels-inl.h"
+#include "compress/bc7/fast/block-inl.h"
 #include "compress/bc7/modes.h"
 #include "compress/block/lanes-inl.h"
 
@@ -24,22 +24,22 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 /// The regions of each lane's block, their moments and their error on ideal lines.
 template <class D, int kRegions, int kChannels>
-class Bc7FastRegions : Lanes<D> {
+class Bc7RegionFit : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
-    using Texels = Bc7FastTexels<D>;
-    using Lines = Bc7FastLines<D>;
+    using Texels = Bc7ScaledTexels<D>;
+    using Lines = Bc7LeastSquares<D>;
     using Moments = Bc7Moments<D, kChannels>;
     using Sums = Bc7PositionSums<D, kChannels>;
     static constexpr int kProducts = productsOf(kChannels);
 
 public:
-    using Ends = Bc7FastEnds<D>;
+    using Ends = Bc7RoundedEnds<D>;
 
     /// channel  numbers of the channels to fit
-    /// choice   partition, see Bc7FastPartitions; ignored for one region
+    /// choice   partition, see Bc7PartitionRanking; ignored for one region
     /// third    the texels of region 2 of 3, as bits 0 to 15
-    Bc7FastRegions(const Texels& texels, const std::size_t (&channel)[kChannels], I choice, I third = hn::Zero(DI()))
+    Bc7RegionFit(const Texels& texels, const std::size_t (&channel)[kChannels], I choice, I third = hn::Zero(DI()))
         : texels_(texels), choice_(choice), third_(third) {
         for (int c = 0; c < kChannels; ++c) channel_[c] = channel[c];
     }

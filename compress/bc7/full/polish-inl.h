@@ -4,17 +4,17 @@
 // the indices: all, all but the last, all but the first, ...; the line is the same, but its ends lie beyond the texels, so that other
 // interpolated values meet them. The ends are rounded to codes, refitted to the nearest indices, and moved by single steps (coordinate
 // descent). Regions do not depend on each other, so each keeps its own best codes, and a trial counts for all of them at once.
-#if defined(LIGHTCOOK_COMPRESS_BC7_POLISH_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIGHTCOOK_COMPRESS_BC7_POLISH_INL_H_
-#undef LIGHTCOOK_COMPRESS_BC7_POLISH_INL_H_
+#if defined(LIGHTCOOK_COMPRESS_BC7_FULL_POLISH_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_FULL_POLISH_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_FULL_POLISH_INL_H_
 #else
-#define LIGHTCOOK_COMPRESS_BC7_POLISH_INL_H_
+#define LIGHTCOOK_COMPRESS_BC7_FULL_POLISH_INL_H_
 #endif
 
 #include <hwy/highway.h>
 
-#include "compress/bc7/codes-inl.h"
-#include "compress/bc7/lines-inl.h"
+#include "compress/bc7/full/codes-inl.h"
+#include "compress/bc7/full/lines-inl.h"
 #include "compress/bc7/search.h"
 #include "compress/block/lanes-inl.h"
 

@@ -1,13 +1,13 @@
 // BC7, full search: the modes, partitions and rotations of least predicted error, one block in each lane.
 //
-// Method. Every candidate is fitted in closed form, as in the fast kernel (fast_lines-inl.h): the predicted error leaves out only the
-// rounding of interpolated values. Partitions into two and three regions are ranked first (fast_partitions-inl.h), and the best ones are
-// fitted. The counts are those of Bc7Search.
-#if defined(LIGHTCOOK_COMPRESS_BC7_CANDIDATES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIGHTCOOK_COMPRESS_BC7_CANDIDATES_INL_H_
-#undef LIGHTCOOK_COMPRESS_BC7_CANDIDATES_INL_H_
+// Method. Every candidate is fitted in closed form, as in the fast kernel (closed_form/least_squares-inl.h): the predicted error leaves out
+// only the rounding of interpolated values. Partitions into two and three regions are ranked first (closed_form/partition_ranking-inl.h),
+// and the best ones are fitted. The counts are those of Bc7Search.
+#if defined(LIGHTCOOK_COMPRESS_BC7_FULL_CANDIDATES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_FULL_CANDIDATES_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_FULL_CANDIDATES_INL_H_
 #else
-#define LIGHTCOOK_COMPRESS_BC7_CANDIDATES_INL_H_
+#define LIGHTCOOK_COMPRESS_BC7_FULL_CANDIDATES_INL_H_
 #endif
 
 #include <hwy/highway.h>
@@ -15,11 +15,11 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "compress/bc7/fast_lines-inl.h"
-#include "compress/bc7/fast_partitions-inl.h"
-#include "compress/bc7/fast_regions-inl.h"
-#include "compress/bc7/fast_texels-inl.h"
-#include "compress/bc7/plane-inl.h"
+#include "compress/bc7/closed_form/least_squares-inl.h"
+#include "compress/bc7/closed_form/partition_ranking-inl.h"
+#include "compress/bc7/closed_form/plane-inl.h"
+#include "compress/bc7/closed_form/region_fit-inl.h"
+#include "compress/bc7/closed_form/texels-inl.h"
 #include "compress/bc7/search.h"
 #include "compress/block/block.h"
 #include "compress/block/lanes-inl.h"
@@ -33,9 +33,9 @@ template <class D>
 class Bc7Candidates : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::select;
-    using Ends = Bc7FastEnds<D>;
+    using Ends = Bc7RoundedEnds<D>;
     template <int kRegions, int kChannels>
-    using Regions = Bc7FastRegions<D, kRegions, kChannels>;
+    using Regions = Bc7RegionFit<D, kRegions, kChannels>;
 
 public:
     Bc7Candidates(const Bc7Search& search, const EncodeOptions& options) : search_(search), texels_(options) {}
@@ -131,7 +131,7 @@ private:
         Regions<1, 4> whole(texels_, kAll, hn::Zero(DI()));
         whole.start(product_, kIterations);
         const Bc7Plane<D> plane(texels_, whole, product_, kIterations);
-        const Bc7FastPartitions<D> partitions(texels_, plane.p, plane.q, kQuantization);
+        const Bc7PartitionRanking<D> partitions(texels_, plane.p, plane.q, kQuantization);
         Bc7Ranking<D> two(search_.twoRegions);
         partitions.rankTwo(64, two);
         const bool anyOpaque = !hn::AllFalse(D(), texels_.opaque), anyAlpha = !hn::AllFalse(D(), texels_.hasAlpha);
@@ -163,7 +163,7 @@ private:
         for (int i = 0; i < first16.keep; ++i) tryThree(0, first16.choice[i]);
         for (int i = 0; i < three.keep; ++i) tryThree(2, three.choice[i]);
     }
-    /// Returns the texels of regions 1 and 2 of the partition of each lane, as Bc7FastRegions wants them.
+    /// Returns the texels of regions 1 and 2 of the partition of each lane, as Bc7RegionFit wants them.
     static void masksOf(I number, I& second, I& third) {
         HWY_ALIGN std::int32_t numbers[hn::MaxLanes(D())], seconds[hn::MaxLanes(D())], thirds[hn::MaxLanes(D())];
         hn::Store(number, DI(), numbers);
@@ -185,8 +185,8 @@ private:
     }
 
     const Bc7Search& search_;
-    Bc7FastTexels<D> texels_;
-    F product_[10];  ///< see Bc7FastTexels::products
+    Bc7ScaledTexels<D> texels_;
+    F product_[10];  ///< see Bc7ScaledTexels::products
     F error_[Bc7Search::kMostPolished];
     I number_[Bc7Search::kMostPolished];
 };

@@ -4,11 +4,11 @@
 // variance outside the plane is left out, since it differs little between partitions. Quantization adds a fixed share of the larger
 // eigenvalue. The sums of a region are those of its parts of the four rows of texels, which are computed once for each of the 16 subsets
 // of a row.
-#if defined(LIGHTCOOK_COMPRESS_BC7_FAST_PARTITIONS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIGHTCOOK_COMPRESS_BC7_FAST_PARTITIONS_INL_H_
-#undef LIGHTCOOK_COMPRESS_BC7_FAST_PARTITIONS_INL_H_
+#if defined(LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_PARTITION_RANKING_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_PARTITION_RANKING_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_PARTITION_RANKING_INL_H_
 #else
-#define LIGHTCOOK_COMPRESS_BC7_FAST_PARTITIONS_INL_H_
+#define LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_PARTITION_RANKING_INL_H_
 #endif
 
 #include <hwy/highway.h>
@@ -17,8 +17,8 @@
 #include <bit>
 #include <cstddef>
 
-#include "compress/bc7/fast_lines-inl.h"
-#include "compress/bc7/fast_texels-inl.h"
+#include "compress/bc7/closed_form/least_squares-inl.h"
+#include "compress/bc7/closed_form/texels-inl.h"
 #include "compress/block/lanes-inl.h"
 #include "compress/block/partitions.h"
 
@@ -58,7 +58,7 @@ struct Bc7Ranking {
 };
 
 template <class D>
-class Bc7FastPartitions : Lanes<D> {
+class Bc7PartitionRanking : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::DI;
     using Lanes<D>::set, Lanes<D>::zero;
     using Ranking = Bc7Ranking<D>;
@@ -66,7 +66,7 @@ class Bc7FastPartitions : Lanes<D> {
 public:
     /// p, q          positions of the texels on the principal axes, about their mean
     /// quantization  share of the variance along a line that quantization adds
-    Bc7FastPartitions(const Bc7FastTexels<D>& texels, const F (&p)[kTexelCount], const F (&q)[kTexelCount], float quantization)
+    Bc7PartitionRanking(const Bc7ScaledTexels<D>& texels, const F (&p)[kTexelCount], const F (&q)[kTexelCount], float quantization)
         : uniform_(texels.uniform), traceShare_(set(0.5f + 0.5f * quantization)), rootShare_(set(0.5f - 0.5f * quantization)) {
         if (uniform_)
             load<true>(texels, p, q);
@@ -91,7 +91,7 @@ private:
     static constexpr int kUsed = kUniform ? kSums - 1 : kSums;
 
     template <bool kUniform>
-    void load(const Bc7FastTexels<D>& texels, const F (&p)[kTexelCount], const F (&q)[kTexelCount]) {
+    void load(const Bc7ScaledTexels<D>& texels, const F (&p)[kTexelCount], const F (&q)[kTexelCount]) {
         for (std::size_t y = 0; y < 4; ++y)
             for (std::size_t subset = 0; subset < 16; ++subset) {
                 F* to = part_[y][subset];
@@ -121,7 +121,7 @@ private:
     }
     template <bool kUniform>
     static HWY_INLINE F inverseOf(const Sums& sums, int count) {
-        return kUniform ? set(kInverse[static_cast<std::size_t>(count)]) : Bc7FastLines<D>::inverse(sums[kSums - 1]);
+        return kUniform ? set(kInverse[static_cast<std::size_t>(count)]) : Bc7LeastSquares<D>::inverse(sums[kSums - 1]);
     }
     F errorOf(F trace, F root) const { return hn::NegMulAdd(root, rootShare_, trace * traceShare_); }
 

@@ -15,8 +15,8 @@
 #include <array>
 #include <cstddef>
 
-#include "compress/bc7/fast-inl.h"
-#include "compress/bc7/fast_pack.h"
+#include "compress/bc7/fast/kernel-inl.h"
+#include "compress/bc7/fast/pack.h"
 #include "compress/bc7/search.h"
 #include "compress/block/block.h"
 #include "compress/block/lanes-inl.h"

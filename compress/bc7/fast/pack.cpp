@@ -1,4 +1,4 @@
-#include "compress/bc7/fast_pack.h"
+#include "compress/bc7/fast/pack.h"
 
 #include "compress/bc7/modes.h"
 #include "compress/block/block.h"

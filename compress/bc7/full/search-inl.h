@@ -17,8 +17,8 @@
 #include <span>
 #include <vector>
 
-#include "compress/bc7/candidates-inl.h"
-#include "compress/bc7/polish-inl.h"
+#include "compress/bc7/full/candidates-inl.h"
+#include "compress/bc7/full/polish-inl.h"
 #include "compress/bc7/search.h"
 #include "compress/block/block.h"
 

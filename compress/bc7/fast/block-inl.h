@@ -11,9 +11,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "compress/bc7/fast_lines-inl.h"
-#include "compress/bc7/fast_pack.h"
-#include "compress/bc7/fast_texels-inl.h"
+#include "compress/bc7/closed_form/least_squares-inl.h"
+#include "compress/bc7/closed_form/texels-inl.h"
+#include "compress/bc7/fast/pack.h"
 #include "compress/bc7/modes.h"
 #include "compress/block/lanes-inl.h"
 
@@ -26,8 +26,8 @@ template <class D>
 class Bc7FastBlock : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::M, typename Lanes<D>::DI, typename Lanes<D>::I;
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::clamp, Lanes<D>::select;
-    using Texels = Bc7FastTexels<D>;
-    using Ends = Bc7FastEnds<D>;
+    using Texels = Bc7ScaledTexels<D>;
+    using Ends = Bc7RoundedEnds<D>;
 
 public:
     F error;  ///< of the best candidate

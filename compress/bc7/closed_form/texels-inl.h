@@ -1,9 +1,9 @@
 // BC7, closed forms: texels of a block in each lane, scaled so that the error is a plain squared distance, and their moments.
-#if defined(LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_
-#undef LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_
+#if defined(LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_TEXELS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_TEXELS_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_TEXELS_INL_H_
 #else
-#define LIGHTCOOK_COMPRESS_BC7_FAST_TEXELS_INL_H_
+#define LIGHTCOOK_COMPRESS_BC7_CLOSED_FORM_TEXELS_INL_H_
 #endif
 
 #include <hwy/highway.h>
@@ -23,7 +23,7 @@ namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <class D>
-class Bc7FastTexels : Lanes<D> {
+class Bc7ScaledTexels : Lanes<D> {
     using typename Lanes<D>::F, typename Lanes<D>::M;
     using Lanes<D>::set, Lanes<D>::zero, Lanes<D>::select;
 
@@ -38,7 +38,7 @@ public:
     bool uniform;                          ///< all weights of all lanes are 1
     std::array<float, 4> scale, perScale;  ///< root of the channel's weight, the largest being 1; its inverse
 
-    explicit Bc7FastTexels(const EncodeOptions& options) {
+    explicit Bc7ScaledTexels(const EncodeOptions& options) {
         // A channel without weight keeps a small one, so that its ends are still those that fit its texels.
         constexpr float kLeast = 1.0f / 1024;
         const float largest = *std::max_element(options.channelWeights.begin(), options.channelWeights.end());

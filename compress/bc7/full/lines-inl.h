@@ -1,12 +1,12 @@
 // BC7: the regions of a block, lines through their texels, and the error of rounded lines. Values are in 0 .. 255.
 //
-// A fit alternates two steps: given the lines, each texel takes the nearest index (chooseIndices); given the indices, the lines are the
-// solution of weighted least squares (refit). First positions are projections onto the principal axis of each region.
-#if defined(LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_) == defined(HWY_TARGET_TOGGLE)
-#ifdef LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_
-#undef LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_
+// A fit alternates two steps: given the lines, each texel takes the nearest index (errorsOf); given the indices, the lines are the solution
+// of weighted least squares (refit). First positions are projections onto the principal axis of each region.
+#if defined(LIGHTCOOK_COMPRESS_BC7_FULL_LINES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIGHTCOOK_COMPRESS_BC7_FULL_LINES_INL_H_
+#undef LIGHTCOOK_COMPRESS_BC7_FULL_LINES_INL_H_
 #else
-#define LIGHTCOOK_COMPRESS_BC7_LINES_INL_H_
+#define LIGHTCOOK_COMPRESS_BC7_FULL_LINES_INL_H_
 #endif
 
 #include <hwy/highway.h>
