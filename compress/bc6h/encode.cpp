@@ -175,20 +175,35 @@ const Bc6hSearch& bc6hSearchOf(int effort) {
     // clang-format off
     // One row for each effort, 0 .. 9.
     static constexpr std::array<Bc6hSearch, 10> kSearches = {{
-        // fastKernelMaxError partitions freeRefits codedRefits descents pairs moves polished everyMode otherModes escalateAbove slopeReach tried twoColours
-        {                1e9f,         0,         0,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
-        {              0.024f,         1,         0,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
-        {             0.0078f,         3,         0,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
-        {                   0,         2,         0,          2,       0, false,    0,       0,        0,         0,       0.008f,  1.0f / 16,    0,     false},
-        {                   0,         3,         0,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
-        {                   0,         4,         0,          2,       1,  true,    2,       0,        1,         4,            0,  1.0f / 16,    0,     false},
-        {                   0,         4,         0,          2,       1,  true,    2,       2,        2,         4,            0,  1.0f / 16,    0,     false},
-        {                   0,         4,         0,          2,       2,  true,    4,       3,        3,         4,            0,  1.0f / 16,    0,     false},
-        {                   0,         8,         0,          2,       4,  true,    0,       8,        8,         9,            0,  1.0f / 16,    0,     false},
-        {                   0,        32,         0,          4,      16,  true,    0,      32,       32,         9,            0,  1.0f / 16,    0,      true},
+        // fastKernelMaxError partitions freeRefits subranges bothStarts codedRefits descents pairs moves polished everyMode otherModes escalateAbove slopeReach tried twoColours
+        {                1e9f,         0,         0,   {0, 0},     false,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
+        {              0.024f,         1,         0,   {0, 0},     false,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
+        {             0.0078f,         3,         0,   {0, 0},     false,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         2,         0,   {4, 5},     false,          1,       0, false,    0,       0,        0,         0,       0.008f,  1.0f / 16,    0,     false},
+        {                   0,         3,         0,   {4, 5},     false,          1,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         3,         0,  {6, 13},     false,          1,       1,  true,    1,       0,        1,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         3,         0,  {6, 15},     false,          1,       1,  true,    1,       2,        2,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         7,         0, {13, 24},     false,          1,       1,  true,    3,       5,        4,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,        10,         0, {23, 44},      true,          1,       2,  true,    4,      10,       10,         9,            0,  1.0f / 16,    0,     false},
+        {                   0,        32,         0, {23, 44},      true,          2,      16,  true,    0,      32,       32,         9,            0,  1.0f / 16,    0,      true},
     }};
     // clang-format on
     return kSearches[static_cast<std::size_t>(std::clamp(effort, 0, 9))];
+}
+
+std::span<const Bc6hSubrange> bc6hSubranges(int regionCount) {
+    // clang-format off
+    static constexpr Bc6hSubrange kOfOne[] = {
+        {0, 0}, {-0.25f, 1}, {1, -0.25f}, {-0.25f, -0.25f}, {-0.25f, 0}, {0, -0.25f}, {-0.25f, 0.5f}, {0.5f, -0.25f}, {-0.25f, 3}, {3, -0.25f},
+        {-0.5f, -0.25f}, {-0.25f, -0.5f}, {1, 1}, {-0.25f, 4}, {4, -0.25f}, {2, 2}, {0, 8}, {8, 0}, {2, 6}, {6, 2}, {4, 4}, {1, 3}, {3, 1}};
+    static constexpr Bc6hSubrange kOfTwo[] = {
+        {0, 0}, {2, 2}, {-0.25f, 1}, {1, -0.25f}, {-0.25f, -0.25f}, {1.5f, 1.5f}, {1, 3}, {3, 1}, {1, 4}, {4, 1}, {1, 1}, {0.5f, 2}, {2, 0.5f},
+        {2.5f, 3}, {3, 2.5f}, {0.5f, 0.5f}, {1, 1.5f}, {1.5f, 1}, {-0.25f, 2}, {2, -0.25f}, {-0.5f, 0}, {0, -0.5f}, {0, 2}, {2, 0}, {1.5f, 4},
+        {4, 1.5f}, {0, 3}, {3, 0}, {2, 3}, {3, 2}, {0, 4}, {4, 0}, {0.5f, 3}, {3, 0.5f}, {-0.25f, 3}, {3, -0.25f}, {1, 2}, {2, 1}, {0, 1},
+        {1, 0}, {0, 5}, {5, 0}, {0, 0.5f}, {0.5f, 0}};
+    // clang-format on
+    if (regionCount == 1) return kOfOne;
+    return kOfTwo;
 }
 
 bool encodeBc6hRows(const TexelRows& rows, bool isSigned, const EncodeOptions& options, std::byte* out, float* errors) {

@@ -1,9 +1,9 @@
 // The full BC6H search, one block in each lane.
 //
 // Method, with the counts given by Bc6hSearch:
-// 1. One region: fit a line in v (lines-inl.h), choose the finest mode whose deltas hold its ends (codes-inl.h), round, choose indices,
-//    measure the exact error in the metric. Then alternate: refit the line to the chosen indices, weighted by the measured cost of each
-//    miss, and round again. Optionally try all other modes with the last line.
+// 1. One region: fit a line in v (lines-inl.h), choose the finest mode whose deltas hold its ends (codes-inl.h), choose among ends beyond
+//    the texels (subranges-inl.h), round, choose indices, measure the exact error in the metric. Then alternate: refit the line to the
+//    chosen indices, weighted by the measured cost of each miss, and round again. Optionally try all other modes with the last line.
 // 2. Two regions: rank the 32 partitions by an estimate from their moments (partitions-inl.h) and do the same for the best ones.
 // 3. Coordinate descent on the integer codes of the best candidate: single steps of each code, optionally of both ends of a channel, judged
 //    by the exact error. At high effort the candidates of the best partitions are descended before they are compared.
@@ -108,11 +108,38 @@ private:
     template <class Regions>
     void tryRegions(const Regions& regions, I partition, bool everyMode) {
         Texels index;
-        Line lines[2];
+        Line lines[2], usual[2];
         lines_.start(regions, lines);
         for (int i = 0; i < search_.freeRefits; ++i) lines_.refitFree(regions, index, lines);
         lines_.orient(regions, lines);
         const ModeLanes mode = Codes::finestMode(regions, lines);
+        if (const int subranges = search_.subranges[Regions::kCount - 1]; subranges > 0) {
+            if (search_.bothStarts) {
+                std::memcpy(usual, lines, sizeof(usual));
+                tryAndRefit(regions, partition, mode, usual);
+                lines_.resetWeights();
+            }
+            lines_.chooseSubranges(regions, mode, subranges, lines);
+            lines_.orient(regions, lines);
+        }
+        tryAndRefit(regions, partition, mode, lines);
+        if (!everyMode) return;
+        // A finer mode with a clamped delta, or a coarser one whose codes happen to fit better, may win.
+        constexpr int kPlaces[] = {1, 2, 3, -1, 4, 5, 6, 7, 8};  // in modesByPrecision(), from the chosen mode: finer ones gain most
+        const int count = std::min(search_.otherModes, Regions::kCount == 1 ? 3 : 9);
+        F code[4][3];
+        for (int i = 0; i < count; ++i) {
+            const ModeLanes other = Codes::modeBeside(regions, mode, kPlaces[i]);
+            Codes::codesOf(regions, lines, other, code);
+            Codes::clampDeltas(regions, other, code);
+            tryCodes(regions, partition, other, code, index, std::false_type());
+        }
+    }
+
+    /// Rounds the ends of lines to codes of a mode, and refits the lines to the indices that the codes lead to. Keeps the best codes.
+    template <class Regions>
+    void tryAndRefit(const Regions& regions, I partition, const ModeLanes& mode, Line* lines) {
+        Texels index;
         F code[4][3];
         Codes::codesOf(regions, lines, mode, code);
         Codes::clampDeltas(regions, mode, code);
@@ -123,16 +150,6 @@ private:
             Codes::clampDeltas(regions, mode, code);
         }
         tryCodes(regions, partition, mode, code, index, std::false_type());
-        if (!everyMode) return;
-        // A finer mode with a clamped delta, or a coarser one whose codes happen to fit better, may win.
-        constexpr int kPlaces[] = {1, 2, 3, -1, 4, 5, 6, 7, 8};  // in modesByPrecision(), from the chosen mode: finer ones gain most
-        const int count = std::min(search_.otherModes, Regions::kCount == 1 ? 3 : 9);
-        for (int i = 0; i < count; ++i) {
-            const ModeLanes other = Codes::modeBeside(regions, mode, kPlaces[i]);
-            Codes::codesOf(regions, lines, other, code);
-            Codes::clampDeltas(regions, other, code);
-            tryCodes(regions, partition, other, code, index, std::false_type());
-        }
     }
 
     /// Falls back to one colour, in the 16-bit mode, if it beats every line fit, as for isolated bright texels on black.

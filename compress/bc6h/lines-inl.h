@@ -15,8 +15,10 @@
 
 #include <cstring>
 
+#include "compress/bc6h/codes-inl.h"
 #include "compress/bc6h/regions-inl.h"
 #include "compress/bc6h/start-inl.h"
+#include "compress/bc6h/subranges-inl.h"
 #include "compress/bc6h/texels-inl.h"
 #include "compress/bc6h/values-inl.h"
 #include "compress/block/lanes-inl.h"
@@ -63,7 +65,14 @@ public:
         Texels position;
         start_.positions(regions, position);
         leastSquares(regions, position, texels_.startWeight, lines);
-        std::memcpy(refitWeight_, texels_.fitWeight, sizeof(refitWeight_));
+        resetWeights();
+    }
+    /// Resets the weights of refits to the slopes of the metric.
+    void resetWeights() { std::memcpy(refitWeight_, texels_.fitWeight, sizeof(refitWeight_)); }
+    /// Moves the ends of the lines along them to the best of `count` starts, by the weights of refits: see Bc6hSubranges.
+    template <class Regions>
+    void chooseSubranges(const Regions& regions, const typename Bc6hCodes<D, kSigned>::ModeLanes& mode, int count, Line* lines) const {
+        Bc6hSubranges<D, kSigned>(texels_, refitWeight_).chooseStart(regions, mode, count, lines);
     }
     /// Runs one step of the fit with unrounded lines: nearest indices, then least squares.
     template <class Regions>
@@ -106,7 +115,7 @@ public:
         F error = zero();
         for (int t = 0; t < kTexelCount; ++t) {
             F a[3], d[3];
-            lineAt(regions, lines, t, a, d);
+            lineAt<D>(regions, lines, t, a, d);
             const F share = regions.weightOfIndex(index[t]) * set(1.0f / 64);
             for (int c = 0; c < 3; ++c) {
                 const F v = interpolate(a[c], d[c], share);
@@ -213,17 +222,8 @@ private:
         constexpr float kSteps = Regions::kSteps;
         for (int t = 0; t < kTexelCount; ++t) {
             F a[3], d[3];
-            lineAt(regions, lines, t, a, d);
+            lineAt<D>(regions, lines, t, a, d);
             index[t] = hn::Round(clamp(positionOn(a, d, t) * set(kSteps), zero(), set(kSteps)));
-        }
-    }
-
-    /// Selects the line of the region that holds texel t.
-    template <class Regions>
-    HWY_INLINE void lineAt(const Regions& regions, const Line* lines, int t, F (&a)[3], F (&d)[3]) const {
-        for (int c = 0; c < 3; ++c) {
-            a[c] = regions.pick(t, lines[0].a[c], lines[Regions::kCount - 1].a[c]);
-            d[c] = regions.pick(t, lines[0].d[c], lines[Regions::kCount - 1].d[c]);
         }
     }
 

@@ -68,6 +68,15 @@ struct Bc6hTwoRegions {
     }
 };
 
+/// Selects the line of the region that holds texel t.
+template <class D, class Regions>
+HWY_INLINE void lineAt(const Regions& regions, const Bc6hLine<D>* lines, int t, hn::Vec<D> (&a)[3], hn::Vec<D> (&d)[3]) {
+    for (int c = 0; c < 3; ++c) {
+        a[c] = regions.pick(t, lines[0].a[c], lines[Regions::kCount - 1].a[c]);
+        d[c] = regions.pick(t, lines[0].d[c], lines[Regions::kCount - 1].d[c]);
+    }
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace lightcook::compress
 HWY_AFTER_NAMESPACE();

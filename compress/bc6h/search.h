@@ -14,6 +14,8 @@ struct Bc6hSearch {
     float fastKernelMaxError;  ///< blocks above this RMS error [octaves] are re-encoded by the full search; 0 disables the fast kernel
     int partitions;            ///< number of two-region partitions that are fitted, of 32; 0: one region only
     int freeRefits;            ///< refits with unrounded ends
+    int subranges[2];          ///< number of starts on sub-ranges of the indices (Bc6hSubranges) with one region and with two; 0: none
+    bool bothStarts;           ///< refits the usual start as well as the best one on a sub-range
     int codedRefits;           ///< refits after rounding the ends to codes
     int descents;              ///< maximum number of descent passes from the best candidate
     bool pairs;                ///< descent also moves both ends of a channel at once
@@ -26,6 +28,14 @@ struct Bc6hSearch {
     int triedPartitions;       ///< number of the best partitions that a search before this one tried: skipped beyond everyMode
     bool twoColours;           ///< blocks of two colours are encoded with the least possible error
 };
+
+/// A start of the fit of a region: distances of the outermost texels from the first and the last index [index steps]. Negative: the texel
+/// lies beyond that index.
+struct Bc6hSubrange {
+    float freeLow, freeHigh;
+};
+/// Returns the starts for modes with this number of regions, the most useful ones first.
+std::span<const Bc6hSubrange> bc6hSubranges(int regionCount);
 
 /// A block before its bits are packed. Codes are signed in the signed format; region 1 is used only by modes that have it.
 struct Bc6hResult {

@@ -53,16 +53,16 @@ glm::vec3 dimBesideBlack(int x, int y) {
     return x + y / 3 > 41 || y < 3 ? glm::vec3(0) : gradient(x, y);
 }
 
-constexpr SimplePicture kPictures[] = {{"gradient", gradient, 5},
-                                       {"ramp", ramp, 0.7},
-                                       {"sky", sky, 0.6},
+constexpr SimplePicture kPictures[] = {{"gradient", gradient, 5.3},
+                                       {"ramp", ramp, 1.8},
+                                       {"sky", sky, 1.8},
                                        {"flat", flat, 0.1},
-                                       {"saturated", saturated, 1.2},
+                                       {"saturated", saturated, 1.6},
                                        {"hot_texel", hotTexel, 3.3},
                                        {"alternating", alternating, 0.1},
-                                       {"grey", grey, 0.6},
+                                       {"grey", grey, 1},
                                        {"tiny", tiny, 0.1},
-                                       {"dim_beside_black", dimBesideBlack, 3.4}};
+                                       {"dim_beside_black", dimBesideBlack, 3.6}};
 
 class Bc6hSimplePictures : public testing::TestWithParam<SimplePicture> {};
 
