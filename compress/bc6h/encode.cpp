@@ -180,7 +180,7 @@ const Bc6hSearch& bc6hSearchOf(int effort) {
         {              0.024f,         1,         0,   {0, 0},     false,          1,       0, false,    0,       0,        0,         0,            0,  1.0f / 16,    0,     false},
         {             0.0078f,         3,         0,   {0, 0},     false,          2,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
         {                   0,         2,         0,   {4, 5},     false,          1,       0, false,    0,       0,        0,         0,       0.008f,  1.0f / 16,    0,     false},
-        {                   0,         3,         0,   {4, 5},     false,          1,       0, false,    0,       0,        1,         4,            0,  1.0f / 16,    0,     false},
+        {                   0,         3,         0,   {4, 5},     false,          1,       0, false,    0,       0,        1,         2,            0,  1.0f / 16,    0,     false},
         {                   0,         3,         0,  {6, 13},     false,          1,       1,  true,    1,       0,        1,         4,            0,  1.0f / 16,    0,     false},
         {                   0,         3,         0,  {6, 15},     false,          1,       1,  true,    1,       2,        2,         4,            0,  1.0f / 16,    0,     false},
         {                   0,         7,         0, {13, 24},     false,          1,       1,  true,    3,       5,        4,         4,            0,  1.0f / 16,    0,     false},
