@@ -50,6 +50,9 @@ private:
     std::unique_ptr<OwnedTemporary> temporary_;  ///< none once committed or moved from
 };
 
+/// Writes and syncs bytes into such a file, whose commit() then only renames it: for files that appear together.
+Result<PendingFile> prepareWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes,
+                                     OutputLink link = OutputLink::Follow);
 /// Writes bytes to a file in the same way.
 Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link = OutputLink::Follow);
 

@@ -161,14 +161,21 @@ Result<void> PendingFile::commit() {
     return {};
 }
 
-Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link) {
+Result<PendingFile> prepareWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link) {
     Result<PendingFile> pending = PendingFile::create(file, link);
-    if (!pending) return tl::make_unexpected(pending.error());
+    if (!pending) return pending;
     {
         const Descriptor descriptor{::open(pending->temporary().c_str(), O_WRONLY | O_CLOEXEC)};
         if (descriptor.number < 0) return outputFailure(file, "opening it", errno);
         if (const int error = writeAll(descriptor.number, bytes); error != 0) return outputFailure(file, "writing it", error);
+        if (::fsync(descriptor.number) != 0) return outputFailure(file, "syncing it", errno);
     }
+    return pending;
+}
+
+Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link) {
+    auto pending = prepareWholeFile(file, bytes, link);
+    if (!pending) return tl::make_unexpected(pending.error());
     return pending->commit();
 }
 

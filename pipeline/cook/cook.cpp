@@ -422,17 +422,13 @@ private:
                         old->scene, scene_.name));
     }
 
-    /// Publishes files and manifest together: an interrupt comes before or after both.
+    /// Publishes files, manifest and report together: an interrupt comes before or after all, and so does a full disk, since all are
+    /// written before the first gets its name.
     Result<Report> publishWithSummaries(const Plan& plan, const ExecutionResult& result) {
         warnOfOtherScene();
         const auto transaction = formats::OutputTransaction::begin();
         if (!transaction) return tl::make_unexpected(transaction.error());
         if (auto checked = checkOutputs(result); !checked) return tl::make_unexpected(checked.error());
-        if (auto published = publish(result, staging_, outcome_.output); !published) return tl::make_unexpected(published.error());
-        return writeSummaries(plan, result);
-    }
-
-    Result<Report> writeSummaries(const Plan& plan, const ExecutionResult& result) {
         SummaryWriter writer(scene_, outcome_.output, options_.only.has_value(), *digests_);
         writer.addNotes(preparationNotes_);
         writer.addNotes(notes_);
@@ -443,11 +439,13 @@ private:
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
-        auto report = writer.write(
-            plan, result, outcome_.actionsRun > 0,
+        auto report = writer.prepare(
+            plan, result, staging_, outcome_.actionsRun > 0,
             {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current), outcome_.findings, frontier_},
             measureRates(result));
         if (!report) return tl::make_unexpected(report.error());
+        if (auto published = publish(result, staging_, outcome_.output); !published) return tl::make_unexpected(published.error());
+        if (auto committed = writer.commit(); !committed) return tl::make_unexpected(committed.error());
         outcome_.report = toJson(*report);
         return report;
     }

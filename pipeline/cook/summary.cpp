@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <span>
 #include <tuple>
 #include <utility>
 
@@ -216,18 +217,41 @@ void SummaryWriter::addRunsOfKeptRows(std::vector<RunRecord>& runs) const {
     std::ranges::sort(runs, {}, &RunRecord::at);
 }
 
-Result<Report> SummaryWriter::write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, ReportFrame frame,
-                                    const WorkRates& rates) {
+Result<Report> SummaryWriter::prepare(const Plan& plan, const ExecutionResult& result, const std::filesystem::path& staging,
+                                      bool isAnythingRun, ReportFrame frame, const WorkRates& rates) {
     if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
     frame.incomplete = incompleteOf(plan);
     frame.partial = leftOut(frame.incomplete);
     frame.findings = withKeptFindings(std::move(frame.findings));
-    if (auto written = writeManifest(frame); !written) return tl::make_unexpected(written.error());
-    if (!isAnythingRun && isReportCurrent(frame)) return *oldReport_;
+    if (auto prepared = prepareManifest(frame); !prepared) return tl::make_unexpected(prepared.error());
+    if (!isAnythingRun && isReportCurrent(frame, staging)) return *oldReport_;
     addRunsOfKeptRows(frame.runs);
     std::vector<Skip> skips = keptSkips(plan, frame.partial);
     for (Skip& skip : skipsOf(plan, result, assets_, rates)) skips.push_back(std::move(skip));
-    return writeReport(makeReport(frame, rows_, std::move(skips)));
+    return prepareReport(makeReport(frame, rows_, std::move(skips)), staging);
+}
+
+Result<void> SummaryWriter::commit() {
+    for (formats::PendingFile& file : pending_)
+        if (auto committed = file.commit(); !committed) return committed;
+    const NamedPlaces inputs(scene_);
+    if (oldManifest_) removeStale(folder_, *oldManifest_, *manifest_, inputs);
+    if (isReportNew_ && oldReport_) removeStalePictures(folder_, oldReport_->assets, rows_, inputs);
+    return {};
+}
+
+Result<void> SummaryWriter::prepareFile(const char* name, const std::string& content) {
+    auto file = formats::prepareWholeFile(folder_ / name, std::as_bytes(std::span(content)), formats::OutputLink::Replace);
+    if (!file) return tl::make_unexpected(file.error());
+    pending_.push_back(std::move(*file));
+    return {};
+}
+
+/// Leaves a file that has this content alone: its times stay, as Ninja's `restat` expects.
+Result<void> SummaryWriter::prepareFileIfChanged(const char* name, const std::string& content) {
+    const auto present = readFile(folder_ / name);
+    if (present && *present == content) return {};
+    return prepareFile(name, content);
 }
 
 /// Adds to the findings of a cook of some assets those on inputs that it left alone, in the order of the report before.
@@ -397,44 +421,50 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
     return {};
 }
 
-/// Writes manifest and shader, then removes files of an earlier cook: a manifest that stays because the disk is full names no file that is
-/// gone.
-Result<void> SummaryWriter::writeManifest(const ReportFrame& frame) {
+Result<void> SummaryWriter::prepareManifest(const ReportFrame& frame) {
     const std::string shader = shaderTextOf(assets_, scene_.lobe);
     Manifest manifest = makeManifest(scene_, folder_, assets_, gltf_, digestOfText(shader));
     if (frame.incomplete) manifest.incomplete = frame.incomplete->assets;
     manifest.partial = frame.partial;
     manifestText_ = withSelfDigest(toJson(manifest));
-    if (auto written = writeFileIfChanged(folder_ / kShaderName, shader); !written) return written;
-    if (auto written = writeFileIfChanged(folder_ / kManifestName, manifestText_); !written) return written;
-    if (oldManifest_) removeStale(folder_, *oldManifest_, manifest, NamedPlaces(scene_));
-    return {};
+    manifest_ = std::move(manifest);
+    if (auto prepared = prepareFileIfChanged(kShaderName, shader); !prepared) return prepared;
+    return prepareFileIfChanged(kManifestName, manifestText_);
 }
 
-/// Returns true if the earlier report has the rows and the budget of this cook, and belongs to the files that are there.
-bool SummaryWriter::isReportCurrent(const ReportFrame& frame) const {
+/// Returns true if the earlier report has the rows and the budget of this cook, and belongs to the files that are there or staged.
+bool SummaryWriter::isReportCurrent(const ReportFrame& frame, const std::filesystem::path& staging) const {
     if (!oldReport_ || !oldManifest_ || withSelfDigest(toJson(*oldManifest_)) != manifestText_) return false;
     return jsonOf(oldReport_->assets) == jsonOf(rows_) && jsonOf(oldReport_->findings) == jsonOf(frame.findings) &&
            jsonOf(oldReport_->budget.frontier) == jsonOf(frame.frontier) && oldReport_->incomplete == frame.incomplete &&
            oldReport_->partial == frame.partial && oldReport_->budget.limitBytes == scene_.output.budgetBytes &&
-           checkReportFiles(folder_, manifestText_, *oldReport_).empty();
+           checkReportFiles(folder_, manifestText_, *oldReport_, staging).empty();
 }
 
 /// Writes the page and the report with the digests of all files that go with it. Returns the report with its own digest.
-Result<Report> SummaryWriter::writeReport(Report report) {
-    const std::string page = renderReportHtml(toJson(report), folder_);
-    if (auto written = writeFile(folder_ / kReportHtmlName, page); !written) return tl::make_unexpected(written.error());
+Result<Report> SummaryWriter::prepareReport(Report report, const std::filesystem::path& staging) {
+    // New pictures are staged, and those that stay lie in the output folder: the page has both.
+    const std::filesystem::path pictures = staging / "report pictures";
+    for (const std::string& file : picturesOf(rows_)) {
+        std::error_code code;
+        const std::filesystem::path staged = staging / file, present = folder_ / file;
+        const std::filesystem::path& from = std::filesystem::exists(staged, code) ? staged : present;
+        if (!std::filesystem::exists(from, code)) continue;
+        if (auto copied = copyFile(from, pictures / file); !copied) return tl::make_unexpected(copied.error());
+    }
+    const std::string page = renderReportHtml(toJson(report), pictures);
+    if (auto prepared = prepareFile(kReportHtmlName, page); !prepared) return tl::make_unexpected(prepared.error());
     report.files = {{kManifestName, digestOfText(manifestText_)}, {kReportHtmlName, digestOfText(page)}};
     for (const ReportRow& row : rows_) {
         for (const std::string& file : row.pictures()) {
-            const auto digest = digestOfFile(folder_ / file);
+            const auto digest = digestOfFile(pictures / file);
             if (!digest) return tl::make_unexpected(digest.error());
             report.files->push_back({file, *digest});
         }
     }
     const std::string text = withSelfDigest(toJson(report));
-    if (auto written = writeFile(folder_ / kReportName, text); !written) return tl::make_unexpected(written.error());
-    if (oldReport_) removeStalePictures(folder_, oldReport_->assets, rows_, NamedPlaces(scene_));
+    if (auto prepared = prepareFile(kReportName, text); !prepared) return tl::make_unexpected(prepared.error());
+    isReportNew_ = true;
     return fromJson<Report>(parseJson(text), kReportName);
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/pending_file.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/executor.h"
@@ -42,11 +43,15 @@ public:
     void setSceneAssets(std::vector<std::string> assets) { sceneAssets_ = std::move(assets); }
     /// Says which inputs lint has looked at, in a cook of some assets: the findings on the others stay.
     void setLinted(std::set<std::string> assets) { linted_ = std::move(assets); }
-    /// Writes all files, and returns the report. The report of an earlier cook stays if nothing was run and it says the same.
+    /// Writes manifest, shader and report under temporary names, so that a full disk ends the cook before any output has changed. Returns
+    /// the report. That of an earlier cook stays if nothing was run and it says the same.
+    /// staging  folder of the files that publish() will move; the page of the report embeds pictures from there
     /// frame   of a new report
     /// rates   of this machine, for what was skipped
-    formats::Result<Report> write(const Plan& plan, const ExecutionResult& result, bool isAnythingRun, ReportFrame frame,
-                                  const WorkRates& rates);
+    formats::Result<Report> prepare(const Plan& plan, const ExecutionResult& result, const std::filesystem::path& staging,
+                                    bool isAnythingRun, ReportFrame frame, const WorkRates& rates);
+    /// Gives these files their names, then removes files of an earlier cook: a manifest that stays names no file that is gone.
+    formats::Result<void> commit();
 
 private:
     formats::Result<void> collect(const Plan& plan, const ExecutionResult& result);
@@ -58,9 +63,11 @@ private:
     std::vector<Finding> withKeptFindings(std::vector<Finding> found) const;
     std::vector<Skip> keptSkips(const Plan& plan, const std::vector<std::string>& partial) const;
     void addRunsOfKeptRows(std::vector<RunRecord>& runs) const;
-    formats::Result<void> writeManifest(const ReportFrame& frame);
-    bool isReportCurrent(const ReportFrame& frame) const;
-    formats::Result<Report> writeReport(Report report);
+    formats::Result<void> prepareFile(const char* name, const std::string& content);
+    formats::Result<void> prepareFileIfChanged(const char* name, const std::string& content);
+    formats::Result<void> prepareManifest(const ReportFrame& frame);
+    bool isReportCurrent(const ReportFrame& frame, const std::filesystem::path& staging) const;
+    formats::Result<Report> prepareReport(Report report, const std::filesystem::path& staging);
 
     const Scene& scene_;
     std::filesystem::path folder_;
@@ -76,6 +83,9 @@ private:
     std::vector<std::string> sceneAssets_;
     std::set<std::string> linted_;
     std::string manifestText_;
+    std::optional<Manifest> manifest_;           ///< the new one
+    std::vector<formats::PendingFile> pending_;  ///< in the order of their appearance
+    bool isReportNew_ = false;
 };
 
 }  // namespace lightcook::pipeline

@@ -438,7 +438,7 @@ TEST(CookScene, AFailureLeavesNothingBehind) {
     EXPECT_EQ(after, before);
 }
 
-/// A full disk may end a cook between textures and manifest. A folder in place of the shader stands for it.
+/// A full disk may end a cook while it writes. A folder in place of the shader stands for it.
 TEST(CookScene, FilesOfTheManifestThatStaysAreNotRemoved) {
     const SmallScene scene(Parts::LightMap);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
@@ -454,6 +454,25 @@ TEST(CookScene, FilesOfTheManifestThatStaysAreNotRemoved) {
     std::filesystem::remove_all(scene / "out" / kShaderName);
     ASSERT_TRUE(cook(other).errors.empty());
     EXPECT_FALSE(std::filesystem::exists(scene / "out" / "map_ratio.ktx2"));
+}
+
+/// A folder in place of the page stands for a disk that is full once the textures are there.
+TEST(CookScene, OutputsAppearTogetherWithTheirReportOrNotAtAll) {
+    const SmallScene scene(Parts::LightMap);
+    CookOptions first = scene.options();
+    first.output = scene / "new";
+    std::filesystem::create_directories(first.output / kReportHtmlName / "in the way");
+    EXPECT_FALSE(cook(first).errors.empty());
+    EXPECT_EQ(filesIn(first.output), std::set<std::string>{kReportHtmlName});
+
+    ASSERT_TRUE(cook(scene.options()).errors.empty());
+    std::filesystem::remove(scene / "out" / kReportHtmlName);
+    const auto before = digestsOf(scene / "out");
+    std::filesystem::create_directories(scene / "out" / kReportHtmlName / "in the way");
+    CookOptions other = scene.options();
+    other.lightMapLayout = "luvw";
+    EXPECT_FALSE(cook(other).errors.empty());
+    EXPECT_EQ(digestsOf(scene / "out"), before);
 }
 
 TEST(CookScene, KeepGoingDoesTheRest) {
