@@ -83,9 +83,10 @@ constexpr std::array kLintChecks = {
                   "Bake with more samples, clamp the texel, or cook with a `firefly_limit` above the ratio if the light is real."},
     LintCheckInfo{LintCheck::BlackCharts, "black-charts", Warning, "charts have no light at all",
                   "Look for objects that were left out of the bake, or whose backs face the light."},
-    LintCheckInfo{LintCheck::Exposure, "exposure", Warning,
-                  "the map is so dark or so bright that 16-bit textures cannot hold it, and no screen shows it without a large exposure",
-                  "Scale the light of the bake, so that a lit surface has a radiance near 1, and set the exposure of the engine for it."},
+    LintCheckInfo{
+        LintCheck::Exposure, "exposure", Warning,
+        "the map or probe is so dark or so bright that 16-bit textures cannot hold it, and no screen shows it without a large exposure",
+        "Scale the light of the bake, so that a lit surface has a radiance near 1, and set the exposure of the engine for it."},
     LintCheckInfo{
         LintCheck::DisplayExposure, "display-exposure", Warning,
         "the display of the scene shows the map as black or beyond its brightest white, so no error of it is visible and every "

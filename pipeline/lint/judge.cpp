@@ -104,6 +104,14 @@ std::vector<std::string> assumptionsOf(const UnreadMaterial& material, const std
     return assumed;
 }
 
+/// Returns what was found if light is too dark or too bright for 16-bit textures and screens: the rule of light maps and probes.
+/// light  of a white surface, on average
+/// mean   how the average was taken
+std::optional<std::string> unusualExposure(std::string_view quantity, double light, std::string_view mean) {
+    if (light >= kDarkestKey && light <= kBrightestKey) return {};
+    return fmt::format("found {} of {:.3g} on average ({}), expected {} to {}", quantity, light, mean, kDarkestKey, kBrightestKey);
+}
+
 /// Findings of one light map, from which `file` and the first part of `key` are the same.
 class LightMapJudge {
 public:
@@ -314,11 +322,9 @@ private:
                 {{"black_charts", static_cast<double>(charts.blackCharts)}, {"black_share", black}});
         const bool isAllBlack = facts_.black == facts_.covered;
         // Another fault explains a strange average.
-        if (findings_.empty() && !isAllBlack && (facts_.key < kDarkestKey || facts_.key > kBrightestKey))
-            add(LintCheck::Exposure, "file",
-                fmt::format("found an exit radiance of {:.3g} on average (log-average of a white surface), expected {} to {}", facts_.key,
-                            kDarkestKey, kBrightestKey),
-                {{"key", facts_.key}});
+        if (findings_.empty() && !isAllBlack)
+            if (auto found = unusualExposure("an exit radiance", facts_.key, "log-average of a white surface"))
+                add(LintCheck::Exposure, "file", std::move(*found), {{"key", facts_.key}});
         if (findings_.empty() && !isAllBlack) judgeDisplay();
     }
 
@@ -436,7 +442,12 @@ Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts) {
             LintCheck::ClippedProbe, "file",
             fmt::format("found a largest value of 1, in {} of the texels, expected radiance without a bound", percent(facts.atLargest)),
             {{"share", facts.atLargest}});
-    if (!facts.shDifference || *facts.shDifference <= kMostShDifference) return {};
+    if (!facts.shDifference || *facts.shDifference <= kMostShDifference) {
+        // Another fault explains a strange average.
+        if (auto found = unusualExposure("a radiance", facts.meanRadiance, "mean over the sphere"))
+            return finding(LintCheck::Exposure, "file", std::move(*found), {{"mean_radiance", facts.meanRadiance}});
+        return {};
+    }
     const double decoded = facts.shDifferenceDecoded.value_or(HUGE_VAL);
     const std::string what =
         fmt::format("found SH of the image that differ from those of {} by {}, expected at most {}",

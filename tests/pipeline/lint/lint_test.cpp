@@ -246,6 +246,17 @@ TEST(Lint, NamesAProbeWithoutLight) {
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("black-probe"));
 }
 
+TEST(Lint, NamesAProbeOfAnExposureThatNoTextureHolds) {
+    const PlantedScene scene;
+    scene.replaceInScene("sh = \"cornell_probes.json\"", "");
+    EXPECT_THAT(codesOf(scene.lint()), IsEmpty());
+    faults::editProbeValues(scene, [](float value) { return 1e30f * value; });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("exposure"));
+    EXPECT_EQ(outcome.findings[0].place.name, "probe0");
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("mean over the sphere"));
+}
+
 TEST(Lint, NamesAGradientWithoutLight) {
     const PlantedScene scene;
     faults::blackGradient(scene);
