@@ -372,6 +372,40 @@ TEST(Mutation, OfATexelBesideAChartIsCaught) {
     expectCaught(Cooked(scene.sceneFile(), "raw", "light-map"), faults);
 }
 
+/// The same for a dominant light: padding that does not continue the chart.
+TEST(Mutation, OfTheTexelsBesideAChartOfADominantLightIsCaught) {
+    constexpr int kSide = 32, kFirst = 8, kEnd = 24;  // the chart is a square
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    auto writer = formats::LightMapWriter::create(scene / "map.exr", kSide, kSide, formats::SurfaceOutput::CoverageAndNormals);
+    formats::Image<lighting::ShRgb> sh(kSide, kSide, lighting::ShRgb{});
+    formats::Image<std::uint8_t> covered(kSide, kSide, 0);
+    formats::Image<vec3> normal(kSide, kSide, vec3(0));
+    for (int y = kFirst; y < kEnd; ++y)
+        for (int x = kFirst; x < kEnd; ++x) {
+            covered.at(x, y) = 1;
+            normal.at(x, y) = vec3(0, 0, 1);
+            sh.at(x, y) = shOf(sunAndSky, {(x + 0.5) / kSide, (y + 0.5) / kSide});
+        }
+    (void)writer->append(sh.view(), {covered.view(), normal.view()});
+    (void)writer->commit();
+    std::vector<Fault> faults;
+    const auto changeOutside = [&](const char* name, const char* role, const Texels& change) {
+        faults.push_back({name, "map_dominant", Digests::Rewritten, 4, "rims of charts", [role, change](CookedCopy& c) {
+                              c.edit(role, [&](Images& images) {
+                                  for (TexelImage& image : images)
+                                      for (int y = 0; y < kSide; ++y)
+                                          for (int x = 0; x < kSide; ++x)
+                                              if (x < kFirst || x >= kEnd || y < kFirst || y >= kEnd)
+                                                  image.at(x, y) = change(image.at(x, y));
+                              });
+                          }});
+    };
+    changeOutside("black padding", "intensity", [](const vec4&) { return vec4(0, 0, 0, 1); });
+    changeOutside("padding that is too bright", "intensity", [](const vec4& t) { return vec4(8.0f * vec3(t), 1); });
+    changeOutside("padding of the opposite direction", "direction", [](const vec4& t) { return vec4(1.0f - vec3(t), 1); });
+    expectCaught(Cooked(scene.sceneFile(), "ratio"), faults);
+}
+
 TEST(Mutation, OfAFlatLightMapIsCaught) {
     const SmallScene scene(SmallScene::Parts::LightMap);
     scene.writeSceneFile("", "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n");

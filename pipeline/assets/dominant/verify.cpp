@@ -7,6 +7,7 @@
 
 #include "pipeline/assets/dominant/cooked_dominant.h"
 #include "pipeline/assets/dominant/dominant.h"
+#include "pipeline/assets/dominant/rim_errors.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/note_keys.h"
@@ -69,11 +70,13 @@ void addLight(const verify::DominantLightSample& truth, const verify::DominantLi
 struct DominantPart {
     verify::DominantErrors errors;
     verify::BlockErrors blocks;
+    DominantRimErrors rims;
     ResidualGain gain;
     std::vector<verify::DominantTruthPlace> truthPlaces;
     void merge(const DominantPart& other) {
         errors.merge(other.errors);
         blocks.merge(other.blocks);
+        rims.merge(other.rims);
         gain.merge(other.gain);
         truthPlaces.insert(truthPlaces.end(), other.truthPlaces.begin(), other.truthPlaces.end());
     }
@@ -93,7 +96,7 @@ public:
           blockStep_(cooked.map().fit == verify::DominantFit::Closed || cooked.hasOwnTexels() ? 1 : 2) {}
 
     Result<DominantPart> compare(const ActionContext& context) {
-        DominantPart whole{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), 0), {}, {}};
+        DominantPart whole{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), 0), {}, {}, {}};
         const auto compared = foldInOrder<DominantPart>(
             bake_.stripCount(), context, "verify " + context.action.asset, [&](int index) { return compareStrip(index); },
             [&](const DominantPart& part) { whole.merge(part); });
@@ -105,7 +108,7 @@ public:
 private:
     Result<DominantPart> compareStrip(int index) {
         const int firstRow = bake_.stripFirstRow(index), rowCount = bake_.stripRows(index);
-        DominantPart part{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), rowCount, firstRow), {}, {}};
+        DominantPart part{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), rowCount, firstRow), {}, {}, {}};
         const auto reference = bake_.stripWithMargin(index, 0, 1);
         if (!reference) return tl::make_unexpected(reference.error());
         const auto cooked = cooked_.read(firstRow, rowCount);
@@ -114,6 +117,8 @@ private:
             for (int x = 0; x < bake_.width(); ++x)
                 if (isCompared(*reference, x, y, firstRow)) compareTexel(*reference, *cooked, x, y, firstRow, part);
         part.errors = verifier_.verifyRows(cooked->whole, *reference, firstRow, rowCount);
+        if (auto added = part.rims.add(bake_, cooked_, verifier_, key_, firstRow, rowCount); !added)
+            return tl::make_unexpected(added.error());
         const auto traced = groundTruth_.within(*reference, firstRow, rowCount);
         if (!traced) return tl::make_unexpected(traced.error());
         part.truthPlaces =
@@ -148,7 +153,7 @@ private:
     int blockStep_;  ///< of the texels that are compared for blocks
 };
 
-/// Returns the faults of a comparison: a block that is too far off, or a residual texture that makes directions worse.
+/// Returns the faults of a comparison: a block or a rim that is too far off, or a residual texture that makes directions worse.
 std::vector<verify::Violation> violationsOf(const DominantPart& whole, bool hasResidual, double maxError, LightMapSource& bake) {
     std::vector<verify::Violation> violations;
     if (const auto block = checkBlocks(whole.blocks, "", maxError, violations))
@@ -159,6 +164,7 @@ std::vector<verify::Violation> violationsOf(const DominantPart& whole, bool hasR
             at.channel.reset();
             at.normal = glm::dvec3(texels->front().normal);
         }
+    whole.rims.check(violations);
     const ResidualGain& gain = whole.gain;
     // The second texture adds its own rounding, also to a first one that is exact.
     constexpr double kRounding = 1e-8;
