@@ -23,14 +23,30 @@ enum class ErrorCode {
     Internal,           ///< fault of lightcook or of the machine (disk full): 1
 };
 
-/// Replaces control characters by escapes (\n, \t, \r, \x1b): names of files may hold them. UTF-8 stays.
+/// Returns true if UTF-8 text begins with a control of the direction of text, U+202A to U+202E or U+2066 to U+2069: three bytes. Such a
+/// letter reorders how a terminal shows the rest of the line.
+inline bool beginsWithDirectionControl(std::string_view text) {
+    if (text.size() < 3 || text[0] != '\xe2') return false;
+    const auto second = static_cast<unsigned char>(text[1]), third = static_cast<unsigned char>(text[2]);
+    return (second == 0x80 && third >= 0xaa && third <= 0xae) || (second == 0x81 && third >= 0xa6 && third <= 0xa9);
+}
+
+/// Replaces control characters by escapes (\n, \t, \r, \x1b, \u202e): names of files may hold them. Other UTF-8 stays.
 inline std::string withoutControls(std::string_view text) {
     constexpr std::string_view kDigits = "0123456789abcdef";
     std::string line;
     line.reserve(text.size());
-    for (const char character : text) {
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char character = text[i];
         const auto code = static_cast<unsigned char>(character);
-        if (code >= ' ' && code != 0x7f) {
+        if (beginsWithDirectionControl(text.substr(i))) {
+            const unsigned second = static_cast<unsigned char>(text[i + 1]), third = static_cast<unsigned char>(text[i + 2]);
+            const unsigned low = (second & 3) << 6 | (third & 0x3f);
+            line += "\\u20";
+            line += kDigits[low / 16];
+            line += kDigits[low % 16];
+            i += 2;
+        } else if (code >= ' ' && code != 0x7f) {
             line += character;
         } else if (character == '\n' || character == '\t' || character == '\r') {
             line += character == '\n' ? "\\n" : character == '\t' ? "\\t" : "\\r";
