@@ -124,10 +124,11 @@ private:
         Line line[kRegions];
         lines_.template startPositions<kRegions, kChannels>(regions, view, position);
         lines_.template leastSquares<kRegions, kChannels>(regions, view, position, line);
+        const int steps = static_cast<int>(coding.steps);
         int starts = search_.starts;
-        for (float range = coding.steps; range >= 1; --range)
-            for (float from = 0; from + range <= coding.steps && starts > 0; ++from, --starts)
-                fitStart<kRegions, kChannels>(regions, view, coding, line, from, range, best);
+        for (int range = steps; range >= 1; --range)
+            for (int from = 0; from + range <= steps && starts > 0; ++from, --starts)
+                fitStart<kRegions, kChannels>(regions, view, coding, line, static_cast<float>(from), static_cast<float>(range), best);
         for (int pass = 0; pass < search_.descents; ++pass) {
             refit<kRegions, kChannels>(regions, view, coding, best);
             descend<kRegions, kChannels>(regions, view, coding, best);

@@ -17,7 +17,6 @@ HWY_BEFORE_NAMESPACE();
 namespace lightcook::compress::test {
 namespace {
 
-using formats::PixelFormat;
 namespace kernel = HWY_NAMESPACE;
 using OneLane = kernel::hn::CappedTag<float, 1>;
 using AllLanes = kernel::hn::ScalableTag<float>;

@@ -189,7 +189,7 @@ TEST_F(SeamLimitSoak, KeepsTheUvsOfTheMeshWhereTheyAreMeasured) {
                                  .rightUvs = {0.55f, 0, 0.56f, 0.977f, 0.95f, 1, 0.93f, 0.029f},
                                  .right = {2, 7, 0, 2, 0, 0, 4, 0, 0, 4, 7, 0}});
         addToMap("mesh = \"walls.gltf\"\n");
-        const Outcome outcome = cookScene(options_, RunState());
+        Outcome outcome = cookScene(options_, RunState());
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
         return outcome;
     };
