@@ -251,9 +251,8 @@ public:
     ///
     /// placesPerTexel  N: instead at N x N places of each texel, (x + 0.5) / N of the map's coordinates, from filtered texels as a GPU has
     ///                 them. The image has N times the width and rows; `texels` must hold the row above and the row below, too
-    /// surface         rows of the bake with tangents, which a layout in tangent space needs; others take none. The returned coefficients
-    /// of
-    ///                 such a layout are exact at the texel's own normal, and near to the shader's light at others
+    /// surface         rows of the bake with tangents, which a layout in tangent space needs; others take none. Its coefficients are
+    ///                 exact at the texel's own normal, and near to the shader's light at others
     formats::Image<lighting::ShRgb> reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount, int placesPerTexel = 1,
                                                 const formats::LightMapStrip* surface = nullptr) const;
 

@@ -26,7 +26,7 @@ struct Bc7Search {
     bool twoColours;  ///< blocks of two colours are encoded with the least possible error
 };
 
-/// A way to encode a block: what the head of an encoded block says before its ends.
+/// The fields of an encoded block that stand before its ends.
 struct Bc7Candidate {
     static constexpr std::int32_t kNone = -1;
     static constexpr int kPartitionShift = 6;

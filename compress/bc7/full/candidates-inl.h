@@ -70,7 +70,7 @@ private:
     static constexpr int kIterations = 2;  ///< of the power iterations
     /// Share of the variance along a line that the ranking expects as quantization error.
     static constexpr float kQuantization = 1.0f / 144;
-    /// How much more than predicted the rounding of interpolated values may add to the squared error of a texel.
+    /// The rounding of interpolated values adds about this to the squared error of a texel [8-bit codes^2]; predictions leave it out.
     static constexpr float kRounding = 0.2f;
 
     void insert(M allowed, F error, I number) {

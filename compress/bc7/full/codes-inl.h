@@ -92,7 +92,7 @@ private:
             second = coding.lowBits == LowBits::PerEnd ? set(static_cast<float>(choice >> 1)) : first;
         }
     };
-    /// What the ends of a line add to the squared error of a channel if they move by da and db: aa da^2 + 2 ab da db + bb db^2.
+    /// Ends that move by da and db add aa da^2 + 2 ab da db + bb db^2 to the squared error of a channel.
     struct Form {
         F aa, twiceAb, bb;
         F follows;  ///< the best db is -follows da

@@ -1,9 +1,8 @@
 // Law on the texels beside charts, which a filter on a surface reads too. Random places of the surface often miss a single wrong texel
-// there. At the rim of a chart
-//   - light may be off by no more than the texels of the chart beside it explain: a texel outside that is far too bright;
-//   - light may not be lost: texels outside that are far too dark, such as black padding. Half of what they lack is seen, which is less
-//   than
-//     a correct cook may miss at a single texel, so that this is a mean over the rims of a tile.
+// there. The law has two parts:
+//   1. No block may err by more than a limit, relative to the brightest texel of the chart beside it. It finds texels that are too bright.
+//   2. No tile of rims may lose more than a share of its light. It finds texels that are too dark, such as black padding. A filter shows
+//      half of what such a texel lacks. Correct cooks err by as much at single texels, so the share is a mean over the tile.
 #pragma once
 
 #include <map>
@@ -22,7 +21,7 @@ class RimErrors {
 public:
     static constexpr int kTile = 8;  ///< side of a tile [texels]
 
-    /// As verify::BlockErrors.
+    /// Takes the errors of rows [firstRow, firstRow + rowCount) of a map of this width [texels]; 0 rows for a sum of parts.
     explicit RimErrors(int width, int rowCount = 0, int firstRow = 0) : blocks_(width, rowCount, firstRow) {}
     /// Adds the rims of a strip.
     /// key  of the map
