@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 namespace lightcook::compress {
 
@@ -36,6 +37,12 @@ constexpr std::array<Bc7Mode, 8> kBc7Modes = {{
 constexpr int expandTo8(int value, int bits) {
     const int high = value << (8 - bits);
     return high | (high >> bits);
+}
+
+/// Returns the channel of the texels that stands at a place, 3 being the separate one: alpha swapped for channel rotation - 1; 0: none.
+constexpr std::size_t rotatedChannel(int rotation, std::size_t place) {
+    const auto swapped = static_cast<std::size_t>(rotation == 0 ? 3 : rotation - 1);
+    return place == 3 ? swapped : place == swapped ? 3 : place;
 }
 
 }  // namespace lightcook::compress

@@ -8,13 +8,22 @@ const std::array<std::uint16_t, 64> kTwoRegions = {
     0xAAAA, 0xF0F0, 0x5A5A, 0x33CC, 0x3C3C, 0x55AA, 0x9696, 0xA55A, 0x73CE, 0x13C8, 0x324C, 0x3BDC, 0x6996, 0xC33C, 0x9966, 0x0660,
     0x0272, 0x04E4, 0x4E40, 0x2720, 0xC936, 0x936C, 0x39C6, 0x639C, 0x9336, 0x9CC6, 0x817E, 0xE718, 0xCCF0, 0x0FCC, 0x7744, 0xEE22};
 
-const std::array<std::uint32_t, 64> kThreeRegions = {
+constexpr std::array<std::uint32_t, 64> kThreeRegions = {
     0xAA685050, 0x6A5A5040, 0x5A5A4200, 0x5450A0A8, 0xA5A50000, 0xA0A05050, 0x5555A0A0, 0x5A5A5050, 0xAA550000, 0xAA555500, 0xAAAA5500,
     0x90909090, 0x94949494, 0xA4A4A4A4, 0xA9A59450, 0x2A0A4250, 0xA5945040, 0x0A425054, 0xA5A5A500, 0x55A0A0A0, 0xA8A85454, 0x6A6A4040,
     0xA4A45000, 0x1A1A0500, 0x0050A4A4, 0xAAA59090, 0x14696914, 0x69691400, 0xA08585A0, 0xAA821414, 0x50A4A450, 0x6A5A0200, 0xA9A58000,
     0x5090A0A8, 0xA8A09050, 0x24242424, 0x00AA5500, 0x24924924, 0x24499224, 0x50A50A50, 0x500AA550, 0xAAAA4444, 0x66660000, 0xA5A0A5A0,
     0x50A050A0, 0x69286928, 0x44AAAA44, 0x66666600, 0xAA444444, 0x54A854A8, 0x95809580, 0x96969600, 0xA85454A8, 0x80959580, 0xAA141414,
     0x96960000, 0xAAAA1414, 0xA05050A0, 0xA0A5A5A0, 0x96000000, 0x40804080, 0xA9A8A9A8, 0xAAAAAA44, 0x2A4A5254};
+
+constexpr std::array<std::array<std::uint16_t, 64>, 2> kThreeRegionsMask = [] {
+    std::array<std::array<std::uint16_t, 64>, 2> masks{};
+    for (std::size_t p = 0; p < 64; ++p)
+        for (int t = 0; t < 16; ++t)
+            if (const std::uint32_t region = kThreeRegions[p] >> (2 * t) & 3; region > 0)
+                masks[region - 1][p] |= static_cast<std::uint16_t>(1 << t);
+    return masks;
+}();
 
 const std::array<std::uint8_t, 64> kTwoRegionsAnchor = {15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 2,  8, 2, 2, 8,
                                                         8,  15, 2,  8,  2,  2,  8,  8,  2,  2,  15, 15, 6,  8,  2,  8,  15, 15, 2, 8, 2, 2,
@@ -29,17 +38,5 @@ const std::array<std::array<std::uint8_t, 64>, 2> kThreeRegionsAnchor = {
 const std::array<std::uint8_t, 4> kWeights2 = {0, 21, 43, 64};
 const std::array<std::uint8_t, 8> kWeights3 = {0, 9, 18, 27, 37, 46, 55, 64};
 const std::array<std::uint8_t, 16> kWeights4 = {0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64};
-
-std::uint32_t maskOfRegion(int partition, int region) {
-    using Masks = std::array<std::array<std::uint16_t, 64>, 2>;
-    static const Masks masks = [] {
-        Masks all{};
-        for (std::size_t p = 0; p < 64; ++p)
-            for (int t = 0; t < 16; ++t)
-                if (const std::uint32_t r = (kThreeRegions[p] >> (2 * t)) & 3; r > 0) all[r - 1][p] |= static_cast<std::uint16_t>(1 << t);
-        return all;
-    }();
-    return masks[static_cast<std::size_t>(region - 1)][static_cast<std::size_t>(partition)];
-}
 
 }  // namespace lightcook::compress

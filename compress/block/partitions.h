@@ -11,6 +11,8 @@ namespace lightcook::compress {
 extern const std::array<std::uint16_t, 64> kTwoRegions;
 /// Bits 2t and 2t + 1 are the region of texel t, 0 .. 2.
 extern const std::array<std::uint32_t, 64> kThreeRegions;
+/// The same for each of regions 1 and 2 of 3: bit t is set if texel t belongs to it.
+extern const std::array<std::array<std::uint16_t, 64>, 2> kThreeRegionsMask;
 /// The anchor of region 1 of 2: the texel whose index is stored without its highest bit. Texel 0 is the anchor of region 0.
 extern const std::array<std::uint8_t, 64> kTwoRegionsAnchor;
 /// The anchors of regions 1 and 2 of 3.
@@ -27,8 +29,6 @@ inline int regionOf(int regionCount, int partition, int texel) {
     const auto p = static_cast<std::size_t>(partition);
     return regionCount == 2 ? (kTwoRegions[p] >> texel) & 1 : static_cast<int>((kThreeRegions[p] >> (2 * texel)) & 3);
 }
-/// Returns the texels of a region, 1 or 2, of a partition into three: bit t for texel t.
-std::uint32_t maskOfRegion(int partition, int region);
 /// Returns the anchor texel of a region.
 inline int anchorOf(int regionCount, int partition, int region) {
     if (region == 0) return 0;

@@ -141,8 +141,8 @@ private:
     }
     template <bool kUniform>
     void rankThree(Ranking& all, Ranking& first16) const {
-        for (int number = 0; number < 64; ++number) {
-            const std::uint32_t mask = maskOfRegion(number, 1), thirdMask = maskOfRegion(number, 2);
+        for (std::size_t number = 0; number < 64; ++number) {
+            const std::uint32_t mask = kThreeRegionsMask[0][number], thirdMask = kThreeRegionsMask[1][number];
             Sums first, second, third;
             addRows<kUniform>(mask, second);
             addRows<kUniform>(thirdMask, third);

@@ -48,9 +48,11 @@ public:
         }
         texels_.load(blocks);
         texels_.products(product_);
-        tryOneRegion();
+        Regions<1, 4> whole(texels_, kAll, hn::Zero(DI()));
+        whole.start(product_, kIterations);
+        tryOneRegion(whole);
         for (int rotation = 0; search_.twoIndices && rotation < 4; ++rotation) tryTwoIndices(rotation);
-        if (search_.twoRegions > 0) tryPartitions();
+        if (search_.twoRegions > 0) tryPartitions(whole);
     }
     /// Writes the numbers of the candidates (Bc7Candidate), best first: search.polished for each lane, some of which may be kNone.
     void store(std::int32_t* out) const {
@@ -88,18 +90,16 @@ private:
     }
     void insert(F error, const Bc7Candidate& candidate) { insert(zero() == zero(), error, hn::Set(DI(), candidate.number())); }
 
-    void tryOneRegion() {
-        Regions<1, 4> whole(texels_, kAll, hn::Zero(DI()));
-        whole.start(product_, kIterations);
+    /// whole  the block as one region, started
+    void tryOneRegion(const Regions<1, 4>& whole) {
         Ends ends[1];
         insert(whole.fit(6, kBc7Modes[6].colourBits, kBc7Modes[6].indexBits, search_.refits, ends), {6});
     }
 
     /// Fits modes 5 and 4, in which one channel has indices of its own.
     void tryTwoIndices(int rotation) {
-        const auto separate = static_cast<std::size_t>(rotation == 0 ? 3 : rotation - 1);
-        std::size_t colours[3] = {0, 1, 2};
-        if (rotation > 0) colours[separate] = 3;
+        const std::size_t colours[3] = {rotatedChannel(rotation, 0), rotatedChannel(rotation, 1), rotatedChannel(rotation, 2)};
+        const std::size_t separate = rotatedChannel(rotation, 3);
         const auto productOf = [&](std::size_t a, std::size_t b) {
             const std::size_t i = std::min(a, b), j = std::max(a, b);
             return product_[i * 4 - i * (i - 1) / 2 + j - i];
@@ -127,9 +127,7 @@ private:
         tryMode(4, 1);
     }
 
-    void tryPartitions() {
-        Regions<1, 4> whole(texels_, kAll, hn::Zero(DI()));
-        whole.start(product_, kIterations);
+    void tryPartitions(const Regions<1, 4>& whole) {
         const Bc7Plane<D> plane(texels_, whole, product_, kIterations);
         const Bc7PartitionRanking<D> partitions(texels_, plane.p, plane.q, kQuantization);
         Bc7Ranking<D> two(search_.twoRegions);
@@ -168,8 +166,9 @@ private:
         HWY_ALIGN std::int32_t numbers[hn::MaxLanes(D())], seconds[hn::MaxLanes(D())], thirds[hn::MaxLanes(D())];
         hn::Store(number, DI(), numbers);
         for (std::size_t lane = 0; lane < hn::Lanes(D()); ++lane) {
-            seconds[lane] = static_cast<std::int32_t>(maskOfRegion(numbers[lane], 1) << 16);
-            thirds[lane] = static_cast<std::int32_t>(maskOfRegion(numbers[lane], 2));
+            const auto p = static_cast<std::size_t>(numbers[lane]);
+            seconds[lane] = static_cast<std::int32_t>(std::uint32_t{kThreeRegionsMask[0][p]} << 16);
+            thirds[lane] = kThreeRegionsMask[1][p];
         }
         second = hn::Load(DI(), seconds);
         third = hn::Load(DI(), thirds);

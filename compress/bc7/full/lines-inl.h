@@ -67,12 +67,9 @@ struct Bc7Regions {
         HWY_ALIGN std::int32_t number[hn::MaxLanes(D())], second[hn::MaxLanes(D())], third[hn::MaxLanes(D())];
         hn::Store(partition, di, number);
         for (std::size_t lane = 0; lane < hn::Lanes(d); ++lane) {
-            second[lane] = third[lane] = 0;
-            for (int t = 0; t < kTexelCount; ++t) {
-                const int r = regionOf(kRegions, number[lane], t);
-                second[lane] |= (r == 1) << t;
-                third[lane] |= (r == 2) << t;
-            }
+            const auto p = static_cast<std::size_t>(number[lane]);
+            second[lane] = kRegions == 2 ? kTwoRegions[p] : kThreeRegionsMask[0][p];
+            third[lane] = kRegions == 2 ? 0 : kThreeRegionsMask[1][p];
         }
         const I seconds = hn::Load(di, second), thirds = hn::Load(di, third);
         Bc7Regions regions;

@@ -73,10 +73,7 @@ private:
     View rotated(int rotation) const {
         View view;
         for (std::size_t c = 0; c < 4; ++c) {
-            const std::size_t source = rotation == 0                                 ? c
-                                       : c == 3                                      ? static_cast<std::size_t>(rotation - 1)
-                                       : c == static_cast<std::size_t>(rotation - 1) ? 3
-                                                                                     : c;
+            const std::size_t source = rotatedChannel(rotation, c);
             view.channel[c] = texel_[source];
             view.weight[c] = options_.channelWeights[source];
         }
