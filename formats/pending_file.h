@@ -48,6 +48,9 @@ private:
     std::filesystem::path target_;  ///< as the caller names it, for messages
     OutputPlace place_;
     std::unique_ptr<OwnedTemporary> temporary_;  ///< none once committed or moved from
+    bool isSynced_ = false;
+
+    friend Result<PendingFile> prepareWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link);
 };
 
 /// Writes and syncs bytes into such a file, whose commit() then only renames it: for files that appear together.

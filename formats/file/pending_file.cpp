@@ -151,7 +151,7 @@ Result<void> PendingFile::commit() {
         temporary_.reset();
         return written;
     }
-    {
+    if (!isSynced_) {
         const Descriptor descriptor{::open(temporary().c_str(), O_RDONLY | O_CLOEXEC)};
         if (descriptor.number < 0 || ::fsync(descriptor.number) != 0) return outputFailure(target_, "syncing it", errno);
     }
@@ -170,6 +170,7 @@ Result<PendingFile> prepareWholeFile(const std::filesystem::path& file, std::spa
         if (const int error = writeAll(descriptor.number, bytes); error != 0) return outputFailure(file, "writing it", error);
         if (::fsync(descriptor.number) != 0) return outputFailure(file, "syncing it", errno);
     }
+    pending->isSynced_ = true;
     return pending;
 }
 

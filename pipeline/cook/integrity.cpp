@@ -26,17 +26,14 @@ std::optional<Error> checkFile(const std::filesystem::path& file, const std::str
 
 }  // namespace
 
-std::vector<Error> checkReportFiles(const std::filesystem::path& folder, const std::string& manifestText, const Report& report,
-                                    const std::filesystem::path& staging) {
+std::vector<Error> checkReportFiles(const StagedFolder& folder, const std::string& manifestText, const Report& report) {
     std::vector<Error> errors;
     if (!report.files) return errors;
     for (const auto& [file, expected] : *report.files) {
         if (file != kManifestName) {
-            std::error_code code;
-            const bool isStaged = !staging.empty() && std::filesystem::exists(staging / file, code);
-            if (auto error = checkFile((isStaged ? staging : folder) / file, expected)) errors.push_back(std::move(*error));
+            if (auto error = checkFile(folder.of(file) / file, expected)) errors.push_back(std::move(*error));
         } else if (digestOfText(manifestText) != expected) {
-            errors.push_back({ErrorCode::Verification, (folder / kReportName).string(),
+            errors.push_back({ErrorCode::Verification, (folder.folder / kReportName).string(),
                               fmt::format("found the report of manifest {}, expected that of {}", expected, digestOfText(manifestText))});
         }
     }

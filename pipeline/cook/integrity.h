@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 
@@ -17,9 +18,7 @@ namespace lightcook::pipeline {
 std::vector<formats::Error> checkDigests(const std::filesystem::path& folder, const Manifest& manifest);
 
 /// Returns an error for each file that a report names with another digest: the manifest, the page, the pictures.
-/// staging  has files that will take the place of those in the folder; empty: none
-std::vector<formats::Error> checkReportFiles(const std::filesystem::path& folder, const std::string& manifestText, const Report& report,
-                                             const std::filesystem::path& staging = {});
+std::vector<formats::Error> checkReportFiles(const StagedFolder& folder, const std::string& manifestText, const Report& report);
 
 /// Returns the sources of an asset by role, and refuses one that changed: an error against another bake means nothing.
 formats::Result<std::map<std::string, std::filesystem::path>> unchangedSources(const CookedAsset& asset,

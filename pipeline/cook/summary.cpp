@@ -247,11 +247,11 @@ Result<void> SummaryWriter::prepareFile(const char* name, const std::string& con
     return {};
 }
 
-/// Leaves a file that has this content alone: its times stay, as Ninja's `restat` expects.
 Result<void> SummaryWriter::prepareFileIfChanged(const char* name, const std::string& content) {
-    const auto present = readFile(folder_ / name);
-    if (present && *present == content) return {};
-    return prepareFile(name, content);
+    auto file = pipeline::prepareFileIfChanged(folder_ / name, content);
+    if (!file) return tl::make_unexpected(file.error());
+    if (*file) pending_.push_back(std::move(**file));
+    return {};
 }
 
 /// Adds to the findings of a cook of some assets those on inputs that it left alone, in the order of the report before.
@@ -438,26 +438,18 @@ bool SummaryWriter::isReportCurrent(const ReportFrame& frame, const std::filesys
     return jsonOf(oldReport_->assets) == jsonOf(rows_) && jsonOf(oldReport_->findings) == jsonOf(frame.findings) &&
            jsonOf(oldReport_->budget.frontier) == jsonOf(frame.frontier) && oldReport_->incomplete == frame.incomplete &&
            oldReport_->partial == frame.partial && oldReport_->budget.limitBytes == scene_.output.budgetBytes &&
-           checkReportFiles(folder_, manifestText_, *oldReport_, staging).empty();
+           checkReportFiles({folder_, staging}, manifestText_, *oldReport_).empty();
 }
 
 /// Writes the page and the report with the digests of all files that go with it. Returns the report with its own digest.
 Result<Report> SummaryWriter::prepareReport(Report report, const std::filesystem::path& staging) {
-    // New pictures are staged, and those that stay lie in the output folder: the page has both.
-    const std::filesystem::path pictures = staging / "report pictures";
-    for (const std::string& file : picturesOf(rows_)) {
-        std::error_code code;
-        const std::filesystem::path staged = staging / file, present = folder_ / file;
-        const std::filesystem::path& from = std::filesystem::exists(staged, code) ? staged : present;
-        if (!std::filesystem::exists(from, code)) continue;
-        if (auto copied = copyFile(from, pictures / file); !copied) return tl::make_unexpected(copied.error());
-    }
-    const std::string page = renderReportHtml(toJson(report), pictures);
+    const StagedFolder files(folder_, staging);
+    const std::string page = renderReportHtml(toJson(report), files);
     if (auto prepared = prepareFile(kReportHtmlName, page); !prepared) return tl::make_unexpected(prepared.error());
     report.files = {{kManifestName, digestOfText(manifestText_)}, {kReportHtmlName, digestOfText(page)}};
     for (const ReportRow& row : rows_) {
         for (const std::string& file : row.pictures()) {
-            const auto digest = digestOfFile(pictures / file);
+            const auto digest = digestOfFile(files.of(file) / file);
             if (!digest) return tl::make_unexpected(digest.error());
             report.files->push_back({file, *digest});
         }

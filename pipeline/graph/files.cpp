@@ -67,6 +67,11 @@ void removeEmptyFoldersOf(const std::filesystem::path& folder, const std::filesy
     while (!part.empty() && std::filesystem::remove(folder / part, ignored)) part = part.parent_path();
 }
 
+const std::filesystem::path& StagedFolder::of(const std::filesystem::path& name) const {
+    std::error_code code;
+    return !staging.empty() && std::filesystem::exists(staging / name, code) ? staging : folder;
+}
+
 Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content, OutputLink link) {
     if (auto made = makeFolder(file.parent_path()); !made) return made;
     return formats::writeWholeFile(file, content, link);
@@ -80,13 +85,14 @@ Result<std::string> readFile(const std::filesystem::path& file) {
     return formats::readWholeText(file);
 }
 
-Result<void> writeFileIfChanged(const std::filesystem::path& file, std::string_view content) {
+Result<std::optional<formats::PendingFile>> prepareFileIfChanged(const std::filesystem::path& file, std::string_view content) {
     std::error_code code;
     if (std::filesystem::file_size(file, code) == content.size() && !code) {
         const auto present = readFile(file);
-        if (present && *present == content) return {};
+        if (present && *present == content) return std::nullopt;
     }
-    return writeFile(file, content);
+    if (auto made = makeFolder(file.parent_path()); !made) return tl::make_unexpected(made.error());
+    return formats::prepareWholeFile(file, std::as_bytes(std::span(content)), OutputLink::Replace);
 }
 
 Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination, OutputLink link) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "formats/error.h"
 #include "formats/pending_file.h"
@@ -17,13 +18,23 @@ namespace lightcook::pipeline {
 using formats::OutputLink;
 using formats::TemporaryFolder;
 
+/// An output folder, and the files that will take the place of those in it.
+struct StagedFolder {
+    std::filesystem::path folder, staging;  ///< no staging: no such files
+
+    StagedFolder(std::filesystem::path output, std::filesystem::path staged = {}) : folder(std::move(output)), staging(std::move(staged)) {}
+    /// Returns the folder that has a file, by its name in both: the staging folder before the output folder.
+    [[nodiscard]] const std::filesystem::path& of(const std::filesystem::path& name) const;
+};
+
 /// Writes a file beside its place, syncs it and renames it. Makes folders as needed. Replaces a symbolic link of that name, which is right
 /// inside an output folder; pass OutputLink::Follow for a file that the user names.
 formats::Result<void> writeFile(const std::filesystem::path& file, std::string_view content, OutputLink link = OutputLink::Replace);
 formats::Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content,
                                 OutputLink link = OutputLink::Replace);
-/// Writes a file unless it holds exactly this content. Then its times stay, as Ninja's `restat` expects.
-formats::Result<void> writeFileIfChanged(const std::filesystem::path& file, std::string_view content);
+/// Writes a file under a temporary name beside its place, which its commit() gives it. Returns none if it holds exactly this content: then
+/// its times stay, as Ninja's `restat` expects.
+formats::Result<std::optional<formats::PendingFile>> prepareFileIfChanged(const std::filesystem::path& file, std::string_view content);
 /// Returns the content of a file.
 formats::Result<std::string> readFile(const std::filesystem::path& file);
 /// Copies through a temporary beside the destination.

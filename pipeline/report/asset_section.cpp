@@ -22,7 +22,7 @@
 namespace lightcook::pipeline {
 namespace {
 
-Html pictures(const std::filesystem::path& folder, const Json& asset) {
+Html pictures(const StagedFolder& folder, const Json& asset) {
     const Json& preview = member(asset, "preview");
     if (!preview.is_object()) return {};
     const std::string kind = words(member(asset, "kind"));
@@ -68,7 +68,7 @@ std::string colourWords(const Json& colour) {
 }
 
 /// Returns the two pictures of a place as a camera sees it; empty without a rendered view.
-Html renderedView(const std::filesystem::path& folder, const Json& view, const std::string& where) {
+Html renderedView(const StagedFolder& folder, const Json& view, const std::string& where) {
     if (!view.is_object()) return {};
     const auto figure = [&](const char* role, const char* name) {
         return pictureFigure(folder, words(member(view, role)), std::string(name) + ", seen around texel " + where,
@@ -78,7 +78,7 @@ Html renderedView(const std::filesystem::path& folder, const Json& view, const s
 }
 
 /// Returns pictures of what lies around the texels with the largest visible errors.
-Html worstPlaces(const std::filesystem::path& folder, const Json& asset) {
+Html worstPlaces(const StagedFolder& folder, const Json& asset) {
     Html figures, views;
     for (const Json& place : list(member(asset, "preview"), "worst")) {
         const Json& texel = list(place, "texel");
@@ -443,7 +443,7 @@ Html assetFacts(const Json& asset) {
 
 }  // namespace
 
-Html assetSection(const std::filesystem::path& folder, const Json& asset, std::size_t index) {
+Html assetSection(const StagedFolder& folder, const Json& asset, std::size_t index) {
     const Html title = element("div", {{"class", "title"}}, element("h2", text(words(member(asset, "name")))) + verdictChip(passed(asset)));
     const Html lists = textureTable(asset) + notes(asset);
     return element("section", {{"class", "card asset"}, {"id", assetAnchor(index)}},

@@ -360,7 +360,7 @@ Html footnote() {
 
 }  // namespace
 
-std::string renderReportHtml(const Json& report, const std::filesystem::path& folder, const std::vector<HistoryLine>& history) {
+std::string renderReportHtml(const Json& report, const StagedFolder& folder, const std::vector<HistoryLine>& history) {
     const Json& assets = list(report, "assets");
     Html main = header(report) + failures(report) + findingsSection(report) + platformSection(member(report, "platforms")) +
                 baselineSection(member(report, "baseline")) + trendSection(history, true) + memory(report) +

@@ -6,10 +6,9 @@
 
 namespace lightcook::pipeline {
 
-Html pictureFigure(const std::filesystem::path& folder, const std::string& file, const std::string& alt, const Html& caption,
-                   bool isLight) {
+Html pictureFigure(const StagedFolder& folder, const std::string& file, const std::string& alt, const Html& caption, bool isLight) {
     constexpr std::uint32_t kSmoothFrom = 256;  // [pixels] smaller pictures are enlarged without smoothing, so that texels can be seen
-    const auto picture = loadPicture(folder, file);
+    const auto picture = loadPicture(folder.of(file), file);
     Html content;
     if (picture) {
         const char* scaling = std::max(picture->width, picture->height) < kSmoothFrom ? "pixels" : "smooth";

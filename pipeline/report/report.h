@@ -10,6 +10,7 @@
 
 #include "pipeline/cook/skip.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/graph/files.h"
 #include "pipeline/graph/run_record.h"
 #include "pipeline/lint/finding.h"
 #include "pipeline/manifest/manifest.h"
@@ -181,7 +182,7 @@ std::string reportReference();
 
 /// Returns a self-contained page. Members that are absent or of another type show as a dash. Pictures are read from `folder` and embedded.
 /// history  of this scene, for its trend
-std::string renderReportHtml(const Json& report, const std::filesystem::path& folder, const std::vector<HistoryLine>& history = {});
+std::string renderReportHtml(const Json& report, const StagedFolder& folder, const std::vector<HistoryLine>& history = {});
 
 /// Returns the peak resident memory of this process [bytes].
 std::uint64_t peakResidentBytes();

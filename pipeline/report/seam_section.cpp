@@ -73,7 +73,7 @@ Html seamTable(const Json& seams, const char* key, const char* title) {
 }
 
 /// drawn  views of the worst seams, in their order
-Html views(const std::filesystem::path& folder, const Json& drawn, const Json& seams) {
+Html views(const StagedFolder& folder, const Json& drawn, const Json& seams) {
     const Json& worst = list(seams, "worst");
     Html content;
     for (std::size_t i = 0; i < drawn.size() && i < worst.size(); ++i) {
@@ -96,7 +96,7 @@ std::string countsOf(const Json& seams) {
 
 }  // namespace
 
-Html seamSection(const std::filesystem::path& folder, const Json& asset) {
+Html seamSection(const StagedFolder& folder, const Json& asset) {
     const Json& seams = member(asset, "seams");
     if (!seams.is_object()) return {};
     const std::string note = words(member(seams, "note"));
@@ -115,7 +115,7 @@ std::string mapsOfSeam(const Json& seam) {
     return maps.size() == 2 ? fmt::format("between '{}' and '{}'", words(maps[0]), words(maps[1])) : "";
 }
 
-Html splitSeamSection(const std::filesystem::path& folder, const Json& asset) {
+Html splitSeamSection(const StagedFolder& folder, const Json& asset) {
     const Json& seams = member(asset, "split_seams");
     if (!seams.is_object()) return {};
     std::string maps;

@@ -156,15 +156,19 @@ TEST(Digest, AMegabyteOfFileAndOfTextAgree) {
     EXPECT_EQ(digestOfText("").size(), 32u);
 }
 
-TEST(WriteFileIfChanged, LeavesTheTimesOfAnUnchangedFile) {
+TEST(PrepareFileIfChanged, LeavesTheTimesOfAnUnchangedFile) {
     const formats::TemporaryFolder folder;
+    const auto write = [](const std::filesystem::path& file, std::string_view content) {
+        auto pending = prepareFileIfChanged(file, content);
+        return pending.has_value() && (!*pending || (*pending)->commit().has_value());
+    };
     const auto file = folder / "deep" / "file";
-    ASSERT_TRUE(writeFileIfChanged(file, "one").has_value());
+    ASSERT_TRUE(write(file, "one"));
     const auto old = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
     std::filesystem::last_write_time(file, old);
-    ASSERT_TRUE(writeFileIfChanged(file, "one").has_value());
+    ASSERT_TRUE(write(file, "one"));
     EXPECT_EQ(std::filesystem::last_write_time(file), old);
-    ASSERT_TRUE(writeFileIfChanged(file, "two").has_value());
+    ASSERT_TRUE(write(file, "two"));
     EXPECT_NE(std::filesystem::last_write_time(file), old);
     EXPECT_EQ(*readFile(file), "two");
 }

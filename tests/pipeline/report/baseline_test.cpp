@@ -107,10 +107,10 @@ TEST(Baseline, IsInTheReportAndOnThePage) {
     const auto read = fromJson<Report>(json, "report.json");
     ASSERT_TRUE(read && read->baseline);
     EXPECT_EQ(jsonOf(*read->baseline), json.at("baseline"));
-    const std::string page = renderReportHtml(json, "");
+    const std::string page = renderReportHtml(json, {""});
     for (const char* words : {"Compared with the baseline", "old/report.json", "+20.00 %", "+5.00 %"}) EXPECT_THAT(page, HasSubstr(words));
-    EXPECT_THAT(renderReportHtml(toJson(reportOf({})), ""), Not(HasSubstr("Compared with the baseline")));
-    EXPECT_THAT(renderReportHtml(Json{{"baseline", {{"assets", 3}}}}, ""), HasSubstr("Compared with the baseline"));
+    EXPECT_THAT(renderReportHtml(toJson(reportOf({})), {""}), Not(HasSubstr("Compared with the baseline")));
+    EXPECT_THAT(renderReportHtml(Json{{"baseline", {{"assets", 3}}}}, {""}), HasSubstr("Compared with the baseline"));
 }
 
 }  // namespace
