@@ -74,7 +74,7 @@ public:
                 const auto betterI = hn::RebindMask(DI(), better);
                 const F lost = hn::IfThenElse(better, score[i], error);
                 const I lostCandidate = hn::IfThenElse(betterI, kept[i], candidate);
-                score[i] = hn::Min(score[i], error);
+                score[i] = hn::IfThenElse(better, error, score[i]);  // not Min: an error that is no number is never better
                 kept[i] = hn::IfThenElse(betterI, candidate, kept[i]);
                 error = lost;
                 candidate = lostCandidate;

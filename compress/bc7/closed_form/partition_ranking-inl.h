@@ -49,7 +49,7 @@ struct Bc7Ranking {
             const auto betterI = hn::RebindMask(hn::RebindToSigned<D>(), better);
             const auto lost = hn::IfThenElse(better, score[i], error);
             const auto lostCandidate = hn::IfThenElse(betterI, choice[i], candidate);
-            score[i] = hn::Min(score[i], error);
+            score[i] = hn::IfThenElse(better, error, score[i]);  // not Min: an error that is no number is never better
             choice[i] = hn::IfThenElse(betterI, candidate, choice[i]);
             error = lost;
             candidate = lostCandidate;

@@ -226,6 +226,12 @@ private:
             for (int c = 0; c < kChannels; ++c) first.sum[c] = first.sum[c] - other.sum[c];
             for (int i = 0; i < kProducts; ++i) first.product[i] = first.product[i] - other.product[i];
         }
+        // What the differences leave of a region without weight is rounding, of either sign: it has no mean.
+        constexpr float kRoundingOfSums = 4e-6f;
+        const M hasWeight = first.n > texels_.total * set(kRoundingOfSums);
+        first.n = hn::IfThenElseZero(hasWeight, first.n);
+        for (F& v : first.sum) v = hn::IfThenElseZero(hasWeight, v);
+        for (F& v : first.product) v = hn::IfThenElseZero(hasWeight, v);
     }
     /// Rounds positions to indices and adds up the sums for the interpolation weights of the format.
     template <class Position>

@@ -82,7 +82,7 @@ private:
             const auto betterI = hn::RebindMask(DI(), better);
             const F lost = select(better, error_[i], error);
             const I lostNumber = hn::IfThenElse(betterI, number_[i], number);
-            error_[i] = hn::Min(error_[i], error);
+            error_[i] = select(better, error, error_[i]);  // not Min: an error that is no number is never better
             number_[i] = hn::IfThenElse(betterI, number, number_[i]);
             error = lost;
             number = lostNumber;

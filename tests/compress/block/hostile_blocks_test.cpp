@@ -24,6 +24,32 @@ void soak(PixelFormat format, int level, std::int64_t blockCount, std::uint64_t 
     }
 }
 
+/// Gives the texels weights: of four sizes, or over eight decades with none on one side of each block, as beside a chart or dark light.
+enum class Weights { Few, Wide };
+void weigh(HostileImage& image, Weights weights, Random& random) {
+    formats::Image<float>& significance = image.significance;
+    if (weights == Weights::Few) {
+        for (float& weight : significance.texels()) weight = static_cast<float>(random.below(4)) / 3;
+        return;
+    }
+    for (int top = 0; top < significance.height(); top += 4)
+        for (int left = 0; left < significance.width(); left += 4) {
+            const int cut = random.below(4), rowShare = random.below(2), largest = random.below(27);
+            for (int t = 0; t < kTexelCount; ++t) {
+                const int along = rowShare ? t / 4 : t % 4;
+                const float exponent = static_cast<float>(-largest) * (along == 3 ? 0.2f : 1.0f) - random.unit();
+                significance.at(left + t % 4, top + t / 4) = along < cut ? 0.0f : std::exp2(exponent);
+            }
+        }
+}
+
+/// Returns the largest error that a block may have beside one colour. Where weights span eight decades, sums of floats and the integers of
+/// the fast kernels lose the small ones: such a block may err by a few codes more, but never lose its light.
+double mostOf(double oneColour, Weights weights) {
+    constexpr double kCodes = 20.0 / 255;
+    return weights == Weights::Few ? 1.02 * oneColour : 4 * oneColour + kCodes * kCodes * std::min(1.0, 1e6 * oneColour);
+}
+
 class HostileFormat : public testing::TestWithParam<PixelFormat> {};
 std::string nameOf(const testing::TestParamInfo<PixelFormat>& instance) {
     std::string name(formats::info(instance.param).name);
@@ -74,20 +100,21 @@ AgainstOneColour againstOneColour(PixelFormat format, const HostileImage& image,
 
 TEST(HostileBlocks, NoBlockOfUnormFormatsIsWorseThanOneColour) {
     for (const PixelFormat format : {PixelFormat::Bc1, PixelFormat::Bc3, PixelFormat::Bc4, PixelFormat::Bc5, PixelFormat::Bc7})
-        for (const int level : {0, 1, 2, 3, 5, 7}) {
+        for (const int level : {0, 1, 2, 3, 5, 7, 10, 11, 12, 13, 15, 17}) {
             Random random(static_cast<std::uint64_t>(level) + 7);
-            HostileImage image = makeHostileImage(random, 2048, level);
-            for (float& weight : image.significance.texels()) weight = static_cast<float>(random.below(4)) / 3;
+            HostileImage image = makeHostileImage(random, 2048, level % 10);
+            const Weights weights = level < 10 ? Weights::Few : Weights::Wide;
+            weigh(image, weights, random);
             const Encoded result = encode(format, image.texels, image.options, image.significance.view());
             int worse = 0;
             for (int y = 0; y < image.texels.height(); y += 4)
                 for (int x = 0; x < image.texels.width(); x += 4) {
                     const AgainstOneColour found = againstOneColour(format, image, result.decoded, x, y);
-                    if (found.error > 1.02 * found.oneColour && worse++ == 0)
+                    if (found.error > mostOf(found.oneColour, weights) && worse++ == 0)
                         ADD_FAILURE() << found.error << " where one colour has " << found.oneColour << "; "
                                       << describeBlock(image, format, x, y);
                 }
-            EXPECT_EQ(worse, 0) << formats::info(format).name << " effort " << level;
+            EXPECT_EQ(worse, 0) << formats::info(format).name << " effort " << level % 10;
         }
 }
 
@@ -129,13 +156,14 @@ TEST(HostileBlocks, NoBlockOfBc6hIsWorseThanOneColour) {
             for (int round = 0; round < 6; ++round) {
                 Random random(static_cast<std::uint64_t>(level + 10 * round) + 7);
                 HostileImage image = makeHostileImage(random, 1024, level);
-                for (float& weight : image.significance.texels()) weight = static_cast<float>(random.below(4)) / 3;
+                const Weights weights = round < 3 ? Weights::Few : Weights::Wide;
+                weigh(image, weights, random);
                 const Encoded result = encode(format, image.texels, image.options, image.significance.view());
                 int worse = 0;
                 for (int y = 0; y < image.texels.height(); y += 4)
                     for (int x = 0; x < image.texels.width(); x += 4) {
                         const AgainstOneColour found = againstOneLight(format, image, result.decoded, x, y);
-                        if (found.error > 1.02 * found.oneColour && worse++ == 0)
+                        if (found.error > mostOf(found.oneColour, weights) && worse++ == 0)
                             ADD_FAILURE() << found.error << " where one colour has " << found.oneColour << "; "
                                           << describeBlock(image, format, x, y);
                     }
