@@ -81,6 +81,20 @@ void describe(Fields& fields, Self& place) {
     fields.optional("view", place.view, "the mesh around the texel, rendered");
 }
 
+/// The 4 x 4 block of a light map that errs most, at the normals of its texels.
+struct BlockFigures {
+    std::array<int, 2> block{};  ///< its first texel: x and y
+    std::array<int, 2> texel{};  ///< its worst texel: x and y
+    double visible = -1;         ///< mean visible error over the block; negative: no block
+    bool isKnown() const { return visible >= 0; }
+};
+template <class Fields, Is<BlockFigures> Self>
+void describe(Fields& fields, Self& block) {
+    fields.required("block", block.block, "its first texel: x and y");
+    fields.required("texel", block.texel, "its worst texel: x and y");
+    fields.required("visible", block.visible, kFigure, "mean visible error over the block, at the normals of its texels");
+}
+
 /// Pictures of an asset, relative to its folder.
 struct PreviewFiles {
     std::string reference, cooked, difference;
@@ -120,6 +134,7 @@ struct VerifyResult {
     std::optional<PreviewFiles> preview;
     std::optional<SeamFigures> seams;
     std::optional<ChartSummary> charts;
+    std::optional<BlockFigures> worstBlock;  ///< of a light map
     std::optional<Json> measures;     ///< figures of a kind of its own, by name: the report has a caption for each
     std::optional<Json> groundTruth;  ///< see ground_truth.h
 };
@@ -134,6 +149,7 @@ void describe(Fields& fields, Self& result) {
     fields.optional("preview", result.preview, "pictures");
     fields.optional("seams", result.seams, "steps of light at edges that charts share");
     fields.optional("charts", result.charts, "memory and visible errors of the charts");
+    fields.optional("worst_block", result.worstBlock, "the 4 x 4 block of a light map that errs most");
     fields.optional("measures", result.measures, "further figures of the kind");
     fields.optional("ground_truth", result.groundTruth, "errors against traced light");
 }

@@ -53,6 +53,7 @@ ReportRow rowOf(const CookedAsset& asset, CookResult cook, VerifyResult verifica
     row.preview = std::move(verification.preview);
     row.seams = std::move(verification.seams);
     row.charts = std::move(verification.charts);
+    row.worstBlock = verification.worstBlock;
     row.measures = std::move(verification.measures);
     row.groundTruth = std::move(verification.groundTruth);
     return row;

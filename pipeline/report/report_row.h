@@ -102,6 +102,7 @@ struct ReportRow {
     std::optional<SeamFigures> seams;
     std::optional<SplitSeams> splitSeams;  ///< of the first map of a split
     std::optional<ChartSummary> charts;
+    std::optional<BlockFigures> worstBlock;
     std::optional<Json> measures, groundTruth;
     std::optional<WholeFigures> whole;
     std::vector<Failure> failures;  ///< of an asset that did not pass
@@ -150,6 +151,7 @@ void describe(Fields& fields, Self& row) {
     fields.optional("split_seams", row.splitSeams,
                     "of the first map of a split light map: steps of light at edges between its maps; its limit is `max_seam` there");
     fields.optional("charts", row.charts, "memory and visible errors of the charts of a light map with a mesh");
+    fields.optional("worst_block", row.worstBlock, "the 4 x 4 block of a light map that errs most");
     fields.optional("measures", row.measures, "further figures of the kind");
     fields.optional("ground_truth", row.groundTruth, "errors against traced light");
     fields.optional("whole", row.whole,

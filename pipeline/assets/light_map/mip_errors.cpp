@@ -5,15 +5,13 @@
 #include <algorithm>
 
 #include "formats/chart_clusters.h"
-#include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/block_errors.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
+#include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/mips.h"
-#include "pipeline/assets/light_map/rim_errors.h"
-#include "pipeline/assets/light_map/texel_squares.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/verdict.h"
 #include "pipeline/graph/parallel_for.h"
-#include "verify/block_errors.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -40,8 +38,7 @@ Result<std::vector<std::uint8_t>> clustersOfLevel0(const MippedLightMap& map) {
 struct MipPart {
     verify::LightMapErrors errors;
     verify::ShadedErrors blend;  ///< between this level and the larger one
-    verify::BlockErrors blocks;
-    RimErrors rims;
+    WorstBlock block;
 };
 
 /// A level of a map, as it was baked and cooked.
@@ -61,23 +58,25 @@ Result<verify::ShadedErrors> compareBetween(const Level& larger, const Level& sm
                                                   strip.firstRow, strip.rowCount);
 }
 
-Result<MipPart> compareStrip(const Level& larger, const Level& level, bool isFlat, double key, int index) {
+Result<MipPart> compareStrip(const Level& larger, const Level& level, const verify::Viewing& viewing, int index) {
     const auto strip = readStrip(level.bake, level.cooked, index);
     if (!strip) return tl::make_unexpected(strip.error());
     const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
-    verify::BlockErrors blocks(level.bake.width(), rowCount, firstRow);
-    RimErrors rims(level.bake.width(), rowCount, firstRow);
-    if (auto added = rims.add(level.bake, level.cooked, *strip, isFlat, key); !added) return tl::make_unexpected(added.error());
+    VisibleBlocks blocks(level.bake.width(), rowCount, firstRow);
+    blocks.addRims(level.cooked, *strip, viewing);
     auto blend = compareBetween(larger, level, *strip);
     if (!blend) return tl::make_unexpected(blend.error());
-    for (int y = 0; y < rowCount; ++y)
-        for (int x = 0; x < level.bake.width(); ++x) {
-            if (reference.covered.at(x, y) == 0) continue;
-            const TexelSquares squares = squaresOf(reference.sh.at(x, y), seen.at(x, y), reference.normal.at(x, y), isFlat);
-            blocks.add(x, firstRow + y, squares.error, squares.reference);
-        }
-    return MipPart{level.cooked.verifier().verifyRows(texels, reference, firstRow, rowCount), std::move(*blend), std::move(blocks),
-                   std::move(rims)};
+    LitRow lit(level.bake.width(), viewing);
+    for (int y = 0; y < rowCount; ++y) {
+        for (int x = 0; x < level.bake.width(); ++x)
+            if (reference.covered.at(x, y) != 0) lit.set(x, reference.sh.at(x, y), seen.at(x, y), reference.normal.at(x, y));
+        lit.compare();
+        for (int x = 0; x < level.bake.width(); ++x)
+            if (reference.covered.at(x, y) != 0) blocks.add(x, firstRow + y, lit.visible(x));
+    }
+    WorstBlock block;
+    block.merge(blocks);
+    return MipPart{level.cooked.verifier().verifyRows(texels, reference, firstRow, rowCount), std::move(*blend), block};
 }
 
 /// Adds a violation for each limit that a level, or the mix of two, is over.
@@ -117,7 +116,6 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
                        fmt::format("found {} mip levels, expected at most {}: {}", count, (*survey)->count, (*survey)->end));
     const auto clusters = clustersOfLevel0(map);
     if (!clusters) return tl::make_unexpected(clusters.error());
-    const bool isFlat = formats::isFlat(map.asset.layout);
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = map.parameters.samples;
     std::vector<CookedLightMapReader> readers;  // of the levels from 1 on
@@ -131,21 +129,19 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
         if (!cooked) return tl::make_unexpected(cooked.error());
         const Level larger{mip == 1 ? map.bake : map.bake.mip(mip - 1), readers.empty() ? level0 : readers.back()};
         const Level level{bake, *cooked};
-        MipPart whole{cooked->verifier().noErrors(), {}, verify::BlockErrors(bake.width(), 0), RimErrors(bake.width())};
+        MipPart whole{cooked->verifier().noErrors(), {}, {}};
         const auto compared = foldInOrder<MipPart>(
             bake.stripCount(), context, fmt::format("verify mip {} of {}", mip, context.action.asset),
-            [&](int index) { return compareStrip(larger, level, isFlat, map.key, index); },
+            [&](int index) { return compareStrip(larger, level, map.viewing, index); },
             [&](const MipPart& part) {
                 whole.errors.merge(part.errors);
                 whole.blend.merge(part.blend);
-                whole.blocks.merge(part.blocks);
-                whole.rims.merge(part.rims);
+                whole.block.merge(part.block);
             });
         if (!compared) return tl::make_unexpected(compared.error());
         verify::StageError total = whole.errors.figures().back();
         total.name = fmt::format("mip {}", mip);
-        checkBlocks(whole.blocks, total.name + ", ", map.maxError, violations);
-        whole.rims.check(total.name + ", ", map.maxError, violations);
+        whole.block.check(total.name + ", ", map.allowedOfBlock(), violations);
         holdToLimits(total, map, violations);
         if (map.parameters.maxVisibleBound && !hasVisibleBound(total))
             violations.push_back(unknownBound(total.name, *map.parameters.maxVisibleBound));

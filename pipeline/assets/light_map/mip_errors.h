@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "pipeline/assets/light_map/block_errors.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/source.h"
@@ -27,6 +28,8 @@ struct MippedLightMap {
     double maxError = 0;
     double key = 0;  ///< of level 0, as is the display
     verify::Viewing viewing;
+
+    double allowedOfBlock() const { return pipeline::allowedOfBlock(maxError, parameters.maxVisible); }
 };
 
 /// Errors of each level from 1 on, "mip 1" and on, and between each and the larger one before it, "mip 0 to 1" and on.

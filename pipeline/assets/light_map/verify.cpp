@@ -10,6 +10,7 @@
 #include "formats/light_map_layout.h"
 #include "lighting/radiometry.h"
 #include "lighting/sphere.h"
+#include "pipeline/assets/light_map/block_errors.h"
 #include "pipeline/assets/light_map/chart_errors.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/ground_truth.h"
@@ -17,11 +18,9 @@
 #include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/mesh_view.h"
 #include "pipeline/assets/light_map/mip_errors.h"
-#include "pipeline/assets/light_map/rim_errors.h"
 #include "pipeline/assets/light_map/seams.h"
 #include "pipeline/assets/light_map/small_charts.h"
 #include "pipeline/assets/light_map/survey.h"
-#include "pipeline/assets/light_map/texel_squares.h"
 #include "pipeline/assets/light_map/unpacked_errors.h"
 #include "pipeline/assets/light_map/worst_places.h"
 #include "pipeline/assets/lut/light_moments.h"
@@ -31,7 +30,6 @@
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
-#include "verify/block_errors.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -43,45 +41,6 @@ using formats::Result;
 /// Returns true if a stage of a layout encodes what the stage before it leaves.
 bool isResidual(std::string_view stage) {
     return stage == "stage 2" || stage.starts_with("residual ");
-}
-
-/// Returns the texel, normal and channel of a block with the largest local error of exit radiance, over the texel's own normal and 32 of
-/// the hemisphere around it.
-Result<verify::ErrorPlace> worstInBlock(LightMapSource& bake, const CookedLightMapReader& cooked, const verify::BlockErrors::Block& block,
-                                        double key) {
-    const auto texels = coveredOfBlock(bake, block.x, block.y);
-    if (!texels) return tl::make_unexpected(texels.error());
-    constexpr int kRows = verify::BlockErrors::kSize, kNormals = 32;
-    const int rowCount = std::min(kRows, bake.height() - block.y);
-    const auto rows = cooked.read(block.y, rowCount);
-    if (!rows) return tl::make_unexpected(rows.error());
-    const auto surface = bake.rows(block.y, rowCount);
-    if (!surface) return tl::make_unexpected(surface.error());
-    const auto seen = cooked.verifier().reconstruct(*rows, block.y, rowCount, 1, &*surface);
-    verify::ErrorPlace worst;
-    for (const BakedTexel& texel : *texels) {
-        const glm::dmat3 frame = lighting::worldFromTangentFrame(glm::dvec3(texel.normal));
-        for (int i = -1; i < kNormals; ++i) {
-            const glm::dvec3 normal = i < 0 ? glm::dvec3(texel.normal) : frame * lighting::fibonacciHemisphere(i, kNormals);
-            const auto exit = [&](const lighting::ShRgb& sh) {
-                return glm::dvec3(lighting::lambertExitRadiance(sh, glm::vec3(normal), glm::vec3(1)).value);
-            };
-            const glm::dvec3 reference = exit(texel.sh), found = exit(seen.at(texel.x, texel.y - block.y));
-            for (int channel = 0; channel < 3; ++channel) {
-                const double local = std::abs(found[channel] - reference[channel]) /
-                                     (std::abs(reference[channel]) + lighting::kLocalErrorFloor * (key > 0 ? key : 1));
-                if (worst.isKnown() && !(local > worst.local)) continue;
-                worst.x = texel.x;
-                worst.y = texel.y;
-                worst.channel = channel;
-                worst.normal = normal;
-                worst.reference = reference[channel];
-                worst.found = found[channel];
-                worst.local = local;
-            }
-        }
-    }
-    return worst;
 }
 
 /// Returns the RMS of the light that the map's errors are a part of. The verifier works in units of the key, where there is one.
@@ -102,16 +61,14 @@ LightFigures lightOf(const LightMapSource& bake, const verify::LightMapErrors& e
 /// Errors and light of some strips.
 struct LightMapPart {
     verify::LightMapErrors errors;
-    verify::BlockErrors blocks;
-    RimErrors rims;
+    WorstBlock block;
     std::vector<verify::LightMapTruthPlace> truthPlaces;
     LightMoments light;
     WorstTexels worst;
     ChartErrors charts;
     void merge(const LightMapPart& other) {
         errors.merge(other.errors);
-        blocks.merge(other.blocks);
-        rims.merge(other.rims);
+        block.merge(other.block);
         light.merge(other.light);
         worst.merge(other.worst);
         charts.merge(other.charts);
@@ -125,8 +82,6 @@ struct Comparison {
     const CookedLightMapReader& cooked;
     const GroundTruth& truth;
     verify::Viewing viewing;
-    bool isFlat;
-    double key;
     std::optional<double> tilt;  ///< of normal maps [degrees]; empty: surfaces show light at their own normals alone
     const std::optional<MapCharts>& charts;
     Preview& preview;
@@ -134,11 +89,11 @@ struct Comparison {
 
 /// Compares one strip of a cooked map with the bake.
 Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
-    const auto& [bake, cooked, truth, viewing, isFlat, key, tilt, charts, preview] = comparison;
+    const auto& [bake, cooked, truth, viewing, tilt, charts, preview] = comparison;
     const auto strip = readStrip(bake, cooked, index);
     if (!strip) return tl::make_unexpected(strip.error());
     const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
-    verify::BlockErrors blocks(bake.width(), rowCount, firstRow);
+    VisibleBlocks blocks(bake.width(), rowCount, firstRow);
     LightMoments light;
     LitRow lit(bake.width(), viewing);
     std::optional<NormalCap> cap;
@@ -151,8 +106,6 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
             if (reference.covered.at(x, y) == 0) continue;
             const glm::vec3 normal = reference.normal.at(x, y);
             light.add(reference.sh.at(x, y), normal);
-            const TexelSquares squares = squaresOf(reference.sh.at(x, y), seen.at(x, y), normal, isFlat);
-            blocks.add(x, firstRow + y, squares.error, squares.reference);
             lit.set(x, reference.sh.at(x, y), seen.at(x, y), normal);
         }
         lit.compare();
@@ -160,6 +113,7 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
             if (reference.covered.at(x, y) != 0) {
                 preview.set(x, firstRow + y, lit.reference(x), lit.found(x), lit.visible(x));
                 worst.add(x, firstRow + y, lit.visible(x));
+                blocks.add(x, firstRow + y, lit.visible(x));
                 if (charts) chartErrors.add(groups.at(x, y), x, firstRow + y, lit.visible(x));
                 if (cap && preview.shows(x, firstRow + y))
                     preview.setAtAnyNormal(x, firstRow + y, cap->worst(reference.sh.at(x, y), seen.at(x, y), reference.normal.at(x, y)));
@@ -167,11 +121,11 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
     }
     const auto traced = truth.within(reference, firstRow, rowCount);
     if (!traced) return tl::make_unexpected(traced.error());
-    RimErrors rims(bake.width(), rowCount, firstRow);
-    if (auto added = rims.add(bake, cooked, *strip, isFlat, key); !added) return tl::make_unexpected(added.error());
+    blocks.addRims(cooked, *strip, viewing);
+    WorstBlock block;
+    block.merge(blocks);
     return LightMapPart{cooked.verifier().verifyRows(texels, reference, firstRow, rowCount),
-                        std::move(blocks),
-                        std::move(rims),
+                        block,
                         lightMapPlaces(*traced, reference, seen, firstRow),
                         light,
                         worst,
@@ -209,17 +163,12 @@ bool isRightOnSurface(const std::vector<verify::LightMapErrors::Stage>& stages, 
     return !addsError(first->surface.relRms(), second->surface.relRms());
 }
 
-/// Returns the faults of a map: a block or a rim that is too far off, or a residual stage that adds to the error both at texel centres and
-/// on the surface.
-Result<std::vector<verify::Violation>> violationsOf(const MippedLightMap& map, const LightMapPart& whole,
-                                                    const std::vector<verify::StageError>& stages, const CookedLightMapReader& cooked) {
+/// Returns the faults of a map: a block that lost its light, or a residual stage that adds to the error both at texel centres and on the
+/// surface.
+std::vector<verify::Violation> violationsOf(const MippedLightMap& map, const LightMapPart& whole,
+                                            const std::vector<verify::StageError>& stages) {
     std::vector<verify::Violation> violations;
-    if (const auto block = checkBlocks(whole.blocks, "", map.maxError, violations)) {
-        const auto worst = worstInBlock(map.bake, cooked, *block, map.key);
-        if (!worst) return tl::make_unexpected(worst.error());
-        violations.back().at = *worst;
-    }
-    whole.rims.check("", map.maxError, violations);
+    whole.block.check("", map.allowedOfBlock(), violations);
     for (std::size_t i = 1; i < stages.size(); ++i) {
         const std::string &before = stages[i - 1].name, &after = stages[i].name;
         if (isResidual(after) && !isRightOnSurface(whole.errors.stages, before, after))
@@ -322,13 +271,7 @@ Result<std::optional<BakeBefore>> openBakeBefore(const ActionContext& context, c
 
 /// Compares all strips of a cooked map with the bake.
 Result<LightMapPart> compareStrips(const Comparison& comparison, const ActionContext& context) {
-    LightMapPart whole{comparison.cooked.verifier().noErrors(),
-                       verify::BlockErrors(comparison.bake.width(), 0),
-                       RimErrors(comparison.bake.width()),
-                       {},
-                       {},
-                       {},
-                       {}};
+    LightMapPart whole{comparison.cooked.verifier().noErrors(), {}, {}, {}, {}, {}};
     const auto compared = foldInOrder<LightMapPart>(
         comparison.bake.stripCount(), context, "verify " + context.action.asset, [&](int index) { return compareStrip(comparison, index); },
         [&](const LightMapPart& part) { whole.merge(part); });
@@ -348,12 +291,12 @@ Result<VerifyResult> judgeMap(const MippedLightMap& map, const LightMapPart& who
         measures = {{note_keys::kUnreadTexels, errors->unreadTexels}};
         addUnpackedStage(stages, std::move(errors->total), before->unpacked.packing.reducedCharts == 0);
     }
-    auto violations = violationsOf(map, whole, stages, cooked);
-    if (!violations) return tl::make_unexpected(violations.error());
-    checkLayout(map.asset.layout, parameters.shading, stages.back(), map.maxError, *violations);
-    auto mips = mipErrors(map, cooked, *violations, context);
+    auto violations = violationsOf(map, whole, stages);
+    checkLayout(map.asset.layout, parameters.shading, stages.back(), map.maxError, violations);
+    auto mips = mipErrors(map, cooked, violations, context);
     if (!mips) return tl::make_unexpected(mips.error());
-    VerifyResult result = judged(stages, map.maxError, watch, std::move(*violations), parameters.maxVisible, parameters.maxVisibleBound);
+    VerifyResult result = judged(stages, map.maxError, watch, std::move(violations), parameters.maxVisible, parameters.maxVisibleBound);
+    if (whole.block.figures().isKnown()) result.worstBlock = whole.block.figures();
     result.key = map.key;
     result.mips = std::move(mips->levels);
     result.mipBlends = std::move(mips->blends);
@@ -390,14 +333,12 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const auto truth = GroundTruth::open(context, bake, description->colors);
     if (!truth) return tl::make_unexpected(truth.error());
 
-    // Blocks of a flat map are checked for what it stores, whatever the materials need.
-    const bool isFlat = formats::isFlat(asset->layout);
     Preview preview(bake.width(), bake.height(), key);
     const auto mesh = meshOf(context);
     // A map of constant light stands for texels that no chart names.
     const auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
-    const auto tilt = comparedTilt(parameters->shading, isFlat);
-    const auto whole = compareStrips({bake, *cooked, *truth, viewing, isFlat, key, tilt, charts, preview}, context);
+    const auto tilt = comparedTilt(parameters->shading, formats::isFlat(asset->layout));
+    const auto whole = compareStrips({bake, *cooked, *truth, viewing, tilt, charts, preview}, context);
     if (!whole) return tl::make_unexpected(whole.error());
 
     const MippedLightMap map{context.upstreamFolder, *asset, bake, *parameters, *maxError, key, viewing};
