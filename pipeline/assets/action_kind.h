@@ -12,6 +12,7 @@ namespace lightcook::pipeline {
 /// actions: its name, and "verify-" and its name.
 inline constexpr const char* kMaterialsKind = "materials";
 inline constexpr const char* kContentKind = "light-map-content";
+inline constexpr const char* kFloorKind = "light-map-floor";
 inline constexpr const char* kProbeUseKind = "probe-use";
 inline constexpr const char* kPackChartsKind = "pack-charts";
 inline constexpr const char* kSplitChartsKind = "split-charts";
@@ -32,6 +33,7 @@ inline constexpr const char* kProbeUseId = kProbeUseKind;
 enum class ActionStep {
     Materials,
     Content,
+    Floor,
     Pack,
     Split,
     Trial,
@@ -47,9 +49,9 @@ enum class ActionStep {
 };
 
 /// Prefixes of ids, in the order of ActionStep.
-inline constexpr std::array<std::string_view, 14> kActionIdPrefixes = {
-    "materials/", "content/",     "pack/", "split/",          "trial/",     "cook/",       "verify/",
-    "whole/",     "split-seams/", "gltf/", "lint/light-map/", "lint/mesh/", "lint/probe/", "lint/gradient/"};
+inline constexpr std::array<std::string_view, 15> kActionIdPrefixes = {
+    "materials/", "content/",     "floor/", "pack/",           "split/",     "trial/",      "cook/",         "verify/",
+    "whole/",     "split-seams/", "gltf/",  "lint/light-map/", "lint/mesh/", "lint/probe/", "lint/gradient/"};
 static_assert(kActionIdPrefixes.size() == static_cast<std::size_t>(ActionStep::LintGradient) + 1);
 
 constexpr std::string_view actionIdPrefix(ActionStep step) {

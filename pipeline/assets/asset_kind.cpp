@@ -14,6 +14,7 @@
 #include "pipeline/assets/gltf/gltf.h"
 #include "pipeline/assets/light_map/chart_split.h"
 #include "pipeline/assets/light_map/content.h"
+#include "pipeline/assets/light_map/floor.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/split_seams.h"
@@ -136,9 +137,10 @@ constexpr std::array kPlanActions = {PlanAction{kMaterialsKind, readMaterials}, 
                                      PlanAction{kPackChartsKind, packCharts},       PlanAction{kGltfKind, cookGltf},
                                      PlanAction{kLightMapTrialKind, tryLightMap},   PlanAction{kJointTrialKind, tryJointly},
                                      PlanAction{kVerifyWholeKind, verifyWhole},     PlanAction{kVerifySplitSeamsKind, verifySplitSeams},
-                                     PlanAction{kContentKind, readLightMapContent}, PlanAction{kProbeUseKind, findUnusedProbes},
-                                     PlanAction{kLintLightMapKind, lintLightMap},   PlanAction{kLintMeshKind, lintMesh},
-                                     PlanAction{kLintProbeKind, lintProbe},         PlanAction{kLintGradientKind, lintGradient}};
+                                     PlanAction{kContentKind, readLightMapContent}, PlanAction{kFloorKind, measureFloor},
+                                     PlanAction{kProbeUseKind, findUnusedProbes},   PlanAction{kLintLightMapKind, lintLightMap},
+                                     PlanAction{kLintMeshKind, lintMesh},           PlanAction{kLintProbeKind, lintProbe},
+                                     PlanAction{kLintGradientKind, lintGradient}};
 
 formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {
     return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,

@@ -150,7 +150,7 @@ Json describeScene(const Scene& scene) {
                  {"target", std::string(formats::info(scene.output.target).name)},
                  {"light_map_layout", layoutAsked(scene.output)},
                  {"max_error", errorLimit(scene.output)}};
-    if (const auto limit = visibleLimit(scene.output, std::nullopt)) json["max_visible"] = *limit;
+    if (const auto limit = visibleLimit(scene.output, LightMapEntry{})) json["max_visible"] = *limit;
     for (const auto& entry : scene.lightMaps) json["light_maps"].push_back(entry.name);
     for (const auto& entry : scene.probes) json["probes"].push_back(entry.name);
     for (const auto& entry : scene.gradients) json["gradients"].push_back(entry.name);

@@ -46,7 +46,7 @@ std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
         if (const std::string_view kind = name == entry.name ? "" : kindOfAsset(scene, name); !kind.empty())
             return fmt::format("found charts to split beside a {} '{}', expected another name for that one: a map of the split has it",
                                kind, name);
-    if (layoutAsked(output) != kAutoLayout || !(output.maxError || visibleLimit(output, entry.maxVisible)))
+    if (layoutAsked(output) != kAutoLayout || !(output.maxError || visibleLimit(output, entry)))
         return fmt::format("found charts to split without a limit within which each map gets a layout, expected max_visible or max_error{}",
                            layoutAsked(output) == kAutoLayout ? "" : ", and light_map_layout = \"auto\" or none");
     if (output.cost != formats::LayoutCost::Bytes)

@@ -8,6 +8,7 @@
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/cubemap/probe_use.h"
+#include "pipeline/assets/light_map/floor.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/results.h"
@@ -43,6 +44,23 @@ Action contentAction(const Scene& scene, const LightMapEntry& entry, const verif
             toJson(parameters),
             bakeInputs(entry.file, entry.description),
             {}};
+}
+
+/// Returns the action that measures the floor of a light map. Empty: no limit was given that a floor could be above.
+std::optional<Action> floorAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading,
+                                  const PlanOptions& options) {
+    const bool isLimited = scene.output.maxError || (visibleLimit(scene.output, entry) && !isByDefault(scene.output, entry));
+    if (!isLimited) return std::nullopt;
+    LightMapFloorParameters parameters{entry.description, shading, displayOf(scene, entry)};
+    parameters.description.repair = options.repair;
+    return Action{actionId(ActionStep::Floor, entry.name),   kFloorKind, entry.name, toJson(parameters),
+                  bakeInputs(entry.file, entry.description), {}};
+}
+
+/// Returns what to do about a floor.
+std::string remedyOf(const Scene& scene, const LightMapEntry& entry) {
+    const std::string pack = entry.mesh && !isPacked(scene.output, entry) ? ", or charts = \"pack\" lays them out anew" : "";
+    return fmt::format("leave two texels or more between the charts of the bake{}, or raise the limit", pack);
 }
 
 /// Returns the action that finds unused probes, if there are enough probes that a place may do without one.
@@ -108,8 +126,11 @@ bool mayTakeLearned(const Scene& scene, const LightMapEntry& entry) {
 
 std::vector<Action> planContents(const Scene& scene, const Needs& needs, const PlanOptions& options) {
     std::vector<Action> actions;
-    if (scene.output.keepUnused) return actions;
     const verify::LightMapShading shading = shadingOf(scene, needs);
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (isWanted(options, entry.name, AssetKind::LightMap, entry))
+            if (auto floor = floorAction(scene, entry, shading, options)) actions.push_back(std::move(*floor));
+    if (scene.output.keepUnused) return actions;
     for (const LightMapEntry& entry : scene.lightMaps)
         if (isAnyWanted(scene, options, entry)) actions.push_back(contentAction(scene, entry, shading, options));
     const auto isProbeWanted = [&](const ProbeEntry& entry) { return isWanted(options, entry.name, AssetKind::Cubemap, entry.name); };
@@ -126,11 +147,36 @@ formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs)
             needs.unusedProbes.insert(use->unused.begin(), use->unused.end());
             continue;
         }
+        if (isOfStep(id, ActionStep::Floor)) continue;
         const auto content = fromJson<LightMapContent>(record.result, id);
         if (!content) return tl::make_unexpected(content.error());
         needs.contents.emplace(actionSubject(id, ActionStep::Content), *content);
     }
     return {};
+}
+
+formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, const ExecutionResult& contents) {
+    constexpr double kSure = 0.9;  // a floor is a sample, and another layout may lose a little less than raw
+    std::vector<formats::Error> errors;
+    for (const LightMapEntry& entry : scene.lightMaps) {
+        const auto record = contents.records.find(actionId(ActionStep::Floor, entry.name));
+        if (record == contents.records.end()) continue;
+        const auto floor = fromJson<LightMapFloor>(record->second.result, record->second.id);
+        if (!floor) return tl::make_unexpected(floor.error());
+        const auto hold = [&](const char* key, const std::optional<double>& limit, double found, const std::string& words) {
+            if (!limit || *limit >= kSure * found) return;
+            const std::string at =
+                floor->texel ? fmt::format(", most at texel ({:.0f}, {:.0f})", (*floor->texel)[0], (*floor->texel)[1]) : "";
+            errors.push_back({formats::ErrorCode::Verification, entry.name,
+                              fmt::format("found {} = {:.4g}, expected at least {}, the floor of this bake: {:.2g} % of its surface lies at "
+                                          "rims of charts, where a filter reads texels outside them, and no layout errs less there{}; {}",
+                                          key, *limit, words, 100 * floor->rimShare, at, remedyOf(scene, entry))});
+        };
+        hold("max_error", scene.output.maxError, floor->relRms, fmt::format("{:.4g}", floor->relRms));
+        if (!isByDefault(scene.output, entry))
+            hold("max_visible", visibleLimit(scene.output, entry), floor->visible, fmt::format("{:.3g}", floor->visible));
+    }
+    return errors;
 }
 
 LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const std::string& asked) {
@@ -140,15 +186,12 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
     const auto found = needs.contents.find(entry.name);
     if (found == needs.contents.end()) return reduction;
     const LightMapContent& content = found->second;
-    const bool isAuto = asked == kAutoLayout, isNamed = !isAuto && !scene.output.lightMapLayout.empty();
+    const bool isAuto = asked == kAutoLayout;
     reduction.hasDirections = content.errorOfOrder0 != 0.0;
     reduction.hasDominant = !content.isBlack && reduction.hasDirections && content.hasDominant;
     reduction.isDominantConstant = content.isConstant && content.hasOneNormal;
     const std::string whyFlat = whyEnough(scene, entry, Layout::Flat, "bands 1 and 2", content.errorOfOrder0);
     const std::string whySh4 = whyEnough(scene, entry, Layout::Sh4, "band 2", content.errorOfOrder1);
-    // The layout of a map whose layout nobody named.
-    const bool mayLackBands = !isNamed && asked != nameOf(Layout::Flat);
-    const std::string_view withoutBands = !whyFlat.empty() ? nameOf(Layout::Flat) : !whySh4.empty() ? nameOf(Layout::Sh4) : asked;
     const std::optional<Layout> untried = isAuto ? untriedLayout(scene, needs, entry) : std::nullopt;
     const bool mayBeLearned = isAuto ? !untried && mayTakeLearned(scene, entry) : hasLearnedBases(asked);
     // The light of a layout in tangent space differs from surface to surface.
@@ -158,22 +201,16 @@ LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const Ligh
         const OutputSettings& output = scene.output;
         const bool isTried = !output.isWholeLimited() && (!output.budgetBytes || isErrorLimited(output, entry));
         if (untried && !isTried) reduction.layout = nameOf(*untried);
-        if (!isAuto && mayLackBands) reduction.layout = withoutBands;
         reduction.isFlatTried = isAuto && (reduction.isFlatTried || content.errorOfOrder0);
         reduction.constantOf = {content.width, content.height};
         reduction.why = fmt::format("all {} covered texels hold the same light: one block of {} x {} texels is enough", content.covered,
                                     kConstantSide, kConstantSide);
         return reduction;
     }
-    if (isAuto && content.errorOfOrder0) reduction.isFlatTried = true;
-    if (!mayLackBands) return reduction;
-    if (isAuto) {
-        if (needs.needsDirections()) reduction.whyFlat = whyFlat;
-        reduction.whySh4 = whySh4;
-        return reduction;
-    }
-    reduction.layout = withoutBands;
-    reduction.why = !whyFlat.empty() ? whyFlat : whySh4;
+    if (!isAuto) return reduction;
+    if (content.errorOfOrder0) reduction.isFlatTried = true;
+    if (needs.needsDirections()) reduction.whyFlat = whyFlat;
+    reduction.whySh4 = whySh4;
     return reduction;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/error.h"
 #include "formats/light_map.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/executor.h"
@@ -12,10 +13,14 @@
 
 namespace lightcook::pipeline {
 
-/// Returns the actions that read the contents of the assets that the options want. None if the scene keeps unused assets.
+/// Returns the actions that read the contents of the assets that the options want, none of these if the scene keeps unused assets; and
+/// those that measure the floors of light maps whose error is limited.
 std::vector<Action> planContents(const Scene& scene, const Needs& needs, const PlanOptions& options);
 /// Adds the results of these actions to the needs. Actions that failed say nothing: their assets are cooked in full.
 formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs);
+
+/// Returns an error for each limit on the errors of a light map that is below the floor of its bake: no layout keeps it.
+formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, const ExecutionResult& contents);
 
 /// Settings of a light map's cook that follow from the content of its bake.
 struct LightMapReduction {

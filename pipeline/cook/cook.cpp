@@ -186,6 +186,10 @@ private:
         addErrors(contents);
         if (isStopped(contents)) return {};
         if (auto added = addContents(contents, needs); !added) return added;
+        auto floors = errorsOfFloors(planned, contents);
+        if (!floors) return tl::make_unexpected(floors.error());
+        outcome_.errors.insert(outcome_.errors.end(), floors->begin(), floors->end());
+        if (isStopped()) return {};
         auto plan = planScene(planned, needs, planOptions_);
         if (!plan) return tl::make_unexpected(plan.error());
         if (auto checked = checkOptions(*plan); !checked) return checked;
@@ -305,6 +309,7 @@ private:
         if (!decision) return tl::make_unexpected(decision.error());
         while (true) {
             planOptions_.layouts = decision->choose();
+            planOptions_.unlimited = decision->unlimited();
             planOptions_.tableViews = decision->tableViews();
             auto plan = planScene(planned, needs, planOptions_);
             if (!plan) return plan;

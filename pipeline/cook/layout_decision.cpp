@@ -48,11 +48,10 @@ std::uint64_t MeshMemory::bytesOf(const std::string& layout) const {
 }
 
 LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
-    const auto entry = std::ranges::find(scene.lightMaps, map, &LightMapEntry::name);
-    const bool isKnown = entry != scene.lightMaps.end();
-    return {layoutErrorLimit(scene.output), visibleLimit(scene.output, isKnown ? entry->maxVisible : std::nullopt),
-            isKnown ? visibleBoundLimit(scene.output, *entry) : scene.output.maxVisibleBound,
-            isKnown ? seamLimit(scene.output, *entry) : scene.output.maxSeam};
+    const auto found = std::ranges::find(scene.lightMaps, map, &LightMapEntry::name);
+    const LightMapEntry entry = found == scene.lightMaps.end() ? LightMapEntry{} : *found;
+    return {layoutErrorLimit(scene.output), visibleLimit(scene.output, entry), visibleBoundLimit(scene.output, entry),
+            found == scene.lightMaps.end() ? scene.output.maxSeam : seamLimit(scene.output, entry)};
 }
 
 Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& open, const ExecutionResult& trials,
@@ -127,6 +126,11 @@ std::map<std::string, std::string> LayoutDecision::choose() {
     auto alone = candidates_;  // maps that no budget or limit on the whole trades
     std::erase_if(alone, [&](const auto& entry) { return choices_.contains(entry.first); });
     chosen_ = cheapestWithin(alone, 1, scene_.output.cost);
+    for (const auto& [map, candidates] : alone)
+        if (const auto entry = std::ranges::find(scene_.lightMaps, map, &LightMapEntry::name);
+            entry != scene_.lightMaps.end() && isByDefault(scene_.output, *entry) &&
+            std::ranges::none_of(candidates, [](const LightMapCandidate& each) { return each.usedOfLimits <= 1; }))
+            unlimited_.insert(map);
     if (choices_.empty()) return chosen_;
     frontier_ = allocationFrontier(allowedChoices(), otherBytes_);
     const OutputSettings& output = scene_.output;
@@ -180,9 +184,7 @@ Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
         if (record == chosen.records.end()) continue;
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
-        const verify::StageError& last = verified->verdict.stages.back();
-        const double used = verifiedUse(last, verified->seams ? verified->seams->largestAdded() : 0, limitsOf(scene_, map));
-        const double found = std::max(used, splitUse_[map][layout]);
+        const double found = std::max(verifiedUse(*verified, limitsOf(scene_, map)), splitUse_[map][layout]);
         LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
         if (found > 1 && candidate.usedOfLimits <= 1) isRefuted = true;
         candidate.usedOfLimits = found;

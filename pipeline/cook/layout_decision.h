@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,8 @@ public:
     /// with a budget the allocation of least error within it; or with a limit on what a pixel shows the smallest allocation within it, or
     /// within the budget as well. Beside an error of light maps, maps keep the cheapest within it, and the rest is for the dominant lights.
     std::map<std::string, std::string> choose();
+    /// Returns the light maps under the default limit that no layout of theirs keeps: the best one is held to no limit.
+    const std::set<std::string>& unlimited() const { return unlimited_; }
     /// Returns the views of the tables that the last choose() takes. Empty: the plan leaves none open, or no frontier to choose them by.
     const std::optional<int>& tableViews() const { return tableViews_; }
     /// Notes what verification found of the chosen assets: errors of light maps, failures, and the bytes that meshes take. Where layouts
@@ -91,6 +94,7 @@ private:
     bool areUsualTablesRefuted_ = false;    ///< they missed a limit of theirs
     bool mayShrink_ = true;                 ///< otherBytes_ was not corrected downwards yet
     std::map<std::string, std::string> chosen_;  ///< by the last choose(), as are those below
+    std::set<std::string> unlimited_;
     std::vector<AllocationPoint> frontier_;
     std::size_t chosenPoint_ = 0;
     std::optional<int> tableViews_;

@@ -156,10 +156,13 @@ private:
         return {scene_.display, converterVisibleLimit(scene_.output, ofAsset), converterVisibleBoundLimit(scene_.output, boundOfAsset)};
     }
 
-    /// Adds an asset, whose files have names of their own.
-    void addAsset(const std::string& asset, AssetKind kind) {
+    /// Notes the names of the files of an asset, which no other may have.
+    void takeNames(const std::string& asset, AssetKind kind) {
         for (const std::string& name : fileNames(asset, kind))
             if (!fileNames_.insert(inLowerCase(name)).second && takenName_.empty()) takenName_ = name;
+    }
+    void addAsset(const std::string& asset, AssetKind kind) {
+        takeNames(asset, kind);
         plan_.assets.push_back(asset);
     }
 
@@ -182,11 +185,16 @@ private:
     template <class Parameters>
     std::optional<double> limitOf(AssetKind kind, [[maybe_unused]] const Parameters& parameters) const {
         const OutputSettings& output = scene_.output;
-        if constexpr (std::is_same_v<Parameters, LightMapParameters>) return lightMapErrorLimit(output);
+        if constexpr (std::is_same_v<Parameters, LightMapParameters>) return output.maxError;
         // The parameters of a dominant light leave out the layout if it is the first one, so they do not tell whether a budget chose it.
         if constexpr (std::is_same_v<Parameters, DominantParameters>)
             if ((parameters.layout || output.isChosenByWhole()) && !output.maxConverterError) return std::nullopt;
         return info(kind).isHeldToMaxError ? errorLimit(output) : converterLimit(output);
+    }
+
+    /// Returns the limit on visible errors that a light map and its mesh are held to.
+    std::optional<double> visibleLimitOf(const LightMapEntry& entry) const {
+        return options_.unlimited.contains(entry.name) ? std::nullopt : visibleLimit(scene_.output, entry);
     }
 
     void planLightMap(const LightMapEntry& entry) {
@@ -207,6 +215,7 @@ private:
         // A mesh whose vertices name clusters depends on its light map.
         const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry) || (hasMesh && mayBeLearned);
         if ((hasMap || joint) && !isDecided) addTrial(entry, reduction, joint);
+        if (hasMesh && !isDecided) takeNames(meshAssetName(scene_, entry), AssetKind::Mesh);
         if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);
         if (hasMap && isDecided && scene_.output.gltf && entry.mesh) addGltf(entry, description);
         if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction);
@@ -281,6 +290,7 @@ private:
 
     void addTrial(const LightMapEntry& entry, const LightMapReduction& reduction, const std::optional<JointTrial>& joint) {
         plan_.undecided.push_back(entry.name);
+        takeNames(entry.name, AssetKind::LightMap);
         const TrialParameters parameters = trialParametersOf(scene_, needs_, entry, reduction, options_.repair);
         plan_.actions.push_back(trialAction(entry, parameters, joint));
     }
@@ -294,7 +304,7 @@ private:
         const LightMapVerifyParameters verification{shading_,
                                                     options_.samples,
                                                     displayOf(scene_, entry),
-                                                    visibleLimit(scene_.output, entry.maxVisible),
+                                                    visibleLimitOf(entry),
                                                     visibleBoundLimit(scene_.output, entry),
                                                     seamLimit(scene_.output, entry)};
         Inputs verifyInputs = reduction.constantOf ? bakeInputs(entry.file, entry.description) : viewedInputs(entry);
@@ -386,8 +396,7 @@ private:
         const Inputs inputs = meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake);
         Inputs verifyInputs = bakeInputs(entry.file, entry.description);
         verifyInputs.insert(inputs.begin(), inputs.end());
-        const VisibleParameters visible{displayOf(scene_, entry), visibleLimit(scene_.output, entry.maxVisible),
-                                        visibleBoundLimit(scene_.output, entry)};
+        const VisibleParameters visible{displayOf(scene_, entry), visibleLimitOf(entry), visibleBoundLimit(scene_.output, entry)};
         const std::optional<double> maxSeam = seamLimit(scene_.output, entry);
         MeshParameters parameters{description, scene_.output.draco, errorLimit(scene_.output), entry.name};
         if (visible.maxVisible || visible.maxVisibleBound) parameters.visible = visible;

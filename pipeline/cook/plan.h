@@ -26,6 +26,7 @@ struct PlanOptions {
     /// Layouts of light maps whose layout is "auto", by name, as their trials chose them. A map that is not here gets a trial instead.
     std::map<std::string, std::string> layouts = {};
     std::map<std::string, PackedLightMap> packed = {};  ///< light maps of the scene whose charts were packed, by name
+    std::set<std::string> unlimited = {};               ///< light maps that are held to no default limit (LayoutDecision::unlimited)
     std::optional<int> tableViews = {};                 ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
 };
 

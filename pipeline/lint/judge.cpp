@@ -335,7 +335,7 @@ private:
         if (!settings.white && settings.stops == 0) return;
         const lighting::Display display = settings.of(facts_.key);
         const double nits = facts_.key * display.nitsPerUnit;
-        const double limit = visibleLimit(scene_.output, entry_.maxVisible).value_or(1);
+        const double limit = visibleLimit(scene_.output, entry_).value_or(1);
         const bool isBlack = lighting::visibleDifference(glm::dvec3(facts_.key), glm::dvec3(0), display) < std::max(limit, 1.0);
         if (!isBlack && nits <= lighting::kMostNits) return;
         findings_.push_back(

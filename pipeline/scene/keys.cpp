@@ -85,14 +85,14 @@ SceneSectionInfo outputSection() {
         .intro = "",
         .keys =
             {{"target", choices(formats::allTargets()), inCode(formats::allTargets().front().name), "family of GPU formats"},
-             {"max_error", "fraction", "0.1; for light maps none, if `budget`, `max_whole_visible` or `max_whole_error` is given",
+             {"max_error", "fraction", "none; of meshes 0.1",
               "`0.02` or `\"2%\"`: limit on `rel_rms` of diffuse and of specular light, of light maps and meshes; above it verification "
-              "fails (exit code 4)"},
+              "fails (exit code 4), and a limit below what the bake itself loses is refused [at once](../theory/error.md#floor)"},
              {"max_converter_error", "fraction", "0.1, or `max_error` if that is larger",
               "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity"},
              {"max_visible", "number",
-              "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound`, `max_seam`, `max_whole_visible`, "
-              "`max_whole_error` and `budget` is given, else none",
+              "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound`, `max_whole_visible`, `max_whole_error` and "
+              "`budget` is given, else none. The default chooses the layout; where none keeps it, the best one passes",
               "limit on the [visible error](../theory/visible.md) of light maps and meshes, in just noticeable differences: 99 % of the "
               "samples are within it; above it verification fails (exit code 4)"},
              {"max_visible_bound", "number", "none",
@@ -116,8 +116,7 @@ SceneSectionInfo outputSection() {
              {"budget", "size", "none",
               "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5"},
              {"light_map_layout", choices(lightMapLayoutChoices()),
-              "`\"auto\"` where `max_error`, `max_visible`, `max_visible_bound`, `max_seam`, `max_whole_visible`, `max_whole_error`, "
-              "`budget` or `layouts` is given, else `\"ratio\"`",
+              "`\"auto\"`",
               "see [layouts](../theory/layouts.md)"},
              enumeratedKey("cost", formats::allLayoutCosts(),
                            "what `auto` keeps small where an error limits it; [light-map layouts](light-map-layouts.md) has the costs"),

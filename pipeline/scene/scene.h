@@ -42,7 +42,7 @@ struct OutputSettings {
     Target target = Target::Bc;
     formats::Container container = formats::Container::Ktx2;
     std::string lightMapLayout;  ///< one of lightMapLayoutNames(), "auto", or empty: see layoutAsked
-    /// Limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh; see errorLimit and lightMapErrorLimit.
+    /// Limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh; see errorLimit.
     std::optional<double> maxError;
     /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimit.
     std::optional<double> maxConverterError;

@@ -123,12 +123,8 @@ double errorLimit(const OutputSettings& output) {
     return output.maxError.value_or(kDefaultMaxError);
 }
 
-std::optional<double> lightMapErrorLimit(const OutputSettings& output) {
-    return output.isChosenByWhole() ? output.maxError : errorLimit(output);
-}
-
 double layoutErrorLimit(const OutputSettings& output) {
-    return lightMapErrorLimit(output).value_or(kNoErrorLimit);
+    return output.maxError.value_or(kNoErrorLimit);
 }
 
 bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry) {
@@ -160,15 +156,17 @@ int viewCountOf(const TableSettings& tables, const OutputSettings& output) {
 }
 
 std::string layoutAsked(const OutputSettings& output) {
-    if (!output.lightMapLayout.empty()) return output.lightMapLayout;
-    return output.isErrorLimited() || output.isChosenByWhole() || !output.layouts.empty() ? kAutoLayout : "ratio";
+    return output.lightMapLayout.empty() ? kAutoLayout : output.lightMapLayout;
 }
 
-std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap) {
-    if (ofLightMap) return ofLightMap;
-    if (output.maxVisible) return output.maxVisible;
-    const bool isNothingAsked = layoutAsked(output) == kAutoLayout && !output.isErrorLimited() && !output.isChosenByWhole();
-    return isNothingAsked ? std::optional(kDefaultMaxVisible) : std::nullopt;
+bool isByDefault(const OutputSettings& output, const LightMapEntry& entry) {
+    return layoutAsked(output) == kAutoLayout && !output.isChosenByWhole() && !output.maxError && !output.maxVisible && !entry.maxVisible &&
+           !visibleBoundLimit(output, entry);
+}
+
+std::optional<double> visibleLimit(const OutputSettings& output, const LightMapEntry& entry) {
+    if (entry.maxVisible) return entry.maxVisible;
+    return isByDefault(output, entry) ? std::optional(kDefaultMaxVisible) : output.maxVisible;
 }
 
 std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry) {

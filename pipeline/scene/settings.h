@@ -12,24 +12,24 @@
 
 namespace lightcook::pipeline {
 
-inline constexpr double kDefaultMaxError = 0.1;
+inline constexpr double kDefaultMaxError = 0.1;  ///< of meshes, and of converterLimit
 inline constexpr double kDefaultMaxVisible = 5;  ///< of layout "auto" where nothing else is asked for
-/// Largest rel_rms that passes where no limit is given. Light that is lost has an error of 1.
+/// Largest rel_rms that passes where no limit is given: any finite one of a right cook is smaller. Light that is lost has an error of 1.
 inline constexpr double kNoErrorLimit = 2;
 
 /// Returns max_error, or its default.
 double errorLimit(const OutputSettings& output);
 
-/// Returns the limit on rel_rms of a scene's light maps: max_error. If that is not given, there is no limit where a budget or a limit on
-/// what a pixel shows chooses the layouts; elsewhere its default holds.
-std::optional<double> lightMapErrorLimit(const OutputSettings& output);
-
-/// Returns the limit on rel_rms that the layouts of light maps are chosen by: lightMapErrorLimit, or kNoErrorLimit without one.
+/// Returns the limit on rel_rms that the layouts of light maps are chosen by: max_error, or kNoErrorLimit without one.
 double layoutErrorLimit(const OutputSettings& output);
 
+/// Returns true if the layout of a light map is open and nothing says how good it has to be: the default limit on visible errors then
+/// chooses it. It is a wish, not a demand: where no layout keeps it, the best one passes.
+bool isByDefault(const OutputSettings& output, const LightMapEntry& entry);
+
 /// Returns the limit on the 99th percentile of visible errors: that of the light map or else that of the output; without either, the
-/// default if the layout is "auto" and neither an error nor a budget is asked for. Empty: no limit.
-std::optional<double> visibleLimit(const OutputSettings& output, const std::optional<double>& ofLightMap);
+/// default where it chooses the layout (isByDefault). Empty: no limit.
+std::optional<double> visibleLimit(const OutputSettings& output, const LightMapEntry& entry);
 
 /// Returns true if a limit on the errors of a light map is given: its own or that of the output.
 bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry);
@@ -50,8 +50,7 @@ std::optional<double> visibleBoundLimit(const OutputSettings& output, const Ligh
 /// Empty: no limit.
 std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry);
 
-/// Returns the layout that the settings select: the named one; else "auto" if an error, a visible error, a budget or a list of layouts is
-/// given, else "ratio".
+/// Returns the layout that the settings select: the named one, or else "auto".
 std::string layoutAsked(const OutputSettings& output);
 
 /// Returns the layouts that "auto" may take for a light map: its own list, or else that of the output.

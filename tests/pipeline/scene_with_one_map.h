@@ -9,6 +9,7 @@ namespace lightcook::pipeline {
 inline Scene sceneWithOneMap() {
     Scene scene;
     scene.name = "s";
+    scene.output.lightMapLayout = "ratio";
     LightMapEntry map;
     map.name = "map";
     map.file = "map.exr";

@@ -68,7 +68,7 @@ public:
             writeProbe(light);
             writeGradient(light);
         }
-        writeSceneFile("");
+        writeSceneFile("light_map_layout = \"ratio\"");
     }
 
     std::filesystem::path operator/(const std::filesystem::path& name) const { return folder_ / name; }

@@ -42,10 +42,20 @@ double LayoutLimits::usedBy(double error, double visible, double bound, double s
     return areFinite ? largest : std::numeric_limits<double>::infinity();
 }
 
-double verifiedUse(const verify::StageError& stage, double seam, const LayoutLimits& limits) {
-    const bool isBoundMissing = limits.maxVisibleBound && !hasVisibleBound(stage);
-    const double bound = isBoundMissing ? std::numeric_limits<double>::infinity() : visibleBound(stage).value_or(0);
-    return limits.usedBy(std::max(stage.diffuse.relRms, stage.specular.relRms), visibleP99(stage).value_or(0), bound, seam);
+double verifiedUse(const VerifyResult& verified, const LayoutLimits& limits) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    if (!verified.verdict.violations.empty()) return kInfinity;
+    const double seam = verified.seams ? verified.seams->largestAdded() : 0;
+    const auto useOf = [&](const verify::StageError& stage) {
+        return limits.usedBy(std::max(stage.diffuse.relRms, stage.specular.relRms), visibleP99(stage).value_or(0),
+                             visibleBound(stage).value_or(0), seam);
+    };
+    const verify::StageError& last = verified.verdict.stages.back();
+    if (limits.maxVisibleBound && !hasVisibleBound(last)) return kInfinity;
+    double used = useOf(last);
+    for (const verify::StageError& level : verified.mips) used = std::max(used, useOf(level));
+    for (const verify::StageError& mix : verified.mipBlends) used = std::max(used, useOf(mix));
+    return used;
 }
 
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits) {

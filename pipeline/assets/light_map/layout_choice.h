@@ -8,6 +8,7 @@
 
 #include "formats/layout_cost.h"
 #include "pipeline/assets/light_map/trial.h"
+#include "pipeline/assets/results.h"
 #include "verify/figures.h"
 
 namespace lightcook::pipeline {
@@ -25,10 +26,10 @@ struct LayoutLimits {
     double usedBy(double error, double visible, double bound = 0, double seam = 0) const;
 };
 
-/// Returns LayoutLimits::usedBy of a verified stage. Infinite where a limit on the bound of visible errors is given and
-/// the bound is not known: verification fails it, too.
-/// seam  largest step that cooking adds to an edge; 0 without any
-double verifiedUse(const verify::StageError& stage, double seam, const LayoutLimits& limits);
+/// Returns LayoutLimits::usedBy of a verified map: the largest over its last stage, its mip levels and the mixes of two levels. Infinite
+/// where a limit on the bound of visible errors is given and the bound is not known, and for a map with a violation: verification fails
+/// them, too.
+double verifiedUse(const VerifyResult& verified, const LayoutLimits& limits);
 
 /// A layout's bytes, fetches and errors for one map.
 struct LightMapCandidate {

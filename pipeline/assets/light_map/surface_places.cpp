@@ -25,13 +25,6 @@ int rowsOfRounding(int height) {
     return (divisor - height % divisor) % divisor;
 }
 
-/// Returns a place of the footprint of a texel, from its centre: the first numbers of a sequence fill the square evenly (Roberts 2018, The
-/// Unreasonable Effectiveness of Quasirandom Sequences: multiples of the plastic number's inverse powers).
-glm::dvec2 placeInTexel(int number) {
-    constexpr glm::dvec2 kStep(0.75487766624669276, 0.56984029099805327);
-    return glm::fract(0.5 + static_cast<double>(number) * kStep) - 0.5;
-}
-
 /// Returns true if charts may meet at a place.
 /// at  in texels of the map, whose rows the filter reads
 bool mayCrossCharts(const formats::LightMapStrip& texels, const glm::dvec2& at) {
@@ -62,6 +55,11 @@ std::optional<lighting::ShRgb> bakeAt(const formats::LightMapStrip& texels, cons
 }
 
 }  // namespace
+
+glm::dvec2 placeInTexel(std::int64_t number) {
+    constexpr glm::dvec2 kStep(0.75487766624669276, 0.56984029099805327);
+    return glm::fract(0.5 + static_cast<double>(number) * kStep) - 0.5;
+}
 
 /// The step is odd, so that places fall on every texel of a block.
 SurfacePlaces::SurfacePlaces(int width, int height)

@@ -2,6 +2,7 @@
 // as often as anywhere else. The light of a bake there is filtered between covered texels alone.
 #pragma once
 
+#include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <vector>
@@ -16,6 +17,10 @@ struct SurfacePlace {
     glm::vec3 normal{0};   ///< of the texel whose footprint holds the place
     lighting::ShRgb bake;  ///< filtered light
 };
+
+/// Returns a place of the footprint of a texel, from its centre: the first numbers of a sequence fill the square evenly (Roberts 2018, The
+/// Unreasonable Effectiveness of Quasirandom Sequences: multiples of the plastic number's inverse powers).
+glm::dvec2 placeInTexel(std::int64_t number);
 
 class SurfacePlaces {
 public:

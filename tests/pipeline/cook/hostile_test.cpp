@@ -57,6 +57,7 @@ TEST(Names, AssetsWhoseFilesWouldClashAreRefused) {
 
 TEST(Names, AMeshUnderTwoLightMapsIsAnAssetForEach) {
     Scene scene;
+    scene.output.lightMapLayout = "ratio";
     for (const char* name : {"sun", "sky"}) {
         LightMapEntry entry;
         entry.name = name;

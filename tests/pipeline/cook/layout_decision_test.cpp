@@ -12,6 +12,7 @@
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/manifest/cooked_asset.h"
+#include "pipeline/scene/settings.h"
 #include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -62,7 +63,22 @@ TEST(CookScene, ANamedLayoutIsNotTried) {
     EXPECT_EQ(assetOf(named.report, "map").at("layout"), "luvw");
     EXPECT_FALSE(assetOf(named.report, "map").contains("trial_candidates"));
     scene.writeSceneFile("");
-    EXPECT_EQ(assetOf(cook(scene.options()).report, "map").at("layout"), "ratio") << "without an error or a budget named";
+    const Json open = assetOf(cook(scene.options()).report, "map");
+    EXPECT_TRUE(open.contains("trial_candidates")) << "without a layout";
+    EXPECT_EQ(open.at("limit").at("max_visible"), kDefaultMaxVisible);
+}
+
+/// The default limit is a wish: where no layout that may be taken keeps it, the best one passes, held to no limit.
+TEST(CookScene, ADefaultLimitThatNoLayoutKeepsRefusesNothing) {
+    const SmallScene scene(Parts::LightMap);
+    scene.writeSceneFile("layouts = [\"godot\", \"mono-sh\"]");
+    const Outcome outcome = cook(scene.options());
+    ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+    const Json map = assetOf(outcome.report, "map");
+    EXPECT_FALSE(map.at("limit").contains("max_visible"));
+    EXPECT_GT(map.at("stages").back().at("error").at("specular").at("visible").at("p99").get<double>(), kDefaultMaxVisible);
+    scene.writeSceneFile("layouts = [\"godot\", \"mono-sh\"]\nmax_visible = 5");
+    EXPECT_FALSE(cook(scene.options()).errors.empty()) << "a limit that was asked for";
 }
 
 /// A light map with a mesh, whose layouts have known bytes and errors. Trials and cooks are records that nothing has to run for.

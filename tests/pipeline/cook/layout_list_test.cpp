@@ -102,7 +102,8 @@ TEST_F(LayoutLists, MistakesAreRefused) {
     expectRefused(cook("layouts = [\"sh4\"]\nlight_map_layout = \"ratio\""),
                   HasSubstr("found layout ratio that the list of layouts (sh4) lacks"));
     expectRefused(cook("layouts = [\"ratio\"]\nmax_fetches = 4"), HasSubstr("expected those of one of ratio (9 fetches"));
-    expectRefused(cookMap("", "layouts = [\"sh4\"]"), HasSubstr("without layout ratio, which the scene asks for"));
+    expectRefused(cookMap("light_map_layout = \"ratio\"", "layouts = [\"sh4\"]"),
+                  HasSubstr("without layout ratio, which the scene asks for"));
     expectRefused(cookMap("max_error = 0.9\nmax_fetches = 2", "layouts = [\"sh4\"]"), HasSubstr("expected those of one of sh4"));
     scene_.writeSceneFile("layouts = [\"sh4\"]");
     CookOptions options = scene_.options();

@@ -128,7 +128,7 @@ TEST(LightMapMipsSoak, ChartsThatAreCloseEndThem) {
 
 TEST(LightMapMips, ALimitHoldsForEachLevel) {
     const MippedScene scene(8);
-    const Outcome outcome = scene.cook("light_map_layout = \"hdr\"\nmips = true\nmax_error = 1e-6");
+    const Outcome outcome = scene.cook("light_map_layout = \"hdr\"\nmips = true\nmax_error = 1e-3");
     ASSERT_FALSE(outcome.errors.empty());
     std::string all;
     for (const Json& failure : mapOf(outcome).at("failures")) all += failure.at("message").get<std::string>() + "\n";
@@ -136,7 +136,7 @@ TEST(LightMapMips, ALimitHoldsForEachLevel) {
         EXPECT_THAT(all, HasSubstr(mip));
     const Json& blends = mapOf(outcome).at("mip_blends");
     ASSERT_EQ(blends.size(), 3u);
-    for (const Json& blend : blends) EXPECT_GT(blend.at("error").at("diffuse").at("rel_rms").get<double>(), 1e-6) << blend.at("name");
+    for (const Json& blend : blends) EXPECT_GT(blend.at("error").at("diffuse").at("rel_rms").get<double>(), 1e-3) << blend.at("name");
 }
 
 TEST(LightMapMipsSoak, WithoutThemTheBytesAreTheSame) {

@@ -94,17 +94,30 @@ TEST(LayoutChoice, TheLargerPartOfTheTwoLimitsCounts) {
 
 /// A limit on the bound of visible errors is not kept by a stage that has none, or has one for a part of its light alone.
 TEST(LayoutChoice, AnUnknownBoundKeepsNoLimitOnIt) {
-    verify::StageError stage;
+    VerifyResult verified;
+    verify::StageError& stage = verified.verdict.stages.emplace_back();
     stage.diffuse.relRms = 0.01;
     stage.diffuse.visible = verify::VisibleFigures{};
     stage.specular.visible = verify::VisibleFigures{};
     const LayoutLimits limited{0.1, {}, 4};
-    EXPECT_EQ(verifiedUse(stage, 0, limited), HUGE_VAL);
+    EXPECT_EQ(verifiedUse(verified, limited), HUGE_VAL);
     stage.diffuse.visible->bound = 1;
-    EXPECT_EQ(verifiedUse(stage, 0, limited), HUGE_VAL) << "specular light has none";
-    EXPECT_DOUBLE_EQ(verifiedUse(stage, 0, {0.1, {}}), 0.1) << "without a limit it does not count";
+    EXPECT_EQ(verifiedUse(verified, limited), HUGE_VAL) << "specular light has none";
+    EXPECT_DOUBLE_EQ(verifiedUse(verified, {0.1, {}}), 0.1) << "without a limit it does not count";
     stage.specular.visible->bound = 2;
-    EXPECT_DOUBLE_EQ(verifiedUse(stage, 0, limited), 0.5);
+    EXPECT_DOUBLE_EQ(verifiedUse(verified, limited), 0.5);
+}
+
+/// What fails a verification keeps no limit: a mip level, the mix of two, a block that lost its light.
+TEST(LayoutChoice, MipLevelsAndViolationsCount) {
+    VerifyResult verified;
+    verified.verdict.stages.emplace_back().diffuse.relRms = 0.01;
+    verified.mips.emplace_back().specular.relRms = 0.02;
+    EXPECT_DOUBLE_EQ(verifiedUse(verified, {0.1, {}}), 0.2);
+    verified.mipBlends.emplace_back().diffuse.relRms = 0.2;
+    EXPECT_DOUBLE_EQ(verifiedUse(verified, {0.1, {}}), 2);
+    verified.verdict.violations.push_back({"block", "", ""});
+    EXPECT_EQ(verifiedUse(verified, {0.1, {}}), HUGE_VAL);
 }
 
 /// A layout is on the curve unless another has no more bytes and no more error.
