@@ -57,6 +57,8 @@ struct BakeFormatInfo {
     std::string_view content;  ///< the channels or files in short, for error messages: "sh00.R .. sh08.B"
     std::string_view assumes;  ///< what no file says and the reader takes for granted, in one clause; empty: nothing
     BakeConventions implied;
+    /// Longest band 1 of light, over sqrt(3) sh00, in the baker's formula: 1 of radiance, in which light from one direction has it.
+    double longestDirection = 1;
     bool hasDirections = true;                       ///< false: light comes evenly from everywhere
     bool takesEncoding = false;                      ///< the first file is a colour, which LightEncoding may encode in 8 bits
     bool takesLmbake = false;                        ///< Godot writes it, with an lmbake beside it

@@ -33,7 +33,7 @@ struct LightMapDescription {
     BakeAxes axes = {};  ///< of the coefficients, directions and normals of the file; of a tangent frame, those of its normals
     ShQuantity quantity = ShQuantity::Radiance;
     LightUnits lightUnits = LightUnits::Radiometric;
-    LightEncoding encoding = LightEncoding::None;  ///< of the file, which is an 8-bit picture then; for formats that take it
+    LightEncoding encoding = LightEncoding::Auto;  ///< of the file, if it is a picture of 8 or 16 bits; for formats that take it
     std::string image = {};                        ///< name of the image of a glTF that has several light maps; empty: it has one
     CoverageSource coverage = CoverageSource::File;
     /// Mesh that the map lies on. Needed by bake formats whose light depends on it (BakeFormatInfo::needsMesh) and for coverage from the

@@ -20,8 +20,8 @@ enum class ShFrame { World, Tangent };
 enum class ShQuantity { Radiance, Irradiance };
 /// Units of the light sources of the bake: scene key `light_units`.
 enum class LightUnits { Radiometric, Game };
-/// Encoding of the colours of an 8-bit picture: scene key `encoding`.
-enum class LightEncoding { None, Rgbm, Dldr, Srgb };
+/// Encoding of the colours of a picture of 8 or 16 bits: scene key `encoding`. Auto: the file is no such picture.
+enum class LightEncoding { Auto, None, Rgbm, Dldr, Srgb };
 /// Sources of the texels that lie inside charts: scene key `coverage`.
 enum class CoverageSource { File, Mesh };
 
@@ -57,7 +57,8 @@ inline constexpr std::array kLightUnits = {
 static_assert(isCompleteTable(kLightUnits, LightUnits::Game));
 
 inline constexpr std::array kLightEncodings = {
-    ConventionInfo<LightEncoding>{LightEncoding::None, "none", "values as stored, scene-linear"},
+    ConventionInfo<LightEncoding>{LightEncoding::Auto, "auto", "HDR values as stored; pictures of 8 or 16 bits are refused"},
+    ConventionInfo<LightEncoding>{LightEncoding::None, "none", "values as stored, scene-linear: v / 255 of 8 bits, v / 65535 of 16 bits"},
     ConventionInfo<LightEncoding>{LightEncoding::Rgbm, "rgbm", "Unity's RGBM: the sRGB curve of R, G, B times (5 A)^2.2"},
     ConventionInfo<LightEncoding>{LightEncoding::Dldr, "dldr", "Unity's double LDR: the sRGB curve of R, G, B times 4.59, which is 2^2.2"},
     ConventionInfo<LightEncoding>{LightEncoding::Srgb, "srgb", "the sRGB curve of R, G, B: light as a display shows it"},

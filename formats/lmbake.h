@@ -26,6 +26,11 @@ struct LmbakeUser {
 
 struct Lmbake {
     std::vector<LmbakeUser> users;
+    bool isDirectional = false;  ///< property uses_spherical_harmonics: the map has slices of L1
+    bool isPacked = false;       ///< property _uses_packed_directional of Godot 4.4 and later: they are L1 / (8 L0) + 0.5
+
+    /// Returns true for a bake of Godot 4.0 to 4.3, whose slices of L1 are no packed ones. No reader is for them.
+    bool hasOldDirections() const { return isDirectional && !isPacked; }
 
     /// Returns the number of slices that meshes lie in: those of the map, which has none without a mesh.
     int sliceCount() const;

@@ -11,6 +11,7 @@
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/bakery.h"
 #include "formats/bakes/deluxe.h"
+#include "formats/bakes/file_set.h"
 #include "formats/bakes/flat.h"
 #include "formats/bakes/godot.h"
 #include "formats/bakes/rnm.h"
@@ -72,6 +73,7 @@ constexpr std::array kBakeFormats = {
                    .content = "R, G, B in four slices",
                    .assumes = "the light is what Godot's shader shows, which holds less than the radiance that was baked",
                    .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .longestDirection = kLongestOfGodot,
                    .takesLmbake = true,
                    .match = matchGodot,
                    .filesBeside = filesBesideGodot,
@@ -115,6 +117,17 @@ constexpr std::array kBakeFormats = {
                    .match = matchUnityDirectional,
                    .filesBeside = filesBesideUnityDirectional,
                    .open = openUnityDirectional},
+    BakeFormatInfo{.name = "bakery-dominant",
+                   .caption = "light map of Bakery with dominant directions: files _final (HDR) and _dir (directions) of one name, as the "
+                              "shader of Unity shows it",
+                   .content = "files _final and _dir",
+                   .assumes = kUnityAxes,
+                   .implied = {ShPhase::None, ShFrame::World, ShQuantity::Radiance, {}},
+                   .takesEncoding = true,
+                   .endings = kDominantEndings,
+                   .match = matchBakeryDominant,
+                   .filesBeside = filesBesideBakeryDominant,
+                   .open = openBakeryDominant},
     BakeFormatInfo{.name = "unreal-hq",
                    .caption = "high-quality light maps of Unreal in the glTF of its own exporter, as its glTF viewer shows them: without "
                               "directions",
@@ -371,8 +384,8 @@ std::string faultOfPictureSet(const std::filesystem::path& file, std::string_vie
         const BakeMatch match = format.match(file, picture);
         if (match.kind == Kind::Certain && format.takesEncoding)
             return fmt::format(
-                "found {} of bake format {} with light in a picture of integers, expected encoding = \"rgbm\", \"dldr\" or "
-                "\"srgb\" (--encoding) for {}",
+                "found {} of bake format {} with light in a picture of integers, expected encoding = \"none\" (linear), "
+                "\"srgb\", \"rgbm\" or \"dldr\" (--encoding) for {}",
                 match.evidence, format.name, files.front().filename().string());
         if (match.kind == Kind::Partial && files.front() != file) incomplete.push_back({&format, match});
     }
@@ -384,7 +397,7 @@ std::string nameOfBake(const std::filesystem::path& file, std::string_view bake)
     const BakeFormatInfo* const format = findByName(allBakeFormats(), bake);
     std::size_t longest = 0;  // one ending may be that of another, or empty
     for (const std::string_view ending : format != nullptr ? format->endings : std::span<const std::string_view>())
-        if (stem.size() > ending.size() && stem.ends_with(ending)) longest = std::max(longest, ending.size());
+        if (stem.size() > ending.size() && endsInAnyCase(stem, ending)) longest = std::max(longest, ending.size());
     stem.resize(stem.size() - longest);
     return stem;
 }
@@ -428,7 +441,7 @@ Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::files
 }
 
 Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format, const std::string& subject) {
-    if (encoding == LightEncoding::None || format.takesEncoding) return {};
+    if (encoding == LightEncoding::Auto || encoding == LightEncoding::None || format.takesEncoding) return {};
     return failure(ErrorCode::InvalidRequest, subject + ", encoding",
                    fmt::format("found \"{}\" for bake format {}, expected none: it is for {}", nameOfConvention(encoding), format.name,
                                fmt::join(encodedBakeNames(), ", ")));

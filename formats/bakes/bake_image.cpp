@@ -20,6 +20,7 @@ namespace lightcook::formats {
 namespace {
 
 constexpr std::string_view kColours = "RGB";
+const std::string kGrey = "Y";
 
 struct Picture {
     Image<glm::vec3> colours;
@@ -31,15 +32,35 @@ Result<Picture> readPicture(const std::filesystem::path& file) {
         return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
     const Result<PlainImage> image = readImage(file);
     if (!image) return tl::make_unexpected(image.error());
-    if (image->channelCount < 3) return failure(ErrorCode::WrongShape, file.string(), "found grey texels, expected R, G and B");
     const auto& texels = image->texels;
+    const auto isGrey = [](const glm::vec4& texel) { return texel.x == texel.y && texel.x == texel.z; };
+    if (image->channelCount == 2 && !std::ranges::all_of(texels.texels(), isGrey))
+        return failure(ErrorCode::WrongShape, file.string(), "found two channels, expected R, G and B, or grey");
     Picture picture{Image<glm::vec3>(texels.width(), texels.height()), {}};
     std::ranges::transform(texels.texels(), picture.colours.texels().begin(), [](const glm::vec4& texel) { return glm::vec3(texel); });
-    if (image->channelCount > 3) {
+    constexpr int kGreyWithAlpha = 2;
+    if (image->channelCount > 3 || image->channelCount == kGreyWithAlpha) {
         picture.alpha = Image<float>(texels.width(), texels.height());
         std::ranges::transform(texels.texels(), picture.alpha.texels().begin(), [](const glm::vec4& texel) { return texel.a; });
     }
     return picture;
+}
+
+/// Returns true if an image has Y in place of R, G and B.
+bool isGreyImage(const ExrInfo& info) {
+    return info.has(kGrey) && std::ranges::all_of(info.channels, [](const std::string& name) {
+               return name == kGrey || name == "A" || std::ranges::find(kSurfaceChannels, name) != kSurfaceChannels.end();
+           });
+}
+
+/// Reads rows of an image that has Y in place of R, G and B. OpenEXR reads a channel to one place.
+Result<void> readGreyRows(const ExrReader& exr, int firstRow, int rowCount, std::span<const ExrPlane> planes) {
+    for (const ExrPlane& plane : planes) {
+        ExrPlane read = plane;
+        if (plane.channel.size() == 1 && kColours.find(plane.channel) != std::string_view::npos) read.channel = kGrey;
+        if (auto done = exr.readRows(firstRow, rowCount, {&read, 1}); !done) return done;
+    }
+    return {};
 }
 
 }  // namespace
@@ -51,16 +72,39 @@ Result<BakeImage> BakeImage::open(const std::filesystem::path& file) {
     if (!exr && !whyNoFile(file) && isPictureFile(file))
         return failure(
             ErrorCode::FormatUnsupported, file.string(),
-            "found a picture of integers, expected OpenEXR or Radiance HDR. Encoded by Unity? Set encoding = \"rgbm\" or \"dldr\". "
-            "Display colours? \"srgb\"");
+            "found a picture of integers, expected OpenEXR or Radiance HDR, or its encoding: \"none\" of linear values, \"srgb\" of "
+            "display colours, \"rgbm\" or \"dldr\" of Unity. Set encoding (--encoding)");
     if (!exr) return tl::make_unexpected(textureForImage(file, "OpenEXR or Radiance HDR").value_or(exr.error()));
     BakeImage image(file);
     image.exr_ = std::move(*exr);
     return image;
 }
 
+Result<BakeImage> BakeImage::openAs(const std::filesystem::path& file, LightEncoding encoding) {
+    switch (encoding) {
+        case LightEncoding::Auto:
+            return open(file).map(withColours);
+        case LightEncoding::None:
+            return openAny(file);
+        case LightEncoding::Rgbm:
+        case LightEncoding::Dldr:
+        case LightEncoding::Srgb:
+            break;
+    }
+    return openEncoded(file, encoding);
+}
+
+BakeImage BakeImage::withColours(BakeImage image) {
+    if (!image.exr_ || !isGreyImage(image.exr_->info())) return image;
+    image.isGrey_ = true;
+    image.pictureInfo_ = image.exr_->info();
+    std::erase(image.pictureInfo_.channels, kGrey);
+    for (const char* const colour : {"B", "G", "R"}) image.pictureInfo_.channels.emplace_back(colour);
+    return image;
+}
+
 Result<BakeImage> BakeImage::openAny(const std::filesystem::path& file) {
-    return lowerExtension(file) == ".exr" ? open(file) : openPicture(file);
+    return lowerExtension(file) == ".exr" ? open(file).map(withColours) : openPicture(file);
 }
 
 Result<BakeImage> BakeImage::openEncoded(const std::filesystem::path& file, LightEncoding encoding) {
@@ -114,7 +158,8 @@ int BakeImage::tileHeight() const {
 }
 
 Result<void> BakeImage::readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) const {
-    if (exr_) return exr_->readRows(firstRow, rowCount, planes);
+    if (exr_ && !isGrey_) return exr_->readRows(firstRow, rowCount, planes);
+    if (exr_) return readGreyRows(*exr_, firstRow, rowCount, planes);
     for (const ExrPlane& plane : planes) {
         const bool isAlpha = plane.channel == "A";
         const int channel = isAlpha ? 0 : static_cast<int>(kColours.find(plane.channel));

@@ -17,19 +17,22 @@ namespace lightcook::formats {
 
 class BakeImage {
 public:
+    /// Opens the image of colours of a bake.
+    ///   Auto          as open() does, also an EXR file of channel Y
+    ///   None          as openAny() does
+    ///   other values  a picture of integers as R, G and B in linear light. Fails for OpenEXR and Radiance files, for values outside
+    ///                 [0, 1], and for RGBM without alpha.
+    static Result<BakeImage> openAs(const std::filesystem::path& file, LightEncoding encoding);
     /// Opens an EXR file, or a Radiance picture (.hdr, .pic), which has the channels R, G and B.
     static Result<BakeImage> open(const std::filesystem::path& file);
-    /// Opens an image of any kind; 8 and 16 bits become [0, 1] without a curve. For a part of a bake that says what its values are.
+    /// Opens an image of any kind; 8 and 16 bits become [0, 1] without a curve. For a part of a bake that says what its values are. Of a
+    /// grey picture R, G and B are equal, and so they are of an EXR file of channel Y, perhaps with alpha and channels of the surface.
     static Result<BakeImage> openAny(const std::filesystem::path& file);
-
-    /// Opens an 8-bit picture whose colours are encoded, as R, G and B in linear light. Fails for OpenEXR and Radiance files, for values
-    /// outside [0, 1], and for RGBM without alpha.
-    static Result<BakeImage> openEncoded(const std::filesystem::path& file, LightEncoding encoding);
 
     const std::filesystem::path& file() const { return file_; }
     /// Returns the file's name for errors.
     std::string subject() const { return file_.string(); }
-    const ExrInfo& info() const { return exr_ ? exr_->info() : pictureInfo_; }
+    const ExrInfo& info() const { return exr_ && !isGrey_ ? exr_->info() : pictureInfo_; }
     bool isEncoded() const { return isEncoded_; }
     /// Returns the number of rows that are cheap to read together.
     int tileHeight() const;
@@ -37,13 +40,17 @@ public:
     Result<void> readRows(int firstRow, int rowCount, std::span<const ExrPlane> planes) const;
 
 private:
+    static Result<BakeImage> openEncoded(const std::filesystem::path& file, LightEncoding encoding);
     static Result<BakeImage> openPicture(const std::filesystem::path& file);
+    /// Gives R, G and B to an EXR file of channel Y.
+    static BakeImage withColours(BakeImage image);
     explicit BakeImage(std::filesystem::path file) : file_(std::move(file)) {}
 
     std::filesystem::path file_;
     std::optional<ExrReader> exr_;
     bool isEncoded_ = false;
-    ExrInfo pictureInfo_;
+    bool isGrey_ = false;  ///< the EXR file has Y in place of R, G and B
+    ExrInfo pictureInfo_;  ///< of a picture, and of an EXR file that is grey
     Image<glm::vec3> picture_;
     Image<float> alpha_;  ///< empty: the picture has none
 };

@@ -48,7 +48,7 @@ std::vector<std::filesystem::path> pagesOf(const std::filesystem::path& file) {
 }
 
 std::vector<std::filesystem::path> pairOf(const std::filesystem::path& file) {
-    if (file.stem().string().ends_with(kDeluxeEndings[1])) return filesOfMixedSet(file, kDeluxeEndings);
+    if (endsInAnyCase(file.stem().string(), kDeluxeEndings[1])) return filesOfMixedSet(file, kDeluxeEndings);
     auto files = filesOfMixedSet(file, std::span(kDeluxeEndings).first(1));
     std::filesystem::path directions =
         file.parent_path() / (file.stem().string() + std::string(kDeluxeEndings[1]) + file.extension().string());
@@ -106,7 +106,7 @@ BakeMatch matchDeluxe(const std::filesystem::path& file, const ExrInfo& info) {
     constexpr int kNumbers = 6;
     if (!isPicture(info)) return {};
     const auto files = filesBesideDeluxe(file);
-    const bool isPair = files.empty() || files[1].stem().string().ends_with(kDeluxeEndings[1]);
+    const bool isPair = files.empty() || endsInAnyCase(files[1].stem().string(), kDeluxeEndings[1]);
     BakeMatch match =
         matchFiles(file, files.empty() ? pairOf(file) : files, kNumbers, "deluxe", isPair ? FileKinds::Mixed : FileKinds::Same);
     // Every picture may lack directions: only the scene file can say that they are missing.

@@ -154,8 +154,9 @@ public:
         const std::optional<std::string> fault = packing.fault();
         if (!fault) return {};
         return failure(ErrorCode::WrongShape, images().front().subject(),
-                       fmt::format("found slices 2 to 4 {}: packed directions of Godot are around 0.5. Flat pages? Give each its own file, "
-                                   "with bake = \"flat\"",
+                       fmt::format("found slices 2 to 4 {}: packed directions of Godot are around 0.5. A bake of Godot 4.0 to 4.3, which "
+                                   "packs none? Bake it again with Godot 4.4 or later. Flat pages? Give each its own file, with bake = "
+                                   "\"flat\"",
                                    *fault));
     }
 

@@ -11,6 +11,7 @@ constexpr double kRgbmRange = 34.493242, kRgbmExponent = 2.2, kDldrRange = 4.59;
 
 double multiplier(float alpha, LightEncoding encoding) {
     switch (encoding) {
+        case LightEncoding::Auto:
         case LightEncoding::None:
         case LightEncoding::Srgb:
             return 1;
@@ -25,7 +26,7 @@ double multiplier(float alpha, LightEncoding encoding) {
 }  // namespace
 
 glm::vec3 decodedLight(const glm::vec4& stored, LightEncoding encoding) {
-    if (encoding == LightEncoding::None) return glm::vec3(stored);
+    if (encoding == LightEncoding::Auto || encoding == LightEncoding::None) return glm::vec3(stored);
     const double factor = multiplier(stored.a, encoding);
     glm::vec3 light;
     for (int c = 0; c < 3; ++c) light[c] = static_cast<float>(factor * linearFromSrgb(static_cast<double>(stored[c])));

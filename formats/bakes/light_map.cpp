@@ -40,8 +40,7 @@ struct OpenBake {
 /// named  may be any file of a bake of several
 Result<OpenBake> openImage(const std::filesystem::path& named, const LightMapDescription& description) {
     const std::filesystem::path file = leadingFile(named, description.bake);
-    const bool isEncoded = description.encoding != LightEncoding::None;
-    Result<BakeImage> opened = isEncoded ? BakeImage::openEncoded(file, description.encoding) : BakeImage::open(file);
+    Result<BakeImage> opened = BakeImage::openAs(file, description.encoding);
     if (!opened && opened.error().code == ErrorCode::FormatUnsupported && isPictureFile(file))
         if (const std::string fault = faultOfPictureSet(file, description.bake); !fault.empty())
             return failure(ErrorCode::WrongShape, file.string(), fault);
@@ -166,6 +165,21 @@ Result<void> checkSlices(const std::filesystem::path& lmbake, const BakeReader& 
                    fmt::format("found meshes in {} slices, expected {}, as {} has: the lmbake of the same bake. Several files of one bake "
                                "are not read as one",
                                found, slices ? std::to_string(*slices) : "a divisor of the height", subject));
+}
+
+/// Fails for a directional bake of Godot 4.0 to 4.3, by the lmbake that the description names, or else by that of the map's name.
+Result<void> checkDirections(const std::filesystem::path& file, const LightMapDescription& description, const BakeFormatInfo& format) {
+    if (!format.takesLmbake || !format.hasDirections) return {};
+    std::filesystem::path lmbake = description.lmbake;
+    if (lmbake.empty()) lmbake = std::filesystem::path(file).replace_extension(".lmbake");
+    std::error_code code;
+    if (!std::filesystem::is_regular_file(lmbake, code)) return {};
+    const auto places = readLmbake(lmbake);  // where it is needed, its errors are reported
+    if (!places || !places->hasOldDirections()) return {};
+    return failure(ErrorCode::FormatUnsupported, lmbake.string(),
+                   fmt::format("found a directional bake without _uses_packed_directional, as Godot 4.0 to 4.3 writes it, expected one of "
+                               "Godot 4.4 or later: bake {} again with it",
+                               file.filename().string()));
 }
 
 /// Returns true if an EXR file has normals. Remembers the answer while the file stays as it is: every action of a light map asks.
@@ -294,6 +308,7 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
     if (const auto taken = checkLmbake(description.lmbake, format, subject); !taken) return tl::make_unexpected(taken.error());
     const Result<LightMapDescription> complete = withImplied(description, format, subject);
     if (!complete) return tl::make_unexpected(complete.error());
+    if (const auto read = checkDirections(file, description, format); !read) return tl::make_unexpected(read.error());
     Result<std::unique_ptr<BakeReader>> reader = bake->open();
     if (!reader) return tl::make_unexpected(reader.error());
     if (complete->frame == ShFrame::Tangent && !(*reader)->hasNormals()) {

@@ -13,6 +13,7 @@
 //           what follows the four letters of "RSRC"
 //
 // The property user_data is a list of four values a mesh: node path, rectangle, slice, number of a mesh of the node or -1.
+// Properties that have their default, false, are left out.
 // Source: godotengine/godot, core/io/resource_format_binary.cpp, core/io/file_access_compressed.cpp, scene/3d/lightmap_gi.cpp.
 #include "formats/lmbake.h"
 
@@ -39,6 +40,7 @@ namespace lightcook::formats {
 namespace {
 
 constexpr std::string_view kResourceClass = "LightmapGIData", kUserData = "user_data";
+constexpr std::string_view kDirectionalProperty = "uses_spherical_harmonics", kPackedProperty = "_uses_packed_directional";
 /// Largest size of the resource, and of all node paths together. Probes take 200 bytes each, meshes less.
 constexpr std::uint64_t kMostResourceBytes = std::uint64_t{64} << 20;
 /// Godot's block size is 4096. Each block costs a call of the decoder.
@@ -156,11 +158,21 @@ public:
         at_ = start;
         readHeader();
         (void)text();
+        Lmbake found;
+        bool hasUsers = false;
         for (std::uint32_t left = u32(); left > 0; --left) {
-            if (name() == kUserData) return {readUsers()};
-            skipValue(0);
+            const std::string_view property = name();
+            if (property == kUserData) {
+                found.users = readUsers();
+                hasUsers = true;
+            } else if (property == kDirectionalProperty || property == kPackedProperty) {
+                (property == kPackedProperty ? found.isPacked : found.isDirectional) = readBool(std::string(property));
+            } else {
+                skipValue(0);
+            }
         }
-        fail("", fmt::format("found no property {}, expected that of a bake", kUserData));
+        if (!hasUsers) fail("", fmt::format("found no property {}, expected that of a bake", kUserData));
+        return found;
     }
 
 private:
@@ -206,6 +218,11 @@ private:
         if (!own) fail("", "found no resource inside, expected one");
         if (*own >= bytes_.size()) fail("", fmt::format("found the resource at byte {}, expected it below {}", *own, bytes_.size()));
         at_ = static_cast<std::size_t>(*own);
+    }
+
+    bool readBool(std::string place) {
+        if (type() != ValueType::Bool) fail(std::move(place), "found another value, expected true or false");
+        return u32() != 0;
     }
 
     std::vector<LmbakeUser> readUsers() {

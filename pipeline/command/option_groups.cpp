@@ -148,7 +148,7 @@ void addDominantLayoutOption(CLI::App& app, std::string& layout) {
 }
 
 void addStrictOption(CLI::App& app, bool& strict) {
-    app.add_flag("--strict", strict, "Treat findings of lint that the scene file does not allow as errors (exit code 3)");
+    app.add_flag("--strict", strict, "Treat warnings of lint that the scene file does not allow as errors (exit code 3)");
 }
 
 void addRepairOption(CLI::App& app, bool& repair) {
@@ -307,7 +307,7 @@ void ConventionOptions::add(CLI::App& app) {
         ->capture_default_str();
     addConvention<formats::ShQuantity>(app, "--quantity", quantity_, "Quantity that the coefficients expand");
     addConvention<formats::LightUnits>(app, "--light-units", lightUnits_, "Units of the bake's light sources");
-    addConvention<formats::LightEncoding>(app, "--encoding", encoding_, "Encoding of the colours of an 8-bit picture");
+    addConvention<formats::LightEncoding>(app, "--encoding", encoding_, "Encoding of the colours of a picture of 8 or 16 bits");
     addConvention<formats::CoverageSource>(app, "--coverage", coverage_, "What says which texels lie inside charts");
     app.add_option("--image", image_, "Name or index of the image of a glTF that has light maps in several")->type_name("NAME");
     addFileOption(app, "--mesh", mesh_,

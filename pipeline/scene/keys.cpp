@@ -214,7 +214,7 @@ SceneSectionInfo lightMapSection() {
              conventionKey<formats::ShQuantity>("quantity", "quantity that the coefficients expand"),
              conventionKey<formats::LightUnits>("light_units", "units of the bake's light sources"),
              conventionKey<formats::LightEncoding>(
-                 "encoding", fmt::format("encoding of the colours of an 8-bit picture (PNG, TGA), for the bake formats {}",
+                 "encoding", fmt::format("encoding of the colours of a picture of 8 or 16 bits (PNG, TGA, TIFF), for the bake formats {}",
                                          fmt::join(formats::encodedBakeNames(), ", "))),
              conventionKey<formats::CoverageSource>("coverage", "what says which texels lie inside charts"),
              {"image", "string", "none",

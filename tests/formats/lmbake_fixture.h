@@ -48,6 +48,7 @@ struct GodotBake {
     std::vector<GodotMesh> meshes;
     std::string resource = "LightmapGIData";
     bool isBigEndian = false, isDouble = false, hasNamesInTable = true;
+    bool isPacked = true;  ///< its directions, as those of Godot 4.4 and later
 
     /// Returns the bytes behind the letters "RSRC".
     /// before  number of bytes before them
@@ -56,7 +57,8 @@ struct GodotBake {
         bytes.u32(isBigEndian ? 1 : 0).u32(0).u32(4).u32(4).u32(6).string(resource).u64(0);
         bytes.u32(isDouble ? 1 + 2 + 4 : 1 + 2).u64(0x1234);
         for (int i = 0; i < 11; ++i) bytes.u32(0);
-        std::vector<std::string> names = {"resource_name", "lightmap_textures", "uses_spherical_harmonics", "user_data", "probe_data"};
+        std::vector<std::string> names = {"resource_name", "lightmap_textures", "uses_spherical_harmonics",
+                                          "user_data",     "probe_data",        "_uses_packed_directional"};
         const std::size_t firstOfPaths = names.size();
         if (hasNamesInTable)
             for (const GodotMesh& mesh : meshes) names.insert(names.end(), mesh.path.begin(), mesh.path.end());
@@ -69,7 +71,7 @@ struct GodotBake {
         GodotBytes offset(isBigEndian);
         offset.u64(before + bytes.text.size());
         bytes.text.replace(offsetAt, 8, offset.text);
-        bytes.string(resource).u32(4);
+        bytes.string(resource).u32(isPacked ? 5 : 4);
         bytes.u32(1).u32(30).u32(1).u32(24).u32(3).u32(0);  // a list of one reference to a file
         bytes.u32(2).u32(2).u32(1);                         // true
         bytes.u32(4).u32(26).u32(0x80000003);               // probes, before the meshes
@@ -92,6 +94,7 @@ struct GodotBake {
             bytes.u32(3).u32(static_cast<std::uint32_t>(mesh.slice));
             bytes.u32(3).u32(static_cast<std::uint32_t>(mesh.subInstance));
         }
+        if (isPacked) bytes.u32(5).u32(2).u32(1);
         return bytes.text + "RSRC";
     }
 

@@ -1,4 +1,4 @@
-// 8-bit pictures made byte by byte, with or without alpha, for the tests of bake formats.
+// Pictures of 8 and 16 bits made number by number, with or without alpha, for the tests of bake formats.
 #pragma once
 
 #include <array>
@@ -32,15 +32,19 @@ inline std::string pngChunk(const std::string& name, const std::string& content)
     return bigEndian(static_cast<std::uint32_t>(content.size())) + named + bigEndian(~crc);
 }
 
-/// Writes a PNG of 8 bits a channel, not compressed: a deflate block of stored bytes a row.
-/// channelCount  1 (grey), 3 or 4
-inline void writePng(const std::filesystem::path& file, int width, int height, int channelCount, const ByteValue& value) {
+/// Writes a PNG of 8 or 16 bits a channel, not compressed: a deflate block of stored bytes a row.
+/// channelCount  1 (grey), 2 (grey and alpha), 3 or 4
+inline void writePngOf(int bits, const std::filesystem::path& file, int width, int height, int channelCount, const ByteValue& value) {
     std::string stream = "\x78\x01";
     std::uint32_t low = 1, high = 0;  // of Adler-32
     for (int y = 0; y < height; ++y) {
         std::string row(1, '\0');  // the filter "none"
         for (int x = 0; x < width; ++x)
-            for (int channel = 0; channel < channelCount; ++channel) row += static_cast<char>(value(channel, x, y));
+            for (int channel = 0; channel < channelCount; ++channel) {
+                const int number = value(channel, x, y);
+                if (bits == 16) row += static_cast<char>(number >> 8 & 0xff);
+                row += static_cast<char>(number & 0xff);
+            }
         const auto size = static_cast<std::uint32_t>(row.size());
         stream += static_cast<char>(y + 1 == height);
         for (const std::uint32_t length : {size, ~size})
@@ -53,8 +57,16 @@ inline void writePng(const std::filesystem::path& file, int width, int height, i
     }
     stream += bigEndian(high << 16 | low);
     std::string header = bigEndian(static_cast<std::uint32_t>(width)) + bigEndian(static_cast<std::uint32_t>(height));
-    for (const int byte : {8, channelCount == 4 ? 6 : channelCount == 3 ? 2 : 0, 0, 0, 0}) header += static_cast<char>(byte);
+    constexpr std::array kColourTypes = {0, 0, 4, 2, 6};  // of 1 to 4 channels
+    for (const int byte : {bits, kColourTypes.at(static_cast<std::size_t>(channelCount)), 0, 0, 0}) header += static_cast<char>(byte);
     writeContent(file, "\x89PNG\r\n\x1a\n" + pngChunk("IHDR", header) + pngChunk("IDAT", stream) + pngChunk("IEND", ""));
+}
+inline void writePng(const std::filesystem::path& file, int width, int height, int channelCount, const ByteValue& value) {
+    writePngOf(8, file, width, height, channelCount, value);
+}
+/// value  0 to 65535
+inline void writePng16(const std::filesystem::path& file, int width, int height, int channelCount, const ByteValue& value) {
+    writePngOf(16, file, width, height, channelCount, value);
 }
 
 }  // namespace lightcook::formats

@@ -163,8 +163,8 @@ void describe(Fields& fields, Self& description) {
     fields.required("frame", description.frame, "frame of the coefficients");
     fields.required("quantity", description.quantity, "radiance or irradiance");
     fields.required("light_units", description.lightUnits, "radiometric or game");
-    fields.presentIf(description.encoding != formats::LightEncoding::None, "encoding", description.encoding,
-                     "encoding of the colours of an 8-bit picture");
+    fields.presentIf(description.encoding != formats::LightEncoding::Auto, "encoding", description.encoding,
+                     "encoding of the colours of a picture of 8 or 16 bits");
     fields.presentIf(description.coverage != formats::CoverageSource::File, "coverage", description.coverage,
                      "what says which texels lie inside charts");
     fields.presentIf(!description.axes.isIdentity(), "axes", description.axes,

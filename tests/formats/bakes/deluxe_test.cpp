@@ -130,6 +130,19 @@ TEST(Deluxe, EitherFileOfAPairNamesBoth) {
     EXPECT_THAT(alone->recognition().incompleteSets, testing::ElementsAre(HasSubstr("room (.exr, .hdr, .tga or .png) is missing")));
 }
 
+TEST(Deluxe, NamesInCapitalsAreAPairToo) {
+    const TemporaryFolder folder;
+    writePng(folder / "ROOM.PNG", kDeluxeSide, kDeluxeSide, 3, lightAt);
+    writePng(folder / "ROOM_DELUXE.PNG", kDeluxeSide, kDeluxeSide, 3, directionAt);
+    writeSquare(folder / "square.glb", {});
+    for (const char* file : {"ROOM.PNG", "ROOM_DELUXE.PNG"}) {
+        const auto reader = LightMapReader::open(folder / file, description(folder));
+        ASSERT_TRUE(reader) << reader.error().line();
+        EXPECT_EQ(reader->bake(), "deluxe") << file;
+        EXPECT_EQ(nameOfBake(leadingFile(folder / file, kAutoBake), "deluxe"), "ROOM");
+    }
+}
+
 TEST(Deluxe, PagesAreReadOnlyWhereTheSceneNamesTheFormat) {
     const TemporaryFolder folder;
     writePng(folder / "lm_0002.png", kDeluxeSide, kDeluxeSide, 3, lightAt);

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "tests/formats/light_map_fixture.h"
+#include "tests/formats/lmbake_fixture.h"
 
 namespace lightcook::formats {
 namespace {
@@ -197,6 +198,31 @@ TEST(Godot, FlatPagesOfMiddlingLightAreRefused) {
     writeImport(even.path, 4);
     EXPECT_THAT(refusal(even.path).line(),
                 HasSubstr("found slices 2 to 4 that are not 0.5 in 100 % of the texels without light in slice 1"));
+}
+
+/// Godot 4.0 to 4.3 stores L1 itself.
+TEST(Godot, ABakeOfAnOlderGodotIsToBeBakedAgain) {
+    ExrRecipe old = stacked(8, 8, seededLight);
+    for (int c = 0; c < 3; ++c)
+        old.channels[std::string(1, "RGB"[c])] = [c](int x, int y) {
+            const Baked baked = seededLight(c, x, y % 8);
+            return asHalf(y < 8 ? baked.first : y < 16 ? baked.linear.y : y < 24 ? baked.linear.z : baked.linear.x);
+        };
+    const MapFile map(old);
+    writeImport(map.path, 4);
+    EXPECT_THAT(refusal(map.path).line(), AllOf(HasSubstr("found slices 2 to 4"), HasSubstr("Bake it again with Godot 4.4 or later")));
+    GodotBake bake{.meshes = {{{"..", "Wall"}, 0, 0, 1, 1, 0}}, .isPacked = false};
+    bake.write(map.folder / "map.lmbake");
+    const Error error = refusal(map.path);
+    EXPECT_EQ(error.code, ErrorCode::FormatUnsupported);
+    EXPECT_THAT(error.line(), AllOf(HasSubstr("map.lmbake: found a directional bake without _uses_packed_directional"),
+                                    HasSubstr("bake map.exr again with it")));
+    // Also where the values could be packed ones.
+    writeRecipe(map.path, stacked(8, 8, seededLight));
+    EXPECT_THAT(refusal(map.path).line(), HasSubstr("_uses_packed_directional"));
+    bake.isPacked = true;
+    bake.write(map.folder / "map.lmbake");
+    EXPECT_EQ(readAll(map.path).sh.height(), 8);
 }
 
 TEST(Godot, PagesOfSquaresThatNothingNamesAreAChoice) {

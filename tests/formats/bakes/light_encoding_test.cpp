@@ -84,13 +84,67 @@ TEST(LightEncoding, AFileThatIsNotEncodedSoIsRefused) {
     EXPECT_THAT(refusal(folder / "room.png", encoded(LightEncoding::Rgbm)).line(),
                 AllOf(HasSubstr("room.png: found no alpha, expected the multiplier of RGBM"), HasSubstr("encoding = \"dldr\"")));
     EXPECT_EQ(readAll(folder / "room.png", encoded(LightEncoding::Dldr)).sh.width(), kPictureSide);
-    EXPECT_THAT(refusal(folder / "room.png").line(), AllOf(HasSubstr("found a picture of integers, expected OpenEXR or Radiance HDR"),
-                                                           HasSubstr("encoding = \"rgbm\" or \"dldr\"")));
+    EXPECT_THAT(refusal(folder / "room.png").line(),
+                AllOf(HasSubstr("found a picture of integers, expected OpenEXR or Radiance HDR"),
+                      HasSubstr("\"none\" of linear values, \"srgb\" of display"), HasSubstr("Set encoding (--encoding)")));
     const MapFile map(seededMap(8, 8));
     const Error error = refusal(map.path, encoded(LightEncoding::Dldr));
     EXPECT_EQ(error.code, ErrorCode::InvalidRequest);
     EXPECT_THAT(error.line(), HasSubstr("map.exr: found HDR values, expected an 8-bit picture (PNG, TGA): encoding is \"dldr\""));
     EXPECT_THAT(refusal(folder / "absent.png").line(), HasSubstr("absent.png"));
+}
+
+/// Returns the exit radiance of a flat map at a texel.
+double shownAt(const LightMapStrip& strip, int x, int y, int c) {
+    return static_cast<double>(strip.sh.at(x, y)[0][c]) / std::sqrt(4 * std::numbers::pi);
+}
+
+TEST(LightEncoding, LinearBytesAreSharesOf255) {
+    const TemporaryFolder folder;
+    writePng(folder / "room.png", kPictureSide, kPictureSide, 4, byteAt);
+    const LightMapStrip strip = readAll(folder / "room.png", encoded(LightEncoding::None, "flat"));
+    for (int y = 0; y < kPictureSide; ++y)
+        for (int x = 0; x < kPictureSide; ++x) {
+            const bool isCovered = byteAt(3, x, y) > 127;
+            ASSERT_EQ(strip.covered.at(x, y), isCovered ? 1 : 0) << "alpha is coverage";
+            for (int c = 0; isCovered && c < 3; ++c) ASSERT_NEAR(shownAt(strip, x, y, c), byteAt(c, x, y) / 255.0, 1e-6);
+        }
+    const MapFile map(seededMap(8, 8));
+    EXPECT_EQ(readAll(map.path, encoded(LightEncoding::None)).sh.at(3, 4), seededTexel(3, 4)) << "HDR values have no encoding";
+    writePng(folder / "hall_L0.png", 8, 8, 3, byteAt);
+    writePng(folder / "hall_L1.png", 8, 8, 3, [](int, int, int) { return 128; });
+    EXPECT_NEAR(shownAt(readAll(folder / "hall_L0.png", encoded(LightEncoding::None)), 3, 5, 1), byteAt(1, 3, 5) / 255.0, 1e-6)
+        << "the colour of a set";
+}
+
+TEST(LightEncoding, LinearNumbersOf16BitsAreSharesOf65535) {
+    const TemporaryFolder folder;
+    writePng16(folder / "room.png", 16, 16, 3, [](int channel, int x, int y) { return 4000 * x + 17 * y + 1000 * channel; });
+    const LightMapStrip strip = readAll(folder / "room.png", encoded(LightEncoding::None));
+    for (int x = 0; x < 16; ++x)
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(shownAt(strip, x, 5, c), (4000 * x + 17 * 5 + 1000 * c) / 65535.0, 1e-7);
+}
+
+TEST(LightEncoding, AGreyMapIsOneWhoseColoursAreEqual) {
+    const TemporaryFolder folder;
+    writePng(folder / "grey.png", 8, 8, 1, byteAt);
+    writePng(folder / "alpha.png", 8, 8, 2, [](int channel, int x, int y) { return channel == 0 ? byteAt(0, x, y) : x < 4 ? 255 : 0; });
+    for (const char* file : {"grey.png", "alpha.png"}) {
+        const LightMapStrip strip = readAll(folder / file, encoded(LightEncoding::None));
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(shownAt(strip, 3, 5, c), byteAt(0, 3, 5) / 255.0, 1e-6) << file;
+        EXPECT_EQ(strip.covered.at(5, 5), file == std::string("grey.png") ? 1 : 0) << file;
+    }
+    ExrRecipe recipe;
+    recipe.width = recipe.height = 8;
+    recipe.channels["Y"] = [](int x, int y) { return seededSh(0, 0, x, y); };
+    recipe.channels["coverage.Y"] = [](int x, int) { return x < 4 ? 1.0f : 0.0f; };
+    const MapFile map(recipe);
+    const auto reader = LightMapReader::open(map.path, {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_EQ(reader->bake(), "flat");
+    const LightMapStrip strip = readAll(map.path);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(shownAt(strip, 3, 5, c), seededSh(0, 0, 3, 5), 1e-6);
+    EXPECT_EQ(strip.covered.at(5, 5), 0);
 }
 
 TEST(LightEncoding, FormatsWithoutColoursRefuseIt) {
@@ -99,7 +153,7 @@ TEST(LightEncoding, FormatsWithoutColoursRefuseIt) {
     const Error error = refusal(folder / "room.png", encoded(LightEncoding::Rgbm, "godot"));
     EXPECT_EQ(error.code, ErrorCode::InvalidRequest);
     EXPECT_THAT(error.line(), HasSubstr("room.png, encoding: found \"rgbm\" for bake format godot, expected none: it is for flat, "
-                                        "bakery-sh, bakery-mono-sh, unity-directional, deluxe"));
+                                        "bakery-sh, bakery-mono-sh, unity-directional, bakery-dominant, deluxe"));
 }
 
 TEST(LightEncoding, AlphaOfOneAndNoAlphaAreTheSameToDoubleLdr) {

@@ -36,6 +36,18 @@ std::string faultOf(const std::string& bytes) {
     return bake ? "none" : bake.error().line();
 }
 
+TEST(Lmbake, SaysHowDirectionsAreStored) {
+    for (const bool isPacked : {true, false}) {
+        GodotBake bake = room();
+        bake.isPacked = isPacked;
+        const auto found = read(bake.plain());
+        ASSERT_TRUE(found) << found.error().line();
+        EXPECT_TRUE(found->isDirectional);
+        EXPECT_EQ(found->isPacked, isPacked);
+        EXPECT_EQ(found->hasOldDirections(), !isPacked);
+    }
+}
+
 TEST(Lmbake, MeshesHaveARectangleOfASlice) {
     GodotBake bake = room();
     std::vector<std::string> files = {bake.plain(), bake.compressed(), bake.compressed(1u << 16)};

@@ -91,7 +91,71 @@ TEST(UnityDirectional, TheNamesOfTheFilesSayWhatTheyAre) {
     description.bake = "flat";
     EXPECT_EQ(readAll(bake.light, description).sh.at(3, 3)[1], glm::vec3(0)) << "of the colour alone";
     std::filesystem::remove(bake.direction);
-    EXPECT_EQ(LightMapReader::open(bake.light, {})->bake(), "flat") << "a light map that is not directional has the same name";
+    const auto alone = LightMapReader::open(bake.light, {});
+    ASSERT_TRUE(alone) << alone.error().line();
+    EXPECT_EQ(alone->bake(), "flat") << "a light map that is not directional has the same name";
+    EXPECT_THAT(alone->recognition().incompleteSets, testing::IsEmpty()) << "and nothing is missing";
+}
+
+/// Archives and file systems change the case of names.
+TEST(UnityDirectional, TheCaseOfTheNamesDoesNotMatter) {
+    using Names = std::pair<const char*, const char*>;
+    for (const auto& [light, direction] :
+         {Names("Lightmap-0_comp_light.exr", "Lightmap-0_comp_dir.PNG"), Names("LIGHTMAP-0_COMP_LIGHT.EXR", "LIGHTMAP-0_COMP_DIR.PNG"),
+          Names("Room_Light.exr", "Room_Dir.png"), Names("room_LIGHT.EXR", "room_dir.png"), Names("ROOM_light.exr", "room_dir.png"),
+          Names("Room_light.exr", "ROOM_DIR.PNG")}) {
+        const TemporaryFolder folder;
+        writeRecipe(folder / light, colours());
+        writePng(folder / direction, kUnityWidth, kUnityHeight, 4, directionByte);
+        const auto reader = LightMapReader::open(folder / light, {});
+        ASSERT_TRUE(reader) << reader.error().line();
+        EXPECT_EQ(reader->bake(), "unity-directional") << light;
+        EXPECT_THAT(bakeFilesBeside(folder / light, kAutoBake), testing::ElementsAre(folder / direction));
+        EXPECT_EQ(nameOfBake(folder / light, "unity-directional"), std::string(light).substr(0, std::string(light).size() - 10));
+        EXPECT_NE(readAll(folder / light).sh.at(3, 3)[1], glm::vec3(0));
+    }
+}
+
+/// The stem of the light differs from that of its directions: only all capitals or all small letters are looked for.
+TEST(UnityDirectional, ADirectionMapLeadsToItsLightInAnyCase) {
+    const TemporaryFolder folder;
+    writeRecipe(folder / "Hall_Light.EXR", colours());
+    writePng(folder / "Hall_Dir.PNG", kUnityWidth, kUnityHeight, 4, directionByte);
+    EXPECT_EQ(leadingFile(folder / "Hall_Dir.PNG", kAutoBake), folder / "Hall_Light.EXR");
+}
+
+TEST(BakeryDominant, ATexelShadesAsTheShaderOfUnityShowsIt) {
+    for (const int channelCount : {4, 3}) {
+        const TemporaryFolder folder;
+        writeRecipe(folder / "level_LMA1_final.exr", colours());
+        writePng(folder / "level_LMA1_dir.png", kUnityWidth, kUnityHeight, channelCount, directionByte);
+        const auto reader = LightMapReader::open(folder / "level_LMA1_final.exr", {});
+        ASSERT_TRUE(reader) << reader.error().line();
+        EXPECT_EQ(reader->bake(), "bakery-dominant");
+        EXPECT_EQ(reader->recognition().evidence, "the 2 files level_LMA1_final.exr to level_LMA1_dir.png");
+        const LightMapStrip strip = readAll(folder / "level_LMA1_dir.png");
+        for (int x = 0; x < kUnityWidth; ++x)
+            for (int c = 0; c < 3; ++c)
+                for (const glm::dvec3& n : kShadedNormals) {
+                    glm::dvec4 stored(1);
+                    for (int channel = 0; channel < channelCount; ++channel) stored[channel] = directionByte(channel, x, 7) / 255.0;
+                    const double shown = shownByUnity(static_cast<double>(seededSh(0, c, x, 7)), stored, n);
+                    ASSERT_NEAR(exitRadianceOfOrder1(strip.sh.at(x, 7), c, n), shown, 1e-5 * std::max(1.0, shown)) << channelCount;
+                }
+    }
+}
+
+TEST(BakeryDominant, TheColourAloneIsAFlatMap) {
+    const TemporaryFolder folder;
+    writeRecipe(folder / "level_LMA1_final.exr", colours());
+    const auto reader = LightMapReader::open(folder / "level_LMA1_final.exr", {});
+    ASSERT_TRUE(reader) << reader.error().line();
+    EXPECT_EQ(reader->bake(), "flat");
+    EXPECT_THAT(reader->recognition().incompleteSets, testing::IsEmpty()) << "directions are off";
+    LightMapDescription description;
+    description.bake = "bakery-dominant";
+    EXPECT_THAT(refusal(folder / "level_LMA1_final.exr", description).line(),
+                HasSubstr("found 1 of the 2 files of bake format bakery-dominant, level_LMA1_dir (.exr, .hdr, .tga or .png) is missing"));
 }
 
 TEST(UnityDirectional, AMapFourTimesAsHighAsWideIsNoStackBesideItsDirections) {

@@ -88,6 +88,18 @@ TEST_F(DraftInputsOfAFolder, TheFirstFileOfASetIsTheLightMap) {
     EXPECT_THAT(inputs.leftOut, IsEmpty());
 }
 
+TEST_F(DraftInputsOfAFolder, NamesInCapitalsMakeOneLightMap) {
+    for (const auto& [light, direction] : {std::pair("Lightmap-0_comp_light.exr", "Lightmap-0_comp_dir.PNG"),
+                                           std::pair("LIGHTMAP-1_COMP_LIGHT.EXR", "LIGHTMAP-1_COMP_DIR.PNG")}) {
+        picture(light, 16, 16);
+        integers(direction, 16, 16, 4);
+    }
+    const DraftInputs inputs = find();
+    ASSERT_THAT(inputs.lightMaps, SizeIs(2));
+    for (const DraftLightMap& map : inputs.lightMaps) EXPECT_EQ(map.reading.bake, "unity-directional") << map.file;
+    EXPECT_THAT(inputs.leftOut, IsEmpty());
+}
+
 TEST_F(DraftInputsOfAFolder, WhatASetLacksIsTheReasonWhyItsFilesAreLeftOut) {
     picture("square.exr", 16, 16);
     for (const char* name : {"room_L1x.png", "room_L1y.png", "room_L1z.png", "hall_light.png", "hall_dir.png"}) integers(name, 16, 8, 4);
@@ -96,7 +108,7 @@ TEST_F(DraftInputsOfAFolder, WhatASetLacksIsTheReasonWhyItsFilesAreLeftOut) {
                 HasSubstr("found 3 of the 4 files of bake format bakery-sh, room_L0 (.exr, .hdr, .tga or .png) is missing"));
     for (const char* name : {"hall_light.png", "hall_dir.png"})
         EXPECT_THAT(whyLeftOut(inputs, name), HasSubstr("hall_light.png to hall_dir.png of bake format unity-directional with light in a "
-                                                        "picture of integers, expected encoding = \"rgbm\""))
+                                                        "picture of integers, expected encoding = \"none\" (linear)"))
             << name;
     picture("room_L0.exr", 16, 9);
     inputs = find();

@@ -150,7 +150,8 @@ f0 = [0.04, 0.6]
 
 TEST(ReadScene, ALightMapMayBeEncoded) {
     const std::string map = kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.png\"\n";
-    EXPECT_EQ(sceneFromText(map)->lightMaps[0].description.encoding, formats::LightEncoding::None);
+    EXPECT_EQ(sceneFromText(map)->lightMaps[0].description.encoding, formats::LightEncoding::Auto);
+    EXPECT_EQ(sceneFromText(map + "encoding = \"none\"\n")->lightMaps[0].description.encoding, formats::LightEncoding::None);
     EXPECT_EQ(sceneFromText(map + "encoding = \"rgbm\"\n")->lightMaps[0].description.encoding, formats::LightEncoding::Rgbm);
     EXPECT_EQ(sceneFromText(map + "encoding = \"dldr\"\n")->lightMaps[0].description.encoding, formats::LightEncoding::Dldr);
     expectRefused(map + "encoding = \"rgbd\"\n", "6:12", "found 'rgbd' for light_map.encoding, expected one of: none, rgbm, dldr");
