@@ -27,30 +27,41 @@ using formats::Result;
 
 /// Half floats reach 65504. What a filter adds up of several texels stays below.
 constexpr float kLargestReference = 32768;
-constexpr int kLayers = 9;
 
-/// Returns the power of two that brings every coefficient of a bake to kLargestReference at most. It is at most 1.
-Result<float> referenceScale(LightMapSource& bake) {
+/// Form of the texture of a bake.
+struct ReferenceForm {
+    float scale = 1;  ///< power of two, at most 1, that brings every coefficient to kLargestReference at most
+    int layers = 1;   ///< coefficients up to the last one that is not 0: one for a flat map, four for two bands
+};
+
+Result<ReferenceForm> referenceForm(LightMapSource& bake) {
+    ReferenceForm form;
     float largest = 0;
     for (int index = 0; index < bake.chunkCount(); ++index) {
         const auto chunk = bake.chunk(index);
         if (!chunk) return tl::make_unexpected(chunk.error());
         const formats::Image<lighting::ShRgb>& sh = (*chunk)->sh;
         for (int y = 0; y < sh.height(); ++y)
-            for (int x = 0; x < sh.width(); ++x)
-                for (const glm::vec3& coefficient : sh.at(x, y))
+            for (int x = 0; x < sh.width(); ++x) {
+                if ((*chunk)->covered.at(x, y) == 0) continue;
+                const lighting::ShRgb& texel = sh.at(x, y);
+                for (int layer = 0; layer < static_cast<int>(texel.size()); ++layer) {
+                    const glm::vec3& coefficient = texel[static_cast<std::size_t>(layer)];
+                    if (coefficient != glm::vec3(0)) form.layers = std::max(form.layers, layer + 1);
                     for (int channel = 0; channel < 3; ++channel) largest = std::max(largest, std::abs(coefficient[channel]));
+                }
+            }
     }
-    if (largest <= kLargestReference) return 1;
-    return std::exp2(-std::ceil(std::log2(largest / kLargestReference)));
+    if (largest > kLargestReference) form.scale = std::exp2(-std::ceil(std::log2(largest / kLargestReference)));
+    return form;
 }
 
 /// Writes a bake as the texture that ViewedLightMap::reference describes.
-Result<void> writeReference(LightMapSource& bake, float scale, const std::filesystem::path& file, const RunState& state) {
+Result<void> writeReference(LightMapSource& bake, const ReferenceForm& form, const std::filesystem::path& file, const RunState& state) {
     formats::TextureShape shape;
     shape.width = bake.width();
     shape.height = bake.height();
-    shape.layerCount = kLayers;
+    shape.layerCount = form.layers;
     shape.isArray = true;
     auto writer = formats::TextureWriter::create(file, shape, {});
     if (!writer) return tl::make_unexpected(writer.error());
@@ -60,12 +71,12 @@ Result<void> writeReference(LightMapSource& bake, float scale, const std::filesy
         const auto chunk = bake.chunk(index);
         if (!chunk) return tl::make_unexpected(chunk.error());
         const formats::LightMapStrip& strip = **chunk;
-        for (int layer = 0; layer < kLayers; ++layer) {
+        for (int layer = 0; layer < form.layers; ++layer) {
             texels.clear();
             for (int y = 0; y < strip.sh.height(); ++y)
                 for (int x = 0; x < strip.sh.width(); ++x) {
                     const bool isCovered = strip.covered.at(x, y) != 0;
-                    const glm::vec3 light = isCovered ? scale * strip.sh.at(x, y)[static_cast<std::size_t>(layer)] : glm::vec3(0);
+                    const glm::vec3 light = isCovered ? form.scale * strip.sh.at(x, y)[static_cast<std::size_t>(layer)] : glm::vec3(0);
                     texels.push_back(glm::packHalf4x16(glm::vec4(light, isCovered && layer == 0 ? 1 : 0)));
                 }
             auto written = writer->writeBlockRows({0, layer, 0}, index * kChunkRows, std::as_bytes(std::span(texels)));
@@ -137,12 +148,13 @@ public:
                                        kMostReferenceTexels));
         const auto key = surveyKey(**bake, context);
         if (!key) return tl::make_unexpected(key.error());
-        const auto scale = referenceScale(**bake);
-        if (!scale) return tl::make_unexpected(scale.error());
+        const auto form = referenceForm(**bake);
+        if (!form) return tl::make_unexpected(form.error());
         const std::string name = fmt::format("{}.reference.ktx2", asset.name);
-        if (auto written = writeReference(**bake, *scale, folders_.bakes / name, state_); !written) return written;
+        if (auto written = writeReference(**bake, *form, folders_.bakes / name, state_); !written) return written;
         map.display = parameters->display.of(key->displayKey());
-        map.referenceScale = double(*scale);
+        map.referenceScale = double(form->scale);
+        map.referenceLayers = form->layers;
         map.reference = fmt::format("{}/{}", kViewerFolder, name);
         return {};
     }

@@ -60,6 +60,7 @@ struct ViewedLightMap {
     std::optional<std::string> reference;         ///< file with the float bake
     std::optional<std::string> referenceMissing;  ///< why there is none
     double referenceScale = 1;
+    int referenceLayers = 0;          ///< of `reference`; 0 without one
     std::optional<std::string> mesh;  ///< asset of the mesh that it lies on
     std::optional<lighting::Display> display;
     std::optional<ViewedShading> shading;
@@ -69,10 +70,12 @@ template <class Fields, Is<ViewedLightMap> Self>
 void describe(Fields& fields, Self& map) {
     fields.required("name", map.name, "name of the light map");
     fields.optional("reference", map.reference,
-                    "KTX2 file with the float bake: RGBA16F, nine layers, layer k the SH coefficient k times `reference_scale`; alpha of "
-                    "layer 0 is the coverage, and uncovered texels are 0");
+                    "KTX2 file with the float bake: RGBA16F, an array of `reference_layers` layers, layer k the SH coefficient k times "
+                    "`reference_scale`; alpha of layer 0 is the coverage, and uncovered texels are 0");
     fields.optional("reference_missing", map.referenceMissing, "why there is no `reference`");
     fields.required("reference_scale", map.referenceScale, "power of two that keeps the coefficients in the range of half floats");
+    fields.required("reference_layers", map.referenceLayers, between(0, 9),
+                    "coefficients up to the last one that is not 0, which the others are; 0 without `reference`");
     fields.optional("mesh", map.mesh, "mesh asset that the map lies on");
     fields.optional("display", map.display, "display that visible errors are judged on; absent without `reference`");
     fields.optional("shading", map.shading, "materials that the errors were measured for");
@@ -109,7 +112,7 @@ void describe(Fields& fields, Self& scene) {
     fields.required("candidates", scene.candidates, "the scene under other layouts: of `cook --keep-candidates`");
 }
 
-/// Largest number of texels of a bake that is written for the page: 300 MB as half floats.
+/// Largest number of texels of a bake that is written for the page: 300 MB as half floats of nine coefficients.
 inline constexpr std::int64_t kMostReferenceTexels = std::int64_t{2048} * 2048;
 
 /// Folder of scene.json and the float bakes on the site.

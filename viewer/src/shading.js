@@ -39,9 +39,9 @@ export function sharedUniforms(working) {
 /**
  * @param {string} include lightcook.glsl
  * @param {import("../loaders/core/light_map.js").LightMapDecode} lightMap
- * @param {{ tables: ShaderPart | null, dominant: ShaderPart | null, environment: ShaderPart | null, hasReference: boolean }} parts
+ * @param {{ tables: ShaderPart | null, dominant: ShaderPart | null, environment: ShaderPart | null, referenceLayers: number }} parts referenceLayers: 0 without a float bake
  */
-export function shadingGlsl(include, lightMap, { tables, dominant, environment, hasReference }) {
+export function shadingGlsl(include, lightMap, { tables, dominant, environment, referenceLayers }) {
   const hasSpecular = lightMap.hasDirections && tables;
   return `${include}
 ${lightMap.glsl}
@@ -55,16 +55,16 @@ uniform mat3 rec709FromWorking, lmsFromWorking;
 uniform vec2 display;  // cd/m^2 of one unit of light, and of black
 uniform vec2 mapSize;
 uniform vec3 materialAlbedo, materialEmission;
-${hasReference ? "uniform highp sampler2DArray referenceMap;\nuniform float referenceUnit;" : ""}
+${referenceLayers > 0 ? "uniform highp sampler2DArray referenceMap;\nuniform float referenceUnit;" : ""}
 
 // The float bake, filtered between covered texels alone. coverage: part of the filter's texels that are covered.
 LcSh referenceSh(vec2 uv, out float coverage) {
   LcSh sh;
-${hasReference
+  for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);
+${referenceLayers > 0
     ? `  coverage = texture(referenceMap, vec3(uv, 0.0)).a;
-  for (int i = 0; i < 9; ++i) sh.c[i] = texture(referenceMap, vec3(uv, float(i))).rgb * (referenceUnit / max(coverage, 1e-4));`
-    : `  coverage = 0.0;
-  for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);`}
+  for (int i = 0; i < ${referenceLayers}; ++i) sh.c[i] = texture(referenceMap, vec3(uv, float(i))).rgb * (referenceUnit / max(coverage, 1e-4));`
+    : "  coverage = 0.0;"}
   return sh;
 }
 

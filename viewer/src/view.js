@@ -16,6 +16,7 @@ import { findCharts, findSurface, surfaceAt } from "./charts.js";
  * @property {string | null} reference
  * @property {string} [reference_missing]
  * @property {number} reference_scale
+ * @property {number} reference_layers coefficients in `reference`; the others are 0
  * @property {string | null} mesh
  * @property {{ nits: number, black: number } | null} display
  * @property {{ normal_map_tilt: number, m: number[], f0: number[] } | null} shading
@@ -129,7 +130,7 @@ export class View {
       if (asset.kind !== "rsrm") expected += (asset.bytes_disk ?? 0) + asset.textures.reduce((sum, texture) => sum + texture.bytes_disk, 0);
     for (const map of data.light_maps) {
       const asset = manifest.assets.find(({ name }) => name === map.name);
-      if (map.reference && asset) expected += asset.width * asset.height * 72;
+      if (map.reference && asset) expected += asset.width * asset.height * 8 * map.reference_layers;
     }
     this.uniforms = sharedUniforms(this.workingSpace);
     this.eye = { value: new Vector3() };
@@ -188,7 +189,7 @@ export class View {
     const meshes = meshAsset ? await this.meshesOf(cooked, meshAsset, packing ? packing.uv_before : "TEXCOORD_1") : [];
     const hasReference = reference !== null, hasMesh = meshes.length > 0, hasClusters = !!decode.layout.code;
     if (!hasMesh) meshes.push(this.sheet(asset, left));
-    const shading = shadingGlsl(cooked.shader, decode, { tables: this.tables ?? null, dominant, environment: this.environment ?? null, hasReference });
+    const shading = shadingGlsl(cooked.shader, decode, { tables: this.tables ?? null, dominant, environment: this.environment ?? null, referenceLayers: data.reference_layers });
     const uniforms = this.uniformsOf(data, asset, { ...decode.uniforms, ...dominant?.uniforms }, reference);
     const defines = { ...(decode.needsCluster && { LIGHT_MAP_CLUSTER: 1 }), ...(hasClusters && { HAS_CLUSTERS: 1 }), ...(!hasMesh && { NO_MESH: 1 }) };
     const charts = findCharts(meshes, asset.width, asset.height);

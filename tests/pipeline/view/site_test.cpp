@@ -75,6 +75,32 @@ TEST_F(CookedSite, BakeIsThatOfTheFileInHalfFloats) {
     }
 }
 
+/// The other coefficients are 0 and would be most of the page's bytes.
+TEST_F(CookedSite, ABakeHasNoLayersOfZeros) {
+    struct Case {
+        int coefficients, layers;
+    };
+    for (const auto [coefficients, layers] : {Case{1, 1}, Case{4, 4}}) {
+        const SmallScene scene(SmallScene::Parts::LightMap);
+        const auto map = formats::LightMapReader::open(scene / "map.exr", {});
+        ASSERT_TRUE(map.has_value());
+        auto rows = map->read(0, map->height());
+        ASSERT_TRUE(rows.has_value());
+        for (lighting::ShRgb& sh : rows->sh.texels()) std::fill(sh.begin() + coefficients, sh.end(), glm::vec3(0));
+        auto writer = formats::LightMapWriter::create(scene / "map.exr", SmallScene::kWidth, SmallScene::kHeight);
+        ASSERT_TRUE(writer && writer->append(rows->sh.view()) && writer->commit());
+        scene.writeSceneFile("light_map_layout = \"raw\"");
+        ASSERT_TRUE(cookScene(scene.options(), state_).errors.empty());
+        const auto site = Site::open({scene / "out", {}, kPage}, state_);
+        ASSERT_TRUE(site.has_value()) << site.error().line();
+        EXPECT_EQ(sceneDataOf(*site).at("light_maps").at(0).at("reference_layers"), layers);
+        const auto texture = formats::TextureReader::open(std::get<fs::path>(site->files().at("viewer/map.reference.ktx2").content));
+        ASSERT_TRUE(texture.has_value()) << texture.error().line();
+        EXPECT_EQ(texture->shape().layerCount, layers);
+        EXPECT_TRUE(texture->shape().isArray) << "also of one layer: the page samples an array";
+    }
+}
+
 TEST_F(CookedSite, LightBeyondHalfFloatsIsScaled) {
     SmallScene bright(SmallScene::Parts::LightMap,
                       [](const glm::dvec3& direction, const glm::dvec2& place) { return 1e6f * sunAndSky(direction, place); });
