@@ -63,9 +63,17 @@ LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places,
                             lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann,
                             const std::optional<Viewing>& viewing = std::nullopt);
 
-/// Returns the median ratio of traced light to that of the bake, of the places that are no darker than a twentieth of the mean: 1 where
-/// both are in one unit. Of the irradiances if there are any, else of specular light. Nothing where few places tell.
-std::optional<double> tracedRatio(std::span<const LightMapTruthPlace> places);
+/// Median ratio of traced light to that of the bake: 1 where both are in one unit.
+struct TracedRatio {
+    double ratio = 1;
+    bool isSpecular = false;  ///< of specular light, since no irradiance was traced: highlights of small lamps make it anything near 1
+};
+
+/// Returns the ratio of the places where nine coefficients tell it; nothing where few do. With x the cosine to a light, coefficients show
+/// p(x) = 1/4 + x/2 + 5/32 (3 x^2 - 1) for max(x, 0), and -0.040 <= p(x) - max(x, 0) <= 0.094. So of all light F at a place they show at
+/// most 0.094 F too much; where they show 0.3 F or more, the ratio lies in [0.68, 1.14] whatever the light, but for noise. Light that
+/// grazes the surface shows less, and does not count; nor do places darker than a twentieth of the mean, which noise may decide.
+std::optional<TracedRatio> tracedRatio(std::span<const LightMapTruthPlace> places);
 
 /// A traced value of kind Specular, and the lights at its texel.
 struct DominantTruthPlace {

@@ -17,13 +17,15 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// Returns "2 warnings, 1 error, 1 allowed".
+/// Returns "2 warnings, 1 error, 1 allowed"; with notes "2 warnings, 1 error, 3 notes, 1 allowed".
 std::string countsOf(const Outcome& outcome) {
     const auto allowed = std::ranges::count_if(outcome.findings, [](const Finding& finding) { return finding.allowed.has_value(); });
-    const auto warnings =
-        std::ranges::count_if(outcome.findings, [](const Finding& finding) { return !finding.allowed && !finding.isFailure(); });
+    const auto warnings = std::ranges::count_if(
+        outcome.findings, [](const Finding& finding) { return !finding.allowed && !finding.isFailure() && !finding.isNote(); });
+    const auto notes = std::ranges::count_if(outcome.findings, [](const Finding& finding) { return !finding.allowed && finding.isNote(); });
     const auto words = [](auto count, const char* what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); };
-    return fmt::format("{}, {}, {} allowed", words(warnings, "warning"), words(outcome.errors.size(), "error"), allowed);
+    return fmt::format("{}, {}, {}{} allowed", words(warnings, "warning"), words(outcome.errors.size(), "error"),
+                       notes > 0 ? words(notes, "note") + ", " : "", allowed);
 }
 
 /// Prints how each light map was recognised.
@@ -56,8 +58,10 @@ curves, coverage, normals, fireflies, light-map UVs, limits. Each finding has a 
 figures, and what to write in the scene file. cook and verify do the same checks. The bake format of
 each light map is printed first, with its evidence and with what the file does not say.
 
-An error, such as a map without coverage, ends with exit code 3; a warning ends with exit code 0, with
---strict 3. `allow = [{ code = "...", reason = "..." }]` in the scene file silences a warning.)");
+An error, such as a map without coverage, ends with exit code 3; a warning, which no right bake gets,
+ends with exit code 0, with --strict 3; a note says what may be right as it is, and fails nothing.
+`allow = [{ code = "...", reason = "..." }]` in the scene file silences a
+warning or a note.)");
     return [options](Session& session) {
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
         const auto scene = readScene(options->lint.scene);

@@ -35,7 +35,7 @@ constexpr std::array kLintChecks = {
                   "light over the whole sphere, allow this code."},
     LintCheckInfo{
         LintCheck::ImpossibleDirections, "impossible-directions", Warning,
-        "most of the map has more directed light than all of its light allows",
+        "most of the map has more directed light than all of its light allows in the formula of its baker",
         "Look at the files of the directions: values near 0.5 say that light comes evenly from everywhere, and a white file is none. "
         "In channels of coefficients, compare their order with `sh00` to `sh08`."},
     LintCheckInfo{LintCheck::GammaCurve, "gamma-curve", Warning, "values look like they were stored under a gamma curve",
@@ -45,7 +45,7 @@ constexpr std::array kLintChecks = {
         "the file states primaries (`chromaticities` of OpenEXR) that are not those of `source` in `[color]`",
         "Write the colour space of the file as `source` into `[color]`; all files of a scene share it, so convert one that differs. If "
         "its attribute `chromaticities` is wrong, allow this code."},
-    LintCheckInfo{LintCheck::LightUnits, "light-units", Warning,
+    LintCheckInfo{LintCheck::LightUnits, "light-units", Note,
                   "light map and probes of one scene differ in brightness by about pi, the factor between game units and radiometric units",
                   "Write `light_units = \"game\"` in the `[[light_map]]`, or `\"radiometric\"` where `game` is there."},
     LintCheckInfo{
@@ -59,14 +59,14 @@ constexpr std::array kLintChecks = {
     LintCheckInfo{LintCheck::CoverageRange, "coverage-range", Error, "coverage has values below 0 or above 1",
                   "Divide coverage.Y, or alpha of a picture, by its largest value, so that it is 1 inside charts and 0 outside."},
     LintCheckInfo{
-        LintCheck::MissingCoverage, "missing-coverage", Warning,
+        LintCheck::MissingCoverage, "missing-coverage", Note,
         "the file has no channel coverage.Y, and it has gaps: texels without light or normal",
         "Export coverage.Y, 1 inside charts and 0 outside, or write coverage = \"mesh\" beside the map's mesh. If the map has no gaps, "
         "allow this code."},
-    LintCheckInfo{LintCheck::MissingNormals, "missing-normals", Warning,
+    LintCheckInfo{LintCheck::MissingNormals, "missing-normals", Note,
                   "neither the file nor a mesh has normals, so an engine's layout is fitted to surfaces that face +z",
                   "Write the map's mesh into `mesh`, or export normal.X/Y/Z, unit vectors in world space."},
-    LintCheckInfo{LintCheck::IncompleteSet, "incomplete-set", Warning,
+    LintCheckInfo{LintCheck::IncompleteSet, "incomplete-set", Note,
                   "the name is that of one file of a set, the others are missing, and the file was read alone",
                   "Put the other files into its folder, or name what it is: `bake = \"flat\"`."},
     LintCheckInfo{LintCheck::ZeroNormals, "zero-normals", Error,
@@ -77,16 +77,18 @@ constexpr std::array kLintChecks = {
                   "Export unit normals wherever coverage.Y is 1."},
     LintCheckInfo{LintCheck::EncodedNormals, "encoded-normals", Error, "normals are stored as colours, (n + 1) / 2",
                   "Export the vectors themselves, from -1 to 1."},
-    LintCheckInfo{LintCheck::NormalLength, "normal-length", Warning, "normals are far from unit length, and their directions may be wrong",
+    LintCheckInfo{LintCheck::NormalLength, "normal-length", Note, "normals are far from unit length, and their directions may be wrong",
                   "Export unit normals in world space: not filtered over edges, not scaled with the object."},
-    LintCheckInfo{LintCheck::RimFirefly, "rim-firefly", Warning, "a texel at the rim of a chart is far brighter than its neighbours",
+    LintCheckInfo{LintCheck::RimFirefly, "rim-firefly", Note, "a texel at the rim of a chart is far brighter than its neighbours",
                   "Bake with more samples, clamp the texel, or cook with a `firefly_limit` above the ratio if the light is real."},
-    LintCheckInfo{LintCheck::BlackCharts, "black-charts", Warning, "charts have no light at all",
+    LintCheckInfo{LintCheck::BlackCharts, "black-charts", Note, "charts have no light at all",
                   "Look for objects that were left out of the bake, or whose backs face the light."},
     LintCheckInfo{
-        LintCheck::Exposure, "exposure", Warning,
-        "the map or probe is so dark or so bright that 16-bit textures cannot hold it, and no screen shows it without a large exposure",
-        "Scale the light of the bake, so that a lit surface has a radiance near 1, and set the exposure of the engine for it."},
+        LintCheck::Exposure, "exposure", Note,
+        "the map or probe is so dark or so bright that half floats lose its light, and no screen shows it without a large exposure",
+        "Is that its unit? Then set the exposure of the engine for it. Else scale the light of the bake, so that a lit surface has a "
+        "radiance "
+        "near 1."},
     LintCheckInfo{
         LintCheck::DisplayExposure, "display-exposure", Warning,
         "the display of the scene shows the map as black or beyond its brightest white, so no error of it is visible and every "
@@ -109,7 +111,7 @@ constexpr std::array kLintChecks = {
                   "Leave what Godot did not bake out of the mesh, or bake it: a static mesh with UV2 and its name in the scene. Names and "
                   "parents of nodes are those of Godot's scene."},
     LintCheckInfo{
-        LintCheck::UnreadRectangles, "unread-rectangles", Warning,
+        LintCheck::UnreadRectangles, "unread-rectangles", Note,
         "rectangles of Godot's lmbake belong to no node of the mesh, so nothing shows their part of the map",
         "Export the whole scene that was baked, with the names that its nodes have in Godot. If the rest is a mesh of its own, allow "
         "this code. A node with several meshes (GridMap, MultiMesh) is not read."},
@@ -119,22 +121,22 @@ constexpr std::array kLintChecks = {
                   "Compute the normals of the mesh again. Triangles without area have none."},
     LintCheckInfo{LintCheck::UnknownMaterial, "unknown-material", Warning, "a `[[material]]` names no material of a mesh",
                   "Write the name that the glTF has. The entry changes what is cooked, but describes nothing in the scene."},
-    LintCheckInfo{LintCheck::MaterialExtension, "material-extension", Warning,
+    LintCheckInfo{LintCheck::MaterialExtension, "material-extension", Note,
                   "a material has an extension that may change its reflection and that is not read",
                   "Write `m` and `f0` of the material as the engine shows it, or `specular = false`, into a `[[material]]`. If what is "
                   "assumed is right, allow this code."},
-    LintCheckInfo{LintCheck::StaleBake, "stale-bake", Warning, "the mesh is newer than its light map",
+    LintCheckInfo{LintCheck::StaleBake, "stale-bake", Note, "the mesh is newer than its light map",
                   "Bake the light map again, or allow this code where file times mean nothing."},
-    LintCheckInfo{LintCheck::EightBitProbe, "eight-bit-probe", Warning,
+    LintCheckInfo{LintCheck::EightBitProbe, "eight-bit-probe", Note,
                   "the probe has 8 bits a channel: light above 1 is lost, and its values may be under a gamma curve",
                   "Export the probe as EXR or Radiance HDR, linear and not clamped."},
-    LintCheckInfo{LintCheck::ClippedProbe, "clipped-probe", Warning, "the brightest light of the probe was cut at 1",
+    LintCheckInfo{LintCheck::ClippedProbe, "clipped-probe", Note, "the brightest light of the probe was cut at 1",
                   "Export the probe as EXR or Radiance HDR, linear and not clamped."},
-    LintCheckInfo{LintCheck::BlackProbe, "black-probe", Warning, "the probe has no light at all",
+    LintCheckInfo{LintCheck::BlackProbe, "black-probe", Note, "the probe has no light at all",
                   "Look for lights and objects that were left out of the bake."},
-    LintCheckInfo{LintCheck::ProbeSh, "probe-sh", Warning, "the image of a probe and its SH disagree",
+    LintCheckInfo{LintCheck::ProbeSh, "probe-sh", Note, "the image of a probe and its SH disagree",
                   "Check that `file` and `sh` are of the same probe and bake, the order and the axes of the faces, and the exposure."},
-    LintCheckInfo{LintCheck::BlackGradient, "black-gradient", Warning, "the gradient has no light at all",
+    LintCheckInfo{LintCheck::BlackGradient, "black-gradient", Note, "the gradient has no light at all",
                   "Look for a sky that was switched off, or for an image under another name."},
     LintCheckInfo{LintCheck::LimitAboveOne, "limit-above-one", Warning, "a limit of an error is above 1, which allows any result",
                   "Write a fraction: `max_error = 0.02` is 2 %."},

@@ -55,8 +55,13 @@ enum class LintCheck {
     LimitAboveOne,
 };
 
-/// An error refuses the input; a warning is reported, and can be allowed by the scene file or made an error by --strict.
-enum class LintSeverity { Warning, Error };
+/// Severity of what a check finds.
+///   Error    refuses the input: it holds nothing that could be cooked
+///   Warning  contradicts the scene, or what light and surfaces can be: a proof, with the tolerance of numbers and of bakers. The scene
+///   file
+///            can allow it, and --strict makes it an error
+///   Note     is likely a fault, and may be right: dark rooms, real lamps, other units. It is printed and in the reports, and fails nothing
+enum class LintSeverity { Warning, Error, Note };
 
 struct LintCheckInfo {
     LintCheck id;
@@ -76,11 +81,11 @@ struct EnumNames<LintCheck> {
 };
 template <>
 struct EnumNames<LintSeverity> {
-    static_assert(static_cast<int>(LintSeverity::Warning) == 0 && static_cast<int>(LintSeverity::Error) == 1);
-    static std::vector<std::string> all() { return {"warning", "error"}; }
+    static_assert(static_cast<int>(LintSeverity::Error) == 1 && static_cast<int>(LintSeverity::Note) == 2);
+    static std::vector<std::string> all() { return {"warning", "error", "note"}; }
 };
 
-/// A warning that the scene file allows: an element of the key `allow`.
+/// A warning or note that the scene file allows: an element of the key `allow`.
 struct Allowance {
     LintCheck check = LintCheck::WrongPhase;
     std::string asset = {};   ///< light map or probe; empty: all

@@ -35,13 +35,14 @@ struct Finding {
     std::optional<std::string> sceneFile = {};
     std::optional<int> line = {};             ///< of the scene file, from 1
     std::optional<std::string> allowed = {};  ///< the reason, where the scene file allows it
+    bool isNote() const { return severity == LintSeverity::Note; }
     bool isFailure() const { return severity == LintSeverity::Error && !allowed; }
 };
 template <class Fields, Is<Finding> Self>
 void describe(Fields& fields, Self& finding) {
     fields.required("code", finding.check, "check of plausibility");
     fields.required("asset", finding.asset, "light map or probe; empty for the scene");
-    fields.required("severity", finding.severity, "error: the input is refused");
+    fields.required("severity", finding.severity, "error: the input is refused; note: it may be right as it is");
     fields.required("file", finding.file, "input that was looked at");
     fields.required("found", finding.found, "what was found and what was expected");
     fields.required("figures", finding.figures, kNumberOrNull, "evidence, by name");

@@ -1,10 +1,14 @@
 // Facts of a light map that its plausibility is judged by: one pass over its strips, as a cached action.
 //
-// Light arrives from the hemisphere of the normal N, so with w the direction, weighted by radiance, and E the mean:
-//   f = E[w.N] >= 0                                  band 1 along the normal over sqrt(3) sh00
-//   g = E[(3 (w.N)^2 - 1) / 2], (3 f^2 - 1) / 2 <= g <= (3 f - 1) / 2     the same of band 2 over sqrt(5) sh00
-// The lower bound is Jensen's inequality, the upper one (w.N)^2 <= w.N. A wrong sign convention, frame or choice of axes breaks the first
-// line; bands that were convolved, or scaled by a curve, break the second. Each alternative is counted on the same texels.
+// Light arrives from the hemisphere of the surface. Its normal is the texel's N where the surface is flat; where N is smooth or bumped,
+// light may come from below the horizon of N. So with w the direction, weighted by radiance, E the mean, and w.N >= -s:
+//   f = E[w.N], -s <= f <= 1                         band 1 along the normal over sqrt(3) sh00
+//   g = E[(3 (w.N)^2 - 1) / 2]                       band 2 along the normal over sqrt(5) sh00
+//   (3 f^2 - 1) / 2 <= g <= (3 ((1 - s) f + s) - 1) / 2
+// The lower bound of g is Jensen's inequality, the upper one (w.N + s) (w.N - 1) <= 0. A wrong sign convention, frame or choice of axes
+// breaks the first line; bands that were convolved, or scaled by a curve, break the third. Each alternative is counted on the same texels.
+// No noise of a baker that adds up samples of light breaks any: a sum of lights is a light. Rounding to halves does, and so do filters that
+// work on each coefficient alone; light_map_facts.cpp has the tolerances.
 #pragma once
 
 #include <array>
@@ -22,9 +26,9 @@ namespace lightcook::pipeline {
 /// Numbers of texels that break the inequalities of bands 1 and 2, under each reading of the file.
 struct BandFacts {
     std::int64_t texels = 0;         ///< that were tested
-    std::int64_t asDescribed = 0;    ///< break them as the scene file describes the map
-    std::int64_t otherQuantity = 0;  ///< break them as irradiance instead of radiance, or the reverse
-    std::int64_t decoded = 0;        ///< break them after a gamma curve of 2.2 is undone
+    std::int64_t asDescribed = 0;    ///< break them as the scene file describes the map, beyond what filters of bakers do
+    std::int64_t otherQuantity = 0;  ///< break them, beyond rounding, as irradiance instead of radiance, or the reverse
+    std::int64_t decoded = 0;        ///< break them, beyond rounding, after a gamma curve of 2.2 is undone
 };
 template <class Fields, Is<BandFacts> Self>
 void describe(Fields& fields, Self& facts) {
@@ -45,13 +49,14 @@ struct LightMapFacts {
     std::int64_t black = 0;        ///< covered texels without any light
     double key = 0;                ///< log-average luminance of the exit radiance of a white surface, where lit
     double meanRadiance = 0;       ///< mean luminance of the incident radiance over the hemisphere, where there is light
-    std::int64_t tooDirected = 0;  ///< texels whose band 1 is longer than that of any light of their sh00
+    std::int64_t tooDirected = 0;  ///< texels whose band 1 is longer than that of any light of their sh00 in the formula of the baker
     std::int64_t directional = 0;  ///< texels whose band 1 is not too short to have a direction
     std::array<std::int64_t, formats::BakeAxes::kChoices> behind{};  ///< of these, those that are lit from behind under each choice of axes
     std::int64_t behindInOtherFrame = 0;                             ///< the same with coefficients of the other frame
     BandFacts bands;
     ChartFacts charts;
     std::optional<double> tracedRatio;  ///< of the light of `ground_truth` to that of the map
+    bool isTracedSpecular = false;      ///< it is of specular light
 };
 template <class Fields, Is<LightMapFacts> Self>
 void describe(Fields& fields, Self& facts) {
@@ -80,6 +85,7 @@ void describe(Fields& fields, Self& facts) {
     fields.required("bands", facts.bands, "ratios of the SH bands");
     fields.required("charts", facts.charts, "charts");
     fields.optional("traced_ratio", facts.tracedRatio, "median ratio of the light of ground_truth to that of the map");
+    fields.required("is_traced_specular", facts.isTracedSpecular, "true if it is of specular light");
 }
 
 /// Parameters of the action. Its inputs are those of the bake, and "ground_truth" if there is one.

@@ -176,7 +176,7 @@ Result<std::vector<Finding>> judgeScene(const Scene& scene, const std::map<std::
     for (Finding& finding : *findings) {
         addLine(scene, finding);
         allow(scene, finding);
-        if (isStrict && !finding.allowed) finding.severity = LintSeverity::Error;
+        if (isStrict && !finding.allowed && !finding.isNote()) finding.severity = LintSeverity::Error;
     }
     return findings;
 }

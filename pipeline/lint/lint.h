@@ -35,7 +35,7 @@ std::vector<Action> planLint(const Scene& scene, bool repair, const std::optiona
 
 /// Judges a scene.
 /// records    by action id, of planLint() and of the actions "materials/..." of the meshes; what has no record is not judged
-/// isStrict   makes every finding that the scene file does not allow an error
+/// isStrict   makes every warning that the scene file does not allow an error; notes stay
 formats::Result<std::vector<Finding>> judgeScene(const Scene& scene, const std::map<std::string, ActionRecord>& records, bool isStrict);
 
 /// Returns how the light maps were recognised, in the order of the scene. A map that has no record is left out.

@@ -99,7 +99,7 @@ std::string suiteOf(const CiRun& run, const CiSuite& suite, std::size_t id, cons
 }
 
 /// Returns the suite of lint: a case for each check of plausibility. A case is red if a finding is an error, and skipped if the scene file
-/// allows what was found; warnings are the output of the suite.
+/// allows what was found; warnings and notes are the output of the suite.
 std::string lintSuite(const CiRun& run, std::size_t id, const std::string& timestamp, Counts& whole) {
     Counts counts;
     std::string cases, warnings;
@@ -175,6 +175,11 @@ Json resultOf(const CiRun& run, const CiSuite& suite, const CiCheck& check, cons
         {"properties", finding.properties}};
 }
 
+/// Returns the level that SARIF has for a severity.
+std::string levelOf(LintSeverity severity) {
+    return enumNames<LintSeverity>()[static_cast<std::size_t>(severity)];
+}
+
 /// Returns the result of a finding of lint: at its line of the scene file, or at the input that it is about.
 Json resultOf(const CiRun& run, const Finding& finding) {
     const std::string code(info(finding.check).name), place = finding.asset.empty() ? kSceneSuite : finding.asset;
@@ -183,7 +188,7 @@ Json resultOf(const CiRun& run, const Finding& finding) {
         {"ruleId", code},
         {"ruleIndex", allCiRules().size() + static_cast<std::size_t>(finding.check)},
         {"kind", "fail"},
-        {"level", finding.severity == LintSeverity::Error ? "error" : "warning"},
+        {"level", levelOf(finding.severity)},
         {"message", {{"text", asUtf8(fmt::format("{}: {}", subjectOf(finding), detailOf(finding)))}}},
         {"locations",
          Json::array({{{"physicalLocation", {{"artifactLocation", artifactLocation(at.file)}, {"region", {{"startLine", at.line}}}}},
@@ -220,7 +225,7 @@ Json rulesOf() {
                          {"shortDescription", {{"text", check.meaning}}},
                          {"fullDescription", {{"text", check.meaning}}},
                          {"help", {{"text", check.advice}, {"markdown", check.advice}}},
-                         {"defaultConfiguration", {{"level", check.severity == LintSeverity::Error ? "error" : "warning"}}}});
+                         {"defaultConfiguration", {{"level", levelOf(check.severity)}}}});
     return rules;
 }
 

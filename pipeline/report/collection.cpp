@@ -26,8 +26,8 @@ SceneSummary summaryOf(const Report& report) {
         scene.assets.push_back({row.name, row.kind, row.verdict.limit, pipeline::figuresOf(row), mostUsedLimit(jsonOf(row))});
     }
     for (const Skip& skip : report.skipped) scene.bytesSaved += skip.bytesSaved;
-    scene.findingCount =
-        static_cast<int>(std::ranges::count_if(report.findings, [](const Finding& finding) { return !finding.allowed.has_value(); }));
+    scene.findingCount = static_cast<int>(
+        std::ranges::count_if(report.findings, [](const Finding& finding) { return !finding.allowed.has_value() && !finding.isNote(); }));
     return scene;
 }
 

@@ -58,7 +58,7 @@ void describe(Fields& fields, Self& scene) {
     fields.required("bytes_saved", scene.bytesSaved, "GPU memory that skipped work saved [bytes]");
     fields.required("budget", scene.budget, "GPU memory");
     fields.optional("whole_rel_rms", scene.sceneError, kFigure, "error of the whole shading of the scene");
-    fields.required("findings", scene.findingCount, "number of findings of lint that are not allowed");
+    fields.required("findings", scene.findingCount, "number of warnings and errors of lint that are not allowed");
     fields.required("assets", scene.assets, "assets with the figures of their last stages");
     fields.required("errors", scene.errors, "why the scene did not pass");
     fields.presentIf(!scene.partial.empty(), "partial", scene.partial, kPartialCaption);

@@ -121,9 +121,10 @@ LightMapTruth lightMapTruth(std::span<const LightMapTruthPlace> places, lighting
     return truth;
 }
 
-std::optional<double> tracedRatio(std::span<const LightMapTruthPlace> places) {
+std::optional<TracedRatio> tracedRatio(std::span<const LightMapTruthPlace> places) {
     constexpr std::size_t kLeastPlaces = 8, kMostPlaces = 4096;  // further ones change a median little
     constexpr double kDarkest = 0.05;
+    constexpr double kLeastShown = 0.3;
     const auto isLambert = [](const LightMapTruthPlace& place) { return place.value.kind == Kind::Lambert; };
     const Kind kind = std::ranges::any_of(places, isLambert) ? Kind::Lambert : Kind::Specular;
     std::vector<const LightMapTruthPlace*> chosen;
@@ -132,7 +133,7 @@ std::optional<double> tracedRatio(std::span<const LightMapTruthPlace> places) {
     const std::size_t step = chosen.size() / kMostPlaces + 1;
     const auto sumOfColors = [](const glm::dvec3& light) { return light.x + light.y + light.z; };
     struct Pair {
-        double traced = 0, baked = 0;
+        double traced = 0, baked = 0, all = 0;
     };
     std::vector<Pair> pairs;
     Kernels kernels(lighting::NormalDistribution::Beckmann);  // another lobe is no matter of units
@@ -141,17 +142,18 @@ std::optional<double> tracedRatio(std::span<const LightMapTruthPlace> places) {
         const auto& [value, normal, baked, cooked] = *chosen[i];
         const glm::dvec3 light = kind == Kind::Lambert ? glm::dvec3(lighting::irradiance(baked, glm::vec3(value.direction)).value)
                                                        : areaSpecular(shaderSh(baked), value, normal, kernels);
-        pairs.push_back({sumOfColors(value.value), sumOfColors(light)});
+        const double all = kind == Kind::Lambert ? std::sqrt(4 * std::numbers::pi) * sumOfColors(glm::dvec3(baked[0])) : 0;
+        pairs.push_back({sumOfColors(value.value), sumOfColors(light), all});
         mean += std::max(pairs.back().baked, 0.0);
     }
     mean /= static_cast<double>(std::max<std::size_t>(pairs.size(), 1));
     std::vector<double> ratios;
-    for (const auto& [traced, baked] : pairs)
-        if (baked > kDarkest * mean) ratios.push_back(traced / baked);
+    for (const auto& [traced, baked, all] : pairs)
+        if (baked > kDarkest * mean && baked > kLeastShown * all) ratios.push_back(traced / baked);
     if (ratios.size() < kLeastPlaces) return std::nullopt;
     const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
     std::ranges::nth_element(ratios, middle);
-    return *middle;
+    return TracedRatio{*middle, kind == Kind::Specular};
 }
 
 DominantTruth dominantTruth(std::span<const DominantTruthPlace> places, lighting::NormalDistribution lobe,

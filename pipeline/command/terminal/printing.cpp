@@ -262,7 +262,9 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
 
 void printFindings(Terminal& terminal, const std::vector<Finding>& findings) {
     for (const Finding& finding : findings)
-        if (!finding.allowed && !finding.isFailure()) terminal.warning(subjectOf(finding), detailOf(finding));
+        if (!finding.allowed && !finding.isFailure())
+            finding.isNote() ? terminal.note(subjectOf(finding), detailOf(finding))
+                             : terminal.warning(subjectOf(finding), detailOf(finding));
 }
 
 void printClampedLight(Terminal& terminal, const Report& report) {

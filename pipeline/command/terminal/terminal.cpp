@@ -81,11 +81,18 @@ void Terminal::error(const formats::Error& error) {
                lineOf({{"level", "error"}, {"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}}));
 }
 
-void Terminal::warning(const std::string& subject, const std::string& detail) {
-    if (options_.format == LogFormat::Text)
-        return printMessage("warning", Style::Warning, formats::withoutControls(subject + ": " + detail));
+void Terminal::report(std::string_view level, Style style, const std::string& subject, const std::string& detail) {
+    if (options_.format == LogFormat::Text) return printMessage(level, style, formats::withoutControls(subject + ": " + detail));
     const std::lock_guard lock(mutex_);
-    fmt::print(stderr, "{}\n", lineOf({{"level", "warning"}, {"subject", subject}, {"detail", detail}}));
+    fmt::print(stderr, "{}\n", lineOf({{"level", std::string(level)}, {"subject", subject}, {"detail", detail}}));
+}
+
+void Terminal::warning(const std::string& subject, const std::string& detail) {
+    report("warning", Style::Warning, subject, detail);
+}
+
+void Terminal::note(const std::string& subject, const std::string& detail) {
+    report("note", Style::Faint, subject, detail);
 }
 
 void Terminal::say(const StyledLine& line) {

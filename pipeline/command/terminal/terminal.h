@@ -47,6 +47,8 @@ public:
     void progress(const std::string& line);
     void error(const formats::Error& error);
     void warning(const std::string& subject, const std::string& detail);
+    /// Prints what may be right as it is.
+    void note(const std::string& subject, const std::string& detail);
     /// Prints a line of the command's result, on a terminal in the colours of its pieces.
     void say(const StyledLine& line);
     void say(const std::string& line) { say(StyledLine{{Style::Plain, line}}); }
@@ -68,6 +70,7 @@ public:
 private:
     bool hasColor(int descriptor) const;
     void clearProgress();
+    void report(std::string_view level, Style style, const std::string& subject, const std::string& detail);
     void printMessage(std::string_view level, Style style, const std::string& text);
 
     std::mutex mutex_;

@@ -66,6 +66,50 @@ TEST(LintJudge, OfEqualAxesARotationIsNamed) {
     EXPECT_THAT(onlyFinding(floors).found, HasSubstr("with axes = \"x,z,-y\" it is 0.0 %"));
 }
 
+TEST(LintJudge, NoteIsWhatMayBeRight) {
+    LightMapFacts facts;
+    facts.reading.bake = "flat";
+    facts.hasCoverage = true;
+    facts.coverage.inside = facts.covered = 1000;
+    facts.coverage.largest = 1;
+    for (const double key : {1e-9, 1e9}) {
+        facts.key = key;
+        const Finding finding = onlyFinding(facts);
+        EXPECT_EQ(finding.check, LintCheck::Exposure);
+        EXPECT_TRUE(finding.isNote()) << "a unit of its own";
+    }
+}
+
+TEST(LintJudge, CoverageThatAFilterRingsInIsNoFault) {
+    LightMapFacts facts;
+    facts.reading.bake = "flat";
+    facts.hasCoverage = true;
+    facts.coverage.inside = facts.covered = 1000;
+    facts.key = 1;
+    facts.coverage.smallest = -0.2;
+    facts.coverage.largest = 1.2;
+    EXPECT_TRUE(judgeLightMap(Scene{}, LightMapEntry{}, facts).empty());
+    facts.coverage.largest = 2;
+    EXPECT_EQ(onlyFinding(facts).check, LintCheck::CoverageRange);
+}
+
+TEST(LintJudge, BandsThatNothingExplainsAreNamedBeyondTheNoiseOfFilters) {
+    LightMapFacts facts;
+    facts.reading.bake = "sh9";
+    facts.hasCoverage = facts.hasNormals = true;
+    facts.coverage.inside = facts.covered = facts.bands.texels = 1000;
+    facts.coverage.largest = 1;
+    facts.key = 1;
+    facts.bands.otherQuantity = facts.bands.decoded = 900;
+    facts.bands.asDescribed = 50;
+    EXPECT_TRUE(judgeLightMap(Scene{}, LightMapEntry{}, facts).empty());
+    facts.bands.asDescribed = 51;
+    EXPECT_EQ(onlyFinding(facts).check, LintCheck::ImpossibleBands);
+    facts.bands.asDescribed = 6;
+    facts.bands.otherQuantity = 5;
+    EXPECT_EQ(onlyFinding(facts).check, LintCheck::WrongQuantity) << "few that another reading explains";
+}
+
 TEST(LintJudge, NamesDirectionsThatNoLightHasWhereMostTexelsHaveThem) {
     LightMapFacts facts;
     facts.reading.bake = "bakery-mono-sh";
