@@ -438,6 +438,11 @@ Html assetFacts(const Json& asset) {
         fact("Cooked in", secondsMarkup(member(asset, "seconds"))) + fact("Verified in", secondsMarkup(member(asset, "verify_seconds")));
     if (const Json& key = member(asset, "key"); key.is_number())
         facts += fact("Key", withTitle(humanNumber(number(key)), exactNumber(number(key))));
+    if (const Json& worst = member(asset, "worst_block"); worst.is_object()) {
+        const double visible = number(member(worst, "visible"));
+        facts += fact("Worst block", withTitle(fmt::format("{} at {}", humanNumber(visible), vectorWords(member(worst, "block"))),
+                                               exactNumber(visible)));
+    }
     return element("dl", {{"class", "facts small"}}, facts);
 }
 
