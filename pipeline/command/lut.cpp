@@ -78,7 +78,7 @@ CommandFunction defineLut(CLI::App& app) {
         ->capture_default_str();
     app.add_option("--views", tables.viewCount, "Number of columns")
         ->check(CLI::Range(2, kMostTableNodes))
-        ->default_str(std::to_string(kUsualViewCount));
+        ->default_str(std::to_string(kFineViewCount));
     app.add_option("--rows", tables.roughnessCount,
                    "Number of rows over exactly the range of roughness; default: those of the 16 rows m = 1/16 .. 1 that the range needs")
         ->check(CLI::Range(1, kMostTableNodes));
@@ -88,7 +88,7 @@ CommandFunction defineLut(CLI::App& app) {
     app.add_option("--roughness-axis", tables.roughnessAxis, "Quantity along the rows; auto: the one with the least error between rows")
         ->check(CLI::IsMember(roughnessAxisNames()))
         ->capture_default_str();
-    app.footer(R"(Without options the tables are those of a cooked scene: Beckmann's lobe, energy conserving, 8 views.
+    app.footer(R"(Without options the tables are those of a cooked scene: Beckmann's lobe, energy conserving, 24 views.
 
 Lobes: beckmann; ggx (m is alpha); phong: exp(-tan^2 a / m^2) / (pi m^2 cos^3 a) around the reflected
 view; phong-power: (s + 1) / (2 pi) cos^s a with s = 2 / m^2 - 2. For Phong lobes C holds the

@@ -57,9 +57,9 @@ BudgetChoice choiceWithin(const std::vector<AllocationPoint>& frontier, const Ta
     const auto pointBeside = [&](std::uint64_t bytes) {
         return std::min(lastPoint, pointWithin(frontier, budgetBytes - std::min(bytes, budgetBytes)));
     };
-    const std::size_t usual = pointBeside(tables.usual), fine = pointBeside(tables.fine);
+    const std::size_t least = pointBeside(tables.least), fine = pointBeside(tables.fine);
     const bool isFineWithin = frontier[fine].bytes + tables.fine <= budgetBytes;
-    return isFineWithin && (fine == usual || isFineOnly) ? BudgetChoice{fine, true} : BudgetChoice{usual, false};
+    return isFineWithin && (fine == least || isFineOnly) ? BudgetChoice{fine, true} : BudgetChoice{least, false};
 }
 
 std::size_t pointOfError(const std::vector<AllocationPoint>& frontier, double visible) {

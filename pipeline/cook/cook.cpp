@@ -338,7 +338,7 @@ private:
             others.bytes += cooked->asset.totalBytesGpu();
         }
         const bool areFine = choiceWithin({others}, *open.openTables, *scene_.output.budgetBytes, 0).areTablesFine;
-        planOptions_.tableViews = areFine ? kFineViewCount : kUsualViewCount;
+        planOptions_.tableViews = areFine ? kFineViewCount : kLeastViewCount;
         auto plan = planScene(planned, needs, planOptions_);
         if (plan) result.add(execute(actionsOf(*plan, result)));
         return plan;

@@ -137,10 +137,10 @@ std::map<std::string, std::string> LayoutDecision::choose() {
     chosenPoint_ = output.isWholeLimited() ? pointOfLimits() : frontier_.size() - 1;
     if (output.budgetBytes) {
         const TableBytes tables = openTables_.value_or(TableBytes{});
-        const BudgetChoice choice = choiceWithin(frontier_, tables, *output.budgetBytes, chosenPoint_, areUsualTablesRefuted_);
+        const BudgetChoice choice = choiceWithin(frontier_, tables, *output.budgetBytes, chosenPoint_, areLeastTablesRefuted_);
         chosenPoint_ = choice.point;
-        for (AllocationPoint& point : frontier_) point.bytes += choice.areTablesFine ? tables.fine : tables.usual;
-        if (openTables_) tableViews_ = choice.areTablesFine ? kFineViewCount : kUsualViewCount;
+        for (AllocationPoint& point : frontier_) point.bytes += choice.areTablesFine ? tables.fine : tables.least;
+        if (openTables_) tableViews_ = choice.areTablesFine ? kFineViewCount : kLeastViewCount;
     }
     for (const auto& [map, choice] : frontier_[chosenPoint_].choices) {
         chosen_[map] = choice.lightMap;
@@ -229,13 +229,13 @@ Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) 
     return {};
 }
 
-/// Notes that open tables of the usual views missed a limit of theirs.
+/// Notes that open tables of the fewest views missed a limit of theirs.
 Result<void> LayoutDecision::noteFailedTables(const ExecutionResult& chosen) {
     const auto record = chosen.records.find(actionId(ActionStep::Verify, kTablesName));
-    if (record == chosen.records.end() || tableViews_ != kUsualViewCount) return {};
+    if (record == chosen.records.end() || tableViews_ != kLeastViewCount) return {};
     const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
     if (!verified) return tl::make_unexpected(verified.error());
-    areUsualTablesRefuted_ = areUsualTablesRefuted_ || !verified->verdict.passed;
+    areLeastTablesRefuted_ = areLeastTablesRefuted_ || !verified->verdict.passed;
     return {};
 }
 

@@ -91,7 +91,7 @@ private:
     std::map<std::string, std::map<std::string, double>> splitUse_;
     std::uint64_t otherBytes_ = 0;          ///< GPU memory of assets without a choice, meshes at their upper bound, open tables left out
     std::optional<TableBytes> openTables_;  ///< Plan::openTables
-    bool areUsualTablesRefuted_ = false;    ///< they missed a limit of theirs
+    bool areLeastTablesRefuted_ = false;    ///< they missed a limit of theirs
     bool mayShrink_ = true;                 ///< otherBytes_ was not corrected downwards yet
     std::map<std::string, std::string> chosen_;  ///< by the last choose(), as are those below
     std::set<std::string> unlimited_;

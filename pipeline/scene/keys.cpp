@@ -88,7 +88,7 @@ SceneSectionInfo outputSection() {
              {"max_error", "fraction", "none; of meshes 0.1",
               "`0.02` or `\"2%\"`: limit on `rel_rms` of diffuse and of specular light, of light maps and meshes; above it verification "
               "fails (exit code 4), and a limit below what the bake itself loses is refused [at once](../theory/error.md#floor)"},
-             {"max_converter_error", "fraction", "0.1, or `max_error` if that is larger",
+             {"max_converter_error", "fraction", "0.1, of cubemaps 0.5, or `max_error` if that is larger",
               "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity"},
              {"max_visible", "number",
               "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound`, `max_whole_visible`, `max_whole_error` and "
@@ -264,8 +264,7 @@ SceneSectionInfo tablesSection() {
             .isArray = false,
             .intro = "Specular tables, made where a material is specular. `lightcook lut` has the same options.",
             .keys = {{"views", fmt::format("2 to {}", kMostTableNodes),
-                      fmt::format("{0}; with a limit on the whole {1}; with `budget` {1} where the layouts leave room, else {0}",
-                                  kUsualViewCount, kFineViewCount),
+                      fmt::format("{1}; with `budget` {1} where the layouts leave room, else {0}", kLeastViewCount, kFineViewCount),
                       "columns: views"},
                      {"rows", fmt::format("1 to {}", kMostTableNodes), "those of 16, m 1/16 to 1, that the materials need",
                       "rows, spread over exactly the materials' range of m"},
@@ -294,7 +293,7 @@ SceneSectionInfo probeSection() {
                       "JSON with the probe's own SH, found by the image's file name: "
                       "`{\"probes\": [{\"file\": \"...\", \"sh\": [[r, g, b], ... nine]}]}`"},
                      {"size", fmt::format("a power of two, {} to {}, or `\"{}\"`", kLeastProbeSize, kMostProbeSize, kAutoProbeSize),
-                      fmt::format("{}; with `budget` or a limit on the whole `\"{}\"`", ProbeEntry{}.size, kAutoProbeSize),
+                      fmt::format("`\"{}\"`", kAutoProbeSize),
                       fmt::format("texels along the edge of a face. The levels go down to one texel a face. `\"{}\"`: the levels of {} "
                                   "less the largest ones, if the materials are too rough to read them",
                                   kAutoProbeSize, ProbeEntry{}.size)},

@@ -364,7 +364,6 @@ ProbeEntry readProbe(TableReader reader) {
     entry.sh = reader.optionalPath("sh");
     if (reader.isString("size")) {
         reader.oneOf("size", {std::string(kAutoProbeSize)}, "");
-        entry.readLevelsOnly = true;
     } else if (const auto size = reader.optional<std::int64_t>("size", "a power of two or \"auto\"")) {
         reader.check("size", objectionToProbeSize(*size));
         entry.size = static_cast<int>(*size);

@@ -151,8 +151,8 @@ bool areViewsOpen(const TableSettings& tables, const OutputSettings& output) {
     return output.budgetBytes && !tables.viewCount;
 }
 
-int viewCountOf(const TableSettings& tables, const OutputSettings& output) {
-    return tables.viewCount.value_or(output.isChosenByWhole() ? kFineViewCount : kUsualViewCount);
+int viewCountOf(const TableSettings& tables) {
+    return tables.viewCount.value_or(kFineViewCount);
 }
 
 std::string layoutAsked(const OutputSettings& output) {

@@ -68,10 +68,10 @@ bool isSplit(const OutputSettings& output, const LightMapEntry& entry);
 /// Returns the visible error that fewer texels of its charts may add.
 double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry);
 
-/// Returns true if a budget chooses the views of the tables: kUsualViewCount or kFineViewCount.
+/// Returns true if a budget chooses the views of the tables: kLeastViewCount or kFineViewCount.
 bool areViewsOpen(const TableSettings& tables, const OutputSettings& output);
-/// Returns the views of the tables where no budget chooses them: their own or, without, those of the output.
-int viewCountOf(const TableSettings& tables, const OutputSettings& output);
+/// Returns the views of the tables where no budget chooses them: their own or, without, kFineViewCount.
+int viewCountOf(const TableSettings& tables);
 
 /// Returns the display that a light map and its assets are judged on.
 lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry);

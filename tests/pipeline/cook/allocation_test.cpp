@@ -114,7 +114,7 @@ TEST(Allocation, FineTablesNeverTakeTheBytesOfASmallerError) {
         bool wereFine = false;
         for (std::uint64_t budget = 1; budget < frontier.back().bytes + tables.fine + 10; budget += 7) {
             const BudgetChoice choice = choiceWithin(frontier, tables, budget, frontier.size() - 1);
-            const double usual = leastBeside(tables.usual, budget), fine = leastBeside(tables.fine, budget);
+            const double usual = leastBeside(tables.least, budget), fine = leastBeside(tables.fine, budget);
             EXPECT_EQ(choice.areTablesFine, std::isfinite(usual) && fine == usual) << budget;
             if (!std::isfinite(usual)) {
                 EXPECT_EQ(choice.point, 0u) << "the least that is possible";

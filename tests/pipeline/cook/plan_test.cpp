@@ -93,23 +93,16 @@ TEST(PlanScene, RowsOfReflectionMapsThatNoMaterialReadsAreLeftOut) {
     EXPECT_EQ(exponentsOf(resolveNeeds(scene, {})).size(), 6u) << "a mirror reads the sharpest row";
 }
 
-TEST(PlanScene, LevelsOfCubemapsThatNoMaterialReadsAreLeftOutIfAsked) {
+TEST(PlanScene, LevelsOfCubemapsThatNoMaterialReadsAreLeftOutUnlessASizeIsGiven) {
     Scene scene = sceneWithOneMap();
-    scene.materials = {{"*", true, true, Range{0.1, 0.5}, std::nullopt}};
     const auto planned = [&] { return planScene(scene, resolveNeeds(scene, {}), {}).value(); };
     const auto firstLevel = [&] {
         for (const Action& action : planned().actions)
             if (action.id == "cook/probe") return action.parameters.value("first_level", 0);
         return -1;
     };
-    EXPECT_EQ(firstLevel(), 0);
-    EXPECT_EQ(planned().notes.at("probe"), Json({{"unread_levels", 2}, {"unread_bytes", 6 * (128 * 128 + 64 * 64)}}));
-    scene.output.budgetBytes = 1 << 20;
-    EXPECT_EQ(firstLevel(), 2);
-    scene.probes[0].readLevelsOnly = false;
-    EXPECT_EQ(firstLevel(), 0) << "a size by number is obeyed";
-    scene.output.budgetBytes = {};
-    scene.probes[0].readLevelsOnly = true;
+    EXPECT_EQ(firstLevel(), 0) << "no material states its roughness";
+    scene.materials = {{"*", true, true, Range{0.1, 0.5}, std::nullopt}};
     EXPECT_EQ(firstLevel(), 2);
     EXPECT_TRUE(planned().notes.empty());
     const std::vector<Skip> skipped = planned().skipped;
@@ -117,10 +110,16 @@ TEST(PlanScene, LevelsOfCubemapsThatNoMaterialReadsAreLeftOutIfAsked) {
     EXPECT_EQ(std::ranges::find(skipped, "2 of 8 levels of cubemap 'probe'", &Skip::what)->bytesSaved, 6u * (128 * 128 + 64 * 64));
     scene.output.keepUnused = true;
     EXPECT_EQ(firstLevel(), 0);
-    EXPECT_TRUE(planned().notes.empty()) << "size = \"auto\" is no advice where it is written";
+    EXPECT_TRUE(planned().notes.empty()) << "size = \"auto\" is no advice where it holds";
+    scene.output.keepUnused = false;
+    scene.probes[0].readLevelsOnly = false;
+    EXPECT_EQ(firstLevel(), 0) << "a size by number is obeyed";
+    EXPECT_EQ(planned().notes.at("probe"), Json({{"unread_levels", 2}, {"unread_bytes", 6 * (128 * 128 + 64 * 64)}}));
+    scene.output.budgetBytes = 1 << 20;
+    EXPECT_EQ(firstLevel(), 0) << "under a budget too";
 }
 
-TEST(PlanScene, TablesHaveMoreViewsWhereAssetsAreChosenTogether) {
+TEST(PlanScene, TablesHave24ViewsUnlessANumberIsGiven) {
     Scene scene = sceneWithOneMap();
     const auto views = [&] {
         const Plan plan = planScene(scene, resolveNeeds(scene, {}), {}).value();
@@ -128,7 +127,7 @@ TEST(PlanScene, TablesHaveMoreViewsWhereAssetsAreChosenTogether) {
             if (action.id == "cook/specular") return action.parameters.at("view_count").get<int>();
         return 0;
     };
-    EXPECT_EQ(views(), 8);
+    EXPECT_EQ(views(), 24);
     scene.output.maxWholeVisible = 5;
     EXPECT_EQ(views(), 24);
     scene.tables.viewCount = 12;

@@ -45,7 +45,7 @@ roughness_axis = "sqrt(m)"
 )toml");
     ASSERT_TRUE(scene.has_value()) << scene.error().line();
     EXPECT_EQ(scene->tables.viewCount, 12);
-    EXPECT_EQ(viewCountOf(scene->tables, scene->output), 12);
+    EXPECT_EQ(viewCountOf(scene->tables), 12);
     EXPECT_EQ(scene->tables.roughnessCount, 6);
     EXPECT_EQ(scene->lobe, lighting::SpecularLobe::Ggx);
     EXPECT_EQ(scene->tables.normalization, "halo3");
@@ -136,7 +136,7 @@ f0 = [0.04, 0.6]
     EXPECT_EQ(scene->lightMaps[0].dominantFit, "refined-ambient");
     EXPECT_EQ(scene->probes[0].sh, scene->directory / "p.json");
     EXPECT_EQ(scene->probes[0].size, 128);
-    EXPECT_FALSE(scene->probes[0].readLevelsOnly);
+    EXPECT_TRUE(scene->probes[0].readLevelsOnly);
     EXPECT_EQ(scene->probes[0].layout, "pre-divided");
     EXPECT_EQ(scene->probes[1].size, 1024);
     EXPECT_EQ(scene->probes[1].readLevelsOnly, false);
