@@ -72,12 +72,6 @@ public:
     };
     /// Returns all texels of a channel, from dark to bright.
     std::vector<Weighted> sorted(int channel) const;
-    /// Returns radiance through the normalized kernel of a lobe around a unit direction. Texels are weighted by solid angle, and split into
-    /// pieces such that one standard deviation of Beckmann's kernel holds at least piecesPerWidth of them. The tail of GGX reaches over the
-    /// whole hemisphere: away from its peak, where the kernel changes over a width in proportion to the angle, pieces are as large.
-    /// m  in (0, 1]
-    glm::dvec3 prefiltered(const glm::dvec3& direction, double m, double piecesPerWidth = 8,
-                           lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann) const;
     /// Returns the mean over a square around the direction, in the plane of its face, of the size of a texel of size x size faces.
     /// By solid angle, with the parts of source texels that it has: within 1e-3 of the differences between them. Around a direction whose
     /// square leaves the face of a strip the source is looked up at points, within a hundredth.
@@ -86,60 +80,69 @@ public:
     formats::Image<glm::vec3> footprintMeans(int face, int size) const;
 
 private:
-    /// Up to 32 x 32 texels of one face, and a spherical cap that contains their centres.
-    struct Tile {
-        int left = 0, top = 0, width = 0, height = 0;  ///< in the image
-        std::size_t first = 0;                         ///< index of its texels in radiance_
-        glm::dvec3 centre{0};
-        double radius = 0, cosine = 1, sine = 0;  ///< [rad], and its cosine and sine
-    };
-    /// Tables of sines and cosines at even steps.
-    struct Angles {
-        std::vector<double> sine, cosine;
-    };
-    struct Lobe;
-    struct Columns;
-    struct Workspace;
-    void addTile(int left, int top, int width, int height);
     glm::dvec3 directionOf(int x, int y) const;
     double solidAngleOf(int x, int y) const;
     glm::dvec3 radianceAt(const glm::dvec3& direction) const;
-    void fillColumns(const Tile& tile, const Lobe& lobe, int pieces, Columns& columns) const;
-    void visitRow(const Lobe& lobe, const Tile& tile, int pieceY, int pieces, std::size_t begin, std::size_t end, Columns& columns) const;
-    static void addWeights(const Lobe& lobe, const Columns& columns, std::size_t begin, std::size_t end, std::vector<double>& weights);
-    void addRadiance(const Tile& tile, int y, std::size_t begin, std::size_t end, Workspace& workspace) const;
-    void gatherTile(const Lobe& lobe, const Tile& tile, int pieces, Workspace& workspace) const;
 
     const formats::Environment& environment_;
     bool isPanorama_;
-    std::vector<Tile> tiles_;                     ///< together all texels, each once
-    Angles longitudes_, colatitudes_;             ///< angles of a panorama's texels
-    std::vector<double> faceSolidAngles_;         ///< [sr] texels of one face of a cube strip
-    std::vector<double> faceInverseLengths_;      ///< 1 / |major + u right + v down| of their centres
-    std::array<std::vector<float>, 3> radiance_;  ///< [channel], tile after tile, so a tile is contiguous
-    double texelWidth_ = 0;                       ///< largest [rad]
+    std::vector<double> faceSolidAngles_;  ///< [sr] texels of one face of a cube strip
     LightMoments moments_;
     glm::dvec3 smallest_{0}, largest_{0};
 };
 
-/// Returns an environment with larger texels, whose values are means by solid angle: as large as `width` [rad] allows. Prefiltered light of
-/// a kernel that is much wider is nearly the same, and takes a fraction of the time. Empty if the environment's own texels are that large.
-std::optional<formats::Environment> reducedEnvironment(const formats::Environment& environment, double width);
+/// The light of an environment through the normalized kernel of one lobe and roughness. Texels of the source are squares of even radiance.
+/// Construction costs a pass over them; a direction then takes microseconds, whatever the size of the source. assets/prefiltered_light.cpp
+/// describes the method; its error is below 1e-3 of the largest prefiltered light. Safe to share between threads.
+class PrefilteredLight {
+public:
+    /// The environment must outlive this.
+    /// m  in (0, 1]
+    PrefilteredLight(const formats::Environment& environment, double m,
+                     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann);
+    PrefilteredLight(PrefilteredLight&&) noexcept;
+    ~PrefilteredLight();
+    /// direction  unit
+    glm::dvec3 towards(const glm::dvec3& direction) const;
 
-struct CubemapSampling {
-    std::uint64_t seed = 1;
-    int texelsPerMip = 96;      ///< at most; mips with fewer texels are sampled whole
-    int directionsPerMip = 32;  ///< anywhere on the sphere, through the seamless filter
+private:
+    struct Point;
+    struct Grid;
+    struct Sums;
+    struct TileIndex {
+        int face, x, y;
+    };
+    double edge(const Grid& grid, bool isRow, int tile) const;
+    glm::dvec3 directionAt(int face, double x, double y) const;
+    void place(Grid& grid) const;
+    std::vector<std::vector<Point>> pointsOf(const Grid& grid, bool isRow, int texels) const;
+    void integrate(Grid& grid) const;
+    void join(const Grid& fine, Grid& coarse) const;
+    static std::size_t indexOf(const Grid& grid, int face, int x, int y);
+    template <lighting::NormalDistribution kLobe>
+    void addNodes(const Grid& grid, const TileIndex& at, const glm::dvec3& direction, Sums& sums) const;
+    template <lighting::NormalDistribution kLobe>
+    void visit(std::size_t level, const TileIndex& at, const glm::dvec3& direction, Sums& sums) const;
+    template <lighting::NormalDistribution kLobe>
+    glm::dvec3 sum(const glm::dvec3& direction) const;
+
+    const formats::Environment& environment_;
+    bool isPanorama_;
+    double m_;
+    lighting::NormalDistribution lobe_;
+    double support_;           ///< [rad]
+    double narrow_ = 0;        ///< largest extent of a tile at the kernel's peak [rad]
+    double brightest_ = 0;     ///< texel value, which the sums are over
+    std::vector<Grid> grids_;  ///< from fine to coarse
 };
-/// A place where map and reference are compared.
+
+/// A direction between texels where map and reference are compared, through the seamless filter.
 struct CubemapSample {
     int mip = 0;
-    bool isTexel = false;        ///< a texel's centre; otherwise a filtered direction
-    int face = 0, x = 0, y = 0;  ///< of the texel
-    glm::dvec3 direction{0};     ///< unit
+    glm::dvec3 direction{0};  ///< unit
 };
-/// Returns the samples, mip by mip: the same list for the same map and sampling.
-std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, const CubemapSampling& sampling);
+/// Returns `count` random directions for each mip, spread evenly over the sphere: the same list for the same seed.
+std::vector<CubemapSample> cubemapSamples(const CookedCubemap& map, int count, std::uint64_t seed = 1);
 
 /// Returns the band factors of a lobe's kernel with n = v = r by quadrature: integrals of its products with Legendre polynomials over its
 /// own integral; 1, 1, 1 for m = 0. The factors of a mip must agree with them within kBandTolerance: other factors would divide and
@@ -153,8 +156,25 @@ glm::dvec3 shadeCubemap(const CookedCubemap& map, int mip, const glm::vec3& stor
 struct CubemapResult {
     glm::dvec3 reference{0}, cooked{0};
 };
-/// Pure and safe on several threads: samples may be worked on in any order.
-CubemapResult compareCubemap(const CookedCubemap& map, const CubemapReference& reference, const CubemapSample& sample);
+/// Returns the filtered radiance of a sample beside its reference. Pure and safe on several threads.
+CubemapResult compareCubemap(const CookedCubemap& map, const CubemapSample& sample, const glm::dvec3& reference);
+
+/// Errors of texels of a level, each by its solid angle in squares; percentiles count texels.
+struct CubemapErrors {
+    ErrorAccumulator energy;
+    std::optional<VisiblePairs> visible;
+    ErrorAccumulator ratios;  ///< of light over S
+
+    /// viewing  empty: visible errors are not measured
+    CubemapErrors(double key, const std::optional<Viewing>& viewing);
+    /// Merge faces in a fixed order for reproducible bits.
+    void merge(const CubemapErrors& other);
+};
+/// Compares all texels of a face of a level.
+/// references  light of the source at the texels
+/// key         luminance of the mean radiance
+CubemapErrors compareCubemapFace(const CookedCubemap& map, int mip, int face, formats::ImageView<const glm::vec3> references, double key,
+                                 const std::optional<Viewing>& viewing = std::nullopt);
 
 /// Returns the moments of the radiance that the shader computes at the texels of a mip, by their solid angles. Those of a correct map are
 /// the moments of the source: the mean as it is, the first ones times band 1 of the mip's kernel.
@@ -164,13 +184,14 @@ LightMoments cubemapMoments(const CookedCubemap& map, int mip);
 /// directional albedo of the energy-conserving Cook-Torrance lobe. 1 for m below 1e-4.
 double cubemapReflectance(double m, lighting::NormalDistribution lobe);
 
-/// Returns stages "divide" (texel centres), "filter" (between them) and "total" (RMS and percentile of the texels, maxima of both), all
-/// specular. The key is the luminance of the mean radiance. A map whose S is not finite or not positive everywhere (by its exact minimum),
-/// or whose texels are not all finite, gets figures that pass no limit.
+/// Returns stages "divide" (texel centres), "filter" (between them) and "total" (figures of the texels, maxima of both), all specular. Each
+/// level is the light of surfaces of one roughness and has figures of its own; those of the map are the largest of its levels. A map whose
+/// S is not finite or not positive everywhere (by its exact minimum), or whose texels are not all finite, gets figures that pass no limit.
+/// levels   errors of all texels of each mip
 /// results  one for each sample, in their order
 /// viewing  display for visible errors, of the light times cubemapReflectance of its mip; empty: none
-std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapReference& reference, std::span<const CubemapSample> samples,
-                                      std::span<const CubemapResult> results,
+std::vector<StageError> cubemapStages(const CookedCubemap& map, const CubemapReference& reference, std::span<const CubemapErrors> levels,
+                                      std::span<const CubemapSample> samples, std::span<const CubemapResult> results,
                                       const glm::vec3& luminanceWeights = lighting::kRec709Luminance,
                                       const std::optional<Viewing>& viewing = std::nullopt);
 

@@ -77,12 +77,13 @@ struct SquareSums {
 class ErrorAccumulator {
 public:
     explicit ErrorAccumulator(double key = 0);
-    void add(double reference, double result);
+    /// weight  of the squares in relRms; 1 in the mean over all samples
+    void add(double reference, double result, double weight = 1);
     /// Adds an error with its place. placeOf() is called only if the error is the largest so far.
     template <class PlaceOf>
-    void add(double reference, double result, const PlaceOf& placeOf) {
+    void add(double reference, double result, const PlaceOf& placeOf, double weight = 1) {
         const double before = maxSampled_;
-        add(reference, result);
+        add(reference, result, weight);
         if (!(maxSampled_ > before)) return;
         sampledAt_ = placeOf();
         sampledAt_.reference = reference;

@@ -34,9 +34,9 @@ constexpr std::array kStages = {
     Caption{"residual 3", "third refinement"},
     Caption{"residual 4", "fourth refinement"},
     Caption{"residual 5", "fifth refinement"},
-    Caption{"magnified", "filtering between texels"},
-    Caption{"divide", "division and encoding, at texels"},
-    Caption{"filter", "filtering between stored entries"},
+    Caption{"magnified", "filtering between texels, at samples"},
+    Caption{"divide", "division and encoding, at all texels"},
+    Caption{"filter", "filtering between stored entries, at samples"},
     Caption{"quantize", "quantization of stored entries"},
 };
 
@@ -80,7 +80,7 @@ constexpr std::array kNotes = {
     Caption{note_keys::kDirectionErrorDegreesMax, "Largest error of a light's direction [degrees]"},
     Caption{note_keys::kUnexplainedEnergyStored, "Share of the light that one direction does not explain, as stored"},
     Caption{note_keys::kUnexplainedEnergyReference, "Share of the light that one direction does not explain, in the bake"},
-    Caption{note_keys::kShadedEveryTexels, "Distance of the texels that were shaded for these figures"},
+    Caption{note_keys::kShadedEveryTexels, "Distance of the samples between texels; texels are shaded all"},
 };
 
 const Caption* find(std::span<const Caption> table, std::string_view name) {

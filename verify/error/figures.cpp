@@ -41,11 +41,11 @@ std::int32_t ErrorAccumulator::floatBinOf(float local) {
 
 ErrorAccumulator::ErrorAccumulator(double key) : key_(key), histogram_(static_cast<std::size_t>(kBinCount)) {}
 
-void ErrorAccumulator::add(double reference, double result) {
+void ErrorAccumulator::add(double reference, double result, double weight) {
     const double error = std::abs(result - reference), scale = std::abs(reference) + lighting::kLocalErrorFloor * key_;
     const double local = localRelative(error, scale);
-    squaredError_ = finiteOrLargest(squaredError_ + error * error);
-    squaredReference_ += reference * reference;
+    squaredError_ = finiteOrLargest(squaredError_ + weight * (error * error));
+    squaredReference_ += weight * (reference * reference);
     maxSampled_ = std::max(maxSampled_, local);
     ++sampleCount_;
     ++histogram_[binOf(local)];

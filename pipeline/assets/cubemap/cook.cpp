@@ -49,7 +49,6 @@ Levels filterLevels(const fit::CubemapPrefilter& filter, const std::optional<fit
     });
     std::vector<std::atomic<std::int64_t>> clamped(levels.size());
     if (!finished) return {std::move(levels), {}};
-    for (int mip = 0; mip < filter.mipCount(); ++mip) filter.keepMean(mip, levels[static_cast<std::size_t>(mip)].view());
     if (!divide) return {std::move(levels), std::vector<std::int64_t>(clamped.size())};
     tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t index) {
         const Task& task = tasks[index];

@@ -1,40 +1,39 @@
-// The levels of a cooked cubemap against its source: every texel of every level, for the laws on blocks and faces, and for the pictures.
+// The levels of a cooked cubemap against its source: every texel of every level, for the figures and for the pictures.
 //
-// A level without a kernel is a resampling, whose means of the source over all texels of a face come from one pass
-// (CubemapReference::footprintMeans). The others are prefiltered from a source whose texels are parts of a standard deviation of
-// their kernel, so that a texel costs microseconds. Figures have references of their own, of full accuracy, at the samples of
-// verify/cubemap.h.
+// References come first, rows of texels in any order: means over the squares of a level without a kernel, a face at a time
+// (CubemapReference::footprintMeans), and light through the kernel for the others (PrefilteredLight). Faces are compared with them then.
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "pipeline/assets/preview.h"
-#include "verify/block_errors.h"
 #include "verify/cubemap.h"
-#include "verify/violation.h"
 
 namespace lightcook::pipeline {
 
 class CubemapLevels {
 public:
     /// map, source, reference  must outlive this
-    /// key                     of the pictures
+    /// key                     luminance of the source's mean radiance
     CubemapLevels(const verify::CookedCubemap& map, const formats::Environment& source, const verify::CubemapReference& reference,
-                  double key);
+                  double key, const std::optional<verify::Viewing>& viewing);
 
-    /// Number of tasks, which may run in any order and on several threads, each once.
+    /// Number of tasks that find references. They may run in any order and on several threads, each once.
     std::size_t taskCount() const { return tasks_.size(); }
     void run(std::size_t task);
+    /// Number of faces of all levels, which are compared after all tasks, in any order and on several threads, each once.
+    std::size_t faceCount() const { return 6 * levels_.size(); }
+    void compare(std::size_t face);
 
-    // After all tasks.
+    // After all faces.
     const Preview& preview() const { return preview_; }
-    /// Adds a violation for the worst block of each face of a level if its error is over the limit, and for each level whose light as a
-    /// whole is, or that of a face (docs/theory/error.md, "Laws beside the figures").
-    void check(double maxError, std::vector<verify::Violation>& violations) const;
+    /// Returns the errors of each level.
+    std::vector<verify::CubemapErrors> errors() const;
+    /// Returns the reference of a direction between texels.
+    glm::dvec3 referenceOf(const verify::CubemapSample& sample) const;
 
     /// The first levels are in the picture.
     static constexpr int kShownMips = 3;
@@ -44,39 +43,19 @@ private:
     struct Task {
         int mip, face, firstRow, rowCount;
     };
-    /// Deviations of a face's light from its reference, by channel. The weight of a block is its solid angle times its light, or times the
-    /// mean light if that is less: an encoder may miss the block of a small light source, and the face can be right all the same.
-    struct FaceLight {
-        glm::dvec3 deviation{0}, weight{0};
-
-        FaceLight& operator+=(const FaceLight& other) {
-            deviation += other.deviation;
-            weight += other.weight;
-            return *this;
-        }
-        /// Returns the mean deviation of a channel; 0 for a black one.
-        double of(int channel, double floor) const {
-            const double over = weight[channel] + floor;
-            return over > 0 ? deviation[channel] / over : 0;
-        }
-    };
     struct Level {
-        std::array<verify::BlockErrors, 6> blocks;
-        /// Source of larger texels, and its reference; empty where those of the map serve.
-        std::unique_ptr<const formats::Environment> source;
-        std::unique_ptr<const verify::CubemapReference> reference;
+        std::optional<verify::PrefilteredLight> light;  ///< empty: the level has no kernel
+        formats::Image<glm::vec3> references;           ///< six faces, one below the other
     };
     int sizeOf(int mip) const { return map_.mips[static_cast<std::size_t>(mip)].faces[0].width(); }
-    glm::dvec3 prefiltered(int mip, const glm::dvec3& direction) const;
-    void compareRows(const Task& task, formats::ImageView<const glm::vec3> references, FaceLight& light);
-    verify::ErrorPlace worstInBlock(int mip, int face, const verify::BlockErrors::Block& block) const;
-    void checkLight(int mip, double maxError, std::vector<verify::Violation>& violations) const;
 
     const verify::CookedCubemap& map_;
     const verify::CubemapReference& reference_;
+    double key_;
+    std::optional<verify::Viewing> viewing_;
     std::vector<Level> levels_;
     std::vector<Task> tasks_;
-    std::vector<FaceLight> lights_;  ///< [task]
+    std::vector<std::optional<verify::CubemapErrors>> faces_;  ///< [6 mip + face]
     Preview preview_;
 };
 

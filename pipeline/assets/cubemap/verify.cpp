@@ -26,6 +26,8 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
+constexpr int kSamplesBetween = 64;  ///< directions between texels, of each level
+
 Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const CookedAsset& asset) {
     const auto constants = fromJson<CubemapConstants>(asset.constants.value_or(Json()), asset.name + ", constants");
     if (!constants) return tl::make_unexpected(constants.error());
@@ -66,60 +68,23 @@ Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Co
     return map;
 }
 
-/// Compares the moments of each level with those of the source: its mean radiance, and its first moments through the level's kernel. A
-/// level of few texels hardly changes figures over all of them, and its blocks may be off by most of their light. The allowed shares of the
-/// mean are twice the largest deviation of correct cooks (docs/lab/experiments.md, "Faults that averages miss"), for level 0 that of a
-/// block: a light source of one texel spreads over its block there.
-void checkMoments(const verify::CookedCubemap& map, const verify::CubemapReference& reference, double maxError,
-                  std::vector<verify::Violation>& violations) {
-    constexpr std::array<double, 4> kShares = {0.7, 0.3, 0.3, 0.15};
-    constexpr double kErrors = 1.5;
-    constexpr double kFloor = 0.02;  // of the brightest channel: less light in another one is a matter of rounding
-    const verify::LightMoments& source = reference.moments();
-    const double floor = kFloor * std::max({source.mean.x, source.mean.y, source.mean.z});
-    for (std::size_t mip = 0; mip < map.mips.size(); ++mip) {
-        const double share = std::max(kShares[std::min(mip, kShares.size() - 1)], kErrors * maxError);
-        const double band = verify::kernelBands(map.mips[mip].m, map.lobe)[1];
-        const verify::LightMoments found = verify::cubemapMoments(map, static_cast<int>(mip));
-        for (std::size_t channel = 0; channel < 3; ++channel) {
-            const int index = static_cast<int>(channel);
-            const double allowed = share * (source.mean[index] + floor);
-            const auto complain = [&](std::string_view what, const std::string& of, const std::string& expected) {
-                violations.push_back({fmt::format("mip {}, channel {}, {}", mip, channel, what), of,
-                                      fmt::format("{} of the source, within {:.4g}", expected, allowed)});
-            };
-            const glm::dvec3 &first = found.first[channel], expected = band * source.first[channel];
-            if (!(std::abs(found.mean[index] - source.mean[index]) <= allowed))
-                complain("mean radiance", fmt::format("{:.4g}", found.mean[index]), fmt::format("{:.4g}", source.mean[index]));
-            else if (!(glm::length(first - expected) <= allowed))
-                complain("mean of radiance times direction", fmt::format("({:.4g}, {:.4g}, {:.4g})", first.x, first.y, first.z),
-                         fmt::format("({:.4g}, {:.4g}, {:.4g})", expected.x, expected.y, expected.z));
-            else
-                continue;
-            break;
-        }
+/// Returns the light that a pixel sees at texel centres, each level alike. Of a divided map: over S, since the pixel's own area specular
+/// replaces that of the probe.
+LightFigures lightOf(const verify::CookedCubemap& map, const std::vector<verify::CubemapErrors>& levels) {
+    double references = 0, errors = 0;
+    for (const verify::CubemapErrors& level : levels) {
+        const double reference = level.ratios.referenceRms(), error = level.ratios.figures().relRms * reference;
+        references += reference * reference;
+        errors += error * error;
     }
-}
-
-/// Returns the light that a pixel sees at texel centres. Of a divided map: over S, since the pixel's own area specular replaces that of the
-/// probe.
-LightFigures lightOf(const verify::CookedCubemap& map, const std::vector<verify::CubemapSample>& samples,
-                     const std::vector<verify::CubemapResult>& results) {
+    const double rms = std::sqrt(references / static_cast<double>(levels.size()));
     LightFigures light;
-    verify::ErrorAccumulator ratios;
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-        if (!samples[i].isTexel) continue;
-        const glm::dvec3 s =
-            map.isDivided ? verify::shadeCubemap(map, samples[i].mip, glm::vec3(1.0f / map.range), samples[i].direction) : glm::dvec3(1);
-        for (int channel = 0; channel < 3; ++channel)
-            ratios.add(results[i].reference[channel] / s[channel], results[i].cooked[channel] / s[channel]);
-    }
     if (!map.isDivided) {
-        light.specularRms = ratios.referenceRms();
+        light.specularRms = rms;
         return light;
     }
-    light.ratioRms = ratios.referenceRms();
-    light.ratioRelRms = ratios.figures().relRms;
+    light.ratioRms = rms;
+    light.ratioRelRms = references > 0 ? std::sqrt(errors / references) : 0;
     return light;
 }
 
@@ -258,21 +223,21 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     if (!map) return tl::make_unexpected(map.error());
 
     const verify::CubemapReference reference(source->environment);
-    const std::vector<verify::CubemapSample> samples = verify::cubemapSamples(*map, {});
-    std::vector<verify::CubemapResult> results(samples.size());
-    CubemapLevels levels(*map, source->environment, reference, glm::dot(reference.mean(), glm::dvec3(colors->luminanceWeights)));
-    const std::size_t taskCount = levels.taskCount();
-    const bool finished = forEachIndex(taskCount + samples.size(), context, "verify " + context.action.asset, [&](std::size_t index) {
-        if (index < taskCount)
-            levels.run(index);
-        else
-            results[index - taskCount] = verify::compareCubemap(*map, reference, samples[index - taskCount]);
-    });
-    if (!finished) return interrupted(context);
     const verify::Viewing viewing = visible.viewing(reference.displayKey(colors->luminanceWeights), colors->bt2020FromWorking);
+    CubemapLevels levels(*map, source->environment, reference, glm::dot(reference.mean(), glm::dvec3(colors->luminanceWeights)), viewing);
+    const std::vector<verify::CubemapSample> samples = verify::cubemapSamples(*map, kSamplesBetween);
+    std::vector<verify::CubemapResult> results(samples.size());
+    const std::string what = "verify " + context.action.asset;
+    const std::size_t taskCount = levels.taskCount();
+    const bool finished = forEachIndex(taskCount + samples.size(), context, what, [&](std::size_t index) {
+        if (index < taskCount) return levels.run(index);
+        const verify::CubemapSample& sample = samples[index - taskCount];
+        results[index - taskCount] = verify::compareCubemap(*map, sample, levels.referenceOf(sample));
+    });
+    if (!finished || !forEachIndex(levels.faceCount(), context, what, [&](std::size_t face) { levels.compare(face); }))
+        return interrupted(context);
+    const std::vector<verify::CubemapErrors> errors = levels.errors();
     std::vector<verify::Violation> violations;
-    levels.check(*maxError, violations);
-    checkMoments(*map, reference, *maxError, violations);
     checkBands(*map, violations);
     if (map->isDivided) {
         const auto incident = incidentShOf(reference, context.action);
@@ -282,9 +247,9 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
         DivisorCheck(*constants, violations).check(*incident);
     }
     if (parameters->smoothest) checkFirstLevel(*map, *parameters->smoothest, violations);
-    VerifyResult result = judged(verify::cubemapStages(*map, reference, samples, results, colors->luminanceWeights, viewing), *maxError,
-                                 watch, std::move(violations), visible.maxVisible, visible.maxVisibleBound);
-    result.light = lightOf(*map, samples, results);
+    VerifyResult result = judged(verify::cubemapStages(*map, reference, errors, samples, results, colors->luminanceWeights, viewing),
+                                 *maxError, watch, std::move(violations), visible.maxVisible, visible.maxVisibleBound);
+    result.light = lightOf(*map, errors);
     return outcomeWithPreview(std::move(result), levels.preview(), context);
 }
 
