@@ -67,10 +67,11 @@ struct DominantShading {
     std::vector<double> m = {0.1, 0.25, 0.5};
     std::vector<double> f0 = {0.04, 0.6};
     int viewCount = 8;  ///< spherical Fibonacci points of the hemisphere around the normal
-    int stride = 1;     ///< every stride-th texel of every stride-th row is shaded
+    int stride = 1;     ///< of the middles between texels that are shaded; texel centres are shaded all
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
 };
-/// Returns the stride at which at most 2^18 texels of a map are shaded: all of a map of 512 x 512.
+/// Returns the stride at which at most 2^18 middles of a map are shaded: all of a map of 512 x 512. Texel centres are shaded all, whatever
+/// the size of the map: a few of them may hold most of its light.
 int dominantStride(int width, int height);
 
 /// Rows of both textures, decoded by decodeRows.

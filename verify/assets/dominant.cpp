@@ -121,8 +121,6 @@ private:
 };
 
 int dominantStride(int width, int height) {
-    // A few texels hold most of the light of a fit that leaves others dark, and so does their error: of a ninth of the texels, rel_rms
-    // depends on which ones they are.
     constexpr double kTexels = 1 << 18;
     const double texels = static_cast<double>(width) * height;
     return std::max(1, static_cast<int>(std::ceil(std::sqrt(texels / kTexels))));
@@ -297,13 +295,13 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
     const auto covered = [&](int x, int y) { return strip.covered.at(x, y - strip.firstRow) != 0; };
     const auto shAt = [&](int x, int y) -> const lighting::ShRgb& { return strip.sh.at(x, y - strip.firstRow); };
     const auto normalAt = [&](int x, int y) { return glm::dvec3(strip.normal.at(x, y - strip.firstRow)); };
-    for (int y = firstRow; y < firstRow + rowCount; ++y) {
-        if (y % shading_.stride != 0) continue;
-        for (int x = 0; x < map_.width; x += shading_.stride) {
+    for (int y = firstRow; y < firstRow + rowCount; ++y)
+        for (int x = 0; x < map_.width; ++x) {
             if (!covered(x, y)) continue;
             Place place{static_cast<double>(x), static_cast<double>(y), normalAt(x, y), {}, decode(texels, x, y)};
             place.reference = reference(shAt(x, y), place.normal, place.seen);
             addTexel(place, shAt(x, y), highlights, errors);
+            if (x % shading_.stride != 0 || y % shading_.stride != 0) continue;
             if (x + 1 >= map_.width || y + 1 >= map_.height || !holdsSurface(strip, x, y - strip.firstRow)) continue;
             Place middle;
             middle.x = x + 0.5;
@@ -322,7 +320,6 @@ DominantErrors DominantVerifier::verifyRows(const DecodedDominantRows& texels, c
             middle.reference = reference(sh, middle.normal, middle.seen);
             shade(middle, highlights, errors.between_);
         }
-    }
     return errors;
 }
 

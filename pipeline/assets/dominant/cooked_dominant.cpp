@@ -96,11 +96,6 @@ Result<CookedDominantReader> CookedDominantReader::open(const std::filesystem::p
     return reader;
 }
 
-bool CookedDominantReader::hasOwnTexels() const {
-    const auto hasBlocks = [](const formats::TextureReader& texture) { return formats::info(texture.shape().format).blockWidth > 1; };
-    return map_.textureWidth == map_.width && map_.textureHeight == map_.height && !(hasBlocks(direction_) && hasBlocks(intensity_));
-}
-
 Result<CookedDominantReader::Rows> CookedDominantReader::read(int firstRow, int rowCount) const {
     const verify::DominantRowRange needed = verify::dominantRowsFor(map_, firstRow, firstRow + rowCount);
     const int blockHeight = formats::info(direction_.shape().format).blockHeight;

@@ -22,9 +22,6 @@ public:
     /// Size, decode and fit.
     const verify::CookedDominant& map() const { return map_; }
     bool hasResidual() const { return residual_.has_value(); }
-    /// Returns true if each texel of the light map has texels of its own, which may be wrong by themselves: textures as large as the map,
-    /// and not encoded in blocks.
-    bool hasOwnTexels() const;
 
     struct Rows {
         verify::DecodedDominantRows whole;   ///< as the shader reads them, with the residual

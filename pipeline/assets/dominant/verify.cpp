@@ -7,7 +7,6 @@
 
 #include "pipeline/assets/dominant/cooked_dominant.h"
 #include "pipeline/assets/dominant/dominant.h"
-#include "pipeline/assets/dominant/rim_errors.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/note_keys.h"
@@ -15,7 +14,6 @@
 #include "pipeline/assets/verification.h"
 #include "pipeline/graph/parallel_for.h"
 #include "shaders/lightcook_cpp.h"
-#include "verify/block_errors.h"
 #include "verify/dominant.h"
 
 namespace lightcook::pipeline {
@@ -54,29 +52,13 @@ struct ResidualGain {
     }
 };
 
-/// Adds the error of a light to its block. A light counts as three vectors, one a channel: intensity times direction.
-void addLight(const verify::DominantLightSample& truth, const verify::DominantLightSample& seen, int x, int y,
-              verify::BlockErrors& blocks) {
-    double error = 0, reference = 0;
-    for (int channel = 0; channel < 3; ++channel) {
-        const glm::dvec3 difference = seen.intensity[channel] * unitOf(seen.direction) - truth.intensity[channel] * unitOf(truth.direction);
-        error += glm::dot(difference, difference);
-        reference += truth.intensity[channel] * truth.intensity[channel];
-    }
-    blocks.add(x, y, error, reference);
-}
-
 /// Errors of some strips.
 struct DominantPart {
     verify::DominantErrors errors;
-    verify::BlockErrors blocks;
-    DominantRimErrors rims;
     ResidualGain gain;
     std::vector<verify::DominantTruthPlace> truthPlaces;
     void merge(const DominantPart& other) {
         errors.merge(other.errors);
-        blocks.merge(other.blocks);
-        rims.merge(other.rims);
         gain.merge(other.gain);
         truthPlaces.insert(truthPlaces.end(), other.truthPlaces.begin(), other.truthPlaces.end());
     }
@@ -92,11 +74,10 @@ public:
           groundTruth_(groundTruth),
           key_(key),
           verifier_(cooked.map(), shading, bake.luminanceWeights(), key, viewing),
-          preview_(bake.width(), bake.height(), key),
-          blockStep_(cooked.map().fit == verify::DominantFit::Closed || cooked.hasOwnTexels() ? 1 : 2) {}
+          preview_(bake.width(), bake.height(), key) {}
 
     Result<DominantPart> compare(const ActionContext& context) {
-        DominantPart whole{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), 0), {}, {}, {}};
+        DominantPart whole{verify::DominantErrors(key_), {}, {}};
         const auto compared = foldInOrder<DominantPart>(
             bake_.stripCount(), context, "verify " + context.action.asset, [&](int index) { return compareStrip(index); },
             [&](const DominantPart& part) { whole.merge(part); });
@@ -108,7 +89,7 @@ public:
 private:
     Result<DominantPart> compareStrip(int index) {
         const int firstRow = bake_.stripFirstRow(index), rowCount = bake_.stripRows(index);
-        DominantPart part{verify::DominantErrors(key_), verify::BlockErrors(bake_.width(), rowCount, firstRow), {}, {}, {}};
+        DominantPart part{verify::DominantErrors(key_), {}, {}};
         const auto reference = bake_.stripWithMargin(index, 0, 1);
         if (!reference) return tl::make_unexpected(reference.error());
         const auto cooked = cooked_.read(firstRow, rowCount);
@@ -117,8 +98,6 @@ private:
             for (int x = 0; x < bake_.width(); ++x)
                 if (isCompared(*reference, x, y, firstRow)) compareTexel(*reference, *cooked, x, y, firstRow, part);
         part.errors = verifier_.verifyRows(cooked->whole, *reference, firstRow, rowCount);
-        if (auto added = part.rims.add(bake_, cooked_, verifier_, key_, firstRow, rowCount); !added)
-            return tl::make_unexpected(added.error());
         const auto traced = groundTruth_.within(*reference, firstRow, rowCount);
         if (!traced) return tl::make_unexpected(traced.error());
         part.truthPlaces =
@@ -126,10 +105,11 @@ private:
         return part;
     }
 
-    /// A refined reference costs a search for each texel: four of the sixteen texels of a block are enough to find its faults.
+    /// Returns true for texels of the pictures and, of a map with a residual, for every second one of every second row: a refined reference
+    /// costs a search for each.
     bool isCompared(const formats::LightMapStrip& reference, int x, int y, int firstRow) const {
         if (reference.covered.at(x, y) == 0) return false;
-        return preview_.shows(x, firstRow + y) || (x % blockStep_ == 0 && y % blockStep_ == 0);
+        return preview_.shows(x, firstRow + y) || (cooked_.hasResidual() && x % 2 == 0 && y % 2 == 0);
     }
 
     void compareTexel(const formats::LightMapStrip& reference, const CookedDominantReader::Rows& cooked, int x, int y, int firstRow,
@@ -137,7 +117,6 @@ private:
         const glm::vec3 normal = reference.normal.at(x, y);
         const auto seen = verifier_.decode(cooked.whole, x, firstRow + y);
         const auto truth = verifier_.reference(reference.sh.at(x, y), glm::dvec3(normal), seen);
-        addLight(truth, seen, x, firstRow + y, part.blocks);
         part.gain.add(truth.direction, verifier_.decode(cooked.coarse, x, firstRow + y).direction, seen.direction);
         const glm::vec3 lit = litBy(glm::vec3(truth.direction), glm::vec3(truth.intensity), normal);
         const glm::vec3 litAsSeen = litBy(glm::vec3(seen.direction), glm::vec3(seen.intensity), normal);
@@ -150,21 +129,11 @@ private:
     double key_;
     verify::DominantVerifier verifier_;
     Preview preview_;
-    int blockStep_;  ///< of the texels that are compared for blocks
 };
 
-/// Returns the faults of a comparison: a block or a rim that is too far off, or a residual texture that makes directions worse.
-std::vector<verify::Violation> violationsOf(const DominantPart& whole, bool hasResidual, double maxError, LightMapSource& bake) {
+/// Returns the faults of a comparison: a residual texture that makes directions worse.
+std::vector<verify::Violation> violationsOf(const DominantPart& whole, bool hasResidual) {
     std::vector<verify::Violation> violations;
-    if (const auto block = checkBlocks(whole.blocks, "", maxError, violations))
-        if (const auto texels = coveredOfBlock(bake, block->x, block->y); texels && !texels->empty()) {
-            verify::ErrorPlace& at = violations.back().at;
-            at.x = texels->front().x;
-            at.y = texels->front().y;
-            at.channel.reset();
-            at.normal = glm::dvec3(texels->front().normal);
-        }
-    whole.rims.check(violations);
     const ResidualGain& gain = whole.gain;
     // The second texture adds its own rounding, also to a first one that is exact.
     constexpr double kRounding = 1e-8;
@@ -206,8 +175,8 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     if (!whole) return tl::make_unexpected(whole.error());
 
     const verify::DominantErrors& errors = whole->errors;
-    VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, cooked->hasResidual(), *maxError, bake),
-                                 parameters->maxVisible, parameters->maxVisibleBound);
+    VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, cooked->hasResidual()), parameters->maxVisible,
+                                 parameters->maxVisibleBound);
     result.key = key;
     result.light.emplace().specularRms = errors.referenceRms();
     if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces, materials.lobe, viewing));

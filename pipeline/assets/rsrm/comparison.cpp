@@ -8,7 +8,6 @@
 
 #include "pipeline/assets/verdict.h"
 #include "pipeline/graph/parallel_for.h"
-#include "verify/block_errors.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
@@ -43,9 +42,9 @@ std::string_view allowedCodes(verify::RsrmCodes codes) {
     return codes == verify::RsrmCodes::SharedExponent ? "at most 1.225 codes in all" : "at most half a code in all";
 }
 
-/// Returns the faults of a map: a code that rounding does not explain, or a block that is too far off.
+/// Returns the faults of a map: codes that rounding does not explain.
 std::vector<verify::Violation> violationsOf(const verify::CookedRsrm& map, const verify::RsrmSource& source,
-                                            const std::vector<verify::RsrmRow>& rows, double maxError) {
+                                            const std::vector<verify::RsrmRow>& rows) {
     std::vector<verify::Violation> violations;
     const verify::RsrmCodeError off = verify::rsrmCodeError(map, source, rows);
     if (off.codes > 0)
@@ -56,18 +55,6 @@ std::vector<verify::Violation> violationsOf(const verify::CookedRsrm& map, const
         violations.push_back({fmt::format("row {}, texel {}, dither", sum.row, sum.column),
                               fmt::format("errors that sum to {:.3g} codes more than dithering leaves", sum.codes),
                               "dithered codes, as the manifest calls them"});
-    if (map.codes != verify::RsrmCodes::Blocks && map.codes != verify::RsrmCodes::HalfBlocks) return violations;
-    verify::BlockErrors blocks(map.texels.width(), map.texels.height());
-    for (std::size_t row = 0; row < rows.size(); ++row) {
-        int column = 0;
-        for (const verify::RsrmRow::Point& point : rows[row].points) {
-            if (!point.isCentre) continue;
-            const glm::dvec3 error = point.cooked - point.reference;
-            blocks.add(column++, static_cast<int>(row), glm::dot(error, error), glm::dot(point.reference, point.reference));
-        }
-    }
-    if (const auto block = checkBlocks(blocks, "", maxError, violations))
-        violations.back().at = worstOf(rows, {block->x, block->y}, glm::ivec2(verify::BlockErrors::kSize));
     return violations;
 }
 
@@ -88,15 +75,15 @@ verify::CookedRsrm decodedRsrm(const RsrmFormatInfo& format, bool isDithered, co
 }
 
 std::optional<RsrmComparison> compareRsrm(const verify::CookedRsrm& map, const verify::RsrmSource& source,
-                                          const glm::vec3& luminanceWeights, double maxError, const ActionContext& context,
-                                          const std::string& what, const std::optional<verify::Viewing>& viewing) {
+                                          const glm::vec3& luminanceWeights, const ActionContext& context, const std::string& what,
+                                          const std::optional<verify::Viewing>& viewing) {
     RsrmComparison comparison;
     comparison.rows.resize(map.exponents.size());
     if (!forEachIndex(comparison.rows.size(), context, what,
                       [&](std::size_t row) { comparison.rows[row] = verify::compareRsrmRow(map, source, static_cast<int>(row)); }))
         return std::nullopt;
     comparison.stages = verify::rsrmStages(map, source, comparison.rows, luminanceWeights, viewing);
-    comparison.violations = violationsOf(map, source, comparison.rows, maxError);
+    comparison.violations = violationsOf(map, source, comparison.rows);
     return comparison;
 }
 

@@ -28,8 +28,8 @@ struct RsrmComparison {
 /// what     for the progress
 /// viewing  display for visible errors; empty: none
 std::optional<RsrmComparison> compareRsrm(const verify::CookedRsrm& map, const verify::RsrmSource& source,
-                                          const glm::vec3& luminanceWeights, double maxError, const ActionContext& context,
-                                          const std::string& what, const std::optional<verify::Viewing>& viewing = std::nullopt);
+                                          const glm::vec3& luminanceWeights, const ActionContext& context, const std::string& what,
+                                          const std::optional<verify::Viewing>& viewing = std::nullopt);
 
 /// Errors that the choice of a format goes by.
 struct RsrmFormatErrors {

@@ -159,7 +159,7 @@ private:
         if (format.id == RsrmFormat::Bc4) encoded.constants.channels = 1;
         encoded.bytes = encodeMap(map, format, parameters_.textures);
         const verify::CookedRsrm decoded = decodedRsrm(format, options_.dither, encoded.constants, encoded.bytes, encoded.width);
-        const auto comparison = compareRsrm(decoded, {gradient_.zones, {}}, luminanceWeights_, parameters_.limit, context_,
+        const auto comparison = compareRsrm(decoded, {gradient_.zones, {}}, luminanceWeights_, context_,
                                             fmt::format("try {} on {}", format.name, context_.action.asset));
         if (!comparison) return interrupted(context_);
         const RsrmFormatErrors errors = formatErrors(*comparison);

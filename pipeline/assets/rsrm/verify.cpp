@@ -123,7 +123,7 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     if (!map) return tl::make_unexpected(map.error());
 
     const verify::Viewing viewing = visible->viewing(verify::rsrmDisplayKey(source.gradient, luminanceWeights), colors->bt2020FromWorking);
-    auto comparison = compareRsrm(*map, source, luminanceWeights, *maxError, context, "verify " + context.action.asset, viewing);
+    auto comparison = compareRsrm(*map, source, luminanceWeights, context, "verify " + context.action.asset, viewing);
     if (!comparison) return interrupted(context);
     const std::vector<verify::RsrmRow>& rows = comparison->rows;
     VerifyResult result = judged(std::move(comparison->stages), *maxError, watch, std::move(comparison->violations), visible->maxVisible,
