@@ -1,5 +1,7 @@
 #include "verify/light_map/bound_evaluator.h"
 
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <tuple>
 
@@ -54,10 +56,41 @@ ErrorBound BoundEvaluator::relativeToLight(const ErrorBound& bound, float light)
 
 void BoundEvaluator::raise(LargestBounds& largest, std::span<const ErrorPair> pairs, const lighting::ShBands& slack,
                            const PairPlaces& places) const {
+    if (largest.isSpent()) return raiseByLengths(largest, pairs, slack, places);
+    largest.work += workOf(pairs.size());
     const auto raiseTo = [&](std::span<const Response> responses, LargestBound& current) {
         if (verify::cannotExceed(pairs, responses, kFloor, slack, kTieFactor * current.bound)) return;
         BoundPlace found;
         const double bound = localErrorBound(pairs, responses, kFloor, slack, std::numeric_limits<double>::infinity(), &found);
+        current.raise(bound, placeOf(found, bound, places), found.bands);
+    };
+    raiseTo({&kExitResponse, 1}, largest.diffuse);
+    raiseTo(setup_.responses, largest.specular);
+}
+
+void BoundEvaluator::raiseByLengths(LargestBounds& largest, std::span<const ErrorPair> pairs, const lighting::ShBands& slack,
+                                    const PairPlaces& places) const {
+    const auto raiseTo = [&](std::span<const Response> responses, LargestBound& current) {
+        BoundPlace found;
+        double bound = 0;
+        for (const Response& response : responses)
+            for (std::size_t i = 0; i < pairs.size(); ++i) {
+                lighting::ShBands lengths = lighting::bandLengths(pairs[i].error);
+                for (std::size_t l = 0; l < lengths.size(); ++l) lengths[l] = kOutward * (lengths[l] + slack[l]) + kUnderflow;
+                const double candidate = bandSum(lengths, response.norms()) / kFloor;
+                if (candidate <= bound) continue;
+                // Not a number is above all.
+                bound = candidate < std::numeric_limits<double>::infinity() ? candidate : std::numeric_limits<double>::infinity();
+                found.pair = i;
+                found.bands = response.bands;
+                if (!std::isfinite(candidate)) break;
+            }
+        if (responses.empty() || bound < current.bound) return;
+        const lighting::Sh& error = pairs[found.pair].error;
+        const glm::dvec3 along(error[3], error[1], error[2]);
+        found.direction = glm::length(along) > 0 ? glm::normalize(along) : glm::dvec3(0, 0, 1);
+        found.error = shadedAbout(error, found.bands, found.direction);
+        found.reference = shadedAbout(pairs[found.pair].reference, found.bands, found.direction);
         current.raise(bound, placeOf(found, bound, places), found.bands);
     };
     raiseTo({&kExitResponse, 1}, largest.diffuse);

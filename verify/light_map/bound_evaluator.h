@@ -6,8 +6,11 @@
 //   2. BoundEvaluator::cannotExceed(Squares, ChannelSlack): the same from control vectors, in doubles
 //   3. verify::cannotExceed (bound.h): a test of quadratics on the sphere
 //   4. localErrorBound (bound.h): the bound itself
+// Under even light all texels and quads are alike, and no test tells them apart. So the exact bounds of a strip have a budget; when it is
+// spent, 2 takes the place of 3 and 4: the bound is looser, but proven, and the time does not depend on the light.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -43,6 +46,10 @@ struct LargestBound {
 };
 struct LargestBounds {
     LargestBound diffuse, specular;
+    double work = 0;  ///< done for exact bounds: control vectors times responses
+    double mostWork = std::numeric_limits<double>::infinity();
+    /// Returns true if no further exact bounds are computed.
+    bool isSpent() const { return work >= mostWork; }
 };
 
 /// Upper bounds of the shaded error, in units of the key.
@@ -84,8 +91,14 @@ public:
     ErrorBound errorBound(const BandLengths& lengths) const;
     /// Returns the bound relative to the light of coefficient 0: an estimate of the local error, used only to order evaluations.
     ErrorBound relativeToLight(const ErrorBound& bound, float light) const;
-    /// Raises the largest bounds to the exact bound of the pairs of one channel.
+    /// Raises the largest bounds to the exact bound of the pairs of one channel; to that of raiseByLengths if the budget is spent.
     void raise(LargestBounds& largest, std::span<const ErrorPair> pairs, const lighting::ShBands& slack, const PairPlaces& places) const;
+    /// Raises the largest bounds to the band lengths of the errors, against no light. The place is that of the longest error, with a normal
+    /// along its band 1.
+    void raiseByLengths(LargestBounds& largest, std::span<const ErrorPair> pairs, const lighting::ShBands& slack,
+                        const PairPlaces& places) const;
+    /// Returns the work of an exact bound of so many control vectors.
+    double workOf(std::size_t pairs) const { return static_cast<double>(pairs * (1 + setup_.responses.size())); }
     /// Returns the place of a bound in map coordinates, and its light in the units of the map.
     ErrorPlace placeOf(const BoundPlace& found, double bound, const PairPlaces& places) const;
 

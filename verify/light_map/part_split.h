@@ -14,12 +14,14 @@ inline constexpr int kPartDepth = 3;
 /// A part is split if the shrinking slack causes more than this share of its error.
 inline constexpr double kSplitShare = 0.05;
 
-/// Returns true if slack that shrinks with the part is a large share of the error of a channel, and the part may exceed the maximum there.
+/// Returns true if slack that shrinks with the part is a large share of the error of a channel, and the part may exceed the maximum there;
+/// false if the budget of exact bounds is spent.
 /// pairs      control vectors by channel
 /// slack      all of it
 /// shrinking  what the part's size causes of it, as exit radiance
 inline bool isWorthSplitting(const BoundEvaluator& evaluator, const QuadControls::Pairs& pairs, const ChannelSlack& slack,
                              const std::array<double, kChannels>& shrinking, const LargestBounds& largest) {
+    if (largest.isSpent()) return false;
     for (std::size_t c = 0; c < kChannels; ++c) {
         double error = 0;
         for (const ErrorPair& pair : pairs[c]) error = std::max(error, bandSum(lighting::bandLengths(pair.error), kExitNorm));

@@ -11,7 +11,8 @@
 //   2. exact bounds of the 16 most promising deferred quads of each kind of shading, which raise the maximum
 //   3. control vectors of the deferred quads that still may exceed it; what remains is deferred again
 //   4. exact bounds of those, the most promising first
-// Stopping early never changes the result, because a skipped quad provably has a smaller bound.
+// Stopping early never changes the result, because a skipped quad provably has a smaller bound. When the budget of exact bounds is spent,
+// the control vectors alone bound what is left (bound_evaluator.h).
 #pragma once
 
 #include <algorithm>
@@ -41,6 +42,8 @@ public:
           zonal_(rows, tolerance, evaluator),
           curved_(rows, tolerance, evaluator) {}
     const LargestBounds& largest() const { return largest_; }
+    /// Limits the work of exact bounds (LargestBounds).
+    void setMostWork(double work) { largest_.mostWork = work; }
 
     /// Raises the maximum to the exact bound of quad (x, y).
     void boundQuad(int x, int y) {
@@ -117,8 +120,13 @@ private:
     /// slack  the same without the groups
     void raiseWithTolerance(const QuadControls::Pairs& pairs, const QuadReferences& references, const ChannelSlack& all,
                             const ChannelSlack& slack, const Deviation& off, int x, int y) {
+        if (largest_.isSpent()) {
+            for (std::size_t c = 0; c < kChannels; ++c) evaluator_.raiseByLengths(largest_, pairs[c], all[c], placesOf(x, y, c));
+            return;
+        }
         const SignedGroups groups(off, references, rows_.perKey());
         for (std::size_t c = 0; c < kChannels; ++c) {
+            largest_.work += evaluator_.workOf(pairs[c].size()) * static_cast<double>(1 + groups.sums.size());
             GroupedErrors errors(pairs[c], all[c], slack[c], groups, c);
             const auto raiseTo = [&](std::span<const Response> responses, LargestBound& current) {
                 if (responses.empty() || errors.cannotExceed(responses, kTieFactor * current.bound)) return;

@@ -5,7 +5,8 @@
 // small charts have many rims, so coarse bounds come first:
 //   1. coarse bound of every quad, from lengths (quad_coarse_bound.h); quads that may exceed the current maximum are kept
 //   2. control vectors of the quarters of those, the largest coarse bound first, while they may exceed the maximum
-// The bound of a quarter is the smaller of both, so that the maximum does not depend on the order of the quads.
+// The bound of a quarter is the smaller of both, so that the maximum does not depend on the order of the quads. When the budget of exact
+// bounds is spent (bound_evaluator.h), the coarse bounds of the other quads are theirs.
 #pragma once
 
 #include <algorithm>
@@ -38,9 +39,13 @@ public:
             return size <= std::numeric_limits<float>::max() ? size : std::numeric_limits<float>::infinity();
         };
         std::ranges::stable_sort(kept, std::greater{}, [&](const CoarselyBoundedQuad& each) { return sizeOf(each.bound); });
-        for (const CoarselyBoundedQuad& each : kept)
-            if (!evaluator_.cannotExceed(largest, each.bound))
+        for (const CoarselyBoundedQuad& each : kept) {
+            if (evaluator_.cannotExceed(largest, each.bound)) continue;
+            if (largest.isSpent())
+                raiseCoarsely(each, largest);
+            else
                 withCoveredQuad(rows_, each.x, each.y, [&](const CoveredQuad& quad) { raise(quad, largest); });
+        }
     }
     /// Raises the largest bounds to those of a quad of which some texels are not covered.
     void raise(const CoveredQuad& quad, LargestBounds& largest) {
@@ -60,6 +65,20 @@ private:
         ErrorBound bound;  ///< of all decodes
     };
 
+    /// Raises the largest bounds to the coarse one of a quad, in its middle.
+    static void raiseCoarsely(const CoarselyBoundedQuad& quad, LargestBounds& largest) {
+        const auto raiseTo = [&](float error, LargestBound& kind, const Response& response) {
+            const double bound = static_cast<double>(error) / kFloor;
+            ErrorPlace place;
+            place.x = std::max(quad.x + 0.5, 0.0);
+            place.y = std::max(quad.y + 0.5, 0.0);
+            place.normal = {0, 0, 1};
+            place.local = bound >= 0 ? bound : std::numeric_limits<double>::infinity();
+            kind.raise(place.local, place, response.bands);
+        };
+        raiseTo(quad.bound.diffuse, largest.diffuse, kExitResponse);
+        raiseTo(quad.bound.specular, largest.specular, kExitResponse);
+    }
     /// Returns true for a quad beyond the edge of the map whose light is known to be that at the rim of a quad inside: beyond the edge the
     /// light is that at the edge. The quad inside holds no surface if a chart ends at the texel beside the edge.
     bool isOfAnotherQuad(const CoveredQuad& quad) const {

@@ -8,6 +8,9 @@
 //   2. the quarters of the quads with the largest bounds are searched (visible_search.h), which raises the maximum
 //   3. coarse bounds of each quarter of the quads that may still exceed it; these are searched, those with the largest bound first, until
 //      none may raise the maximum; the quarters of a texel are first tried together, since most are much alike
+// The searches of a strip share a budget of cells, so that time is bounded whatever the light: under even light all quarters are alike, and
+// nearly all would be searched to the end. Once half of it is spent each quarter has its share of the rest, and what those cells prove is
+// its bound; where nothing is left, the largest coarse bound of the other quarters is theirs. Looser, but proven.
 // Whatever is not searched to the end is proven to be below the maximum of its strip, and a map is always cut into the same strips. Ties
 // go to the smaller (y, x), except at the largest difference of the display, which ends the search.
 #pragma once
@@ -89,11 +92,14 @@ public:
     /// Returns true if an upper bound is below the threshold.
     bool cannotExceed(float bound) const { return isNone() || static_cast<double>(bound) < threshold_; }
     /// Conservative test of a few cells: true only if this light is proven to be below the threshold.
-    bool cannotExceed(const CellLight& light) const { return search_.cannotExceed(light, threshold_); }
-    /// Searches a quarter.
-    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver) const {
-        return search_.bound(whole, lightOver, threshold_);
+    bool cannotExceed(const CellLight& light, std::size_t searches) { return search_.cannotExceed(light, threshold_, budget_, searches); }
+    /// Searches a quarter, the first of `searches` that the budget has to pay for.
+    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, std::size_t searches) {
+        // After the last search its own place is reported, with the bound of all others.
+        return search_.bound(whole, lightOver, budget_.isSpent() ? 0 : threshold_, budget_, searches);
     }
+    void setBudget(const SearchBudget& budget) { budget_ = budget; }
+    bool isBudgetSpent() const { return budget_.isSpent(); }
     void raise(const VisibleMaximum& found) {
         // Nothing but light that is not finite, whose samples are beyond all limits, differs by more than any two lights.
         if (const double most = metric_.mostVisible(); found.bound >= most - kVisibleRounding && found.bound <= most) {
@@ -121,6 +127,7 @@ private:
     const VisibleMetric& metric_;
     const VisibleKernels& kernels_;
     VisibleSearch search_;
+    SearchBudget budget_{0};
     double threshold_;  ///< bounds below it cannot be the maximum
     VisibleMaximum largest_;
     std::vector<float> shaded_;
@@ -140,6 +147,8 @@ public:
     /// Bounds the quads that begin in these rows and columns, and those that reach over the edges of the map there.
     void boundArea(const TexelArea& area) {
         Measured above, below;
+        for (const ShadingKind kind : kShadingKinds)
+            kinds_[kind].setBudget(SearchBudget(kWorkOfArea + kWorkPerTexel * static_cast<double>(area.width) * area.height));
         const int first = area.y == 0 ? -1 : area.y, last = std::min(area.y + area.height, rows_.height()) - 1;
         const int firstX = area.x == 0 ? -1 : area.x, lastX = std::min(area.x + area.width, rows_.width()) - 1;
         for (int y = first; y <= last; ++y) {
@@ -154,27 +163,12 @@ public:
     }
     const VisibleMaximum& diffuse() const { return kinds_[ShadingKind::Diffuse].largest(); }
     const VisibleMaximum& specular() const { return kinds_[ShadingKind::Specular].largest(); }
-    /// Returns the bound of a quarter, as boundArea takes the largest of.
-    VisibleMaximum quarterBound(ShadingKind kind, int x, int y, int corner, int decode) {
-        VisibleMaximum out;
-        withCoveredQuad(rows_, x, y, [&](const CoveredQuad& quad) {
-            const glm::dmat3 frame = frameOf(quad, corner);
-            const QuarterLight light = lightOf(quad, corner, decode);
-            out = kinds_[kind].bound(light.whole(), [&](const PlaceRectangle& place) { return light.over(place); });
-            VisiblePlace& place = out.place;
-            const glm::dvec2 inMap = quad.inMap({place.x, place.y});
-            place.x = inMap.x;
-            place.y = inMap.y;
-            place.normal = frame * place.normal;
-            place.view = frame * place.view;
-            const auto unit = 1 / static_cast<double>(rows_.perKey());
-            place.reference *= unit;
-            place.found *= unit;
-        });
-        return out;
-    }
 
 private:
+    /// Work of the searches of each kind of shading, for an area and for each of its texels [cells]. docs/lab/experiments.md, "Speed of
+    /// verification", has the figures.
+    static constexpr double kWorkOfArea = 10000, kWorkPerTexel = 4;
+
     /// A row with what its coarse bounds need.
     struct Measured {
         MapRows::Row row;
@@ -350,6 +344,27 @@ private:
             }
         });
     }
+    /// Returns the bound of a quarter, the first of `searches` that the budget has to pay for.
+    VisibleMaximum boundOf(ShadingKind kind, const Quarter& quarter, std::size_t searches) {
+        VisibleMaximum out;
+        withCoveredQuad(rows_, quarter.x, quarter.y, [&](const CoveredQuad& quad) {
+            const glm::dmat3 frame = frameOf(quad, quarter.corner);
+            const QuarterLight light = lightOf(quad, quarter.corner, quarter.decode);
+            out = kinds_[kind].bound(
+                light.whole(), [&](const PlaceRectangle& place) { return light.over(place); }, searches);
+            VisiblePlace& place = out.place;
+            const glm::dvec2 inMap = quad.inMap({place.x, place.y});
+            place.x = inMap.x;
+            place.y = inMap.y;
+            place.normal = frame * place.normal;
+            place.view = frame * place.view;
+            const auto unit = 1 / static_cast<double>(rows_.perKey());
+            place.reference *= unit;
+            place.found *= unit;
+        });
+        return out;
+    }
+
     /// Returns how far the reference of a quarter is from that of its texel. At the corners of the quarter it is the mean of the texel and
     /// one neighbour, or of all covered corners; elsewhere it lies between those.
     /// steps  differences from the texel, 0 for corners that are not covered
@@ -380,20 +395,25 @@ private:
             const Quarter& each = quarters_[i];
             if (kinds_[kind].cannotExceed(each.bound[kind])) break;
             if (isDone[i]) continue;
+            const std::size_t searches = quarters_.size() - i;
             std::vector<std::size_t>& together = ofTexels[texelOf(each)];
-            if (i > 0 && together.size() > 1 && cannotExceed(kind, together)) {
+            const bool isLast = kinds_[kind].isBudgetSpent();
+            if (i > 0 && !isLast && together.size() > 1 && cannotExceed(kind, together, searches)) {
                 for (const std::size_t other : together) isDone[other] = true;
                 continue;
             }
             together.clear();  // a group that is not below is tried once; its other quarters go one by one
-            kinds_[kind].raise(quarterBound(kind, each.x, each.y, each.corner, each.decode));
+            VisibleMaximum found = boundOf(kind, each, searches);
+            if (isLast) found.bound = std::max(found.bound, static_cast<double>(each.bound[kind]));
+            kinds_[kind].raise(found);
+            if (isLast) break;  // no other quarter has a larger coarse bound
         }
     }
     std::int64_t texelOf(const Quarter& quarter) const {
         return static_cast<std::int64_t>(quarter.y + quarter.corner / 2 + 1) * (rows_.width() + 2) + quarter.x + quarter.corner % 2 + 1;
     }
     /// Returns true if these quarters of one texel are proven to be below the maximum, all at once.
-    bool cannotExceed(ShadingKind kind, const std::vector<std::size_t>& quarters) const {
+    bool cannotExceed(ShadingKind kind, const std::vector<std::size_t>& quarters, std::size_t searches) {
         if (!areGrouped()) return false;
         std::optional<CellLight> all;
         for (const std::size_t i : quarters) {
@@ -411,7 +431,7 @@ private:
             });
             if (!isAdded) return false;
         }
-        return kinds_[kind].cannotExceed(*all);
+        return kinds_[kind].cannotExceed(*all, searches);
     }
 
     const MapRows& rows_;

@@ -340,20 +340,24 @@ public:
     Search(const VisibleMetric& metric, const KernelTree& tree, const LightOver& lightOver)
         : metric_(metric), tree_(tree), lightOver_(lightOver) {}
 
-    VisibleMaximum run(const PlaceRectangle& whole, double threshold) {
+    VisibleMaximum run(const PlaceRectangle& whole, double threshold, SearchBudget& budget, std::size_t searches) {
         threshold_ = threshold;
         addPlace(whole, 0);
-        const int mostCells = mostCellsOf(places_.front()->light.errors.count());
+        const std::size_t controls = places_.front()->light.errors.count();
+        const int mostCells = std::min(mostCellsOf(controls), budget.cells(controls, searches));
         add(Cell{});
         for (;;) {
             const Cell top = cells_.top();
             if (top.bound < threshold || order_ >= mostCells || !(top.bound < kInfinite) || (order_ >= nextTest_ && isConverged(top)))
-                return resultOf(top);
+                break;
             if (order_ >= nextTest_) nextTest_ = order_ + kBetweenTests;
             cells_.pop();
             if (split(top)) continue;
-            return resultOf(top);
+            cells_.push(top);
+            break;
         }
+        budget.spend(order_, controls);
+        return resultOf(cells_.top());
     }
 
     /// Returns true if at most `mostCells` cells of all places prove a bound below the threshold.
@@ -370,6 +374,9 @@ public:
         }
         return cells_.top().bound < threshold;
     }
+
+    /// Returns how many cells were bounded.
+    int cells() const { return order_; }
 
 private:
     static constexpr int kPlaceDepth = 4, kBetweenTests = 20;
@@ -541,14 +548,18 @@ void CellLight::append(const CellLight& other) {
     isFinite = isFinite && other.isFinite;
 }
 
-VisibleMaximum VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const {
-    return Search(metric_, tree_, lightOver).run(whole, threshold);
+VisibleMaximum VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget,
+                                    std::size_t searches) const {
+    return Search(metric_, tree_, lightOver).run(whole, threshold, budget, searches);
 }
 
-bool VisibleSearch::cannotExceed(const CellLight& light, double threshold) const {
+bool VisibleSearch::cannotExceed(const CellLight& light, double threshold, SearchBudget& budget, std::size_t searches) const {
     constexpr int kMostCells = 128;
     const LightOver everywhere = [&](const PlaceRectangle&) { return light; };
-    return Search(metric_, tree_, everywhere).cannotExceed(threshold, kMostCells);
+    Search search(metric_, tree_, everywhere);
+    const bool isBelow = search.cannotExceed(threshold, std::min(kMostCells, budget.cells(light.errors.count(), searches)));
+    budget.spend(search.cells(), light.errors.count());
+    return isBelow;
 }
 
 double VisibleSearch::cellBound(const CellLight& light, const KernelCell& kernels) const {

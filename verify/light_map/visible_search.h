@@ -9,10 +9,12 @@
 //
 // The search splits the cell with the largest bound: along places, profile or azimuth, whichever widens the bound most. Narrow cells try
 // places and kernels one at a time. The search ends when the largest bound is at most 1.25 times the bound of that cell's middle place and
-// kernel alone, or after 24 to 384 cells; a decode of low degree may have more of them. The result depends on the quarter alone, unless
-// it is no more than the caller's threshold.
+// kernel alone, or after 24 to 384 cells; a decode of low degree may have more of them. The caller may allow fewer (SearchBudget): any
+// cells at all prove a bound. The result depends on the quarter and the number of cells alone, unless it is no more than the caller's
+// threshold.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <glm/mat3x3.hpp>
@@ -78,6 +80,31 @@ struct VisibleMaximum {
     VisiblePlace place;
 };
 
+/// Work that the searches of some rows may do together, so that their time is bounded whatever the light. Searches may do all they want
+/// while less than half of the work is done. From then on each may do its share of what is left.
+class SearchBudget {
+public:
+    /// work  [cells of one control vector]; less than 1 is none
+    explicit SearchBudget(double work) : left_(work), reserve_(0.5 * work) {}
+    bool isSpent() const { return left_ < 1; }
+    /// Returns true if searches may do no more than their shares.
+    bool isShared() const { return left_ < reserve_; }
+    /// Returns how many cells the next of `searches` may have, at least 1.
+    /// controls  control vectors of a cell
+    int cells(std::size_t controls, std::size_t searches) const {
+        constexpr double kMost = 1e6;
+        if (!isShared()) return static_cast<int>(kMost);
+        return static_cast<int>(std::clamp(left_ / (static_cast<double>(searches) * workOf(controls)), 1.0, kMost));
+    }
+    /// Pays for a search with so many cells, and for its control vectors.
+    void spend(int cells, std::size_t controls) { left_ -= cells * workOf(controls) + static_cast<double>(controls) / 4; }
+
+private:
+    /// Returns the work of a cell: most of it does not depend on the number of control vectors.
+    static double workOf(std::size_t controls) { return 1 + static_cast<double>(controls) / 16; }
+    double left_, reserve_;
+};
+
 class VisibleSearch {
 public:
     /// A bound within this factor of what is reached ends a search.
@@ -88,10 +115,13 @@ public:
     /// Returns a bound for a rectangle of places. `place` has x and y in fractions of the quad, directions in the frame of the texel, and
     /// light in the units of lightOver.
     /// threshold  a bound below it need not be tight, and has no place
-    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold) const;
+    /// budget     pays for the cells
+    /// searches   that the budget has to pay for, with this one
+    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget,
+                         std::size_t searches) const;
     /// Conservative test: true only if a few cells prove that the bound of this light, under all kernels, is below the threshold. Places
     /// are not cut.
-    bool cannotExceed(const CellLight& light, double threshold) const;
+    bool cannotExceed(const CellLight& light, double threshold, SearchBudget& budget, std::size_t searches) const;
     /// Returns the bound of one cell.
     double cellBound(const CellLight& light, const KernelCell& kernels) const;
 
