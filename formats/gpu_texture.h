@@ -90,6 +90,9 @@ public:
     /// Returns true if the data format descriptor names the transfer function that TextureWriter gives the format: sRGB of rgba8-srgb, else
     /// linear. DDS has none; true.
     bool hasOwnTransfer() const;
+    /// Returns true for BC1 whose fourth colour of three is transparent: DXGI's BC1 and Vulkan's BC1_RGBA. In Vulkan's BC1_RGB it is opaque
+    /// black.
+    bool hasBc1Alpha() const;
 
     /// out  whole rows of blocks, as writeBlockRows takes them
     Result<void> readBlockRows(SubImage image, int firstBlockRow, std::span<std::byte> out) const;

@@ -17,7 +17,7 @@
 namespace lightcook::verify {
 
 /// Decodes one block of the format into blockWidth * blockHeight texels, row by row. Missing channels are 0, a missing alpha is 1.
-/// BC6H decodes to exact half floats, BC1 to BC5 by ideal real-valued interpolation, ASTC to the halves of an FP16 decoder.
+/// BC6H decodes to exact half floats, BC1 (without alpha) to BC5 by ideal real-valued interpolation, ASTC to the halves of an FP16 decoder.
 /// Invalid blocks, which no encoder writes: reserved modes of BC6H and BC7 decode to zero, as Direct3D's specification demands. Illegal
 /// ASTC blocks give the error colour: opaque magenta for the LDR format, NaN in every channel for the HDR formats.
 void decodeBlock(formats::PixelFormat format, std::span<const std::byte> block, std::span<glm::vec4> out);
@@ -25,7 +25,7 @@ void decodeBlock(formats::PixelFormat format, std::span<const std::byte> block, 
 /// Decodes the rows of blocks that cover out.height rows of texels.
 void decodeRows(formats::PixelFormat format, std::span<const std::byte> blocks, formats::ImageView<glm::vec4> out);
 
-/// Reads and decodes one image of a texture file.
+/// Reads and decodes one image of a texture file. BC1 has the alpha that its container gives it: see formats::TextureReader::hasBc1Alpha().
 formats::Result<formats::Image<glm::vec4>> decodeImage(const formats::TextureReader& texture, formats::SubImage image);
 
 enum class Wrap { Clamp, Repeat };

@@ -2,7 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <bit>
+#include <vector>
+
+#include "formats/container/foreign_formats.h"
 
 namespace lightcook::formats {
 namespace {
@@ -17,14 +22,15 @@ constexpr std::uint32_t kMagic = fourCc("DDS "), kDx10 = fourCc("DX10"), kDxt1 =
 constexpr std::size_t kLegacyBytes = 4 + 124, kDx10Bytes = kLegacyBytes + 20;
 
 // DDS_HEADER.dwFlags, dwCaps, dwCaps2; D3D10_RESOURCE_DIMENSION; misc flags.
-constexpr std::uint32_t kFlagsAlways = 0x1 | 0x2 | 0x4 | 0x1000, kFlagPitch = 0x8, kFlagMipCount = 0x20000, kFlagLinearSize = 0x80000;
+constexpr std::uint32_t kFlagsAlways = 0x1 | 0x2 | 0x4 | 0x1000, kFlagPitch = 0x8, kFlagMipCount = 0x20000, kFlagLinearSize = 0x80000,
+                        kFlagDepth = 0x800000;
 constexpr std::uint32_t kCapsTexture = 0x1000, kCapsComplex = 0x8, kCapsMipMap = 0x400000;
 constexpr std::uint32_t kCaps2Cube = 0x200, kCaps2AllFaces = 0xfc00, kCaps2Volume = 0x200000;
-constexpr std::uint32_t kPixelFormatFourCc = 0x4, kTexture2d = 3, kMiscCube = 4;
+constexpr std::uint32_t kPixelFormatFourCc = 0x4, kTexture2d = 3, kTexture3d = 4, kMiscCube = 4;
 
 // Offsets of the header's fields from the start of the file.
-constexpr std::size_t kSizeAt = 4, kFlagsAt = 8, kHeightAt = 12, kWidthAt = 16, kMipCountAt = 28, kPixelFormatSizeAt = 76,
-                      kPixelFormatFlagsAt = 80, kFourCcAt = 84, kCaps2At = 112;
+constexpr std::size_t kSizeAt = 4, kFlagsAt = 8, kHeightAt = 12, kWidthAt = 16, kDepthAt = 24, kMipCountAt = 28, kPixelFormatSizeAt = 76,
+                      kPixelFormatFlagsAt = 80, kFourCcAt = 84, kBitCountAt = 88, kCaps2At = 112;
 constexpr std::size_t kDxgiAt = 128, kDimensionAt = 132, kMiscAt = 136, kArraySizeAt = 140;
 
 std::uint32_t legacyFourCc(const TextureShape& shape) {
@@ -34,61 +40,91 @@ std::uint32_t legacyFourCc(const TextureShape& shape) {
     return 0;
 }
 
-tl::unexpected<Error> refuse(const FileBytes& file, ErrorCode code, std::string_view field, std::uint64_t found,
-                             std::string_view expected) {
+template <class Found>
+tl::unexpected<Error> refuse(const FileBytes& file, ErrorCode code, std::string_view field, const Found& found, std::string_view expected) {
     return failure(code, fmt::format("{}, DDS header, {}", file.path().string(), field),
                    fmt::format("found {}, expected {}", found, expected));
 }
 
-/// Format, layers and the cube flag, from whichever kind of header there is.
-Result<void> readKind(const FileBytes& file, std::span<const std::byte> header, std::uint32_t fourCcFound, TextureShape& shape) {
-    if (fourCcFound == kDxt1 || fourCcFound == kDxt5) {
-        shape.format = fourCcFound == kDxt1 ? PixelFormat::Bc1 : PixelFormat::Bc3;
-        shape.faceCount = (loadU32(header, kCaps2At) & kCaps2Cube) != 0 ? 6 : 1;
-        return {};
-    }
+/// A header whose format, extents and dimension can be read.
+struct DdsHeader {
+    TextureShape shape;        ///< of one layer, face and mip
+    std::size_t bytes = 0;     ///< of the header
+    std::uint32_t mips = 1;    ///< dwMipMapCount; 1 for 0
+    std::uint32_t layers = 1;  ///< arraySize
+    bool hasMipFlag = false;   ///< DDSD_MIPMAPCOUNT
+    bool isCube = false;       ///< the six faces of dwCaps2, or miscFlag
+};
+
+/// Reads the format that a header of before Direct3D 10 names.
+Result<PixelFormat> legacyFormat(const FileBytes& file, std::span<const std::byte> header) {
+    if ((loadU32(header, kPixelFormatFlagsAt) & kPixelFormatFourCc) == 0)
+        return refuse(file, ErrorCode::FormatUnsupported, "ddspf",
+                      fmt::format("uncompressed texels of {} bits with masks of channels", loadU32(header, kBitCountAt)),
+                      "a format of Direct3D 10. Write it as one: texconv -dx10 -f R8G8B8A8_UNORM");
+    const LegacyDdsFormat legacy = legacyDdsFormat(loadU32(header, kFourCcAt));
+    if (!legacy.format)
+        return refuse(file, ErrorCode::FormatUnsupported, "ddspf.dwFourCC", legacy.name,
+                      fmt::format("DX10, DXT1, DXT5, ATI1, BC4U, BC4S, BC5U, BC5S, A16B16G16R16 or A16B16G16R16F. {}", legacy.remedy));
+    return *legacy.format;
+}
+
+/// Reads the extension of Direct3D 10.
+Result<void> readDx10(const FileBytes& file, std::span<const std::byte> header, DdsHeader& read) {
     const std::uint32_t dxgi = loadU32(header, kDxgiAt);
     const PixelFormatInfo* found = nullptr;
     for (const PixelFormatInfo& candidate : allPixelFormats())
         if (candidate.dxgiFormat == dxgi && dxgi != 0) found = &candidate;
-    if (found == nullptr) return refuse(file, ErrorCode::FormatUnsupported, "dxgiFormat", dxgi, "a format that lightcook writes");
-    shape.format = found->format;
-    const std::uint32_t dimension = loadU32(header, kDimensionAt), misc = loadU32(header, kMiscAt), layers = loadU32(header, kArraySizeAt);
-    if (dimension != kTexture2d) return refuse(file, ErrorCode::FormatUnsupported, "resourceDimension", dimension, "3 (2-D textures)");
+    if (found == nullptr)
+        return refuse(
+            file, ErrorCode::FormatUnsupported, "dxgiFormat", dxgiFormatName(dxgi),
+            "a format that `lightcook encode` writes. Write it as one, for example with texconv -f R8G8B8A8_UNORM, or BC6H_UF16 for "
+            "light");
+    read.shape.format = found->format;
+    const std::uint32_t dimension = loadU32(header, kDimensionAt), misc = loadU32(header, kMiscAt);
+    if (dimension != kTexture2d)
+        return refuse(file, ErrorCode::FormatUnsupported, "resourceDimension",
+                      dimension == kTexture3d ? std::string("a volume texture (4)") : fmt::format("{}", dimension), "3 (2-D textures)");
     if ((misc & ~kMiscCube) != 0) return refuse(file, ErrorCode::FormatUnsupported, "miscFlag", misc, "0, or 4 (a cubemap)");
-    if (layers < 1 || layers > kMaxTextureLayers)
-        return refuse(file, ErrorCode::FileUnreadable, "arraySize", layers, fmt::format("1 to {}", kMaxTextureLayers));
-    shape.faceCount = misc == kMiscCube ? 6 : 1;
-    shape.layerCount = static_cast<int>(layers);
-    shape.isArray = layers > 1;
+    read.layers = loadU32(header, kArraySizeAt);
+    if (read.layers < 1 || read.layers > kMaxTextureLayers)
+        return refuse(file, ErrorCode::FileUnreadable, "arraySize", read.layers, fmt::format("1 to {}", kMaxTextureLayers));
+    read.isCube |= misc == kMiscCube;
     return {};
 }
 
-/// The fields both kinds of header share; the mip count and extents are believed only inside our limits.
-Result<std::uint32_t> readCommon(const FileBytes& file, std::span<const std::byte> header, TextureShape& shape) {
+/// Reads the fields that both kinds of header have; the mip count and extents are believed only inside our limits.
+/// Microsoft's guide tells readers not to rely on DDSD_MIPMAPCOUNT: dwMipMapCount counts without it.
+Result<DdsHeader> readCommon(const FileBytes& file, std::span<const std::byte> header) {
     const auto bad = [&](std::string_view field, std::uint64_t found, std::string_view expected) {
         return refuse(file, ErrorCode::FileUnreadable, field, found, expected);
     };
     const std::uint32_t size = loadU32(header, kSizeAt), formatSize = loadU32(header, kPixelFormatSizeAt);
-    const std::uint32_t formatFlags = loadU32(header, kPixelFormatFlagsAt), fourCcFound = loadU32(header, kFourCcAt);
     const std::uint32_t width = loadU32(header, kWidthAt), height = loadU32(header, kHeightAt);
-    const std::uint32_t caps2 = loadU32(header, kCaps2At);
+    const std::uint32_t flags = loadU32(header, kFlagsAt), caps2 = loadU32(header, kCaps2At);
     if (size != 124) return bad("dwSize", size, "124");
     if (formatSize != 32) return bad("ddspf.dwSize", formatSize, "32");
-    if ((formatFlags & kPixelFormatFourCc) == 0 || (fourCcFound != kDx10 && fourCcFound != kDxt1 && fourCcFound != kDxt5))
-        return refuse(file, ErrorCode::FormatUnsupported, "ddspf.dwFourCC", fourCcFound, "DX10, DXT1 or DXT5");
     if (width < 1 || width > kMaxTextureExtent) return bad("dwWidth", width, fmt::format("1 to {}", kMaxTextureExtent));
     if (height < 1 || height > kMaxTextureExtent) return bad("dwHeight", height, fmt::format("1 to {}", kMaxTextureExtent));
-    if ((caps2 & kCaps2Volume) != 0) return refuse(file, ErrorCode::FormatUnsupported, "dwCaps2", caps2, "no volume texture");
+    if ((caps2 & kCaps2Volume) != 0 || ((flags & kFlagDepth) != 0 && loadU32(header, kDepthAt) > 1))
+        return refuse(file, ErrorCode::FormatUnsupported, "dwCaps2", "a volume texture", "a 2-D texture, an array of them or a cubemap");
     if ((caps2 & kCaps2Cube) != 0 && (caps2 & kCaps2AllFaces) != kCaps2AllFaces)
-        return refuse(file, ErrorCode::FormatUnsupported, "dwCaps2", caps2, "all six faces of a cubemap");
-    const bool hasMips = (loadU32(header, kFlagsAt) & kFlagMipCount) != 0;
-    const std::uint32_t mips = hasMips ? loadU32(header, kMipCountAt) : 1;
-    if (mips < 1 || mips > 17) return bad("dwMipMapCount", mips, "1 to 17");
-    shape.width = static_cast<int>(width);
-    shape.height = static_cast<int>(height);
-    shape.mipCount = static_cast<int>(mips);
-    return fourCcFound;
+        return refuse(file, ErrorCode::FormatUnsupported, "dwCaps2",
+                      fmt::format("{} of the six faces of a cubemap", std::popcount(caps2 & kCaps2AllFaces)), "all six");
+    DdsHeader read;
+    read.shape.width = static_cast<int>(width);
+    read.shape.height = static_cast<int>(height);
+    read.hasMipFlag = (flags & kFlagMipCount) != 0;
+    read.mips = std::max(loadU32(header, kMipCountAt), 1u);
+    if (read.mips > 17) return bad("dwMipMapCount", read.mips, "1 to 17");
+    read.isCube = (caps2 & kCaps2Cube) != 0;
+    const bool isDx10 = (loadU32(header, kPixelFormatFlagsAt) & kPixelFormatFourCc) != 0 && loadU32(header, kFourCcAt) == kDx10;
+    read.bytes = isDx10 ? kDx10Bytes : kLegacyBytes;
+    if (isDx10) return read;
+    const Result<PixelFormat> format = legacyFormat(file, header);
+    if (!format) return tl::make_unexpected(format.error());
+    read.shape.format = *format;
+    return read;
 }
 
 TextureFileLayout layOut(const TextureShape& shape, std::uint64_t headerBytes) {
@@ -144,31 +180,76 @@ std::vector<std::byte> ddsPrefix(const TextureShape& shape) {
     return bytes;
 }
 
-Result<TextureFileLayout> readDds(const FileBytes& file) {
-    std::array<std::byte, kDx10Bytes> header{};
-    const auto need = [&](std::size_t bytes) -> Result<void> {
-        if (file.size() < bytes)
+namespace {
+
+/// Returns what a header may mean, in the order of trust: what it says; an array of six images in place of one cubemap; and no mips where
+/// nothing but dwMipMapCount speaks of them.
+std::vector<TextureShape> readings(const DdsHeader& header) {
+    std::vector<TextureShape> shapes;
+    for (const std::uint32_t mips : {header.mips, 1u}) {
+        if (mips != header.mips && header.hasMipFlag) break;
+        TextureShape shape = header.shape;
+        shape.mipCount = static_cast<int>(mips);
+        shape.faceCount = header.isCube ? 6 : 1;
+        for (const std::uint32_t layers : {header.layers, header.layers / 6}) {
+            if (layers != header.layers && (!header.isCube || header.layers % 6 != 0)) break;
+            shape.layerCount = static_cast<int>(layers);
+            shape.isArray = layers > 1;
+            shapes.push_back(shape);
+        }
+        if (header.mips == 1) break;
+    }
+    return shapes;
+}
+
+/// Returns the error of a file that is longer or shorter than its header says.
+tl::unexpected<Error> wrongSize(const FileBytes& file, const TextureFileLayout& layout) {
+    const TextureShape& shape = layout.shape;
+    const auto counted = [](int count, const char* what) { return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"); };
+    std::string text = fmt::format("found {} bytes, expected {} for what its header says: {} x {} texels of {}, {}, {}, {}", file.size(),
+                                   layout.fileBytes(), shape.width, shape.height, info(shape.format).name, counted(shape.mipCount, "mip"),
+                                   counted(shape.faceCount, "face"), counted(shape.layerCount, "layer"));
+    if (file.size() < layout.fileBytes()) return failure(ErrorCode::FileUnreadable, file.path().string(), std::move(text));
+    for (TextureFileLayout other = layout; other.shape.mipCount < 17;) {
+        ++other.shape.mipCount;
+        if (!checkShape(other.shape, "")) break;
+        if (layOut(other.shape, layout.levels.front().offset).fileBytes() == file.size())
             return failure(ErrorCode::FileUnreadable, file.path().string(),
-                           fmt::format("found {} bytes, expected a DDS header of {}", file.size(), bytes));
-        return file.readAt(0, std::span(header).first(bytes));
+                           fmt::format("{}. {} mips would fill it: correct dwMipMapCount (the 4 bytes at {})", text, other.shape.mipCount,
+                                       kMipCountAt));
+    }
+    return failure(ErrorCode::FileUnreadable, file.path().string(),
+                   fmt::format("{}. If the rest is no part of it, cut it off: truncate -s {} FILE", text, layout.fileBytes()));
+}
+
+}  // namespace
+
+Result<TextureFileLayout> readDds(const FileBytes& file) {
+    std::array<std::byte, kDx10Bytes> bytes{};
+    const auto need = [&](std::size_t count) -> Result<void> {
+        if (file.size() < count)
+            return failure(ErrorCode::FileUnreadable, file.path().string(),
+                           fmt::format("found {} bytes, expected a DDS header of {}", file.size(), count));
+        return file.readAt(0, std::span(bytes).first(count));
     };
     if (Result<void> read = need(kLegacyBytes); !read) return tl::make_unexpected(read.error());
-    TextureShape shape;
-    const Result<std::uint32_t> fourCcFound = readCommon(file, header, shape);
-    if (!fourCcFound) return tl::make_unexpected(fourCcFound.error());
-    const std::size_t headerBytes = *fourCcFound == kDx10 ? kDx10Bytes : kLegacyBytes;
-    if (Result<void> read = need(headerBytes); !read) return tl::make_unexpected(read.error());
-    if (Result<void> read = readKind(file, header, *fourCcFound, shape); !read) return tl::make_unexpected(read.error());
-    if (Result<void> checked = checkShape(shape, file.path().string()); !checked) {
+    Result<DdsHeader> header = readCommon(file, bytes);
+    if (!header) return tl::make_unexpected(header.error());
+    if (Result<void> read = need(header->bytes); !read) return tl::make_unexpected(read.error());
+    if (header->bytes == kDx10Bytes)
+        if (Result<void> read = readDx10(file, bytes, *header); !read) return tl::make_unexpected(read.error());
+    const std::vector<TextureShape> shapes = readings(*header);
+    if (Result<void> checked = checkShape(shapes.front(), file.path().string()); !checked) {
         Error error = checked.error();
         error.code = ErrorCode::FileUnreadable;
         return tl::make_unexpected(error);
     }
-    TextureFileLayout layout = layOut(shape, headerBytes);
-    if (file.size() < layout.fileBytes())
-        return failure(ErrorCode::FileUnreadable, file.path().string(),
-                       fmt::format("found {} bytes, expected {} for what its header says", file.size(), layout.fileBytes()));
-    return layout;
+    for (const TextureShape& shape : shapes) {
+        TextureFileLayout layout = layOut(shape, header->bytes);
+        layout.hasBc1Alpha = shape.format == PixelFormat::Bc1;
+        if (file.size() == layout.fileBytes()) return layout;
+    }
+    return wrongSize(file, layOut(shapes.front(), header->bytes));
 }
 
 }  // namespace lightcook::formats

@@ -16,7 +16,9 @@ Result<TextureFileLayout> layOutDds(const TextureShape& shape, const TextureFile
 /// otherwise.
 std::vector<std::byte> ddsPrefix(const TextureShape& shape);
 
-/// Reads and checks everything but the texels.
+/// Reads and checks everything but the texels. Takes dwMipMapCount with or without its flag, and the six faces of a cubemap from dwCaps2 or
+/// from miscFlag. The size of the file decides between what a header may mean: a file that is longer or shorter is refused, since the
+/// images of cubemaps and arrays would lie in other places.
 Result<TextureFileLayout> readDds(const FileBytes& file);
 
 }  // namespace lightcook::formats

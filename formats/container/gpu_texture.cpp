@@ -33,6 +33,11 @@ std::optional<Container> containerOf(const std::array<std::byte, kMagicBytes>& m
     return std::nullopt;
 }
 
+bool isKtx1(const std::array<std::byte, kMagicBytes>& magic) {
+    constexpr std::string_view kText = "KTX 11";
+    return std::equal(kText.begin(), kText.end(), magic.begin() + 1, [](char a, std::byte b) { return a == std::to_integer<char>(b); });
+}
+
 /// Returns the offset inside an image of the rows of blocks from firstBlockRow on. Fails unless `bytes` bytes are whole rows of the image:
 /// a mistake of the caller is never read or written.
 Result<std::uint64_t> rowsOffset(const TextureShape& shape, SubImage image, int firstBlockRow, std::size_t bytes,
@@ -252,7 +257,9 @@ Result<TextureReader> TextureReader::open(const std::filesystem::path& file) {
     if (Result<void> read = bytes->readAt(0, magic); !read) return tl::make_unexpected(read.error());
     const std::optional<Container> container = containerOf(magic);
     if (!container)
-        return failure(ErrorCode::FormatUnsupported, file.string(), "found neither container's first bytes, expected a KTX2 or DDS file");
+        return failure(ErrorCode::FormatUnsupported, file.string(),
+                       isKtx1(magic) ? "found a file of KTX 1, expected KTX2 or DDS. Convert it: ktx2ktx2 in.ktx -o out.ktx2"
+                                     : "found neither container's first bytes, expected a KTX2 or DDS file");
     Result<TextureFileLayout> layout = *container == Container::Ktx2 ? readKtx2(*bytes) : readDds(*bytes);
     if (!layout) return tl::make_unexpected(layout.error());
     auto state = std::unique_ptr<State>(new State{std::move(*bytes), std::move(*layout), {}, {}});
@@ -274,6 +281,9 @@ const std::map<std::string, std::string>& TextureReader::metadata() const {
 }
 bool TextureReader::hasOwnTransfer() const {
     return state_->layout.hasOwnTransfer;
+}
+bool TextureReader::hasBc1Alpha() const {
+    return state_->layout.hasBc1Alpha;
 }
 std::size_t TextureReader::fileBytes() const {
     return state_->file.size();

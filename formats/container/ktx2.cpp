@@ -7,12 +7,15 @@
 #include <bit>
 #include <numeric>
 
+#include "formats/container/foreign_formats.h"
+
 namespace lightcook::formats {
 namespace {
 
 constexpr std::array<unsigned char, 12> kIdentifier = {0xab, 'K', 'T', 'X', ' ', '2', '0', 0xbb, '\r', '\n', 0x1a, '\n'};
 constexpr std::size_t kHeaderBytes = 80, kLevelIndexBytes = 24;
-constexpr std::uint32_t kSupercompressionNone = 0, kSupercompressionZstd = 2;
+constexpr std::uint32_t kSupercompressionNone = 0, kSupercompressionBasisLz = 1, kSupercompressionZstd = 2, kSupercompressionZlib = 3;
+constexpr std::uint32_t kBc1Rgb = 131, kBc1Rgba = 133;  ///< VkFormat
 constexpr std::uint32_t kMaxKeyValueBytes = 64u << 20;  // far beyond any range constants; a corrupt length must not ask for gigabytes
 // A block of Zstandard has at least a header of 3 bytes and one byte that repeats, and at most 128 KiB of content.
 constexpr std::uint64_t kLeastZstdBlock = 4, kLargestZstdBlock = 128u << 10;
@@ -24,7 +27,18 @@ constexpr std::size_t kVkFormatAt = 12, kTypeSizeAt = 16, kWidthAt = 20, kHeight
                       kSgdLengthAt = 72;
 
 // Khronos Data Format 1.3: colour models, channels and qualifiers of a sample.
-enum ColorModel : std::uint8_t { kRgbsda = 1, kBc1a = 128, kBc3 = 130, kBc4 = 131, kBc5 = 132, kBc6h = 133, kBc7 = 134, kAstc = 162 };
+enum ColorModel : std::uint8_t {
+    kRgbsda = 1,
+    kBc1a = 128,
+    kBc3 = 130,
+    kBc4 = 131,
+    kBc5 = 132,
+    kBc6h = 133,
+    kBc7 = 134,
+    kAstc = 162,
+    kEtc1s = 163,
+    kUastc = 166
+};
 constexpr std::uint8_t kRed = 0, kGreen = 1, kBlue = 2, kAlpha = 15, kWholeBlock = 0;
 constexpr std::uint8_t kLinear = 0x10, kExponent = 0x20, kSigned = 0x40, kFloat = 0x80;
 constexpr std::uint8_t kPrimariesBt709 = 1, kTransferLinear = 1, kTransferSrgb = 2;
@@ -201,8 +215,11 @@ private:
     Result<void> readShape() {
         const std::uint32_t vkFormat = field(kVkFormatAt);
         const auto formats = allPixelFormats();
-        const auto found = std::find_if(formats.begin(), formats.end(), [&](const PixelFormatInfo& f) { return f.vkFormat == vkFormat; });
-        if (found == formats.end()) return bad("vkFormat", vkFormat, "a format that lightcook writes", ErrorCode::FormatUnsupported);
+        // The two kinds of BC1 differ in what one of its colours means.
+        const std::uint32_t sought = vkFormat == kBc1Rgba ? kBc1Rgb : vkFormat;
+        const auto found = std::find_if(formats.begin(), formats.end(), [&](const PixelFormatInfo& f) { return f.vkFormat == sought; });
+        if (found == formats.end()) return foreignFormat(vkFormat);
+        layout_.hasBc1Alpha = vkFormat == kBc1Rgba;
         const std::uint32_t width = field(kWidthAt), height = field(kHeightAt), layers = field(kLayersAt), levels = field(kLevelsAt);
         const std::uint32_t typeSize = describe(found->format).typeSize;
         if (field(kTypeSizeAt) != typeSize) return bad("typeSize", field(kTypeSizeAt), fmt::format("{}", typeSize));
@@ -226,11 +243,30 @@ private:
             return tl::make_unexpected(error);
         }
         const std::uint32_t scheme = field(kSupercompressionAt);
+        if (scheme == kSupercompressionZlib)
+            return bad("supercompressionScheme", "ZLIB (3)",
+                       "none (0) or Zstandard (2). Compress it again: ktx deflate --zstd 18 in.ktx2 out.ktx2",
+                       ErrorCode::FormatUnsupported);
         if (scheme != kSupercompressionNone && scheme != kSupercompressionZstd)
             return bad("supercompressionScheme", scheme, "0 (none) or 2 (Zstandard)", ErrorCode::FormatUnsupported);
         layout_.zstd = scheme == kSupercompressionZstd;
         if (loadU64(header_, kSgdLengthAt) != 0) return bad("sgdByteLength", loadU64(header_, kSgdLengthAt), "0");
         return {};
+    }
+
+    /// Returns the error of a format that lightcook does not read. Basis Universal has no VkFormat; the colour model of the descriptor
+    /// names it.
+    tl::unexpected<Error> foreignFormat(std::uint32_t vkFormat) const {
+        std::array<std::byte, 1> model{};
+        const std::uint64_t modelAt = std::uint64_t{field(kDfdOffsetAt)} + 12;
+        if (vkFormat == 0 && modelAt + model.size() <= file_.size() && !file_.readAt(modelAt, model)) model = {};
+        const int found = std::to_integer<int>(model[0]);
+        if (vkFormat != 0 || (found != kEtc1s && found != kUastc && field(kSupercompressionAt) != kSupercompressionBasisLz))
+            return bad("vkFormat", vkFormatName(vkFormat),
+                       "a format that `lightcook encode` writes. Encode the source of the texture again, in one of them",
+                       ErrorCode::FormatUnsupported);
+        return bad("vkFormat", found == kUastc ? "UASTC of Basis Universal" : "ETC1S of Basis Universal (BasisLZ)",
+                   "a format of GPUs. Transcode it first: ktx transcode --target rgba8 in.ktx2 out.ktx2", ErrorCode::FormatUnsupported);
     }
 
     Result<void> readLevels() {

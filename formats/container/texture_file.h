@@ -37,6 +37,7 @@ struct TextureFileLayout {
     std::map<std::string, std::string> metadata;
     std::vector<LevelPlace> levels;
     bool hasOwnTransfer = true;  ///< see TextureReader
+    bool hasBc1Alpha = false;    ///< see TextureReader
 
     std::uint64_t fileBytes() const;
     /// Start of an image: in the file or, with zstd, in its uncompressed level.

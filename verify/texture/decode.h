@@ -17,8 +17,9 @@ using Block16 = std::span<const std::byte, 16>;
 using Texels4x4 = std::span<glm::vec4, 16>;
 
 /// Ideal real-valued interpolation between endpoints r/31, g/63, b/31 (Direct3D 11.3 functional specification 19.5). Hardware may differ
-/// within verify/sampler_tolerance.h.
+/// within verify/sampler_tolerance.h. The fourth colour of three is opaque black in BC1 without alpha, transparent black with alpha.
 void decodeBc1(Block8 block, Texels4x4 out);
+void decodeBc1Alpha(Block8 block, Texels4x4 out);
 void decodeBc3(Block16 block, Texels4x4 out);
 void decodeBc4(Block8 block, Texels4x4 out);
 void decodeBc5(Block16 block, Texels4x4 out);

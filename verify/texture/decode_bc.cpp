@@ -18,18 +18,24 @@ glm::vec3 colour565(std::uint32_t bits) {
 }
 
 /// Decodes the colour half of BC1 and BC3. Only BC1 has the mode of three colours and black.
-void decodeColours(Block8 block, bool mayBeThreeColours, Texels4x4 out) {
+/// blackAlpha  alpha of that black
+void decodeColours(Block8 block, bool mayBeThreeColours, float blackAlpha, Texels4x4 out) {
     const std::uint64_t bits = load(block);
     const std::uint32_t first = bits & 0xffff, second = bits >> 16 & 0xffff;
     std::array<glm::vec3, 4> palette = {colour565(first), colour565(second)};
+    float lastAlpha = 1.0f;
     if (first > second || !mayBeThreeColours) {
         palette[2] = (2.0f * palette[0] + palette[1]) / 3.0f;
         palette[3] = (palette[0] + 2.0f * palette[1]) / 3.0f;
     } else {
         palette[2] = (palette[0] + palette[1]) / 2.0f;
         palette[3] = glm::vec3(0.0f);
+        lastAlpha = blackAlpha;
     }
-    for (std::size_t texel = 0; texel < 16; ++texel) out[texel] = glm::vec4(palette[bits >> (32 + 2 * texel) & 3], 1.0f);
+    for (std::size_t texel = 0; texel < 16; ++texel) {
+        const std::uint64_t index = bits >> (32 + 2 * texel) & 3;
+        out[texel] = glm::vec4(palette[index], index == 3 ? lastAlpha : 1.0f);
+    }
 }
 
 /// Decodes a BC4 block, which is also BC3's alpha and either half of BC5.
@@ -73,11 +79,15 @@ std::array<float, 16> decodeSignedScalars(Block8 block) {
 }  // namespace
 
 void decodeBc1(Block8 block, Texels4x4 out) {
-    decodeColours(block, true, out);
+    decodeColours(block, true, 1.0f, out);
+}
+
+void decodeBc1Alpha(Block8 block, Texels4x4 out) {
+    decodeColours(block, true, 0.0f, out);
 }
 
 void decodeBc3(Block16 block, Texels4x4 out) {
-    decodeColours(block.last<8>(), false, out);
+    decodeColours(block.last<8>(), false, 1.0f, out);
     const std::array<float, 16> alpha = decodeScalars(block.first<8>());
     for (std::size_t texel = 0; texel < 16; ++texel) out[texel].a = alpha[texel];
 }

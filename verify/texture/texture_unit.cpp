@@ -148,7 +148,11 @@ void decodeBlock(PixelFormat format, std::span<const std::byte> block, std::span
     }
 }
 
-void decodeRows(PixelFormat format, std::span<const std::byte> blocks, formats::ImageView<glm::vec4> out) {
+namespace {
+
+/// Calls decode(block, texels) for each block of an image.
+template <class Decode>
+void forEachBlock(PixelFormat format, std::span<const std::byte> blocks, formats::ImageView<glm::vec4> out, const Decode& decode) {
     const formats::PixelFormatInfo& info = formats::info(format);
     assert(blocks.size() == formats::bytesPerImage(format, out.width, out.height));
     const std::size_t bytes = static_cast<std::size_t>(info.bytesPerBlock),
@@ -156,11 +160,18 @@ void decodeRows(PixelFormat format, std::span<const std::byte> blocks, formats::
     std::array<glm::vec4, 144> texels;
     for (int y = 0; y < out.height; y += info.blockHeight)
         for (int x = 0; x < out.width; x += info.blockWidth, blocks = blocks.subspan(bytes)) {
-            decodeBlock(format, blocks.first(bytes), std::span(texels).first(texelCount));
+            decode(blocks.first(bytes), std::span(texels).first(texelCount));
             // The last column and row of blocks may extend beyond the image.
             const int width = std::min(info.blockWidth, out.width - x), height = std::min(info.blockHeight, out.height - y);
             for (int row = 0; row < height; ++row) std::copy_n(texels.data() + row * info.blockWidth, width, out.row(y + row) + x);
         }
+}
+
+}  // namespace
+
+void decodeRows(PixelFormat format, std::span<const std::byte> blocks, formats::ImageView<glm::vec4> out) {
+    forEachBlock(format, blocks, out,
+                 [format](std::span<const std::byte> block, std::span<glm::vec4> texels) { decodeBlock(format, block, texels); });
 }
 
 formats::Result<formats::Image<glm::vec4>> decodeImage(const formats::TextureReader& texture, formats::SubImage image) {
@@ -172,7 +183,11 @@ formats::Result<formats::Image<glm::vec4>> decodeImage(const formats::TextureRea
     if (const auto fits = formats::checkMemory(texels * sizeof(glm::vec4), "a level of a texture"); !fits)
         return tl::make_unexpected(fits.error());
     formats::Image<glm::vec4> decoded(shape.mipWidth(image.mip), shape.mipHeight(image.mip));
-    decodeRows(shape.format, *blocks, decoded.view());
+    if (texture.hasBc1Alpha())
+        forEachBlock(shape.format, *blocks, decoded.view(),
+                     [](std::span<const std::byte> block, std::span<glm::vec4> out) { decodeBc1Alpha(fixed<8>(block), texels4x4(out)); });
+    else
+        decodeRows(shape.format, *blocks, decoded.view());
     return decoded;
 }
 
