@@ -10,15 +10,20 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "formats/plain_image.h"
 #include "lighting/display.h"
 
 namespace lightcook::formats {
+
+/// Source space of a file that says by itself what its primaries are: `chromaticities` of OpenEXR, PRIMARIES of Radiance. A file that says
+/// nothing is in lin_rec709. Not with a config file.
+inline constexpr const char* kStatedSource = "stated";
 
 /// The colour spaces of one scene, as scene.toml names them. The built-in config has the scene-linear spaces lin_rec709 (lin_srgb), acescg
 /// (lin_ap1), aces2065-1 (lin_ap0), lin_rec2020, lin_p3d65 and lin_ciexyzd65. It also knows the encoded spaces srgb_texture (srgb),
 /// g22_rec709 and g24_rec709, only to refuse them by name.
 struct ColorSpaces {
-    std::string source = "lin_rec709";
+    std::string source = "lin_rec709";  ///< or kStatedSource
     std::string working = "lin_rec709";
     std::filesystem::path config;  ///< an OpenColorIO config file; empty: the built-in config
 
@@ -38,7 +43,10 @@ struct LinearConversion {
 
 /// Returns the conversion. Fails for unknown spaces (the error names the nearest known one) and for conversions that are not linear.
 /// Linearity is tested with scaled and added colours; the name of a space does not matter.
-Result<LinearConversion> linearConversion(const ColorSpaces& spaces);
+/// stated  what the file states, which counts for the source kStatedSource: the built-in space with these primaries (see kSamePrimaries),
+/// or
+///         their own matrix with white adapted to D65. Fails if no space has them.
+Result<LinearConversion> linearConversion(const ColorSpaces& spaces, const std::optional<StatedChromaticities>& stated = {});
 
 /// Returns the files that a config file refers to for the conversion, such as the matrix of a FileTransform, sorted. Empty where
 /// linearConversion() fails.
@@ -50,21 +58,23 @@ Result<void> checkColorSpace(const std::string& name, const std::filesystem::pat
 
 /// Returns linear BT.2020 from the linear space whose primaries and white have these chromaticities: CIE x, y of red, green, blue and
 /// white. Its white is adapted to D65, except that of CIE XYZ, as in lin_ciexyzd65. Empty if no space has them.
-std::optional<glm::dmat3> bt2020FromChromaticities(const std::array<float, 8>& chromaticities);
+std::optional<glm::dmat3> bt2020FromChromaticities(const StatedChromaticities& chromaticities);
 
 /// The primaries that a file states, compared with those of its source space.
 struct StatedPrimaries {
-    std::array<float, 8> chromaticities{};  ///< CIE x, y of red, green, blue and white
-    std::string space;                      ///< the built-in space that has them; empty: none has
-    double difference = 0;                  ///< largest difference of an entry of the two matrices to linear BT.2020
+    StatedChromaticities chromaticities{};
+    std::string space;      ///< the built-in space that has them; empty: none has
+    double difference = 0;  ///< largest difference of an entry of the two matrices to linear BT.2020
 };
 /// Difference up to which two matrices to linear BT.2020 count as those of one space: more than the choice of a chromatic adaptation, less
 /// than the difference between acescg and lin_rec2020.
 inline constexpr double kSamePrimaries = 0.01;
 
 /// Returns the comparison. Empty if no space has the chromaticities, or if the matrix of the source space is not known.
-std::optional<StatedPrimaries> statedPrimaries(const std::array<float, 8>& chromaticities, const LinearConversion& conversion);
-/// Returns the comparison for an image. Empty too if it is no OpenEXR file, or if it states no chromaticities.
+std::optional<StatedPrimaries> statedPrimaries(const StatedChromaticities& chromaticities, const LinearConversion& conversion);
+/// Returns the chromaticities that an OpenEXR or Radiance file states. Empty: none, or another file.
+std::optional<StatedChromaticities> statedChromaticities(const std::filesystem::path& image);
+/// Returns the comparison for an image. Empty too if it states no chromaticities.
 std::optional<StatedPrimaries> statedPrimaries(const std::filesystem::path& image, const ColorSpaces& spaces);
 
 }  // namespace lightcook::formats

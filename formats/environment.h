@@ -27,8 +27,10 @@ struct Environment {
 
 struct EnvironmentOptions {
     ColorSpaces colors;
-    /// Sets texels that hold NaN, infinity or a negative value to zero and counts them, instead of refusing the file. Channels that the
-    /// conversion to the working space makes negative become zero too, and their texels are counted.
+    /// Repairs texels that hold NaN, infinity or a negative value and counts them, instead of refusing the file. +Infinity becomes 65504,
+    /// the largest half, or the largest value of the file if that is larger; texels with NaN or a negative value become zero. Channels that
+    /// the conversion to the working space makes negative become zero too, and their texels are counted; with the source kStatedSource
+    /// also without repair.
     bool repair = false;
 };
 struct LoadedEnvironment {
@@ -45,6 +47,7 @@ struct LoadedEnvironment {
 ///                -Y                          -Y
 ///                                            -Z (upside down: it folds on from -Y)
 ///             The corners of a cross are ignored.
+/// An OpenEXR file with the attribute `envmap` has OpenEXR's directions (ImfEnvmap.h) instead, and is resampled to the above.
 ///   1:1       one of six files, the others beside it: see faceFiles
 Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, const EnvironmentOptions& options);
 

@@ -25,6 +25,7 @@ const std::string kGrey = "Y";
 struct Picture {
     Image<glm::vec3> colours;
     Image<float> alpha;  ///< empty: there is none
+    std::optional<StatedChromaticities> chromaticities = {};
 };
 
 Result<Picture> readPicture(const std::filesystem::path& file) {
@@ -36,7 +37,7 @@ Result<Picture> readPicture(const std::filesystem::path& file) {
     const auto isGrey = [](const glm::vec4& texel) { return texel.x == texel.y && texel.x == texel.z; };
     if (image->channelCount == 2 && !std::ranges::all_of(texels.texels(), isGrey))
         return failure(ErrorCode::WrongShape, file.string(), "found two channels, expected R, G and B, or grey");
-    Picture picture{Image<glm::vec3>(texels.width(), texels.height()), {}};
+    Picture picture{Image<glm::vec3>(texels.width(), texels.height()), {}, image->chromaticities};
     std::ranges::transform(texels.texels(), picture.colours.texels().begin(), [](const glm::vec4& texel) { return glm::vec3(texel); });
     constexpr int kGreyWithAlpha = 2;
     if (image->channelCount > 3 || image->channelCount == kGreyWithAlpha) {
@@ -144,6 +145,7 @@ Result<BakeImage> BakeImage::openPicture(const std::filesystem::path& file) {
     if (!picture) return tl::make_unexpected(picture.error());
     image.picture_ = std::move(picture->colours);
     image.alpha_ = std::move(picture->alpha);
+    image.pictureInfo_.chromaticities = picture->chromaticities;
     image.pictureInfo_.width = image.picture_.width();
     image.pictureInfo_.height = image.picture_.height();
     if (image.alpha_.width() > 0)

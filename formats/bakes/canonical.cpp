@@ -174,13 +174,24 @@ Result<void> Canonicalizer::checkStored(std::uint8_t negative, int x, int y, Lig
     return {};
 }
 
+/// Replaces infinite light, an overflow of the baker's halves, by the largest half. Coefficients 1 to 8 of that channel become 0.
+void limitInfiniteLight(ShRgb& sh) {
+    constexpr float kLargestHalf = 65504;
+    for (int channel = 0; channel < 3; ++channel) {
+        if (!(sh[0][channel] > std::numeric_limits<float>::max())) continue;
+        for (glm::vec3& coefficient : sh) coefficient[channel] = 0;
+        sh[0][channel] = kLargestHalf;
+    }
+}
+
 /// Refuses coefficients that no light has, or repairs and counts them.
 Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const {
     if (!isFinite(sh)) {
         if (repairs_) {
             ++strip.repairs.notFinite;
-            sh = ShRgb{};
-            return {};
+            if (!isCompressed_) limitInfiniteLight(sh);
+            if (!isFinite(sh)) sh = ShRgb{};
+            if (isCompressed_) return {};
         }
         for (std::size_t i = 0; i < sh.size(); ++i)
             for (int channel = 0; channel < 3; ++channel)

@@ -34,7 +34,7 @@ namespace {
 struct OpenBake {
     BakeRecognition recognition;
     std::function<Result<std::unique_ptr<BakeReader>>()> open;
-    std::optional<std::array<float, 8>> chromaticities = {};  ///< of the first file, where it states them
+    std::optional<StatedChromaticities> chromaticities = {};  ///< of the first file, where it states them
 };
 
 /// named  may be any file of a bake of several
@@ -343,7 +343,7 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
         hasMeshNormals |= frames.has_value() && !(*reader)->hasNormals();
         if (frames) *reader = std::make_unique<OnMesh>(std::move(*reader), std::move(*frames), takesCoverage, takesTangents);
     }
-    const Result<LinearConversion> colors = linearConversion(complete->colors);
+    const Result<LinearConversion> colors = linearConversion(complete->colors, bake->chromaticities);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
     std::optional<StatedPrimaries> primaries;
     if (bake->chromaticities) primaries = statedPrimaries(*bake->chromaticities, *colors);

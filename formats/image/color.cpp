@@ -14,6 +14,7 @@
 
 #include "formats/file/one_line.h"
 #include "formats/image/exr_file.h"
+#include "formats/image/radiance_file.h"
 #include "formats/nearest.h"
 
 namespace OCIO = OCIO_NAMESPACE;
@@ -307,9 +308,34 @@ LinearConversion packed(const glm::mat3& workingFromSource) {
     return result;
 }
 
+/// Returns the conversion from the primaries that a file states.
+Result<LinearConversion> statedConversion(const ColorSpaces& spaces, const std::optional<StatedChromaticities>& stated) {
+    const std::string subject = fmt::format("colour space '{}'", kStatedSource);
+    if (!spaces.config.empty())
+        return failure(ErrorCode::ColorSpace, subject,
+                       fmt::format("found it with {}, expected the name of a space in it", spaces.config.string()));
+    const ColorSpaces usual{ColorSpaces().source, spaces.working, {}};
+    Result<LinearConversion> conversion = linearConversion(usual);
+    if (!conversion || !stated) return conversion;
+    const auto primaries = statedPrimaries(*stated, *conversion);
+    if (!primaries)
+        return failure(ErrorCode::ColorSpace, subject,
+                       fmt::format("found the primaries and white ({:.4g}), which no space has, expected those of a colour space: name it "
+                                   "instead",
+                                   fmt::join(*stated, ", ")));
+    if (!primaries->space.empty()) return linearConversion({primaries->space, spaces.working, {}});
+    const glm::dmat3 bt2020FromStated = *bt2020FromChromaticities(*stated);
+    const LinearConversion own = packed(glm::mat3(glm::inverse(conversion->bt2020FromWorking) * bt2020FromStated));
+    conversion->workingFromSource = own.workingFromSource;
+    conversion->isIdentity = own.isIdentity;
+    conversion->bt2020FromSource = bt2020FromStated;
+    return conversion;
+}
+
 }  // namespace
 
-Result<LinearConversion> linearConversion(const ColorSpaces& spaces) {
+Result<LinearConversion> linearConversion(const ColorSpaces& spaces, const std::optional<StatedChromaticities>& stated) {
+    if (spaces.source == kStatedSource) return statedConversion(spaces, stated);
     const auto config = openConfig(spaces);
     if (!config) return tl::make_unexpected(config.error());
     const std::string subject = fmt::format("colour conversion '{}' -> '{}'", oneLine(spaces.source), oneLine(spaces.working));
@@ -355,13 +381,13 @@ std::vector<std::filesystem::path> filesOfConversion(const ColorSpaces& spaces) 
 Result<void> checkColorSpace(const std::string& name, const std::filesystem::path& config) {
     // The names of nearly all scenes need no OpenColorIO.
     const auto isNamed = [&name](const OurSpace& space) { return name == space.name; };
-    if (config.empty() && std::ranges::any_of(ourLinearSpaces(), isNamed)) return {};
+    if (config.empty() && (name == kStatedSource || std::ranges::any_of(ourLinearSpaces(), isNamed))) return {};
     const auto conversion = linearConversion({name, name, config});
     if (conversion || conversion.error().code != ErrorCode::ColorSpace) return {};
     return tl::make_unexpected(conversion.error());
 }
 
-std::optional<glm::dmat3> bt2020FromChromaticities(const std::array<float, 8>& chromaticities) {
+std::optional<glm::dmat3> bt2020FromChromaticities(const StatedChromaticities& chromaticities) {
     const auto xy = [&](std::size_t index) { return glm::dvec2(chromaticities.at(2 * index), chromaticities.at(2 * index + 1)); };
     const Chromaticities space{xy(0), xy(1), xy(2), xy(3)};
     // CIE XYZ itself, whose equal amounts are the white E.
@@ -373,7 +399,7 @@ std::optional<glm::dmat3> bt2020FromChromaticities(const std::array<float, 8>& c
     return matrix;
 }
 
-std::optional<StatedPrimaries> statedPrimaries(const std::array<float, 8>& chromaticities, const LinearConversion& conversion) {
+std::optional<StatedPrimaries> statedPrimaries(const StatedChromaticities& chromaticities, const LinearConversion& conversion) {
     const auto stated = bt2020FromChromaticities(chromaticities);
     if (!stated || !conversion.bt2020FromSource) return std::nullopt;
     StatedPrimaries primaries{chromaticities, "", largestDifference(*stated, *conversion.bt2020FromSource)};
@@ -383,11 +409,16 @@ std::optional<StatedPrimaries> statedPrimaries(const std::array<float, 8>& chrom
     return primaries;
 }
 
+std::optional<StatedChromaticities> statedChromaticities(const std::filesystem::path& image) {
+    if (const Result<ExrReader> exr = ExrReader::open(image)) return exr->info().chromaticities;
+    return radianceChromaticities(image);
+}
+
 std::optional<StatedPrimaries> statedPrimaries(const std::filesystem::path& image, const ColorSpaces& spaces) {
-    const Result<ExrReader> exr = ExrReader::open(image);
-    if (!exr || !exr->info().chromaticities) return std::nullopt;
-    const Result<LinearConversion> conversion = linearConversion(spaces);
-    return conversion ? statedPrimaries(*exr->info().chromaticities, *conversion) : std::nullopt;
+    const std::optional<StatedChromaticities> stated = statedChromaticities(image);
+    if (!stated) return std::nullopt;
+    const Result<LinearConversion> conversion = linearConversion(spaces, stated);
+    return conversion ? statedPrimaries(*stated, *conversion) : std::nullopt;
 }
 
 }  // namespace lightcook::formats

@@ -11,13 +11,13 @@
 #include <system_error>
 
 #include "formats/file/one_line.h"
+#include "formats/image/envmap.h"
+#include "formats/image/exr_colours.h"
 #include "formats/image/exr_file.h"
 #include "formats/image/image_claims.h"
-#include "formats/image/image_module.h"
 #include "formats/image/radiance_file.h"
 #include "formats/json_structure.h"
 #include "formats/plain_image.h"
-#include "formats/png.h"
 #include "formats/probe_place.h"
 #include "formats/read_file.h"
 #include "formats/srgb_curve.h"
@@ -26,50 +26,49 @@ namespace lightcook::formats {
 namespace {
 
 constexpr int kFaceCount = 6;
+constexpr float kLargestHalf = 65504;
 
-/// R, G and B of an OpenEXR file that is one flat image; nothing at all for whatever else, broken files among it.
-std::optional<Image<glm::vec3>> readFlatExr(const Result<ExrReader>& reader) {
-    if (!reader) return std::nullopt;
-    const ExrInfo& info = reader->info();
-    for (const char* name : {"R", "G", "B"})
-        if (!info.has(name)) return std::nullopt;
-    for (const char* name : {"r", "g", "b"})
-        if (info.has(name)) return std::nullopt;
-    if (!checkExtent(info.width, info.height, 3, 3, "")) return std::nullopt;
-    Image<glm::vec3> texels(info.width, info.height);
-    float* const first = &texels.texels().data()->x;
-    const std::array<ExrPlane, 3> planes = {ExrPlane{"R", first, 3, 3 * info.width}, ExrPlane{"G", first + 1, 3, 3 * info.width},
-                                            ExrPlane{"B", first + 2, 3, 3 * info.width}};
-    if (!reader->readRows(0, info.height, planes)) return std::nullopt;
-    return texels;
-}
+/// An image of light as stored, and what its file states.
+struct RgbImage {
+    Image<glm::vec3> texels;
+    std::optional<StatedChromaticities> chromaticities = {};
+    std::optional<ExrEnvironment> environment = {};
+};
 
-Result<Image<glm::vec3>> readRgbPng(const std::filesystem::path& file) {
-    const Result<PlainImage> image = readPng(file);
-    if (!image) return tl::make_unexpected(image.error());
-    if (image->channelCount < 3)
+/// Reads the colours of an OpenEXR file. Takes grey for all three.
+Result<RgbImage> readExrColours(const ExrReader& reader, const std::filesystem::path& file) {
+    const ExrInfo& info = reader.info();
+    if (const auto fits = checkExtent(info.width, info.height, 3, 3, file.string()); !fits) return tl::make_unexpected(fits.error());
+    const Result<ExrColours> colours = exrColours(info, file.string());
+    if (!colours) return tl::make_unexpected(colours.error());
+    if (!colours->hasRgb())
         return failure(ErrorCode::WrongShape, file.string(),
-                       fmt::format("found {}, expected R, G and B", image->channelCount == 1 ? "grey texels" : "grey texels and alpha"));
-    Image<glm::vec3> texels(image->texels.width(), image->texels.height());
-    std::ranges::transform(image->texels.texels(), texels.texels().begin(), [](const glm::vec4& texel) { return glm::vec3(texel); });
-    return texels;
+                       fmt::format("found the channel{} {}, expected R, G and B, or Y for grey", info.channels.size() == 1 ? "" : "s",
+                                   oneLine(fmt::format("{}", fmt::join(info.channels, ", ")))));
+    RgbImage image{Image<glm::vec3>(info.width, info.height), info.chromaticities, info.environment};
+    float* const first = &image.texels.texels().data()->x;
+    std::vector<ExrPlane> planes;
+    for (std::size_t i = 0; i < 3; ++i)
+        if (!colours->channels[i].empty()) planes.push_back({colours->channels[i], first + i, 3, 3 * info.width});
+    if (const auto read = reader.readRows(0, info.height, planes); !read) return tl::make_unexpected(read.error());
+    if (colours->isGrey)
+        for (glm::vec3& texel : image.texels.texels()) texel.y = texel.z = texel.x;
+    return image;
 }
 
-/// Reads R, G and B as stored and ignores other channels. Plain Radiance and EXR files and PNG are read here, without loading OpenImageIO
-/// and its libraries, which takes 0.15 s or more. OpenImageIO reads everything else and reports all errors but those of PNG.
-Result<Image<glm::vec3>> readRgb(const std::filesystem::path& file) {
-    if (auto texels = readRadiancePicture(file)) return std::move(*texels);
+/// Reads the colours of an image as stored, without its alpha and other channels. Radiance and EXR files are read here without a copy as
+/// RGBA.
+Result<RgbImage> readRgb(const std::filesystem::path& file) {
+    if (auto picture = readRadiancePicture(file)) return RgbImage{std::move(picture->texels), picture->chromaticities};
     const Result<ExrReader> exr = ExrReader::open(file);
     if (const auto believable = checkClaims(file, exr); !believable) return tl::make_unexpected(believable.error());
-    if (auto texels = readFlatExr(exr)) return std::move(*texels);
-    if (isPngFile(file)) return readRgbPng(file);
-    const auto factors = radianceFactors(file);
-    if (!factors) return tl::make_unexpected(factors.error());
-    const auto module = imageModule();
-    auto texels = module ? (*module)->readRgb(file) : tl::make_unexpected(module.error());
-    if (texels && *factors != glm::vec3(1))
-        for (glm::vec3& texel : texels->texels()) texel /= *factors;
-    return texels;
+    if (exr) return readExrColours(*exr, file);
+    const Result<PlainImage> image = readImage(file);
+    if (!image) return tl::make_unexpected(image.error());
+    RgbImage colours{Image<glm::vec3>(image->texels.width(), image->texels.height()), image->chromaticities};
+    std::ranges::transform(image->texels.texels(), colours.texels.texels().begin(),
+                           [](const glm::vec4& texel) { return glm::vec3(texel); });
+    return colours;
 }
 
 tl::unexpected<Error> badTexel(const std::filesystem::path& file, int x, int y, int channel, float value, const char* when) {
@@ -87,29 +86,51 @@ int firstBadChannel(const glm::vec3& texel) {
     return 3;
 }
 
+/// Returns what infinite light is repaired to: the largest finite half, or a larger value of the file.
+float largestLight(const Image<glm::vec3>& texels) {
+    float largest = kLargestHalf;
+    for (const glm::vec3& texel : texels.texels())
+        for (int channel = 0; channel < 3; ++channel)
+            if (std::isfinite(texel[channel])) largest = std::max(largest, texel[channel]);
+    return largest;
+}
+
+/// Returns a texel in place of one that is no light: `largest` for +infinity, black where a channel is NaN or negative.
+glm::vec3 repaired(glm::vec3 texel, float largest) {
+    for (int channel = 0; channel < 3; ++channel) {
+        if (!(texel[channel] >= 0)) return glm::vec3(0);
+        texel[channel] = std::min(texel[channel], largest);
+    }
+    return texel;
+}
+
 /// Refuses or repairs values that are no light and converts the others to the working space. Returns the number of repaired texels.
-Result<std::int64_t> makeCanonical(Image<glm::vec3>& texels, const std::filesystem::path& file, const EnvironmentOptions& options) {
-    const Result<LinearConversion> colors = linearConversion(options.colors);
+Result<std::int64_t> makeCanonical(RgbImage& image, const std::filesystem::path& file, const EnvironmentOptions& options) {
+    Image<glm::vec3>& texels = image.texels;
+    const Result<LinearConversion> colors = linearConversion(options.colors, image.chromaticities);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", file.string(), colors.error().subject), colors.error().detail);
-    std::int64_t repaired = 0;
+    // What a file states may have colours that the working space lacks: no fault of the file.
+    const bool limitsGamut = options.repair || options.colors.source == kStatedSource;
+    const float largest = options.repair ? largestLight(texels) : 0.0f;
+    std::int64_t repairedCount = 0;
     for (int y = 0; y < texels.height(); ++y) {
         for (int x = 0; x < texels.width(); ++x) {
             glm::vec3& texel = texels.at(x, y);
             if (const int channel = firstBadChannel(texel); channel < 3) {
                 if (!options.repair) return badTexel(file, x, y, channel, texel[channel], "");
-                texel = glm::vec3(0);
-                ++repaired;
+                texel = repaired(texel, largest);
+                ++repairedCount;
             }
             if (colors->isIdentity) continue;
             texel = colors->workingFromSource * texel;
             if (const int channel = firstBadChannel(texel); channel < 3) {
-                if (!options.repair) return badTexel(file, x, y, channel, texel[channel], " once in the working colour space");
+                if (!limitsGamut) return badTexel(file, x, y, channel, texel[channel], " once in the working colour space");
                 for (int c = 0; c < 3; ++c) texel[c] = std::isfinite(texel[c]) ? std::max(texel[c], 0.0f) : 0.0f;
-                ++repaired;
+                ++repairedCount;
             }
         }
     }
-    return repaired;
+    return repairedCount;
 }
 
 /// Places of the faces +X -X +Y -Y +Z -Z in an image, in cells of the size of a face.
@@ -168,21 +189,22 @@ Result<LoadedEnvironment> loadFaces(const std::array<std::filesystem::path, kFac
     loaded.environment.projection = Environment::Projection::CubeStrip;
     int size = 0;
     for (std::size_t face = 0; face < files.size(); ++face) {
-        Result<Image<glm::vec3>> texels = readRgb(files[face]);
-        if (!texels) return tl::make_unexpected(texels.error());
+        Result<RgbImage> image = readRgb(files[face]);
+        if (!image) return tl::make_unexpected(image.error());
+        const Image<glm::vec3>& texels = image->texels;
         if (face == 0) {
-            size = texels->width();
+            size = texels.width();
             loaded.environment.texels = Image<glm::vec3>(size, kFaceCount * size);
         }
-        if (texels->width() != size || texels->height() != size) {
-            return failure(ErrorCode::WrongShape, files[face].string(),
-                           fmt::format("found {} x {} texels, expected {} x {}, as its first face has", texels->width(), texels->height(),
-                                       size, size));
+        if (texels.width() != size || texels.height() != size) {
+            return failure(
+                ErrorCode::WrongShape, files[face].string(),
+                fmt::format("found {} x {} texels, expected {} x {}, as its first face has", texels.width(), texels.height(), size, size));
         }
-        const Result<std::int64_t> repaired = makeCanonical(*texels, files[face], options);
+        const Result<std::int64_t> repaired = makeCanonical(*image, files[face], options);
         if (!repaired) return tl::make_unexpected(repaired.error());
         loaded.repairedTexels += *repaired;
-        std::copy(texels->texels().begin(), texels->texels().end(), loaded.environment.texels.view().row(static_cast<int>(face) * size));
+        std::copy(texels.texels().begin(), texels.texels().end(), loaded.environment.texels.view().row(static_cast<int>(face) * size));
     }
     return loaded;
 }
@@ -205,8 +227,9 @@ std::vector<std::filesystem::path> faceFiles(const std::filesystem::path& file) 
 }
 
 Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, const EnvironmentOptions& options) {
-    Result<Image<glm::vec3>> texels = readRgb(file);
-    if (!texels) return tl::make_unexpected(texels.error());
+    Result<RgbImage> image = readRgb(file);
+    if (!image) return tl::make_unexpected(image.error());
+    Image<glm::vec3>* const texels = &image->texels;
     const int width = texels->width(), height = texels->height();
     const bool isEquirectangular = width == 2 * height;
     const FaceLayout* const layout = layoutOf(*texels);
@@ -222,6 +245,9 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
         std::copy(faces.begin(), faces.end(), files.begin());
         return loadFaces(files, options);
     }
+    if (image->environment)
+        if (const auto shape = checkEnvironmentShape(width, height, *image->environment, file.string()); !shape)
+            return tl::make_unexpected(shape.error());
     if (!isEquirectangular && layout == nullptr) {
         return failure(ErrorCode::WrongShape, file.string(),
                        fmt::format("found {} x {} texels, expected 2:1 (equirectangular), 1:6 or 6:1 (six cube faces), 4:3 or 3:4 (a "
@@ -230,8 +256,9 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
     }
     if (layout != nullptr) clearUnusedCells(*layout, *texels);
     // Before the faces move, so that a refusal names the texel of the file.
-    const Result<std::int64_t> repaired = makeCanonical(*texels, file, options);
+    const Result<std::int64_t> repaired = makeCanonical(*image, file, options);
     if (!repaired) return tl::make_unexpected(repaired.error());
+    if (image->environment) *texels = fromExrEnvironment(*texels, *image->environment);
     LoadedEnvironment loaded;
     loaded.repairedTexels = *repaired;
     loaded.environment.projection = isEquirectangular ? Environment::Projection::Equirectangular : Environment::Projection::CubeStrip;
@@ -260,8 +287,9 @@ Result<void> linearize(Image<glm::vec3>& texels, const std::filesystem::path& fi
 
 Result<PaintedGradient> loadPaintedGradient(const std::filesystem::path& file, const EnvironmentOptions& options,
                                             GradientEncoding encoding) {
-    Result<Image<glm::vec3>> texels = readRgb(file);
-    if (!texels) return tl::make_unexpected(texels.error());
+    Result<RgbImage> image = readRgb(file);
+    if (!image) return tl::make_unexpected(image.error());
+    Image<glm::vec3>* const texels = &image->texels;
     if (texels->height() != 1) {
         return failure(ErrorCode::WrongShape, file.string(),
                        fmt::format("found {} x {} texels, expected N x 1 (an environment needs an axis to be averaged around)",
@@ -269,7 +297,7 @@ Result<PaintedGradient> loadPaintedGradient(const std::filesystem::path& file, c
     }
     if (encoding == GradientEncoding::Srgb || (encoding == GradientEncoding::Auto && isPictureFile(file)))
         if (const auto linear = linearize(*texels, file); !linear) return tl::make_unexpected(linear.error());
-    const Result<std::int64_t> repaired = makeCanonical(*texels, file, options);
+    const Result<std::int64_t> repaired = makeCanonical(*image, file, options);
     if (!repaired) return tl::make_unexpected(repaired.error());
     return PaintedGradient{std::move(texels->texels()), *repaired};
 }

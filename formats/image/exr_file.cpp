@@ -1,10 +1,12 @@
 #include "formats/image/exr_file.h"
 
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfEnvmap.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfTiledInputFile.h>
@@ -63,10 +65,52 @@ Result<int> readVersion(std::ifstream& stream, const std::filesystem::path& file
         return failure(ErrorCode::FormatUnsupported, file.string(),
                        fmt::format("found OpenEXR version word {:#x}, expected version 2 or older", version));
     }
-    if (Imf::isMultiPart(version) || Imf::isNonImage(version)) {
-        return failure(ErrorCode::FormatUnsupported, file.string(), "found a deep or multi-part EXR, expected one flat image");
-    }
     return version;
+}
+
+/// Returns "R, G, B" of the channels of a header, and how many more there are.
+std::string namesOf(const Imf::ChannelList& channels) {
+    constexpr std::size_t kMostNames = 8;
+    std::vector<std::string> names;
+    for (auto channel = channels.begin(); channel != channels.end(); ++channel) names.push_back(oneLine(channel.name()));
+    const std::size_t left = names.size() - std::min(names.size(), kMostNames);
+    names.resize(names.size() - left);
+    return fmt::format("{}{}", fmt::join(names, ", "), left > 0 ? fmt::format(" and {} more", left) : "");
+}
+
+/// Returns the error of a file of several parts, or of deep texels, with its parts.
+tl::unexpected<Error> severalParts(const std::vector<Imf::Header>& parts, const std::filesystem::path& file) {
+    constexpr std::size_t kMostParts = 16;
+    const bool isDeep = std::ranges::any_of(parts, [](const Imf::Header& part) { return part.hasType() && Imf::isDeepData(part.type()); });
+    if (isDeep && parts.size() == 1)
+        return failure(ErrorCode::FormatUnsupported, file.string(),
+                       fmt::format("found a deep image ({}), expected a flat one. Flatten it: oiiotool in.exr --flatten -o out.exr",
+                                   namesOf(parts.front().channels())));
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < std::min(parts.size(), kMostParts); ++i) {
+        const Imf::Header& part = parts[i];
+        names.push_back(fmt::format("{} ({}{})", part.hasName() ? quotedLine(part.name()) : fmt::format("{}", i),
+                                    part.hasType() && Imf::isDeepData(part.type()) ? "deep: " : "", namesOf(part.channels())));
+    }
+    if (parts.size() > kMostParts) names.push_back("...");
+    return failure(ErrorCode::FormatUnsupported, file.string(),
+                   fmt::format("found {} part{}, {}, expected one flat image. Take one out: oiiotool in.exr --subimage {} -o out.exr",
+                               parts.size(), parts.size() == 1 ? "" : "s", fmt::join(names, ", "), parts.front().hasName() ? "NAME" : "0"));
+}
+
+/// Reads the headers of a file, of which only those of several parts have more than one.
+std::vector<Imf::Header> readHeaders(Imf::IStream& source, int version) {
+    constexpr std::size_t kMostParts = 4096;
+    std::vector<Imf::Header> headers;
+    do {
+        Imf::Header& header = headers.emplace_back();
+        header.readFrom(source, version);
+        if (Imf::isMultiPart(version) && header.readsNothing()) {  // the end of the list
+            headers.pop_back();
+            break;
+        }
+    } while (Imf::isMultiPart(version) && headers.size() < kMostParts);
+    return headers;
 }
 
 /// Returns the rows that a chunk of a scan-line file holds.
@@ -94,6 +138,9 @@ Result<std::uintmax_t> readChannels(const Imf::ChannelList& channels, const std:
     std::uintmax_t texelBytes = 0;
     for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
         if (channel.channel().xSampling != 1 || channel.channel().ySampling != 1) {
+            if (channels.findChannel("Y") != nullptr && (channels.findChannel("RY") != nullptr || channels.findChannel("BY") != nullptr))
+                return failure(ErrorCode::FormatUnsupported, file.string(),
+                               fmt::format("found luminance and chroma ({}), expected R, G and B. Export it as RGB", namesOf(channels)));
             return failure(
                 ErrorCode::FormatUnsupported, fmt::format("{}, channel {}", file.string(), oneLine(channel.name())),
                 fmt::format("found a sampling of {} x {}, expected every texel", channel.channel().xSampling, channel.channel().ySampling));
@@ -112,7 +159,12 @@ ExrWindow windowOf(const Imath::Box2i& box) {
     return {box.min.x, box.min.y, std::int64_t{box.max.x} - box.min.x + 1, std::int64_t{box.max.y} - box.min.y + 1};
 }
 
-std::optional<std::array<float, 8>> chromaticitiesOf(const Imf::Header& header) {
+std::optional<ExrEnvironment> environmentOf(const Imf::Header& header) {
+    if (!Imf::hasEnvmap(header)) return std::nullopt;
+    return Imf::envmap(header) == Imf::ENVMAP_CUBE ? ExrEnvironment::Cube : ExrEnvironment::LatLong;
+}
+
+std::optional<StatedChromaticities> chromaticitiesOf(const Imf::Header& header) {
     if (!Imf::hasChromaticities(header)) return std::nullopt;
     const Imf::Chromaticities& found = Imf::chromaticities(header);
     return std::array{found.red.x, found.red.y, found.green.x, found.green.y, found.blue.x, found.blue.y, found.white.x, found.white.y};
@@ -132,6 +184,7 @@ Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintma
     info.height = static_cast<int>(height);
     info.isTiled = isTiled;
     info.chromaticities = chromaticitiesOf(header);
+    info.environment = environmentOf(header);
     const auto texelBytes = readChannels(header.channels(), file, info);
     if (!texelBytes) return tl::make_unexpected(texelBytes.error());
     const int chunkRows = rowsPerChunk(header.compression());
@@ -163,8 +216,9 @@ Result<ExrInfo> readInfo(const std::filesystem::path& file) {
     if (!version) return tl::make_unexpected(version.error());
     try {
         Imf::StdIFStream source(stream, file.c_str());
-        Imf::Header header;
-        header.readFrom(source, *version);
+        const std::vector<Imf::Header> headers = readHeaders(source, *version);
+        if (headers.size() != 1 || Imf::isMultiPart(*version) || Imf::isNonImage(*version)) return severalParts(headers, file);
+        const Imf::Header& header = headers.front();
         header.sanityCheck(Imf::isTiled(*version));
         std::error_code error;
         return checkedInfo(header, Imf::isTiled(*version), std::filesystem::file_size(file, error), file);
@@ -255,6 +309,13 @@ void readTiled(Imf::TiledInputFile& file, int firstRow, int rowCount, const ExrI
 }
 
 }  // namespace
+
+bool isExrFile(const std::filesystem::path& file) {
+    std::array<unsigned char, 4> bytes{};
+    if (whyNoFile(file)) return false;
+    std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(bytes.data()), bytes.size());
+    return bytes == std::array<unsigned char, 4>{0x76, 0x2f, 0x31, 0x01};
+}
 
 bool ExrInfo::has(const std::string& channel) const {
     return std::find(channels.begin(), channels.end(), channel) != channels.end();

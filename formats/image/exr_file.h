@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "formats/plain_image.h"
 
 namespace lightcook::formats {
 
@@ -23,11 +24,15 @@ struct ExrInfo {
     int tileHeight = 0;                        ///< [texels]; 0 for scan-line files
     std::vector<std::string> channels;         ///< sorted as the file has them
     std::vector<std::string> integerChannels;  ///< those of them that hold 32-bit integers (UINT), which are no light
-    /// CIE x, y of red, green, blue and white, as stored, so any floats. Empty: the file does not say, which means Rec.709 by the format.
-    std::optional<std::array<float, 8>> chromaticities = {};
+    /// As stored, so any floats. Empty: the file does not say, which means Rec.709 by the format.
+    std::optional<StatedChromaticities> chromaticities = {};
+    std::optional<ExrEnvironment> environment = {};  ///< attribute `envmap`
 
     bool has(const std::string& channel) const;
 };
+
+/// Returns true if the first bytes of a file are those of OpenEXR; false if it cannot be read.
+bool isExrFile(const std::filesystem::path& file);
 
 /// Destination of one channel: texel (x, y) of the rows read goes to texels + x * texelStride + y * rowStride [floats].
 struct ExrPlane {
@@ -39,9 +44,9 @@ struct ExrPlane {
 /// Reads rows of chosen channels, half or float, as float. Keeps a file open for each thread that reads at the same time.
 class ExrReader {
 public:
-    /// Opens a flat EXR file. Refuses deep, multi-part, subsampled, absurdly large and visibly truncated files. The error of a header that
-    /// claims more than this library reads, or more than the memory holds, is ErrorCode::WrongShape, and so is that of a data window that
-    /// is not the display window.
+    /// Opens a flat EXR file. Refuses by name deep, multi-part, subsampled, absurdly large and visibly truncated files. The error of a
+    /// header that claims more than this library reads, or more than the memory holds, is ErrorCode::WrongShape, and so is that of a data
+    /// window that is not the display window.
     static Result<ExrReader> open(const std::filesystem::path& file);
     ExrReader(ExrReader&&) noexcept;
     ExrReader& operator=(ExrReader&&) noexcept;

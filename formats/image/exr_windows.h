@@ -1,4 +1,4 @@
-// The rule that the data window of an EXR file equals its display window. Header only: the image module is not linked with formats.
+// The rule that the data window of an EXR file equals its display window.
 #pragma once
 
 #include <fmt/format.h>

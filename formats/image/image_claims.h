@@ -19,8 +19,8 @@ inline constexpr int kFloatsThroughLibrary = 8;
 /// Most texels of an image that is read as a whole: 4 GiB as RGBA float. The largest panoramas in use, 16k x 8k, have half as many.
 inline constexpr std::int64_t kMostTexels = std::int64_t{1} << 28;
 
-/// Refuses a path without a regular file, a KTX2 texture, and an EXR of a wrong shape: with claims of more than can be read, or two
-/// windows. The functions that read the image report other errors. OpenImageIO reads textures in DDS.
+/// Refuses a path without a regular file, a KTX2 texture, and an OpenEXR file that ExrReader does not open. OpenImageIO would take the
+/// first part of several, and channels by their order. It reads textures in DDS.
 Result<void> checkClaims(const std::filesystem::path& file, const Result<ExrReader>& reader);
 
 /// Refuses an image of no or too many texels, or one for which the memory does not suffice.

@@ -3,10 +3,8 @@
 #pragma once
 
 #include <filesystem>
-#include <glm/vec3.hpp>
 
 #include "formats/error.h"
-#include "formats/image.h"
 #include "formats/plain_image.h"
 
 namespace lightcook::formats {
@@ -14,8 +12,6 @@ namespace lightcook::formats {
 /// The functions of the module, safe from several threads.
 struct ImageModule {
     const char* version;  ///< version of lightcook that the module was built with; the functions of another version may differ
-    /// Reads R, G and B of any image as stored; refuses files that lack one of them.
-    Result<Image<glm::vec3>> (*readRgb)(const std::filesystem::path& file);
     /// See plain_image.h.
     Result<PlainImage> (*readImage)(const std::filesystem::path& file);
 };

@@ -8,7 +8,6 @@
 
 #include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
-#include "formats/image/exr_windows.h"
 #include "formats/image/image_claims.h"
 #include "formats/image/image_module.h"
 #include "formats/lower_extension.h"
@@ -74,70 +73,29 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
         return failure(ErrorCode::FormatUnsupported, file.string(),
                        fmt::format("found texels stored in orientation {}, expected row 0 on top and x to the right (1)", orientation));
     }
-    if (image.input->format_name() == std::string("openexr")) {  // the windows of other formats may differ: a PNG may have an offset
-        const ExrWindow data{spec.x, spec.y, spec.width, spec.height}, display{spec.full_x, spec.full_y, spec.full_width, spec.full_height};
-        if (const auto whole = checkWindows(file, data, display); !whole) return tl::make_unexpected(whole.error());
-    }
     return image;
 }
 
 /// Reads channels [begin, end) of every texel, interleaved and packed.
 Result<void> readChannels(OpenedImage& image, const std::filesystem::path& file, int begin, int end, float* out) {
-    for (int channel = begin; channel < end; ++channel)
-        if (image.input->spec().channelformat(channel).basetype == OIIO::TypeDesc::UINT &&
-            image.input->format_name() == std::string("openexr"))
-            return failure(ErrorCode::FormatUnsupported,
-                           fmt::format("{}, channel {}", file.string(), oneLine(image.channels[static_cast<std::size_t>(channel)])),
-                           "found 32-bit integers (UINT), expected half or float");
     if (image.input->read_image(0, 0, begin, end, OIIO::TypeDesc::FLOAT, out)) return {};
     return unreadable(file, image.input->geterror());
-}
-
-int indexOf(const OpenedImage& image, char name) {
-    for (int index = 0; index < image.channelCount; ++index) {
-        const std::string& found = image.channels[static_cast<std::size_t>(index)];
-        if (found.size() == 1 && (found[0] == name || found[0] == name - 'A' + 'a')) return index;
-    }
-    return -1;
-}
-
-/// Reads R, G and B as stored and ignores other channels.
-Result<Image<glm::vec3>> loadRgb(const std::filesystem::path& file) {
-    Result<OpenedImage> image = openImage(file);
-    if (!image) return tl::make_unexpected(image.error());
-    const std::array<int, 3> rgb = {indexOf(*image, 'R'), indexOf(*image, 'G'), indexOf(*image, 'B')};
-    const auto [least, most] = std::minmax_element(rgb.begin(), rgb.end());
-    if (*least < 0) {
-        return failure(ErrorCode::WrongShape, file.string(),
-                       fmt::format("found {} channel{} ({}), expected R, G and B", image->channelCount, image->channelCount == 1 ? "" : "s",
-                                   oneLine(fmt::format("{}", fmt::join(image->channels, ", ")))));
-    }
-    Image<glm::vec3> texels(image->width, image->height);
-    if (rgb[1] == rgb[0] + 1 && rgb[2] == rgb[0] + 2) {
-        if (const auto read = readChannels(*image, file, rgb[0], rgb[0] + 3, &texels.texels().data()->x); !read)
-            return tl::make_unexpected(read.error());
-        return texels;
-    }
-    const std::size_t channelCount = static_cast<std::size_t>(*most - *least + 1);
-    std::vector<float> values(texels.texels().size() * channelCount);
-    if (const auto read = readChannels(*image, file, *least, *most + 1, values.data()); !read) return tl::make_unexpected(read.error());
-    for (std::size_t texel = 0; texel < texels.texels().size(); ++texel) {
-        for (std::size_t c = 0; c < 3; ++c) {
-            texels.texels()[texel][static_cast<int>(c)] = values[texel * channelCount + static_cast<std::size_t>(rgb[c] - *least)];
-        }
-    }
-    return texels;
 }
 
 Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
     Result<OpenedImage> image = openImage(file);
     if (!image) return tl::make_unexpected(image.error());
     PlainImage plain;
-    plain.channelCount = image->channelCount;
     plain.texels = Image<glm::vec4>(image->width, image->height, glm::vec4(0, 0, 0, 1));
-    const int alpha = image->input->spec().alpha_channel;
-    const bool isGrey = plain.channelCount - (alpha >= 0 ? 1 : 0) == 1 && image->input->spec().channelnames.front() != "R";
-    const int readCount = std::min(image->channelCount, 4);
+    const int alpha = image->input->spec().alpha_channel, colourCount = image->channelCount - (alpha >= 0 ? 1 : 0);
+    plain.channelCount = image->channelCount;
+    plain.hasAlpha = alpha >= 0 && alpha < 4;
+    if (image->channelCount == 4 && !plain.hasAlpha) {  // a fourth channel that is no alpha
+        plain.ignored = {image->channels.back()};
+        plain.channelCount = 3;
+    }
+    const bool isGrey = colourCount == 1 && image->channels.front() != "R";
+    const int readCount = std::min(plain.channelCount, 4);
     std::vector<float> values(plain.texels.texels().size() * static_cast<std::size_t>(readCount));
     if (const auto read = readChannels(*image, file, 0, readCount, values.data()); !read) return tl::make_unexpected(read.error());
     const float* next = values.data();
@@ -153,6 +111,6 @@ Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
 
 extern "C" [[gnu::visibility("default")]] const lightcook::formats::ImageModule* lightcookImageModule() {
     namespace formats = lightcook::formats;
-    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadRgb, formats::loadPlainImage};
+    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadPlainImage};
     return &kModule;
 }

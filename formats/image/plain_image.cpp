@@ -6,10 +6,14 @@
 #include <array>
 #include <cassert>
 #include <cstddef>
-#include <optional>
+#include <cstdint>
+#include <fstream>
 #include <string>
 #include <vector>
 
+#include "formats/image/bmp.h"
+#include "formats/image/envmap.h"
+#include "formats/image/exr_colours.h"
 #include "formats/image/exr_file.h"
 #include "formats/image/image_claims.h"
 #include "formats/image/image_module.h"
@@ -22,22 +26,34 @@ namespace {
 
 constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
 
-/// Reads a flat EXR file whose channels are R, RG or RGB, with or without A. Returns nothing for any other file, or one that cannot be
-/// read.
-std::optional<PlainImage> readRgbaExr(const Result<ExrReader>& reader) {
-    if (!reader) return std::nullopt;
-    const ExrInfo& info = reader->info();
-    if (!info.has("R") || (info.has("B") && !info.has("G")) || !checkExtent(info.width, info.height, 4, 4, "")) return std::nullopt;
-    PlainImage image{Image<glm::vec4>(info.width, info.height, glm::vec4(0, 0, 0, 1)), static_cast<int>(info.channels.size())};
+Result<PlainImage> readExr(const ExrReader& reader, const std::filesystem::path& file) {
+    const ExrInfo& info = reader.info();
+    if (const auto fits = checkExtent(info.width, info.height, 4, 4, file.string()); !fits) return tl::make_unexpected(fits.error());
+    Result<ExrColours> colours = exrColours(info, file.string());
+    if (!colours) return tl::make_unexpected(colours.error());
+    PlainImage image{.texels = Image<glm::vec4>(info.width, info.height, glm::vec4(0, 0, 0, 1)),
+                     .channelCount = colours->channelCount(),
+                     .hasAlpha = !colours->channels[3].empty(),
+                     .ignored = std::move(colours->ignored),
+                     .chromaticities = info.chromaticities,
+                     .environment = info.environment};
     std::vector<ExrPlane> planes;
-    for (const std::string& channel : info.channels) {
-        const auto target = std::ranges::find(kChannels, channel);
-        if (target == kChannels.end()) return std::nullopt;
-        float* const first = &image.texels.texels().data()->x + (target - kChannels.begin());
-        planes.push_back({channel, first, 4, std::ptrdiff_t{4} * info.width});
-    }
-    if (!reader->readRows(0, info.height, planes)) return std::nullopt;
+    for (std::size_t i = 0; i < kChannels.size(); ++i)
+        if (!colours->channels[i].empty())
+            planes.push_back({colours->channels[i], &image.texels.texels().data()->x + i, 4, std::ptrdiff_t{4} * info.width});
+    if (const auto read = reader.readRows(0, info.height, planes); !read) return tl::make_unexpected(read.error());
+    if (colours->isGrey)
+        for (glm::vec4& texel : image.texels.texels()) texel.y = texel.z = texel.x;
     return image;
+}
+
+/// Returns true for a TGA whose header says that no bit of a texel is alpha. Its fourth byte is of no meaning then.
+bool isTgaWithoutAlpha(const std::filesystem::path& file) {
+    constexpr std::size_t kHeaderBytes = 18, kBitsAt = 16, kDescriptorAt = 17;
+    std::array<std::uint8_t, kHeaderBytes> header{};
+    if (lowerExtension(file) != ".tga" || !std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(header.data()), kHeaderBytes))
+        return false;
+    return header[kBitsAt] == 32 && (header[kDescriptorAt] & 15) == 0;
 }
 
 Result<PlainImage> readByOpenImageIo(const std::filesystem::path& file) {
@@ -47,6 +63,11 @@ Result<PlainImage> readByOpenImageIo(const std::filesystem::path& file) {
     auto image = module ? (*module)->readImage(file) : tl::make_unexpected(module.error());
     if (image && *factors != glm::vec3(1))
         for (glm::vec4& texel : image->texels.texels()) texel /= glm::vec4(*factors, 1);
+    if (image && image->hasAlpha && isTgaWithoutAlpha(file)) {
+        for (glm::vec4& texel : image->texels.texels()) texel.a = 1;
+        image->hasAlpha = false;
+        --image->channelCount;
+    }
     return image;
 }
 
@@ -61,15 +82,33 @@ bool isPictureFile(const std::filesystem::path& file) {
 
 Result<PlainImage> readImage(const std::filesystem::path& file) {
     if (auto picture = readRadiancePicture(file)) {
-        PlainImage image{Image<glm::vec4>(picture->width(), picture->height()), 3};
-        std::ranges::transform(picture->texels(), image.texels.texels().begin(),
-                               [](const glm::vec3& colour) { return glm::vec4(colour, 1); });
+        const Image<glm::vec3>& read = picture->texels;
+        PlainImage image{
+            .texels = Image<glm::vec4>(read.width(), read.height()), .channelCount = 3, .chromaticities = picture->chromaticities};
+        std::ranges::transform(read.texels(), image.texels.texels().begin(), [](const glm::vec3& colour) { return glm::vec4(colour, 1); });
         return image;
     }
     const Result<ExrReader> exr = ExrReader::open(file);
     if (const auto believable = checkClaims(file, exr); !believable) return tl::make_unexpected(believable.error());
-    if (auto image = readRgbaExr(exr)) return std::move(*image);
-    return isPngFile(file) ? readPng(file) : readByOpenImageIo(file);
+    if (exr) return readExr(*exr, file);
+    if (isPngFile(file)) return readPng(file);
+    if (auto bitmap = readMaskedBmp(file)) return std::move(*bitmap);
+    return readByOpenImageIo(file);
+}
+
+Result<void> resampleEnvironment(PlainImage& image, const std::string& subject) {
+    if (!image.environment) return {};
+    if (const auto shape = checkEnvironmentShape(image.texels.width(), image.texels.height(), *image.environment, subject); !shape)
+        return shape;
+    image.texels = fromExrEnvironment(image.texels, *image.environment);
+    image.environment.reset();
+    return {};
+}
+
+Result<ExrContent> exrContent(const std::filesystem::path& file) {
+    return ExrReader::open(file).map([](const ExrReader& reader) {
+        return ExrContent{reader.info().width, reader.info().height, reader.info().channels};
+    });
 }
 
 Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount) {

@@ -216,7 +216,9 @@ Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& 
     std::vector<png_bytep> rowStarts(height);
     for (std::size_t y = 0; y < height; ++y) rowStarts[y] = reinterpret_cast<png_bytep>(bytes.data() + y * rows.rowBytes());
     if (!reading.readRows(rowStarts)) return damaged();
-    PlainImage image{.texels = Image<glm::vec4>(rows.width, rows.height, glm::vec4(0, 0, 0, 1)), .channelCount = rows.channelCount};
+    PlainImage image{.texels = Image<glm::vec4>(rows.width, rows.height, glm::vec4(0, 0, 0, 1)),
+                     .channelCount = rows.channelCount,
+                     .hasAlpha = rows.hasAlpha};
     if (rows.bytesPerChannel == 2)
         unpack<std::uint16_t>(bytes, rows, image.texels.texels());
     else

@@ -35,6 +35,10 @@ public:
         bytes_ = bytes_.subspan(count);
         return taken;
     }
+    /// The same without taking them.
+    std::optional<std::span<const std::uint8_t>> peek(std::size_t count) const {
+        return bytes_.size() < count ? std::nullopt : std::optional(bytes_.first(count));
+    }
     /// Up to the next line feed, which goes too.
     std::optional<std::string_view> line() {
         const std::string_view text(reinterpret_cast<const char*>(bytes_.data()), std::min(bytes_.size(), kLargestHeader));
@@ -58,17 +62,49 @@ std::optional<int> takeNumber(std::string_view& text) {
     return number;
 }
 
-/// "-Y height +X width" and nothing else.
-std::optional<std::array<int, 2>> extentOf(std::string_view line) {
-    constexpr std::string_view kDown = "-Y ", kRight = " +X ";
-    if (!line.starts_with(kDown)) return std::nullopt;
-    line.remove_prefix(kDown.size());
-    const auto height = takeNumber(line);
-    if (!height || !line.starts_with(kRight)) return std::nullopt;
-    line.remove_prefix(kRight.size());
-    const auto width = takeNumber(line);
-    if (!width || !line.empty() || std::int64_t{*width} * *height > kMostTexels) return std::nullopt;
-    return std::array<int, 2>{*width, *height};
+/// Order of the texels in a file: scan lines along one axis, texels along the other.
+struct Orientation {
+    int lineCount = 0, lineLength = 0;
+    bool linesAreRows = true, linesAreReversed = false, texelsAreReversed = false;
+
+    int width() const { return linesAreRows ? lineLength : lineCount; }
+    int height() const { return linesAreRows ? lineCount : lineLength; }
+};
+
+/// Reads "-Y height +X width" or another of the eight orientations, and nothing else. Y points up and X to the right: "-Y" begins on top.
+std::optional<Orientation> orientationOf(std::string_view line) {
+    Orientation orientation;
+    std::array<char, 2> axes{};
+    for (std::size_t i = 0; i < 2; ++i) {
+        if (i == 1) {
+            if (!line.starts_with(' ')) return std::nullopt;
+            line.remove_prefix(1);
+        }
+        if (line.size() < 3 || (line[0] != '-' && line[0] != '+') || (line[1] != 'X' && line[1] != 'Y') || line[2] != ' ')
+            return std::nullopt;
+        axes[i] = line[1];
+        (i == 0 ? orientation.linesAreReversed : orientation.texelsAreReversed) = line[0] == (line[1] == 'Y' ? '+' : '-');
+        line.remove_prefix(3);
+        const auto count = takeNumber(line);
+        if (!count) return std::nullopt;
+        (i == 0 ? orientation.lineCount : orientation.lineLength) = *count;
+    }
+    orientation.linesAreRows = axes[0] == 'Y';
+    const bool isUsable = line.empty() && axes[0] != axes[1] && std::int64_t{orientation.lineCount} * orientation.lineLength <= kMostTexels;
+    return isUsable ? std::optional(orientation) : std::nullopt;
+}
+
+/// Returns eight finite numbers. Empty if the text is anything else.
+std::optional<StatedChromaticities> chromaticitiesIn(std::string_view text) {
+    constexpr std::string_view kBlanks = " \t\r";
+    StatedChromaticities xy{};
+    for (float& number : xy) {
+        text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        if (error != std::errc() || !std::isfinite(number)) return std::nullopt;
+        text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    }
+    return text.find_first_not_of(kBlanks) == std::string_view::npos ? std::optional(xy) : std::nullopt;
 }
 
 /// Returns `count` factors, 1 or 3, separated by blanks. Empty if the text is anything but positive finite numbers.
@@ -86,13 +122,14 @@ std::optional<glm::dvec3> factorsIn(std::string_view text, int count) {
 }
 
 struct RadianceHeader {
-    std::optional<std::array<int, 2>> extent;  ///< width and height; empty: not a whole header of a picture that this file reads
-    glm::vec3 factors{1};                      ///< see radianceFactors()
+    std::optional<Orientation> orientation;  ///< empty: not a whole header of a picture that this file reads
+    glm::vec3 factors{1};                    ///< see radianceFactors()
+    std::optional<StatedChromaticities> chromaticities = {};
 };
 
 /// Reads the header. Fails for factors and formats that OpenImageIO would ignore, or refuse without naming them.
 Result<RadianceHeader> readHeader(Bytes& bytes, const std::filesystem::path& file) {
-    constexpr std::string_view kFormat = "FORMAT=", kRgbe = "32-bit_rle_rgbe";
+    constexpr std::string_view kFormat = "FORMAT=", kRgbe = "32-bit_rle_rgbe", kXyze = "32-bit_rle_xyze", kPrimaries = "PRIMARIES=";
     constexpr std::array<std::pair<std::string_view, int>, 2> kFactorLines = {{{"EXPOSURE=", 1}, {"COLORCORR=", 3}}};
     constexpr std::size_t kLongestShown = 80;
     RadianceHeader header;
@@ -105,8 +142,16 @@ Result<RadianceHeader> readHeader(Bytes& bytes, const std::filesystem::path& fil
         const std::string_view shown = line->substr(0, kLongestShown);
         if (line->starts_with(kFormat)) {
             if (line->substr(kFormat.size()) != kRgbe)
-                return failure(ErrorCode::FormatUnsupported, file.string(), fmt::format("found {}, expected {}", shown, kRgbe));
+                return failure(ErrorCode::FormatUnsupported, file.string(),
+                               fmt::format("found {}, expected {}{}", shown, kRgbe,
+                                           line->substr(kFormat.size()) == kXyze ? ". Convert it: ra_xyze -r in.hdr out.hdr" : ""));
             isRgbe = true;
+        }
+        if (line->starts_with(kPrimaries)) {
+            header.chromaticities = chromaticitiesIn(line->substr(kPrimaries.size()));
+            if (!header.chromaticities)
+                return failure(ErrorCode::ValueOutOfRange, file.string(),
+                               fmt::format("found {}, expected 8 finite numbers: x and y of red, green, blue and white", shown));
         }
         for (const auto& [key, count] : kFactorLines) {
             if (!line->starts_with(key)) continue;
@@ -123,7 +168,7 @@ Result<RadianceHeader> readHeader(Bytes& bytes, const std::filesystem::path& fil
                            fmt::format("found {} as the product of EXPOSURE and COLORCORR, expected 1.2e-38 to 3.4e38", product[i]));
     header.factors = glm::vec3(product);
     if (line && isRgbe)
-        if (const auto extent = bytes.line()) header.extent = extentOf(*extent);
+        if (const auto resolution = bytes.line()) header.orientation = orientationOf(*resolution);
     return header;
 }
 
@@ -166,19 +211,56 @@ void convertRow(std::span<const std::uint8_t> rgbe, std::size_t stride, std::siz
     }
 }
 
-bool readRow(Bytes& bytes, std::vector<std::uint8_t>& planes, std::span<glm::vec3> out) {
-    const std::size_t width = out.size();
-    if (width < kNarrowestEncoded || width > kWidestEncoded) {
-        const auto flat = bytes.take(4 * width);
-        if (flat) convertRow(*flat, 1, 4, out);
-        return flat.has_value();
+/// Reads a scan line that is flat, or encoded by texel: (1, 1, 1, n) repeats the texel before n times, further ones in a row n * 256, ...
+bool readLineOfTexels(Bytes& bytes, std::vector<std::uint8_t>& texels, std::span<glm::vec3> out) {
+    constexpr int kMostShift = 24;
+    texels.clear();
+    const std::size_t size = 4 * out.size();
+    for (int shift = 0; texels.size() < size;) {
+        const auto texel = bytes.take(4);
+        if (!texel) return false;
+        if ((*texel)[0] != 1 || (*texel)[1] != 1 || (*texel)[2] != 1) {
+            texels.insert(texels.end(), texel->begin(), texel->end());
+            shift = 0;
+            continue;
+        }
+        const std::size_t count = std::size_t{(*texel)[3]} << shift;
+        if (texels.empty() || shift > kMostShift || count > (size - texels.size()) / 4) return false;
+        const std::array<std::uint8_t, 4> last = {texels[texels.size() - 4], texels[texels.size() - 3], texels[texels.size() - 2],
+                                                  texels[texels.size() - 1]};
+        for (std::size_t i = 0; i < count; ++i) texels.insert(texels.end(), last.begin(), last.end());
+        shift += 8;
     }
-    const auto head = bytes.take(4);
-    if (!head || (*head)[0] != 2 || (*head)[1] != 2 || std::size_t{(*head)[2]} * 256 + (*head)[3] != width) return false;
+    convertRow(texels, 1, 4, out);
+    return true;
+}
+
+/// Reads one scan line.
+bool readLine(Bytes& bytes, std::vector<std::uint8_t>& planes, std::span<glm::vec3> out) {
+    const std::size_t width = out.size();
+    const auto head = bytes.peek(4);
+    const bool isByComponent =
+        width >= kNarrowestEncoded && width <= kWidestEncoded && head && (*head)[0] == 2 && (*head)[1] == 2 && (*head)[2] < 128;
+    if (!isByComponent) return readLineOfTexels(bytes, planes, out);
+    if (std::size_t{(*head)[2]} * 256 + (*head)[3] != width || !bytes.take(4)) return false;
+    planes.resize(4 * width);
     for (std::size_t component = 0; component < 4; ++component)
         if (!readComponent(bytes, std::span(planes).subspan(component * width, width))) return false;
     convertRow(planes, width, 1, out);
     return true;
+}
+
+/// Returns the picture whose scan lines are the rows of `lines`.
+Image<glm::vec3> upright(Image<glm::vec3> lines, const Orientation& orientation) {
+    if (orientation.linesAreRows && !orientation.linesAreReversed && !orientation.texelsAreReversed) return lines;
+    Image<glm::vec3> picture(orientation.width(), orientation.height());
+    for (int line = 0; line < orientation.lineCount; ++line)
+        for (int texel = 0; texel < orientation.lineLength; ++texel) {
+            const int i = orientation.linesAreReversed ? orientation.lineCount - 1 - line : line;
+            const int j = orientation.texelsAreReversed ? orientation.lineLength - 1 - texel : texel;
+            (orientation.linesAreRows ? picture.at(j, i) : picture.at(i, j)) = lines.at(texel, line);
+        }
+    return picture;
 }
 
 /// Headers are a few lines: what a file has beyond this is texels.
@@ -200,30 +282,39 @@ std::vector<std::uint8_t> radianceContent(const std::filesystem::path& file, std
 
 }  // namespace
 
-std::optional<Image<glm::vec3>> readRadiancePicture(const std::filesystem::path& file) {
+std::optional<RadiancePicture> readRadiancePicture(const std::filesystem::path& file) {
     const std::vector<std::uint8_t> content = radianceContent(file);
     Bytes bytes(content);
     const auto header = readHeader(bytes, file);
-    if (!header || !header->extent) return std::nullopt;
-    const auto [width, height] = *header->extent;
-    // Refuse a header that claims more than the file can hold: a run is two bytes for up to 127 texels of a component.
-    const bool isEncoded = kNarrowestEncoded <= width && width <= kWidestEncoded;
-    const std::size_t leastRowBytes =
-        isEncoded ? 4 + 4 * 2 * ((static_cast<std::size_t>(width) + 126) / 127) : 4 * static_cast<std::size_t>(width);
-    if (bytes.size() < leastRowBytes * static_cast<std::size_t>(height)) return std::nullopt;
-    if (!checkMemory(static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * sizeof(glm::vec3), "")) return std::nullopt;
-    Image<glm::vec3> texels(width, height);
-    std::vector<std::uint8_t> planes(4 * static_cast<std::size_t>(width));
-    for (int y = 0; y < height; ++y)
-        if (!readRow(bytes, planes, {texels.view().row(y), static_cast<std::size_t>(width)})) return std::nullopt;
-    for (glm::vec3& texel : texels.texels()) texel /= header->factors;
-    return texels;
+    if (!header || !header->orientation) return std::nullopt;
+    const Orientation& orientation = *header->orientation;
+    // Refuse a header that claims more than the file can hold. The densest are scan lines of one texel and repeats of it: (1, 1, 1, 255),
+    // and 256 times as many for each repeat that follows. Of those by component, a run is two bytes for up to 127 texels.
+    constexpr std::size_t kDensestLine = 8;
+    if (bytes.size() <
+        std::min(kDensestLine, 4 * static_cast<std::size_t>(orientation.lineLength)) * static_cast<std::size_t>(orientation.lineCount))
+        return std::nullopt;
+    const std::uint64_t texelCount = static_cast<std::uint64_t>(orientation.lineCount) * static_cast<std::uint64_t>(orientation.lineLength);
+    if (!checkMemory(texelCount * sizeof(glm::vec3), "")) return std::nullopt;
+    Image<glm::vec3> lines(orientation.lineLength, orientation.lineCount);
+    std::vector<std::uint8_t> planes;
+    for (int y = 0; y < orientation.lineCount; ++y)
+        if (!readLine(bytes, planes, {lines.view().row(y), static_cast<std::size_t>(orientation.lineLength)})) return std::nullopt;
+    for (glm::vec3& texel : lines.texels()) texel /= header->factors;
+    return RadiancePicture{upright(std::move(lines), orientation), header->chromaticities};
 }
 
 Result<glm::vec3> radianceFactors(const std::filesystem::path& file) {
     const std::vector<std::uint8_t> content = radianceContent(file, kLongestHeader);
     Bytes bytes(content);
     return readHeader(bytes, file).map(&RadianceHeader::factors);
+}
+
+std::optional<StatedChromaticities> radianceChromaticities(const std::filesystem::path& file) {
+    const std::vector<std::uint8_t> content = radianceContent(file, kLongestHeader);
+    Bytes bytes(content);
+    const auto header = readHeader(bytes, file);
+    return header ? header->chromaticities : std::nullopt;
 }
 
 }  // namespace lightcook::formats
