@@ -13,6 +13,7 @@
 
 #include "formats/error.h"
 #include "formats/light_map_conventions.h"
+#include "formats/light_map_places.h"
 
 namespace lightcook::formats {
 
@@ -49,6 +50,7 @@ struct BakeMatch {
 struct BakeSurface {
     std::filesystem::path mesh;
     BakeAxes axes;  ///< of the directions of the file: readers give light and normals in these, and not in those of the mesh
+    std::vector<NodePlace> places = {};  ///< LightMapDescription::places
 };
 
 struct BakeFormatInfo {

@@ -17,6 +17,7 @@
 #include "formats/chart_clusters.h"
 #include "formats/error.h"
 #include "formats/gltf/triangle_mesh.h"
+#include "formats/light_map_places.h"
 #include "formats/lmbake.h"
 
 namespace lightcook::formats {
@@ -72,11 +73,15 @@ struct GlbChanges;
 /// node or material.
 class GltfScene {
 public:
+    /// Light-map UVs that are stored otherwise than as TEXCOORD_1 of the whole map become this: see gltf/light_map_uvs.h. Draco streams of
+    /// such a scene become plain.
     static Result<GltfScene> load(const std::filesystem::path& file);
-    /// Loads a scene with its light-map UVs where an lmbake puts them in the whole map; in a mesh for each node that draws them. Draco
-    /// streams become plain. Fails if no node is in the lmbake.
-    /// lmbake  empty: load(file)
-    static Result<GltfScene> load(const std::filesystem::path& file, const std::filesystem::path& lmbake);
+    /// Loads a scene with its light-map UVs where an lmbake or a scene file puts them in the whole map; in a mesh for each node that draws
+    /// them. Draco streams become plain. Of a scene with places, nodes without one draw nothing. Fails if no node is in the lmbake, or if a
+    /// place fits no node or several.
+    /// lmbake, places  at most one of them; both empty: load(file)
+    static Result<GltfScene> load(const std::filesystem::path& file, const std::filesystem::path& lmbake,
+                                  const std::vector<NodePlace>& places = {});
     GltfScene(GltfScene&&) noexcept;
     GltfScene& operator=(GltfScene&&) noexcept;
     ~GltfScene();
@@ -89,6 +94,8 @@ public:
     std::int64_t triangleCount() const;
     /// Returns which nodes an lmbake placed; nothing for a scene that was loaded without one.
     const std::optional<LmbakeMatch>& lmbakeMatch() const;
+    /// Returns the nodes with light-map UVs that draw nothing since they have no place, by their paths; none of a scene without places.
+    const std::vector<std::string>& nodesWithoutPlace() const;
 
     /// Writes the scene as a GLB whose triangle primitives are Draco meshes. Nodes, materials, lights, animations, extras and extensions
     /// are kept; images beside the scene are embedded. Float POSITION, NORMAL and TEXCOORD_n are quantized on one lattice a mesh, so that
@@ -133,6 +140,9 @@ private:
     explicit GltfScene(std::unique_ptr<State> state);
     /// Returns the scene with its Draco streams decoded.
     Result<GltfScene> plain() const;
+    /// Returns the scene after change(document), without Draco streams.
+    template <class Change>
+    Result<GltfScene> changed(Change change) &&;
     /// file  for errors
     Result<BuiltGlb> build(const GlbChanges& changes, const std::filesystem::path& file) const;
     Result<MeshSize> write(const std::filesystem::path& file, const GlbChanges& changes) const;
@@ -149,7 +159,10 @@ Result<void> checkNoMorphTargets(const std::filesystem::path& file);
 /// Fails for a file that is no glTF, and for one without triangles that a bake can lie on: none that a node draws has TEXCOORD_1. Reads no
 /// buffers.
 Result<void> checkLightMapUvs(const std::filesystem::path& file);
-/// Returns the error of such a glTF.
+/// Fails for a glTF of whose triangles some have light-map UVs and some have none, with the names of these meshes. Reads no buffers.
+/// places  of the nodes that count; empty: all triangles do
+Result<void> checkAllLightMapUvs(const std::filesystem::path& file, const std::vector<NodePlace>& places);
+/// Returns the error of a glTF without light-map UVs.
 Error withoutLightMapUvs(const std::filesystem::path& file);
 
 }  // namespace lightcook::formats

@@ -21,6 +21,7 @@
 #include "formats/error.h"
 #include "formats/image.h"
 #include "formats/light_map_conventions.h"
+#include "formats/light_map_places.h"
 #include "lighting/sh.h"
 
 namespace lightcook::formats {
@@ -41,6 +42,9 @@ struct LightMapDescription {
     std::filesystem::path mesh = {};
     /// Godot's file with the rectangle of each node of the mesh (formats/lmbake.h). Empty: TEXCOORD_1 are UVs in the whole map.
     std::filesystem::path lmbake = {};
+    bool hasNoLmbake = false;  ///< the scene file says that a bake of Godot needs none: UVs are in the whole map already
+    /// Places of the nodes of the mesh that the map lies on. Empty: it lies on all of them. Not beside an lmbake.
+    std::vector<NodePlace> places = {};
     ColorSpaces colors;
     /// Names of the images of a bake whose coefficients are images of their own (formats/bakes/coefficient_files.h). Empty: one file has
     /// all.

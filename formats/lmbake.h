@@ -50,6 +50,12 @@ bool isLmbakeFile(const std::filesystem::path& file);
 /// bake  value of the scene key
 std::filesystem::path lmbakeBeside(const std::filesystem::path& lightMap, const std::string& bake);
 
+/// Returns the lmbake that a map of Godot lacks by name, "room.lmbake"; empty for a map that Godot did not import as an array of slices.
+/// lightMap  whose settings of the import lie beside it
+std::filesystem::path lmbakeOfImport(const std::filesystem::path& lightMap);
+/// Returns the lmbake beside a map that Godot split into several files: "room.lmbake" of "room_0.exr"; empty if there is none.
+std::filesystem::path lmbakeOfSplitBake(const std::filesystem::path& lightMap);
+
 /// Result of a search for the nodes of a glTF in an lmbake. Nodes are named by themselves and their parents: "Room/Wall".
 struct LmbakeMatch {
     std::size_t placed = 0;             ///< nodes with a rectangle

@@ -51,7 +51,7 @@ Result<OpenBake> openImage(const std::filesystem::path& named, const LightMapDes
     const BakeFormatInfo* const format = recognition->format;
     OpenBake bake{std::move(*recognition), [format, image] { return format->open(std::move(*image)); }, image->info().chromaticities};
     if (format->needsMesh())
-        bake.open = [format, image, surface = BakeSurface{description.mesh, description.axes}] {
+        bake.open = [format, image, surface = BakeSurface{description.mesh, description.axes, description.places}] {
             return format->openOnMesh(std::move(*image), surface);
         };
     return bake;
@@ -332,9 +332,11 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
         return failure(ErrorCode::InvalidRequest, subject,
                        "found frame \"tangent\" for a layout that takes the normals of the mesh, expected \"world\"");
     if (takesCoverage || takesTangents || (!complete->mesh.empty() && !(*reader)->hasNormals())) {
-        Result<SurfaceFrames> frames = SurfaceFrames::load(complete->mesh, (*reader)->width(), (*reader)->height(), complete->lmbake);
+        Result<SurfaceFrames> frames =
+            SurfaceFrames::load(complete->mesh, (*reader)->width(), (*reader)->height(), complete->lmbake, complete->places);
         // A mesh without light-map UVs is named where it is cooked, with what its format offers in their place.
-        if (!frames && (takesCoverage || takesTangents || !complete->lmbake.empty())) return tl::make_unexpected(frames.error());
+        if (!frames && (takesCoverage || takesTangents || !complete->lmbake.empty() || !complete->places.empty()))
+            return tl::make_unexpected(frames.error());
         if (takesTangents && !frames->hasTangents())
             return failure(
                 ErrorCode::WrongShape, complete->mesh.string(),

@@ -29,6 +29,7 @@
 #include <utility>
 
 #include "formats/bake_format.h"
+#include "formats/bakes/godot.h"
 #include "formats/container/zstd_stream.h"
 #include "formats/file/file_bytes.h"
 #include "formats/file/one_line.h"
@@ -460,6 +461,21 @@ bool mayTakeLmbake(std::string_view bake) {
 
 bool isLmbakeFile(const std::filesystem::path& file) {
     return lowerExtension(file) == ".lmbake";
+}
+
+std::filesystem::path lmbakeOfImport(const std::filesystem::path& lightMap) {
+    if (!importedSlices(lightMap)) return {};
+    std::filesystem::path file = lightMap;
+    return file.replace_extension(".lmbake");
+}
+
+std::filesystem::path lmbakeOfSplitBake(const std::filesystem::path& lightMap) {
+    const std::string stem = lightMap.stem().string();
+    const std::size_t end = stem.find_last_not_of("0123456789");
+    if (end == std::string::npos || end + 1 == stem.size() || stem[end] != '_') return {};
+    const std::filesystem::path file = lightMap.parent_path() / (stem.substr(0, end) + ".lmbake");
+    std::error_code code;
+    return std::filesystem::is_regular_file(file, code) ? file : std::filesystem::path();
 }
 
 std::filesystem::path lmbakeBeside(const std::filesystem::path& lightMap, const std::string& bake) {

@@ -43,7 +43,8 @@ Result<std::unique_ptr<BakeReader>> openOnSurface(BakeImage image, std::span<con
     if (!images) return tl::make_unexpected(images.error());
     Result<SurfaceChannels> channels = SurfaceChannels::of(images->front(), "A");
     if (!channels) return tl::make_unexpected(channels.error());
-    Result<SurfaceFrames> frames = SurfaceFrames::load(surface.mesh, images->front().info().width, images->front().info().height);
+    Result<SurfaceFrames> frames =
+        SurfaceFrames::load(surface.mesh, images->front().info().width, images->front().info().height, {}, surface.places);
     if (!frames) return tl::make_unexpected(frames.error());
     if (!surface.axes.isIdentity()) frames->turn(surface.axes.inverse());
     return std::make_unique<Reader>(std::move(*images), std::move(*channels), std::move(*frames), more...);

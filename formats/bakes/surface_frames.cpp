@@ -164,8 +164,9 @@ private:
     std::vector<SurfaceFrames::Triangle> triangles_;
 };
 
-Result<SurfaceFrames> SurfaceFrames::load(const std::filesystem::path& mesh, int width, int height, const std::filesystem::path& lmbake) {
-    const auto scene = GltfScene::load(mesh, lmbake);
+Result<SurfaceFrames> SurfaceFrames::load(const std::filesystem::path& mesh, int width, int height, const std::filesystem::path& lmbake,
+                                          const std::vector<NodePlace>& places) {
+    const auto scene = GltfScene::load(mesh, lmbake, places);
     if (!scene) return tl::make_unexpected(scene.error());
     SurfaceBuilder builder(width, height);
     for (const GltfScene::Placed& placed : scene->placedMeshes()) builder.add(placed);

@@ -17,6 +17,7 @@
 #include "formats/bake_axes.h"
 #include "formats/error.h"
 #include "formats/image.h"
+#include "formats/light_map_places.h"
 
 namespace lightcook::formats {
 
@@ -30,8 +31,9 @@ class SurfaceFrames {
 public:
     /// Loads the triangles of a glTF that have light-map UVs. Fails if none has.
     /// width, height  of the light map [texels]
-    /// lmbake         see GltfScene::load
-    static Result<SurfaceFrames> load(const std::filesystem::path& mesh, int width, int height, const std::filesystem::path& lmbake = {});
+    /// lmbake, places  see GltfScene::load
+    static Result<SurfaceFrames> load(const std::filesystem::path& mesh, int width, int height, const std::filesystem::path& lmbake = {},
+                                      const std::vector<NodePlace>& places = {});
 
     /// Returns true if a triangle has tangents: an attribute, or texture coordinates that span an area.
     bool hasTangents() const;

@@ -38,9 +38,11 @@ draco::DataType dracoType(ComponentType type) {
     return draco::DT_INVALID;
 }
 
+/// Returns the role by which Draco predicts values. Normals of integers (KHR_mesh_quantization) have none: Draco would take them for
+/// octahedral coordinates, and not give them back. Readers of glTF find attributes by their ids.
 draco::GeometryAttribute::Type dracoRole(const MeshAttribute& attribute) {
     if (attribute.semantic == "POSITION") return draco::GeometryAttribute::POSITION;
-    if (attribute.semantic == "NORMAL") return draco::GeometryAttribute::NORMAL;
+    if (attribute.semantic == "NORMAL") return attribute.isFloat() ? draco::GeometryAttribute::NORMAL : draco::GeometryAttribute::GENERIC;
     if (attribute.semantic.starts_with("TEXCOORD_")) return draco::GeometryAttribute::TEX_COORD;
     if (attribute.semantic.starts_with("COLOR_")) return draco::GeometryAttribute::COLOR;
     return draco::GeometryAttribute::GENERIC;

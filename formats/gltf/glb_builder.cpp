@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <string_view>
@@ -13,15 +15,13 @@
 #include "formats/chart_clusters.h"
 #include "formats/gltf/attribute_bounds.h"
 #include "formats/gltf/draco_mesh.h"
+#include "formats/gltf/foreign_extensions.h"
 
 namespace lightcook::formats {
 namespace {
 
 /// Quantization of TEXCOORD_2 and up [bits]: sets that an engine reads next to never, such as the UVs from before a light map was repacked.
 constexpr int kFurtherUvBits = 16;
-
-/// Place of a mesh that is left out.
-constexpr std::size_t kNoMesh = std::numeric_limits<std::size_t>::max();
 
 bool isFurtherUv(const std::string& semantic) {
     return semantic.starts_with("TEXCOORD_") && semantic != "TEXCOORD_0" && semantic != "TEXCOORD_1";
@@ -66,13 +66,25 @@ public:
 
     /// Returns the one buffer of the GLB: the views that `json` still refers to in their old order, then the new ones. Renumbers the
     /// references.
-    std::vector<std::byte> pack(Json& json) {
+    /// pinned  indices that extensions may refer to (foreign_extensions.h): these views stay, with their indices
+    std::vector<std::byte> pack(Json& json, const std::set<std::uint64_t>& pinned) {
         std::set<std::uint64_t> used;
         visitBufferViews(std::as_const(json), [&used](const Json& reference) { used.insert(reference.get<std::uint64_t>()); });
+        for (const std::uint64_t index : pinned)
+            if (index < viewCount()) used.insert(index);
         std::map<std::uint64_t, std::size_t> newIndexOf;
         Json views = Json::array();
         std::vector<std::byte> buffer;
-        for (const std::uint64_t old : used) {
+        for (const std::optional<std::uint64_t>& slot : slotsOf(used, pinned)) {
+            if (!slot) {
+                // A view in front of one that keeps its index.
+                constexpr std::size_t kLeastBytes = 4;
+                buffer.resize((buffer.size() + 3) / 4 * 4);
+                views.push_back({{"buffer", 0}, {"byteOffset", buffer.size()}, {"byteLength", kLeastBytes}});
+                buffer.resize(buffer.size() + kLeastBytes);
+                continue;
+            }
+            const std::uint64_t old = *slot;
             if (old >= viewCount() + newViews_.size()) {
                 document_.fail(ErrorCode::WrongShape, "bufferViews",
                                fmt::format("found a reference to entry {}, expected less than {}", old, viewCount()));
@@ -105,6 +117,29 @@ private:
     };
     std::size_t viewCount() const { return document_.json().value("bufferViews", Json::array()).size(); }
 
+    /// Returns the views to write, in order: pinned ones at their old indices, the others in ascending order in the places between and
+    /// behind. Nothing: no view is left for a place.
+    std::vector<std::optional<std::uint64_t>> slotsOf(const std::set<std::uint64_t>& used, const std::set<std::uint64_t>& pinned) const {
+        const auto isPinned = [&](std::uint64_t index) { return index < viewCount() && pinned.contains(index); };
+        std::vector<std::uint64_t> movable;
+        std::size_t left = 0;  // pinned views that have no place yet
+        for (const std::uint64_t index : used) {
+            left += isPinned(index) ? 1 : 0;
+            if (!isPinned(index)) movable.push_back(index);
+        }
+        std::vector<std::optional<std::uint64_t>> slots;
+        for (std::size_t next = 0; left > 0 || next < movable.size();) {
+            std::optional<std::uint64_t>& slot = slots.emplace_back();
+            if (isPinned(slots.size() - 1)) {
+                slot = slots.size() - 1;
+                --left;
+            } else if (next < movable.size()) {
+                slot = movable[next++];
+            }
+        }
+        return slots;
+    }
+
     static std::string imageType(std::span<const std::byte> bytes) {
         const std::string_view head(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 16));
         if (head.starts_with("\x89PNG")) return "image/png";
@@ -127,6 +162,7 @@ public:
           clusters_(changes.clusters),
           part_(changes.part),
           oldUvs_(freeUv(primitives)),
+          foreign_(foreignIntegers(document.json())),
           json_(document.json()),
           views_(document) {
         if (changes.lightMapUvs != nullptr) nameUvs(*changes.lightMapUvs);
@@ -150,7 +186,8 @@ public:
         if (part_ != nullptr || !uvs_.empty()) forgetDraco();
         emptyFreeAccessors();
         if (part_ == nullptr) views_.embedImages(json_);
-        const std::vector<std::byte> buffer = views_.pack(json_);
+        checkNoForeignBuffers(document_, json_);
+        const std::vector<std::byte> buffer = views_.pack(json_, foreign_);
         if (buffer.empty()) {
             json_.erase("buffers");
         } else {
@@ -306,7 +343,7 @@ private:
     /// Finds the accessors that only primitives used which are written anew or left out. New accessors take their places, and none is
     /// removed: extensions that we do not know may refer to accessors by index.
     void findFreeAccessors(const std::vector<std::optional<DracoMesh>>& coded) {
-        std::set<std::uint64_t> used, kept;
+        std::set<std::uint64_t> used, kept = foreignAccessors(document_.json());
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             const Json& primitive = jsonOf(primitives_[i]);
             std::set<std::uint64_t>& users = coded[i] || isPlain(primitives_[i]) || isLeftOut(primitives_[i]) ? used : kept;
@@ -411,6 +448,12 @@ private:
     }
 
     TriangleMesh cutOf(const Primitive& primitive, const CutMesh& triangles) const {
+        if (primitive.orderedExtension)
+            document_.fail(
+                ErrorCode::FormatUnsupported, primitive.place(),
+                fmt::format("found extension {}, which may depend on the order of vertices and triangles, expected none in a mesh "
+                            "whose charts are split: charts = \"pack\" keeps it",
+                            *primitive.orderedExtension));
         if (!primitive.canCompress) document_.fail(ErrorCode::FormatUnsupported, primitive.place(), kFoundMorphTargets);
         // The joints of a mixed vertex are those of all its vertices, more than JOINTS_0 has place for.
         if (primitive.geometry.find("JOINTS_0") != nullptr && std::ranges::any_of(triangles.vertices, &CutVertex::isMixed))
@@ -463,6 +506,7 @@ private:
         if (json_["meshes"].empty()) json_.erase("meshes");
         if (json_.contains("nodes"))
             for (Json& node : json_["nodes"]) renumberMesh(node, newIndexOf);
+        renumberForeignMeshes(document_, json_, newIndexOf);
     }
 
     /// Removes Draco from the extensions that are used if no primitive has it.
@@ -488,11 +532,23 @@ private:
         if (node.contains("extensions")) node["extensions"].erase("EXT_mesh_gpu_instancing");
     }
 
+    /// Adds the bounds of the stored values: of normalized integers the integers (glTF 2.0, section 3.6.2.5).
     static void addBounds(const MeshAttribute& position, Json& accessor) {
-        AttributeBounds bounds;
-        bounds.add(position);
-        accessor["min"] = bounds.low;
-        accessor["max"] = bounds.high;
+        Json low = Json::array(), high = Json::array();
+        for (int axis = 0; axis < position.componentCount; ++axis) {
+            double least = HUGE_VAL, most = -HUGE_VAL;
+            for (std::size_t vertex = 0; vertex < position.vertexCount(); ++vertex) {
+                least = std::min(least, position.stored(vertex, axis));
+                most = std::max(most, position.stored(vertex, axis));
+            }
+            const auto add = [&](Json& bounds, double value) {
+                bounds.push_back(position.isFloat() ? Json(static_cast<float>(value)) : Json(static_cast<std::int64_t>(value)));
+            };
+            add(low, least);
+            add(high, most);
+        }
+        accessor["min"] = std::move(low);
+        accessor["max"] = std::move(high);
     }
 
     void declareDraco() {
@@ -510,6 +566,7 @@ private:
     std::string oldUvs_;          ///< attribute that keeps light-map UVs which are replaced
     /// New light-map UVs of triangle primitives; empty: they stay. Ordered as the primitives, which lie in one array.
     std::map<const Primitive*, const std::vector<glm::vec2>*> uvs_;
+    std::set<std::uint64_t> foreign_;  ///< possible indices in extensions
     Json json_;
     BufferViews views_;
     std::vector<std::uint64_t> freeAccessors_;

@@ -20,6 +20,8 @@ namespace {
 constexpr std::uint32_t kGlbMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinaryChunk = 0x004E4942;  // "glTF", "JSON", "BIN\0"
 constexpr std::uint64_t kMostElements = std::uint64_t{1} << 28;
 constexpr std::uint64_t kMostZeros = std::uint64_t{1} << 24;  // elements that no byte of the file stands for
+/// Extensions of buffer views that hold their data compressed; the views themselves may have them uncompressed.
+constexpr std::array<const char*, 2> kMeshoptExtensions = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
 constexpr std::size_t kMostBuffers = 1024;
 constexpr std::size_t kDeepestJson = 256;    // real files stay below 20; writing JSON back recurses
 constexpr std::size_t kDeepestNodes = 1024;  // the bones of a long chain are some hundred; engines recurse over them
@@ -96,11 +98,38 @@ void GltfDocument::read(std::span<const std::byte> bytes) {
     const std::string version = asset.is_object() ? asset.value("version", "") : "";
     if (!version.starts_with("2."))
         fail(ErrorCode::FormatUnsupported, "asset", fmt::format("found version \"{}\", expected 2.x", oneLine(version)));
-    for (const Json& extension : json_.value("extensionsRequired", Json::array())) {
-        if (extension == "EXT_meshopt_compression")
-            fail(ErrorCode::FormatUnsupported, "extensionsRequired", "found EXT_meshopt_compression, expected plain or Draco geometry");
-    }
+    for (const char* name : kMeshoptExtensions) dropMeshopt(name);
     readBuffers();
+}
+
+/// Takes the uncompressed data of a document that has compressed data beside them, and refuses one without.
+void GltfDocument::dropMeshopt(const char* name) {
+    const auto failCompressed = [&](const std::string& place) {
+        fail(
+            ErrorCode::FormatUnsupported, place,
+            fmt::format("found {}, expected plain or Draco geometry: `gltf-transform copy IN.glb OUT.glb` undoes it, and so does `gltfpack "
+                        "-i IN.glb -o OUT.glb -noq -kn -km -kv`",
+                        name));
+    };
+    const Json required = json_.value("extensionsRequired", Json::array());
+    if (std::ranges::find(required, Json(name)) != required.end()) failCompressed("extensionsRequired");
+    const auto drop = [&](Json& owner, const std::string& place) {
+        const auto extensions = owner.find("extensions");
+        if (extensions == owner.end() || !extensions->is_object() || !extensions->contains(name)) return;
+        if (place.starts_with("buffer ") && !owner.contains("uri") && place != "buffer 0") failCompressed(place);
+        extensions->erase(name);
+        if (extensions->empty()) owner.erase("extensions");
+    };
+    for (const char* list : {"buffers", "bufferViews"}) {
+        if (!json_.contains(list) || !json_[list].is_array()) continue;
+        const std::string what = std::string(list).substr(0, std::string(list).size() - 1);
+        for (std::size_t i = 0; i < json_[list].size(); ++i)
+            if (json_[list][i].is_object()) drop(json_[list][i], fmt::format("{} {}", what, i));
+    }
+    const auto used = json_.find("extensionsUsed");
+    if (used == json_.end() || !used->is_array()) return;
+    std::erase(used->get_ref<Json::array_t&>(), Json(name));
+    if (used->empty()) json_.erase("extensionsUsed");
 }
 
 void GltfDocument::fail(ErrorCode code, const std::string& place, const std::string& detail) const {

@@ -71,6 +71,7 @@ private:
     GltfDocument() = default;
     void read(std::span<const std::byte> bytes);
     void parse(std::span<const std::byte> bytes);
+    void dropMeshopt(const char* name);
     void readBuffers();
     /// what  for errors: "the buffer"
     std::vector<std::byte> readUri(const std::string& uri, const std::string& place, const char* what) const;

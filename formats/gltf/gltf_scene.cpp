@@ -13,13 +13,16 @@
 #include <span>
 #include <utility>
 
+#include "formats/file/one_line.h"
 #include "formats/gltf/attribute_bounds.h"
 #include "formats/gltf/draco_mesh.h"
 #include "formats/gltf/glb_builder.h"
 #include "formats/gltf/gltf_document.h"
+#include "formats/gltf/light_map_uvs.h"
 #include "formats/gltf/lmbake_nodes.h"
 #include "formats/gltf/material_needs.h"
 #include "formats/gltf/node_placement.h"
+#include "formats/gltf/node_places.h"
 #include "formats/gltf/primitive.h"
 #include "formats/gltf/scene_rules.h"
 #include "formats/pending_file.h"
@@ -109,6 +112,18 @@ std::int64_t instancesOf(const Json& gltf, const Json& node) {
     return most;
 }
 
+/// Returns "mesh 3 'Sky' of node 'Dome'".
+std::string nameOfMesh(const Json& gltf, std::uint64_t mesh) {
+    const auto nameIn = [](const Json& owner) {
+        const auto name = owner.find("name");
+        return name != owner.end() && name->is_string() ? " '" + oneLine(name->get<std::string>()) + "'" : std::string();
+    };
+    std::string text = fmt::format("mesh {}{}", mesh, nameIn(gltf["meshes"][mesh]));
+    for (const std::size_t node : drawingNodes(gltf))
+        if (gltf["nodes"][node]["mesh"] == mesh) return fmt::format("{} of node {}{}", text, node, nameIn(gltf["nodes"][node]));
+    return text;
+}
+
 Result<void> checkOptions(const DracoOptions& options) {
     const auto outside = [](int value, int low, int high) { return value < low || value > high; };
     for (const auto& [name, bits] : {std::pair{"position", options.positionBits},
@@ -132,6 +147,7 @@ struct GltfScene::State {
     std::int64_t vertexCount = 0, triangleCount = 0;
     bool hasLightMapUvs = false;
     std::optional<LmbakeMatch> lmbakeMatch = {};
+    std::vector<std::string> nodesWithoutPlace = {};
 
     explicit State(GltfDocument read) : document(std::move(read)), primitives(readPrimitives(document)) {
         checkSceneRules(document);
@@ -236,12 +252,44 @@ Result<void> checkNoMorphTargets(const std::filesystem::path& file) {
 Result<void> checkLightMapUvs(const std::filesystem::path& file) {
     const auto hasUvs = resultOf(file, [&] {
         const GltfDocument document = GltfDocument::withoutBuffers(file);
-        const std::set<std::uint64_t> meshes = meshesWith(document, "TEXCOORD_1");
+        const std::set<std::uint64_t> meshes = meshesWithLightMapUvs(document);
         return std::ranges::any_of(placesOfMeshes(document.json()), [&](const auto& placed) { return meshes.contains(placed.first); });
     });
     if (!hasUvs) return tl::make_unexpected(hasUvs.error());
     if (!*hasUvs) return tl::make_unexpected(withoutLightMapUvs(file));
     return {};
+}
+
+Result<void> checkAllLightMapUvs(const std::filesystem::path& file, const std::vector<NodePlace>& places) {
+    const auto faults = resultOf(file, [&] {
+        const GltfDocument document = GltfDocument::withoutBuffers(file);
+        const std::set<std::uint64_t> lit = meshesWithLightMapUvs(document);
+        std::set<std::uint64_t> unlit = meshesWithoutLightMapUvs(document);
+        // Without any, a light map is refused otherwise, with what its format offers in place of them.
+        std::vector<std::string> names;
+        if (lit.empty()) return names;
+        if (!places.empty()) {
+            const std::vector<std::size_t> drawing = drawingNodes(document.json()), placeOf = placesOfNodes(document, places);
+            std::set<std::uint64_t> placed;
+            for (std::size_t i = 0; i < drawing.size(); ++i)
+                if (placeOf[i] != SIZE_MAX) placed.insert(document.json()["nodes"][drawing[i]]["mesh"].get<std::uint64_t>());
+            std::erase_if(unlit, [&](std::uint64_t mesh) { return !placed.contains(mesh); });
+        }
+        for (const std::uint64_t mesh : unlit) names.push_back(nameOfMesh(document.json(), mesh));
+        return names;
+    });
+    // The reader of the mesh says why it cannot be read.
+    if (!faults || faults->empty()) return {};
+    constexpr std::size_t kMostShown = 4;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(faults->size(), kMostShown); ++i) list += (i > 0 ? ", " : "") + (*faults)[i];
+    if (faults->size() > kMostShown) list += fmt::format(" and {} more", faults->size() - kMostShown);
+    return failure(
+        ErrorCode::WrongShape, file.string(),
+        fmt::format("found triangles without TEXCOORD_1 in {}, expected light-map UVs on all triangles: unwrap these too, put what no "
+                    "light map lies on into a file of its own, or name the nodes that the light map lies on with "
+                    "[[light_map.place]]",
+                    list));
 }
 
 Error withoutLightMapUvs(const std::filesystem::path& file) {
@@ -250,23 +298,46 @@ Error withoutLightMapUvs(const std::filesystem::path& file) {
 }
 
 Result<GltfScene> GltfScene::load(const std::filesystem::path& file) {
-    return resultOf(file, [&] { return GltfScene(std::make_unique<State>(GltfDocument(file))); });
+    auto scene = resultOf(file, [&] { return GltfScene(std::make_unique<State>(GltfDocument(file))); });
+    if (!scene || !hasOtherLightMapUvs(scene->state_->document)) return scene;
+    return std::move(*scene).changed(storeLightMapUvs);
 }
 
-Result<GltfScene> GltfScene::load(const std::filesystem::path& file, const std::filesystem::path& lmbake) {
+Result<GltfScene> GltfScene::load(const std::filesystem::path& file, const std::filesystem::path& lmbake,
+                                  const std::vector<NodePlace>& places) {
     auto scene = load(file);
-    if (!scene || lmbake.empty()) return scene;
-    const auto places = readLmbake(lmbake);
-    if (!places) return tl::make_unexpected(places.error());
-    if (std::ranges::any_of(scene->state_->primitives, [](const Primitive& primitive) { return primitive.dracoView.has_value(); }))
-        if (scene = scene->plain(); !scene) return scene;
-    return resultOf(file, [&] {
-        GltfDocument document = std::move(scene->state_->document);
-        LmbakeMatch match = placeNodes(document, *places, lmbake);
-        GltfScene placed(std::make_unique<State>(std::move(document)));
-        placed.state_->lmbakeMatch = std::move(match);
+    if (!scene || (lmbake.empty() && places.empty())) return scene;
+    if (lmbake.empty()) {
+        std::vector<std::string> unplaced;
+        auto placed = std::move(*scene).changed([&](GltfDocument& document) { unplaced = placeNodes(document, places); });
+        if (placed) placed->state_->nodesWithoutPlace = std::move(unplaced);
         return placed;
+    }
+    const auto baked = readLmbake(lmbake);
+    if (!baked) return tl::make_unexpected(baked.error());
+    LmbakeMatch match;
+    auto placed = std::move(*scene).changed([&](GltfDocument& document) { match = placeNodes(document, *baked, lmbake); });
+    if (placed) placed->state_->lmbakeMatch = std::move(match);
+    return placed;
+}
+
+template <class Change>
+Result<GltfScene> GltfScene::changed(Change change) && {
+    const std::filesystem::path file = state_->document.file();
+    if (std::ranges::any_of(state_->primitives, [](const Primitive& primitive) { return primitive.dracoView.has_value(); })) {
+        auto decoded = plain();
+        if (!decoded) return decoded;
+        *this = std::move(*decoded);
+    }
+    return resultOf(file, [&] {
+        GltfDocument document = std::move(state_->document);
+        change(document);
+        return GltfScene(std::make_unique<State>(std::move(document)));
     });
+}
+
+const std::vector<std::string>& GltfScene::nodesWithoutPlace() const {
+    return state_->nodesWithoutPlace;
 }
 
 Result<GltfScene> GltfScene::plain() const {

@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "formats/file/one_line.h"
+#include "formats/gltf/mesh_placer.h"
 #include "formats/gltf/node_placement.h"
 #include "formats/gltf/primitive.h"
 
@@ -27,11 +28,14 @@ namespace lightcook::formats {
 namespace {
 
 constexpr std::size_t kNoNode = SIZE_MAX;
-constexpr const char* kUvs = "TEXCOORD_1";
 /// Comparisons of a path with a node, beyond which a file is no scene: nodes of one name are few.
 constexpr std::size_t kMostComparisons = 1u << 22;
-/// Primitives of meshes that are copied for further nodes, and their UVs: a small file may have a mesh that many nodes draw.
-constexpr std::size_t kMostCopies = 1u << 20, kMostUvBytes = std::size_t{256} << 20, kMostUvSharing = 64;
+
+/// Returns the place of a mesh of the bake in the whole map: of n slices, slice i has the V coordinates (i + v) / n.
+UvRectangle rectangleOf(const LmbakeUser& user, int sliceCount) {
+    const glm::dvec4& at = user.rectangle;
+    return {{at.z, at.w / sliceCount}, {at.x, (user.slice + at.y) / sliceCount}};
+}
 
 /// Returns a node's name as Godot has it, which keeps some characters for paths.
 std::string nameInGodot(const Json& node) {
@@ -164,109 +168,20 @@ private:
     std::size_t comparisons_ = 0;
 };
 
-/// Gives meshes of a document their places in the map.
-class MeshPlacer {
-public:
-    MeshPlacer(GltfDocument& document, int sliceCount) : document_(document), json_(document.changedJson()), sliceCount_(sliceCount) {
-        if (!json_.contains("bufferViews")) json_["bufferViews"] = Json::array();  // none of sparse accessors alone
-    }
-
-    /// Gives a node a mesh of its own in a rectangle.
-    void place(std::size_t node, const LmbakeUser& user) {
-        Json& mesh = ownMesh(node, false);
-        for (Json& primitive : mesh["primitives"]) {
-            Json& attributes = primitive["attributes"];
-            if (!attributes.contains(kUvs)) continue;
-            attributes[kUvs] = placedUvs(attributes[kUvs].get<std::uint64_t>(), user);
-        }
-    }
-    /// Gives a node a mesh without light-map UVs, which it shares with others that have none.
-    void strip(std::size_t node) {
-        for (Json& primitive : ownMesh(node, true)["primitives"]) primitive["attributes"].erase(kUvs);
-    }
-    /// Adds the buffer of the new UVs.
-    void finish() {
-        if (values_.empty()) return;
-        const std::uint64_t buffer = document_.addBuffer(std::move(values_));
-        for (const std::size_t view : views_) json_["bufferViews"][view]["buffer"] = buffer;
-    }
-
-private:
-    /// Returns the mesh that a node gets: the document's for the first node, a copy of it for each further one.
-    Json& ownMesh(std::size_t node, bool isShared) {
-        Json& index = json_["nodes"][node]["mesh"];
-        const auto source = index.get<std::size_t>();
-        const auto known = stripped_.find(source);
-        std::size_t own = source;
-        if (isShared && known != stripped_.end()) {
-            own = known->second;
-        } else if (const auto [original, isFirst] = originals_.try_emplace(source, json_["meshes"][source]); !isFirst) {
-            own = json_["meshes"].size();
-            copies_ += original->second["primitives"].size();
-            if (copies_ > kMostCopies)
-                document_.fail(ErrorCode::FormatUnsupported, fmt::format("node {}", node),
-                               fmt::format("found nodes that need more than {} primitives of their own, expected less", kMostCopies));
-            json_["meshes"].push_back(original->second);
-        }
-        if (isShared) stripped_[source] = own;
-        index = own;
-        return json_["meshes"][own];
-    }
-
-    /// Returns the accessor of the UVs of another one in a rectangle.
-    std::size_t placedUvs(std::uint64_t accessor, const LmbakeUser& user) {
-        const auto [known, isNew] = placed_.try_emplace({accessor, &user}, 0);
-        if (!isNew) return known->second;
-        const MeshAttribute uvs = document_.readAccessor(accessor, kUvs);
-        const std::size_t first = values_.size(), count = uvs.vertexCount(), most = kMostUvBytes + kMostUvSharing * document_.fileBytes();
-        if (first + count * sizeof(std::array<float, 2>) > most)
-            document_.fail(ErrorCode::FormatUnsupported, fmt::format("accessor {} ({})", accessor, kUvs),
-                           fmt::format("found nodes that need more than {} MiB of light-map UVs, expected less in a file of {} bytes",
-                                       most >> 20, document_.fileBytes()));
-        std::vector<std::array<float, 2>> made;
-        const glm::dvec4& at = user.rectangle;
-        for (std::size_t vertex = 0; vertex < count; ++vertex) {
-            const glm::dvec3 uv = uvs.at(vertex);
-            made.push_back({static_cast<float>(at.x + uv.x * at.z), static_cast<float>((user.slice + at.y + uv.y * at.w) / sliceCount_)});
-        }
-        const std::span<const std::byte> bytes = std::as_bytes(std::span(made));
-        values_.insert(values_.end(), bytes.begin(), bytes.end());
-        constexpr unsigned kArrayBuffer = 34962;  // readers take whole numbers that are unsigned
-        views_.push_back(json_["bufferViews"].size());
-        json_["bufferViews"].push_back({{"byteOffset", first}, {"byteLength", bytes.size()}, {"target", kArrayBuffer}});
-        known->second = json_["accessors"].size();
-        json_["accessors"].push_back({{"bufferView", views_.back()},
-                                      {"componentType", static_cast<unsigned>(ComponentType::Float32)},
-                                      {"count", count},
-                                      {"type", "VEC2"}});
-        return known->second;
-    }
-
-    GltfDocument& document_;
-    Json& json_;
-    int sliceCount_;
-    std::map<std::size_t, Json> originals_;                                      ///< the document's meshes that nodes have, as they were
-    std::map<std::size_t, std::size_t> stripped_;                                ///< by the document's mesh: the one without light-map UVs
-    std::map<std::pair<std::uint64_t, const LmbakeUser*>, std::size_t> placed_;  ///< accessors
-    std::vector<std::byte> values_;                                              ///< of the new UVs
-    std::vector<std::size_t> views_;                                             ///< of these
-    std::size_t copies_ = 0;
-};
-
 }  // namespace
 
 LmbakeMatch placeNodes(GltfDocument& document, const Lmbake& lmbake, const std::filesystem::path& source) {
-    const std::set<std::uint64_t> lit = meshesWith(document, kUvs);
+    const std::set<std::uint64_t> lit = meshesWithLightMapUvs(document);
     std::vector<std::size_t> drawing = drawingNodes(document.json());
     std::erase_if(drawing, [&](std::size_t node) { return !lit.contains(document.json()["nodes"][node]["mesh"].get<std::uint64_t>()); });
     NodeFinder finder(document, lmbake, drawing);
     const std::vector<std::size_t> userOf = finder.find();
     LmbakeMatch match;
     std::vector<bool> isRead(lmbake.users.size(), false);
-    MeshPlacer placer(document, lmbake.sliceCount());
+    MeshPlacer placer(document);
     for (std::size_t i = 0; i < drawing.size(); ++i) {
         if (userOf[i] == kNoNode) continue;
-        placer.place(drawing[i], lmbake.users[userOf[i]]);
+        placer.place(drawing[i], rectangleOf(lmbake.users[userOf[i]], lmbake.sliceCount()));
         isRead[userOf[i]] = true;
         ++match.placed;
     }

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "formats/gltf/draco_mesh.h"
+#include "formats/gltf/foreign_extensions.h"
+#include "formats/gltf/light_map_uvs.h"
 #include "formats/memory.h"
 
 namespace lightcook::formats {
@@ -69,7 +71,8 @@ private:
         const std::string place = primitive.place();
         const std::uint64_t mode = document_.number(json, "mode", kTriangles, place);
         primitive.isTriangles = areTriangles(mode);
-        primitive.canCompress = primitive.isTriangles && !hasMorphTargets(json);
+        primitive.orderedExtension = orderedExtension(json);
+        primitive.canCompress = primitive.isTriangles && !hasMorphTargets(json) && !primitive.orderedExtension;
         const Json attributes = json.value("attributes", Json::object());
         if (!attributes.contains("POSITION")) document_.fail(ErrorCode::WrongShape, place, "found no POSITION, expected one");
         bool isChain = mode != kTriangles && primitive.isTriangles;  // strip or fan
@@ -237,10 +240,18 @@ std::optional<std::string> placeOfMorphTargets(const GltfDocument& document) {
     return place;
 }
 
-std::set<std::uint64_t> meshesWith(const GltfDocument& document, const std::string& semantic) {
+std::set<std::uint64_t> meshesWithLightMapUvs(const GltfDocument& document) {
     std::set<std::uint64_t> meshes;
     visitTriangles(document, [&](const Primitive& primitive, const Json& json) {
-        if (json.value("attributes", Json::object()).contains(semantic)) meshes.insert(primitive.mesh);
+        if (hasLightMapUvs(document, json)) meshes.insert(primitive.mesh);
+    });
+    return meshes;
+}
+
+std::set<std::uint64_t> meshesWithoutLightMapUvs(const GltfDocument& document) {
+    std::set<std::uint64_t> meshes;
+    visitTriangles(document, [&](const Primitive& primitive, const Json& json) {
+        if (!hasLightMapUvs(document, json)) meshes.insert(primitive.mesh);
     });
     return meshes;
 }

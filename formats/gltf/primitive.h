@@ -23,7 +23,9 @@ struct Primitive {
     TriangleMesh geometry;        ///< for triangles, only the vertices that they use; no indices for points and lines
     std::size_t vertexCount = 0;  ///< number of vertices in the accessors, which other primitives may share
     bool isTriangles = false;     ///< triangles, or a strip or fan of them, whose indices are those of single triangles here
-    bool canCompress = false;     ///< triangles without morph targets, whose vertices must keep their order
+    /// Triangles without morph targets and without an extension that may depend on the order of vertices, which must be kept.
+    bool canCompress = false;
+    std::optional<std::string> orderedExtension = {};  ///< that extension
     std::optional<std::uint64_t> dracoView;
     std::map<std::string, int> dracoIds;      ///< unique ids of the attributes in the Draco stream, by semantic
     std::vector<std::uint32_t> usedVertices;  ///< for triangles, the index in the accessors of each vertex of the geometry
@@ -36,8 +38,10 @@ inline constexpr const char* kFoundMorphTargets =
     "found morph targets, expected none in a mesh whose charts are split: charts = \"pack\" keeps them";
 /// Returns the place of the first triangle primitive that has morph targets.
 std::optional<std::string> placeOfMorphTargets(const GltfDocument& document);
-/// Returns the meshes, by their indices, that have triangles with an attribute.
-std::set<std::uint64_t> meshesWith(const GltfDocument& document, const std::string& semantic);
+/// Returns the meshes, by their indices, that have triangles with light-map UVs (light_map_uvs.h). Reads no buffers.
+std::set<std::uint64_t> meshesWithLightMapUvs(const GltfDocument& document);
+/// Returns the meshes, by their indices, that have triangles without light-map UVs. Reads no buffers.
+std::set<std::uint64_t> meshesWithoutLightMapUvs(const GltfDocument& document);
 
 /// Returns the first of TEXCOORD_2, TEXCOORD_3, ... that no triangle primitive has.
 std::string freeUv(const std::vector<Primitive>& primitives);

@@ -231,6 +231,11 @@ double MeshAttribute::component(std::size_t vertex, int index) const {
     return visitType(componentType, [&](auto zero) { return componentAt<decltype(zero)>(bytes, isNormalized); });
 }
 
+double MeshAttribute::stored(std::size_t vertex, int index) const {
+    const std::byte* bytes = values.data() + offsetOf(*this, vertex, index);
+    return visitType(componentType, [&](auto zero) { return componentAt<decltype(zero)>(bytes, false); });
+}
+
 const MeshAttribute* TriangleMesh::find(std::string_view semantic) const {
     for (const MeshAttribute& attribute : attributes) {
         if (attribute.semantic == semantic) return &attribute;

@@ -34,6 +34,8 @@ struct MeshAttribute {
     glm::dvec3 at(std::size_t vertex) const;
     /// Returns one component, index < componentCount, of a vertex in the same way.
     double component(std::size_t vertex, int index) const;
+    /// Returns one component as it is stored: a normalized integer as the integer.
+    double stored(std::size_t vertex, int index) const;
 };
 
 struct TriangleMesh {
