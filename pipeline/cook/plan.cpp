@@ -219,6 +219,8 @@ private:
                              wanted(meshAssetName(scene_, entry), AssetKind::Mesh, entry);
         // A mesh whose vertices name clusters depends on its light map.
         const bool hasMap = wanted(entry.name, AssetKind::LightMap, entry) || (hasMesh && mayBeLearned);
+        if (!mistake_ && ((hasMesh && scene_.output.draco) || (hasMap && entry.mesh && scene_.output.gltf)))
+            if (const auto uvs = formats::checkAllLightMapUvs(*entry.mesh, description.places); !uvs) mistake_ = uvs.error();
         if ((hasMap || joint) && !isDecided) addTrial(entry, reduction, joint);
         if (hasMesh && !isDecided) takeNames(meshAssetName(scene_, entry), AssetKind::Mesh);
         if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);

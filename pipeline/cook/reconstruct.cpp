@@ -119,7 +119,7 @@ Result<ChartPlaces> chartPlacesOf(const CookedAsset& asset, const UnpackedBake& 
     const auto mesh = sources->find(kMeshRole);
     if (mesh == sources->end())
         return failure(ErrorCode::Verification, asset.name, "found packed charts without a mesh, expected the folder as cooked");
-    const auto scene = loadMesh(*sources, kMeshRole);
+    const auto scene = loadMesh(*sources, kMeshRole, bake.description.places);
     if (!scene) return tl::make_unexpected(scene.error());
     return ChartPlaces::create(*scene, mesh->second.string(), bake);
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "formats/lmbake.h"
 #include "pipeline/json/json.h"
 #include "pipeline/scene/asset_name.h"
 #include "pipeline/scene/checks.h"
@@ -103,6 +104,12 @@ private:
                 line("# max_converter_visible", "20", "the same of dominant lights, tables, probes and gradients; no limit by default");
         text_ += line("# budget", "\"2 MiB\"", "GPU memory of the whole scene: the best layouts within it are chosen; no limit by default");
     }
+    /// Returns the lmbake that a map of Godot needs on its mesh; empty: it needs none, or has it.
+    static fs::path missingLmbakeOf(const DraftLightMap& map) {
+        if (!map.mesh || !formats::lmbakeBeside(map.file, map.reading.bake).empty()) return {};
+        const fs::path split = formats::lmbakeOfSplitBake(map.file);
+        return split.empty() ? formats::lmbakeOfImport(map.file) : split;
+    }
     void write(const DraftLightMap& map) {
         text_ += "\n[[light_map]]\n";
         text_ += line("name", uniqueName(lightMapNameOf(map.file, map.reading.bake)));
@@ -126,6 +133,9 @@ private:
             text_ += line("mesh", pathOf(*map.mesh), "TEXCOORD_1 is the light-map UV");
         else
             text_ += line("# mesh", "\"level.glb\"", "the mesh that the map lies on, if there is one");
+        if (const fs::path lmbake = missingLmbakeOf(map); !lmbake.empty())
+            text_ += line("# lmbake", tomlString(lmbake.filename().string()),
+                          "Godot's file with the rectangles of the nodes: without it the mesh reads other places of the map");
         if (isCoveredByMesh) text_ += line("coverage", "\"mesh\"", "the file does not say which texels lie inside charts");
     }
     void write(const DraftProbe& probe) {

@@ -105,7 +105,7 @@ Result<TexelSet> coverageOf(LightMapSource& source, const ActionContext& context
 Result<ActionOutcome> lintMesh(const ActionContext& context) {
     const auto parameters = parametersOf<MeshLintParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto scene = loadMesh(context.action.inputs, kMeshRole);
+    const auto scene = loadMesh(context.action.inputs, kMeshRole, parameters->description.places);
     if (!scene) return tl::make_unexpected(scene.error());
     const auto uvs =
         formats::checkEpicUvs(context.action.inputs.at("source"), context.action.inputs.at(kMeshRole), parameters->description.image);

@@ -94,10 +94,10 @@ struct Meshes {
     std::vector<std::string> names;  ///< "room.glb, primitive 2" for each of `triangles`
 };
 
-Result<Meshes> loadMeshes(const std::vector<fs::path>& files, const fs::path& lmbake) {
+Result<Meshes> loadMeshes(const std::vector<fs::path>& files, const fs::path& lmbake, const std::vector<formats::NodePlace>& places) {
     Meshes meshes;
     for (const fs::path& file : files) {
-        auto scene = GltfScene::load(file, lmbake);
+        auto scene = GltfScene::load(file, lmbake, places);
         if (!scene) return tl::make_unexpected(scene.error());
         if (const auto& match = scene->lmbakeMatch(); match && !match->unplaced.empty())
             return failure(ErrorCode::WrongShape, file.string(),
@@ -135,7 +135,7 @@ struct RepackInput {
 };
 
 Result<RepackInput> readInput(const RepackRequest& request, LightMapSource& source, const RunState& state) {
-    auto meshes = loadMeshes(request.meshes, request.lmbake);
+    auto meshes = loadMeshes(request.meshes, request.lmbake, request.description.places);
     if (!meshes) return tl::make_unexpected(meshes.error());
     const glm::ivec2 size(source.width(), source.height());
     if (request.part)

@@ -253,10 +253,29 @@ SceneSectionInfo lightMapSection() {
              {"lmbake", fmt::format("path, or `\"{}\"`", formats::kNoLmbake), "the file beside the bake with the extension `.lmbake`",
               fmt::format("of a bake of Godot ({}): the file that says which rectangle of the map each node of the `mesh` has. "
                           "`\"{}\"`: `TEXCOORD_1` are UVs in the whole map already",
-                          fmt::join(formats::lmbakeBakeNames(), ", "), formats::kNoLmbake)}},
+                          fmt::join(formats::lmbakeBakeNames(), ", "), formats::kNoLmbake)},
+             {"place", "tables", "none: the map lies on all nodes",
+              "nodes of the `mesh` that the map lies on, each in a table `[[light_map.place]]`"}},
         .outro =
             "[From a baker to a scene](../guide/from-a-baker-to-a-scene.md#light-maps) lists the values that are refused, and "
             "`--repair`."};
+}
+
+SceneSectionInfo placeSection() {
+    return {
+        .name = "light_map.place",
+        .isArray = true,
+        .intro =
+            "A node of the mesh that the light map above lies on. Nodes without a place are not of this map, and its cooked mesh leaves "
+            "them out: one glTF may have a light map for each of its nodes, or rectangles of one map.",
+        .keys = {{"node", "string", "required",
+                  "name of a node, or the end of its path as in `\"Room/Wall\"`. Nodes below it count too, unless they have a place of "
+                  "their own"},
+                 {"scale", "two numbers", "[1, 1]", "factors of the node's light-map UVs"},
+                 {"offset", "two numbers", "[0, 0]", "what is added to them then: UVs in the map are `uv * scale + offset`, with v down"}},
+        .outro =
+            "[From a baker to a scene](../guide/from-a-baker-to-a-scene.md#one-mesh-several-light-maps) says what Unity, bevy and "
+            "other bakers call these."};
 }
 
 SceneSectionInfo tablesSection() {
@@ -361,9 +380,9 @@ SceneSectionInfo materialSection() {
 }  // namespace
 
 std::span<const SceneSectionInfo> allSceneSections() {
-    static const std::vector<SceneSectionInfo> sections = {rootSection(),    outputSection(),   colorSection(),
-                                                           displaySection(), lightMapSection(), tablesSection(),
-                                                           probeSection(),   gradientSection(), materialSection()};
+    static const std::vector<SceneSectionInfo> sections = {rootSection(),     outputSection(),  colorSection(),  displaySection(),
+                                                           lightMapSection(), placeSection(),   tablesSection(), probeSection(),
+                                                           gradientSection(), materialSection()};
     return sections;
 }
 

@@ -316,7 +316,10 @@ void readLmbake(TableReader& reader, LightMapEntry& entry) {
         if (entry.mesh && entry.description.parts.empty()) lmbake = formats::lmbakeBeside(entry.file, entry.description.bake);
         return;
     }
-    if (reader.optional<std::string>("lmbake", "a path, or \"none\"") == formats::kNoLmbake) return;
+    if (reader.optional<std::string>("lmbake", "a path, or \"none\"") == formats::kNoLmbake) {
+        entry.description.hasNoLmbake = true;
+        return;
+    }
     lmbake = *reader.optionalPath("lmbake");
     if (!entry.mesh)
         reader.fail(reader.node("lmbake"),
@@ -329,7 +332,43 @@ void readLmbake(TableReader& reader, LightMapEntry& entry) {
                                 fmt::join(formats::lmbakeBakeNames(), " or ")));
 }
 
-LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& colors) {
+/// Reads which nodes of the mesh a light map lies on.
+std::vector<formats::NodePlace> readPlaces(TableReader& reader, const LightMapEntry& entry, const std::filesystem::path& file) {
+    std::vector<formats::NodePlace> places;
+    for (const toml::table* table : reader.tables("place")) {
+        TableReader place(*table, file, "light_map.place");
+        formats::NodePlace& added = places.emplace_back();
+        added.node = place.required<std::string>("node", "the name of a node of the mesh");
+        const auto readTwo = [&](const char* key, const char* expected, std::array<double, 2>& out) {
+            const auto found = place.numbers(key, expected);
+            if (!found) return;
+            const auto isWithin = [](double each) { return std::abs(each) <= formats::kMostPlace; };
+            if (found->size() != 2 || !std::ranges::all_of(*found, isWithin))
+                place.fail(place.node(key), fmt::format("found {} for light_map.place.{}, expected {} up to {:g}",
+                                                        found->size() == 2 ? fmt::format("[{}]", fmt::join(*found, ", "))
+                                                                           : fmt::format("{} numbers", found->size()),
+                                                        key, expected, formats::kMostPlace));
+            out = {(*found)[0], (*found)[1]};
+        };
+        readTwo("scale", "factors [x, y] of the UVs", added.scale);
+        readTwo("offset", "shares [x, y] of the map", added.offset);
+        if (added.scale[0] == 0 || added.scale[1] == 0)
+            place.fail(place.node("scale"), "found 0 for light_map.place.scale, expected factors other than 0");
+    }
+    if (places.empty()) return places;
+    if (!entry.mesh)
+        reader.fail(reader.node("place"),
+                    fmt::format("found light_map.place without a mesh for '{}', expected mesh = \"FILE\": it names its "
+                                "nodes",
+                                entry.name));
+    if (!entry.description.lmbake.empty())
+        reader.fail(reader.node("place"), fmt::format("found light_map.place beside {}, which places the nodes too, expected one of them: "
+                                                      "lmbake = \"{}\" leaves the file out",
+                                                      entry.description.lmbake.filename().string(), formats::kNoLmbake));
+    return places;
+}
+
+LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& colors, const std::filesystem::path& file) {
     LightMapEntry entry;
     entry.name = readName(reader);
     entry.description.bake = readBake(reader);
@@ -350,6 +389,7 @@ LightMapEntry readLightMap(TableReader reader, const formats::ColorSpaces& color
             reader.node("max_seam"),
             fmt::format("found light_map.max_seam without a mesh for '{}', expected mesh = \"FILE\": seams are at its edges", entry.name));
     readLmbake(reader, entry);
+    entry.description.places = readPlaces(reader, entry, file);
     entry.groundTruth = reader.optionalPath("ground_truth");
     readDominantFit(reader, entry);
     entry.charts = readChartSettings(reader);
@@ -587,7 +627,7 @@ Scene readRoot(const toml::table& root, const std::filesystem::path& file) {
     if (const toml::table* table = reader.table("display")) scene.display = readDisplay({*table, file, "display"});
     if (const toml::table* table = reader.table("tables")) scene.tables = readTables({*table, file, "tables"}, scene.lobe);
     for (const toml::table* table : reader.tables("light_map")) {
-        scene.lightMaps.push_back(readLightMap({*table, file, "light_map"}, scene.colors));
+        scene.lightMaps.push_back(readLightMap({*table, file, "light_map"}, scene.colors, file));
         if (const std::string why = whyNotLayouts(scene.output, scene.lightMaps.back()); !why.empty())
             reader.fail(*table->get("layouts"), why);
     }

@@ -174,7 +174,9 @@ std::vector<const toml::table*> TableReader::tables(const char* key) {
     const toml::node* node = table_.get(key);
     if (node == nullptr) return found;
     const toml::array* array = node->as_array();
-    if (array == nullptr) fail(*node, fmt::format("found {} for '{}', expected tables [[{}]]", typedValue(*node), key, key));
+    if (array == nullptr && section_.name.empty())
+        fail(*node, fmt::format("found {} for '{}', expected tables [[{}]]", typedValue(*node), key, key));
+    if (array == nullptr) failType(*node, key, fmt::format("tables [[{}.{}]]", name_, key));
     for (const toml::node& element : *array) {
         if (!element.is_table()) fail(element, fmt::format("found {} in '{}', expected a table", typedValue(element), key));
         found.push_back(element.as_table());

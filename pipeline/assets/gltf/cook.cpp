@@ -93,7 +93,7 @@ Result<ActionOutcome> cookGltf(const ActionContext& context) {
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
-    const auto scene = loadLitMesh(context.action.inputs);
+    const auto scene = loadLitMesh(context.action.inputs, parameters->description.places);
     if (!scene) return tl::make_unexpected(scene.error());
     std::optional<formats::ClusterMap> clusters;
     if (hasClustersInMesh(*asset)) {

@@ -99,7 +99,7 @@ Result<void> LightMapPlanner::surveyCharts() {
 void LightMapPlanner::readIslands() {
     const auto mesh = context_.action.inputs.find(kMeshRole);
     if (mesh == context_.action.inputs.end()) return;
-    const auto scene = loadMesh(context_.action.inputs, kMeshRole);
+    const auto scene = loadMesh(context_.action.inputs, kMeshRole, source_.places());
     if (!scene) return;
     islands_ = formats::islandRuns(scene->triangleMeshes(), source_.width(), source_.height());
     for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) meshVertices_ += primitive->vertexCount();

@@ -52,7 +52,7 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     auto reader = formats::LightMapReader::open(file, description);
     if (!reader) return tl::make_unexpected(reader.error());
     std::unique_ptr<LightMapSource> source(new LightMapSource(*this, std::make_shared<const formats::LightMapReader>(std::move(*reader)),
-                                                              {description.fireflyLimit, description.repair}));
+                                                              {description.fireflyLimit, description.repair}, description.places));
     if (description.constantOf)
         if (auto made = source->makeConstant(*description.constantOf, file.string()); !made) return tl::make_unexpected(made.error());
     return sources_.emplace(key, std::move(source)).first->second.get();

@@ -61,6 +61,9 @@ public:
     formats::Result<std::shared_ptr<const formats::LightMapStrip>> chunk(int index);
     int chunkRows(int index) const { return std::min(kChunkRows, height() - index * kChunkRows); }
 
+    /// Returns the places of the nodes of its mesh; empty: it lies on all nodes, or the lmbake says where.
+    const std::vector<formats::NodePlace>& places() const { return places_; }
+
     /// Strips have 64, 32 or kRowAlignment rows, by the map's width: encoding and verifying take several times the memory of the rows
     /// themselves.
     int stripCount() const { return (height() + stripHeight() - 1) / stripHeight(); }
@@ -83,9 +86,11 @@ private:
         double limit;
         bool repair;
     };
-    LightMapSource(LightMapSources& owner, std::shared_ptr<const formats::LightMapReader> reader, Fireflies fireflies)
-        : owner_(owner), reader_(std::move(reader)), fireflies_(fireflies) {}
-    LightMapSource(LightMapSource& base, int level) : owner_(base.owner_), reader_(base.reader_), base_(&base), level_(level) {}
+    LightMapSource(LightMapSources& owner, std::shared_ptr<const formats::LightMapReader> reader, Fireflies fireflies,
+                   std::vector<formats::NodePlace> places)
+        : owner_(owner), reader_(std::move(reader)), fireflies_(fireflies), places_(std::move(places)) {}
+    LightMapSource(LightMapSource& base, int level)
+        : owner_(base.owner_), reader_(base.reader_), places_(base.places_), base_(&base), level_(level) {}
     int stripHeight() const {
         int rows = kChunkRows;
         while (rows > kRowAlignment && rows * width() > kStripTexels) rows /= 2;
@@ -107,6 +112,7 @@ private:
     LightMapSources& owner_;
     std::shared_ptr<const formats::LightMapReader> reader_;
     Fireflies fireflies_;
+    std::vector<formats::NodePlace> places_;
     LightMapSource* base_ = nullptr;  ///< of a mip level: level 0
     int level_ = 0;
     std::mutex mipMutex_;
@@ -156,6 +162,13 @@ struct BakedTexel {
 formats::Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int y);
 
 /// Fields of [[light_map]] as parameters of an action, and as the manifest states them.
+template <class Fields, Is<formats::NodePlace> Self>
+void describe(Fields& fields, Self& place) {
+    fields.required("node", place.node, "name of the node, or the end of its path");
+    fields.required("scale", place.scale, "factors of its light-map UVs");
+    fields.required("offset", place.offset, "what is added to them then");
+}
+
 template <class Fields, Is<formats::LightMapDescription> Self>
 void describe(Fields& fields, Self& description) {
     fields.required("bake", description.bake, "bake format of the file, or auto");
@@ -169,6 +182,10 @@ void describe(Fields& fields, Self& description) {
                      "what says which texels lie inside charts");
     fields.presentIf(!description.axes.isIdentity(), "axes", description.axes,
                      "components of the file's vectors that are x, y and z of the mesh; `x,y,z` if absent");
+    fields.presentIf(description.hasNoLmbake, "no_lmbake", description.hasNoLmbake,
+                     "true if the UVs of a bake of Godot are in the whole map already");
+    fields.presentIf(!description.places.empty(), "places", description.places,
+                     "nodes of the mesh that the map lies on, with their places in it; all if absent");
     fields.presentIf(!description.image.empty(), "image", description.image, "name of the image of a glTF that has several light maps");
     fields.presentIf(!description.parts.empty(), "files", description.parts,
                      "names of the images of a bake that has one for each coefficient, `sh00`, or for each colour, `sh00.R`");

@@ -36,7 +36,7 @@ Result<ChartPlaces> openPlaces(const UnpackedBake& unpacked, const ActionContext
     const auto old = inputs.find(kUnpackedMeshRole), made = inputs.find(kSurfaceRole);
     if (old == inputs.end() || made == inputs.end())
         return failure(ErrorCode::Verification, context.action.asset, "found no mesh of its packed charts, expected its file");
-    const auto before = loadMesh(inputs, kUnpackedMeshRole);
+    const auto before = loadMesh(inputs, kUnpackedMeshRole, unpacked.description.places);
     if (!before) return tl::make_unexpected(before.error());
     const auto after = formats::GltfScene::load(made->second);
     if (!after) return tl::make_unexpected(after.error());

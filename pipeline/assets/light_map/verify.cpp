@@ -178,10 +178,11 @@ std::vector<verify::Violation> violationsOf(const MippedLightMap& map, const Lig
 }
 
 /// Returns the map's mesh; none without one, or where it cannot be read: the mesh's own actions refuse it.
-std::optional<formats::GltfScene> meshOf(const ActionContext& context) {
+/// places  of the light map
+std::optional<formats::GltfScene> meshOf(const ActionContext& context, const std::vector<formats::NodePlace>& places) {
     const auto mesh = context.action.inputs.find(kSurfaceRole);
     if (mesh == context.action.inputs.end()) return std::nullopt;
-    auto scene = loadMesh(context.action.inputs, kSurfaceRole);
+    auto scene = loadMesh(context.action.inputs, kSurfaceRole, places);
     return scene ? std::optional(std::move(*scene)) : std::nullopt;
 }
 
@@ -334,7 +335,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     if (!truth) return tl::make_unexpected(truth.error());
 
     Preview preview(bake.width(), bake.height(), key);
-    const auto mesh = meshOf(context);
+    const auto mesh = meshOf(context, description->places);
     // A map of constant light stands for texels that no chart names.
     const auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
     const auto tilt = comparedTilt(parameters->shading, formats::isFlat(asset->layout));

@@ -61,7 +61,7 @@ Result<formats::ClusterMap> clusterMapOf(const CookedAsset& lightMap) {
 }
 
 Result<ActionOutcome> readMaterials(const ActionContext& context) {
-    const auto scene = loadMesh(context.action.inputs, kMeshRole);
+    const auto scene = loadMesh(context.action.inputs, kMeshRole, {});
     if (!scene) return tl::make_unexpected(scene.error());
     MaterialsResult result;
     for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) result.mostVertices += primitive->vertexCount();
@@ -71,8 +71,9 @@ Result<ActionOutcome> readMaterials(const ActionContext& context) {
     return outcomeWith(result);
 }
 
-Result<formats::GltfScene> loadLitMesh(const std::map<std::string, std::filesystem::path>& inputs) {
-    auto scene = loadMesh(inputs, kMeshRole);
+Result<formats::GltfScene> loadLitMesh(const std::map<std::string, std::filesystem::path>& inputs,
+                                       const std::vector<formats::NodePlace>& places) {
+    auto scene = loadMesh(inputs, kMeshRole, places);
     if (!scene || scene->hasLightMapUvs()) return scene;
     const auto& match = scene->lmbakeMatch();
     const std::string found =
@@ -86,7 +87,7 @@ Result<formats::GltfScene> loadLitMesh(const std::map<std::string, std::filesyst
 Result<ActionOutcome> cookMesh(const ActionContext& context) {
     const auto parameters = parametersOf<MeshParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto scene = loadLitMesh(context.action.inputs);
+    const auto scene = loadLitMesh(context.action.inputs, parameters->description.places);
     if (!scene) return tl::make_unexpected(scene.error());
     const auto clusters = upstreamClusters(context);
     if (!clusters) return tl::make_unexpected(clusters.error());

@@ -92,7 +92,9 @@ void describe(Fields& fields, Self& result) {
 formats::Result<ActionOutcome> readMaterials(const ActionContext& context);
 /// Reads a mesh that a light map is shown on. Refuses one of whose triangles some have no light-map UVs.
 /// inputs  of an action
-formats::Result<formats::GltfScene> loadLitMesh(const std::map<std::string, std::filesystem::path>& inputs);
+/// places  of the light map
+formats::Result<formats::GltfScene> loadLitMesh(const std::map<std::string, std::filesystem::path>& inputs,
+                                                const std::vector<formats::NodePlace>& places);
 formats::Result<ActionOutcome> cookMesh(const ActionContext& context);
 /// Verifies how far quantization moved vertices, and what that changes of the light map's shading. Its inputs are "mesh" and "source"; it
 /// depends on the light map again.

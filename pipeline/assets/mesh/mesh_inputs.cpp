@@ -28,8 +28,9 @@ std::filesystem::path lmbakeOf(const std::map<std::string, std::filesystem::path
     return found != inputs.end() ? found->second : std::filesystem::path();
 }
 
-formats::Result<formats::GltfScene> loadMesh(const std::map<std::string, std::filesystem::path>& inputs, const std::string& role) {
-    return formats::GltfScene::load(inputs.at(role), lmbakeOf(inputs, role));
+formats::Result<formats::GltfScene> loadMesh(const std::map<std::string, std::filesystem::path>& inputs, const std::string& role,
+                                             const std::vector<formats::NodePlace>& places) {
+    return formats::GltfScene::load(inputs.at(role), lmbakeOf(inputs, role), places);
 }
 
 std::string countOfNames(const std::vector<std::string>& names, std::string_view what) {

@@ -18,8 +18,9 @@ std::map<std::string, std::filesystem::path> meshInputs(const std::string& role,
                                                         formats::GltfFiles which = formats::GltfFiles::All);
 /// Returns the lmbake of such a mesh; empty: there is none.
 std::filesystem::path lmbakeOf(const std::map<std::string, std::filesystem::path>& inputs, const std::string& role);
-/// Loads such a mesh, with its light-map UVs where the lmbake puts them.
-formats::Result<formats::GltfScene> loadMesh(const std::map<std::string, std::filesystem::path>& inputs, const std::string& role);
+/// Loads such a mesh, with its light-map UVs where the lmbake or the places of a light map put them.
+formats::Result<formats::GltfScene> loadMesh(const std::map<std::string, std::filesystem::path>& inputs, const std::string& role,
+                                             const std::vector<formats::NodePlace>& places);
 
 /// Returns "3 nodes in the dark: 'a', 'b', 'c'", with the first names of many.
 /// what  "nodes in the dark"

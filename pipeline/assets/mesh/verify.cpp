@@ -182,14 +182,14 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     if (!maxError) return tl::make_unexpected(maxError.error());
     const auto parameters = parametersOf<MeshVerifyParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto source = loadMesh(context.action.inputs, kMeshRole);
+    const auto description = descriptionOf(*asset);
+    if (!description) return tl::make_unexpected(description.error());
+    const auto source = loadMesh(context.action.inputs, kMeshRole, description->places);
     if (!source) return tl::make_unexpected(source.error());
     const auto cooked = formats::GltfScene::load(context.upstreamFolder / asset->file.value_or(""));
     if (!cooked) return tl::make_unexpected(cooked.error());
     const auto moved = source->errorOf(*cooked);
     if (!moved) return tl::make_unexpected(moved.error());
-    const auto description = descriptionOf(*asset);
-    if (!description) return tl::make_unexpected(description.error());
     const auto opened = openLightMap(context, *description);
     if (!opened) return tl::make_unexpected(opened.error());
     LightMapSource& bake = **opened;

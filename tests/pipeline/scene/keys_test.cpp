@@ -34,9 +34,11 @@ TEST(SceneKeys, EveryRowIsRead) {
             std::string text;
             for (const char* required : {"schema = 1\n", "name = \"s\"\n"})
                 if (!section.name.empty() || !std::string_view(required).starts_with(name)) text += required;
+            if (section.name.find('.') != std::string_view::npos)  // a table of a table
+                text += fmt::format("[[{}]]\nname = \"a\"\nfile = \"a\"\nmesh = \"a\"\n", section.name.substr(0, section.name.find('.')));
             if (!section.name.empty()) {
                 text += section.isArray ? "[[" + place + "]]\n" : "[" + place + "]\n";
-                for (const char* required : {"name", "file"})
+                for (const char* required : {"name", "file", "node"})
                     if (name != required && formats::findByName(std::span<const SceneKeyInfo>(section.keys), required) != nullptr)
                         text += std::string(required) + " = \"a\"\n";
             }
