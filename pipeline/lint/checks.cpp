@@ -95,15 +95,28 @@ constexpr std::array kLintChecks = {
         "limit on visible errors holds",
         "Write the exit radiance that the game shows as diffuse white into `white` of `[display]`, not a luminance in cd/m^2, and "
         "its exposure compensation into `stops`; or leave both out."},
-    LintCheckInfo{LintCheck::WrongMesh, "wrong-mesh", Warning, "the mesh reads texels of the light map that no chart covers",
-                  "Write the mesh that was baked into `mesh`. TEXCOORD_1 is its light-map UV."},
-    LintCheckInfo{LintCheck::FlippedV, "flipped-v", Warning,
-                  "the mesh reads texels that no chart covers, and with V upside down it does not",
+    LintCheckInfo{
+        LintCheck::WrongMesh, "wrong-mesh", Warning,
+        "mesh and light map do not fit: the mesh reads texels that no chart covers, or leaves charts of the map unread",
+        "Write the mesh that was baked into `mesh`, all of it. TEXCOORD_1 is its light-map UV. `[[light_map.place]]` scales and moves "
+        "the UVs of a node. If what the mesh lacks need not be shown, allow this code."},
+    LintCheckInfo{LintCheck::FlippedV, "flipped-v", Warning, "mesh and light map do not fit, and with V upside down they do",
                   "Export the mesh with V pointing down, as glTF has it, or turn the rows of the light map over."},
+    LintCheckInfo{
+        LintCheck::NoLmbake, "no-lmbake", Warning,
+        "Godot's lmbake is missing, so the UVs of a node are taken for places in the whole map, and not in the node's rectangle",
+        "Put the lmbake of the bake beside it, or name it with `lmbake`. Of a bake that Godot split into several files, place the "
+        "nodes with `[[light_map.place]]`: `lightcook info` lists their rectangles. If TEXCOORD_1 are UVs in the whole map "
+        "already, write `lmbake = \"none\"`."},
+    LintCheckInfo{LintCheck::NodesWithoutMap, "nodes-without-map", Warning,
+                  "nodes with light-map UVs have a place in none of the light maps of their mesh, so no cooked mesh has them",
+                  "Name them in a `[[light_map.place]]`, or allow this code if they are shown without a light map."},
     LintCheckInfo{LintCheck::UvOutside, "uv-outside", Warning, "light-map UVs lie outside [0, 1]",
                   "Unwrap the mesh again. A light map does not repeat."},
-    LintCheckInfo{LintCheck::UvOverlap, "uv-overlap", Warning, "parts of the mesh share texels of the light map",
-                  "Unwrap the mesh again without overlaps: one texel cannot hold the light of two places."},
+    LintCheckInfo{
+        LintCheck::UvOverlap, "uv-overlap", Warning, "parts of the mesh share texels of the light map",
+        "Unwrap the mesh again without overlaps: one texel cannot hold the light of two places. If nodes have light maps or rectangles "
+        "of their own, say which with `[[light_map.place]]`."},
     LintCheckInfo{LintCheck::DrawnTwice, "drawn-twice", Warning,
                   "several nodes, or instances of one, draw one mesh, so that they show the same texels",
                   "Give each node a mesh of its own with light-map UVs of its own, or allow this code if their light is the same."},

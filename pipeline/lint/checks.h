@@ -37,6 +37,8 @@ enum class LintCheck {
     DisplayExposure,
     WrongMesh,
     FlippedV,
+    NoLmbake,
+    NodesWithoutMap,
     UvOutside,
     UvOverlap,
     DrawnTwice,

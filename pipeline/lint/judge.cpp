@@ -8,11 +8,14 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <tuple>
+#include <utility>
 
 #include "formats/bake_format.h"
 #include "formats/light_map_conventions.h"
 #include "formats/light_map_layout.h"
+#include "formats/lmbake.h"
 #include "formats/nearest.h"
 #include "formats/vocabulary.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
@@ -57,6 +60,10 @@ constexpr double kLeastClipped = 0.001, kMostClipped = 0.9;
 constexpr double kDarkestKey = 1e-4, kBrightestKey = 3e4;
 /// Shares of the texels that a mesh reads.
 constexpr double kMostUncovered = 0.005, kMostShared = 0.03;
+/// Shares of the texels with light that the mesh may leave unread, and of the texels that it reads without light, in a map whose other UVs
+/// explain these; and a number of texels, for maps of few.
+constexpr double kMostUnread = 0.01, kMostUnfit = 0.01;
+constexpr std::int64_t kMostUnreadTexels = 64;
 /// Share of the light-map UV area that may lie on triangles without area in the world: slivers.
 constexpr double kMostFlat = 0.5;
 /// Note: time by which a mesh is newer. Copies and checkouts write the files of a scene in any order, and edits of materials too.
@@ -372,7 +379,55 @@ Findings judgeLightMap(const Scene& scene, const LightMapEntry& entry, const Lig
     return LightMapJudge(scene, entry, facts).judge();
 }
 
-Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
+namespace {
+
+/// Texels of a mesh and of its map that do not fit.
+std::int64_t faultsOf(const MapMatch& match) {
+    return match.unread + match.empty;
+}
+
+/// Returns the first change of the UVs that leaves a tenth of the texels that do not fit; null if none does, or if there are few.
+const OtherUvs* explanationOf(const MeshFacts& facts) {
+    const std::int64_t faults = faultsOf(facts.match);
+    if (faults <= kMostUnreadTexels || share(faults, facts.match.read) <= kMostUnfit) return nullptr;
+    const auto explains = [&](const OtherUvs& other) {
+        return other.match.read > 0 && static_cast<double>(faultsOf(other.match)) <= kExplained * static_cast<double>(faults);
+    };
+    const auto found = std::ranges::find_if(facts.others, explains);
+    return found == facts.others.end() ? nullptr : &*found;
+}
+
+/// Returns the finding of a mesh that reads other texels than those of its map that hold light; nothing if it does not.
+/// isWholeMap  nothing else reads the map
+std::optional<Finding> judgeFit(const LightMapEntry& entry, const MeshFacts& facts, bool isWholeMap) {
+    const MapMatch& match = facts.match;
+    if (match.read == 0) return std::nullopt;  // all UVs lie outside [0, 1]
+    const bool isUnread = isWholeMap && match.unread > kMostUnreadTexels && share(match.unread, match.marked) > kMostUnread;
+    const OtherUvs* const explanation = explanationOf(facts);
+    // Texels without light are shadows, unless the same mesh at another place has none, or UVs that lie outside the map come into it.
+    const bool isMoved = explanation != nullptr && (explanation->keepsArea || facts.outside > 0);
+    if (!isUnread && !isMoved) return std::nullopt;
+    const auto shares = [](const MapMatch& each) { return std::pair(share(each.unread, each.marked), share(each.empty, each.read)); };
+    const auto [unread, empty] = shares(match);
+    std::string found = fmt::format(
+        "found {} of the {} texels of {} with light or coverage outside the mesh and a margin of {} texels, and neither in {} of the {} "
+        "texels that the mesh reads, expected 0 %",
+        percent(unread), match.marked, entry.file.filename().string(), match.margin, percent(empty), match.read);
+    std::map<std::string, double> figures = {{"unread", unread}, {"empty", empty}};
+    if (explanation != nullptr) {
+        const auto [unreadThen, emptyThen] = shares(explanation->match);
+        found += fmt::format("; with {} it is {} and {}", explanation->change, percent(unreadThen), percent(emptyThen));
+        figures["unread_otherwise"] = unreadThen;
+        figures["empty_otherwise"] = emptyThen;
+    }
+    const bool isFlipped = explanation != nullptr && explanation->change == kFlippedV;
+    return makeFinding(isFlipped ? LintCheck::FlippedV : LintCheck::WrongMesh, entry.name, *entry.mesh, {"light_map", entry.name, "mesh"},
+                       std::move(found), std::move(figures));
+}
+
+}  // namespace
+
+Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts, bool isWholeMap) {
     Findings findings;
     const auto add = [&](LintCheck check, std::string found, std::map<std::string, double> figures) {
         findings.push_back(
@@ -380,7 +435,10 @@ Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
     };
     const double outside = share(facts.outside, facts.vertices), uncovered = share(facts.uncovered, facts.read);
     const double flipped = share(facts.uncoveredIfFlipped, facts.read), shared = share(facts.shared, facts.read);
-    if (outside > 0)
+    auto fault = judgeFit(entry, facts, isWholeMap);
+    // UVs that a change brings into the map need no unwrapping.
+    const bool isExplained = fault && explanationOf(facts) != nullptr;
+    if (outside > 0 && !isExplained)
         add(LintCheck::UvOutside,
             fmt::format("found {} of {} vertices with TEXCOORD_1 outside [0, 1], expected none", facts.outside, facts.vertices),
             {{"share", outside}});
@@ -388,10 +446,18 @@ Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts) {
         const std::string what = fmt::format("found {} of the {} texels that the mesh reads outside the charts of {}, expected 0 %",
                                              percent(uncovered), facts.read, entry.file.filename().string());
         const std::map<std::string, double> figures = {{"uncovered", uncovered}, {"uncovered_if_flipped", flipped}};
+        const OtherUvs* const explanation = explanationOf(facts);
         if (flipped <= std::max(kMostUncovered, kExplained * uncovered))
             add(LintCheck::FlippedV, fmt::format("{}; with V upside down it is {}", what, percent(flipped)), figures);
+        else if (explanation != nullptr)
+            add(LintCheck::WrongMesh,
+                fmt::format("{}; with {} it is {}", what, explanation->change,
+                            percent(share(explanation->match.empty, explanation->match.read))),
+                figures);
         else
             add(LintCheck::WrongMesh, what, figures);
+    } else if (fault) {
+        findings.push_back(std::move(*fault));
     }
     if (shared > kMostShared)
         add(LintCheck::UvOverlap,
@@ -427,6 +493,27 @@ Findings judgeLmbake(const LightMapEntry& entry, const MeshFacts& facts) {
         "one for each that has TEXCOORD_1");
     add(LintCheck::UnreadRectangles, facts.unread, fmt::format("rectangle(s) without a node of {}", mesh), "a node for each");
     return findings;
+}
+
+Findings judgeGodot(const LightMapEntry& entry) {
+    const formats::LightMapDescription& description = entry.description;
+    if (!description.parts.empty() || !description.lmbake.empty() || description.hasNoLmbake || !description.places.empty()) return {};
+    const std::filesystem::path missing = formats::lmbakeOfImport(entry.file), split = formats::lmbakeOfSplitBake(entry.file);
+    if (missing.empty() && split.empty()) return {};
+    const std::string found =
+        split.empty() ? fmt::format("found a map that Godot imports as slices (2d_array_texture), without {}", missing.filename().string())
+                      : fmt::format("found one of the files that Godot split a bake into, whose slices {} counts through all of them",
+                                    split.filename().string());
+    return {makeFinding(LintCheck::NoLmbake, entry.name, entry.file, {"light_map", entry.name, "file"},
+                        fmt::format("{}, expected the rectangles of the nodes of {} in this map", found, entry.mesh->filename().string()),
+                        {})};
+}
+
+Findings judgePlaces(const LightMapEntry& entry, const std::vector<std::string>& nodes) {
+    if (nodes.empty()) return {};
+    return {makeFinding(LintCheck::NodesWithoutMap, entry.name, *entry.mesh, {"light_map", entry.name, "place"},
+                        fmt::format("found {}, expected one for each that has TEXCOORD_1", countOfNames(nodes, "node(s) without a place")),
+                        {{"count", static_cast<double>(nodes.size())}})};
 }
 
 Findings judgePrimaries(const std::string& asset, const std::filesystem::path& file, const std::string& source,

@@ -19,7 +19,12 @@ namespace lightcook::pipeline {
 using Findings = std::vector<Finding>;
 
 Findings judgeLightMap(const Scene& scene, const LightMapEntry& entry, const LightMapFacts& facts);
-Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts);
+/// isWholeMap  no other light map of the scene has the same file, with a part of its own
+Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts, bool isWholeMap = true);
+/// Looks for the lmbake of a light map of Godot on a mesh. Looks at files beside the map.
+Findings judgeGodot(const LightMapEntry& entry);
+/// nodes  with light-map UVs that no light map of their mesh has a place for
+Findings judgePlaces(const LightMapEntry& entry, const std::vector<std::string>& nodes);
 /// Looks for nodes and rectangles of a bake of Godot that have no counterpart.
 Findings judgeLmbake(const LightMapEntry& entry, const MeshFacts& facts);
 Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts);

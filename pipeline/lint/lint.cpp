@@ -88,18 +88,51 @@ private:
         const bool isOtherQuantity =
             std::ranges::any_of(findings, isOf(LintCheck::WrongQuantity)) || std::ranges::any_of(findings, isOf(LintCheck::GammaCurve));
         const bool lacksNormals = std::ranges::any_of(findings, isOf(LintCheck::SomeZeroNormals));
+        Findings ofMesh = entry.mesh ? judgeMeshOf(entry, facts->covered > 0 && !lacksNormals) : Findings();
+        // Charts of another mesh, or at other places, are black where the map has no light.
+        const bool isMisplaced = std::ranges::any_of(ofMesh, [](const Finding& finding) {
+            return finding.check == LintCheck::WrongMesh || finding.check == LintCheck::FlippedV || finding.check == LintCheck::NoLmbake;
+        });
+        if (isMisplaced) std::erase_if(findings, isOf(LintCheck::BlackCharts));
         add(std::move(findings));
         add(judgePrimaries(entry.name, entry.file, entry.description.colors.source, facts->primaries));
         add(judgeGroundTruth(entry, *facts));
         // A wrong quantity or curve changes the brightness too.
         if (!isOtherQuantity) add(judgeUnits(entry, *facts, probes));
-        if (!entry.mesh) return;
-        const auto mesh = factsOf<MeshFacts>(actionId(ActionStep::LintMesh, entry.name));
-        // Without coverage a mesh has nothing to be compared with, and texels without a normal count as uncovered.
-        if (mesh && mesh->hasUvs && facts->covered > 0 && !lacksNormals) add(judgeMesh(entry, *mesh));
-        if (mesh) add(judgeLmbake(entry, *mesh));
-        if (mesh) add(judgeExtensions(scene_, entry, mesh->unreadMaterials));
-        add(judgeAge(entry));
+        add(std::move(ofMesh));
+    }
+
+    /// isComparable  the map has coverage; without any, a mesh has nothing to be compared with, and texels without a normal count as
+    ///               uncovered
+    Findings judgeMeshOf(const LightMapEntry& entry, bool isComparable) {
+        Findings findings = judgeGodot(entry);
+        const auto addAll = [&](Findings more) { std::move(more.begin(), more.end(), std::back_inserter(findings)); };
+        if (const auto mesh = factsOf<MeshFacts>(actionId(ActionStep::LintMesh, entry.name))) {
+            const auto isSameMap = [&](const LightMapEntry& other) { return other.file == entry.file; };
+            // A map that Godot placed nodes in is compared with the nodes when their places are known.
+            if (mesh->hasUvs && isComparable && findings.empty())
+                addAll(judgeMesh(entry, *mesh, std::ranges::count_if(scene_.lightMaps, isSameMap) == 1));
+            addAll(judgeLmbake(entry, *mesh));
+            addAll(judgePlaces(entry, withoutAnyPlace(entry)));
+            addAll(judgeExtensions(scene_, entry, mesh->unreadMaterials));
+        }
+        addAll(judgeAge(entry));
+        return findings;
+    }
+
+    /// Returns the nodes that have a place in none of the light maps of a mesh: for the first of these maps, and only if all have places.
+    std::vector<std::string> withoutAnyPlace(const LightMapEntry& entry) {
+        std::optional<std::vector<std::string>> common;
+        for (const LightMapEntry& other : scene_.lightMaps) {
+            if (other.mesh != entry.mesh) continue;
+            if (!common && &other != &entry) return {};  // not the first
+            const auto mesh = factsOf<MeshFacts>(actionId(ActionStep::LintMesh, other.name));
+            if (!mesh || other.description.places.empty()) return {};
+            if (!common) common = mesh->withoutPlace;
+            std::erase_if(*common,
+                          [&](const std::string& node) { return std::ranges::find(mesh->withoutPlace, node) == mesh->withoutPlace.end(); });
+        }
+        return common.value_or(std::vector<std::string>());
     }
 
     std::vector<MaterialRecord> materials() {

@@ -4,11 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <optional>
 #include <set>
+#include <utility>
 
+#include "formats/bake_format.h"
 #include "formats/epic_light_maps.h"
 #include "formats/gltf_scene.h"
+#include "formats/vocabulary.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/results.h"
@@ -85,6 +90,171 @@ Result<void> checkShown(bool hasTriangles, bool isDrawn, const std::string& file
     return {};
 }
 
+/// Largest shares of unread and of empty texels of a mesh that fits its map, above which other UVs are tried.
+constexpr double kTryOthers = 0.005;
+
+/// A change of light-map UVs.
+struct UvChange {
+    std::string name;
+    bool isExchanged = false;  ///< U and V
+    glm::dvec2 scale{1}, offset{0};
+    glm::dvec2 operator()(const glm::dvec2& uv) const { return (isExchanged ? glm::dvec2(uv.y, uv.x) : uv) * scale + offset; }
+};
+
+/// The lowest and the highest of some places.
+struct Box {
+    glm::dvec2 low{HUGE_VAL}, high{-HUGE_VAL};
+    void add(const glm::dvec2& place) {
+        low = glm::min(low, place);
+        high = glm::max(high, place);
+    }
+    glm::dvec2 size() const { return high - low; }
+};
+
+/// Light-map UVs of the triangles of drawn meshes, against the texels of their map that hold something.
+class UvFit {
+public:
+    UvFit(std::vector<const formats::TriangleMesh*> meshes, const TexelSet& marked) : meshes_(std::move(meshes)), marked_(marked) {}
+
+    /// Returns how UVs fit after changes: the turns and reflections of a square, and a scale and an offset, which bring the bounds of the
+    /// UVs to those of the texels less a margin.
+    std::vector<OtherUvs> others() const {
+        std::vector<OtherUvs> found;
+        for (const UvChange& change : {UvChange{kFlippedV, false, {1, -1}, {0, 1}}, UvChange{"U upside down", false, {-1, 1}, {1, 0}},
+                                       UvChange{"U and V upside down", false, {-1, -1}, {1, 1}}, UvChange{"U and V exchanged", true},
+                                       UvChange{"U and V exchanged and then V upside down", true, {1, -1}, {0, 1}},
+                                       UvChange{"U and V exchanged and then U upside down", true, {-1, 1}, {1, 0}},
+                                       UvChange{"U and V exchanged and then both upside down", true, {-1, -1}, {1, 1}}})
+            found.push_back({change.name, matchAfter(change), true});
+        std::optional<OtherUvs> best;
+        for (const double margin : {0.0, 1.0, 2.0, 4.0, 8.0})
+            if (const auto change = toBoundsOf(margin)) {
+                constexpr double kSameScale = 0.02;
+                const bool keepsArea = glm::length(change->scale - 1.0) <= kSameScale;
+                OtherUvs other{change->name, matchAfter(*change), keepsArea};
+                if (!best || faults(other.match) < faults(best->match)) best = std::move(other);
+            }
+        if (best) found.push_back(std::move(*best));
+        return found;
+    }
+
+private:
+    static std::int64_t faults(const MapMatch& match) { return match.empty + match.unread; }
+
+    template <class Visit>
+    void visitUvs(Visit visit) const {
+        for (const formats::TriangleMesh* mesh : meshes_) {
+            const formats::MeshAttribute& uvs = *mesh->find("TEXCOORD_1");
+            for (const std::uint32_t index : mesh->indices) visit(glm::dvec2(uvs.at(index)));
+        }
+    }
+    MapMatch matchAfter(const UvChange& change) const {
+        UvRaster raster(marked_.width(), marked_.height());
+        std::array<glm::dvec2, 3> corners;
+        std::size_t corner = 0;
+        visitUvs([&](const glm::dvec2& uv) {
+            corners[corner++ % 3] = change(uv);
+            if (corner % 3 == 0) raster.add(corners);
+        });
+        return matchOf(raster, marked_);
+    }
+    /// margin  of the charts in the map [texels]
+    std::optional<UvChange> toBoundsOf(double margin) const {
+        const glm::dvec2 texels(marked_.width(), marked_.height());
+        Box uvs, lit;
+        visitUvs([&](const glm::dvec2& uv) { uvs.add(uv); });
+        for (int y = 0; y < marked_.height(); ++y)
+            for (int x = 0; x < marked_.width(); ++x)
+                if (marked_.has(x, y)) {
+                    lit.add(glm::dvec2(x, y) + margin);
+                    lit.add(glm::dvec2(x + 1, y + 1) - margin);
+                }
+        if (!(uvs.size().x > 0 && uvs.size().y > 0 && lit.size().x > 0 && lit.size().y > 0)) return std::nullopt;
+        UvChange change;
+        change.scale = lit.size() / texels / uvs.size();
+        change.offset = lit.low / texels - uvs.low * change.scale;
+        change.name = fmt::format("UVs times ({:.3g}, {:.3g}) plus ({:.2g}, {:.2g})", change.scale.x, change.scale.y, change.offset.x,
+                                  change.offset.y);
+        return change;
+    }
+
+    std::vector<const formats::TriangleMesh*> meshes_;
+    const TexelSet& marked_;
+};
+
+/// Returns the description by which the light of a map is read everywhere, also outside the mesh. Nothing that is not finite is refused.
+formats::LightMapDescription everywhere(const formats::LightMapDescription& source, const std::string& bake) {
+    const formats::BakeFormatInfo* const format = formats::findByName(formats::allBakeFormats(), bake);
+    formats::LightMapDescription description;
+    // The light of a bake that is relative to surfaces is in its first picture.
+    description.bake = format != nullptr && format->needsMesh() ? "flat" : source.bake;
+    description.encoding = source.encoding;
+    description.image = source.image;
+    description.colors = source.colors;
+    description.parts = source.parts;
+    description.partFiles = source.partFiles;
+    description.fireflyLimit = 0;
+    description.repair = true;
+    description.isCompressed = true;
+    return description;
+}
+
+/// Share of the mean light (of logarithms) of the texels that the mesh reads, below which a texel holds none: noise of a denoiser.
+constexpr double kLeastLight = 0.01;
+
+/// Returns the texels that hold light, or are covered if the file says which are.
+/// read  texels of the mesh
+Result<TexelSet> markedTexels(const ActionContext& context, const formats::LightMapDescription& description, const std::string& bake,
+                              const TexelSet& read) {
+    const auto source = openLightMap(context, everywhere(description, bake));
+    if (!source) return tl::make_unexpected(source.error());
+    const int width = (*source)->width(), height = (*source)->height();
+    std::vector<float> light(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0.0f);
+    TexelSet marked(width, height);
+    double logSum = 0;
+    std::int64_t lit = 0;
+    using Chunk = std::shared_ptr<const formats::LightMapStrip>;
+    std::size_t index = 0;
+    const bool hasCoverage = (*source)->hasCoverage();
+    const auto done = foldInOrder<Chunk>((*source)->chunkCount(), context, "lint " + context.action.asset,
+                                         [&](int chunk) { return (*source)->chunk(chunk); },
+                                         [&](const Chunk& chunk) {
+                                             for (int y = 0; y < chunk->sh.height(); ++y)
+                                                 for (int x = 0; x < width; ++x, ++index) {
+                                                     const glm::vec3& rgb = chunk->sh.at(x, y)[0];
+                                                     light[index] = std::max({rgb.x, rgb.y, rgb.z, 0.0f});
+                                                     if (hasCoverage && chunk->covered.at(x, y) != 0) marked.add(x, chunk->firstRow + y);
+                                                     if (!(light[index] > 0) || !read.has(x, chunk->firstRow + y)) continue;
+                                                     logSum += std::log(static_cast<double>(light[index]));
+                                                     ++lit;
+                                                 }
+                                         });
+    if (!done) return tl::make_unexpected(done.error());
+    if (hasCoverage) return marked;
+    const double least = lit > 0 ? kLeastLight * std::exp(logSum / static_cast<double>(lit)) : 0.0;
+    index = 0;
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x, ++index)
+            if (light[index] > least) marked.add(x, y);
+    return marked;
+}
+
+/// Compares the mesh with its map.
+Result<void> fitToMap(const ActionContext& context, const formats::LightMapDescription& description, const std::string& bake,
+                      std::vector<const formats::TriangleMesh*> drawn, const UvRaster& raster, MeshFacts& facts) {
+    const auto marked = markedTexels(context, description, bake, raster.read());
+    if (!marked && context.state.interrupted) return tl::make_unexpected(marked.error());
+    // A map that can be read on its mesh alone is not compared.
+    if (!marked || marked->width() != raster.read().width() || marked->height() != raster.read().height()) return {};
+    facts.match = matchOf(raster, *marked);
+    const auto isSmall = [](std::int64_t part, std::int64_t whole) {
+        return static_cast<double>(part) <= kTryOthers * static_cast<double>(whole);
+    };
+    if (isSmall(facts.match.unread, facts.match.marked) && isSmall(facts.match.empty, facts.match.read)) return {};
+    facts.others = UvFit(std::move(drawn), *marked).others();
+    return {};
+}
+
 /// Returns the covered texels of a light map.
 Result<TexelSet> coverageOf(LightMapSource& source, const ActionContext& context) {
     TexelSet covered(source.width(), source.height());
@@ -115,6 +285,7 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
         for (const std::string& node : match->unplaced) facts.unplaced.push_back(asUtf8(node));
         for (const std::string& user : match->unread) facts.unread.push_back(asUtf8(user));
     }
+    for (const std::string& node : scene->nodesWithoutPlace()) facts.withoutPlace.push_back(asUtf8(node));
     facts.unreadMaterials = unreadMaterialsOf(*scene);
     const std::vector<const formats::TriangleMesh*> meshes = scene->triangleMeshes();
     const auto placed = scene->placedMeshes();
@@ -135,8 +306,12 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
         if (context.state.interrupted) return interrupted(context);
         addPlaced(each, facts);
     }
-    for (const formats::TriangleMesh* mesh : meshes)
-        if (drawn.contains(mesh) && !addMesh(*mesh, raster, facts, context)) return interrupted(context);
+    std::vector<const formats::TriangleMesh*> drawnMeshes;
+    for (const formats::TriangleMesh* mesh : meshes) {
+        if (!drawn.contains(mesh)) continue;
+        drawnMeshes.push_back(mesh);
+        if (!addMesh(*mesh, raster, facts, context)) return interrupted(context);
+    }
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             if (!raster.read().has(x, y)) continue;
@@ -145,6 +320,11 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
         }
     facts.read = raster.read().count();
     facts.shared = raster.shared().count();
+    // A mesh whose triangles overlap many times is not read to its end.
+    if (const std::int64_t all = std::int64_t{width} * height; raster.visits() <= kMostVisits * all)
+        if (auto fitted = fitToMap(context, parameters->description, (*source)->reading().bake, std::move(drawnMeshes), raster, facts);
+            !fitted)
+            return tl::make_unexpected(fitted.error());
     return outcomeWith(facts);
 }
 

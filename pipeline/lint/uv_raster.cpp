@@ -35,7 +35,34 @@ void UvRaster::add(const std::array<glm::dvec2, 3>& uvs) {
         for (int x = static_cast<int>(from); x <= static_cast<int>(to); ++x) {
             if (read_.has(x, y)) shared_.add(x, y);
             read_.add(x, y);
+            touched_.add(x, y);
         }
+    }
+    for (std::size_t i = 0; i < 3; ++i) addEdge(corners[i] + 0.5, corners[(i + 1) % 3] + 0.5);
+}
+
+/// Marks the texels along an edge as touched, at steps of half a texel.
+/// from, to  [texels]
+void UvRaster::addEdge(const glm::dvec2& from, const glm::dvec2& to) {
+    const glm::dvec2 size(touched_.width(), touched_.height()), along = to - from;
+    double first = 0, last = 1;  // the part within the map
+    for (int axis = 0; axis < 2; ++axis) {
+        if (along[axis] == 0) {
+            if (!(from[axis] >= 0 && from[axis] < size[axis])) return;
+            continue;
+        }
+        const auto [enter, leave] = std::minmax({-from[axis] / along[axis], (size[axis] - from[axis]) / along[axis]});
+        first = std::max(first, enter);
+        last = std::min(last, leave);
+    }
+    if (!(first <= last)) return;
+    const double length = std::max(std::abs(along.x), std::abs(along.y)) * (last - first);
+    const int steps = static_cast<int>(std::ceil(2 * length)) + 1;
+    visits_ += steps / 8;
+    for (int step = 0; step <= steps; ++step) {
+        const glm::dvec2 at = from + along * (first + (last - first) * step / steps);
+        const int x = static_cast<int>(std::floor(at.x)), y = static_cast<int>(std::floor(at.y));
+        if (x >= 0 && x < touched_.width() && y >= 0 && y < touched_.height()) touched_.add(x, y);
     }
 }
 

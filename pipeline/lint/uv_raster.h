@@ -1,5 +1,6 @@
 // Texels of a light map that the triangles of a mesh read, by their light-map UVs: a texel is read if its centre lies inside a triangle,
-// at least kEdge from its edges, so that neighbouring triangles do not share texels. Memory: two bits a texel.
+// at least kEdge from its edges, so that neighbouring triangles do not share texels. Texels that a triangle only touches are known too.
+// Memory: three bits a texel.
 #pragma once
 
 #include <array>
@@ -32,16 +33,20 @@ class UvRaster {
 public:
     static constexpr double kEdge = 1e-3;  ///< [texels]
 
-    UvRaster(int width, int height) : read_(width, height), shared_(width, height) {}
+    UvRaster(int width, int height) : read_(width, height), shared_(width, height), touched_(width, height) {}
     /// Adds a triangle by its UVs, V down. Texels outside the map are left out.
     void add(const std::array<glm::dvec2, 3>& uvs);
     const TexelSet& read() const { return read_; }      ///< by one triangle at least
     const TexelSet& shared() const { return shared_; }  ///< by two triangles at least
+    /// Returns the texels that a triangle reads or whose square its edges cross.
+    const TexelSet& touched() const { return touched_; }
     /// Returns the number of texels that were visited: a mesh whose triangles overlap many times visits far more than the map has.
     std::int64_t visits() const { return visits_; }
 
 private:
-    TexelSet read_, shared_;
+    void addEdge(const glm::dvec2& from, const glm::dvec2& to);
+
+    TexelSet read_, shared_, touched_;
     std::int64_t visits_ = 0;
 };
 
