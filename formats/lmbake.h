@@ -27,7 +27,8 @@ struct LmbakeUser {
 struct Lmbake {
     std::vector<LmbakeUser> users;
     bool isDirectional = false;  ///< property uses_spherical_harmonics: the map has slices of L1
-    bool isPacked = false;       ///< property _uses_packed_directional of Godot 4.4 and later: they are L1 / (8 L0) + 0.5
+    /// They are L1 / (8 L0) + 0.5, as property _uses_packed_directional says; or Godot 4.4 or later saved the file, and the values tell.
+    bool isPacked = false;
 
     /// Returns true for a bake of Godot 4.0 to 4.3, whose slices of L1 are no packed ones. No reader is for them.
     bool hasOldDirections() const { return isDirectional && !isPacked; }

@@ -48,6 +48,8 @@ constexpr std::uint64_t kMostResourceBytes = std::uint64_t{64} << 20;
 constexpr std::uint32_t kLeastBlockBytes = 1024, kMostBlockBytes = 1u << 24;
 constexpr std::uint32_t kZstdMethod = 2;
 constexpr std::uint32_t kNewestFormat = 6;
+/// Minor version of Godot 4 that packs directions. It may have saved an older bake again, of which the values tell.
+constexpr std::uint32_t kFirstThatPacks = 4;
 /// Lists within lists, as deep as no resource of Godot has them.
 constexpr int kDeepestList = 32;
 /// Layers of an array texture that a device may have, at most.
@@ -173,6 +175,7 @@ public:
             }
         }
         if (!hasUsers) fail("", fmt::format("found no property {}, expected that of a bake", kUserData));
+        found.isPacked = found.isPacked || engineMinor_ >= kFirstThatPacks;
         return found;
     }
 
@@ -185,7 +188,7 @@ private:
         isBigEndian_ = u32() != 0;
         (void)u32();
         const std::uint32_t major = u32();
-        (void)u32();
+        engineMinor_ = u32();
         const std::uint32_t format = u32();
         const std::string found = oneLine(text());
         if (found != kResourceClass)
@@ -368,6 +371,7 @@ private:
     std::size_t at_ = 0;
     bool isBigEndian_ = false;
     int realBytes_ = 4;
+    std::uint32_t engineMinor_ = 0;        ///< of Godot 4
     std::vector<std::string_view> names_;  ///< the string table
     std::uint64_t pathBytes_ = 0;
 };

@@ -49,12 +49,13 @@ struct GodotBake {
     std::string resource = "LightmapGIData";
     bool isBigEndian = false, isDouble = false, hasNamesInTable = true;
     bool isPacked = true;  ///< its directions, as those of Godot 4.4 and later
+    int minor = 4;         ///< version of Godot 4 that saved it
 
     /// Returns the bytes behind the letters "RSRC".
     /// before  number of bytes before them
     std::string content(std::size_t before) const {
         GodotBytes bytes(isBigEndian);
-        bytes.u32(isBigEndian ? 1 : 0).u32(0).u32(4).u32(4).u32(6).string(resource).u64(0);
+        bytes.u32(isBigEndian ? 1 : 0).u32(0).u32(4).u32(static_cast<std::uint64_t>(minor)).u32(6).string(resource).u64(0);
         bytes.u32(isDouble ? 1 + 2 + 4 : 1 + 2).u64(0x1234);
         for (int i = 0; i < 11; ++i) bytes.u32(0);
         std::vector<std::string> names = {"resource_name", "lightmap_textures", "uses_spherical_harmonics",

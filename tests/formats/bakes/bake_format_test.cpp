@@ -45,7 +45,7 @@ TEST(BakeFormat, ABakeOfSeveralFilesHasTheNameWithoutTheirEndings) {
             EXPECT_THAT(format.filesBeside(file), testing::Contains(file)) << format.name;
         }
     }
-    EXPECT_EQ(sets, 7u);
+    EXPECT_EQ(sets, 8u);
     EXPECT_EQ(nameOfBake("hall_L0.exr", "flat"), "hall_L0");
     EXPECT_EQ(nameOfBake("_L0.exr", "bakery-sh"), "_L0") << "no name would be left";
 }

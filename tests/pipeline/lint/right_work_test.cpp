@@ -76,7 +76,7 @@ std::vector<Ray> sunAndSkyOf(const dvec3& normal, const glm::dvec2& place) {
 std::vector<Ray> lamps(const dvec3&, const glm::dvec2& place) {
     std::vector<Ray> rays;
     for (int i = 0; i < 4; ++i) {
-        const dvec3 offset(10 * (seeded(i) - place.x), 0.02 + 0.3 * seeded(i + 9), 10 * (seeded(i + 17) - place.y));
+        const dvec3 offset(10 * (seeded(i) - place.x), 0.3 + 0.3 * seeded(i + 9), 10 * (seeded(i + 17) - place.y));
         const double distance = glm::length(offset);
         rays.push_back({offset / distance, dvec3(1, 0.7, 0.4) * std::pow(distance, -5.0)});
     }
