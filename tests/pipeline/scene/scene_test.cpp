@@ -154,7 +154,8 @@ TEST(ReadScene, ALightMapMayBeEncoded) {
     EXPECT_EQ(sceneFromText(map + "encoding = \"none\"\n")->lightMaps[0].description.encoding, formats::LightEncoding::None);
     EXPECT_EQ(sceneFromText(map + "encoding = \"rgbm\"\n")->lightMaps[0].description.encoding, formats::LightEncoding::Rgbm);
     EXPECT_EQ(sceneFromText(map + "encoding = \"dldr\"\n")->lightMaps[0].description.encoding, formats::LightEncoding::Dldr);
-    expectRefused(map + "encoding = \"rgbd\"\n", "6:12", "found 'rgbd' for light_map.encoding, expected one of: none, rgbm, dldr");
+    expectRefused(map + "encoding = \"rgbd\"\n", "6:12",
+                  "found 'rgbd' for light_map.encoding, expected one of: auto, none, rgbm, dldr, srgb");
 }
 
 TEST(ReadScene, ALightMapMayListItsImages) {
