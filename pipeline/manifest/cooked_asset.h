@@ -105,10 +105,11 @@ struct AssetSource {
 };
 template <class Fields, Is<AssetSource> Self>
 void describe(Fields& fields, Self& source) {
-    fields.optional("description", source.description,
-                    "conventions of the light map's file: `bake`, `phase`, `frame`, `quantity`, "
-                    "`light_units`, `encoding` of a picture of 8 or 16 bits, `files` of a bake of listed images, `color_source`, `color_working`, "
-                    "`firefly_limit`, `repair`");
+    fields.optional(
+        "description", source.description,
+        "conventions of the light map's file: `bake`, `phase`, `frame`, `quantity`, "
+        "`light_units`, `encoding` of a picture of 8 or 16 bits, `files` of a bake of listed images, `color_source`, `color_working`, "
+        "`firefly_limit`, `repair`");
     fields.optional("colors", source.colors, "colour spaces of an environment or a gradient");
     fields.optional("repair", source.repair, "true if texels that are not finite were replaced");
     fields.optional("encoding", source.encoding, "encoding of a painted gradient: auto, linear or srgb");
