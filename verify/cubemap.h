@@ -93,7 +93,7 @@ private:
 
 /// The light of an environment through the normalized kernel of one lobe and roughness. Texels of the source are squares of even radiance.
 /// Construction costs a pass over them; a direction then takes microseconds, whatever the size of the source. assets/prefiltered_light.cpp
-/// describes the method; its error is below 1e-3 of the largest prefiltered light. Safe to share between threads.
+/// describes the method; its error is about 1e-3 of the largest prefiltered light at most. Safe to share between threads.
 class PrefilteredLight {
 public:
     /// The environment must outlive this.

@@ -280,7 +280,7 @@ TEST(PrefilteredLight, IsThePlainSumOverTexelsInBothProjections) {
             for (const double m : {0.03, 0.1, 0.3, 0.6, 1.0}) {
                 const auto lobe = isGgx ? lighting::NormalDistribution::Ggx : lighting::NormalDistribution::Beckmann;
                 const PrefilteredLight light(environment, m, lobe);
-                const int pieces = m < 0.05 ? 24 : m < 0.2 ? 8 : 4;
+                const int pieces = m < 0.05 ? 24 : 8;
                 double brightest = 0;
                 std::vector<glm::dvec3> expected, found;
                 for (int i = 0; i < 12; ++i) {
@@ -292,7 +292,7 @@ TEST(PrefilteredLight, IsThePlainSumOverTexelsInBothProjections) {
                 }
                 for (std::size_t i = 0; i < found.size(); ++i)
                     for (int channel = 0; channel < 3; ++channel)
-                        EXPECT_NEAR(found[i][channel], expected[i][channel], 2e-3 * expected[i][channel] + 5e-4 * brightest)
+                        EXPECT_NEAR(found[i][channel], expected[i][channel], 2e-3 * expected[i][channel] + 2e-3 * brightest)
                             << m << ' ' << isGgx << ' ' << isStrip << ' ' << i;
             }
     }
@@ -380,7 +380,6 @@ TEST(VerifyCubemap, MomentsOfALevelAreThoseOfTheSourceThroughItsKernel) {
 
 TEST(VerifyCubemap, AnIdealMapHasNoErrorAtItsTexels) {
     const Environment environment = panorama(32, withSun);
-    const CubemapReference reference(environment);
     const auto stages = verifyAll(ideal(environment, positiveSh()), environment);
     ASSERT_EQ(stages.size(), 3u);
     EXPECT_EQ(stages[0].name, "divide");
