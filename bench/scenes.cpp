@@ -2,13 +2,10 @@
 // scene and layout; a change to any module must not worsen these figures. It runs the program as a user would, with a new cache, so that
 // seconds and memory are those of a whole cook with its verification.
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -16,12 +13,12 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "bench/markdown_table.h"
+#include "bench/run_program.h"
 #include "bench/scene_files.h"
 #include "formats/temporary_folder.h"
 
@@ -39,39 +36,6 @@ struct Options {
     fs::path json;      ///< file of the rows as JSON; empty: none
     int runs = 1;       ///< cooks of each scene and layout
 };
-
-struct Run {
-    double seconds = 0;             ///< wall clock
-    std::int64_t peakRssBytes = 0;  ///< of the process
-    int exitCode = 0;
-};
-
-/// Runs a program to its end with its output in a log file.
-Run run(const std::vector<std::string>& command, const fs::path& log) {
-    std::vector<char*> arguments;
-    for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
-    arguments.push_back(nullptr);
-    const auto start = std::chrono::steady_clock::now();
-    std::fflush(nullptr);  // else the child would print our buffered lines once more
-    const pid_t child = ::fork();
-    if (child < 0) throw std::runtime_error("cannot start " + command.front());
-    if (child == 0) {
-        if (std::freopen(log.c_str(), "w", stdout) == nullptr || ::dup2(STDOUT_FILENO, STDERR_FILENO) < 0) ::_exit(127);
-        ::execv(arguments.front(), arguments.data());
-        ::_exit(127);
-    }
-    int status = 0;
-    rusage usage{};
-    ::wait4(child, &status, 0, &usage);
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    return {elapsed.count(), usage.ru_maxrss * 1024, WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status)};
-}
-
-std::string contentOf(const fs::path& file) {
-    std::ostringstream content;
-    content << std::ifstream(file).rdbuf();
-    return content.str();
-}
 
 /// Writes a scene of one light map whose materials need all shading, with a maximum error that no layout exceeds: the figures are wanted
 /// here, not a verdict.
@@ -93,8 +57,8 @@ struct Row {
 
 /// Runs a cook. Throws std::runtime_error with its output if it fails.
 /// what  the name of the cook for the error
-Run cookOnce(const std::vector<std::string>& command, const fs::path& log, const std::string& what) {
-    const Run cooked = run(command, log);
+ProgramRun cookOnce(const std::vector<std::string>& command, const fs::path& log, const std::string& what) {
+    const ProgramRun cooked = runProgram(command, log);
     if (cooked.exitCode != 0) throw std::runtime_error(fmt::format("{}: exit code {}: {}", what, cooked.exitCode, contentOf(log)));
     return cooked;
 }
@@ -111,7 +75,7 @@ Row cook(const Options& options, const fs::path& program, const std::string& sce
     for (int i = 0; i < options.runs; ++i) {
         fs::remove_all(folder.path() / "cache");
         fs::remove_all(out);
-        const Run cooked = cookOnce(command, log, scene + " " + layout);
+        const ProgramRun cooked = cookOnce(command, log, scene + " " + layout);
         seconds.push_back(cooked.seconds);
         row.peakRssBytes = std::max(row.peakRssBytes, cooked.peakRssBytes);
     }
@@ -163,8 +127,7 @@ Json toJson(const Row& row) {
 }
 
 int benchScenes(const Options& options) {
-    const fs::path program = fs::canonical("/proc/self/exe").parent_path() / "lightcook";
-    if (!fs::exists(program)) throw std::runtime_error(program.string() + " is missing: build it first");
+    const fs::path program = lightcookProgram();
     fmt::print(
         "Whole cooks with their verification, {} processors, {}. Errors are the verdict's; diffuse / specular where there are two.\n\n",
         ::sysconf(_SC_NPROCESSORS_ONLN), options.runs == 1 ? "one run" : fmt::format("median of {} runs", options.runs));
