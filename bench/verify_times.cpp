@@ -16,6 +16,7 @@
 #include "bench/light_kinds.h"
 #include "bench/markdown_table.h"
 #include "bench/run_program.h"
+#include "formats/light_map.h"
 #include "formats/light_map_layout.h"
 #include "formats/temporary_folder.h"
 
@@ -30,6 +31,7 @@ struct Options {
     int size = 128;
     std::vector<std::string> kinds;  ///< empty: all
     std::vector<std::string> layouts = {"ratio", "basis-4", "luvw", "sh4", "hdr-2", "flat"};
+    fs::path beside = fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/cornell_lightmap.exr";  ///< the map to compare with
     bool isUnity = false;  ///< inputs are those of bake format unity-directional
     fs::path write;        ///< a folder: write the inputs there, and do nothing else
     double limit = 0;      ///< most verification may take [ms a texel]; 0: no limit
@@ -48,6 +50,13 @@ ProgramRun runChecked(const std::vector<std::string>& command, const fs::path& l
     return done;
 }
 
+/// Returns the number of texels of a bake: what is cooked may be smaller, for example of one colour.
+double texelsOf(const fs::path& lightMap) {
+    const auto reader = formats::LightMapReader::open(lightMap, {});
+    if (!reader) throw std::runtime_error(reader.error().line());
+    return static_cast<double>(reader->width()) * reader->height();
+}
+
 /// Cooks and verifies a map on one thread.
 Row measure(const fs::path& lightMap, const std::string& layout) {
     const TemporaryFolder folder;
@@ -61,9 +70,9 @@ Row measure(const fs::path& lightMap, const std::string& layout) {
     const Json json = Json::parse(contentOf(report));
     for (const Json& asset : json.at("assets")) {
         if (asset.at("kind") != "light-map") continue;
-        const double perTexel = 1000 / (asset.at("width").get<double>() * asset.at("height").get<double>());
+        const double perTexel = 1000 / texelsOf(lightMap);
         const Json& error = asset.at("stages").back().at("error");
-        return {perTexel * cooked.userSeconds, perTexel * verified.userSeconds, error.at("diffuse").at("visible"),
+        return {perTexel * cooked.userSeconds, perTexel * verified.userSeconds, error.at("diffuse").value("visible", Json()),
                 error.at("specular").value("visible", Json())};
     }
     throw std::runtime_error(lightMap.string() + ": no light map in the report");
@@ -99,19 +108,20 @@ bool benchVerification(const Options& options) {
         layouts.clear();
         for (const formats::LightMapLayoutInfo& layout : formats::kLightMapLayouts) layouts.emplace_back(layout.name);
     }
-    fmt::print("User CPU of whole commands on one thread, {} x {} texels, beside the example's map.\n\n", options.size, options.size);
-    printTableHead({"light", "layout", ">cook ms/texel", ">of cornell", ">verify ms/texel", ">of cornell", ">visible bound"});
+    const std::string beside = options.beside.stem().string();
+    fmt::print("User CPU of whole commands on one thread, {} x {} texels, beside {}.\n\n", options.size, options.size, beside);
+    printTableHead({"light", "layout", ">cook ms/texel", ">of that beside", ">verify ms/texel", ">of that beside", ">visible bound"});
     bool isWithin = true;
-    std::map<std::string, Row> cornell;
+    std::map<std::string, Row> rowsBeside;
     const auto print = [&](const std::string& name, const std::string& layout, const Row& row) {
-        const Row& beside = cornell.at(layout);
-        printTableRow("{} | {} | {:.3f} | {:.2f} | {:.3f} | {:.2f} | {} / {}", name, layout, row.cook, row.cook / beside.cook, row.verify,
-                      row.verify / beside.verify, boundOf(row.diffuse), boundOf(row.specular));
+        const Row& other = rowsBeside.at(layout);
+        printTableRow("{} | {} | {:.3f} | {:.2f} | {:.3f} | {:.2f} | {} / {}", name, layout, row.cook, row.cook / other.cook, row.verify,
+                      row.verify / other.verify, boundOf(row.diffuse), boundOf(row.specular));
         isWithin = isWithin && (options.limit == 0 || row.verify <= options.limit);
     };
     for (const std::string& layout : layouts) {
-        cornell[layout] = measure(fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/cornell_lightmap.exr", layout);
-        print("cornell", layout, cornell[layout]);
+        rowsBeside[layout] = measure(options.beside, layout);
+        print(beside, layout, rowsBeside[layout]);
     }
     for (const std::string& kind : kinds) {
         const TemporaryFolder folder;
@@ -130,6 +140,7 @@ int main(int argumentCount, char** arguments) {
     app.add_option("--size", options.size, "texels a side of the generated maps")->check(CLI::Range(1, 8192))->capture_default_str();
     app.add_option("--kinds", options.kinds, "kinds of light; default: all")->delimiter(',');
     app.add_option("--layouts", options.layouts, "layouts of light maps, or all")->delimiter(',');
+    app.add_option("--beside", options.beside, "the light map to compare with; default: that of the example")->check(CLI::ExistingFile);
     app.add_flag("--unity", options.isUnity, "bake the light as Unity does: bake format unity-directional");
     app.add_option("--limit", options.limit, "end with exit code 1 if a verification takes more than this [ms a texel]");
     app.add_option("--write", options.write, "write the generated maps to this folder, and measure nothing");
