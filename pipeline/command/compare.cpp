@@ -5,12 +5,15 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "formats/gpu_texture.h"
 #include "formats/plain_image.h"
@@ -57,12 +60,12 @@ struct ImageError {
     }
 };
 
-/// Fails if one of the first channels of an image is not finite: no figure says how far off it is.
-Result<void> checkFinite(const formats::PlainImage& image, int channels, const std::filesystem::path& file) {
+/// Fails if one of some channels of an image is not finite: no figure says how far off it is.
+Result<void> checkFinite(const formats::PlainImage& image, std::span<const int> channels, const std::filesystem::path& file) {
     const auto& texels = image.texels;
     for (int y = 0; y < texels.height(); ++y)
         for (int x = 0; x < texels.width(); ++x)
-            for (int c = 0; c < channels; ++c)
+            for (const int c : channels)
                 if (const float value = texels.at(x, y)[c]; !std::isfinite(value))
                     return failure(ErrorCode::ValueNotFinite, fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGBA"[c], x, y),
                                    fmt::format("found {}, expected a finite value", value));
@@ -73,12 +76,14 @@ Result<void> checkFinite(const formats::PlainImage& image, int channels, const s
 struct ImageCount {
     int mips = 1, layers = 1;
     bool isSrgb = false;  ///< a texture whose colours are under the sRGB curve
+    bool isBc1 = false;
 };
 Result<ImageCount> imagesIn(const std::filesystem::path& file) {
     if (!isTextureFile(file)) return ImageCount{};
     return formats::TextureReader::open(file).map([](const formats::TextureReader& reader) {
         const formats::TextureShape& shape = reader.shape();
-        return ImageCount{shape.mipCount, shape.layerCount, shape.format == formats::PixelFormat::Rgba8Srgb};
+        return ImageCount{shape.mipCount, shape.layerCount, shape.format == formats::PixelFormat::Rgba8Srgb,
+                          shape.format == formats::PixelFormat::Bc1};
     });
 }
 
@@ -93,12 +98,27 @@ Result<formats::PlainImage> readCompared(const std::filesystem::path& file, int 
 /// Numbers of channels of two images.
 struct ChannelCounts {
     int first = 0, second = 0;
-    int common() const { return std::min({first, second, 4}); }
+    bool isAlphaCompared = false;
+    int colours = 0;  ///< that are compared: of R, G, B in this order
+
+    int common() const { return colours + (isAlphaCompared ? 1 : 0); }
 };
 
-/// Adds the errors of an image of both files, in the channels that both have. Returns the numbers that they have.
-Result<ChannelCounts> addImage(const std::filesystem::path& a, const std::filesystem::path& b, int mip, int layer, bool isSrgb,
-                               ImageError& error) {
+/// Returns the channels that are compared: the colours that both images have, and alpha if both have it. Transparent texels of BC1 are
+/// compared with any image: one without alpha is opaque.
+/// isBc1  one of the images with alpha is BC1
+ChannelCounts comparedChannels(const formats::PlainImage& first, const formats::PlainImage& second, bool isBc1) {
+    const auto coloursOf = [](const formats::PlainImage& image) { return std::clamp(image.channelCount - (image.hasAlpha ? 1 : 0), 0, 3); };
+    ChannelCounts counts{first.channelCount, second.channelCount};
+    counts.colours = std::min(coloursOf(first), coloursOf(second));
+    counts.isAlphaCompared = (first.hasAlpha && second.hasAlpha) || isBc1;
+    return counts;
+}
+
+/// Adds the errors of an image of both files, in the channels of comparedChannels(), which it returns.
+Result<ChannelCounts> addImage(const std::filesystem::path& a, const std::filesystem::path& b, int mip, int layer,
+                               const std::array<ImageCount, 2>& files, ImageError& error) {
+    const bool isSrgb = files[0].isSrgb || files[1].isSrgb;
     const auto first = readCompared(a, mip, layer, isSrgb), second = readCompared(b, mip, layer, isSrgb);
     if (!first) return tl::make_unexpected(first.error());
     if (!second) return tl::make_unexpected(second.error());
@@ -106,12 +126,15 @@ Result<ChannelCounts> addImage(const std::filesystem::path& a, const std::filesy
         return failure(ErrorCode::WrongShape, b.string(),
                        fmt::format("found {} x {} texels, expected {} x {} as in {}", second->texels.width(), second->texels.height(),
                                    first->texels.width(), first->texels.height(), a.string()));
-    const ChannelCounts counts{first->channelCount, second->channelCount};
-    const int channels = counts.common();
+    const ChannelCounts counts =
+        comparedChannels(*first, *second, (files[0].isBc1 && first->hasAlpha) || (files[1].isBc1 && second->hasAlpha));
+    std::vector<int> channels;
+    for (int c = 0; c < counts.colours; ++c) channels.push_back(c);
+    if (counts.isAlphaCompared) channels.push_back(3);
     for (const auto& [image, file] : {std::pair(&*first, a), std::pair(&*second, b)})
         if (const auto checked = checkFinite(*image, channels, file); !checked) return tl::make_unexpected(checked.error());
     for (std::size_t i = 0; i < first->texels.texels().size(); ++i)
-        for (int c = 0; c < channels; ++c)
+        for (const int c : channels)
             error.add(static_cast<double>(first->texels.texels()[i][c]), static_cast<double>(second->texels.texels()[i][c]));
     return counts;
 }
@@ -133,12 +156,13 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
     ChannelCounts channels;
     for (int mip = 0; mip < mips; ++mip)
         for (int layer = 0; layer < first->layers; ++layer) {
-            const auto added = addImage(a, b, mip, layer, first->isSrgb || second->isSrgb, error);
+            const auto added = addImage(a, b, mip, layer, {*first, *second}, error);
             if (!added) return tl::make_unexpected(added.error());
-            channels = *added;
+            if (added->common() >= channels.common()) channels = *added;
         }
     Json json = error.toJson();
     json["channels"] = channels.common();
+    json["alpha_compared"] = channels.isAlphaCompared;
     json["a_channels"] = channels.first;
     json["b_channels"] = channels.second;
     json["images"] = mips * first->layers;
@@ -241,9 +265,11 @@ std::optional<double> figureOf(const Json& differences, const std::string& metri
 /// Warns of images of which one has channels that the other lacks: nobody has looked at these.
 void warnOfChannels(Terminal& terminal, const Json& differences, const std::filesystem::path& b) {
     if (!differences.contains("a_channels") || differences["a_channels"] == differences["b_channels"]) return;
-    terminal.warning(b.string(), fmt::format("found {} channels, expected {} as in the reference: only the first {} are compared",
-                                             differences["b_channels"].get<int>(), differences["a_channels"].get<int>(),
-                                             differences["channels"].get<int>()));
+    const int first = differences["a_channels"].get<int>(), second = differences["b_channels"].get<int>(),
+              compared = differences["channels"].get<int>();
+    if (compared == std::max(first, second)) return;  // alpha, against the opaque texels of the other
+    terminal.warning(b.string(), fmt::format("found {} channels, expected {} as in the reference: only the first {} are compared", second,
+                                             first, compared));
 }
 
 /// Values of --second.

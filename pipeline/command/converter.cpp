@@ -7,6 +7,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/texture_file.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/lint/checks.h"
 #include "pipeline/manifest/manifest.h"
 
 namespace lightcook::pipeline {
@@ -49,8 +50,23 @@ Outcome failedOutcome(formats::Error error) {
     return {{std::move(error)}, {}, {}, 0, 0};
 }
 
+formats::ColorSpaces colorsOf(const std::optional<std::string>& source) {
+    formats::ColorSpaces colors;
+    colors.source = source.value_or(formats::kStatedSource);
+    return colors;
+}
+
+formats::Result<void> checkSource(const std::optional<std::string>& source) {
+    if (!source) return {};
+    const auto checked = formats::checkColorSpace(*source, {});
+    if (checked) return {};
+    return formats::failure(ErrorCode::InvalidRequest, "--source", checked.error().detail);
+}
+
 Scene sceneFor(const ConverterOptions& options) {
     Scene scene;
+    scene.colors = colorsOf(options.source);
+    if (options.source) scene.allowances.push_back({LintCheck::WrongPrimaries, {}, "--source"});
     scene.directory = options.input.parent_path();
     return scene;
 }

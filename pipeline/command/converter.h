@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "pipeline/cook/cook.h"
@@ -11,12 +12,19 @@ namespace lightcook::pipeline {
 
 /// Options of every converter.
 struct ConverterOptions {
-    std::filesystem::path input;   ///< not of lut
-    std::filesystem::path output;  ///< a folder; or a .ktx2 file if the asset is one texture, or .dds if that has no constants
-    CookOptions cook;              ///< overrides of [output], repair, cache
+    std::filesystem::path input;             ///< not of lut
+    std::filesystem::path output;            ///< a folder; or a .ktx2 file if the asset is one texture, or .dds if that has no constants
+    CookOptions cook;                        ///< overrides of [output], repair, cache
+    std::optional<std::string> source = {};  ///< colour space of the input; empty: what the file states
 };
 
-/// Returns a scene without assets for the converter's input.
+/// Returns the colour spaces of a command without a scene file.
+/// source  of --source; empty: what the file states
+formats::ColorSpaces colorsOf(const std::optional<std::string>& source);
+/// Fails for a --source that is no linear colour space.
+formats::Result<void> checkSource(const std::optional<std::string>& source);
+
+/// Returns a scene without assets for the converter's input. What the file states about its colours is no finding if --source was given.
 Scene sceneFor(const ConverterOptions& options);
 
 /// Refuses a --container that is not that of the output file.

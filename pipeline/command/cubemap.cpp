@@ -84,6 +84,7 @@ formats::Result<Json> runIrradiance(const CommandLine& options) {
     command.wrap = options.wrap.value_or(command.wrap);
     command.size = options.size.value_or(command.size);
     command.repair = options.cook.repair;
+    command.source = options.source;
     command.target = options.cook.target.value_or(command.target);
     command.budgetBytes = options.cook.budgetBytes;
     command.maxError = options.cook.maxError.value_or(command.maxError);
@@ -101,6 +102,7 @@ formats::Result<Json> runSh(const CommandLine& options) {
     command.wrap = options.wrap.value_or(command.wrap);
     command.normalize = options.normalize.value_or(command.normalize);
     command.repair = options.cook.repair;
+    command.source = options.source;
     return cookSh(command);
 }
 
@@ -134,6 +136,7 @@ CommandFunction defineCubemap(CLI::App& app) {
         ->required();
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);
+    addSourceOption(app, options->source);
     options->json.add(app, "the report, or with another --filter what was written,");
     app.add_option("--filter", options->filter,
                    "specular: prefiltered levels; irradiance: diffuse light, one level in one file; sh: nine coefficients "
@@ -158,7 +161,7 @@ CommandFunction defineCubemap(CLI::App& app) {
     app.footer(R"(The environment is an equirectangular panorama (2:1), six faces +X -X +Y -Y +Z -Z in a strip (1:6 or
 6:1), a horizontal (4:3) or vertical (3:4) cross, or one of six square files whose names end in
 px nx py ny pz nz or posx negx posy negy posz negz. The shape of the image selects the form. The
-corners of a cross are ignored.
+corners of a cross are ignored. An OpenEXR file with the attribute envmap has OpenEXR's directions.
 
 --filter irradiance writes the exit radiance of a white Lambert surface (irradiance over pi) for every
 normal, computed from the whole environment. The texture's metadata has the "range" to multiply by.
@@ -172,10 +175,12 @@ radiance of a white surface. Through nine coefficients, a white surface that fac
 shows 17/16; --normalize d3dx multiplies everything by 16/17, as D3DX does.)");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        if (auto checked = checkSource(options->source); !checked) return session.finish(checked);
         if (auto checked = checkFilterOptions(*options); !checked) return session.finish(checked);
         options->json.prepare(session);
         if (options->filter != "specular") {
             const auto cooked = options->filter == "sh" ? runSh(*options) : runIrradiance(*options);
+            if (cooked) warnOfRepairs(session.terminal, options->input.string(), cooked->at("repaired_texels").get<std::int64_t>());
             if (cooked && session.terminal.isInteractive()) printJson(session.terminal, *cooked);
             return options->json.finish(session, cooked);
         }

@@ -18,7 +18,7 @@ formats::Result<Json> decodeTexture(const DecodeCommand& command) {
     if (auto checked = requireExrFile(command.output); !checked) return tl::make_unexpected(checked.error());
     const auto image = readAnyImage(command.input, command.mip, command.layer);
     if (!image) return tl::make_unexpected(image.error());
-    const int channels = image->channelCount == 4 ? 4 : 3;
+    const int channels = image->hasAlpha ? 4 : 3;
     const auto folders = FoldersOfFile::make(command.output);
     if (!folders) return tl::make_unexpected(folders.error());
     if (auto written = formats::writeExr(command.output, image->texels.view(), channels); !written)

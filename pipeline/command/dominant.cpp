@@ -31,6 +31,7 @@ void printExplanation(const Json& explanation, Session& session) {
 int finishExplained(const DominantOptions& options, Session& session, const JsonOutput& json, Outcome outcome) {
     formats::LightMapDescription description = options.description;
     description.repair = options.cook.repair;
+    description.colors = colorsOf(options.source);
     const auto explanation = explainDominant(options.input, description, options.fit == "refined-ambient", session.state);
     if (explanation)
         outcome.report["explanation"] = *explanation;
@@ -65,6 +66,7 @@ CommandFunction defineDominant(CLI::App& app) {
     declareWritten(addFolderOption(app, "output", options->output, "Output folder"), Written::Folder)->required();
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);
+    addSourceOption(app, options->source);
     options->conventions.add(app);
     options->json.add(app, "the report, and with --report \"explanation\",");
     addDominantFitOption(app, options->fit);
@@ -79,6 +81,7 @@ lights that would do better. With --log json it is one JSON object on standard o
 hold one light.)");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        if (auto checked = checkSource(options->source); !checked) return session.finish(checked);
         if (auto applied = options->conventions.apply(options->description, options->input); !applied) return session.finish(applied);
         options->json.prepare(session);
         Outcome outcome = convertDominant(*options, session.state);

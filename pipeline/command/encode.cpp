@@ -15,11 +15,13 @@
 #include <utility>
 #include <vector>
 
+#include "formats/color.h"
 #include "formats/nearest.h"
 #include "formats/plain_image.h"
 #include "formats/vocabulary.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/command/command.h"
+#include "pipeline/command/converter.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
@@ -48,28 +50,89 @@ Result<PixelFormat> formatFromName(const std::string& name) {
                    fmt::format("found '{}', expected one of: {}{}", name, fmt::join(known, " "), formats::nearestHint(name, known)));
 }
 
-/// Refuses values that are not finite, and negative values if the format is unsigned. With `repair` sets them to zero and returns their
-/// number.
+/// Returns the largest value that all channels of a format hold.
+float largestOf(const formats::PixelFormatInfo& format) {
+    if (!format.isFloat) return 1;
+    if (format.format == PixelFormat::Rgb9e5) return 65408;
+    return format.format == PixelFormat::R11g11b10f ? 64512 : 65504;
+}
+
+/// Values that checkTexels() looks for, and the end of its message.
+struct TexelCheck {
+    bool takesNegative = false;
+    std::string otherwise = {};  ///< what else to do about a negative value
+};
+
+/// Refuses values that are not finite, and negative values. With `repair` sets infinity to the largest value of the format and others to
+/// zero, and returns their number.
 Result<std::int64_t> checkTexels(Image<glm::vec4>& texels, const std::filesystem::path& file, const formats::PixelFormatInfo& format,
-                                 bool repair) {
+                                 bool repair, const TexelCheck& check) {
     std::int64_t repaired = 0;
     const int channels = std::min(format.channelCount, 4);
     for (int y = 0; y < texels.height(); ++y)
         for (int x = 0; x < texels.width(); ++x)
             for (int c = 0; c < channels; ++c) {
                 float& value = texels.at(x, y)[c];
-                const bool isBroken = !std::isfinite(value), isNegative = value < 0 && !format.isSigned;
+                const bool isBroken = !std::isfinite(value), isNegative = value < 0 && !check.takesNegative;
                 if (!isBroken && !isNegative) continue;
                 if (!repair)
-                    return failure(
-                        isBroken ? ErrorCode::ValueNotFinite : ErrorCode::ValueOutOfRange,
-                        fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGBA"[c], x, y),
-                        isBroken ? fmt::format("found {}, expected a finite value (--repair makes it zero)", value)
-                                 : fmt::format("found {}, expected no negative value in {} (--repair makes it zero)", value, format.name));
-                value = 0;
+                    return failure(isBroken ? ErrorCode::ValueNotFinite : ErrorCode::ValueOutOfRange,
+                                   fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGBA"[c], x, y),
+                                   isBroken
+                                       ? fmt::format("found {}, expected a finite value (--repair makes it {})", value,
+                                                     value > 0 ? fmt::format("{}, the largest of the format", largestOf(format)) : "zero")
+                                       : fmt::format("found {}, expected no negative value in {} (--repair makes it zero{})", value,
+                                                     format.name, check.otherwise));
+                value = isBroken && value > 0 ? largestOf(format) : 0.0f;
                 ++repaired;
             }
     return repaired;
+}
+
+/// Converts an image to lin_rec709, the primaries that texture files state. Returns the space that it was in; empty: nothing was to do.
+Result<std::string> convertColours(formats::PlainImage& image, const EncodeCommand& command) {
+    if (command.source && formats::isPictureFile(command.input))
+        return failure(ErrorCode::InvalidRequest, "--source",
+                       fmt::format("found it with {}, a picture of integers, expected EXR or HDR", command.input.string()));
+    if (image.channelCount - (image.hasAlpha ? 1 : 0) < 3) return std::string();
+    const formats::ColorSpaces colors = colorsOf(command.source);
+    const auto conversion = formats::linearConversion(colors, image.chromaticities);
+    if (!conversion) return tl::make_unexpected(conversion.error());
+    if (conversion->isIdentity) return std::string();
+    for (glm::vec4& texel : image.texels.texels()) texel = glm::vec4(conversion->workingFromSource * glm::vec3(texel), texel.a);
+    if (command.source && *command.source != formats::kStatedSource) return *command.source;
+    const auto stated = formats::statedPrimaries(*image.chromaticities, *conversion);
+    return stated && !stated->space.empty() ? stated->space : std::string(formats::kStatedSource);
+}
+
+/// Brings an image to the colours that are encoded, and refuses or repairs values that the format cannot hold. Returns what is to report.
+Result<Json> prepareImage(formats::PlainImage& image, const EncodeCommand& command, const formats::PixelFormatInfo& format) {
+    auto repaired = checkTexels(image.texels, command.input, format, command.repair, {.takesNegative = true});
+    if (!repaired) return tl::make_unexpected(repaired.error());
+    const auto space = convertColours(image, command);
+    if (!space) return tl::make_unexpected(space.error());
+    TexelCheck check{.takesNegative = format.isSigned};
+    if (!space->empty())
+        check.otherwise =
+            fmt::format("; it is one after the conversion from {} to lin_rec709, which --source lin_rec709 leaves out", *space);
+    std::int64_t outsideGamut = 0;
+    if (!space->empty() && !command.source && !format.isSigned)
+        for (glm::vec4& texel : image.texels.texels())
+            for (int c = 0; c < 3; ++c)
+                if (texel[c] < 0) {
+                    texel[c] = 0;
+                    ++outsideGamut;
+                }
+    const auto negative = checkTexels(image.texels, command.input, format, command.repair, check);
+    if (!negative) return tl::make_unexpected(negative.error());
+    std::int64_t transparent = 0;
+    if (image.hasAlpha && format.channelCount < 4)
+        transparent = std::ranges::count_if(image.texels.texels(), [](const glm::vec4& texel) { return texel.a != 1; });
+    return Json{{"repaired", *repaired + *negative},
+                {"clamped_negative", outsideGamut},
+                {"transparent_texels", transparent},
+                {"ignored_channels", image.ignored},
+                {"converted_from", *space}};
 }
 
 /// Reads the weights of texels from the first channel of an image and scales the largest to 1.
@@ -232,8 +295,11 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     if (!image) return tl::make_unexpected(image.error());
     if (*format == PixelFormat::Rgba8Srgb && formats::isPictureFile(command.input)) decodeSrgb(*image);
     Image<glm::vec4>& texels = image->texels;
-    const auto repaired = checkTexels(texels, command.input, facts, command.repair);
-    if (!repaired) return tl::make_unexpected(repaired.error());
+    if (command.cube)
+        if (auto resampled = formats::resampleEnvironment(*image, command.input.string()); !resampled)
+            return tl::make_unexpected(resampled.error());
+    const auto prepared = prepareImage(*image, command, facts);
+    if (!prepared) return tl::make_unexpected(prepared.error());
     if (command.cube && texels.height() != 6 * texels.width())
         return failure(ErrorCode::WrongShape, command.input.string(),
                        fmt::format("found {} x {} texels, expected a vertical strip of six square faces", texels.width(), texels.height()));
@@ -255,19 +321,46 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     const auto folders = FoldersOfFile::make(command.output);
     if (!folders) return tl::make_unexpected(folders.error());
     if (auto written = writeTexture(command.output, shape, settings, {}, images); !written) return tl::make_unexpected(written.error());
-    return Json{{"width", shape.width},
-                {"height", shape.height},
-                {"mips", shape.mipCount},
-                {"layers", shape.layerCount},
-                {"faces", shape.faceCount},
-                {"format", std::string(facts.name)},
-                {"bytes", shape.gpuBytes()},
-                {"encode_seconds", seconds},
-                {"threads", threads},
-                {"clamped_high", report.clampedHigh},
-                {"clamped_negative", report.clampedNegative},
-                {"repaired", *repaired}};
+    Json json = {{"width", shape.width},
+                 {"height", shape.height},
+                 {"mips", shape.mipCount},
+                 {"layers", shape.layerCount},
+                 {"faces", shape.faceCount},
+                 {"format", std::string(facts.name)},
+                 {"bytes", shape.gpuBytes()},
+                 {"encode_seconds", seconds},
+                 {"threads", threads},
+                 {"clamped_high", report.clampedHigh},
+                 {"clamped_negative", report.clampedNegative}};
+    const std::int64_t outsideGamut = prepared->at("clamped_negative").get<std::int64_t>();
+    json.update(*prepared);
+    json["clamped_negative"] = report.clampedNegative + outsideGamut;
+    return json;
 }
+
+namespace {
+
+/// Says what of an image was not stored, or not stored as it is.
+void reportOfImage(Terminal& terminal, const EncodeCommand& command, const Json& facts) {
+    const std::string input = command.input.string();
+    if (const auto count = facts.at("transparent_texels").get<std::int64_t>(); count > 0) {
+        std::vector<formats::PixelFormatInfo> withAlpha;
+        std::ranges::copy_if(formats::allPixelFormats(), std::back_inserter(withAlpha),
+                             [](const auto& each) { return each.channelCount == 4; });
+        terminal.warning(input,
+                         fmt::format("found {} texels with an alpha that is not 1, which {} does not hold: the texture is opaque. "
+                                     "Formats with alpha: {}",
+                                     count, command.format, formats::listOfNames(std::span<const formats::PixelFormatInfo>(withAlpha))));
+    }
+    const auto ignored = facts.at("ignored_channels").get<std::vector<std::string>>();
+    if (!ignored.empty())
+        terminal.say(fmt::format("{}: not read: channel{} {}", input, ignored.size() == 1 ? "" : "s", fmt::join(ignored, ", ")));
+    if (const auto space = facts.at("converted_from").get<std::string>(); !space.empty())
+        terminal.say(fmt::format("{}: converted from {} to lin_rec709", input,
+                                 space == formats::kStatedSource ? "the primaries that it states" : space));
+}
+
+}  // namespace
 
 CommandFunction defineEncode(CLI::App& app) {
     struct Options : EncodeCommand {
@@ -300,7 +393,10 @@ CommandFunction defineEncode(CLI::App& app) {
                   "Image of the same size whose first channel is the weight of each texel: finite, at least 0; texels of 0 are free");
     app.add_flag("--cube", options->cube, "The input is a vertical strip of six cube faces");
     app.add_flag("--zstd", options->zstd, "Compress the texture inside KTX2 with Zstandard");
-    app.add_flag("--repair", options->repair, "Replace NaN, infinity and, in unsigned formats, negative values by zero, and count them");
+    app.add_flag(
+        "--repair", options->repair,
+        "Replace infinity by the largest value of the format, NaN and, in unsigned formats, negative values by zero, and count them");
+    addSourceOption(app, options->source);
     options->json.add(app, "what was done");
     app.footer(R"(Metrics, for an input value x: log minimizes the squared error of log2(1 + x / scale), relative to the
 value in the light and absolute in the dark; linear that of x, which keeps the energy but not the
@@ -322,7 +418,11 @@ the metric that was chosen; exact rows stay exact. The texture keeps its size on
 compressed file shrinks by 5 to 25 %, for 2 to 3 microseconds a texel.
 
 Pictures of integers (PNG, JPEG, TGA, BMP) keep their codes: as sRGB in rgba8-srgb, else as numbers from 0
-to 1. EXR and HDR are linear light, which rgba8-srgb stores under its curve.
+to 1. EXR and HDR are linear light, which rgba8-srgb stores under its curve. Those that state primaries
+(chromaticities of OpenEXR, PRIMARIES of Radiance) are converted to those of Rec.709, which texture
+files state; --source lin_rec709 stores the values as they are. Of OpenEXR, channels R, G, B and A are
+read, or Y as grey; others are named. With --cube, faces of an OpenEXR file with the attribute envmap
+are turned from OpenEXR's directions to those of textures.
 
 Negative values in unsigned formats are refused, also where the significance is 0, unless --repair is
 given. Values above the format's largest are clamped to it, with a warning, and counted as
@@ -336,6 +436,7 @@ decodes to -1 like byte -127; the encoder writes only the latter.)");
         options->rdo = options->rdoGiven.value_or(options->rdo);
         if (!options->metricName.empty()) options->metric = kMetrics.at(options->metricName);
         options->json.prepare(session);
+        if (auto checked = checkSource(options->source); !checked) return session.finish(checked);
         const auto facts = encodeTexture(*options, session.threads);
         if (!facts) return options->json.finish(session, facts);
         constexpr std::array<std::pair<const char*, const char*>, 3> kChanges = {{
@@ -346,6 +447,7 @@ decodes to -1 like byte -127; the encoder writes only the latter.)");
         for (const auto& [key, words] : kChanges)
             if (const auto count = facts->at(key).get<std::int64_t>(); count > 0)
                 session.terminal.warning(options->input.string(), fmt::format("found {} {}", count, words));
+        reportOfImage(session.terminal, *options, *facts);
         return options->json.finish(session, facts);
     };
 }

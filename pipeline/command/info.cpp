@@ -56,9 +56,10 @@ Json describeImage(const formats::PlainImage& image) {
     const float infinity = std::numeric_limits<float>::infinity();
     float low = infinity, high = -infinity;
     std::int64_t notFinite = 0, negative = 0;
-    const int channels = std::min(image.channelCount, 4);
+    const int colours = std::clamp(image.channelCount - (image.hasAlpha ? 1 : 0), 0, 3);
     for (const glm::vec4& texel : image.texels.texels())
-        for (int c = 0; c < channels; ++c) {
+        for (int c = 0; c < 4; ++c) {
+            if (c == 3 ? !image.hasAlpha : c >= colours) continue;
             if (!std::isfinite(texel[c])) {
                 ++notFinite;
                 continue;
@@ -67,13 +68,30 @@ Json describeImage(const formats::PlainImage& image) {
             high = std::max(high, texel[c]);
             negative += texel[c] < 0 ? 1 : 0;
         }
-    return {{"width", image.texels.width()},
-            {"height", image.texels.height()},
-            {"channels", image.channelCount},
-            {"minimum", low},
-            {"maximum", high},
-            {"not_finite", notFinite},
-            {"negative", negative}};
+    Json json = {{"width", image.texels.width()},
+                 {"height", image.texels.height()},
+                 {"channels", image.channelCount},
+                 {"minimum", low},
+                 {"maximum", high},
+                 {"not_finite", notFinite},
+                 {"negative", negative}};
+    if (!image.ignored.empty()) json["ignored_channels"] = image.ignored;
+    if (image.chromaticities) json["chromaticities"] = *image.chromaticities;
+    if (image.environment) json["envmap"] = *image.environment == formats::ExrEnvironment::Cube ? "cube" : "latlong";
+    return json;
+}
+
+/// Describes an image, or the channels of an OpenEXR file that are those of no image.
+Result<Json> describeAnyImage(const std::filesystem::path& file) {
+    const auto image = formats::readImage(file);
+    if (image) return describeImage(*image);
+    if (image.error().code == formats::ErrorCode::WrongShape)
+        if (const auto content = formats::exrContent(file))
+            return Json{{"width", content->width},
+                        {"height", content->height},
+                        {"channels", content->channels.size()},
+                        {"channel_names", content->channels}};
+    return tl::make_unexpected(image.error());
 }
 
 /// Describes a light map: how it was recognised, and its shape.
@@ -253,8 +271,7 @@ Result<Json> describeFile(const std::filesystem::path& file) {
             if (const auto known = formats::LightMapReader::recognize(file, {}); known && known->format->needsMesh())
                 return describeWithoutMesh(*known, map.error());
         if (map && map->recognition().isCertain) return describeLightMap(*map);
-        return formats::readImage(file).map([&](const formats::PlainImage& image) {
-            Json json = describeImage(image);
+        return describeAnyImage(file).map([&](Json json) {
             if (map)
                 json["as_light_map"] = describeLightMap(*map);
             else if (!map.error().detail.starts_with(formats::kBelongsToNoBakeFormat))
@@ -262,7 +279,7 @@ Result<Json> describeFile(const std::filesystem::path& file) {
             return json;
         });
     }
-    return formats::readImage(file).map(describeImage);
+    return describeAnyImage(file);
 }
 
 Result<std::vector<std::filesystem::path>> expandPatterns(const std::vector<std::string>& names) {

@@ -62,7 +62,7 @@ Result<void> checkOutput(const std::filesystem::path& output) {
 
 Result<Json> cookIrradiance(const IrradianceCommand& command) {
     if (auto checked = checkOutput(command.output); !checked) return tl::make_unexpected(checked.error());
-    const auto loaded = formats::loadEnvironment(command.input, {{}, command.repair});
+    const auto loaded = formats::loadEnvironment(command.input, {colorsOf(command.source), command.repair});
     if (!loaded) return tl::make_unexpected(loaded.error());
     const auto strip = fit::irradianceCubemap(loaded->environment, {command.size, command.wrap});
     if (!strip) return tl::make_unexpected(strip.error());
@@ -112,9 +112,14 @@ Result<Json> cookSh(const ShCommand& command) {
         return failure(
             ErrorCode::InvalidRequest, command.output.string(),
             fmt::format("found the extension \"{}\", expected .json for nine coefficients", command.output.extension().string()));
+    // The coefficients are converted in place of the texels: colours that the working space lacks have negative ones, which are exact.
+    const auto conversion = formats::linearConversion(colorsOf(command.source), formats::statedChromaticities(command.input));
+    if (!conversion) return tl::make_unexpected(conversion.error());
     const auto loaded = formats::loadEnvironment(command.input, {{}, command.repair});
     if (!loaded) return tl::make_unexpected(loaded.error());
     lighting::ShRgb sh = fit::projectEnvironment(loaded->environment);
+    if (!conversion->isIdentity)
+        for (glm::vec3& coefficient : sh) coefficient = conversion->workingFromSource * coefficient;
     if (command.normalize == "d3dx")
         for (glm::vec3& coefficient : sh) coefficient *= 16.0f / 17.0f;
     const Json document = {{"sh", rowsOf(sh)},     {"exit", rowsOf(lighting::convolve(sh, lighting::wrappedLambertBands(command.wrap)))},

@@ -20,6 +20,7 @@ struct IrradianceCommand {
     int size = 32;                        ///< [texels] of a face's edge
     formats::Target target = formats::Target::Bc;
     bool repair = false;
+    std::optional<std::string> source = {};    ///< colour space of the input; empty: what the file states
     double maxError = 0.1;                     ///< limit on the RMS error against brute force, as a fraction
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory
     TextureSettings textures;
@@ -37,6 +38,7 @@ struct ShCommand {
     double wrap = 0;                      ///< in [0, 1]
     std::string normalize = "none";       ///< none; or d3dx: times 16/17, so that a game light of 1 is 1 through nine coefficients
     bool repair = false;
+    std::optional<std::string> source = {};  ///< colour space of the input; empty: what the file states
 };
 
 /// Writes and returns {"sh","exit","wrap","normalize","phase": "none","repaired_texels"}. "sh" is the incident radiance, nine rows of R, G

@@ -21,6 +21,7 @@ Scene lightMapScene(const ConverterOptions& options, const formats::LightMapDesc
     entry.name = scene.name = lightMapNameOf(options.input, known ? known->format->name : "");
     entry.file = options.input;
     entry.description = description;
+    entry.description.colors = scene.colors;
     scene.lightMaps.push_back(entry);
     return scene;
 }
@@ -58,10 +59,12 @@ CommandFunction defineLightmap(CLI::App& app) {
     app.add_flag("--mips", options->cook.mips, "Write mip levels, as far as these keep charts apart");
     addLobeOption(app, options->lobe, formats::sceneLobes());
     addRepairOption(app, options->cook.repair);
+    addSourceOption(app, options->source);
     options->conventions.add(app);
     options->json.add(app, "the report");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        if (auto checked = checkSource(options->source); !checked) return session.finish(checked);
         if (auto applied = options->conventions.apply(options->description, options->input); !applied) return session.finish(applied);
         options->json.prepare(session);
         return finishCook(session, options->json, convertLightMap(*options, session.state));

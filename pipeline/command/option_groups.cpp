@@ -156,6 +156,13 @@ void addRepairOption(CLI::App& app, bool& repair) {
                  "Repair bad input values (NaN, infinite, negative energy) and count them, instead of refusing the file");
 }
 
+void addSourceOption(CLI::App& app, std::optional<std::string>& source) {
+    app.add_option("--source", source,
+                   "Colour space of the input, which is converted to lin_rec709. Default: stated, the primaries that the file states "
+                   "(chromaticities of OpenEXR, PRIMARIES of Radiance), else lin_rec709")
+        ->type_name("SPACE");
+}
+
 void addSamplesOption(CLI::App& app, std::optional<int>& samples) {
     app.add_option("--samples", samples, "Random places on the surface at which the verifier shades, per texel")
         ->check(CLI::Range(0, 1000000));

@@ -125,6 +125,8 @@ void addEffortOption(CLI::App& app, std::optional<int>& effort);
 void addRdoOption(CLI::App& app, std::optional<double>& rdo);
 void addStrictOption(CLI::App& app, bool& strict);
 void addRepairOption(CLI::App& app, bool& repair);
+/// Adds --source, the colour space of the input. Empty: what the file states.
+void addSourceOption(CLI::App& app, std::optional<std::string>& source);
 void addSamplesOption(CLI::App& app, std::optional<int>& samples);
 
 /// Returns the objection to an option's value as an error of the command line.

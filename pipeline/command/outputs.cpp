@@ -481,6 +481,7 @@ void printCook(Session& session, const Outcome& outcome) {
     const auto report = fromJson<Report>(outcome.report, kReportName);
     if (!report) return;
     printClampedLight(session.terminal, *report);
+    printRepairs(session.terminal, *report);
     if (report->assets.empty() && outcome.errors.empty()) printSkipped(session.terminal, *report);
     if (session.terminal.verbosity() == Verbosity::Quiet) return;
     if (session.terminal.isInteractive()) printReport(session.terminal, *report);

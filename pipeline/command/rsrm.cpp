@@ -83,6 +83,7 @@ CommandFunction defineRsrm(CLI::App& app) {
     declareWritten(addFileOption(app, "output", options->output, "A folder, or a .ktx2 file"), Written::FileOrFolder)->required();
     options->outputOptions.addTextures(app);
     addRepairOption(app, options->cook.repair);
+    addSourceOption(app, options->source);
     options->json.add(app, "the report");
     app.add_option("--exponents", options->exponents, "Phong exponents, one row each: 1 to 256 increasing numbers from 1 to 65536")
         ->delimiter(',')
@@ -110,6 +111,7 @@ axis; with --log json as {"asymmetric_energy": 0.7}. If it is large, a reflectio
 the environment.)");
     return [options](Session& session) {
         if (auto applied = options->outputOptions.apply(options->cook); !applied) return session.finish(applied);
+        if (auto checked = checkSource(options->source); !checked) return session.finish(checked);
         options->json.prepare(session);
         Outcome outcome = convertRsrm(*options, session.state);
         if (outcome.errors.empty() && !options->axis.empty()) printAsymmetry(session, outcome.report);

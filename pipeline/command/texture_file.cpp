@@ -67,7 +67,9 @@ Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int 
     const std::uint64_t faces = static_cast<std::uint64_t>(shape.faceCount);
     if (auto fits = formats::checkMemory((faces + 1) * texels * sizeof(glm::vec4), file.string()); !fits)
         return tl::make_unexpected(fits.error());
-    formats::PlainImage image{{}, formats::info(shape.format).channelCount};
+    formats::PlainImage image;
+    image.channelCount = formats::info(shape.format).channelCount;
+    image.hasAlpha = image.channelCount == 4;
     for (int face = 0; face < shape.faceCount; ++face) {
         auto decoded = verify::decodeImage(*texture, {mip, layer, face});
         if (!decoded) return tl::make_unexpected(decoded.error());
@@ -78,7 +80,15 @@ Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int 
         if (face == 0) image.texels = Image<glm::vec4>(width, height * shape.faceCount);  // once the file's content is known to be whole
         for (int y = 0; y < height; ++y) std::copy_n(decoded->view().row(y), width, image.texels.view().row(face * height + y));
     }
+    if (texture->hasBc1Alpha() && hasTransparency(image)) {
+        image.channelCount = 4;
+        image.hasAlpha = true;
+    }
     return image;
+}
+
+bool hasTransparency(const formats::PlainImage& image) {
+    return std::ranges::any_of(image.texels.texels(), [](const glm::vec4& texel) { return texel.a != 1; });
 }
 
 }  // namespace lightcook::pipeline

@@ -27,7 +27,11 @@ formats::Result<formats::PlainImage> readPicture(const std::filesystem::path& fi
 /// Replaces the colours of an image, codes under the sRGB curve, by linear light. Alpha is linear already.
 void decodeSrgb(formats::PlainImage& image);
 
-/// Reads an image, or one mip and layer of a texture. The faces of a cubemap lie one under the other.
+/// Returns true if the alpha of a texel is not 1.
+bool hasTransparency(const formats::PlainImage& image);
+
+/// Reads an image, or one mip and layer of a texture. The faces of a cubemap lie one under the other. BC1 has alpha if one of its texels is
+/// transparent.
 formats::Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip = 0, int layer = 0);
 
 }  // namespace lightcook::pipeline

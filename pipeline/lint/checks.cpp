@@ -42,9 +42,10 @@ constexpr std::array kLintChecks = {
                   "Export linear values: no sRGB or 2.2 curve, and no tone mapping. lightcook does not undo the curve of an SH map."},
     LintCheckInfo{
         LintCheck::WrongPrimaries, "wrong-primaries", Warning,
-        "the file states primaries (`chromaticities` of OpenEXR) that are not those of `source` in `[color]`",
-        "Write the colour space of the file as `source` into `[color]`; all files of a scene share it, so convert one that differs. If "
-        "its attribute `chromaticities` is wrong, allow this code."},
+        "the file states primaries (`chromaticities` of OpenEXR, `PRIMARIES` of Radiance) that are not those of `source` in `[color]`",
+        "Write `source = \"stated\"` into `[color]`: each file is then converted from what it states. If all files are in one space, name "
+        "that. "
+        "If what the file states is wrong, allow this code."},
     LintCheckInfo{LintCheck::LightUnits, "light-units", Note,
                   "light map and probes of one scene differ in brightness by about pi, the factor between game units and radiometric units",
                   "Write `light_units = \"game\"` in the `[[light_map]]`, or `\"radiometric\"` where `game` is there."},

@@ -518,7 +518,7 @@ Findings judgePlaces(const LightMapEntry& entry, const std::vector<std::string>&
 
 Findings judgePrimaries(const std::string& asset, const std::filesystem::path& file, const std::string& source,
                         const std::optional<formats::StatedPrimaries>& primaries) {
-    if (!primaries || primaries->difference <= formats::kSamePrimaries) return {};
+    if (source == formats::kStatedSource || !primaries || primaries->difference <= formats::kSamePrimaries) return {};
     const auto& [xy, space, difference] = *primaries;
     return {makeFinding(
         LintCheck::WrongPrimaries, asset, file, {"color", "", "source"},

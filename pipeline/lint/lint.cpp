@@ -33,6 +33,7 @@ Action meshAction(const LightMapEntry& entry, const formats::LightMapDescription
 Action probeAction(const Scene& scene, const ProbeEntry& entry, bool repair) {
     // The image is read as stored: checks look at its 8-bit levels, and at SH that the baker computed in its colours.
     formats::ColorSpaces colors = scene.colors;
+    if (colors.source == formats::kStatedSource) colors.source = formats::ColorSpaces().source;  // values as the file has them
     colors.working = colors.source;
     Inputs inputs = environmentInputs(entry.file, colors);
     ProbeLintParameters parameters{colors, repair, {}};

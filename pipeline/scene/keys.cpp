@@ -162,7 +162,10 @@ SceneSectionInfo colorSection() {
     return {.name = "color",
             .isArray = false,
             .intro = "",
-            .keys = {{"source", "string", "`\"lin_rec709\"`", "colour space of the files"},
+            .keys = {{"source", "string", "`\"lin_rec709\"`",
+                      "colour space of the files; `\"stated\"`: for each file what it states (`chromaticities` of OpenEXR, `PRIMARIES` of "
+                      "Radiance), else "
+                      "lin_rec709"},
                      {"working", "string", "`\"lin_rec709\"`", "colour space of the engine"},
                      {"config", "path", "built in", "OpenColorIO configuration that has both"}},
             .outro = "[Colour](../theory/lighting.md#colour) lists the built-in spaces. Conversions that are not linear are refused."};

@@ -186,6 +186,11 @@ formats::ColorSpaces readColors(TableReader reader) {
         if (space->empty())
             reader.fail(reader.node(key), fmt::format("found an empty text for color.{}, expected the name of a colour space", key));
     colors.config = reader.optionalPath("config").value_or(std::filesystem::path());
+    if (colors.working == formats::kStatedSource)
+        reader.fail(reader.node("working"),
+                    fmt::format("found \"{}\" for color.working, expected the name of a colour space: only a source "
+                                "can be stated by files",
+                                formats::kStatedSource));
     for (const auto& [key, space] : {std::pair("source", &colors.source), std::pair("working", &colors.working)}) {
         const auto checked = formats::checkColorSpace(*space, colors.config);
         if (checked) continue;

@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "pipeline/assets/note_keys.h"
 #include "pipeline/report/captions.h"
@@ -273,6 +275,32 @@ void printClampedLight(Terminal& terminal, const Report& report) {
             terminal.warning(row.name, fmt::format("found {} values of light above 65504, expected none: layout {} stores no more, and "
                                                    "they became 65504. Check light_units and the scale of the bake",
                                                    row.notes->at(note_keys::kClampedLight).get<std::int64_t>(), row.layout));
+}
+
+void printRepairs(Terminal& terminal, const Report& report) {
+    constexpr std::array kFaults = {
+        std::pair{note_keys::kRepairedNotFinite, "infinite or NaN"}, std::pair{note_keys::kRepairedNegativeDc, "negative light"},
+        std::pair{note_keys::kRepairedBands, "bands longer than their light"}, std::pair{note_keys::kRepairedFireflies, "fireflies"}};
+    for (const ReportRow& row : report.assets) {
+        if (!row.notes) continue;
+        const auto countOf = [&](const char* key) { return row.notes->value(key, std::int64_t{0}); };
+        warnOfRepairs(terminal, row.name, countOf(note_keys::kRepairedTexels));
+        std::string words;
+        for (const auto& [key, what] : kFaults)
+            if (const std::int64_t count = countOf(key); count > 0)
+                words += fmt::format("{}{} ({})", words.empty() ? "" : ", ", count, what);
+        if (!words.empty()) terminal.warning(row.name, fmt::format("found faults of the bake, which were repaired: {}", words));
+    }
+}
+
+void warnOfRepairs(Terminal& terminal, const std::string& subject, std::int64_t texels) {
+    if (texels > 0)
+        terminal.warning(
+            subject,
+            fmt::format(
+                "found {} with values that are no light (infinite, NaN, or negative in the file or after the conversion of its colours), "
+                "which were repaired",
+                counted(static_cast<std::size_t>(texels), "texel")));
 }
 
 void printSkipped(Terminal& terminal, const Report& report) {

@@ -17,6 +17,10 @@ void printReport(Terminal& terminal, const Json& json);
 void printFindings(Terminal& terminal, const std::vector<Finding>& findings);
 /// Prints a warning for each asset that lost light above the largest value of its texels.
 void printClampedLight(Terminal& terminal, const Report& report);
+/// Prints a warning for each asset whose source was repaired.
+void printRepairs(Terminal& terminal, const Report& report);
+/// Prints a warning of repaired texels, if there are any.
+void warnOfRepairs(Terminal& terminal, const std::string& subject, std::int64_t texels);
 /// Prints a warning for each asset that was left out, with the reason.
 void printSkipped(Terminal& terminal, const Report& report);
 
