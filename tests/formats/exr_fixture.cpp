@@ -1,6 +1,7 @@
 #include "tests/formats/exr_fixture.h"
 
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfEnvmapAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfOutputFile.h>
@@ -30,6 +31,7 @@ void writeRecipe(const std::filesystem::path& file, const ExrRecipe& recipe) {
         const std::array<float, 8>& xy = *recipe.chromaticities;
         Imf::addChromaticities(header, {{xy[0], xy[1]}, {xy[2], xy[3]}, {xy[4], xy[5]}, {xy[6], xy[7]}});
     }
+    if (recipe.environment) Imf::addEnvmap(header, *recipe.environment == ExrEnvironment::Cube ? Imf::ENVMAP_CUBE : Imf::ENVMAP_LATLONG);
     const Imf::PixelType type = recipe.isHalf ? Imf::HALF : Imf::FLOAT;
     std::map<std::string, Plane> planes;
     Imf::FrameBuffer buffer;

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "formats/plain_image.h"
+
 namespace lightcook::formats {
 
 /// The value of a channel at texel (x, y) of the image.
@@ -23,6 +25,7 @@ struct ExrRecipe {
     bool isZip = true;
     glm::ivec2 corner{0};  ///< of the data window
     std::optional<std::array<float, 8>> chromaticities = {};
+    std::optional<ExrEnvironment> environment = {};  ///< attribute `envmap`
     std::map<std::string, ChannelValue> channels;
 };
 

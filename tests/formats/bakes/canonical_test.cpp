@@ -124,6 +124,25 @@ TEST(Canonical, NegativeZeroIsNotNegativeEnergy) {
     EXPECT_EQ(readAll(MapFile(recipe).path).covered.at(1, 0), 1);
 }
 
+/// An overflow of halves is light beyond them, not darkness.
+TEST(Canonical, InfiniteLightIsRepairedToTheLargestHalf) {
+    ExrRecipe recipe = seededMap(8, 4);
+    poke(recipe, "sh00.R", 3, 1, kInfinity);
+    poke(recipe, "sh02.R", 3, 1, -kInfinity);
+    poke(recipe, "sh00.G", 4, 1, -kInfinity);
+    LightMapDescription description;
+    description.repair = true;
+    description.fireflyLimit = 0;
+    const MapFile map(recipe);
+    const LightMapStrip strip = readAll(map.path, description);
+    EXPECT_EQ(strip.repairs.notFinite, 2);
+    ShRgb expected = seededTexel(3, 1);
+    for (glm::vec3& coefficient : expected) coefficient.r = 0;
+    expected[0].r = 65504;
+    EXPECT_EQ(strip.sh.at(3, 1), expected);
+    EXPECT_EQ(strip.sh.at(4, 1), ShRgb{});
+}
+
 TEST(Canonical, RepairCountsInsteadOfRefusing) {
     ExrRecipe recipe = seededMap(8, 4);
     poke(recipe, "sh03.G", 1, 1, kNan);

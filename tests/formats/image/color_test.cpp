@@ -192,6 +192,27 @@ TEST(StatedPrimaries, ASpaceAgreesWithItselfAlone) {
         }
 }
 
+/// Primaries of no built-in space: Adobe RGB.
+TEST(StatedSource, ConvertsFromWhatTheFileStates) {
+    const auto stated = [](const std::optional<Xy>& xy) { return linearConversion({kStatedSource, "lin_rec709", {}}, xy); };
+    EXPECT_TRUE(stated({})->isIdentity);
+    EXPECT_TRUE(stated(kStatedRec709)->isIdentity) << "those of the format, not of a nearly equal matrix";
+    EXPECT_EQ(stated(kStatedAcesCg)->workingFromSource, converted("acescg", "lin_rec709").workingFromSource);
+    constexpr Xy kAdobe = {0.64f, 0.33f, 0.21f, 0.71f, 0.15f, 0.06f, 0.3127f, 0.3290f};
+    const auto adobe = stated(kAdobe);
+    ASSERT_TRUE(adobe) << adobe.error().line();
+    // Red and blue are those of Rec.709, and white is white: a published matrix (its rows: 1.3983 -0.3983 0, 0 1 0, 0 -0.0429 1.0429).
+    const glm::vec3 white = adobe->workingFromSource * glm::vec3(1), green = adobe->workingFromSource * glm::vec3(0, 1, 0);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(white[c], 1, 1e-4f);
+    EXPECT_NEAR(green.r, -0.3983f, 1e-3f);
+    EXPECT_NEAR(green.g, 1, 1e-3f);
+    EXPECT_NEAR(green.b, -0.0429f, 1e-3f);
+    EXPECT_LT(statedPrimaries(kAdobe, *adobe)->difference, 1e-9);
+    EXPECT_FALSE(stated(Xy{}));
+    EXPECT_TRUE(checkColorSpace(kStatedSource, {}));
+    EXPECT_FALSE(checkColorSpace(kStatedSource, "config.ocio"));
+}
+
 TEST(StatedPrimaries, NoSpaceHasPrimariesOnALine) {
     EXPECT_FALSE(bt2020FromChromaticities({}));
     EXPECT_FALSE(bt2020FromChromaticities({0.1f, 0.1f, 0.2f, 0.2f, 0.3f, 0.3f, 0.3127f, 0.3290f}));

@@ -1,5 +1,6 @@
 #include "formats/environment.h"
 
+#include <OpenEXR/ImfEnvmap.h>
 #include <OpenEXR/ImfThreading.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
@@ -13,6 +14,7 @@
 #include <map>
 
 #include "lighting/cube.h"
+#include "lighting/sphere.h"
 #include "tests/formats/exr_fixture.h"
 #include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"
@@ -212,7 +214,140 @@ TEST(LoadEnvironment, OtherShapesAndChannelsAreRefused) {
     ExrRecipe grey = colored(8, 4);
     grey.channels = {{"Y", grey.channels["R"]}};
     writeRecipe(folder / "grey.exr", grey);
-    EXPECT_THAT(refusal(folder / "grey.exr").detail, HasSubstr("found 1 channel (Y), expected R, G and B"));
+    const auto ofGrey = loadEnvironment(folder / "grey.exr", {});
+    ASSERT_TRUE(ofGrey) << ofGrey.error().line();
+    EXPECT_EQ(ofGrey->environment.texels.at(3, 2), glm::vec3(2003));
+    ExrRecipe two = colored(8, 4);
+    two.channels.erase("B");
+    writeRecipe(folder / "two.exr", two);
+    EXPECT_THAT(refusal(folder / "two.exr").detail, HasSubstr("found the channels G, R, expected R, G and B, or Y for grey"));
+}
+
+/// Light that differs in every direction, and has no symmetry.
+glm::vec3 lightToward(const glm::dvec3& d) {
+    return glm::vec3(2 + 1.6 * d.x + 0.4 * d.x * d.y, 2 + 1.6 * d.y + 0.4 * d.y * d.z, 2 + 1.6 * d.z + 0.4 * d.z * d.x);
+}
+
+/// Writes an environment whose texels are at the places that OpenEXR's library gives them.
+void writeExrEnvironment(const std::filesystem::path& file, int width, int height, ExrEnvironment environment) {
+    const Imath::Box2i window({0, 0}, {width - 1, height - 1});
+    Image<glm::vec3> texels(width, height);
+    const auto put = [&](const Imath::V2f& place, const Imath::V3f& direction) {
+        texels.at(static_cast<int>(std::lround(place.x)), static_cast<int>(std::lround(place.y))) =
+            lightToward(glm::normalize(glm::dvec3(direction.x, direction.y, direction.z)));
+    };
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const Imath::V2f place(static_cast<float>(x), static_cast<float>(environment == ExrEnvironment::Cube ? y % width : y));
+            if (environment == ExrEnvironment::LatLong) {
+                put(place, Imf::LatLongMap::direction(window, place));
+            } else {
+                const auto face = static_cast<Imf::CubeMapFace>(y / width);
+                put(Imf::CubeMap::pixelPosition(face, window, place), Imf::CubeMap::direction(face, window, place));
+            }
+        }
+    ExrRecipe recipe;
+    recipe.width = width;
+    recipe.height = height;
+    recipe.environment = environment;
+    for (int channel = 0; channel < 3; ++channel)
+        recipe.channels[std::string(1, "RGB"[channel])] = [&texels, channel](int x, int y) { return texels.at(x, y)[channel]; };
+    writeRecipe(file, recipe);
+}
+
+TEST(LoadEnvironment, TheAttributeEnvmapMeansOpenExrsDirections) {
+    const TemporaryFolder folder;
+    constexpr int kSize = 64;
+    writeExrEnvironment(folder / "cube.exr", kSize, 6 * kSize, ExrEnvironment::Cube);
+    const auto cube = loadEnvironment(folder / "cube.exr", {});
+    ASSERT_TRUE(cube) << cube.error().line();
+    EXPECT_EQ(cube->environment.projection, Environment::Projection::CubeStrip);
+    for (int y = 0; y < 6 * kSize; ++y)
+        for (int x = 0; x < kSize; ++x)
+            ASSERT_LT(
+                glm::distance(cube->environment.texels.at(x, y), lightToward(lighting::cubeTexelDirection(y / kSize, x, y % kSize, kSize))),
+                3e-3f)
+                << "face " << y / kSize << " texel " << x << ' ' << y % kSize;
+    writeExrEnvironment(folder / "panorama.exr", 2 * kSize, kSize, ExrEnvironment::LatLong);
+    const auto panorama = loadEnvironment(folder / "panorama.exr", {});
+    ASSERT_TRUE(panorama) << panorama.error().line();
+    EXPECT_EQ(panorama->environment.projection, Environment::Projection::Equirectangular);
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < 2 * kSize; ++x) {
+            const glm::dvec3 direction = lighting::directionFromEquirectangular({(x + 0.5) / (2 * kSize), (y + 0.5) / kSize});
+            ASSERT_LT(glm::distance(panorama->environment.texels.at(x, y), lightToward(direction)), 5e-3f) << x << ' ' << y;
+        }
+}
+
+TEST(LoadEnvironment, TheAttributeEnvmapNeedsItsShape) {
+    const TemporaryFolder folder;
+    ExrRecipe recipe = colored(16, 8);
+    recipe.environment = ExrEnvironment::Cube;
+    writeRecipe(folder / "a.exr", recipe);
+    EXPECT_THAT(refusal(folder / "a.exr").detail,
+                HasSubstr("found 16 x 8 texels with the attribute envmap \"cube\", expected 1:6 (six faces)"));
+    recipe = colored(4, 24);
+    recipe.environment = ExrEnvironment::LatLong;
+    writeRecipe(folder / "a.exr", recipe);
+    EXPECT_THAT(refusal(folder / "a.exr").detail, HasSubstr("envmap \"latlong\", expected 2:1 (a panorama)"));
+}
+
+TEST(LoadEnvironment, StatedPrimariesAreConvertedIfTheSourceIsStated) {
+    const TemporaryFolder folder;
+    ExrRecipe recipe = colored(16, 8);
+    recipe.chromaticities = {0.713f, 0.293f, 0.165f, 0.83f, 0.128f, 0.044f, 0.32168f, 0.33767f};
+    for (const char* channel : {"R", "G", "B"})
+        recipe.channels[channel] = [channel](int x, int) { return 1 + static_cast<float>(x) * (channel[0] == 'R' ? 0.05f : 0.03f); };
+    writeRecipe(folder / "sky.exr", recipe);
+    const auto as = [&](const char* source) {
+        auto loaded = loadEnvironment(folder / "sky.exr", {{source, "lin_rec709", {}}, false});
+        EXPECT_TRUE(loaded) << loaded.error().line();
+        return std::move(loaded->environment.texels.texels());
+    };
+    EXPECT_EQ(as("stated"), as("acescg"));
+    EXPECT_NE(as("stated"), as("lin_rec709"));
+    ExrRecipe green = recipe;  // outside the gamut of lin_rec709
+    green.channels["R"] = green.channels["B"] = [](int, int) { return 0.0f; };
+    writeRecipe(folder / "green.exr", green);
+    EXPECT_FALSE(loadEnvironment(folder / "green.exr", {{"acescg", "lin_rec709", {}}, false}));
+    const auto limited = loadEnvironment(folder / "green.exr", {{"stated", "lin_rec709", {}}, false});
+    ASSERT_TRUE(limited) << limited.error().line();
+    EXPECT_EQ(limited->repairedTexels, 16 * 8);
+    EXPECT_EQ(limited->environment.texels.at(3, 3).r, 0);
+    EXPECT_GT(limited->environment.texels.at(3, 3).g, 1);
+    recipe.chromaticities.reset();
+    writeRecipe(folder / "sky.exr", recipe);
+    EXPECT_EQ(as("stated"), as("lin_rec709"));
+    recipe.chromaticities = std::array<float, 8>{};
+    writeRecipe(folder / "sky.exr", recipe);
+    EXPECT_THAT(loadEnvironment(folder / "sky.exr", {{"stated", "lin_rec709", {}}, false}).error().line(),
+                HasSubstr("found the primaries and white (0, 0, 0, 0, 0, 0, 0, 0), which no space has"));
+}
+
+/// An overflow of halves is light beyond them, not darkness.
+TEST(LoadEnvironment, InfiniteLightIsRepairedToTheLargestHalf) {
+    const TemporaryFolder folder;
+    const float infinity = std::numeric_limits<float>::infinity();
+    ExrRecipe recipe = colored(16, 8);
+    recipe.channels["R"] = recipe.channels["G"] = [](int, int) { return 3.0f; };
+    poke(recipe, "R", 5, 3, infinity);
+    poke(recipe, "G", 6, 3, infinity);
+    poke(recipe, "B", 6, 3, std::numeric_limits<float>::quiet_NaN());
+    poke(recipe, "R", 7, 3, -infinity);
+    for (const bool isHalf : {false, true}) {
+        recipe.isHalf = isHalf;
+        writeRecipe(folder / "sky.exr", recipe);
+        const auto loaded = loadEnvironment(folder / "sky.exr", {{}, true});
+        ASSERT_TRUE(loaded) << loaded.error().line();
+        EXPECT_EQ(loaded->repairedTexels, 3);
+        EXPECT_EQ(loaded->environment.texels.at(5, 3), glm::vec3(65504, 3, 0.25f));
+        EXPECT_EQ(loaded->environment.texels.at(6, 3), glm::vec3(0));
+        EXPECT_EQ(loaded->environment.texels.at(7, 3), glm::vec3(0));
+    }
+    recipe.isHalf = false;
+    poke(recipe, "G", 1, 1, 1e6f);
+    writeRecipe(folder / "sky.exr", recipe);
+    EXPECT_EQ(loadEnvironment(folder / "sky.exr", {{}, true})->environment.texels.at(5, 3), glm::vec3(1e6f, 3, 0.25f));
 }
 
 TEST(LoadEnvironment, WhatIsNotLightIsRefusedWithItsTexelOrRepaired) {
@@ -238,7 +373,8 @@ TEST(LoadEnvironment, WhatIsNotLightIsRefusedWithItsTexelOrRepaired) {
         const auto repaired = loadEnvironment(folder / "sky.exr", repair);
         ASSERT_TRUE(repaired) << repaired.error().line();
         EXPECT_EQ(repaired->repairedTexels, 1);
-        EXPECT_EQ(repaired->environment.texels.at(1, 3 * 4 + 2), glm::vec3(0)) << "face 3, column 1";
+        const glm::vec3 expected = std::isinf(bad.value) ? glm::vec3(65504, 28.5f, 0.25f) : glm::vec3(0);
+        EXPECT_EQ(repaired->environment.texels.at(1, 3 * 4 + 2), expected) << "face 3, column 1";
     }
 }
 

@@ -10,6 +10,8 @@
 #include "formats/light_map.h"
 #include "formats/plain_image.h"
 #include "lighting/sh.h"
+#include "pipeline/command/decode.h"
+#include "tests/formats/picture_fixture.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
@@ -94,6 +96,43 @@ TEST_F(CompareFiles, SaysHowManyChannelsEachImageHas) {
     EXPECT_EQ(differences->at("channels"), 3);
     EXPECT_EQ(differences->at("a_channels"), 4);
     EXPECT_EQ(differences->at("b_channels"), 3);
+}
+
+/// The fourth colour of three of BC1 is transparent black, and opaque black is another one.
+TEST_F(CompareFiles, SeesTheTransparencyOfBc1) {
+    const auto texture = [&](const char* name, std::array<unsigned char, 8> block) {
+        auto writer = formats::TextureWriter::create(folder_ / name, {formats::PixelFormat::Bc1, 4, 4, 1, 1, false, 1},
+                                                     {.container = formats::Container::Dds});
+        EXPECT_TRUE(writer && writer->writeBlockRows({}, 0, std::as_bytes(std::span(block))) && writer->commit());
+        return folder_ / name;
+    };
+    const auto transparent = texture("transparent.dds", {0, 0, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff});
+    const auto black = texture("black.dds", {0, 0, 1, 0, 0, 0, 0, 0});
+    for (const auto& [a, b] : {std::pair(transparent, black), std::pair(black, transparent)}) {
+        const auto differences = compare(a, b);
+        ASSERT_TRUE(differences) << differences.error().line();
+        EXPECT_EQ(differences->at("max_abs"), 1);
+        EXPECT_EQ(differences->at("alpha_compared"), true);
+        EXPECT_EQ(differences->at("channels"), 4);
+    }
+    EXPECT_EQ(compare(black, black)->at("channels"), 3);
+    for (const auto& [file, channels] : {std::pair(transparent, 4), std::pair(black, 3)}) {
+        ASSERT_TRUE(decodeTexture({file, folder_ / "out.exr", 0, 0}));
+        const auto decoded = formats::readImage(folder_ / "out.exr");
+        EXPECT_EQ(decoded->channelCount, channels);
+        EXPECT_EQ(decoded->texels.at(2, 2), glm::vec4(0, 0, 0, channels == 4 ? 0 : 1));
+        EXPECT_EQ(compare(file, folder_ / "out.exr")->at("max_abs"), 0);
+    }
+}
+
+TEST_F(CompareFiles, ComparesAlphaWithAlpha) {
+    const auto grey = [&](const char* name, int alpha) {
+        formats::writePng(folder_ / name, 2, 2, 2, [alpha](int channel, int, int) { return channel == 0 ? 100 : alpha; });
+        return folder_ / name;
+    };
+    const auto differences = compare(grey("a.png", 255), grey("b.png", 0));
+    ASSERT_TRUE(differences) << differences.error().line();
+    EXPECT_EQ(differences->at("max_abs"), 1);
 }
 
 TEST_F(CompareFiles, NamesTheFileBesideAFolder) {

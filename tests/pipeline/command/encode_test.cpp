@@ -9,10 +9,13 @@
 #include <functional>
 #include <limits>
 
+#include "formats/color.h"
 #include "formats/gpu_texture.h"
+#include "formats/image/exr_file.h"
 #include "pipeline/command/compare.h"
 #include "pipeline/command/decode.h"
 #include "pipeline/command/info.h"
+#include "tests/formats/exr_attribute.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
@@ -95,6 +98,130 @@ TEST(EncodeTexture, WhatAFormatCannotMeanIsRefusedWithItsPlaceOrRepaired) {
         EXPECT_EQ(encodeTexture(command, 1).error().code, ErrorCode::ValueOutOfRange) << format;
         command.repair = true;
         EXPECT_EQ(encodeTexture(command, 1)->at("repaired"), 1) << format;
+    }
+}
+
+TEST(EncodeTexture, InfiniteLightBecomesTheLargestOfTheFormat) {
+    const formats::TemporaryFolder folder;
+    for (const auto& [format, largest] : std::initializer_list<std::pair<const char*, float>>{
+             {"rgba16f", 65504}, {"bc6h-uf16", 65504}, {"rgb9e5", 65408}, {"r11g11b10f", 64512}, {"rgba16-unorm", 1}}) {
+        Image<glm::vec4> image(4, 4, glm::vec4(0.5f, 0.5f, 0.5f, 1));
+        image.at(1, 2) = glm::vec4(glm::vec3(std::numeric_limits<float>::infinity()), 1);
+        image.at(3, 2).x = std::numeric_limits<float>::quiet_NaN();
+        ASSERT_TRUE(formats::writeExr(folder / "in.exr", image.view(), 3).has_value());
+        EncodeCommand command{folder / "in.exr", folder / "out.ktx2", format};
+        EXPECT_NE(encodeTexture(command, 1).error().line().find("found inf, expected a finite value (--repair makes it "),
+                  std::string::npos);
+        command.repair = true;
+        const auto facts = encodeTexture(command, 1);
+        ASSERT_TRUE(facts.has_value()) << facts.error().line();
+        EXPECT_EQ(facts->at("repaired"), 4) << format;
+        EXPECT_EQ(facts->at("clamped_high"), 0) << format;
+        ASSERT_TRUE(decodeTexture({command.output, folder / "back.exr", 0, 0}).has_value());
+        const auto back = formats::readImage(folder / "back.exr");
+        EXPECT_NEAR(back->texels.at(1, 2).x, largest, 0.01f * largest) << format;
+    }
+}
+
+TEST(EncodeTexture, TransparencyThatAFormatLacksIsCounted) {
+    const formats::TemporaryFolder folder;
+    Image<glm::vec4> image = gradientImage(8, 8);  // of alpha 0.75
+    image.at(3, 3).a = image.at(4, 3).a = 1;
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", image.view(), 4).has_value());
+    const auto countIn = [&](const char* format) {
+        const auto facts = encodeTexture({folder / "in.exr", folder / "out.ktx2", format}, 1);
+        EXPECT_TRUE(facts.has_value()) << facts.error().line();
+        return facts ? facts->at("transparent_texels").get<int>() : -1;
+    };
+    for (const char* format : {"bc1", "bc4", "bc6h-uf16", "rgb9e5", "rg16-unorm"}) EXPECT_EQ(countIn(format), 62) << format;
+    for (const char* format : {"bc3", "bc7", "rgba16f", "rgba8-unorm"}) EXPECT_EQ(countIn(format), 0) << format;
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", image.view(), 3).has_value());
+    EXPECT_EQ(countIn("bc1"), 0) << "an image without alpha is opaque";
+}
+
+TEST(EncodeTexture, ChannelsOfAnExrAreThoseOfTheirNames) {
+    const formats::TemporaryFolder folder;
+    const auto writeChannels = [&](const std::vector<std::string>& channels) {
+        auto writer = formats::ExrWriter::create(folder / "in.exr", 4, 4, channels, formats::ExrLayout::ScanLines);
+        std::vector<float> texels;
+        for (int i = 0; i < 16; ++i)
+            for (std::size_t c = 0; c < channels.size(); ++c) texels.push_back(static_cast<float>(c + 1) / 8);
+        ASSERT_TRUE(writer && writer->append(texels.data(), static_cast<std::ptrdiff_t>(4 * channels.size()), 4) && writer->commit());
+    };
+    const auto encoded = [&] {
+        const auto facts = encodeTexture({folder / "in.exr", folder / "out.ktx2", "rgba16f"}, 1);
+        EXPECT_TRUE(facts.has_value()) << facts.error().line();
+        EXPECT_TRUE(decodeTexture({folder / "out.ktx2", folder / "back.exr", 0, 0}).has_value());
+        return std::pair(facts->at("ignored_channels"), formats::readImage(folder / "back.exr")->texels.at(2, 1));
+    };
+    writeChannels({"R", "G", "B", "Z"});
+    EXPECT_EQ(encoded(), std::pair(Json::array({"Z"}), glm::vec4(0.125f, 0.25f, 0.375f, 1)));
+    writeChannels({"Y", "Z"});
+    EXPECT_EQ(encoded(), std::pair(Json::array({"Z"}), glm::vec4(0.125f, 0.125f, 0.125f, 1)));
+    writeChannels({"R", "G", "B", "A"});
+    EXPECT_EQ(encoded(), std::pair(Json::array(), glm::vec4(0.125f, 0.25f, 0.375f, 0.5f)));
+}
+
+TEST(EncodeTexture, StatedPrimariesAreConvertedUnlessTheSourceIsNamed) {
+    const formats::TemporaryFolder folder;
+    const auto writeColour = [&](const glm::vec3& colour) {
+        const Image<glm::vec4> image(8, 8, glm::vec4(colour, 1));
+        ASSERT_TRUE(formats::writeExr(folder / "in.exr", image.view(), 3).has_value());
+        formats::writeContent(folder / "in.exr",
+                              formats::withChromaticities(formats::contentOf(folder / "in.exr"),
+                                                          {0.713f, 0.293f, 0.165f, 0.83f, 0.128f, 0.044f, 0.32168f, 0.33767f}));
+    };
+    writeColour({0.75f, 0.5f, 0.5f});
+    EncodeCommand command{folder / "in.exr", folder / "out.ktx2", "rgba16f"};
+    const auto texel = [&] {
+        EXPECT_TRUE(decodeTexture({folder / "out.ktx2", folder / "back.exr", 0, 0}).has_value());
+        return formats::readImage(folder / "back.exr")->texels.at(1, 1);
+    };
+    const auto converted = encodeTexture(command, 1);
+    ASSERT_TRUE(converted.has_value()) << converted.error().line();
+    EXPECT_EQ(converted->at("converted_from"), "acescg");
+    const glm::vec3 expected = formats::linearConversion({"acescg", "lin_rec709", {}})->workingFromSource * glm::vec3(0.75f, 0.5f, 0.5f);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(texel()[c], expected[c], 1e-3f);
+    command.source = "lin_rec709";
+    const auto kept = encodeTexture(command, 1);
+    ASSERT_TRUE(kept.has_value()) << kept.error().line();
+    EXPECT_EQ(kept->at("converted_from"), "");
+    EXPECT_EQ(texel(), glm::vec4(0.75f, 0.5f, 0.5f, 1));
+    // A colour that Rec.709 cannot show.
+    writeColour({0, 1, 0});
+    command.format = "bc6h-uf16";
+    command.source.reset();
+    const auto limited = encodeTexture(command, 1);
+    ASSERT_TRUE(limited.has_value()) << limited.error().line();
+    EXPECT_EQ(limited->at("clamped_negative"), 128) << "red and blue of 8 x 8 texels";
+    EXPECT_EQ(texel().x, 0);
+    command.source = "acescg";
+    const auto refused = encodeTexture(command, 1);
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_NE(
+        refused.error().line().find("(--repair makes it zero; it is one after the conversion from acescg to lin_rec709, which --source "
+                                    "lin_rec709 leaves out)"),
+        std::string::npos)
+        << refused.error().line();
+}
+
+TEST(EncodeTexture, FacesOfAnOpenExrCubeAreTurned) {
+    const formats::TemporaryFolder folder;
+    Image<glm::vec4> faces(4, 24);
+    for (int y = 0; y < 24; ++y)
+        for (int x = 0; x < 4; ++x) faces.at(x, y) = glm::vec4(x, y % 4, 0, 1);
+    ASSERT_TRUE(formats::writeExr(folder / "in.exr", faces.view(), 3).has_value());
+    formats::writeContent(folder / "in.exr", formats::withAttribute(formats::contentOf(folder / "in.exr"), "envmap", "envmap", "\1"));
+    EncodeCommand command{folder / "in.exr", folder / "out.ktx2", "rgba16f"};
+    command.cube = true;
+    ASSERT_TRUE(encodeTexture(command, 1).has_value());
+    ASSERT_TRUE(decodeTexture({folder / "out.ktx2", folder / "back.exr", 0, 0}).has_value());
+    const auto back = formats::readImage(folder / "back.exr");
+    for (int face = 0; face < 6; ++face) {
+        const bool isPole = face == 2 || face == 3;
+        const glm::vec4 texel = back->texels.at(0, 4 * face);  // 3/8 of a step from the edge
+        EXPECT_NEAR(texel.r, isPole ? 0.375f : 2.625f, 2e-3f) << face;
+        EXPECT_NEAR(texel.g, isPole ? 2.625f : 0.375f, 2e-3f) << face;
     }
 }
 

@@ -7,10 +7,14 @@
 #include <fstream>
 #include <numbers>
 
+#include "formats/color.h"
 #include "formats/environment.h"
+#include "formats/gpu_texture.h"
 #include "formats/plain_image.h"
+#include "tests/formats/exr_attribute.h"
 #include "tests/formats/temporary_folder.h"
 #include "verify/cubemap.h"
+#include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -100,6 +104,43 @@ TEST(ShCommand, GreyStaysGreyForEveryWrapAndALightSourceIsItsCoefficients) {
     EXPECT_GT(lit->at("sh")[0][0].get<double>(), lit->at("sh")[0][2].get<double>()) << "the light source is red";
     command.output = folder / "out.ktx2";
     EXPECT_EQ(cookSh(command).error().code, formats::ErrorCode::InvalidRequest);
+}
+
+TEST(ShCommand, ConvertsThePrimariesThatAFileStates) {
+    const formats::TemporaryFolder folder;
+    const Image<glm::vec4> sky(16, 8, glm::vec4(0.75f, 0.5f, 0.5f, 1));
+    ASSERT_TRUE(formats::writeExr(folder / "sky.exr", sky.view(), 3));
+    formats::writeContent(folder / "sky.exr",
+                          formats::withChromaticities(formats::contentOf(folder / "sky.exr"),
+                                                      {0.713f, 0.293f, 0.165f, 0.83f, 0.128f, 0.044f, 0.32168f, 0.33767f}));
+    ShCommand command{.input = folder / "sky.exr", .output = folder / "out.json"};
+    const auto meanOf = [&](const std::optional<std::string>& source) {
+        command.source = source;
+        const auto cooked = cookSh(command);
+        EXPECT_TRUE(cooked) << cooked.error().line();
+        glm::vec3 mean(0);
+        for (int c = 0; c < 3; ++c) mean[c] = static_cast<float>(cooked->at("sh")[0][c].get<double>() / std::sqrt(4 * std::numbers::pi));
+        return mean;
+    };
+    const glm::vec3 stored(0.75f, 0.5f, 0.5f),
+        expected = formats::linearConversion({"acescg", "lin_rec709", {}})->workingFromSource * stored;
+    const glm::vec3 stated = meanOf({}), kept = meanOf("lin_rec709");
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(stated[c], expected[c], 1e-5f);
+        EXPECT_NEAR(kept[c], stored[c], 1e-5f);
+    }
+    IrradianceCommand irradiance;
+    irradiance.input = command.input;
+    irradiance.output = folder / "out.ktx2";
+    irradiance.size = 8;
+    irradiance.target = formats::Target::Float;
+    const auto cooked = cookIrradiance(irradiance);
+    ASSERT_TRUE(cooked) << cooked.error().line();
+    const auto texture = formats::TextureReader::open(irradiance.output);
+    ASSERT_TRUE(texture) << texture.error().line();
+    const auto face = verify::decodeImage(*texture, {0, 0, 3});
+    ASSERT_TRUE(face) << face.error().line();
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(face->at(2, 2)[c] * cooked->at("range").get<float>(), expected[c], 1e-3f);
 }
 
 TEST(IrradianceCommand, TheVerifierSeesAMissingLightSourceAndAWrongRange) {

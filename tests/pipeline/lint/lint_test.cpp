@@ -175,6 +175,8 @@ TEST(Lint, NamesPrimariesThatAreNotThoseOfTheSource) {
     EXPECT_TRUE(finding.line.has_value()) << "the example has the key";
     scene.replaceInScene("source = \"lin_rec709\"", "source = \"acescg\"");
     EXPECT_THAT(codesOf(scene.lint()), IsEmpty());
+    scene.replaceInScene("source = \"acescg\"", "source = \"stated\"");
+    EXPECT_THAT(codesOf(scene.lint()), IsEmpty()) << "the remedy that the finding names";
 }
 
 constexpr std::array<float, 8> kAcesCg = {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f};

@@ -13,6 +13,7 @@
 
 #include "formats/image/exr_file.h"
 #include "pipeline/cook/cook.h"
+#include "tests/formats/exr_attribute.h"
 #include "tests/formats/gltf/glb.h"
 #include "tests/formats/temporary_folder.h"
 #include "tests/pipeline/example_folder.h"
@@ -97,34 +98,6 @@ struct Glb {
     }
 };
 
-/// Returns an EXR file of scan lines with the attribute `chromaticities`: CIE x, y of red, green, blue and white.
-inline std::string withChromaticities(std::string exr, const std::array<float, 8>& xy) {
-    const auto bytesOf = [](auto value) {
-        std::string bytes(sizeof value, '\0');
-        std::memcpy(bytes.data(), &value, sizeof value);
-        return bytes;
-    };
-    std::string attribute = std::string("chromaticities") + '\0' + "chromaticities" + '\0' + bytesOf(std::uint32_t{sizeof xy});
-    for (const float number : xy) attribute += bytesOf(number);
-    std::size_t end = 8;  // of the header: behind the last attribute
-    while (exr[end] != '\0') {
-        for (int text = 0; text < 2; ++text) end = exr.find('\0', end) + 1;  // name and type
-        std::uint32_t size = 0;
-        std::memcpy(&size, exr.data() + end, sizeof size);
-        end += sizeof size + size;
-    }
-    // The places of the chunks, in a table between header and first chunk.
-    const auto numberAt = [&](std::size_t at) {
-        std::uint64_t number = 0;
-        std::memcpy(&number, exr.data() + at, sizeof number);
-        return number;
-    };
-    const std::uint64_t firstChunk = numberAt(end + 1);
-    for (std::size_t at = end + 1; at < firstChunk; at += sizeof(std::uint64_t))
-        exr.replace(at, sizeof(std::uint64_t), bytesOf(numberAt(at) + attribute.size()));
-    return exr.insert(end, attribute);
-}
-
 class PlantedScene {
 public:
     PlantedScene() { std::filesystem::copy(exampleFolder(), folder_.path(), std::filesystem::copy_options::recursive); }
@@ -136,7 +109,7 @@ public:
     void statePrimaries(const std::array<float, 8>& xy, const char* name = "cornell_lightmap.exr") const {
         editExr(name, [](Channels&) {});  // as scan lines
         const std::filesystem::path file = folder_ / name;
-        formats::writeContent(file, withChromaticities(formats::contentOf(file), xy));
+        formats::writeContent(file, formats::withChromaticities(formats::contentOf(file), xy));
     }
     void editProbe(const std::function<void(Channels&)>& edit) const { editExr("cornell_probe0.exr", edit); }
     void editGradient(const std::function<void(Channels&)>& edit) const { editExr("clear_sky_256x1.exr", edit); }

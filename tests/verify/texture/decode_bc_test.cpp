@@ -8,7 +8,7 @@
 #include <random>
 
 #include "compress/block/decode.h"
-#include "formats/temporary_folder.h"
+#include "tests/formats/temporary_folder.h"
 #include "verify/texture_unit.h"
 
 namespace lightcook::verify {
@@ -260,6 +260,28 @@ TEST(BlockDecoders, Bc4PalettesAreTheIdealFractions) {
 TEST(BlockDecoders, Bc1OfEqualEndpointsHasThreeColoursAndBlack) {
     const std::vector<glm::vec4> texels = decode(PixelFormat::Bc1, {0xff, 0xff, 0xff, 0xff, 0xe4, 0xe4, 0xe4, 0xe4});
     for (std::size_t i = 0; i < 16; ++i) EXPECT_EQ(texels[i], i % 4 == 3 ? glm::vec4(0, 0, 0, 1) : glm::vec4(1));
+}
+
+/// Of a DDS file, and of a KTX2 file of Vulkan's BC1_RGBA; in one of BC1_RGB the black is opaque.
+TEST(BlockDecoders, TheBlackOfBc1IsTransparentWhereItsContainerSaysSo) {
+    const formats::TemporaryFolder folder;
+    const std::array<unsigned char, 8> block = {0xff, 0xff, 0xff, 0xff, 0xe4, 0xe4, 0xe4, 0xe4};
+    for (const auto container : {formats::Container::Dds, formats::Container::Ktx2})
+        for (const bool isRgba : {false, true}) {
+            auto writer = formats::TextureWriter::create(folder / "a", {PixelFormat::Bc1, 4, 4, 1, 1, false, 1}, {.container = container});
+            ASSERT_TRUE(writer && writer->writeBlockRows({}, 0, std::as_bytes(std::span(block))) && writer->commit());
+            if (isRgba && container == formats::Container::Ktx2) {
+                std::string content = formats::contentOf(folder / "a");
+                content[12] = static_cast<char>(133);
+                formats::writeContent(folder / "a", content);
+            }
+            const auto texture = formats::TextureReader::open(folder / "a");
+            ASSERT_TRUE(texture) << texture.error().line();
+            const auto texels = decodeImage(*texture, {});
+            ASSERT_TRUE(texels) << texels.error().line();
+            const float alpha = isRgba || container == formats::Container::Dds ? 0.0f : 1.0f;
+            for (int i = 0; i < 16; ++i) EXPECT_EQ(texels->at(i % 4, i / 4), i % 4 == 3 ? glm::vec4(0, 0, 0, alpha) : glm::vec4(1)) << i;
+        }
 }
 
 TEST(BlockDecoders, PartialBlocksAreCutAtTheEdge) {
