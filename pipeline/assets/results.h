@@ -135,8 +135,8 @@ struct VerifyResult {
     std::optional<SeamFigures> seams;
     std::optional<ChartSummary> charts;
     std::optional<BlockFigures> worstBlock;  ///< of a light map
-    std::optional<Json> measures;     ///< figures of a kind of its own, by name: the report has a caption for each
-    std::optional<Json> groundTruth;  ///< see ground_truth.h
+    std::optional<Json> measures;            ///< figures of a kind of its own, by name: the report has a caption for each
+    std::optional<Json> groundTruth;         ///< see ground_truth.h
 };
 template <class Fields, Is<VerifyResult> Self>
 void describe(Fields& fields, Self& result) {

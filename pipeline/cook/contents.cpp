@@ -167,10 +167,11 @@ formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, 
             if (!limit || *limit >= kSure * found) return;
             const std::string at =
                 floor->texel ? fmt::format(", most at texel ({:.0f}, {:.0f})", (*floor->texel)[0], (*floor->texel)[1]) : "";
-            errors.push_back({formats::ErrorCode::Verification, entry.name,
-                              fmt::format("found {} = {:.4g}, expected at least {}, the floor of this bake: {:.2g} % of its surface lies at "
-                                          "rims of charts, where a filter reads texels outside them, and no layout errs less there{}; {}",
-                                          key, *limit, words, 100 * floor->rimShare, at, remedyOf(scene, entry))});
+            errors.push_back(
+                {formats::ErrorCode::Verification, entry.name,
+                 fmt::format("found {} = {:.4g}, expected at least {}, the floor of this bake: {:.2g} % of its surface lies at "
+                             "rims of charts, where a filter reads texels outside them, and no layout errs less there{}; {}",
+                             key, *limit, words, 100 * floor->rimShare, at, remedyOf(scene, entry))});
         };
         hold("max_error", scene.output.maxError, floor->relRms, fmt::format("{:.4g}", floor->relRms));
         if (!isByDefault(scene.output, entry))

@@ -440,8 +440,8 @@ Html assetFacts(const Json& asset) {
         facts += fact("Key", withTitle(humanNumber(number(key)), exactNumber(number(key))));
     if (const Json& worst = member(asset, "worst_block"); worst.is_object()) {
         const double visible = number(member(worst, "visible"));
-        facts += fact("Worst block", withTitle(fmt::format("{} at {}", humanNumber(visible), vectorWords(member(worst, "block"))),
-                                               exactNumber(visible)));
+        facts += fact("Worst block",
+                      withTitle(fmt::format("{} at {}", humanNumber(visible), vectorWords(member(worst, "block"))), exactNumber(visible)));
     }
     return element("dl", {{"class", "facts small"}}, facts);
 }
