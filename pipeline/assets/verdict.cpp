@@ -161,16 +161,6 @@ Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std
     return verdict;
 }
 
-std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError,
-                                                      std::vector<verify::Violation>& violations, double leastMean) {
-    const auto worst = blocks.worst(leastMean);
-    const double allowed = verify::BlockErrors::allowed(maxError);
-    if (!worst || worst->error <= allowed) return {};
-    violations.push_back({fmt::format("{}block of texel ({}, {})", image, worst->x, worst->y),
-                          fmt::format("an error of {:.3g} of its light", worst->error), fmt::format("at most {:.3g}", allowed)});
-    return worst;
-}
-
 bool addsError(double before, double after, double rounding) {
     constexpr double kSlack = 1.05, kLeast = 2e-4;
     return after > std::max(kSlack * before + kLeast, rounding);

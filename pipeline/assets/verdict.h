@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "pipeline/json/json_fields.h"
-#include "verify/block_errors.h"
 #include "verify/figures.h"
 #include "verify/violation.h"
 
@@ -50,11 +49,6 @@ verify::Violation unknownBound(const std::string& stage, double maxVisibleBound)
 /// Returns true if all figures are finite.
 bool isFinite(const verify::ErrorFigures& figures);
 
-/// Appends a violation for the worst 4 x 4 block of an image if its error exceeds the limit of its asset, and returns that block.
-/// The caller adds the violation's place in numbers.
-/// image  prefix of the place: "mip 1, face 2, "
-std::optional<verify::BlockErrors::Block> checkBlocks(const verify::BlockErrors& blocks, const std::string& image, double maxError,
-                                                      std::vector<verify::Violation>& violations, double leastMean = 0);
 /// Returns true if a stage that encodes the residual of another adds to its error. The rounding of a second stage may exceed the error of a
 /// first one that is almost exact.
 /// before, after  rel_rms without the stage and with it
