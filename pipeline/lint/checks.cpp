@@ -105,7 +105,7 @@ constexpr std::array kLintChecks = {
                   "Export the mesh with V pointing down, as glTF has it, or turn the rows of the light map over."},
     LintCheckInfo{
         LintCheck::NoLmbake, "no-lmbake", Warning,
-        "Godot's lmbake is missing, so the UVs of a node are taken for places in the whole map, and not in the node's rectangle",
+        "Godot's lmbake is missing, so the UVs of a node are taken for places in the whole map, where they do not fit",
         "Put the lmbake of the bake beside it, or name it with `lmbake`. Of a bake that Godot split into several files, place the "
         "nodes with `[[light_map.place]]`: `lightcook info` lists their rectangles. If TEXCOORD_1 are UVs in the whole map "
         "already, write `lmbake = \"none\"`."},

@@ -495,11 +495,15 @@ Findings judgeLmbake(const LightMapEntry& entry, const MeshFacts& facts) {
     return findings;
 }
 
-Findings judgeGodot(const LightMapEntry& entry) {
+bool fits(const LightMapEntry& entry, const MeshFacts& facts, bool isWholeMap) {
+    return judgeMesh(entry, facts, isWholeMap).empty() && explanationOf(facts) == nullptr;
+}
+
+Findings judgeGodot(const LightMapEntry& entry, bool isFitting) {
     const formats::LightMapDescription& description = entry.description;
     if (!description.parts.empty() || !description.lmbake.empty() || description.hasNoLmbake || !description.places.empty()) return {};
     const std::filesystem::path missing = formats::lmbakeOfImport(entry.file), split = formats::lmbakeOfSplitBake(entry.file);
-    if (missing.empty() && split.empty()) return {};
+    if (split.empty() && (missing.empty() || isFitting)) return {};
     const std::string found =
         split.empty() ? fmt::format("found a map that Godot imports as slices (2d_array_texture), without {}", missing.filename().string())
                       : fmt::format("found one of the files that Godot split a bake into, whose slices {} counts through all of them",

@@ -21,8 +21,11 @@ using Findings = std::vector<Finding>;
 Findings judgeLightMap(const Scene& scene, const LightMapEntry& entry, const LightMapFacts& facts);
 /// isWholeMap  no other light map of the scene has the same file, with a part of its own
 Findings judgeMesh(const LightMapEntry& entry, const MeshFacts& facts, bool isWholeMap = true);
+/// Returns true if the UVs of a mesh are places in the whole map: nothing speaks against it, and no change of the UVs fits better.
+bool fits(const LightMapEntry& entry, const MeshFacts& facts, bool isWholeMap);
 /// Looks for the lmbake of a light map of Godot on a mesh. Looks at files beside the map.
-Findings judgeGodot(const LightMapEntry& entry);
+/// isFitting  see fits(); UVs in the whole map need no lmbake
+Findings judgeGodot(const LightMapEntry& entry, bool isFitting);
 /// nodes  with light-map UVs that no light map of their mesh has a place for
 Findings judgePlaces(const LightMapEntry& entry, const std::vector<std::string>& nodes);
 /// Looks for nodes and rectangles of a bake of Godot that have no counterpart.

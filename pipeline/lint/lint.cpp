@@ -106,13 +106,14 @@ private:
     /// isComparable  the map has coverage; without any, a mesh has nothing to be compared with, and texels without a normal count as
     ///               uncovered
     Findings judgeMeshOf(const LightMapEntry& entry, bool isComparable) {
-        Findings findings = judgeGodot(entry);
+        const auto mesh = factsOf<MeshFacts>(actionId(ActionStep::LintMesh, entry.name));
+        const auto isSameMap = [&](const LightMapEntry& other) { return other.file == entry.file; };
+        const bool isCompared = mesh && mesh->hasUvs && isComparable, isWholeMap = std::ranges::count_if(scene_.lightMaps, isSameMap) == 1;
+        Findings findings = judgeGodot(entry, isCompared && fits(entry, *mesh, isWholeMap));
         const auto addAll = [&](Findings more) { std::move(more.begin(), more.end(), std::back_inserter(findings)); };
-        if (const auto mesh = factsOf<MeshFacts>(actionId(ActionStep::LintMesh, entry.name))) {
-            const auto isSameMap = [&](const LightMapEntry& other) { return other.file == entry.file; };
+        if (mesh) {
             // A map that Godot placed nodes in is compared with the nodes when their places are known.
-            if (mesh->hasUvs && isComparable && findings.empty())
-                addAll(judgeMesh(entry, *mesh, std::ranges::count_if(scene_.lightMaps, isSameMap) == 1));
+            if (isCompared && findings.empty()) addAll(judgeMesh(entry, *mesh, isWholeMap));
             addAll(judgeLmbake(entry, *mesh));
             addAll(judgePlaces(entry, withoutAnyPlace(entry)));
             addAll(judgeExtensions(scene_, entry, mesh->unreadMaterials));

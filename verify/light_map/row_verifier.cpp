@@ -76,7 +76,7 @@ public:
 private:
     /// Work of the exact bounds of local relative errors (LargestBounds) for a strip and for each of its texels, and the share of it that
     /// the texel centres of each stage have. The example under basis-4 needs 24 a texel, other public scenes less.
-    static constexpr double kWorkOfStrip = 20000, kWorkPerTexel = 32, kShareOfCentres = 0.25;
+    static constexpr double kWorkOfStrip = 200000, kWorkPerTexel = 32, kShareOfCentres = 0.25;
     static constexpr double kHardlyVisible = 0.5;  ///< [just noticeable differences]
 
     std::size_t stages() const { return rows_.decoder().stages(); }

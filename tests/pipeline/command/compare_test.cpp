@@ -101,8 +101,9 @@ TEST_F(CompareFiles, SaysHowManyChannelsEachImageHas) {
 /// The fourth colour of three of BC1 is transparent black, and opaque black is another one.
 TEST_F(CompareFiles, SeesTheTransparencyOfBc1) {
     const auto texture = [&](const char* name, std::array<unsigned char, 8> block) {
-        auto writer = formats::TextureWriter::create(folder_ / name, {formats::PixelFormat::Bc1, 4, 4, 1, 1, false, 1},
-                                                     {.container = formats::Container::Dds});
+        formats::TextureFileOptions options;
+        options.container = formats::Container::Dds;
+        auto writer = formats::TextureWriter::create(folder_ / name, {formats::PixelFormat::Bc1, 4, 4, 1, 1, false, 1}, options);
         EXPECT_TRUE(writer && writer->writeBlockRows({}, 0, std::as_bytes(std::span(block))) && writer->commit());
         return folder_ / name;
     };

@@ -143,7 +143,7 @@ TEST(PlanScene, TablesUnderABudgetWaitForTheirViews) {
     const auto planned = [&](const PlanOptions& options) { return planScene(scene, resolveNeeds(scene, {}), options).value(); };
     const Plan open = planned({});
     ASSERT_TRUE(open.openTables);
-    EXPECT_EQ(open.openTables->usual, 8u * 5 * 3 * 8);
+    EXPECT_EQ(open.openTables->least, 8u * 5 * 3 * 8);
     EXPECT_EQ(open.openTables->fine, 24u * 5 * 3 * 8);
     EXPECT_TRUE(hasAsset(open, "specular"));
     EXPECT_EQ(std::ranges::count(open.actions, "specular", &Action::asset), 0);

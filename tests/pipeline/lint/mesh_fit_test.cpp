@@ -18,7 +18,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr int kSide = 64;
+constexpr int kFitSide = 64;
 
 /// A chart: rows and columns [first, last).
 struct Chart {
@@ -32,15 +32,15 @@ enum class Growth { Square, Diamond };
 class FitScene {
 public:
     FitScene() {
-        image_.width = image_.height = kSide;
-        for (const char* channel : {"R", "G", "B"}) image_.values[channel].assign(kSide * kSide, 0.0f);
+        image_.width = image_.height = kFitSide;
+        for (const char* channel : {"R", "G", "B"}) image_.values[channel].assign(kFitSide * kFitSide, 0.0f);
         for (const Chart& chart : kCharts) quads_.push_back(chart);
     }
     /// Lights the charts, and texels beside them.
     /// margin  [texels]
     void light(int margin, Growth growth = Growth::Square) {
-        for (int y = 0; y < kSide; ++y)
-            for (int x = 0; x < kSide; ++x)
+        for (int y = 0; y < kFitSide; ++y)
+            for (int x = 0; x < kFitSide; ++x)
                 for (const Chart& chart : kCharts) {
                     const int dx = std::max({chart.x - x, x - chart.x - chart.width + 1, 0}),
                               dy = std::max({chart.y - y, y - chart.y - chart.height + 1, 0});
@@ -49,7 +49,7 @@ public:
                 }
     }
     void set(int x, int y, float light) {
-        for (const char* channel : {"R", "G", "B"}) image_.values[channel][static_cast<std::size_t>(y * kSide + x)] = light;
+        for (const char* channel : {"R", "G", "B"}) image_.values[channel][static_cast<std::size_t>(y * kFitSide + x)] = light;
     }
     /// Returns the codes of the findings on a mesh whose UVs are changed; texts of errors, too.
     /// quads  number of charts that the mesh has
@@ -59,7 +59,7 @@ public:
         for (std::size_t i = 0; i < quads; ++i) {
             const Chart& chart = quads_[i];
             const glm::dvec2 low(chart.x, chart.y), size(chart.width, chart.height);
-            mesh.add({fmt::format("quad{}", i), change(low / double{kSide}), change((low + size) / double{kSide})});
+            mesh.add({fmt::format("quad{}", i), change(low / double{kFitSide}), change((low + size) / double{kFitSide})});
         }
         mesh.write(folder_ / "room.glb");
         if (!image_.write(folder_ / "room.exr")) return {"could not write"};
@@ -109,8 +109,8 @@ TEST(MeshFit, ShadowsAreNoFinding) {
 
 TEST(MeshFit, NoiseOfADenoiserIsNoLight) {
     FitScene scene;
-    for (int y = 0; y < kSide; ++y)
-        for (int x = 0; x < kSide; ++x)
+    for (int y = 0; y < kFitSide; ++y)
+        for (int x = 0; x < kFitSide; ++x)
             if ((x * 7 + y * 13) % 5 < 2) scene.set(x, y, 1e-3f);
     scene.light(1);
     EXPECT_THAT(scene.codes(), IsEmpty());
@@ -157,7 +157,7 @@ TEST(MeshFit, APartOfTheMeshIsFound) {
     FitScene scene;
     scene.light(0);
     for (int y = 0; y < 36; ++y)
-        for (int x = 30; x < kSide; ++x) scene.set(x, y, 0);
+        for (int x = 30; x < kFitSide; ++x) scene.set(x, y, 0);
     EXPECT_THAT(scene.codes(), ElementsAre("black-charts"));
 }
 

@@ -25,7 +25,7 @@ namespace {
 using glm::dvec3;
 using testing::IsEmpty;
 
-constexpr int kSide = 48;
+constexpr int kBakeSide = 48;
 
 struct Ray {
     dvec3 towards;
@@ -38,7 +38,7 @@ struct Surface {
     dvec3 face, shaded;
 };
 Surface surfaceAt(int x, int y) {
-    const int half = kSide / 2;
+    const int half = kBakeSide / 2;
     if (y < half) return x < half ? Surface{{0, 1, 0}, {0, 1, 0}} : Surface{{0, 0, 1}, {0, 0, 1}};
     if (x < half) return {{0, -1, 0}, {0, -1, 0}};
     const double around = 2 * std::numbers::pi * (x - half + 0.5) / half, side = std::numbers::pi / 4;
@@ -110,7 +110,7 @@ const std::vector<LightCase>& lights() {
 /// The rays in front of the surface at a texel.
 std::vector<Ray> raysAt(const Light& light, int x, int y) {
     const Surface surface = surfaceAt(x, y);
-    std::vector<Ray> rays = light(surface.face, {(x + 0.5) / kSide, (y + 0.5) / kSide});
+    std::vector<Ray> rays = light(surface.face, {(x + 0.5) / kBakeSide, (y + 0.5) / kBakeSide});
     std::erase_if(rays, [&](const Ray& ray) { return glm::dot(ray.towards, surface.face) <= 0; });
     return rays;
 }
@@ -141,12 +141,12 @@ public:
     void writeExr(const std::string& name, int height, std::vector<std::string> channels, Texel&& texel) const {
         std::vector<float> rows;
         for (int y = 0; y < height; ++y)
-            for (int x = 0; x < kSide; ++x) {
+            for (int x = 0; x < kBakeSide; ++x) {
                 const std::vector<float> values = texel(x, y);
                 rows.insert(rows.end(), values.begin(), values.end());
             }
-        const auto stride = static_cast<std::ptrdiff_t>(channels.size()) * kSide;
-        auto writer = formats::ExrWriter::create(folder_ / name, kSide, height, std::move(channels), formats::ExrLayout::ScanLines);
+        const auto stride = static_cast<std::ptrdiff_t>(channels.size()) * kBakeSide;
+        auto writer = formats::ExrWriter::create(folder_ / name, kBakeSide, height, std::move(channels), formats::ExrLayout::ScanLines);
         ASSERT_TRUE(writer && writer->append(rows.data(), stride, height) && writer->commit());
     }
     /// Returns the codes of the findings under --strict, notes in brackets.
@@ -175,7 +175,7 @@ std::vector<std::string> shChannelsAndSurface(int count) {
 
 /// Writes coefficients, as halves or floats.
 void writeSh(const RightBake& bake, const Light& light, int count, double unit, bool isHalf) {
-    bake.writeExr("room.exr", kSide, shChannelsAndSurface(count), [&](int x, int y) {
+    bake.writeExr("room.exr", kBakeSide, shChannelsAndSurface(count), [&](int x, int y) {
         std::array<dvec3, lighting::kShCount> sh{};
         for (const Ray& ray : raysAt(light, x, y)) {
             const lighting::ShDouble basis = lighting::evaluateBasis(ray.towards);
@@ -220,9 +220,9 @@ TEST(LintRightWork, ADirectionalBakeOfGodotHasNoFinding) {
     for (const auto& [name, light] : lights()) {
         SCOPED_TRACE(name);
         const RightBake bake;
-        bake.writeExr("room.exr", 4 * kSide, {"R", "G", "B"}, [&](int x, int y) {
-            const Sums sums = sumsOf(raysAt(light, x, y % kSide));
-            const int slice = y / kSide;
+        bake.writeExr("room.exr", 4 * kBakeSide, {"R", "G", "B"}, [&](int x, int y) {
+            const Sums sums = sumsOf(raysAt(light, x, y % kBakeSide));
+            const int slice = y / kBakeSide;
             std::vector<float> values;
             for (int c = 0; c < 3; ++c) {
                 const double first = sums.light[c] / 4;
@@ -254,16 +254,16 @@ TEST(LintRightWork, BakesForUnityHaveNoFinding) {
         };
         const RightBake bake;
         for (const char* file : {"sh_L0.exr", "mono_L0.exr", "unity_light.exr", "level_final.exr"})
-            bake.writeExr(file, kSide, {"R", "G", "B"}, [&](int x, int y) {
+            bake.writeExr(file, kBakeSide, {"R", "G", "B"}, [&](int x, int y) {
                 const dvec3 colour = at(x, y).light / 4.0;
                 return std::vector<float>{asHalf(colour.x), asHalf(colour.y), asHalf(colour.z)};
             });
         for (int axis = 0; axis < 3; ++axis)
-            formats::writePng(bake / fmt::format("sh_L1{}.png", "xyz"[axis]), kSide, kSide, 3, [&](int c, int x, int y) {
+            formats::writePng(bake / fmt::format("sh_L1{}.png", "xyz"[axis]), kBakeSide, kBakeSide, 3, [&](int c, int x, int y) {
                 const Sums sums = at(x, y);
                 return byteOf(sums.light[c] > 0 ? sums.linear[static_cast<std::size_t>(axis)][c] / (2 * sums.light[c]) + 0.5 : 0.5);
             });
-        formats::writePng(bake / "mono_L1.png", kSide, kSide, 3,
+        formats::writePng(bake / "mono_L1.png", kBakeSide, kBakeSide, 3,
                           [&](int axis, int x, int y) { return byteOf(towards(axis, x, y) / 2 + 0.5); });
         const auto direction = [&](int channel, int x, int y) {
             if (channel < 3) return byteOf(towards(channel, x, y) / 2 + 0.5);
@@ -271,7 +271,7 @@ TEST(LintRightWork, BakesForUnityHaveNoFinding) {
             for (int axis = 0; axis < 3; ++axis) facing += surfaceAt(x, y).shaded[axis] * towards(axis, x, y) / 2;
             return std::max(byteOf(facing), 1);
         };
-        for (const char* file : {"unity_dir.png", "level_dir.png"}) formats::writePng(bake / file, kSide, kSide, 4, direction);
+        for (const char* file : {"unity_dir.png", "level_dir.png"}) formats::writePng(bake / file, kBakeSide, kBakeSide, 4, direction);
         for (const char* file : {"sh_L0.exr", "mono_L0.exr", "unity_light.exr", "level_final.exr"})
             EXPECT_THAT(bake.findings(fmt::format("file = \"{}\"\nfirefly_limit = 0", file)), testing::Each("[missing-coverage]")) << file;
     }
@@ -280,7 +280,7 @@ TEST(LintRightWork, BakesForUnityHaveNoFinding) {
 TEST(LintRightWork, AColourAloneIsNoIncompleteSetOfUnity) {
     const RightBake bake;
     for (const char* file : {"Lightmap-0_comp_light.exr", "level_LMA1_final.exr"}) {
-        bake.writeExr(file, kSide, {"R", "G", "B"}, [](int x, int y) { return std::vector<float>(3, 0.1f + 0.01f * float(x + y)); });
+        bake.writeExr(file, kBakeSide, {"R", "G", "B"}, [](int x, int y) { return std::vector<float>(3, 0.1f + 0.01f * float(x + y)); });
         EXPECT_THAT(bake.findings(fmt::format("file = \"{}\"", file)), IsEmpty()) << file;
     }
 }

@@ -385,8 +385,9 @@ TEST(VerifyCubemap, AnIdealMapHasNoErrorAtItsTexels) {
     EXPECT_EQ(stages[0].name, "divide");
     EXPECT_EQ(stages[1].name, "filter");
     EXPECT_EQ(stages[2].name, "total");
-    EXPECT_LT(stages[0].specular.relRms, 1e-6);
-    EXPECT_LT(stages[2].specular.relRms, 1e-6);
+    constexpr double kOfReference = 1e-4;  // that of PrefilteredLight under a sun
+    EXPECT_LT(stages[0].specular.relRms, kOfReference);
+    EXPECT_LT(stages[2].specular.relRms, kOfReference);
     EXPECT_GT(stages[1].specular.relRms, 1e-3);  // an 8 x 8 face under a sun cannot be filtered without error
     EXPECT_EQ(stages[2].diffuse.maxSampled, 0);
     for (const StageError& stage : stages) EXPECT_GE(stage.specular.maxBound, stage.specular.maxSampled) << stage.name;
@@ -418,7 +419,7 @@ TEST(VerifyCubemap, APlainMapIsShownAsItIs) {
     map.windowedSh = {};  // has no effect
     const auto stages = verifyAll(map, environment);
     EXPECT_NEAR(stages[2].specular.relRms, divided.specular.relRms, 1e-5);
-    EXPECT_LT(stages[0].specular.relRms, 1e-5);
+    EXPECT_LT(stages[0].specular.relRms, 1e-4);
     EXPECT_GE(stages[2].specular.maxBound, stages[2].specular.maxSampled);
     map.isDivided = true;
     EXPECT_GT(verifyAll(map, environment, 0)[2].specular.relRms, 1e100) << "divided by nothing";

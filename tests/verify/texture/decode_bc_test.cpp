@@ -268,7 +268,9 @@ TEST(BlockDecoders, TheBlackOfBc1IsTransparentWhereItsContainerSaysSo) {
     const std::array<unsigned char, 8> block = {0xff, 0xff, 0xff, 0xff, 0xe4, 0xe4, 0xe4, 0xe4};
     for (const auto container : {formats::Container::Dds, formats::Container::Ktx2})
         for (const bool isRgba : {false, true}) {
-            auto writer = formats::TextureWriter::create(folder / "a", {PixelFormat::Bc1, 4, 4, 1, 1, false, 1}, {.container = container});
+            formats::TextureFileOptions options;
+            options.container = container;
+            auto writer = formats::TextureWriter::create(folder / "a", {PixelFormat::Bc1, 4, 4, 1, 1, false, 1}, options);
             ASSERT_TRUE(writer && writer->writeBlockRows({}, 0, std::as_bytes(std::span(block))) && writer->commit());
             if (isRgba && container == formats::Container::Ktx2) {
                 std::string content = formats::contentOf(folder / "a");
