@@ -4,10 +4,14 @@
 
 #include <algorithm>
 
+#include "lighting/radiometry.h"
 #include "pipeline/assets/light_map/lit_row.h"
+#include "pipeline/assets/light_map/source.h"
 #include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
+
+using formats::Result;
 
 double allowedOfBlock(double maxError, const std::optional<double>& maxVisible) {
     constexpr double kUsual = 100, kOfVisible = 10, kOfError = 1000;
@@ -19,13 +23,42 @@ void VisibleBlocks::add(int x, int y, float visible) {
     texel = std::max(texel, visible);
 }
 
-void VisibleBlocks::addRims(const CookedLightMapReader& cooked, const CookedStrip& strip, const verify::Viewing& viewing) {
+namespace {
+
+/// Returns the mean over colours of the exit radiance of a white surface.
+double exitOf(const lighting::ShRgb& sh, const glm::vec3& normal) {
+    const glm::dvec3 exit(lighting::lambertExitRadiance(sh, normal, glm::vec3(1)).value);
+    return (exit.x + exit.y + exit.z) / 3;
+}
+
+/// Returns the exit radiance of the brightest covered texel next to a texel.
+double brightestBeside(const formats::LightMapStrip& around, const glm::ivec2& texel) {
+    double brightest = 0;
+    for (int y = std::max(texel.y - 1, around.firstRow); y <= std::min(texel.y + 1, around.firstRow + around.sh.height() - 1); ++y)
+        for (int x = std::max(texel.x - 1, 0); x <= std::min(texel.x + 1, around.sh.width() - 1); ++x)
+            if (const int row = y - around.firstRow; around.covered.at(x, row) != 0)
+                brightest = std::max(brightest, exitOf(around.sh.at(x, row), around.normal.at(x, row)));
+    return brightest;
+}
+
+}  // namespace
+
+Result<void> VisibleBlocks::addRims(LightMapSource& bake, const CookedLightMapReader& cooked, const CookedStrip& strip,
+                                    const verify::Viewing& viewing, double key) {
+    constexpr double kDark = 0.1;  // of the key: light that counts as dark
     const auto places = cooked.verifier().rimPlaces({strip.texels, strip.reference}, strip.firstRow, strip.rowCount);
+    if (places.empty()) return {};
+    const int first = std::max(0, strip.firstRow - 2), end = std::min(bake.height(), strip.firstRow + strip.rowCount + 3);
+    const auto around = bake.rows(first, end - first);
+    if (!around) return tl::make_unexpected(around.error());
     LitRow lit(static_cast<int>(places.size()), viewing);
     for (std::size_t i = 0; i < places.size(); ++i) {
         const glm::ivec2& texel = places[i].covered;
-        lit.set(static_cast<int>(i), places[i].reference, places[i].found,
-                strip.reference.normal.at(texel.x, texel.y - strip.reference.firstRow));
+        const glm::vec3& normal = around->normal.at(texel.x, texel.y - around->firstRow);
+        lit.set(static_cast<int>(i), places[i].reference, places[i].found, normal);
+        const double above = exitOf(places[i].found, normal) - exitOf(places[i].reference, normal);
+        const double beside = brightestBeside(*around, places[i].outside) + kDark * key;
+        if (above > 0 && beside > 0) glare_.merge({above / beside, {texel.x, texel.y}});
     }
     lit.compare();
     for (std::size_t i = 0; i < places.size(); ++i) {
@@ -33,9 +66,11 @@ void VisibleBlocks::addRims(const CookedLightMapReader& cooked, const CookedStri
         const int row = std::min(places[i].covered.y, strip.firstRow + strip.rowCount - 1);
         add(places[i].covered.x, row, lit.visible(static_cast<int>(i)));
     }
+    return {};
 }
 
 void WorstBlock::merge(const VisibleBlocks& rows) {
+    glare_.merge(rows.glare());
     const auto texels = rows.texels();
     for (int top = 0; top < texels.height; top += VisibleBlocks::kSize)
         for (int left = 0; left < texels.width; left += VisibleBlocks::kSize) {
@@ -58,10 +93,17 @@ void WorstBlock::merge(const VisibleBlocks& rows) {
 }
 
 void WorstBlock::merge(const WorstBlock& other) {
+    glare_.merge(other.glare_);
     if (other.figures_.visible > figures_.visible || !figures_.isKnown()) figures_ = other.figures_;
 }
 
 void WorstBlock::check(const std::string& image, double allowed, std::vector<verify::Violation>& violations) const {
+    // Correct cooks stay below 1.1 (docs/lab/experiments.md). A texel of eight times the light beside it is above 3.
+    constexpr double kAllowedGlare = 3;
+    if (glare_.excess > kAllowedGlare)
+        violations.push_back({fmt::format("{}rim of a chart at texel ({}, {})", image, glare_.texel[0], glare_.texel[1]),
+                              fmt::format("{:.3g} times the light of the brightest texel beside it too much", glare_.excess),
+                              fmt::format("at most {:.3g}: a filter mixes in a texel outside the chart", kAllowedGlare)});
     if (!figures_.isKnown() || figures_.visible <= allowed) return;
     verify::Violation violation{fmt::format("{}block of texel ({}, {})", image, figures_.block[0], figures_.block[1]),
                                 fmt::format("a mean visible error of {:.3g}", figures_.visible),

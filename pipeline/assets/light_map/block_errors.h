@@ -6,6 +6,7 @@
 // that an encoder traded for the surface around it counts little, and so does light far below what the display shows.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,16 @@ namespace lightcook::pipeline {
 /// max_error, whichever is largest (docs/theory/error.md). maxError  kNoErrorLimit: none is asked for
 double allowedOfBlock(double maxError, const std::optional<double>& maxVisible);
 
+/// Light at an outermost place of a chart that no texel beside it has: a texel outside charts outshines them.
+struct RimGlare {
+    double excess = 0;           ///< light above the reference, over the brightest covered texel beside the one outside
+    std::array<int, 2> texel{};  ///< the covered texel: x and y
+
+    void merge(const RimGlare& other) {
+        if (other.excess > excess) *this = other;
+    }
+};
+
 /// Errors of some rows of a map.
 class VisibleBlocks {
 public:
@@ -32,12 +43,16 @@ public:
     /// Adds an error of a covered texel.
     void add(int x, int y, float visible);
     /// Adds the rims of charts.
-    void addRims(const CookedLightMapReader& cooked, const CookedStrip& strip, const verify::Viewing& viewing);
+    /// key  of the map
+    formats::Result<void> addRims(LightMapSource& bake, const CookedLightMapReader& cooked, const CookedStrip& strip,
+                                  const verify::Viewing& viewing, double key);
     formats::ImageView<const float> texels() const { return texels_.view(); }  ///< negative: not covered
     int firstRow() const { return firstRow_; }
+    const RimGlare& glare() const { return glare_; }
 
 private:
     formats::Image<float> texels_;
+    RimGlare glare_;
     int firstRow_;
 };
 
@@ -46,13 +61,14 @@ class WorstBlock {
 public:
     void merge(const VisibleBlocks& rows);
     void merge(const WorstBlock& other);
-    /// Adds a violation if the block errs by more than is allowed.
+    /// Adds a violation if the block errs by more than is allowed, and one for a texel outside charts that outshines them.
     /// image  prefix of the place: "mip 1, "
     void check(const std::string& image, double allowed, std::vector<verify::Violation>& violations) const;
     BlockFigures figures() const { return figures_; }
 
 private:
     BlockFigures figures_;
+    RimGlare glare_;
 };
 
 }  // namespace lightcook::pipeline

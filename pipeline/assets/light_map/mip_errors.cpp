@@ -58,12 +58,12 @@ Result<verify::ShadedErrors> compareBetween(const Level& larger, const Level& sm
                                                   strip.firstRow, strip.rowCount);
 }
 
-Result<MipPart> compareStrip(const Level& larger, const Level& level, const verify::Viewing& viewing, int index) {
+Result<MipPart> compareStrip(const Level& larger, const Level& level, const verify::Viewing& viewing, double key, int index) {
     const auto strip = readStrip(level.bake, level.cooked, index);
     if (!strip) return tl::make_unexpected(strip.error());
     const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
     VisibleBlocks blocks(level.bake.width(), rowCount, firstRow);
-    blocks.addRims(level.cooked, *strip, viewing);
+    if (auto added = blocks.addRims(level.bake, level.cooked, *strip, viewing, key); !added) return tl::make_unexpected(added.error());
     auto blend = compareBetween(larger, level, *strip);
     if (!blend) return tl::make_unexpected(blend.error());
     LitRow lit(level.bake.width(), viewing);
@@ -132,7 +132,7 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
         MipPart whole{cooked->verifier().noErrors(), {}, {}};
         const auto compared = foldInOrder<MipPart>(
             bake.stripCount(), context, fmt::format("verify mip {} of {}", mip, context.action.asset),
-            [&](int index) { return compareStrip(larger, level, map.viewing, index); },
+            [&](int index) { return compareStrip(larger, level, map.viewing, map.key, index); },
             [&](const MipPart& part) {
                 whole.errors.merge(part.errors);
                 whole.blend.merge(part.blend);

@@ -82,6 +82,7 @@ struct Comparison {
     const CookedLightMapReader& cooked;
     const GroundTruth& truth;
     verify::Viewing viewing;
+    double key;
     std::optional<double> tilt;  ///< of normal maps [degrees]; empty: surfaces show light at their own normals alone
     const std::optional<MapCharts>& charts;
     Preview& preview;
@@ -89,7 +90,7 @@ struct Comparison {
 
 /// Compares one strip of a cooked map with the bake.
 Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
-    const auto& [bake, cooked, truth, viewing, tilt, charts, preview] = comparison;
+    const auto& [bake, cooked, truth, viewing, key, tilt, charts, preview] = comparison;
     const auto strip = readStrip(bake, cooked, index);
     if (!strip) return tl::make_unexpected(strip.error());
     const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
@@ -121,7 +122,7 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
     }
     const auto traced = truth.within(reference, firstRow, rowCount);
     if (!traced) return tl::make_unexpected(traced.error());
-    blocks.addRims(cooked, *strip, viewing);
+    if (auto added = blocks.addRims(bake, cooked, *strip, viewing, key); !added) return tl::make_unexpected(added.error());
     WorstBlock block;
     block.merge(blocks);
     return LightMapPart{cooked.verifier().verifyRows(texels, reference, firstRow, rowCount),
@@ -339,7 +340,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     // A map of constant light stands for texels that no chart names.
     const auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
     const auto tilt = comparedTilt(parameters->shading, formats::isFlat(asset->layout));
-    const auto whole = compareStrips({bake, *cooked, *truth, viewing, tilt, charts, preview}, context);
+    const auto whole = compareStrips({bake, *cooked, *truth, viewing, key, tilt, charts, preview}, context);
     if (!whole) return tl::make_unexpected(whole.error());
 
     const MippedLightMap map{context.upstreamFolder, *asset, bake, *parameters, *maxError, key, viewing};

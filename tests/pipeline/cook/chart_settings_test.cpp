@@ -22,6 +22,7 @@ std::string mistakeIn(const Scene& scene) {
 /// A scene that splits its charts within a limit.
 Scene splitScene() {
     Scene scene = sceneWithOneMap();
+    scene.output.lightMapLayout.clear();
     scene.lightMaps[0].mesh = "map.glb";
     scene.output.charts.mode = ChartMode::Split;
     scene.output.maxError = 0.05;

@@ -722,6 +722,7 @@ TEST_F(TablesUnderABudget, HaveTheViewsThatFitWhereNoLayoutIsOpen) {
 
 TEST_F(TablesUnderABudget, HaveMoreViewsWhereALimitOfTheirsAsksForThem) {
     const SmallScene scene(Parts::LightMap);
+    scene.writeSceneFile("");
     const Outcome smallest = cookWithin(scene, 100);
     const auto errorOfTables = [](const Outcome& outcome) {
         return assetOf(outcome.report, kTablesName).at("stages").back().at("error").at("specular").at("visible").at("p99").get<double>();

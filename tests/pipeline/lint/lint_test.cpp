@@ -744,21 +744,21 @@ TEST(LintSoak, CookAndVerifyReportAWarning) {
 
 TEST(Lint, StrictMakesWarningsErrorsAndLeavesNotes) {
     const PlantedScene scene;
-    faults::blackHalf(scene);
+    faults::rimFirefly(scene);
     faults::flippedV(scene);
     const Outcome outcome = scene.lint(true);
     std::vector<std::string> severities;
     for (const Finding& finding : outcome.findings)
         severities.push_back(fmt::format("{} {}", info(finding.check).name, enumNames<LintSeverity>()[std::size_t(finding.severity)]));
-    EXPECT_THAT(severities, testing::UnorderedElementsAre("black-charts note", "flipped-v error"));
+    EXPECT_THAT(severities, testing::UnorderedElementsAre("rim-firefly note", "flipped-v error"));
     EXPECT_EQ(outcome.errors.size(), 1u);
     const CiRun run = ciRun({"lint", {}, "scene.toml", {}, outcome.report, outcome.errors, &outcome.findings});
-    EXPECT_THAT(junitReport(run), AllOf(HasSubstr("name=\"black-charts\" time=\"0\"/>"), HasSubstr("charts without any light")));
+    EXPECT_THAT(junitReport(run), AllOf(HasSubstr("name=\"rim-firefly\" time=\"0\"/>"), HasSubstr("the brightest at")));
     std::vector<std::string> levels;
     const Json sarif = parseJson(sarifReport(run));
     for (const Json& result : sarif["runs"][0]["results"])
         levels.push_back(result["ruleId"].get<std::string>() + " " + result["level"].get<std::string>());
-    EXPECT_THAT(levels, testing::UnorderedElementsAre("black-charts note", "flipped-v error"));
+    EXPECT_THAT(levels, testing::UnorderedElementsAre("rim-firefly note", "flipped-v error"));
 }
 
 TEST(Lint, JUnitAndSarifHaveTheFindings) {

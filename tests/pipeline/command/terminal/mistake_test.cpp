@@ -112,7 +112,7 @@ TEST(Mistake, AGlobalOptionWithoutItsValueIsNamed) {
 
 TEST(Mistake, NumbersAreFinite) {
     // The texts that an option may take in place of numbers; a new placeholder belongs to one of both lists.
-    const std::vector<std::string> texts = {"TEXT", "NAME", "COMMAND", "FILE", "FOLDER"};
+    const std::vector<std::string> texts = {"TEXT", "NAME", "COMMAND", "FILE", "FOLDER", "SPACE"};
     const std::vector<std::string> numbers = {"FLOAT",   "INT",  "UINT",    "NUMBER",   "JND",     "X",     "N",
                                               "R,G,B,A", "SIZE", "PERCENT", "FRACTION", "S,S,...", "X,Y,Z", "LOW,HIGH"};
     int count = 0;
