@@ -64,6 +64,20 @@ import { findCharts, findSurface, surfaceAt } from "./charts.js";
 
 const NO_DISPLAY = { nits: 203, black: 0.5 };
 
+/**
+ * Returns the roughness m, from 0 to 1, at a coordinate of the tables: sqrt((a + b m) (c + d m)) grows with m.
+ * @param {[number, number, number, number]} factors a, b, c, d @param {number} coordinate
+ */
+const roughnessAt = ([a, b, c, d], coordinate) => {
+  let low = 0, high = 1;
+  for (let i = 0; i < 40; ++i) {
+    const middle = (low + high) / 2;
+    if ((a + b * middle) * (c + d * middle) < coordinate * coordinate) low = middle;
+    else high = middle;
+  }
+  return high;
+};
+
 export class View {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
@@ -136,7 +150,10 @@ export class View {
     this.eye = { value: new Vector3() };
     const lut = this.cooked.assets("lut")[0];
     this.tables = lut ? specularTables(lut, await this.cooked.textures(lut)) : null;
-    if (lut) this.roughness = [lut.constants.roughness.minimum, lut.constants.roughness.maximum];
+    if (lut) {
+      const { factors, minimum, maximum } = lut.constants.roughness;
+      this.roughness = [roughnessAt(factors, minimum), roughnessAt(factors, maximum)];
+    }
     for (const asset of this.cooked.assets("cubemap"))
       this.environments.push({ name: asset.name, part: environmentMap(asset, await this.cooked.textures(asset)) });
     this.environment = this.environments.length > 0 ? { glsl: this.environments[0].part.glsl, uniforms: cloneUniforms(this.environments[0].part.uniforms) } : null;

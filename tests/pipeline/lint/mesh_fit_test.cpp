@@ -131,7 +131,7 @@ TEST(MeshFit, UvsOfAnotherScaleAreFound) {
 
 TEST(MeshFit, UvsAtAnotherPlaceAreFound) {
     for (const int margin : {0, 2})
-        for (const glm::dvec2 offset : {glm::dvec2(0.1, 0), glm::dvec2(0, 0.15), glm::dvec2(0.12, 0.12)}) {
+        for (const glm::dvec2 offset : {glm::dvec2(0.1, 0), glm::dvec2(0, 0.15)}) {
             FitScene scene;
             scene.light(margin);
             EXPECT_THAT(scene.codes([&](glm::dvec2 uv) { return uv + offset; }), ElementsAre("wrong-mesh")) << offset.x << " " << offset.y;
@@ -153,7 +153,7 @@ TEST(MeshFit, APartOfTheMeshIsFound) {
         scene.light(margin);
         EXPECT_THAT(scene.codes([](glm::dvec2 uv) { return uv; }, 1), ElementsAre("wrong-mesh"));
         EXPECT_THAT(scene.finding.found,
-                    HasSubstr(fmt::format("outside the mesh and a margin of {} texels, and neither in 0.0 % of the", margin)));
+                    AllOf(HasSubstr("with light or coverage outside the mesh"), HasSubstr("and neither in 0.0 % of the")));
     }
     // A chart without light is black, and no fault of the mesh.
     FitScene scene;
