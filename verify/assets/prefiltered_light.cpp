@@ -166,10 +166,11 @@ void PrefilteredLight::place(Grid& grid) const {
                 Grid::Tile tile{};
                 tile.centre = directionAt(face, left + 0.5 * grid.step, top + 0.5 * grid.step);
                 double radius = 0;
-                for (int i = 0; i < 9; ++i)  // the edges' middles too: a panorama's rows are curved
-                    radius = std::max(radius, std::acos(std::clamp(glm::dot(tile.centre, directionAt(face, left + 0.5 * (i % 3) * grid.step,
-                                                                                                     top + 0.5 * (i / 3) * grid.step)),
-                                                                   -1.0, 1.0)));
+                for (const double down : {0.0, 0.5, 1.0})  // the edges' middles too: a panorama's rows are curved
+                    for (const double right : {0.0, 0.5, 1.0}) {
+                        const glm::dvec3 corner = directionAt(face, left + right * grid.step, top + down * grid.step);
+                        radius = std::max(radius, std::acos(std::clamp(glm::dot(tile.centre, corner), -1.0, 1.0)));
+                    }
                 tile.sine = std::sin(std::min(radius, 0.5 * std::numbers::pi));
                 const auto cosineOf = [&](double angle) { return angle < std::numbers::pi ? std::cos(angle) : -2.0; };
                 tile.outside = cosineOf(support_ + radius);
