@@ -162,7 +162,8 @@ Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std
 }
 
 bool addsError(double before, double after, double rounding) {
-    constexpr double kSlack = 1.05, kLeast = 2e-4;
+    // Even light, whose first stage is exact, has 2.5e-4 with the second one of luvw-linear.
+    constexpr double kSlack = 1.05, kLeast = 5e-4;
     return after > std::max(kSlack * before + kLeast, rounding);
 }
 
