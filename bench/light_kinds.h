@@ -16,7 +16,7 @@ namespace lightcook::bench {
 
 struct LightKind {
     std::string_view name;     ///< in lower case, words joined by hyphens
-    std::string_view content;  ///< a phrase: what the light is
+    std::string_view content;  ///< describes the light in a phrase
 };
 
 /// Returns all kinds, in the order of tables.

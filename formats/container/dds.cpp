@@ -182,8 +182,8 @@ std::vector<std::byte> ddsPrefix(const TextureShape& shape) {
 
 namespace {
 
-/// Returns what a header may mean, in the order of trust: what it says; an array of six images in place of one cubemap; and no mips where
-/// nothing but dwMipMapCount speaks of them.
+/// Returns the shapes that a header may mean, the most trusted first: the one that it states; an array of six images in place of one
+/// cubemap; and one without mips, where only dwMipMapCount names them.
 std::vector<TextureShape> readings(const DdsHeader& header) {
     std::vector<TextureShape> shapes;
     for (const std::uint32_t mips : {header.mips, 1u}) {

@@ -17,8 +17,8 @@ Result<TextureFileLayout> layOutDds(const TextureShape& shape, const TextureFile
 std::vector<std::byte> ddsPrefix(const TextureShape& shape);
 
 /// Reads and checks everything but the texels. Takes dwMipMapCount with or without its flag, and the six faces of a cubemap from dwCaps2 or
-/// from miscFlag. The size of the file decides between what a header may mean: a file that is longer or shorter is refused, since the
-/// images of cubemaps and arrays would lie in other places.
+/// from miscFlag. The size of the file decides between the shapes that a header may mean. A longer or shorter file is refused,
+/// since the images of cubemaps and arrays would lie in other places.
 Result<TextureFileLayout> readDds(const FileBytes& file);
 
 }  // namespace lightcook::formats

@@ -10,8 +10,8 @@
 
 namespace lightcook::formats {
 
-/// Reads such a picture, as stored. Alpha is what the header's mask of alpha names and nothing else: without compression (BI_RGB) there is
-/// none. Empty for any other file: also 1 to 8 and 24 bits, and compressed ones.
+/// Reads such a picture, as stored. The header's alpha mask alone names alpha: a picture without compression (BI_RGB) has none. Returns
+/// nothing for any other file: also 1 to 8 and 24 bits, and compressed ones.
 std::optional<Result<PlainImage>> readMaskedBmp(const std::filesystem::path& file);
 
 }  // namespace lightcook::formats

@@ -109,7 +109,7 @@ Result<std::int64_t> makeCanonical(RgbImage& image, const std::filesystem::path&
     Image<glm::vec3>& texels = image.texels;
     const Result<LinearConversion> colors = linearConversion(options.colors, image.chromaticities);
     if (!colors) return failure(colors.error().code, fmt::format("{}, {}", file.string(), colors.error().subject), colors.error().detail);
-    // What a file states may have colours that the working space lacks: no fault of the file.
+    // Stated primaries may hold colours that the working space lacks, which is no fault of the file.
     const bool limitsGamut = options.repair || options.colors.source == kStatedSource;
     const float largest = options.repair ? largestLight(texels) : 0.0f;
     std::int64_t repairedCount = 0;

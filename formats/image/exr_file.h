@@ -24,7 +24,7 @@ struct ExrInfo {
     int tileHeight = 0;                        ///< [texels]; 0 for scan-line files
     std::vector<std::string> channels;         ///< sorted as the file has them
     std::vector<std::string> integerChannels;  ///< those of them that hold 32-bit integers (UINT), which are no light
-    /// As stored, so any floats. Empty: the file does not say, which means Rec.709 by the format.
+    /// Primaries and white point as the file states them, which may be any floats. Empty: none are stated, and the format means Rec.709.
     std::optional<StatedChromaticities> chromaticities = {};
     std::optional<ExrEnvironment> environment = {};  ///< attribute `envmap`
 

@@ -26,7 +26,7 @@ using lighting::ShRgb;
 
 // Tolerances of one texel, each with its reason. judge.cpp has the shares of texels that may be beyond them.
 
-/// Shortest band 1, over its longest, that has a direction. Even light has none: what is left is its noise.
+/// Least length of band 1, over its longest, that counts as a direction. Below it lies the noise of even light.
 constexpr double kShortestDirection = 0.02;
 /// Length of band 1, over its longest. Light reaches 1; directions in 8 bits add up to 3 / 255 sqrt(3) = 0.02 of Bakery's and 0.01 of
 /// Unity's, halves 0.001. The rest is for filters of bakers that work on each coefficient alone.

@@ -13,6 +13,7 @@
 
 #include "formats/light_map.h"
 #include "tests/formats/exr_fixture.h"
+#include "tests/formats/read_light_map.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::formats {
@@ -31,20 +32,6 @@ inline ExrRecipe seededMap(int width, int height) {
     recipe.height = height;
     recipe.channels = seededShChannels();
     return recipe;
-}
-
-inline LightMapStrip readAll(const std::filesystem::path& file, const LightMapDescription& description = {}) {
-    auto reader = LightMapReader::open(file, description);
-    if (!reader) {
-        ADD_FAILURE() << reader.error().line();
-        return {};
-    }
-    auto strip = reader->read(0, reader->height());
-    if (!strip) {
-        ADD_FAILURE() << strip.error().line();
-        return {};
-    }
-    return std::move(*strip);
 }
 
 /// Returns the error of opening and reading a whole map.

@@ -10,28 +10,14 @@
 #include "formats/light_map.h"
 #include "formats/read_file.h"
 #include "formats/temporary_folder.h"
+#include "tests/formats/read_light_map.h"
 
 namespace lightcook::bench {
 namespace {
 
-using formats::LightMapReader;
 using formats::LightMapStrip;
 
 constexpr int kSize = 40;
-
-LightMapStrip readMap(const std::filesystem::path& file) {
-    auto reader = LightMapReader::open(file, {});
-    if (!reader) {
-        ADD_FAILURE() << reader.error().line();
-        return {};
-    }
-    auto strip = reader->read(0, reader->height());
-    if (!strip) {
-        ADD_FAILURE() << strip.error().line();
-        return {};
-    }
-    return std::move(*strip);
-}
 
 class LightKinds : public testing::TestWithParam<std::string> {
 protected:
@@ -42,7 +28,7 @@ protected:
 TEST_P(LightKinds, HoldPossibleLight) {
     const auto file = folder_.path() / "map.exr";
     writeLightKind(file, GetParam(), kSize);
-    const LightMapStrip map = readMap(file);
+    const LightMapStrip map = formats::readAll(file);
     ASSERT_EQ(map.sh.width(), kSize);
     ASSERT_EQ(map.sh.height(), kSize);
     int covered = 0, impossible = 0;
@@ -78,7 +64,7 @@ TEST_P(LightKinds, ShowTheSameLightInTheFormatOfUnity) {
     if (std::string_view(GetParam()) == "tiny" || std::string_view(GetParam()) == "huge") return;  // no light that halves hold
     writeLightKind(folder_.path() / "map.exr", GetParam(), kSize);
     writeUnityLightKind(folder_.path(), "room", GetParam(), kSize);
-    const LightMapStrip map = readMap(folder_.path() / "map.exr"), unity = readMap(folder_.path() / "room_light.exr");
+    const LightMapStrip map = formats::readAll(folder_.path() / "map.exr"), unity = formats::readAll(folder_.path() / "room_light.exr");
     ASSERT_EQ(unity.sh.width(), kSize);
     double error = 0, light = 0;
     for (int y = 0; y < kSize; ++y)
@@ -109,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(Each, LightKinds, testing::ValuesIn(names()), [](const 
 TEST(LightKindsNight, SpansFourDecades) {
     const formats::TemporaryFolder folder;
     writeLightKind(folder.path() / "night.exr", "night", 128);
-    const LightMapStrip map = readMap(folder.path() / "night.exr");
+    const LightMapStrip map = formats::readAll(folder.path() / "night.exr");
     float low = 1e30f, high = 0;
     for (const lighting::ShRgb& sh : map.sh.texels()) {
         if (sh[0].g > 0) low = std::min(low, sh[0].g);

@@ -226,7 +226,7 @@ private:
             for (int c = 0; c < kChannels; ++c) first.sum[c] = first.sum[c] - other.sum[c];
             for (int i = 0; i < kProducts; ++i) first.product[i] = first.product[i] - other.product[i];
         }
-        // What the differences leave of a region without weight is rounding, of either sign: it has no mean.
+        // A region without weight has no mean: its moments are the rounding of a difference, of either sign.
         constexpr float kRoundingOfSums = 4e-6f;
         const M hasWeight = first.n > texels_.total * set(kRoundingOfSums);
         first.n = hn::IfThenElseZero(hasWeight, first.n);

@@ -10,11 +10,11 @@
 #include "compress/light_map.h"
 #include "compress/light_map_context.h"
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/decoded_rows.h"
 #include "pipeline/assets/light_map/surface_places.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/graph/parallel_for.h"
 #include "verify/light_map.h"
-#include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -22,7 +22,7 @@ namespace {
 using formats::Result;
 
 constexpr double kMostPlaces = 131072;
-/// Of the places without an error one in this many is shaded, for the RMS of the reference.
+/// One in this many of the places without an error is shaded, for the RMS of the reference.
 constexpr int kInnerStep = 16;
 
 /// Places of some strips.
@@ -37,7 +37,7 @@ struct FloorPart {
     }
 };
 
-/// What a strip is measured with.
+/// Inputs of the measurement of every strip.
 struct FloorMeter {
     LightMapSource& source;
     const compress::LightMapPlan& plan;  ///< of layout raw
@@ -47,36 +47,15 @@ struct FloorMeter {
     int step;  ///< between texels that have a place, in the order of the map
 };
 
-enum class Quad { Inner, Rim, BetweenCharts };
-
-/// Returns what the four texels around a place are; those beyond the map are none.
-Quad quadAt(const formats::LightMapStrip& strip, const glm::dvec2& at) {
+/// Returns true if a filter reads a texel outside charts at a place. Texels beyond the map are those at its edge.
+bool isAtRim(const formats::LightMapStrip& strip, const glm::dvec2& at) {
     const glm::ivec2 corner(glm::floor(at));
-    bool isRim = false;
-    std::array<std::uint32_t, 4> charts{};
     for (int i = 0; i < 4; ++i) {
         const int x = std::clamp(corner.x + i % 2, 0, strip.sh.width() - 1),
                   row = std::clamp(corner.y + i / 2 - strip.firstRow, 0, strip.sh.height() - 1);
-        isRim = isRim || strip.covered.at(x, row) == 0;
-        charts[static_cast<std::size_t>(i)] = strip.chart.width() > 0 ? strip.chart.at(x, row) : formats::kAnyChart;
+        if (strip.covered.at(x, row) == 0) return true;
     }
-    if (!formats::mayHoldSurface(charts)) return Quad::BetweenCharts;
-    return isRim ? Quad::Rim : Quad::Inner;
-}
-
-/// Decodes rows of layout raw.
-verify::DecodedLightMapRows rawRows(const FloorMeter& meter, const formats::LightMapStrip& strip, int firstRow, int rowCount) {
-    const auto encoded = compress::encodeLightMapRows(meter.plan, strip, firstRow, rowCount, {});
-    verify::DecodedLightMapRows rows;
-    rows.firstRow = firstRow;
-    for (std::size_t texture = 0; texture < meter.plan.textures.size(); ++texture) {
-        rows.textures.emplace_back();
-        for (const auto& bytes : encoded.textures[texture].layers) {
-            rows.textures.back().emplace_back(meter.plan.width, rowCount);
-            verify::decodeRows(meter.plan.textures[texture].format, bytes, rows.textures.back().back().view());
-        }
-    }
-    return rows;
+    return false;
 }
 
 Result<FloorPart> measureStrip(const FloorMeter& meter, int index) {
@@ -85,7 +64,8 @@ Result<FloorPart> measureStrip(const FloorMeter& meter, int index) {
     if (!strip) return tl::make_unexpected(strip.error());
     const int firstRow = meter.source.stripFirstRow(index), end = firstRow + meter.source.stripRows(index);
     const int above = std::max(0, firstRow - 1), below = std::min(meter.source.height(), end + 1);
-    const verify::DecodedLightMapRows rows = rawRows(meter, *strip, above, below - above);
+    const auto encoded = compress::encodeLightMapRows(meter.plan, *strip, above, below - above, {});
+    const verify::DecodedLightMapRows rows = decodedRows(meter.plan, encoded, above, below - above);
     FloorPart part;
     std::vector<verify::LightMapScore::Place> rims, inner;
     std::array<lighting::ShRgb, 2> light;  // of the bake and of raw
@@ -94,9 +74,8 @@ Result<FloorPart> measureStrip(const FloorMeter& meter, int index) {
             const std::int64_t number = std::int64_t{y} * meter.source.width() + x;
             if (number % meter.step != 0 || strip->covered.at(x, y - strip->firstRow) == 0) continue;
             const glm::dvec2 at = glm::dvec2(x, y) + placeInTexel(number / meter.step);
-            const Quad quad = quadAt(*strip, at);
-            if (quad == Quad::BetweenCharts) continue;
-            const bool isRim = quad == Quad::Rim;
+            if (mayCrossCharts(*strip, at)) continue;
+            const bool isRim = isAtRim(*strip, at);
             if (!isRim && ++part.innerCount % kInnerStep != 1) continue;
             if (!meter.verifier.lightAt(rows, *strip, at, light)) continue;
             if (isRim) ++part.rimCount;

@@ -1,4 +1,4 @@
-// What a bake itself loses on its surface, whatever layout holds it: its floor.
+// The floor of a bake: the error on its surface that no filtered layout avoids.
 //
 // The reference of a place is the bake, filtered between covered texels alone. A GPU filters all four texels, so the texels outside charts
 // have to serve the places beside them, those of two charts at once where one texel lies between both. Layout raw, without blocks, with

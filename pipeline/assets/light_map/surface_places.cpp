@@ -25,19 +25,6 @@ int rowsOfRounding(int height) {
     return (divisor - height % divisor) % divisor;
 }
 
-/// Returns true if charts may meet at a place.
-/// at  in texels of the map, whose rows the filter reads
-bool mayCrossCharts(const formats::LightMapStrip& texels, const glm::dvec2& at) {
-    const glm::ivec2 corner(glm::floor(at));
-    std::array<std::uint32_t, 4> charts{};
-    for (int i = 0; i < 4; ++i) {
-        const int x = std::clamp(corner.x + i % 2, 0, texels.sh.width() - 1),
-                  y = std::clamp(corner.y + i / 2 - texels.firstRow, 0, texels.sh.height() - 1);
-        charts[static_cast<std::size_t>(i)] = texels.chart.width() > 0 ? texels.chart.at(x, y) : formats::kAnyChart;
-    }
-    return !formats::mayHoldSurface(charts);
-}
-
 /// Returns the bake at a place, filtered between covered texels. Nothing where charts meet.
 /// at  as for mayCrossCharts
 std::optional<lighting::ShRgb> bakeAt(const formats::LightMapStrip& texels, const glm::dvec2& at) {
@@ -55,6 +42,17 @@ std::optional<lighting::ShRgb> bakeAt(const formats::LightMapStrip& texels, cons
 }
 
 }  // namespace
+
+bool mayCrossCharts(const formats::LightMapStrip& texels, const glm::dvec2& at) {
+    const glm::ivec2 corner(glm::floor(at));
+    std::array<std::uint32_t, 4> charts{};
+    for (int i = 0; i < 4; ++i) {
+        const int x = std::clamp(corner.x + i % 2, 0, texels.sh.width() - 1),
+                  y = std::clamp(corner.y + i / 2 - texels.firstRow, 0, texels.sh.height() - 1);
+        charts[static_cast<std::size_t>(i)] = texels.chart.width() > 0 ? texels.chart.at(x, y) : formats::kAnyChart;
+    }
+    return !formats::mayHoldSurface(charts);
+}
 
 glm::dvec2 placeInTexel(std::int64_t number) {
     constexpr glm::dvec2 kStep(0.75487766624669276, 0.56984029099805327);

@@ -22,6 +22,10 @@ struct SurfacePlace {
 /// Unreasonable Effectiveness of Quasirandom Sequences: multiples of the plastic number's inverse powers).
 glm::dvec2 placeInTexel(std::int64_t number);
 
+/// Returns true if charts may meet at a place.
+/// at  in texels of the map, whose rows the filter reads
+bool mayCrossCharts(const formats::LightMapStrip& texels, const glm::dvec2& at);
+
 class SurfacePlaces {
 public:
     /// Size of a map [texels].

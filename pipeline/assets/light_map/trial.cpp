@@ -11,6 +11,7 @@
 #include "compress/light_map.h"
 #include "compress/light_map_context.h"
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/decoded_rows.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/light_map/planner.h"
@@ -18,7 +19,6 @@
 #include "pipeline/assets/light_map/whole_trial.h"
 #include "pipeline/graph/parallel_for.h"
 #include "verify/light_map.h"
-#include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -67,21 +67,6 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
     if (texels > kExcludedTexels)
         std::erase_if(trials, [&](const Trial& each) { return each.isExcluded && !measured.contains(trialOf(*each.layout)); });
     return trials;
-}
-
-/// Decodes an encoded strip with the verifier's own decoders.
-verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, const compress::EncodedLightMapRows& rows, int firstRow,
-                                        int rowCount) {
-    verify::DecodedLightMapRows out;
-    out.firstRow = firstRow;
-    for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
-        out.textures.emplace_back();
-        for (const auto& bytes : rows.textures[texture].layers) {
-            out.textures.back().emplace_back(plan.width, rowCount);
-            verify::decodeRows(plan.textures[texture].format, bytes, out.textures.back().back().view());
-        }
-    }
-    return out;
 }
 
 /// Layouts that are measured on one plan: the planned one, or it without its last layers.

@@ -32,6 +32,16 @@ std::string viewInGlb(const std::filesystem::path& glb, std::size_t index) {
     return bytes.substr(28 + length + view.value("byteOffset", std::size_t{0}), view["byteLength"].get<std::size_t>());
 }
 
+/// Writes a mesh as Draco, and returns how far that moved its vertices.
+Result<MeshError> errorOfDraco(const std::filesystem::path& source, const std::filesystem::path& draco) {
+    const auto scene = GltfScene::load(source);
+    if (!scene) return tl::make_unexpected(scene.error());
+    if (auto written = scene->writeDraco(draco, {}); !written) return tl::make_unexpected(written.error());
+    const auto cooked = GltfScene::load(draco);
+    if (!cooked) return tl::make_unexpected(cooked.error());
+    return scene->errorOf(*cooked);
+}
+
 TEST(QuantizedMesh, EveryTypeOfNormalsSurvivesDraco) {
     for (const QuadScene::Encoding& encoding : {QuadScene::Encoding{}, {5120, 1, true}, {5122, 1, true}}) {
         SCOPED_TRACE(fmt::format("component type {}", encoding.type));
@@ -44,12 +54,7 @@ TEST(QuantizedMesh, EveryTypeOfNormalsSurvivesDraco) {
         quads.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] =
             quads.accessor({0, 1, 0, s, 0, -s, -1, 0, 0, -0.6, -0.8, 0}, 3, encoding);
         quads.write(folder / "scene.glb");
-        const auto scene = GltfScene::load(folder / "scene.glb");
-        ASSERT_TRUE(scene) << scene.error().line();
-        ASSERT_TRUE(scene->writeDraco(folder / "draco.glb", {}));
-        const auto cooked = GltfScene::load(folder / "draco.glb");
-        ASSERT_TRUE(cooked) << cooked.error().line();
-        const auto error = scene->errorOf(*cooked);
+        const auto error = errorOfDraco(folder / "scene.glb", folder / "draco.glb");
         ASSERT_TRUE(error) << error.error().line();
         // Integers are kept bit for bit.
         EXPECT_LE(error->normalRadians, encoding.type == 5126 ? 0.01 : 1e-9);
@@ -67,12 +72,7 @@ TEST(QuantizedMesh, EveryTypeOfPositionsAndUvsSurvivesDraco) {
             (isOfUvs ? quads.uvs : quads.positions) = encoding;
             quads.add({"floor", {0.1, 0.2}, {0.7, 0.9}});
             quads.write(folder / "scene.glb");
-            const auto scene = GltfScene::load(folder / "scene.glb");
-            ASSERT_TRUE(scene) << scene.error().line();
-            ASSERT_TRUE(scene->writeDraco(folder / "draco.glb", {}));
-            const auto cooked = GltfScene::load(folder / "draco.glb");
-            ASSERT_TRUE(cooked) << cooked.error().line();
-            const auto error = scene->errorOf(*cooked);
+            const auto error = errorOfDraco(folder / "scene.glb", folder / "draco.glb");
             ASSERT_TRUE(error) << error.error().line();
             EXPECT_LE(isOfUvs ? error->lightMapUv : error->position, 1e-9);
             if (isOfUvs) continue;
