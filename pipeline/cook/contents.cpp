@@ -49,8 +49,7 @@ Action contentAction(const Scene& scene, const LightMapEntry& entry, const verif
 /// Returns the action that measures the floor of a light map. Empty: no limit was given that a floor could be above.
 std::optional<Action> floorAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading,
                                   const PlanOptions& options) {
-    const bool isLimited = scene.output.maxError || (visibleLimit(scene.output, entry) && !isByDefault(scene.output, entry));
-    if (!isLimited) return std::nullopt;
+    if (!scene.output.maxError && !askedVisibleLimit(scene.output, entry)) return std::nullopt;
     LightMapFloorParameters parameters{entry.description, shading, displayOf(scene, entry)};
     parameters.description.repair = options.repair;
     return Action{actionId(ActionStep::Floor, entry.name),   kFloorKind, entry.name, toJson(parameters),
@@ -174,8 +173,7 @@ formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, 
                              key, *limit, words, 100 * floor->rimShare, at, remedyOf(scene, entry))});
         };
         hold("max_error", scene.output.maxError, floor->relRms, fmt::format("{:.4g}", floor->relRms));
-        if (!isByDefault(scene.output, entry))
-            hold("max_visible", visibleLimit(scene.output, entry), floor->visible, fmt::format("{:.3g}", floor->visible));
+        hold("max_visible", askedVisibleLimit(scene.output, entry), floor->visible, fmt::format("{:.3g}", floor->visible));
     }
     return errors;
 }

@@ -190,11 +190,7 @@ private:
         if constexpr (std::is_same_v<Parameters, DominantParameters>)
             if ((parameters.layout || output.isChosenByWhole()) && !output.maxConverterError) return std::nullopt;
         if (info(kind).isHeldToMaxError) return errorLimit(output);
-        // A block holds a light source and the dark beside it within 0.34, of noise within 0.18 (docs/lab/experiments.md): no fault, but
-        // what its format can do.
-        constexpr double kCubemapLimit = 0.5;
-        const double usual = converterLimit(output);
-        return kind == AssetKind::Cubemap && !output.maxConverterError ? std::max(usual, kCubemapLimit) : usual;
+        return converterLimit(output, kind == AssetKind::Cubemap ? kDefaultMaxCubemapError : kDefaultMaxError);
     }
 
     /// Returns the limit on visible errors that a light map and its mesh are held to.

@@ -131,8 +131,8 @@ bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry) {
     return output.isErrorLimited() || entry.maxVisible || entry.maxVisibleBound || entry.maxSeam;
 }
 
-double converterLimit(const OutputSettings& output) {
-    return output.maxConverterError.value_or(std::max(errorLimit(output), kDefaultMaxError));
+double converterLimit(const OutputSettings& output, double byDefault) {
+    return output.maxConverterError.value_or(std::max(errorLimit(output), byDefault));
 }
 
 std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset) {
@@ -160,13 +160,16 @@ std::string layoutAsked(const OutputSettings& output) {
 }
 
 bool isByDefault(const OutputSettings& output, const LightMapEntry& entry) {
-    return layoutAsked(output) == kAutoLayout && !output.isChosenByWhole() && !output.maxError && !output.maxVisible && !entry.maxVisible &&
+    return layoutAsked(output) == kAutoLayout && !output.isChosenByWhole() && !output.maxError && !askedVisibleLimit(output, entry) &&
            !visibleBoundLimit(output, entry);
 }
 
+std::optional<double> askedVisibleLimit(const OutputSettings& output, const LightMapEntry& entry) {
+    return entry.maxVisible ? entry.maxVisible : output.maxVisible;
+}
+
 std::optional<double> visibleLimit(const OutputSettings& output, const LightMapEntry& entry) {
-    if (entry.maxVisible) return entry.maxVisible;
-    return isByDefault(output, entry) ? std::optional(kDefaultMaxVisible) : output.maxVisible;
+    return isByDefault(output, entry) ? std::optional(kDefaultMaxVisible) : askedVisibleLimit(output, entry);
 }
 
 std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry) {
