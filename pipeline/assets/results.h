@@ -137,18 +137,33 @@ struct VerifyResult {
     std::optional<BlockFigures> worstBlock;  ///< of a light map
     std::optional<Json> measures;            ///< figures of a kind of its own, by name: the report has a caption for each
     std::optional<Json> groundTruth;         ///< see ground_truth.h
+
+    /// Returns the checks of the last stage, of every mip level and mix of two, and of the seams.
+    std::vector<Check> checks(const Limits& limits) const {
+        std::vector<Figure> figures;
+        const auto add = [&](const std::vector<Figure>& more) { figures.insert(figures.end(), more.begin(), more.end()); };
+        if (!verdict.stages.empty()) add(figuresOf(verdict.stages.back()));
+        for (const std::vector<verify::StageError>* levels : {&mips, &mipBlends})
+            for (const verify::StageError& level : *levels) add(figuresOf(level));
+        if (seams) add(seams->figures());
+        return judge(figures, limits);
+    }
 };
 template <class Fields, Is<VerifyResult> Self>
 void describe(Fields& fields, Self& result) {
-    fields.required("verdict", result.verdict, "errors, limit, violations");
+    describe(fields, result.verdict);
+    fields.presentIf(!result.mips.empty(), "mips", result.mips,
+                     "errors of the mip levels of a light map, from level 1 on, each against the mean of the bake over its texels; the "
+                     "limits hold for each");
+    fields.presentIf(!result.mipBlends.empty(), "mip_blends", result.mipBlends,
+                     "errors between each of these levels and the larger one, as a trilinear sampler mixes them; the limits on sampled "
+                     "errors hold for each");
     fields.optional("key", result.key, kFigure, "log-average luminance of the exit radiance");
-    fields.presentIf(!result.mips.empty(), "mips", result.mips, "errors of the mip levels of a light map, from level 1 on");
-    fields.presentIf(!result.mipBlends.empty(), "mip_blends", result.mipBlends, "errors between each of them and the larger level");
     fields.optional("light", result.light, "light that the errors are a part of");
     fields.optional("mesh_error", result.meshError, "how far quantization moved the vertices");
     fields.optional("preview", result.preview, "pictures");
-    fields.optional("seams", result.seams, "steps of light at edges that charts share");
-    fields.optional("charts", result.charts, "memory and visible errors of the charts");
+    fields.optional("seams", result.seams, "steps of light at edges that charts share; of a light map");
+    fields.optional("charts", result.charts, "memory and visible errors of the charts of a light map with a mesh");
     fields.optional("worst_block", result.worstBlock, "the 4 x 4 block of a light map that errs most");
     fields.optional("measures", result.measures, "further figures of the kind");
     fields.optional("ground_truth", result.groundTruth, "errors against traced light");
@@ -157,21 +172,20 @@ void describe(Fields& fields, Self& result) {
 /// Errors of what a pixel shows of a light map and its dominant light together: result of action "verify-whole".
 struct WholeFigures {
     verify::VisibleFigures visible;
-    double relRms = 0;                 ///< RMS of the error over that of the reference
-    int places = 0;                    ///< that were shaded
-    std::optional<double> maxVisible;  ///< limit on the 99th percentile
-    std::optional<double> maxError;    ///< limit on relRms
-    bool isVisibleKept() const { return !maxVisible || visible.p99 <= *maxVisible; }
-    bool isErrorKept() const { return !maxError || relRms <= *maxError; }
-    bool isKept() const { return isVisibleKept() && isErrorKept(); }
+    double relRms = 0;  ///< RMS of the error over that of the reference
+    int places = 0;     ///< that were shaded
+    Limits limits;      ///< on the whole
+    std::vector<Check> checks() const {
+        return judge({{Limit::WholeVisible, visible.p99, "whole", ""}, {Limit::WholeError, relRms, "whole", ""}}, limits);
+    }
 };
 template <class Fields, Is<WholeFigures> Self>
 void describe(Fields& fields, Self& whole) {
     fields.required("visible", whole.visible, "visible error, in just noticeable differences (Delta E ITP)");
     fields.required("rel_rms", whole.relRms, kFigure, "RMS of the error over that of the reference");
     fields.required("places", whole.places, kFigure, "places of the surface that were shaded");
-    fields.optional("max_visible", whole.maxVisible, kFigure, "limit on the 99th percentile");
-    fields.optional("max_error", whole.maxError, kFigure, "limit on rel_rms");
+    fields.optional("max_visible", whole.limits[Limit::WholeVisible], kFigure, "limit on the 99th percentile");
+    fields.optional("max_error", whole.limits[Limit::WholeError], kFigure, "limit on rel_rms");
 }
 
 /// Returns the outcome of an action with a typed result.

@@ -11,6 +11,7 @@
 
 #include "pipeline/assets/rendered_view_files.h"
 #include "pipeline/json/json_fields.h"
+#include "pipeline/limits/limits.h"
 
 namespace lightcook::pipeline {
 
@@ -96,6 +97,11 @@ struct SeamFigures {
         const SeamStage& last = stages.back();
         return std::max(last.diffuse.added.max, last.specular ? last.specular->added.max : 0.0);
     }
+    /// Returns what a limit on seams holds: the largest added step, where there are places.
+    std::vector<Figure> figures() const {
+        if (stages.empty()) return {};
+        return {{Limit::Seam, largestAdded(), stages.back().name, worst.empty() ? "" : worst.front().shading}};
+    }
 };
 template <class Fields, Is<SeamFigures> Self>
 void describe(Fields& fields, Self& seams) {
@@ -117,15 +123,15 @@ void describe(Fields& fields, Self& seams) {
 struct SplitSeams {
     std::vector<std::string> maps;         ///< in the order of the split
     SeamFigures seams;                     ///< `edges` are those between maps; the other counts are of the triangles of all maps together
-    std::optional<double> maxSeam;         ///< limit on the largest added step
+    Limits limits;                         ///< on the largest added step
     std::vector<RenderedView> views = {};  ///< of SeamFigures::worst, in their order
-    bool isKept() const { return !maxSeam || seams.largestAdded() <= *maxSeam; }
+    std::vector<Check> checks() const { return judge(seams.figures(), limits); }
 };
 template <class Fields, Is<SplitSeams> Self>
 void describe(Fields& fields, Self& split) {
     fields.required("maps", split.maps, "light maps, in the order of the split");
     describe(fields, split.seams);
-    fields.optional("max_seam", split.maxSeam, between(0, HUGE_VAL), "largest added step that passes");
+    describe(fields, split.limits, {Limit::Seam});
     fields.presentIf(!split.views.empty(), "views", split.views, "the mesh around the worst seams, in their order");
 }
 

@@ -143,19 +143,27 @@ verify::ErrorPlace FieldMirror<verify::ErrorPlace>::from(const ErrorPlaceFields&
     return place;
 }
 
-Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations,
-                    const std::optional<double>& maxVisible, const std::optional<double>& maxVisibleBound) {
-    Verdict verdict;
-    verdict.limit = maxError;
-    verdict.maxVisible = maxVisible;
-    verdict.maxVisibleBound = maxVisibleBound;
+std::vector<Figure> figuresOf(const verify::StageError& stage) {
+    std::vector<Figure> figures = {{Limit::Error, stage.diffuse.relRms, stage.name, "diffuse"},
+                                   {Limit::Error, stage.specular.relRms, stage.name, "specular"}};
+    const auto addVisible = [&](const verify::ErrorFigures& of, const char* shading) {
+        if (!of.visible) return;
+        figures.push_back({Limit::Visible, of.visible->p99, stage.name, shading});
+        if (of.visible->bound) figures.push_back({Limit::VisibleBound, *of.visible->bound, stage.name, shading});
+    };
+    addVisible(stage.diffuse, "diffuse");
+    addVisible(stage.specular, "specular");
+    return figures;
+}
+
+Verdict makeVerdict(std::vector<verify::StageError> stages, const Limits& limits, std::vector<verify::Violation> violations) {
+    const auto& maxVisibleBound = limits[Limit::VisibleBound];
     if (maxVisibleBound && !stages.empty() && !hasVisibleBound(stages.back()))
         violations.push_back(unknownBound(stageWords(stages.back().name), *maxVisibleBound));
-    verdict.passed = !stages.empty() && violations.empty();
+    Verdict verdict;
+    verdict.limits = limits;
+    verdict.passed = !stages.empty() && violations.empty() && areKept(judge(figuresOf(stages.back()), limits));
     for (const verify::StageError& stage : stages) verdict.passed = verdict.passed && isFinite(stage.diffuse) && isFinite(stage.specular);
-    if (verdict.passed) verdict.passed = stages.back().diffuse.relRms <= maxError && stages.back().specular.relRms <= maxError;
-    if (verdict.passed && maxVisible) verdict.passed = visibleP99(stages.back()).value_or(0) <= *maxVisible;
-    if (verdict.passed && maxVisibleBound) verdict.passed = visibleBound(stages.back()).value_or(0) <= *maxVisibleBound;
     verdict.stages = std::move(stages);
     verdict.violations = std::move(violations);
     return verdict;

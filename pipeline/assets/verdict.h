@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "pipeline/json/json_fields.h"
+#include "pipeline/limits/limits.h"
 #include "verify/figures.h"
 #include "verify/violation.h"
 
@@ -14,20 +15,18 @@ namespace lightcook::pipeline {
 
 struct Verdict {
     std::vector<verify::StageError> stages;
-    std::string metric = "rel_rms";         ///< of the limit
-    double limit = 0;                       ///< on rel_rms of the last stage, diffuse and specular
-    std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors of the last stage
-    std::optional<double> maxVisibleBound;  ///< limit on the proven bound of its visible errors
-    std::optional<double> maxSeam;          ///< limit on the largest step that cooking adds to an edge
+    std::string metric = "rel_rms";  ///< of the limit on errors
+    Limits limits;                   ///< of the last stage, and of every mip level
     bool passed = false;
     std::vector<verify::Violation> violations;  ///< faults that the figures of the whole asset would average away
 };
 
-/// Returns a verdict. It passes if the last stage keeps the limits on rel_rms of diffuse and specular, on the 99th percentile of its
-/// visible errors and on their proven bound; if all figures of all stages are finite; and if there is no violation. A limit on a bound that
-/// is not known is a violation.
-Verdict makeVerdict(std::vector<verify::StageError> stages, double maxError, std::vector<verify::Violation> violations = {},
-                    const std::optional<double>& maxVisible = std::nullopt, const std::optional<double>& maxVisibleBound = std::nullopt);
+/// Returns a verdict. It passes if the last stage keeps its limits, if all figures of all stages are finite, and if there is no violation.
+/// A limit on a bound that is not known is a violation.
+Verdict makeVerdict(std::vector<verify::StageError> stages, const Limits& limits, std::vector<verify::Violation> violations = {});
+
+/// Returns the figures of a stage that limits may hold: rel_rms of both kinds of shading, then the visible errors of each.
+std::vector<Figure> figuresOf(const verify::StageError& stage);
 
 /// Returns "stage total" of a stage named "total"; a name that begins with the word stays ("stage 2").
 std::string stageWords(const std::string& name);
@@ -181,11 +180,8 @@ void describe(Fields& fields, Self& verdict) {
     fields.required("stages", verdict.stages, atLeast(1), "errors after each stage; the last is the whole asset");
     fields.object("limit", "limit that the last stage is held to", [&](auto& limit) {
         limit.required("metric", verdict.metric, "figure that is limited");
-        limit.required("value", verdict.limit, between(0, HUGE_VAL), "largest value that passes");
-        limit.optional("max_visible", verdict.maxVisible, between(0, HUGE_VAL), "largest p99 of visible errors that passes");
-        limit.optional("max_visible_bound", verdict.maxVisibleBound, between(0, HUGE_VAL),
-                       "largest proven bound of visible errors that passes");
-        limit.optional("max_seam", verdict.maxSeam, between(0, HUGE_VAL), "largest added step at a seam that passes");
+        limit.optional("value", verdict.limits[Limit::Error], between(0, HUGE_VAL), "largest value that passes");
+        describe(limit, verdict.limits, {Limit::Visible, Limit::VisibleBound, Limit::Seam});
     });
     fields.required("passed", verdict.passed, "true if the figures are within the limit and nothing is violated");
     fields.presentIf(!verdict.violations.empty(), "violations", verdict.violations,

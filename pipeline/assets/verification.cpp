@@ -1,36 +1,25 @@
 #include "pipeline/assets/verification.h"
 
-#include "pipeline/scene/settings.h"
+#include <algorithm>
 
 namespace lightcook::pipeline {
-namespace {
-
-struct LimitParameter {
-    std::optional<double> maxError;
-};
-template <class Fields, Is<LimitParameter> Self>
-void describe(Fields& fields, Self& limit) {
-    fields.optional("max_error", limit.maxError, "limit on rel_rms; absent: none");
-}
-
-}  // namespace
 
 verify::Viewing VisibleParameters::viewing(double key, const glm::dmat3& bt2020FromWorking) const {
     return {display.value_or(lighting::DisplaySettings{}).of(key), bt2020FromWorking};
 }
 
-formats::Result<double> maxErrorOf(const ActionContext& context) {
-    const auto limit = parametersOf<LimitParameter>(context);
-    if (!limit) return tl::make_unexpected(limit.error());
-    return limit->maxError.value_or(kNoErrorLimit);
+bool passes(const VerifyResult& result) {
+    const auto isLevelFinite = [](const verify::StageError& level) { return isFinite(level.diffuse) && isFinite(level.specular); };
+    return result.verdict.passed && result.verdict.violations.empty() && std::ranges::all_of(result.mips, isLevelFinite) &&
+           std::ranges::all_of(result.mipBlends, isLevelFinite) && areKept(result.checks(result.verdict.limits));
 }
 
-VerifyResult judged(std::vector<verify::StageError> stages, double maxError, const Stopwatch& watch,
-                    std::vector<verify::Violation> violations, const std::optional<double>& maxVisible,
-                    const std::optional<double>& maxVisibleBound) {
+VerifyResult judged(std::vector<verify::StageError> stages, Limits limits, const Stopwatch& watch,
+                    std::vector<verify::Violation> violations) {
     if (!stages.empty()) stages.back().seconds = watch.seconds();
+    if (!limits[Limit::Error]) limits[Limit::Error] = kNoErrorLimit;
     VerifyResult result;
-    result.verdict = makeVerdict(std::move(stages), maxError, std::move(violations), maxVisible, maxVisibleBound);
+    result.verdict = makeVerdict(std::move(stages), limits, std::move(violations));
     return result;
 }
 

@@ -21,11 +21,10 @@ private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Parameters of verifications that judge visible errors. A folder of an older version has neither: the usual display and no limit.
+/// Parameters of verifications that judge visible errors.
 struct VisibleParameters {
     std::optional<lighting::DisplaySettings> display;
-    std::optional<double> maxVisible;            ///< limit on their 99th percentile
-    std::optional<double> maxVisibleBound = {};  ///< limit on their proven bound
+    Limits limits;
 
     /// Returns the display of light with a key.
     /// bt2020FromWorking  linear BT.2020 from the working primaries
@@ -34,16 +33,15 @@ struct VisibleParameters {
 template <class Fields, Is<VisibleParameters> Self>
 void describe(Fields& fields, Self& visible) {
     fields.optional("display", visible.display, "display that visible errors are judged on");
-    fields.optional("max_visible", visible.maxVisible, "limit on the 99th percentile of visible errors");
-    fields.optional("max_visible_bound", visible.maxVisibleBound, "limit on the proven bound of visible errors");
+    describe(fields, visible.limits, kAssetLimits);
 }
 
-/// Returns the limit on rel_rms that the asset is held to: parameter "max_error" of its verify action, else kNoErrorLimit.
-formats::Result<double> maxErrorOf(const ActionContext& context);
+/// Returns true if the verdict so far passed, and a result keeps its limits: its last stage, every mip level and mix of two, and its seams.
+bool passes(const VerifyResult& result);
 
-/// Returns a result with the verdict on these stages. The last stage gets the time since the watch was made.
-VerifyResult judged(std::vector<verify::StageError> stages, double maxError, const Stopwatch& watch,
-                    std::vector<verify::Violation> violations, const std::optional<double>& maxVisible = std::nullopt,
-                    const std::optional<double>& maxVisibleBound = std::nullopt);
+/// Returns a result with the verdict on these stages. The last stage gets the time since the watch was made. Without a limit on rel_rms it
+/// is held to kNoErrorLimit.
+VerifyResult judged(std::vector<verify::StageError> stages, Limits limits, const Stopwatch& watch,
+                    std::vector<verify::Violation> violations);
 
 }  // namespace lightcook::pipeline

@@ -47,11 +47,9 @@ std::uint64_t MeshMemory::bytesOf(const std::string& layout) const {
     return isDraco || isPacked || hasBases ? vertices * bytesOfVertex(isDraco, hasBases) : 0;
 }
 
-LayoutLimits limitsOf(const Scene& scene, const std::string& map) {
+Limits layoutLimitsOf(const Scene& scene, const std::string& map) {
     const auto found = std::ranges::find(scene.lightMaps, map, &LightMapEntry::name);
-    const LightMapEntry entry = found == scene.lightMaps.end() ? LightMapEntry{} : *found;
-    return {layoutErrorLimit(scene.output), visibleLimit(scene.output, entry), visibleBoundLimit(scene.output, entry),
-            found == scene.lightMaps.end() ? scene.output.maxSeam : seamLimit(scene.output, entry)};
+    return layoutLimits(scene.output, found == scene.lightMaps.end() ? LightMapEntry{} : *found);
 }
 
 Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& open, const ExecutionResult& trials,
@@ -63,7 +61,7 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
         if (record == trials.records.end()) continue;
         const auto trial = trialIn(record->second);
         if (!trial) return tl::make_unexpected(trial.error());
-        decision.candidates_[map] = candidatesOf(trial->trial, limitsOf(scene, map));
+        decision.candidates_[map] = candidatesOf(trial->trial, layoutLimitsOf(scene, map));
         decision.addChoices(map, *trial);
     }
     auto meshes = meshesOf(scene, open.undecided, materials);
@@ -184,7 +182,7 @@ Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
         if (record == chosen.records.end()) continue;
         const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
         if (!verified) return tl::make_unexpected(verified.error());
-        const double found = std::max(verifiedUse(*verified, limitsOf(scene_, map)), splitUse_[map][layout]);
+        const double found = std::max(verifiedUse(*verified, layoutLimitsOf(scene_, map)), splitUse_[map][layout]);
         LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
         if (found > 1 && candidate.usedOfLimits <= 1) isRefuted = true;
         candidate.usedOfLimits = found;
@@ -199,7 +197,8 @@ Result<void> LayoutDecision::noteSplitSeams(const ExecutionResult& chosen) {
         if (!isOfStep(id, ActionStep::SplitSeams)) continue;
         const auto split = fromJson<SplitSeams>(record.result, id);
         if (!split) return tl::make_unexpected(split.error());
-        if (split->isKept() || split->seams.worst.empty()) continue;
+        const double share = mostUsedShare(split->checks());
+        if (share <= 1 || split->seams.worst.empty()) continue;
         const SeamPlace& worst = split->seams.worst.front();
         if (!worst.maps || !worst.errors) continue;
         const std::size_t first = (*worst.errors)[1] > (*worst.errors)[0] ? 1 : 0;
@@ -207,7 +206,7 @@ Result<void> LayoutDecision::noteSplitSeams(const ExecutionResult& chosen) {
             const std::string& map = (*worst.maps)[side];
             if (!candidates_.contains(map)) continue;
             double& used = splitUse_[map][chosen_.at(map)];
-            used = std::max(used, split->seams.largestAdded() / *split->maxSeam);
+            used = std::max(used, share);
             break;
         }
     }
@@ -246,7 +245,7 @@ Result<void> LayoutDecision::noteFailedWholes(const ExecutionResult& chosen) {
         if (record == chosen.records.end()) continue;
         const auto whole = fromJson<WholeFigures>(record->second.result, record->second.id);
         if (!whole) return tl::make_unexpected(whole.error());
-        if (whole->isKept()) continue;
+        if (areKept(whole->checks())) continue;
         const auto dominant = chosen_.find(dominantNameOf(map));
         for (AllocationChoice& choice : choices)
             if (choice.lightMap == chosen_.at(map) && choice.dominant == (dominant == chosen_.end() ? "" : dominant->second)) {

@@ -15,13 +15,14 @@
 #include "pipeline/cook/allocation.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/executor.h"
+#include "pipeline/limits/limits.h"
 #include "pipeline/report/frontier.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
 
-/// Returns the limits of a light map; a name that the scene lacks has those of the output.
-LayoutLimits limitsOf(const Scene& scene, const std::string& map);
+/// Returns the limits that the layout of a light map is chosen by.
+Limits layoutLimitsOf(const Scene& scene, const std::string& map);
 
 /// GPU memory of the mesh of a light map, which depends on the layout of the map: vertices name the bases of a learned one, and a plain
 /// mesh is written for these alone.

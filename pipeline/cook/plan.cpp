@@ -150,10 +150,12 @@ private:
         return (!options_.onlyKind || *options_.onlyKind == info(kind).name) && isAnyWanted(scene_, options_, entry);
     }
 
-    /// Returns the display of the scene and the limits on visible errors of an asset that is no light map.
-    /// ofAsset, boundOfAsset  its own limits
-    VisibleParameters visible(const std::optional<double>& ofAsset, const std::optional<double>& boundOfAsset) const {
-        return {scene_.display, converterVisibleLimit(scene_.output, ofAsset), converterVisibleBoundLimit(scene_.output, boundOfAsset)};
+    /// Returns the display of the scene and the limits of an asset that is no light map.
+    /// ofAsset, boundOfAsset  its own limits on visible errors
+    VisibleParameters visible(AssetKind kind, const std::optional<double>& ofAsset = {},
+                              const std::optional<double>& boundOfAsset = {}) const {
+        return {scene_.display, converterLimits(scene_.output, kind == AssetKind::Cubemap ? kDefaultMaxCubemapError : kDefaultMaxError,
+                                                ofAsset, boundOfAsset)};
     }
 
     /// Notes the names of the files of an asset, which no other may have.
@@ -174,28 +176,17 @@ private:
         plan_.actions.push_back({actionId(ActionStep::Cook, asset), std::string(info(kind).name), asset, toJson(parameters),
                                  std::move(inputs), ofLightMap.dependencies});
         Json verification = toJson(verifyParameters);
-        if (const auto limit = limitOf(kind, parameters)) verification["max_error"] = *limit;
         if (ofLightMap.unpacked) verification[kUnpackedKey] = toJson(*ofLightMap.unpacked);
         Action verify = verifyAction(asset, kind, verifyInputs, std::move(verification));
         verify.dependencies.insert(verify.dependencies.end(), ofLightMap.dependencies.begin(), ofLightMap.dependencies.end());
         plan_.actions.push_back(std::move(verify));
     }
 
-    /// Returns the limit on rel_rms of an asset. Empty: none, a budget or a limit on what a pixel shows decides.
-    template <class Parameters>
-    std::optional<double> limitOf(AssetKind kind, [[maybe_unused]] const Parameters& parameters) const {
-        const OutputSettings& output = scene_.output;
-        if constexpr (std::is_same_v<Parameters, LightMapParameters>) return output.maxError;
-        // The parameters of a dominant light leave out the layout if it is the first one, so they do not tell whether a budget chose it.
-        if constexpr (std::is_same_v<Parameters, DominantParameters>)
-            if ((parameters.layout || output.isChosenByWhole()) && !output.maxConverterError) return std::nullopt;
-        if (info(kind).isHeldToMaxError) return errorLimit(output);
-        return converterLimit(output, kind == AssetKind::Cubemap ? kDefaultMaxCubemapError : kDefaultMaxError);
-    }
-
-    /// Returns the limit on visible errors that a light map and its mesh are held to.
-    std::optional<double> visibleLimitOf(const LightMapEntry& entry) const {
-        return options_.unlimited.contains(entry.name) ? std::nullopt : visibleLimit(scene_.output, entry);
+    /// Returns the limits that a light map and its mesh are held to.
+    Limits limitsOfMap(const LightMapEntry& entry) const {
+        Limits limits = limitsOf(scene_.output, entry);
+        if (options_.unlimited.contains(entry.name)) limits[Limit::Visible].reset();
+        return limits;
     }
 
     void planLightMap(const LightMapEntry& entry) {
@@ -262,8 +253,7 @@ private:
     /// Adds the verification of a light map and its dominant light together, where that chose their layouts.
     void addWhole(const LightMapEntry& entry, const LightMapReduction& reduction) {
         if (!scene_.output.isChosenByWhole() || reduction.constantOf || !wants(entry.name, AssetKind::LightMap, entry)) return;
-        WholeVerifyParameters parameters{
-            {shading_, displayOf(scene_, entry)}, {}, scene_.output.maxWholeVisible, scene_.output.maxWholeError};
+        WholeVerifyParameters parameters{{shading_, displayOf(scene_, entry)}, {}, wholeLimits(scene_.output)};
         std::vector<std::string> dependencies = {actionId(ActionStep::Cook, entry.name)};
         if (isDominantShown(entry, reduction)) {
             parameters.fit = entry.dominantFit;
@@ -278,7 +268,7 @@ private:
     /// Adds the verification of the seams between the maps of a split, with the first of them, where all of them are cooked.
     void addSplitSeams(const LightMapEntry& first) {
         if (!first.part || first.name != first.part->of) return;
-        SplitSeamsParameters parameters{{shading_, displayOf(scene_, first)}, {}, seamLimit(scene_.output, first)};
+        SplitSeamsParameters parameters{{shading_, displayOf(scene_, first)}, {}, limitsOf(scene_.output, first)};
         std::vector<const PackedLightMap*> maps;
         std::vector<std::string> dependencies;
         for (const LightMapEntry& entry : scene_.lightMaps) {
@@ -304,12 +294,7 @@ private:
         std::optional<SceneView> visible;
         if (scene_.output.objective == formats::Objective::Visible && hasObjective(layout))
             visible = SceneView{shading_, displayOf(scene_, entry)};
-        const LightMapVerifyParameters verification{shading_,
-                                                    options_.samples,
-                                                    displayOf(scene_, entry),
-                                                    visibleLimitOf(entry),
-                                                    visibleBoundLimit(scene_.output, entry),
-                                                    seamLimit(scene_.output, entry)};
+        const LightMapVerifyParameters verification{shading_, options_.samples, displayOf(scene_, entry), limitsOfMap(entry)};
         Inputs verifyInputs = reduction.constantOf ? bakeInputs(entry.file, entry.description) : viewedInputs(entry);
         const PackedLightMap* packed = packedOf(entry);
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
@@ -354,9 +339,11 @@ private:
         }
         DominantParameters parameters{description, entry.dominantFit, scene_.output.target, textures_, entry.name, {}};
         if (layout != allDominantLayouts().front().name && !description.constantOf) parameters.layout = layout;
-        const VisibleParameters limits = visible({}, {});
+        Limits limits = visible(AssetKind::Dominant).limits;
+        // A layout that was named or chosen with the light map's is held to no limit that was not asked for.
+        if ((parameters.layout || scene_.output.isChosenByWhole()) && !scene_.output.maxConverterError) limits[Limit::Error].reset();
         add(dominant, AssetKind::Dominant, parameters, bakeInputs(entry.file, entry.description),
-            DominantVerifyParameters{{shading_, displayOf(scene_, entry)}, limits.maxVisible, limits.maxVisibleBound},
+            DominantVerifyParameters{{shading_, displayOf(scene_, entry)}, limits},
             description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry),
             {.unpacked = bakeWithoutPlaces(entry)});
     }
@@ -399,15 +386,12 @@ private:
         const Inputs inputs = meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake);
         Inputs verifyInputs = bakeInputs(entry.file, entry.description);
         verifyInputs.insert(inputs.begin(), inputs.end());
-        const VisibleParameters visible{displayOf(scene_, entry), visibleLimitOf(entry), visibleBoundLimit(scene_.output, entry)};
-        const std::optional<double> maxSeam = seamLimit(scene_.output, entry);
-        MeshParameters parameters{description, scene_.output.draco, errorLimit(scene_.output), entry.name};
-        if (visible.maxVisible || visible.maxVisibleBound) parameters.visible = visible;
-        parameters.hasSeamLimit = maxSeam.has_value();
+        VisibleParameters visible{displayOf(scene_, entry), limitsOfMap(entry)};
+        visible.limits[Limit::Error] = errorLimit(scene_.output);
+        const MeshParameters parameters{description, scene_.output.draco, visible, entry.name};
         OfLightMap ofLightMap{.unpacked = bakeWithoutPlaces(entry)};
         if (hasLearnedBases(layout)) ofLightMap.dependencies = {actionId(ActionStep::Cook, entry.name)};
-        add(asset, AssetKind::Mesh, parameters, scene_.output.draco ? verifyInputs : inputs, MeshVerifyParameters{visible, maxSeam},
-            verifyInputs, ofLightMap);
+        add(asset, AssetKind::Mesh, parameters, scene_.output.draco ? verifyInputs : inputs, visible, verifyInputs, ofLightMap);
         plan_.meshes[asset] = entry.name;
     }
 
@@ -441,7 +425,7 @@ private:
         if (!needs_.specular) return leaveOut("no material is specular");
         if (needs_.unusedProbes.contains(entry.name))
             return leaveOut(fmt::format("no place of the meshes has it among the {} nearest probes", kProbesOfAPlace));
-        CubemapVerifyParameters verification{visible(entry.maxVisible, entry.maxVisibleBound), {}};
+        CubemapVerifyParameters verification{visible(AssetKind::Cubemap, entry.maxVisible, entry.maxVisibleBound), {}};
         const int firstLevel = firstLevelOf(entry);
         if (firstLevel > 0) verification.smoothest = needs_.m.low;
         CubemapParameters parameters{.colors = scene_.colors,
@@ -526,7 +510,7 @@ private:
             .width = kRsrmWidth,
             .formats = entry.dither ? std::vector{std::string(info(RsrmFormat::Rgba8).name)}
                                     : rsrmFormatsToTry(entry.format, scene_.output.target, kRsrmWidth, static_cast<int>(exponents.size())),
-            .limit = converterLimit(scene_.output),
+            .limit = visible(AssetKind::Rsrm).limits[Limit::Error].value_or(kNoErrorLimit),
             .dither = entry.dither,
             .textures = textures_,
             .repair = options_.repair,
@@ -539,7 +523,7 @@ private:
         else
             parameters.encoding = entry.encoding;
         const Inputs inputs = environmentInputs(entry.file, scene_.colors);
-        add(entry.name, AssetKind::Rsrm, parameters, inputs, visible(entry.maxVisible, entry.maxVisibleBound), inputs);
+        add(entry.name, AssetKind::Rsrm, parameters, inputs, visible(AssetKind::Rsrm, entry.maxVisible, entry.maxVisibleBound), inputs);
     }
 
     void planTables() {
@@ -576,7 +560,7 @@ private:
                           .f0 = {needs_.f0.low, needs_.f0.high},
                           .format = std::string(formats::info(formats::info(scene_.output.target).table).name),
                           .textures = textures_},
-            {}, LutVerifyParameters{shading_, visible(tables.maxVisible, tables.maxVisibleBound)}, {});
+            {}, LutVerifyParameters{shading_, visible(AssetKind::Lut, tables.maxVisible, tables.maxVisibleBound)}, {});
     }
 
     void skip(std::string asset, std::string what, std::string why, std::uint64_t bytes, SkippedWork work) {

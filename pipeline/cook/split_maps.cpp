@@ -55,8 +55,7 @@ std::optional<Action> splitAction(const Scene& scene, const Needs& needs, const 
                                   bool repair) {
     auto trial = trialOf(scene, needs, entry, repair);
     if (!trial) return std::nullopt;
-    const SplitParameters parameters{std::move(*trial), layoutErrorLimit(scene.output), visibleLimit(scene.output, entry),
-                                     packed.bake.places, packed.boxes};
+    const SplitParameters parameters{std::move(*trial), layoutLimits(scene.output, entry), packed.bake.places, packed.boxes};
     return Action{actionId(ActionStep::Split, entry.name), kSplitChartsKind, entry.name, toJson(parameters), learnedInputsOf(entry), {}};
 }
 
@@ -82,7 +81,7 @@ std::optional<Action> partTrial(const Scene& scene, const Needs& needs, const Li
 std::optional<std::uint64_t> leastBytes(const TrialResult& trial, const ChartPacking& packing, const Scene& scene, const Needs& needs,
                                         const LightMapEntry& entry) {
     std::optional<std::uint64_t> least;
-    for (const LightMapCandidate& each : candidatesOf(trial, {layoutErrorLimit(scene.output), visibleLimit(scene.output, entry)}))
+    for (const LightMapCandidate& each : candidatesOf(trial, layoutLimits(scene.output, entry)))
         if (each.usedOfLimits <= 1 && each.bytes < least.value_or(UINT64_MAX)) least = each.bytes;
     if (least && needs.specular) *least += dominantBytes(entry, scene.output.target, {packing.width, packing.height});
     return least;

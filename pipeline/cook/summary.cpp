@@ -130,7 +130,7 @@ std::string packingWords(const ChartPacking& packing, bool isPart, const CookedA
 }
 
 /// Adds the trial of a light map to its row, with the layout that the scene's list lacks and that would have been better.
-void addTrial(TrialResult trial, const LayoutLimits& limits, ReportRow& row) {
+void addTrial(TrialResult trial, const Limits& limits, ReportRow& row) {
     if (const TrialCandidate* excluded = bestExcluded(trial.candidates, row.layout, limits)) {
         const auto chosen = std::ranges::find(trial.candidates, row.layout, &TrialCandidate::layout);
         row.betterExcluded = ExcludedLayout{excluded->layout,
@@ -408,8 +408,8 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
         auto trial = trialIn(record->second);
         if (!trial) return tl::make_unexpected(trial.error());
         // Whatever else allows a smaller layout, one of a large error is not better.
-        LayoutLimits limits = limitsOf(scene_, name);
-        limits.maxError = errorLimit(scene_.output);
+        Limits limits = layoutLimitsOf(scene_, name);
+        limits[Limit::Error] = errorLimit(scene_.output);
         addTrial(std::move(trial->trial), limits, *row);
     }
     if (const auto notes = notes_.find(name); notes != notes_.end()) {

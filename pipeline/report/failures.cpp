@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 
@@ -10,36 +11,33 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// Keys of a scene file, or options of a command, that set the limits of an asset.
-struct LimitNames {
-    const char *error = "max_error", *visible = "max_visible", *visibleBound = "max_visible_bound", *seam = "max_seam";
-};
-
-LimitNames limitNamesOf(AssetKind kind, LimitsFrom limitsFrom) {
-    if (limitsFrom == LimitsFrom::Converter) return {"--max-error", "--max-visible", "--max-visible-bound", "--max-seam"};
-    switch (kind) {
-        case AssetKind::LightMap:
-        case AssetKind::Mesh:
-            break;
-        case AssetKind::Dominant:
-            return {.error = "max_converter_error", .visible = "max_converter_visible", .visibleBound = "max_converter_visible_bound"};
-        case AssetKind::Cubemap:
-        case AssetKind::Lut:
-        case AssetKind::Rsrm:
-            return {.error = "max_converter_error",
-                    .visible = "max_visible of the asset, or max_converter_visible",
-                    .visibleBound = "max_visible_bound of the asset, or max_converter_visible_bound"};
-    }
-    return {};
+/// Returns the limit of converters that sets a limit of an asset that is no light map.
+Limit converterLimitOf(Limit limit) {
+    return limit == Limit::Error ? Limit::ConverterError : limit == Limit::Visible ? Limit::ConverterVisible : Limit::ConverterVisibleBound;
 }
 
-/// Returns "1.2, expected at most 1 (max_error)" of a figure over its limit, with as many digits as it takes to tell them apart.
-/// between  after the figure
-std::string overLimit(double found, double limit, int digits, const char* name, std::string_view between = "") {
+/// Returns the key of a scene file, or the option of a command, that sets a limit of an asset.
+std::string limitName(Limit limit, AssetKind kind, LimitsFrom limitsFrom) {
+    std::string name(info(limit).name);
+    if (limitsFrom == LimitsFrom::Converter) {
+        std::ranges::replace(name, '_', '-');
+        return "--" + name;
+    }
+    if (kind == AssetKind::LightMap || kind == AssetKind::Mesh) return name;
+    const std::string ofConverters(info(converterLimitOf(limit)).name);
+    const bool mayBeOfAsset = limit != Limit::Error && kind != AssetKind::Dominant;
+    return mayBeOfAsset ? fmt::format("{} of the asset, or {}", name, ofConverters) : ofConverters;
+}
+
+/// Returns "rel_rms 1.2, expected at most 1 (max_error)" of a figure over its limit, with as many digits as it takes to tell them apart.
+std::string overLimit(const Check& check, const std::string& name) {
     constexpr int kAllDigits = 17;
+    const LimitInfo& limit = info(check.figure.limit);
+    int digits = limit.digits;
     const auto words = [&](double value) { return fmt::format("{:.{}g}", value, digits); };
-    while (words(found) == words(limit) && digits < kAllDigits) ++digits;
-    return fmt::format("{}{}, expected at most {} ({})", words(found), between, words(limit), name);
+    while (words(check.figure.value) == words(check.allowed) && digits < kAllDigits) ++digits;
+    return fmt::format("{}, expected at most {} ({})", fmt::format(fmt::runtime(limit.words), words(check.figure.value)),
+                       words(check.allowed), name);
 }
 
 double finiteOrNan(double value) {
@@ -68,7 +66,7 @@ void complete(Failure& failure, const ReportRow& row, const std::string& subject
     failure.kind = row.kind;
     if (at.isKnown()) {
         failure.at = FieldMirror<verify::ErrorPlace>::of(at);
-        const double allowed = allowedAt(failure.at, row.verdict.limit);
+        const double allowed = allowedAt(failure.at, row.verdict.limits[Limit::Error].value_or(std::nan("")));
         if (std::isfinite(allowed)) failure.allowed = allowed;
         failure.at.local.reset();
         failure.detail += "; worst at " + placeWords(toJson(failure.at)) + lightWords(failure.at, allowed);
@@ -77,110 +75,110 @@ void complete(Failure& failure, const ReportRow& row, const std::string& subject
     failure.message = failure.subject + ": " + failure.detail;
 }
 
-/// Appends a failure if one kind of shading of a stage is over the limit or has figures that are not finite.
-void addStage(const ReportRow& row, const verify::StageError& stage, const std::string& shading, const verify::ErrorFigures& figures,
-              const LimitNames& names, std::vector<Failure>& failures) {
-    const double limit = row.verdict.limit, relRms = finiteOrNan(figures.relRms);
-    const bool isLast = &stage == &row.verdict.stages.back();
-    const bool areFinite = isFinite(figures);
-    if (areFinite && !(isLast && relRms > limit)) return;
-    Failure failure;
-    failure.stage = stage.name;
-    failure.shading = shading;
-    failure.relRms = relRms;
-    failure.limit = limit;
-    failure.detail =
-        fmt::format("found rel_rms {}{}", overLimit(relRms, limit, 4, names.error), areFinite ? "" : " and every figure finite");
-    complete(failure, row, fmt::format("{}, {}", stageWords(stage.name), shading), figures.sampledAt);
-    failures.push_back(std::move(failure));
-}
+/// A stage, or a mip level of a light map or a mix of two, and whether it is one of these.
+struct Level {
+    const verify::StageError* stage = nullptr;
+    bool isMip = false;
 
-/// A figure of visible errors that has a limit, and the place to name if it is over.
-struct VisibleFigure {
-    std::optional<double> limit, value;
-    const char* upTo;  ///< before the value
-    const char* name;  ///< of the figure
-    const char* limitName;
-    const char* place;  ///< before the place
-    const verify::VisiblePlace& at;
-    std::optional<double> difference;  ///< at the place, if it was sampled
+    [[nodiscard]] std::string words() const { return isMip ? stage->name : stageWords(stage->name); }
+    [[nodiscard]] const verify::ErrorFigures& figures(const std::string& shading) const {
+        return shading == "diffuse" ? stage->diffuse : stage->specular;
+    }
 };
 
-/// Appends a failure if a figure of visible errors of one kind of shading of the last stage is over its limit.
-void addVisible(const ReportRow& row, const std::string& shading, const VisibleFigure& figure, std::vector<Failure>& failures) {
-    if (!figure.limit || !figure.value || *figure.value <= *figure.limit) return;
-    Failure failure;
-    failure.stage = row.verdict.stages.back().name;
-    failure.shading = shading;
-    failure.visible = finiteOrNan(*figure.value);
-    failure.limit = *figure.limit;
-    failure.detail = fmt::format("found a visible error of {}{}", figure.upTo,
-                                 overLimit(*failure.visible, *figure.limit, 3, figure.limitName, fmt::format(" ({})", figure.name)));
-    if (figure.at.isKnown()) {
-        const Json place = toJson(FieldMirror<verify::VisiblePlace>::of(figure.at));
-        failure.detail += fmt::format("; {} at {}: found {}, expected {}", figure.place, placeWords(place), vectorWords(place["found"]),
-                                      vectorWords(place["reference"]));
-        if (figure.difference) failure.detail += fmt::format(", a difference of {:.3g}", *figure.difference);
+/// Returns the stages of an asset, its mip levels and their mixes.
+std::vector<Level> levelsOf(const ReportRow& row) {
+    std::vector<Level> levels;
+    for (const verify::StageError& stage : row.verdict.stages) levels.push_back({&stage, false});
+    for (const auto* mips : {&row.mips, &row.mipBlends})
+        for (const verify::StageError& mip : *mips) levels.push_back({&mip, true});
+    return levels;
+}
+
+/// Returns the member of a failure that holds the figure of a limit.
+std::optional<double>& valueOf(Failure& failure, Limit limit) {
+    switch (limit) {
+        case Limit::Error:
+        case Limit::WholeError:
+        case Limit::ConverterError:
+            return failure.relRms;
+        case Limit::Seam:
+            return failure.seam;
+        case Limit::Visible:
+        case Limit::VisibleBound:
+        case Limit::WholeVisible:
+        case Limit::ConverterVisible:
+        case Limit::ConverterVisibleBound:
+            break;
     }
-    complete(failure, row, fmt::format("{}, {}", stageWords(failure.stage), shading), {});
+    return failure.visible;
+}
+
+/// Returns a failure without its texts.
+Failure failureOf(const Check& check) {
+    Failure failure;
+    failure.stage = check.figure.stage;
+    if (!check.figure.shading.empty()) failure.shading = check.figure.shading;
+    failure.limit = check.allowed;
+    valueOf(failure, check.figure.limit) = finiteOrNan(check.figure.value);
+    return failure;
+}
+
+/// Returns the place of the worst visible error, or of the bound, as text.
+std::string visibleWords(Limit limit, const verify::VisibleFigures& figures) {
+    const bool isBound = limit == Limit::VisibleBound;
+    const verify::VisiblePlace& at = isBound ? figures.boundAt : figures.maxAt;
+    if (!at.isKnown()) return "";
+    const Json place = toJson(FieldMirror<verify::VisiblePlace>::of(at));
+    std::string words = fmt::format("; {} at {}: found {}, expected {}", isBound ? "largest" : "worst", placeWords(place),
+                                    vectorWords(place["found"]), vectorWords(place["reference"]));
+    return isBound ? words : words + fmt::format(", a difference of {:.3g}", figures.max);
+}
+
+/// Appends a failure of a figure of a stage or mip level that is over its limit.
+void addOver(const ReportRow& row, const Level& level, const Check& check, const std::string& name, std::vector<Failure>& failures) {
+    const verify::ErrorFigures& figures = level.figures(check.figure.shading);
+    Failure failure = failureOf(check);
+    failure.detail = "found " + overLimit(check, name);
+    if (check.figure.limit != Limit::Error) failure.detail += visibleWords(check.figure.limit, *figures.visible);
+    if (level.isMip)
+        failure.detail += ", as at level 0: a lower limit chooses a layout with less error there, mips = false cooks level 0 alone";
+    complete(failure, row, fmt::format("{}, {}", level.words(), check.figure.shading),
+             check.figure.limit == Limit::Error ? figures.sampledAt : verify::ErrorPlace());
     failures.push_back(std::move(failure));
 }
 
-/// Appends a failure for each limit on visible errors that one kind of shading of the last stage is over.
-void addVisible(const ReportRow& row, const std::string& shading, const verify::ErrorFigures& figures, const LimitNames& names,
-                std::vector<Failure>& failures) {
-    if (!figures.visible) return;
-    const verify::VisibleFigures& visible = *figures.visible;
-    addVisible(row, shading, {row.verdict.maxVisible, visible.p99, "", "p99", names.visible, "worst", visible.maxAt, visible.max},
-               failures);
-    addVisible(row, shading,
-               {row.verdict.maxVisibleBound, visible.bound, "up to ", "proven bound", names.visibleBound, "largest", visible.boundAt, {}},
-               failures);
-}
-
-/// Appends a failure for each limit that a light map and its dominant light together exceed.
-void addWhole(const ReportRow& row, std::vector<Failure>& failures) {
-    if (!row.whole) return;
-    const auto add = [&](Failure failure) {
-        failure.stage = "whole";
-        complete(failure, row, "together with its dominant light", {});
+/// Appends a failure of each kind of shading of a level with figures that are not finite.
+void addNotFinite(const ReportRow& row, const Level& level, std::vector<Failure>& failures) {
+    for (const char* shading : {"diffuse", "specular"}) {
+        const verify::ErrorFigures& figures = level.figures(shading);
+        if (isFinite(figures)) continue;
+        Failure failure;
+        failure.stage = level.stage->name;
+        failure.shading = shading;
+        failure.relRms = finiteOrNan(figures.relRms);
+        failure.limit = row.verdict.limits[Limit::Error];
+        failure.detail = fmt::format("found rel_rms {:.4g}, expected every figure finite", *failure.relRms);
+        complete(failure, row, fmt::format("{}, {}", level.words(), shading), figures.sampledAt);
         failures.push_back(std::move(failure));
-    };
-    if (!row.whole->isVisibleKept()) {
-        Failure failure;
-        failure.visible = finiteOrNan(row.whole->visible.p99);
-        failure.limit = *row.whole->maxVisible;
-        failure.detail = "found a visible error of " + overLimit(*failure.visible, *failure.limit, 3, "max_whole_visible", " (p99)");
-        add(std::move(failure));
-    }
-    if (!row.whole->isErrorKept()) {
-        Failure failure;
-        failure.relRms = finiteOrNan(row.whole->relRms);
-        failure.limit = *row.whole->maxError;
-        failure.detail = "found rel_rms " + overLimit(*failure.relRms, *failure.limit, 4, "max_whole_error");
-        add(std::move(failure));
     }
 }
 
-/// Appends a failure if the largest step that cooking adds to an edge is over its limit.
+/// Appends a failure of each limit on seams that is exceeded.
 /// subject  without the asset's name
-void addSeam(const ReportRow& row, const SeamFigures& seams, const std::optional<double>& maxSeam, const char* limitName,
-             std::string subject, std::vector<Failure>& failures) {
-    if (!maxSeam || seams.largestAdded() <= *maxSeam) return;
-    Failure failure;
-    failure.stage = seams.stages.back().name;
-    failure.seam = finiteOrNan(seams.largestAdded());
-    failure.limit = *maxSeam;
-    failure.detail = "found a seam of " + overLimit(*failure.seam, *failure.limit, 3, limitName);
-    if (!seams.worst.empty()) {
-        const SeamPlace& worst = seams.worst.front();
-        failure.shading = worst.shading;
-        failure.seamAt = worst;
-        subject += ", " + worst.shading;
-        failure.detail += "; worst at " + seamWords(worst);
+void addSeam(const ReportRow& row, const SeamFigures& seams, const std::vector<Check>& checks, const std::string& name,
+             const std::string& subject, std::vector<Failure>& failures) {
+    for (const Check& check : checks) {
+        if (check.figure.limit != Limit::Seam || check.isKept()) continue;
+        Failure failure = failureOf(check);
+        failure.detail = "found " + overLimit(check, name);
+        if (!seams.worst.empty()) {
+            failure.seamAt = seams.worst.front();
+            failure.detail += "; worst at " + seamWords(seams.worst.front());
+        }
+        complete(failure, row, check.figure.shading.empty() ? subject : subject + ", " + check.figure.shading, {});
+        failures.push_back(std::move(failure));
     }
-    complete(failure, row, subject, {});
-    failures.push_back(std::move(failure));
 }
 
 }  // namespace
@@ -218,7 +216,7 @@ std::string placeWords(const Json& at) {
 }
 
 std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom) {
-    const LimitNames names = limitNamesOf(row.kind, limitsFrom);
+    const auto nameOf = [&](Limit limit) { return limitName(limit, row.kind, limitsFrom); };
     std::vector<Failure> failures;
     for (const verify::Violation& each : row.verdict.violations) {
         Failure failure;
@@ -228,15 +226,24 @@ std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom) {
         complete(failure, row, each.place, each.at);
         failures.push_back(std::move(failure));
     }
-    for (const verify::StageError& stage : row.verdict.stages) {
-        addStage(row, stage, "diffuse", stage.diffuse, names, failures);
-        addStage(row, stage, "specular", stage.specular, names, failures);
+    const std::vector<Level> levels = levelsOf(row);
+    for (const Level& level : levels) addNotFinite(row, level, failures);
+    const std::vector<Check> checks = row.checks(row.verdict.limits);
+    for (const Check& check : checks) {
+        const auto level = std::ranges::find_if(levels, [&](const Level& each) { return each.stage->name == check.figure.stage; });
+        if (check.figure.limit == Limit::Seam || check.isKept() || level == levels.end()) continue;
+        if (std::isfinite(check.figure.value)) addOver(row, *level, check, nameOf(check.figure.limit), failures);
     }
-    addVisible(row, "diffuse", row.verdict.stages.back().diffuse, names, failures);
-    addVisible(row, "specular", row.verdict.stages.back().specular, names, failures);
-    if (row.seams) addSeam(row, *row.seams, row.verdict.maxSeam, names.seam, "seams", failures);
-    if (row.splitSeams) addSeam(row, row.splitSeams->seams, row.splitSeams->maxSeam, names.seam, "seams between its maps", failures);
-    addWhole(row, failures);
+    if (row.seams) addSeam(row, *row.seams, checks, nameOf(Limit::Seam), "seams", failures);
+    if (row.splitSeams)
+        addSeam(row, row.splitSeams->seams, row.splitSeams->checks(), nameOf(Limit::Seam), "seams between its maps", failures);
+    for (const Check& check : row.whole ? row.whole->checks() : std::vector<Check>()) {
+        if (check.isKept()) continue;
+        Failure failure = failureOf(check);
+        failure.detail = "found " + overLimit(check, nameOf(check.figure.limit));
+        complete(failure, row, "together with its dominant light", {});
+        failures.push_back(std::move(failure));
+    }
     return failures;
 }
 

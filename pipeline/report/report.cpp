@@ -30,6 +30,7 @@ Result<std::pair<Json, Report>> readBoth(const std::filesystem::path& file) {
 /// Returns the figures of a row that stand in the manifest, and in the results of cook and verification.
 ReportRow rowOf(const CookedAsset& asset, CookResult cook, VerifyResult verification) {
     ReportRow row;
+    static_cast<VerifyResult&>(row) = std::move(verification);
     row.name = asset.name;
     row.kind = asset.kind;
     row.width = asset.width;
@@ -40,22 +41,10 @@ ReportRow rowOf(const CookedAsset& asset, CookResult cook, VerifyResult verifica
     const double texels = static_cast<double>(asset.width) * asset.height * (asset.kind == AssetKind::Cubemap ? 6 : 1);
     row.bitsPerTexel = texels > 0 ? 8 * static_cast<double>(row.bytesGpu + asset.vertexBytes.value_or(0)) / texels : 0.0;
     row.layout = asset.layout;
-    row.verdict = std::move(verification.verdict);
     for (const CookedTexture& texture : asset.textures)
         row.textures.push_back({texture.role, texture.file, texture.format, texture.bytesGpu});
     row.notes = std::move(cook.notes);
-    row.mips = std::move(verification.mips);
-    row.mipBlends = std::move(verification.mipBlends);
     row.mipsEnd = asset.mipsEnd;
-    row.key = verification.key;
-    row.light = std::move(verification.light);
-    row.meshError = verification.meshError;
-    row.preview = std::move(verification.preview);
-    row.seams = std::move(verification.seams);
-    row.charts = std::move(verification.charts);
-    row.worstBlock = verification.worstBlock;
-    row.measures = std::move(verification.measures);
-    row.groundTruth = std::move(verification.groundTruth);
     return row;
 }
 
@@ -68,7 +57,7 @@ Result<void> addVerification(const ActionRecord* record, std::optional<Figures>&
     if (!result) return tl::make_unexpected(result.error());
     figures = std::move(*result);
     row.verifySeconds += record->seconds;
-    row.verdict.passed = row.verdict.passed && figures->isKept();
+    row.verdict.passed = row.verdict.passed && areKept(figures->checks());
     return {};
 }
 

@@ -81,7 +81,7 @@ void describe(Fields& fields, Self& excluded) {
     fields.required("visible_then", excluded.visibleThen, kFigure, "99th percentile of visible errors of this layout");
 }
 
-struct ReportRow {
+struct ReportRow : VerifyResult {
     std::string name;
     AssetKind kind = AssetKind::LightMap;
     int width = 0, height = 0;
@@ -89,21 +89,10 @@ struct ReportRow {
     double bitsPerTexel = 0;
     std::string layout;
     double seconds = 0, verifySeconds = 0;
-    Verdict verdict;
     std::vector<ReportTexture> textures;
-    std::optional<std::string> mipsEnd;  ///< CookedAsset::mipsEnd
-    std::optional<Json> notes;           ///< see CookResult
-    std::optional<double> key;           ///< this and the members below: see VerifyResult
-    std::vector<verify::StageError> mips;
-    std::vector<verify::StageError> mipBlends;
-    std::optional<LightFigures> light;
-    std::optional<MeshErrorFigures> meshError;
-    std::optional<PreviewFiles> preview;
-    std::optional<SeamFigures> seams;
+    std::optional<std::string> mipsEnd;    ///< CookedAsset::mipsEnd
+    std::optional<Json> notes;             ///< see CookResult
     std::optional<SplitSeams> splitSeams;  ///< of the first map of a split
-    std::optional<ChartSummary> charts;
-    std::optional<BlockFigures> worstBlock;
-    std::optional<Json> measures, groundTruth;
     std::optional<WholeFigures> whole;
     std::vector<Failure> failures;  ///< of an asset that did not pass
     std::optional<std::vector<TrialCandidate>> trialCandidates;
@@ -133,27 +122,13 @@ void describe(Fields& fields, Self& row) {
     fields.required("layout", row.layout, "layout of the textures");
     fields.required("seconds", row.seconds, kNotNegative, "wall time of the cook");
     fields.presentIf(true, "verify_seconds", row.verifySeconds, "wall time of the verification");
-    describe(fields, row.verdict);
     fields.presentIf(true, "textures", row.textures, "textures of the layout");
-    fields.presentIf(!row.mips.empty(), "mips", row.mips,
-                     "errors of the mip levels of a light map, from level 1 on, each against the mean of the bake over its texels; the "
-                     "limits hold for each");
-    fields.presentIf(!row.mipBlends.empty(), "mip_blends", row.mipBlends,
-                     "errors between each of these levels and the larger one, as a trilinear sampler mixes them; the limits on sampled "
-                     "errors hold for each");
     fields.optional("mips_end", row.mipsEnd, "why a light map with `mips = true` has no further mip level");
     fields.optional("notes", row.notes, "counts and facts of the cook");
-    fields.optional("key", row.key, kFigure, "log-average luminance of the exit radiance");
-    fields.optional("light", row.light, "light that the errors are a part of");
-    fields.optional("mesh_error", row.meshError, "how far quantization moved the vertices");
-    fields.optional("preview", row.preview, "pictures");
-    fields.optional("seams", row.seams, "steps of light at edges that charts share; of a light map");
+    std::conditional_t<std::is_const_v<Self>, const VerifyResult, VerifyResult>& verified = row;
+    describe(fields, verified);
     fields.optional("split_seams", row.splitSeams,
                     "of the first map of a split light map: steps of light at edges between its maps; its limit is `max_seam` there");
-    fields.optional("charts", row.charts, "memory and visible errors of the charts of a light map with a mesh");
-    fields.optional("worst_block", row.worstBlock, "the 4 x 4 block of a light map that errs most");
-    fields.optional("measures", row.measures, "further figures of the kind");
-    fields.optional("ground_truth", row.groundTruth, "errors against traced light");
     fields.optional("whole", row.whole,
                     "of a light map that a budget or a limit on the whole chose: what a pixel shows of it and its dominant light together");
     fields.presentIf(!row.verdict.passed, "failures", row.failures, "reasons of an asset that did not pass");

@@ -44,7 +44,7 @@ struct OutputSettings {
     std::string lightMapLayout;  ///< one of lightMapLayoutNames(), "auto", or empty: see layoutAsked
     /// Limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh; see errorLimit.
     std::optional<double> maxError;
-    /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimit.
+    /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimits.
     std::optional<double> maxConverterError;
     std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors of light maps; see visibleLimit
     std::optional<double> maxVisibleBound;  ///< limit on the proven bound of visible errors
@@ -52,9 +52,9 @@ struct OutputSettings {
     /// Limit on the 99th percentile of visible errors of what a pixel shows: light map and dominant light together.
     std::optional<double> maxWholeVisible;
     std::optional<double> maxWholeError;  ///< limit on rel_rms of the same
-    /// Limit on the 99th percentile of visible errors of dominant lights, cubemaps, tables and reflection maps; see converterVisibleLimit.
+    /// Limit on the 99th percentile of visible errors of dominant lights, cubemaps, tables and reflection maps; see converterLimits.
     std::optional<double> maxConverterVisible;
-    std::optional<double> maxConverterVisibleBound;  ///< the same on their proven bound; see converterVisibleBoundLimit
+    std::optional<double> maxConverterVisibleBound;  ///< the same on their proven bound
     /// Returns true if a limit on the error of light maps is given.
     bool isErrorLimited() const { return maxError || maxVisible || maxVisibleBound || maxSeam; }
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene

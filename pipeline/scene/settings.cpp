@@ -123,28 +123,34 @@ double errorLimit(const OutputSettings& output) {
     return output.maxError.value_or(kDefaultMaxError);
 }
 
-double layoutErrorLimit(const OutputSettings& output) {
-    return output.maxError.value_or(kNoErrorLimit);
-}
-
 bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry) {
     return output.isErrorLimited() || entry.maxVisible || entry.maxVisibleBound || entry.maxSeam;
 }
 
-double converterLimit(const OutputSettings& output, double byDefault) {
-    return output.maxConverterError.value_or(std::max(errorLimit(output), byDefault));
+Limits converterLimits(const OutputSettings& output, double byDefault, const std::optional<double>& visibleOfAsset,
+                       const std::optional<double>& boundOfAsset) {
+    return {{Limit::Error, output.maxConverterError.value_or(std::max(errorLimit(output), byDefault))},
+            {Limit::Visible, visibleOfAsset ? visibleOfAsset : output.maxConverterVisible},
+            {Limit::VisibleBound, boundOfAsset ? boundOfAsset : output.maxConverterVisibleBound}};
 }
 
-std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset) {
-    return ofAsset ? ofAsset : output.maxConverterVisible;
+Limits limitsOf(const OutputSettings& output, const LightMapEntry& entry) {
+    return {{Limit::Error, output.maxError},
+            {Limit::Visible, visibleLimit(output, entry)},
+            {Limit::VisibleBound, entry.maxVisibleBound ? entry.maxVisibleBound : output.maxVisibleBound},
+            {Limit::Seam, entry.maxSeam ? entry.maxSeam
+                          : entry.mesh  ? output.maxSeam
+                                        : std::nullopt}};
 }
 
-std::optional<double> converterVisibleBoundLimit(const OutputSettings& output, const std::optional<double>& ofAsset) {
-    return ofAsset ? ofAsset : output.maxConverterVisibleBound;
+Limits layoutLimits(const OutputSettings& output, const LightMapEntry& entry) {
+    Limits limits = limitsOf(output, entry);
+    if (!limits[Limit::Error]) limits[Limit::Error] = kNoErrorLimit;
+    return limits;
 }
 
-std::optional<double> visibleBoundLimit(const OutputSettings& output, const LightMapEntry& entry) {
-    return entry.maxVisibleBound ? entry.maxVisibleBound : output.maxVisibleBound;
+Limits wholeLimits(const OutputSettings& output) {
+    return {{Limit::WholeVisible, output.maxWholeVisible}, {Limit::WholeError, output.maxWholeError}};
 }
 
 bool areViewsOpen(const TableSettings& tables, const OutputSettings& output) {
@@ -161,7 +167,7 @@ std::string layoutAsked(const OutputSettings& output) {
 
 bool isByDefault(const OutputSettings& output, const LightMapEntry& entry) {
     return layoutAsked(output) == kAutoLayout && !output.isChosenByWhole() && !output.maxError && !askedVisibleLimit(output, entry) &&
-           !visibleBoundLimit(output, entry);
+           !output.maxVisibleBound && !entry.maxVisibleBound;
 }
 
 std::optional<double> askedVisibleLimit(const OutputSettings& output, const LightMapEntry& entry) {
@@ -170,11 +176,6 @@ std::optional<double> askedVisibleLimit(const OutputSettings& output, const Ligh
 
 std::optional<double> visibleLimit(const OutputSettings& output, const LightMapEntry& entry) {
     return isByDefault(output, entry) ? std::optional(kDefaultMaxVisible) : askedVisibleLimit(output, entry);
-}
-
-std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry) {
-    if (entry.maxSeam) return entry.maxSeam;
-    return entry.mesh ? output.maxSeam : std::nullopt;
 }
 
 lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry) {

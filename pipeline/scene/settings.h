@@ -8,20 +8,16 @@
 
 #include "formats/layout_cost.h"
 #include "lighting/display.h"
+#include "pipeline/limits/limits.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
 
-inline constexpr double kDefaultMaxError = 0.1;  ///< of meshes, and of converterLimit
+inline constexpr double kDefaultMaxError = 0.1;  ///< of meshes, and of converterLimits
 inline constexpr double kDefaultMaxVisible = 5;  ///< of layout "auto" where nothing else is asked for
-/// Largest rel_rms that passes where no limit is given: any finite one of a right cook is smaller. Light that is lost has an error of 1.
-inline constexpr double kNoErrorLimit = 2;
 
 /// Returns max_error, or its default.
 double errorLimit(const OutputSettings& output);
-
-/// Returns the limit on rel_rms that the layouts of light maps are chosen by: max_error, or kNoErrorLimit without one.
-double layoutErrorLimit(const OutputSettings& output);
 
 /// Returns true if the layout of a light map is open and nothing says how good it has to be: the default limit on visible errors then
 /// chooses it. It is a wish, not a demand: where no layout keeps it, the best one passes.
@@ -41,21 +37,21 @@ bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry);
 /// (docs/lab/experiments.md): that is what its format can do, and no fault.
 inline constexpr double kDefaultMaxCubemapError = 0.5;
 
-/// Returns the limit of dominant lights, cubemaps, tables and reflection maps: maxConverterError if it is given, else the larger of
-/// maxError and the default. byDefault  kDefaultMaxCubemapError for cubemaps
-double converterLimit(const OutputSettings& output, double byDefault = kDefaultMaxError);
+/// Returns the limits of a dominant light, cubemap, table or reflection map: maxConverterError or else the larger of maxError and the
+/// default; and its own limits on visible errors or else those of the output.
+/// byDefault  kDefaultMaxError, or kDefaultMaxCubemapError
+Limits converterLimits(const OutputSettings& output, double byDefault, const std::optional<double>& visibleOfAsset,
+                       const std::optional<double>& boundOfAsset);
 
-/// Returns the limit on the visible errors of one of them: its own, or else that of the output. Empty: no limit.
-std::optional<double> converterVisibleLimit(const OutputSettings& output, const std::optional<double>& ofAsset);
-/// Returns the limit on the proven bound of its visible errors: its own, or else that of the output. Empty: no limit.
-std::optional<double> converterVisibleBoundLimit(const OutputSettings& output, const std::optional<double>& ofAsset);
+/// Returns the limits that a light map is held to: its own, or else those of the output. The default on visible errors is one of them where
+/// it chooses the layout; that of the output on seams counts only with a mesh.
+Limits limitsOf(const OutputSettings& output, const LightMapEntry& entry);
 
-/// Returns the limit on the proven bound of the visible errors of a light map and its mesh. Empty: no limit.
-std::optional<double> visibleBoundLimit(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns the limits that the layout of a light map is chosen by: those that it is held to, and kNoErrorLimit.
+Limits layoutLimits(const OutputSettings& output, const LightMapEntry& entry);
 
-/// Returns the limit on the largest step that cooking adds to an edge: that of the light map or else, if it has a mesh, that of the output.
-/// Empty: no limit.
-std::optional<double> seamLimit(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns the limits on what a pixel shows of a light map and its dominant light together.
+Limits wholeLimits(const OutputSettings& output);
 
 /// Returns the layout that the settings select: the named one, or else "auto".
 std::string layoutAsked(const OutputSettings& output);

@@ -209,8 +209,6 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     const Stopwatch watch;
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
-    const auto maxError = maxErrorOf(context);
-    if (!maxError) return tl::make_unexpected(maxError.error());
     const auto parameters = parametersOf<CubemapVerifyParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
     const VisibleParameters& visible = parameters->visible;
@@ -248,7 +246,7 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     }
     if (parameters->smoothest) checkFirstLevel(*map, *parameters->smoothest, violations);
     VerifyResult result = judged(verify::cubemapStages(*map, reference, errors, samples, results, colors->luminanceWeights, viewing),
-                                 *maxError, watch, std::move(violations), visible.maxVisible, visible.maxVisibleBound);
+                                 visible.limits, watch, std::move(violations));
     result.light = lightOf(*map, errors);
     return outcomeWithPreview(std::move(result), levels.preview(), context);
 }

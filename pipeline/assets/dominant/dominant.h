@@ -12,6 +12,7 @@
 #include "pipeline/assets/textures.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
+#include "pipeline/limits/limits.h"
 
 namespace lightcook::pipeline {
 
@@ -54,14 +55,12 @@ void describe(Fields& fields, Self& constants) {
 /// Parameters of the verify action.
 struct DominantVerifyParameters {
     SceneView view;
-    std::optional<double> maxVisible = {};       ///< limit on the 99th percentile of visible errors
-    std::optional<double> maxVisibleBound = {};  ///< limit on their proven bound
+    Limits limits;
 };
 template <class Fields, Is<DominantVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     describe(fields, parameters.view);
-    fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
-    fields.optional("max_visible_bound", parameters.maxVisibleBound, "limit on the proven bound of visible errors");
+    describe(fields, parameters.limits, kAssetLimits);
 }
 
 /// Adds a decoded residual to decoded directions: then they are as the shader's lcDominantStored has them.

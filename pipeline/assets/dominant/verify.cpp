@@ -149,8 +149,6 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const Stopwatch watch;
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
-    const auto maxError = maxErrorOf(context);
-    if (!maxError) return tl::make_unexpected(maxError.error());
     const auto parameters = parametersOf<DominantVerifyParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto description = descriptionOf(*asset);
@@ -175,8 +173,7 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     if (!whole) return tl::make_unexpected(whole.error());
 
     const verify::DominantErrors& errors = whole->errors;
-    VerifyResult result = judged(errors.stages(), *maxError, watch, violationsOf(*whole, cooked->hasResidual()), parameters->maxVisible,
-                                 parameters->maxVisibleBound);
+    VerifyResult result = judged(errors.stages(), parameters->limits, watch, violationsOf(*whole, cooked->hasResidual()));
     result.key = key;
     result.light.emplace().specularRms = errors.referenceRms();
     if (!whole->truthPlaces.empty()) result.groundTruth = toJson(verify::dominantTruth(whole->truthPlaces, materials.lobe, viewing));

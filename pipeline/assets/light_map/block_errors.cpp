@@ -13,9 +13,9 @@ namespace lightcook::pipeline {
 
 using formats::Result;
 
-double allowedOfBlock(double maxError, const std::optional<double>& maxVisible) {
+double allowedOfBlock(const Limits& limits) {
     constexpr double kUsual = 100, kOfVisible = 10, kOfError = 1000;
-    return std::max({kUsual, kOfVisible * maxVisible.value_or(0), maxError < kNoErrorLimit ? kOfError * maxError : 0});
+    return std::max({kUsual, kOfVisible * limits[Limit::Visible].value_or(0), kOfError * limits[Limit::Error].value_or(0)});
 }
 
 void VisibleBlocks::add(int x, int y, float visible) {
@@ -97,13 +97,14 @@ void WorstBlock::merge(const WorstBlock& other) {
     if (other.figures_.visible > figures_.visible || !figures_.isKnown()) figures_ = other.figures_;
 }
 
-void WorstBlock::check(const std::string& image, double allowed, std::vector<verify::Violation>& violations) const {
+void WorstBlock::check(const std::string& image, const Limits& limits, std::vector<verify::Violation>& violations) const {
     // Correct cooks stay below 1.1 (docs/lab/experiments.md). A texel of eight times the light beside it is above 3.
     constexpr double kAllowedGlare = 3;
     if (glare_.excess > kAllowedGlare)
         violations.push_back({fmt::format("{}rim of a chart at texel ({}, {})", image, glare_.texel[0], glare_.texel[1]),
                               fmt::format("{:.3g} times the light of the brightest texel beside it too much", glare_.excess),
                               fmt::format("at most {:.3g}: a filter mixes in a texel outside the chart", kAllowedGlare)});
+    const double allowed = allowedOfBlock(limits);
     if (!figures_.isKnown() || figures_.visible <= allowed) return;
     verify::Violation violation{fmt::format("{}block of texel ({}, {})", image, figures_.block[0], figures_.block[1]),
                                 fmt::format("a mean visible error of {:.3g}", figures_.visible),

@@ -14,14 +14,15 @@
 #include "formats/image.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/limits/limits.h"
 #include "verify/violation.h"
 #include "verify/visible.h"
 
 namespace lightcook::pipeline {
 
 /// Returns the largest error of a block that passes, in just noticeable differences: 100, or ten times max_visible, or 1000 times
-/// max_error, whichever is largest (docs/theory/error.md). maxError  kNoErrorLimit: none is asked for
-double allowedOfBlock(double maxError, const std::optional<double>& maxVisible);
+/// max_error, whichever is largest (docs/theory/error.md).
+double allowedOfBlock(const Limits& limits);
 
 /// Light at an outermost place of a chart that no texel beside it has: a texel outside charts outshines them.
 struct RimGlare {
@@ -63,7 +64,7 @@ public:
     void merge(const WorstBlock& other);
     /// Adds a violation if the block errs by more than is allowed, and one for a texel outside charts that outshines them.
     /// image  prefix of the place: "mip 1, "
-    void check(const std::string& image, double allowed, std::vector<verify::Violation>& violations) const;
+    void check(const std::string& image, const Limits& limits, std::vector<verify::Violation>& violations) const;
     BlockFigures figures() const { return figures_; }
 
 private:

@@ -314,7 +314,8 @@ void addSplits(const SplitChoice& choice, const Grouping& grouping, double paddi
     }
     for (const double share : kSplitShares)
         for (std::size_t mostMaps = 2; mostMaps <= kMostMaps; ++mostMaps) {
-            const SplitLimits limits{choice.parameters.maxError, choice.parameters.maxVisible, share};
+            const SplitLimits limits{choice.parameters.limits[Limit::Error].value_or(kNoErrorLimit),
+                                     choice.parameters.limits[Limit::Visible], share};
             const ChartSplit split = chooseSplit(candidates, texels, limits, padding, mostMaps);
             if (split.parts.size() == mostMaps) addSplit(choice, grouping, split, texels, splits);
         }
@@ -369,7 +370,7 @@ Result<ActionOutcome> splitCharts(const ActionContext& context) {
         packed.firsts.push_back(boxes[i].first + (found->charts[i].first - places[i].texel) * places[i].step);
     }
     const TileGroups grouped = groupTiles(found->charts, packed, (*source)->width(), (*source)->height());
-    auto tried = tryLayoutsByGroup(parameters->trial, grouped.places(parameters->maxVisible), context);
+    auto tried = tryLayoutsByGroup(parameters->trial, grouped.places(parameters->limits[Limit::Visible]), context);
     if (!tried) return tl::make_unexpected(tried.error());
 
     SplitResult result{{}, key->displayKey(), {}};

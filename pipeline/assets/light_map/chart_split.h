@@ -22,6 +22,7 @@
 
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/limits/limits.h"
 
 namespace lightcook::pipeline {
 
@@ -67,15 +68,13 @@ ChartSplit chooseSplit(std::span<const CandidateByGroup> candidates, std::span<c
 /// Parameters of action "split-charts". Its inputs are "source" and "mesh": a map and its mesh whose charts were packed.
 struct SplitParameters {
     TrialParameters trial;
-    double maxError = 0;
-    std::optional<double> maxVisible = {};
+    Limits limits;
     std::vector<int> places = {}, boxes = {};  ///< of the charts, as PackResult has them
 };
 template <class Fields, Is<SplitParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("trial", parameters.trial, "trial of the light map");
-    fields.required("max_error", parameters.maxError, "limit on rel_rms");
-    fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
+    describe(fields, parameters.limits, {Limit::Error, Limit::Visible});
     fields.required("places", parameters.places, "places of the charts");
     fields.required("boxes", parameters.boxes, "boxes of the charts in the bake");
 }

@@ -1,7 +1,6 @@
 #include "pipeline/assets/light_map/layout_choice.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -12,9 +11,11 @@ namespace {
 
 using formats::LayoutCost;
 
-/// Returns LayoutLimits::usedBy of the errors that a trial measured.
-double triedUse(const TrialCandidate& candidate, const LayoutLimits& limits) {
-    return limits.usedBy(std::max(candidate.diffuse, candidate.specular), std::max(candidate.visibleDiffuse, candidate.visibleSpecular));
+/// Returns the largest part of its limits that a layout uses in its trial, which knows neither bounds nor seams.
+double triedUse(const TrialCandidate& candidate, const Limits& limits) {
+    return mostUsedShare(judge({{Limit::Error, std::max(candidate.diffuse, candidate.specular), "", ""},
+                                {Limit::Visible, std::max(candidate.visibleDiffuse, candidate.visibleSpecular), "", ""}},
+                               limits));
 }
 
 /// Returns the cheapest candidate that uses at most `mostUsed` of the limits; else see cheapestWithin().
@@ -35,30 +36,14 @@ const LightMapCandidate& cheapestOf(const std::vector<LightMapCandidate>& candid
 
 }  // namespace
 
-double LayoutLimits::usedBy(double error, double visible, double bound, double seam) const {
-    const double largest = std::max({error / maxError, maxVisible ? visible / *maxVisible : 0,
-                                     maxVisibleBound ? bound / *maxVisibleBound : 0, maxSeam ? seam / *maxSeam : 0});
-    const bool areFinite = std::isfinite(error) && std::isfinite(visible) && std::isfinite(bound) && std::isfinite(seam);
-    return areFinite ? largest : std::numeric_limits<double>::infinity();
-}
-
-double verifiedUse(const VerifyResult& verified, const LayoutLimits& limits) {
+double verifiedUse(const VerifyResult& verified, const Limits& limits) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     if (!verified.verdict.violations.empty()) return kInfinity;
-    const double seam = verified.seams ? verified.seams->largestAdded() : 0;
-    const auto useOf = [&](const verify::StageError& stage) {
-        return limits.usedBy(std::max(stage.diffuse.relRms, stage.specular.relRms), visibleP99(stage).value_or(0),
-                             visibleBound(stage).value_or(0), seam);
-    };
-    const verify::StageError& last = verified.verdict.stages.back();
-    if (limits.maxVisibleBound && !hasVisibleBound(last)) return kInfinity;
-    double used = useOf(last);
-    for (const verify::StageError& level : verified.mips) used = std::max(used, useOf(level));
-    for (const verify::StageError& mix : verified.mipBlends) used = std::max(used, useOf(mix));
-    return used;
+    if (limits[Limit::VisibleBound] && !hasVisibleBound(verified.verdict.stages.back())) return kInfinity;
+    return mostUsedShare(verified.checks(limits));
 }
 
-std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits) {
+std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const Limits& limits) {
     std::vector<LightMapCandidate> candidates;
     for (const TrialCandidate& each : trial.candidates)
         if (const double used = triedUse(each, limits); !each.isExcluded)
@@ -78,7 +63,7 @@ std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidate
     return layouts;
 }
 
-const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const LayoutLimits& limits) {
+const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const Limits& limits) {
     const auto taken = std::ranges::find(candidates, chosen, &TrialCandidate::layout);
     if (taken == candidates.end()) return nullptr;
     const double takenUse = triedUse(*taken, limits);

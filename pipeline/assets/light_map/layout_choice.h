@@ -9,40 +9,28 @@
 #include "formats/layout_cost.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/limits/limits.h"
 #include "verify/figures.h"
 
 namespace lightcook::pipeline {
 
-/// Limits of one map's layout.
-struct LayoutLimits {
-    double maxError = 0;                                   ///< on rel_rms
-    std::optional<double> maxVisible;                      ///< on the 99th percentile of visible errors
-    std::optional<double> maxVisibleBound = std::nullopt;  ///< on their proven bound
-    std::optional<double> maxSeam = std::nullopt;          ///< on the largest step that cooking adds to an edge
-
-    /// Returns the largest of the errors, each as a part of its limit: 1 is just within the limits. Infinite where one is not finite, so
-    /// that it is never chosen.
-    /// bound, seam  0 where they are not known yet: a trial has none, and verification refutes a layout that breaks the limit
-    double usedBy(double error, double visible, double bound = 0, double seam = 0) const;
-};
-
-/// Returns LayoutLimits::usedBy of a verified map: the largest over its last stage, its mip levels and the mixes of two levels. Infinite
-/// where a limit on the bound of visible errors is given and the bound is not known, and for a map with a violation: verification fails
-/// them, too.
-double verifiedUse(const VerifyResult& verified, const LayoutLimits& limits);
+/// Returns the largest part of its limits that a verified map uses: of its last stage, its mip levels, the mixes of two levels, and its
+/// seams. Infinite where a limit on the bound of visible errors is given and the bound is not known, and for a map with a violation:
+/// verification fails them, too.
+double verifiedUse(const VerifyResult& verified, const Limits& limits);
 
 /// A layout's bytes, fetches and errors for one map.
 struct LightMapCandidate {
     std::string layout;
     std::uint64_t bytes = 0;
-    double usedOfLimits = 0;  ///< LayoutLimits::usedBy, of the verification where there was one
+    double usedOfLimits = 0;  ///< largest part of its limits, of the verification where there was one: 1 is just within them
     int fetches = 0;
     double usedInTrial = 0;  ///< the same in the trial, which knows neither bounds nor seams
 };
 /// Candidates by the name of the map.
 using LightMapCandidates = std::map<std::string, std::vector<LightMapCandidate>>;
 /// Returns the candidates that the scene's list of layouts has.
-std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const LayoutLimits& limits);
+std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const Limits& limits);
 
 /// Returns the layouts that no other candidate beats in both bytes and usedOfLimits, the smallest first.
 std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidates);
@@ -51,7 +39,7 @@ std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidate
 /// if the chosen one misses them or takes more memory; else the one of least error among those that are no larger than the chosen one and
 /// have less error.
 /// Null if none is, as far as the trial measured them.
-const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const LayoutLimits& limits);
+const TrialCandidate* bestExcluded(const std::vector<TrialCandidate>& candidates, const std::string& chosen, const Limits& limits);
 
 /// Returns for each map the layout of least cost whose usedOfLimits is at most mostUsed. If there is none, returns the one that uses least
 /// of the limits among those that the trial found within them: only these were verified, and only verification knows bounds and seams. If

@@ -10,6 +10,7 @@
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/limits/limits.h"
 
 namespace lightcook::pipeline {
 
@@ -61,23 +62,19 @@ void describe(Fields& fields, Self& parameters) {
     fields.presentIf(parameters.mips, "mips", parameters.mips, "true for mip levels");
 }
 
-/// Parameters of the verify action, beside max_error. Its inputs are "source" and optionally "mesh" and traced light.
+/// Parameters of the verify action. Its inputs are "source" and optionally "mesh" and traced light.
 struct LightMapVerifyParameters {
     verify::LightMapShading shading;
     int samples = 1;  ///< random places on the surface of each texel
     lighting::DisplaySettings display;
-    std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors
-    std::optional<double> maxVisibleBound;  ///< limit on their proven bound
-    std::optional<double> maxSeam;          ///< limit on the largest step that cooking adds to an edge
+    Limits limits;
 };
 template <class Fields, Is<LightMapVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("shading", parameters.shading, "materials that are shaded");
     fields.required("samples", parameters.samples, "random places on the surface of each texel");
     fields.required("display", parameters.display, "display that visible errors are judged on");
-    fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
-    fields.optional("max_visible_bound", parameters.maxVisibleBound, "limit on the proven bound of visible errors");
-    fields.optional("max_seam", parameters.maxSeam, "limit on the largest step that cooking adds to an edge");
+    describe(fields, parameters.limits, kAssetLimits);
 }
 
 /// Numbers of a constant that the metadata of the textures has, too; larger constants lie in the manifest alone.

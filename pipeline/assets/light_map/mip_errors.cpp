@@ -79,28 +79,6 @@ Result<MipPart> compareStrip(const Level& larger, const Level& level, const veri
     return MipPart{level.cooked.verifier().verifyRows(texels, reference, firstRow, rowCount), std::move(*blend), block};
 }
 
-/// Adds a violation for each limit that a level, or the mix of two, is over.
-void holdToLimits(const verify::StageError& level, const MippedLightMap& map, std::vector<verify::Violation>& violations) {
-    const auto hold = [&](const char* shading, const verify::ErrorFigures& figures) {
-        const auto add = [&](const char* figure, double found, double limit, const char* key) {
-            if (!(found <= limit))
-                violations.push_back({fmt::format("{}, {}", level.name, shading), fmt::format("{} {:.4g}", figure, found),
-                                      fmt::format("at most {:.4g} ({}), as at level 0: a lower limit chooses a layout with less error "
-                                                  "there, mips = false cooks level 0 alone",
-                                                  limit, key)});
-        };
-        add("rel_rms", figures.relRms, map.maxError, "max_error");
-        if (figures.visible && map.parameters.maxVisible)
-            add("a visible error (p99) of", figures.visible->p99, *map.parameters.maxVisible, "max_visible");
-        if (figures.visible && figures.visible->bound && map.parameters.maxVisibleBound)
-            add("a visible error (proven bound) of up to", *figures.visible->bound, *map.parameters.maxVisibleBound, "max_visible_bound");
-        if (!isFinite(figures))
-            violations.push_back({fmt::format("{}, {}", level.name, shading), "figures that are not finite", "every figure finite"});
-    };
-    hold("diffuse", level.diffuse);
-    hold("specular", level.specular);
-}
-
 }  // namespace
 
 Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReader& level0, std::vector<verify::Violation>& violations,
@@ -141,16 +119,13 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
         if (!compared) return tl::make_unexpected(compared.error());
         verify::StageError total = whole.errors.figures().back();
         total.name = fmt::format("mip {}", mip);
-        whole.block.check(total.name + ", ", map.allowedOfBlock(), violations);
-        holdToLimits(total, map, violations);
-        if (map.parameters.maxVisibleBound && !hasVisibleBound(total))
-            violations.push_back(unknownBound(total.name, *map.parameters.maxVisibleBound));
+        whole.block.check(total.name + ", ", map.parameters.limits, violations);
+        if (const auto& limit = map.parameters.limits[Limit::VisibleBound]; limit && !hasVisibleBound(total))
+            violations.push_back(unknownBound(total.name, *limit));
         errors.levels.push_back(std::move(total));
-        if (map.parameters.samples > 0) {
+        if (map.parameters.samples > 0)
             errors.blends.push_back(
                 {fmt::format("mip {} to {}", mip - 1, mip), whole.blend.diffuseFigures(), whole.blend.specularFigures()});
-            holdToLimits(errors.blends.back(), map, violations);
-        }
         readers.push_back(std::move(*cooked));
     }
     return errors;

@@ -25,11 +25,8 @@ struct MippedLightMap {
     const CookedAsset& asset;
     LightMapSource& bake;
     const LightMapVerifyParameters& parameters;
-    double maxError = 0;
     double key = 0;  ///< of level 0, as is the display
     verify::Viewing viewing;
-
-    double allowedOfBlock() const { return pipeline::allowedOfBlock(maxError, parameters.maxVisible); }
 };
 
 /// Errors of each level from 1 on, "mip 1" and on, and between each and the larger one before it, "mip 0 to 1" and on.
@@ -37,8 +34,7 @@ struct MipErrors {
     std::vector<verify::StageError> levels, blends;
 };
 
-/// Returns the errors of the levels of a map, and adds a violation for each limit that one is over. Fails if the textures have levels that
-/// mix charts.
+/// Returns the errors of the levels of a map, and adds their violations. Fails if the textures have levels that mix charts.
 /// level0  the map itself
 formats::Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReader& level0,
                                      std::vector<verify::Violation>& violations, const ActionContext& context);

@@ -99,7 +99,7 @@ Result<ActionOutcome> verifySplitSeams(const ActionContext& context) {
     if (!views) return tl::make_unexpected(views.error());
     std::vector<std::string> pictures;
     appendFiles(*views, pictures);
-    return outcomeWith(SplitSeams{parameters->maps, std::move(*seams), parameters->maxSeam, std::move(*views)}, std::move(pictures));
+    return outcomeWith(SplitSeams{parameters->maps, std::move(*seams), parameters->limits, std::move(*views)}, std::move(pictures));
 }
 
 }  // namespace lightcook::pipeline

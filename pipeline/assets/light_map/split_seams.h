@@ -13,6 +13,7 @@
 #include "pipeline/assets/light_map/shading.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
+#include "pipeline/limits/limits.h"
 
 namespace lightcook::pipeline {
 
@@ -24,13 +25,13 @@ std::string splitMeshRole(std::size_t index);
 struct SplitSeamsParameters {
     SceneView view;
     std::vector<std::string> maps;  ///< in the order of the split
-    std::optional<double> maxSeam;  ///< limit on the largest step that cooking adds to an edge
+    Limits limits;                  ///< on the largest step that cooking adds to an edge
 };
 template <class Fields, Is<SplitSeamsParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     describe(fields, parameters.view);
     fields.required("maps", parameters.maps, atLeast(2), "light maps, in the order of the split");
-    fields.optional("max_seam", parameters.maxSeam, "limit on the largest step that cooking adds to an edge");
+    describe(fields, parameters.limits, {Limit::Seam});
 }
 
 /// Returns a SplitSeams.

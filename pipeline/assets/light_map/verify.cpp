@@ -170,7 +170,7 @@ bool isRightOnSurface(const std::vector<verify::LightMapErrors::Stage>& stages, 
 std::vector<verify::Violation> violationsOf(const MippedLightMap& map, const LightMapPart& whole,
                                             const std::vector<verify::StageError>& stages) {
     std::vector<verify::Violation> violations;
-    whole.block.check("", map.allowedOfBlock(), violations);
+    whole.block.check("", map.parameters.limits, violations);
     for (std::size_t i = 1; i < stages.size(); ++i) {
         const std::string &before = stages[i - 1].name, &after = stages[i].name;
         if (isResidual(after) && !isRightOnSurface(whole.errors.stages, before, after))
@@ -195,31 +195,18 @@ std::optional<double> comparedTilt(const verify::LightMapShading& shading, bool 
     return hasNormalMaps ? std::optional(shading.normalMapTilt) : std::nullopt;
 }
 
-/// Holds a result to the limit on seams.
-/// isConstant  true for a map of constant light: both sides of every edge read the same texel
-void holdToSeamLimit(VerifyResult& result, const std::optional<double>& maxSeam, bool isConstant) {
-    Verdict& verdict = result.verdict;
-    verdict.maxSeam = maxSeam;
-    if (!maxSeam) return;
-    if (result.seams->isUnmeasured() && !isConstant) {
-        verdict.violations.push_back({"seams", *result.seams->note,
-                                      result.seams->edges > 0 ? "coverage that reaches the edges of charts: max_seam limits the steps there"
-                                                              : "a mesh with light-map UVs: max_seam limits the steps at its edges"});
-        verdict.passed = false;
-    }
-    verdict.passed = verdict.passed && result.seams->largestAdded() <= *maxSeam;
-}
-
-/// Adds the seams of a surface with one light map to its result, and holds them to their limit.
+/// Adds the seams of a surface with one light map to its result. Under a limit, seams that cannot be measured are a violation.
 /// hasMesh  see measureSeams
-Result<void> addSeams(const LitSurface& surface, bool hasMesh, const std::optional<double>& maxSeam, VerifyResult& result,
-                      const ActionContext& context) {
+Result<void> addSeams(const LitSurface& surface, bool hasMesh, VerifyResult& result, const ActionContext& context) {
     auto seams = measureSeams(surface, hasMesh, context);
     if (!seams) return tl::make_unexpected(seams.error());
     const bool isConstant = surface.maps.front().bake.constantTexels().has_value();
     if (isConstant) seams->note = "all texels hold the same light: no edge can have a step";
+    if (result.verdict.limits[Limit::Seam] && seams->isUnmeasured() && !isConstant)
+        result.verdict.violations.push_back({"seams", *seams->note,
+                                             seams->edges > 0 ? "coverage that reaches the edges of charts: max_seam limits the steps there"
+                                                              : "a mesh with light-map UVs: max_seam limits the steps at its edges"});
     result.seams = std::move(*seams);
-    holdToSeamLimit(result, maxSeam, isConstant);
     return {};
 }
 
@@ -246,10 +233,11 @@ void addUnpackedStage(std::vector<verify::StageError>& stages, verify::StageErro
 }
 
 /// Adds a violation to a map over its limit whose layout lacks light that the materials need.
-void checkLayout(const std::string& name, const verify::LightMapShading& shading, const verify::StageError& total, double maxError,
+void checkLayout(const std::string& name, const verify::LightMapShading& shading, const verify::StageError& total, const Limits& limits,
                  std::vector<verify::Violation>& violations) {
     const auto layout = formats::lightMapLayoutFromName(name);
-    if (!layout || std::max(total.diffuse.relRms, total.specular.relRms) <= maxError || !shading.needsDirections()) return;
+    const std::vector<Figure> errors = {{Limit::Error, std::max(total.diffuse.relRms, total.specular.relRms), "", ""}};
+    if (!layout || areKept(judge(errors, limits)) || !shading.needsDirections()) return;
     const std::string lacks(formats::info(*layout).lacks);
     if (lacks.empty()) return;
     violations.insert(violations.begin(),
@@ -295,10 +283,10 @@ Result<VerifyResult> judgeMap(const MippedLightMap& map, const LightMapPart& who
         addUnpackedStage(stages, std::move(errors->total), before->unpacked.packing.reducedCharts == 0);
     }
     auto violations = violationsOf(map, whole, stages);
-    checkLayout(map.asset.layout, parameters.shading, stages.back(), map.maxError, violations);
+    checkLayout(map.asset.layout, parameters.shading, stages.back(), parameters.limits, violations);
     auto mips = mipErrors(map, cooked, violations, context);
     if (!mips) return tl::make_unexpected(mips.error());
-    VerifyResult result = judged(stages, map.maxError, watch, std::move(violations), parameters.maxVisible, parameters.maxVisibleBound);
+    VerifyResult result = judged(stages, parameters.limits, watch, std::move(violations));
     if (whole.block.figures().isKnown()) result.worstBlock = whole.block.figures();
     result.key = map.key;
     result.mips = std::move(mips->levels);
@@ -314,8 +302,6 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const Stopwatch watch;
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
-    const auto maxError = maxErrorOf(context);
-    if (!maxError) return tl::make_unexpected(maxError.error());
     const auto parameters = parametersOf<LightMapVerifyParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto description = descriptionOf(*asset);
@@ -344,7 +330,7 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const auto whole = compareStrips({bake, *cooked, *truth, viewing, key, tilt, charts, preview}, context);
     if (!whole) return tl::make_unexpected(whole.error());
 
-    const MippedLightMap map{context.upstreamFolder, *asset, bake, *parameters, *maxError, key, viewing};
+    const MippedLightMap map{context.upstreamFolder, *asset, bake, *parameters, key, viewing};
     auto result = judgeMap(map, *whole, *before, *cooked, watch, context);
     if (!result) return tl::make_unexpected(result.error());
     if (!truth->isEmpty()) result->groundTruth = toJson(verify::lightMapTruth(whole->truthPlaces, parameters->shading.lobe, viewing));
@@ -356,8 +342,8 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const LitSurface surface{maps, triangles, viewing};
     auto pictures = writeWorstPlaces(whole->worst, surface, context);
     if (!pictures) return tl::make_unexpected(pictures.error());
-    if (auto added = addSeams(surface, mesh.has_value(), parameters->maxSeam, *result, context); !added)
-        return tl::make_unexpected(added.error());
+    if (auto added = addSeams(surface, mesh.has_value(), *result, context); !added) return tl::make_unexpected(added.error());
+    result->verdict.passed = passes(*result);
     auto seamViews = writeSeamViews(*result->seams, surface, context, context.action.asset + "_seam");
     if (!seamViews) return tl::make_unexpected(seamViews.error());
     return outcomeWithPreview(std::move(*result), preview, context, std::move(*pictures), std::move(*seamViews));

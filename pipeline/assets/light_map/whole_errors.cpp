@@ -144,7 +144,7 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     const std::size_t count = shader->sampleCount(), stride = shader->stride();
     const WholeFigures result{verify::visibleErrorsOfSum(samples.reference, samples.lightMap, samples.dominant, count, stride, viewing),
                               verify::relRmsOfSum(samples.reference, samples.lightMap, samples.dominant, count, stride),
-                              static_cast<int>(samples.reference.size() / (3 * stride)), parameters->maxVisible, parameters->maxError};
+                              static_cast<int>(samples.reference.size() / (3 * stride)), parameters->limits};
     return outcomeWith(result);
 }
 

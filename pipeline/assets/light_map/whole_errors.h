@@ -11,6 +11,7 @@
 #include "pipeline/assets/results.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/json/json_fields.h"
+#include "pipeline/limits/limits.h"
 
 namespace lightcook::pipeline {
 
@@ -18,16 +19,15 @@ namespace lightcook::pipeline {
 /// left out, of the dominant light.
 struct WholeVerifyParameters {
     SceneView view;
-    std::optional<std::string> fit;    ///< of the dominant light, a name of allDominantFits(); absent: the scene needs none
-    std::optional<double> maxVisible;  ///< limit on the 99th percentile
-    std::optional<double> maxError;    ///< limit on rel_rms
+    std::optional<std::string> fit;  ///< of the dominant light, a name of allDominantFits(); absent: the scene needs none
+    Limits limits;                   ///< on the whole
 };
 template <class Fields, Is<WholeVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     describe(fields, parameters.view);
     fields.optional("fit", parameters.fit, "fit of the dominant light; absent: the scene needs none");
-    fields.optional("max_visible", parameters.maxVisible, "limit on the 99th percentile of visible errors");
-    fields.optional("max_error", parameters.maxError, "limit on rel_rms");
+    fields.optional("max_visible", parameters.limits[Limit::WholeVisible], info(Limit::WholeVisible).caption);
+    fields.optional("max_error", parameters.limits[Limit::WholeError], info(Limit::WholeError).caption);
 }
 
 /// Returns a WholeFigures.

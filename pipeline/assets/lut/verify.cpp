@@ -194,8 +194,6 @@ Result<ActionOutcome> verifyLut(const ActionContext& context) {
     const Stopwatch watch;
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
-    const auto maxError = maxErrorOf(context);
-    if (!maxError) return tl::make_unexpected(maxError.error());
     const auto parameters = parametersOf<LutVerifyParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto tables = readTables(context, *asset);
@@ -213,8 +211,8 @@ Result<ActionOutcome> verifyLut(const ActionContext& context) {
     if (!preview) return interrupted(context);
     std::vector<verify::Violation> violations = checkSteps(*asset, *tables, samples, results);
     std::ranges::move(checkCoordinates(*tables), std::back_inserter(violations));
-    VerifyResult result = judged(verify::lutStages(*tables, samples, results, kTableF0, *bound, viewing), *maxError, watch,
-                                 std::move(violations), parameters->visible.maxVisible, parameters->visible.maxVisibleBound);
+    VerifyResult result = judged(verify::lutStages(*tables, samples, results, kTableF0, *bound, viewing), parameters->visible.limits, watch,
+                                 std::move(violations));
     if (parameters->shading) result.light = momentsOf(*tables, *parameters->shading);
     return outcomeWithPreview(std::move(result), *preview, context);
 }

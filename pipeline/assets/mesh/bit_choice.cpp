@@ -121,7 +121,8 @@ private:
     Result<double> visibleShare(const DracoOptions& options, const VisibleParameters& visible, const verify::Viewing& viewing) const {
         // A bound is that of all strips.
         std::vector<int> strips = spreadStrips(bake_, kMeasuredTexels);
-        if (visible.maxVisibleBound) {
+        const bool isBoundLimited = visible.limits[Limit::VisibleBound].has_value();
+        if (isBoundLimited) {
             strips.resize(static_cast<std::size_t>(bake_.stripCount()));
             std::iota(strips.begin(), strips.end(), 0);
         }
@@ -133,7 +134,7 @@ private:
             verify::VisiblePairs part(viewing);
             const int firstRow = bake_.stripFirstRow(index), rowCount = bake_.stripRows(index);
             verify::addMeshShiftVisible(*strip, firstRow, rowCount, shiftOf(options), position * texelsPerUnit_, part);
-            if (visible.maxVisibleBound)
+            if (isBoundLimited)
                 verify::addMeshShiftVisibleBound(*strip, firstRow, rowCount, shiftOf(options), position * texelsPerUnit_, viewing, part);
             return part;
         };
@@ -144,8 +145,9 @@ private:
         if (!done) return tl::make_unexpected(done.error());
         const auto figures = errors.figures();
         if (!figures) return 0;
-        const double share = visible.maxVisible ? figures->p99 / (kShareOfVisible * *visible.maxVisible) : 0;
-        return visible.maxVisibleBound ? std::max(share, figures->bound.value_or(0) / *visible.maxVisibleBound) : share;
+        return mostUsedShare(
+            judge({{Limit::Visible, figures->p99 / kShareOfVisible, "", ""}, {Limit::VisibleBound, figures->bound.value_or(0), "", ""}},
+                  visible.limits));
     }
 
     formats::MeshError extent_;
@@ -165,10 +167,10 @@ Result<MeshBits> chooseMeshBits(const formats::GltfScene& scene, const MeshParam
     if (!extent) return tl::make_unexpected(extent.error());
     const auto bound = surveyShifts(**opened, context);
     if (!bound) return tl::make_unexpected(bound.error());
-    const BitChoice choice(scene, *extent, **opened, *bound, parameters.hasSeamLimit, context);
-    MeshBits chosen = choice.within(kShareOfLimit * parameters.maxError);
-    if (!parameters.visible) return chosen;
-    if (auto refined = choice.refine(chosen, *parameters.visible); !refined) return tl::make_unexpected(refined.error());
+    const BitChoice choice(scene, *extent, **opened, *bound, parameters.visible.limits[Limit::Seam].has_value(), context);
+    MeshBits chosen = choice.within(kShareOfLimit * parameters.visible.limits[Limit::Error].value_or(kNoErrorLimit));
+    if (!parameters.visible.limits[Limit::Visible] && !parameters.visible.limits[Limit::VisibleBound]) return chosen;
+    if (auto refined = choice.refine(chosen, parameters.visible); !refined) return tl::make_unexpected(refined.error());
     return chosen;
 }
 

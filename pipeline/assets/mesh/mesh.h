@@ -36,30 +36,15 @@ constexpr std::uint64_t bytesOfVertex(bool isDraco, bool hasBases) {
 struct MeshParameters {
     formats::LightMapDescription description;
     bool draco = true;
-    double maxError = 0;  ///< of the light map: a mesh may use a part of it
+    VisibleParameters visible;  ///< limits of the light map: a mesh may use a part of them
     std::optional<std::string> lightMap = {};
-    std::optional<VisibleParameters> visible = {};  ///< absent: visible errors have no limit
-    bool hasSeamLimit = false;                      ///< of the light map
 };
 template <class Fields, Is<MeshParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("description", parameters.description, "conventions of the light map");
     fields.required("draco", parameters.draco, "true for Draco compression");
-    fields.required("max_error", parameters.maxError, "limit of the light map");
-    fields.optional("light_map", parameters.lightMap, "name of the light map");
-    fields.optional("visible", parameters.visible, "limit on visible errors");
-    fields.presentIf(parameters.hasSeamLimit, "has_seam_limit", parameters.hasSeamLimit, "true if the seams of the light map have a limit");
-}
-
-/// Parameters of the verify action.
-struct MeshVerifyParameters {
-    VisibleParameters visible;
-    std::optional<double> maxSeam;  ///< limit on the seams of the light map: its UVs have to stay where those were measured
-};
-template <class Fields, Is<MeshVerifyParameters> Self>
-void describe(Fields& fields, Self& parameters) {
     describe(fields, parameters.visible);
-    fields.optional("max_seam", parameters.maxSeam, "limit on the seams of the light map, which are measured at the UVs of the source");
+    fields.optional("light_map", parameters.lightMap, "name of the light map");
 }
 
 /// Needs of one material of a mesh.

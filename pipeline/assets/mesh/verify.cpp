@@ -176,11 +176,10 @@ verify::ErrorFigures figuresOf(const MeshShadingErrors& errors, const std::vecto
 }  // namespace
 
 Result<ActionOutcome> verifyMesh(const ActionContext& context) {
+    const Stopwatch watch;
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
-    const auto maxError = maxErrorOf(context);
-    if (!maxError) return tl::make_unexpected(maxError.error());
-    const auto parameters = parametersOf<MeshVerifyParameters>(context);
+    const auto parameters = parametersOf<VisibleParameters>(context);
     if (!parameters) return tl::make_unexpected(parameters.error());
     const auto description = descriptionOf(*asset);
     if (!description) return tl::make_unexpected(description.error());
@@ -201,7 +200,7 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     const auto meshes = source->triangleMeshes();
     const verify::MeshShift shift{moved->lightMapUv * bake.width(), moved->lightMapUv * bake.height(), moved->normalRadians};
     const double positionTexels = moved->position * verify::texelsPerUnit(meshes, bake.width(), bake.height());
-    const verify::Viewing viewing = parameters->visible.viewing(surveyed->displayKey(), bake.bt2020FromWorking());
+    const verify::Viewing viewing = parameters->viewing(surveyed->displayKey(), bake.bt2020FromWorking());
     Preview preview(bake.width(), bake.height(), key);
     const auto errors = shadingErrors(bake, {shift, positionTexels}, key, viewing, context, preview);
     if (!errors) return tl::make_unexpected(errors.error());
@@ -210,12 +209,12 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     stage.name = "quantize";
     stage.diffuse = figuresOf(*errors, meshes, bake.width(), bake.height());
     std::vector<verify::Violation> violations = violationsOf(*moved, shift, asset->quantization.value_or(MeshQuantization{}));
-    if (parameters->maxSeam) checkUvsAtSeams(*moved, shift, bake, violations);
+    // The seams of the light map were measured at the UVs of the source.
+    Limits limits = parameters->limits;
+    if (std::exchange(limits[Limit::Seam], {})) checkUvsAtSeams(*moved, shift, bake, violations);
     checkBits(*asset, *moved, violations);
     checkMeshSize(*asset, *cooked, violations);
-    VerifyResult result;
-    result.verdict =
-        makeVerdict({stage}, *maxError, std::move(violations), parameters->visible.maxVisible, parameters->visible.maxVisibleBound);
+    VerifyResult result = judged({stage}, limits, watch, std::move(violations));
     result.light.emplace().diffuseRms = errors->energy.referenceRms();
     result.meshError = {moved->position, moved->normalRadians, moved->lightMapUv};
     return outcomeWithPreview(std::move(result), preview, context);

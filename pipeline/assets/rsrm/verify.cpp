@@ -109,8 +109,6 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     const Stopwatch watch;
     const auto asset = upstreamAsset(context);
     if (!asset) return tl::make_unexpected(asset.error());
-    const auto maxError = maxErrorOf(context);
-    if (!maxError) return tl::make_unexpected(maxError.error());
     const auto visible = parametersOf<VisibleParameters>(context);
     if (!visible) return tl::make_unexpected(visible.error());
     const auto verified = loadVerified(context, asset->source);
@@ -126,8 +124,7 @@ Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     auto comparison = compareRsrm(*map, source, luminanceWeights, context, "verify " + context.action.asset, viewing);
     if (!comparison) return interrupted(context);
     const std::vector<verify::RsrmRow>& rows = comparison->rows;
-    VerifyResult result = judged(std::move(comparison->stages), *maxError, watch, std::move(comparison->violations), visible->maxVisible,
-                                 visible->maxVisibleBound);
+    VerifyResult result = judged(std::move(comparison->stages), visible->limits, watch, std::move(comparison->violations));
     const verify::RsrmBanding banding = verify::rsrmBanding(*map, rows, luminanceWeights);
     result.measures = {{note_keys::kCodeError, banding.codeError},
                        {note_keys::kStepCodes, banding.stepCodes},

@@ -45,7 +45,7 @@ std::string splitSeamLine(const SplitSeams& split) {
     line += fmt::format(": {} edges, {:.2f} added at most", split.seams.edges, split.seams.largestAdded());
     if (!split.seams.worst.empty() && split.seams.worst.front().maps)
         line += fmt::format(" (between '{}')", fmt::join(*split.seams.worst.front().maps, "' and '"));
-    return split.maxSeam ? line + fmt::format(", limit {:.3g}", *split.maxSeam) : line;
+    return split.limits[Limit::Seam] ? line + fmt::format(", limit {:.3g}", *split.limits[Limit::Seam]) : line;
 }
 
 /// Returns a line for the mip levels of a light map: their number, why there are no more, and their largest errors.

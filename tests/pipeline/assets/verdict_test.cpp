@@ -17,16 +17,16 @@ verify::StageError stageWith(double diffuse, double specular) {
 }
 
 TEST(Verdict, HoldsTheLastStageToTheLimit) {
-    EXPECT_TRUE(makeVerdict({stageWith(0.5, 0.5), stageWith(0.01, 0.02)}, 0.02).passed);
-    EXPECT_FALSE(makeVerdict({stageWith(0.01, 0.03)}, 0.02).passed);
-    EXPECT_FALSE(makeVerdict({}, 0.02).passed);
-    EXPECT_FALSE(makeVerdict({stageWith(0, 0)}, 0.02, {{"here", "one", "two"}}).passed);
+    EXPECT_TRUE(makeVerdict({stageWith(0.5, 0.5), stageWith(0.01, 0.02)}, {{Limit::Error, 0.02}}).passed);
+    EXPECT_FALSE(makeVerdict({stageWith(0.01, 0.03)}, {{Limit::Error, 0.02}}).passed);
+    EXPECT_FALSE(makeVerdict({}, {{Limit::Error, 0.02}}).passed);
+    EXPECT_FALSE(makeVerdict({stageWith(0, 0)}, {{Limit::Error, 0.02}}, {{"here", "one", "two"}}).passed);
 }
 
 TEST(Verdict, AFigureThatIsNotFiniteFailsInAnyStage) {
     verify::StageError first = stageWith(0, 0);
     first.diffuse.maxBound = HUGE_VAL;
-    EXPECT_FALSE(makeVerdict({first, stageWith(0, 0)}, 0.02).passed);
+    EXPECT_FALSE(makeVerdict({first, stageWith(0, 0)}, {{Limit::Error, 0.02}}).passed);
 }
 
 TEST(Verdict, IsReadAsItWasWritten) {
@@ -41,7 +41,7 @@ TEST(Verdict, IsReadAsItWasWritten) {
     verify::Violation violation{"block", "an error", "none"};
     violation.at.mip = 3;
     violation.at.face = 5;
-    const Json json = toJson(makeVerdict({stage}, 0.02, {violation}));
+    const Json json = toJson(makeVerdict({stage}, {{Limit::Error, 0.02}}, {violation}));
     const auto read = fromJson<Verdict>(Json::parse(json.dump()), "record");
     ASSERT_TRUE(read.has_value()) << read.error().line();
     EXPECT_EQ(toJson(*read), json);
@@ -55,7 +55,7 @@ TEST(Verdict, IsReadAsItWasWritten) {
 TEST(Verdict, ABoundThatIsNotKnownIsAbsent) {
     verify::StageError stage = stageWith(0.25, 0.125);
     stage.diffuse.maxBound.reset();
-    const Verdict verdict = makeVerdict({stage}, 0.5);
+    const Verdict verdict = makeVerdict({stage}, {{Limit::Error, 0.5}});
     EXPECT_TRUE(verdict.passed) << "it is no figure that is not finite";
     const Json json = toJson(verdict);
     EXPECT_FALSE(json["stages"][0]["error"]["diffuse"].contains("max_bound"));
@@ -78,18 +78,18 @@ TEST(Verdict, ALimitOnTheVisibleBoundHoldsTheLarger) {
     verify::StageError stage = stageWithVisible();
     stage.diffuse.visible->bound = 2;
     stage.specular.visible->bound = 3;
-    EXPECT_TRUE(makeVerdict({stage}, 0.02, {}, {}, 3.0).passed);
-    EXPECT_FALSE(makeVerdict({stage}, 0.02, {}, {}, 2.5).passed);
+    EXPECT_TRUE(makeVerdict({stage}, {{Limit::Error, 0.02}, {Limit::VisibleBound, 3.0}}).passed);
+    EXPECT_FALSE(makeVerdict({stage}, {{Limit::Error, 0.02}, {Limit::VisibleBound, 2.5}}).passed);
     stage.specular.visible.reset();
-    EXPECT_TRUE(makeVerdict({stage}, 0.02, {}, {}, 2.5).passed) << "a scene without specular light";
+    EXPECT_TRUE(makeVerdict({stage}, {{Limit::Error, 0.02}, {Limit::VisibleBound, 2.5}}).passed) << "a scene without specular light";
 }
 
 TEST(Verdict, ALimitOnAVisibleBoundThatIsNotKnownFails) {
     verify::StageError both = stageWithVisible(), one = stageWithVisible();
     one.diffuse.visible->bound = 2;
     for (const verify::StageError& stage : {both, one, stageWith(0, 0)}) {
-        EXPECT_TRUE(makeVerdict({stage}, 0.02, {}, 1.0).passed) << "nothing is asked of the bound";
-        const Verdict verdict = makeVerdict({stage}, 0.02, {}, {}, 9.0);
+        EXPECT_TRUE(makeVerdict({stage}, {{Limit::Error, 0.02}, {Limit::Visible, 1.0}}).passed) << "nothing is asked of the bound";
+        const Verdict verdict = makeVerdict({stage}, {{Limit::Error, 0.02}, {Limit::VisibleBound, 9.0}});
         EXPECT_FALSE(verdict.passed);
         ASSERT_EQ(verdict.violations.size(), 1u);
         EXPECT_EQ(verdict.violations[0].place, "stage total");

@@ -27,12 +27,12 @@ ReportRow rowOf(const std::string& name, AssetKind kind, std::uint64_t bytes, do
     row.layout = "ratio";
     row.bytesGpu = bytes;
     row.bytesDisk = bytes / 2;
-    row.verdict.limit = 0.02;
+    row.verdict.limits[Limit::Error] = 0.02;
     verify::StageError stage;
     stage.name = "total";
     stage.diffuse.relRms = stage.specular.relRms = error;
     row.verdict.stages = {stage};
-    row.verdict.passed = error <= row.verdict.limit;
+    row.verdict.passed = error <= 0.02;
     return row;
 }
 
@@ -195,7 +195,7 @@ TEST(Collection, PageNeedsNothingFromOutsideAndLinksToScenes) {
 /// The limit that is used most may be that of another figure than rel_rms.
 TEST(Collection, PageNamesTheLimitThatIsUsedMost) {
     ReportRow map = rowOf("map", AssetKind::LightMap, 1000, 0.002), other = rowOf("other", AssetKind::LightMap, 1000, 0.01);
-    map.verdict.maxVisible = 1.1;
+    map.verdict.limits[Limit::Visible] = 1.1;
     map.verdict.stages.back().diffuse.visible.emplace().p99 = 1.04;
     EXPECT_THAT(renderCollectionHtml(makeCollection({folderOf("hall", "bc", {map, other})}), "", {}),
                 AllOf(HasSubstr("94.5 %"), HasSubstr("map: visible p99 1.04 of 1.1")));

@@ -94,7 +94,7 @@ ReportRow rowOverLimits(AssetKind kind) {
     stage.diffuse.visible.emplace();
     stage.diffuse.visible->p99 = 5.0001;
     stage.diffuse.visible->bound = 70.00002;
-    row.verdict = makeVerdict({stage}, 0.1, {}, 5, 70);
+    row.verdict = makeVerdict({stage}, {{Limit::Error, 0.1}, {Limit::Visible, 5}, {Limit::VisibleBound, 70}});
     return row;
 }
 

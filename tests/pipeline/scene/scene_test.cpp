@@ -291,11 +291,15 @@ TEST(ReadScene, ColourSpacesThatNoneHasAreRefusedWhereTheyAreWritten) {
     EXPECT_TRUE(sceneFromText(kHead + "[color]\nsource = \"plate\"\nconfig = \"none.ocio\"\n")) << "the config is an input of the cook";
 }
 
+double converterErrorOf(const OutputSettings& output) {
+    return converterLimits(output, kDefaultMaxError, {}, {})[Limit::Error].value_or(0);
+}
+
 TEST(ReadScene, FractionsMayBePercentages) {
     const auto scene = sceneFromText(kHead + "[output]\nmax_error = \"2%\"\nmax_converter_error = \"0.5 %\"\nrdo = \"1.5%\"\n");
     ASSERT_TRUE(scene.has_value()) << scene.error().line();
     EXPECT_DOUBLE_EQ(scene->output.maxError.value_or(0), 0.02);
-    EXPECT_DOUBLE_EQ(converterLimit(scene->output), 0.005) << "a limit that is given is the limit, also below max_error";
+    EXPECT_DOUBLE_EQ(converterErrorOf(scene->output), 0.005) << "a limit that is given is the limit, also below max_error";
     EXPECT_DOUBLE_EQ(scene->output.rdo, 0.015);
     expectRefused(kHead + "[output]\nmax_error = \"0.02\"\n", "4:13", "found the string '0.02'");
     expectRefused(kHead + "[output]\nmax_error = \"-2%\"\n", "4:13", "expected a positive fraction: 0.02, or \"2%\"");
@@ -305,7 +309,7 @@ TEST(ReadScene, FractionsMayBePercentages) {
 }
 
 TEST(ReadScene, ALimitOfConvertersIsTheirOwn) {
-    const auto limitOf = [](const std::string& output) { return converterLimit(sceneFromText(kHead + "[output]\n" + output)->output); };
+    const auto limitOf = [](const std::string& output) { return converterErrorOf(sceneFromText(kHead + "[output]\n" + output)->output); };
     EXPECT_EQ(limitOf(""), 0.1);
     EXPECT_EQ(limitOf("max_error = 0.01"), 0.1);
     EXPECT_EQ(limitOf("max_error = 0.3"), 0.3);

@@ -71,25 +71,24 @@ TEST(LayoutChoice, WhereNoneFitsALayoutThatMissedTheLimitsOfTheTrialIsNotTaken) 
 
 TEST(LayoutChoice, ALayoutWithoutAFiniteErrorIsNeverChosen) {
     const TrialResult trial{{{"small", 10, 1, HUGE_VAL, 0, 0, 0}, {"large", 1000, 64, 0.5, 0.1, 1, 1}}, 1};
-    const std::vector<LightMapCandidate> candidates = candidatesOf(trial, {1, {}});
+    const std::vector<LightMapCandidate> candidates = candidatesOf(trial, {{Limit::Error, 1}});
     EXPECT_EQ(candidates[0].usedOfLimits, HUGE_VAL);
     EXPECT_EQ(candidates[1].usedOfLimits, 0.5);
     EXPECT_EQ(cheapestWithin({{"map", candidates}}, 0.01).at("map"), "large");
-    EXPECT_EQ(LayoutLimits({0.1, 5}).usedBy(0.01, std::nan("")), HUGE_VAL);
 }
 
 /// A layout keeps the limits only if both errors do; without a limit on visible errors they do not count.
 TEST(LayoutChoice, TheLargerPartOfTheTwoLimitsCounts) {
     const TrialResult trial{
         {{"small", 10, 8, 0.01, 0.005, 9, 2}, {"middle", 20, 16, 0.008, 0.008, 1, 4}, {"large", 40, 32, 0.001, 0.03, 1, 1}}, 1};
-    const auto chosen = [&](const LayoutLimits& limits) { return cheapestWithin({{"map", candidatesOf(trial, limits)}}).at("map"); };
-    EXPECT_EQ(chosen({0.02, {}}), "small");
-    EXPECT_EQ(chosen({0.02, 5}), "middle");
-    EXPECT_EQ(chosen({0.05, 2}), "large");
-    EXPECT_EQ(chosen({0.02, 2}), "large") << "none keeps both: the one that is least over";
-    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[0].usedOfLimits, 9.0 / 5);
-    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[0].usedInTrial, 9.0 / 5);
-    EXPECT_DOUBLE_EQ(candidatesOf(trial, {0.02, 5})[2].usedOfLimits, 1.5);
+    const auto chosen = [&](const Limits& limits) { return cheapestWithin({{"map", candidatesOf(trial, limits)}}).at("map"); };
+    EXPECT_EQ(chosen({{Limit::Error, 0.02}}), "small");
+    EXPECT_EQ(chosen({{Limit::Error, 0.02}, {Limit::Visible, 5}}), "middle");
+    EXPECT_EQ(chosen({{Limit::Error, 0.05}, {Limit::Visible, 2}}), "large");
+    EXPECT_EQ(chosen({{Limit::Error, 0.02}, {Limit::Visible, 2}}), "large") << "none keeps both: the one that is least over";
+    EXPECT_DOUBLE_EQ(candidatesOf(trial, {{Limit::Error, 0.02}, {Limit::Visible, 5}})[0].usedOfLimits, 9.0 / 5);
+    EXPECT_DOUBLE_EQ(candidatesOf(trial, {{Limit::Error, 0.02}, {Limit::Visible, 5}})[0].usedInTrial, 9.0 / 5);
+    EXPECT_DOUBLE_EQ(candidatesOf(trial, {{Limit::Error, 0.02}, {Limit::Visible, 5}})[2].usedOfLimits, 1.5);
 }
 
 /// A limit on the bound of visible errors is not kept by a stage that has none, or has one for a part of its light alone.
@@ -99,11 +98,11 @@ TEST(LayoutChoice, AnUnknownBoundKeepsNoLimitOnIt) {
     stage.diffuse.relRms = 0.01;
     stage.diffuse.visible = verify::VisibleFigures{};
     stage.specular.visible = verify::VisibleFigures{};
-    const LayoutLimits limited{0.1, {}, 4};
+    const Limits limited{{Limit::Error, 0.1}, {Limit::VisibleBound, 4}};
     EXPECT_EQ(verifiedUse(verified, limited), HUGE_VAL);
     stage.diffuse.visible->bound = 1;
     EXPECT_EQ(verifiedUse(verified, limited), HUGE_VAL) << "specular light has none";
-    EXPECT_DOUBLE_EQ(verifiedUse(verified, {0.1, {}}), 0.1) << "without a limit it does not count";
+    EXPECT_DOUBLE_EQ(verifiedUse(verified, {{Limit::Error, 0.1}}), 0.1) << "without a limit it does not count";
     stage.specular.visible->bound = 2;
     EXPECT_DOUBLE_EQ(verifiedUse(verified, limited), 0.5);
 }
@@ -113,11 +112,11 @@ TEST(LayoutChoice, MipLevelsAndViolationsCount) {
     VerifyResult verified;
     verified.verdict.stages.emplace_back().diffuse.relRms = 0.01;
     verified.mips.emplace_back().specular.relRms = 0.02;
-    EXPECT_DOUBLE_EQ(verifiedUse(verified, {0.1, {}}), 0.2);
+    EXPECT_DOUBLE_EQ(verifiedUse(verified, {{Limit::Error, 0.1}}), 0.2);
     verified.mipBlends.emplace_back().diffuse.relRms = 0.2;
-    EXPECT_DOUBLE_EQ(verifiedUse(verified, {0.1, {}}), 2);
+    EXPECT_DOUBLE_EQ(verifiedUse(verified, {{Limit::Error, 0.1}}), 2);
     verified.verdict.violations.push_back({"block", "", ""});
-    EXPECT_EQ(verifiedUse(verified, {0.1, {}}), HUGE_VAL);
+    EXPECT_EQ(verifiedUse(verified, {{Limit::Error, 0.1}}), HUGE_VAL);
 }
 
 /// A layout is on the curve unless another has no more bytes and no more error.
