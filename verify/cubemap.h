@@ -200,9 +200,8 @@ struct IrradianceFigures {
     double relRms = 0;  ///< RMS of the error over RMS of the references
     double worst = 0;   ///< largest |error| / (reference + 2 % of the mean radiance) of a channel
 };
-/// Compares an irradiance cubemap at up to 96 evenly spread texels with integral of L max(0, n.l + wrap) / (pi (1 + wrap)^2), summed over
-/// every source texel's centre by solid angle and divided by the sum of the weights. Both figures are the largest double if one of these
-/// texels is not finite.
+/// Compares every texel of an irradiance cubemap with the integral of L max(0, n.l + wrap) / (pi (1 + wrap)^2), summed over every source
+/// texel's centre by solid angle and divided by the sum of the weights. Both figures are the largest double if a texel is not finite.
 /// faces  six of one size, decoded, over `range`
 IrradianceFigures compareIrradiance(std::span<const formats::Image<glm::vec4>> faces, float range, double wrap,
                                     const formats::Environment& environment);

@@ -77,6 +77,24 @@ TEST(CompareIrradiance, ATexelThatIsNotFinitePassesNoLimit) {
     }
 }
 
+TEST(CompareIrradiance, EveryTexelCounts) {
+    constexpr int kSize = 16;
+    const Environment environment{Environment::Projection::Equirectangular, Image<glm::vec3>(64, 32, glm::vec3(1))};
+    std::vector<Image<glm::vec4>> faces;
+    for (int face = 0; face < 6; ++face) faces.emplace_back(kSize, kSize, glm::vec4(1));
+    const IrradianceFigures right = compareIrradiance(faces, 1, 0, environment);
+    EXPECT_EQ(right.texelCount, 6 * kSize * kSize);
+    EXPECT_LT(right.worst, 1e-6);
+    for (int texel = 0; texel < 6 * kSize * kSize; texel += 37) {
+        glm::vec4& stored = faces[static_cast<std::size_t>(texel / (kSize * kSize))].at(texel % kSize, texel / kSize % kSize);
+        stored = glm::vec4(0.5f);
+        const IrradianceFigures wrong = compareIrradiance(faces, 1, 0, environment);
+        EXPECT_NEAR(wrong.worst, 0.5 / 1.02, 1e-5) << texel;
+        EXPECT_NEAR(wrong.relRms, 0.5 / std::sqrt(6 * kSize * kSize), 1e-6) << texel;
+        stored = glm::vec4(1);
+    }
+}
+
 TEST(CompareIrradiance, ASingleBrightTexelIsCountedInEveryReference) {
     std::mt19937 random(2);
     for (int trial = 0; trial < 300; ++trial) {
