@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
 
 namespace lightcook::pipeline {
 

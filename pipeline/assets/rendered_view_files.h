@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 

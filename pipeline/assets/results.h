@@ -10,8 +10,8 @@
 #include "pipeline/assets/rendered_view_files.h"
 #include "pipeline/assets/seam_figures.h"
 #include "pipeline/assets/verdict.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
 #include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pipeline/assets/rendered_view_files.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/limits/limits.h"
 
 namespace lightcook::pipeline {

@@ -15,8 +15,8 @@
 #include "formats/gpu_texture.h"
 #include "formats/image.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/document/enum_names.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/enum_names.h"
 #include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {

@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/limits/limits.h"
 #include "verify/figures.h"
 #include "verify/violation.h"

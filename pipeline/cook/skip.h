@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "formats/pixel_format.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 

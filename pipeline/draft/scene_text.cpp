@@ -7,7 +7,7 @@
 #include <set>
 
 #include "formats/lmbake.h"
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 #include "pipeline/scene/asset_name.h"
 #include "pipeline/scene/checks.h"
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "formats/error.h"
+#include "pipeline/document/json.h"
 #include "pipeline/graph/shared_objects.h"
-#include "pipeline/json/json.h"
 
 namespace lightcook::pipeline {
 

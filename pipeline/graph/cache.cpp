@@ -9,9 +9,9 @@
 #include <ctime>
 
 #include "formats/temporaries.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/json/json_fields.h"
 
 namespace lightcook::pipeline {
 

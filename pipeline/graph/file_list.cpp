@@ -1,7 +1,7 @@
 #include "pipeline/graph/file_list.h"
 
+#include "pipeline/document/json.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/json/json.h"
 
 namespace lightcook::pipeline {
 namespace {

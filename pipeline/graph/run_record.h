@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "pipeline/document/json.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/json/json.h"
 
 namespace lightcook::pipeline {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 

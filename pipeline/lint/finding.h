@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/error.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/lint/checks.h"
 
 namespace lightcook::pipeline {

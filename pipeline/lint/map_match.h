@@ -10,7 +10,7 @@
 
 #include <cstdint>
 
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/lint/uv_raster.h"
 
 namespace lightcook::pipeline {

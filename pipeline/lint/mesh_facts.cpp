@@ -17,8 +17,8 @@
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/results.h"
+#include "pipeline/document/json.h"
 #include "pipeline/graph/parallel_for.h"
-#include "pipeline/json/json.h"
 #include "pipeline/lint/uv_raster.h"
 
 namespace lightcook::pipeline {

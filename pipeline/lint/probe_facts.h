@@ -5,8 +5,8 @@
 #include <string>
 
 #include "formats/color.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
 #include "pipeline/lint/stated_primaries.h"
 
 namespace lightcook::pipeline {

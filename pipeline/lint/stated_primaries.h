@@ -2,7 +2,7 @@
 #pragma once
 
 #include "formats/color.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 

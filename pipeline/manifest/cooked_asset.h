@@ -11,7 +11,7 @@
 #include "formats/color.h"
 #include "formats/probe_place.h"
 #include "pipeline/assets/asset_kind.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 

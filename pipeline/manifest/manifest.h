@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "formats/target.h"
+#include "pipeline/document/enum_names.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/digest.h"
-#include "pipeline/json/enum_names.h"
 #include "pipeline/manifest/cooked_asset.h"
 #include "pipeline/scene/scene.h"
 

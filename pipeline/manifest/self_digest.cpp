@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "pipeline/document/json.h"
 #include "pipeline/graph/digest.h"
-#include "pipeline/json/json.h"
 
 namespace lightcook::pipeline {
 namespace {

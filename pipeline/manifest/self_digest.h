@@ -4,7 +4,7 @@
 #include <string>
 
 #include "formats/error.h"
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 
 namespace lightcook::pipeline {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "pipeline/assets/light_map/source.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/scene/chart_settings.h"
 
 namespace lightcook::pipeline {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "formats/error.h"
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 #include "pipeline/lint/finding.h"
 #include "pipeline/report/ci_rules.h"
 

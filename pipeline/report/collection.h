@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "formats/error.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/report/baseline.h"
 #include "pipeline/report/budgets.h"
 #include "pipeline/report/history.h"

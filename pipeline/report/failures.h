@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/error.h"
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 #include "pipeline/report/report_row.h"
 
 namespace lightcook::pipeline {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {

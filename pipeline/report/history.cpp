@@ -11,9 +11,9 @@
 #include <cstring>
 #include <sstream>
 
+#include "pipeline/document/json.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
-#include "pipeline/json/json.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {

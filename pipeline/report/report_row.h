@@ -10,7 +10,7 @@
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/verdict.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "pipeline/assets/asset_kind.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/report/report_row.h"
 
 namespace lightcook::pipeline {

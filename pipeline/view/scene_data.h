@@ -9,8 +9,8 @@
 
 #include "formats/error.h"
 #include "lighting/display.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 
 namespace lightcook::pipeline {
 

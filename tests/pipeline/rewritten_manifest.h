@@ -2,8 +2,8 @@
 // change.
 #pragma once
 
+#include "pipeline/document/json.h"
 #include "pipeline/graph/digest.h"
-#include "pipeline/json/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/manifest/self_digest.h"
 #include "pipeline/report/report.h"

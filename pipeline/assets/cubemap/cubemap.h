@@ -9,8 +9,8 @@
 #include "lighting/sh.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/assets/verification.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
 
 namespace lightcook::pipeline {
 

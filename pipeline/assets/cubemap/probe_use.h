@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "formats/gltf_scene.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
 
 namespace lightcook::pipeline {
 

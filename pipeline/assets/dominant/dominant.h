@@ -10,8 +10,8 @@
 #include "pipeline/assets/light_map/shading.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/textures.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
 #include "pipeline/limits/limits.h"
 
 namespace lightcook::pipeline {

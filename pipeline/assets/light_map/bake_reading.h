@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "formats/light_map.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "pipeline/assets/light_map/trial.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
 
 namespace lightcook::pipeline {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "lighting/display.h"
-#include "pipeline/json/enum_names.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/enum_names.h"
+#include "pipeline/document/json_fields.h"
 #include "verify/light_map.h"
 
 namespace lightcook::pipeline {

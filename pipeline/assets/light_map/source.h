@@ -13,8 +13,8 @@
 
 #include "formats/light_map.h"
 #include "pipeline/assets/light_map/bake_reading.h"
+#include "pipeline/document/enum_names.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/enum_names.h"
 #include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {

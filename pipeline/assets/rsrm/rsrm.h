@@ -8,8 +8,8 @@
 #include "fit/rsrm.h"
 #include "formats/environment.h"
 #include "pipeline/assets/textures.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/json/json_fields.h"
 
 namespace lightcook::pipeline {
 

@@ -4,7 +4,7 @@
 #include "pipeline/assets/dominant/dominant.h"
 #include "pipeline/assets/lut/lut.h"
 #include "pipeline/assets/rsrm/rsrm.h"
-#include "pipeline/json/json_schema.h"
+#include "pipeline/document/json_schema.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/cubemap_layout.h"

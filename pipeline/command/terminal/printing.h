@@ -3,7 +3,7 @@
 
 #include "pipeline/command/terminal/terminal.h"
 #include "pipeline/cook/cook.h"
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 #include "pipeline/report/collection.h"
 #include "pipeline/report/report.h"
 

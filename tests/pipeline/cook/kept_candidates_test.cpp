@@ -2,8 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include "pipeline/document/json.h"
 #include "pipeline/graph/digest.h"
-#include "pipeline/json/json.h"
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
 #include "tests/pipeline/view/cooked_site.h"

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "formats/plain_image.h"
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 #include "tests/formats/picture_fixture.h"
 #include "tests/formats/unreal_fixture.h"
 #include "tests/pipeline/small_scene.h"

@@ -10,7 +10,7 @@
 
 #include "formats/light_map.h"
 #include "lighting/radiometry.h"
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/ci_report.h"
 #include "pipeline/report/report.h"

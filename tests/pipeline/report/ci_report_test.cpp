@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <map>
 
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 #include "tests/pipeline/shell.h"
 #include "tests/pipeline/small_scene.h"
 

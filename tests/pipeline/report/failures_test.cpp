@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 #include "pipeline/report/failures.h"
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "formats/gpu_texture.h"
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 #include "tests/pipeline/view/cooked_site.h"
 
 namespace lightcook::pipeline {

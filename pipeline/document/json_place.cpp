@@ -1,4 +1,4 @@
-#include "pipeline/json/json_place.h"
+#include "pipeline/document/json_place.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -29,7 +29,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "pipeline/json/json_place.h"
+#include "pipeline/document/json_place.h"
 
 namespace lightcook::pipeline {
 

@@ -1,4 +1,4 @@
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 
 #include "formats/json_structure.h"
 

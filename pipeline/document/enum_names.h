@@ -7,7 +7,7 @@
 #include "formats/specular_lobe.h"
 #include "formats/target.h"
 #include "formats/vocabulary.h"
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 

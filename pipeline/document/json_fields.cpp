@@ -1,4 +1,4 @@
-#include "pipeline/json/json_fields.h"
+#include "pipeline/document/json_fields.h"
 
 #include <fmt/format.h>
 

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "formats/error.h"
-#include "pipeline/json/json.h"
+#include "pipeline/document/json.h"
 
 namespace lightcook::pipeline {
 
