@@ -11,9 +11,10 @@
 //   const Json json = toJson(fruit);
 //   const formats::Result<Fruit> fruit = fromJson<Fruit>(json, "basket.json");
 //
-// `Fields` is one of four visitors: FieldWriter, FieldReader, FieldLister (reference tables) and FieldSchema (json_schema.h). Keys keep the
-// order of the list. A field may be text, a boolean, a number, an enumeration with a table of names, a type with a FieldText, a glm vector,
-// a described struct, or Json where its shape is open; and a std::vector, std::array, std::map<std::string, ...> or std::optional of these.
+// `Fields` is one of three visitors: FieldWriter, FieldReader and FieldSchema (json_schema.h), from which the reference is made. Keys keep
+// the order of the list. A field may be text, a boolean, a number, an enumeration with a table of names, a type with a FieldText, a glm
+// vector, a described struct, or Json where its shape is open; and a std::vector, std::array, std::map<std::string, ...> or std::optional
+// of these.
 #pragma once
 
 #include <algorithm>
@@ -81,14 +82,6 @@ concept HasText = requires(const T& value) {
     FieldText<T>::of(value);
 };
 
-/// A row of a reference table.
-struct FieldRow {
-    std::string path;  ///< "assets[].textures[].role"
-    std::string type;
-    std::string caption;
-    bool isRequired = true;
-};
-
 namespace json_fields {
 
 template <class T>
@@ -117,8 +110,6 @@ template <class T>
 Json jsonOf(const T& value);
 template <class T>
 void readValue(const JsonPlace& place, T& value, const FieldRule& rule);
-template <class T>
-void listType(std::vector<FieldRow>& rows, const std::string& path, const FieldRule& rule, std::string_view caption, bool isRequired);
 
 /// Writes the fields of a struct into an object.
 class FieldWriter {
@@ -212,53 +203,6 @@ private:
     JsonPlace place_;
 };
 
-/// Lists the fields of a struct for the reference documents.
-class FieldLister {
-public:
-    /// prefix  of the paths: empty, or ends in '.'
-    FieldLister(std::vector<FieldRow>& rows, std::string prefix) : rows_(rows), prefix_(std::move(prefix)) {}
-    template <class T>
-    void required(std::string_view key, const T&, const FieldRule& rule, std::string_view caption) {
-        listType<T>(rows_, prefix_ + std::string(key), rule, caption, true);
-    }
-    template <class T>
-    void required(std::string_view key, const T& value, std::string_view caption) {
-        required(key, value, FieldRule{}, caption);
-    }
-    template <class T>
-    void optional(std::string_view key, const std::optional<T>&, const FieldRule& rule, std::string_view caption) {
-        listType<T>(rows_, prefix_ + std::string(key), rule, caption, false);
-    }
-    template <class T>
-    void optional(std::string_view key, const std::optional<T>& value, std::string_view caption) {
-        optional(key, value, FieldRule{}, caption);
-    }
-    template <class T>
-    void nullable(std::string_view key, const std::optional<T>&, const FieldRule& rule, std::string_view caption) {
-        const std::size_t first = rows_.size();
-        listType<T>(rows_, prefix_ + std::string(key), rule, caption, true);
-        rows_[first].type += " or null";
-    }
-    template <class T>
-    void optionalIf(bool, std::string_view key, const std::optional<T>& value, const FieldRule& rule, std::string_view caption) {
-        optional(key, value, rule, caption);
-    }
-    template <class T>
-    void presentIf(bool, std::string_view key, const T&, std::string_view caption) {
-        listType<T>(rows_, prefix_ + std::string(key), FieldRule{}, caption, false);
-    }
-    template <class DescribeInner>
-    void object(std::string_view key, std::string_view caption, DescribeInner describeInner) {
-        rows_.push_back({prefix_ + std::string(key), "object", std::string(caption)});
-        FieldLister inner(rows_, prefix_ + std::string(key) + ".");
-        describeInner(inner);
-    }
-
-private:
-    std::vector<FieldRow>& rows_;
-    std::string prefix_;
-};
-
 /// A struct with a function describe().
 template <class T>
 concept Described = requires(FieldWriter& fields, const T& value) {
@@ -343,48 +287,6 @@ void readValue(const JsonPlace& place, T& value, const FieldRule& rule) {
     }
 }
 
-template <class T>
-void listType(std::vector<FieldRow>& rows, const std::string& path, const FieldRule& rule, std::string_view caption, bool isRequired) {
-    using namespace json_fields;
-    const auto add = [&](const std::string& type) { rows.push_back({path, type, std::string(caption), isRequired}); };
-    const auto addElements = [&]<class Element>(const char* container, const char* suffix) {
-        const std::size_t first = rows.size();
-        listType<Element>(rows, path + suffix, rule, caption, isRequired);
-        rows[first].path = path;
-        rows[first].type = container + rows[first].type;
-    };
-    if constexpr (std::same_as<T, Json>) {
-        add("any");
-    } else if constexpr (std::same_as<T, std::string>) {
-        add(rule.isFile ? "file of the folder" : "string");
-    } else if constexpr (std::same_as<T, bool>) {
-        add("boolean");
-    } else if constexpr (Integer<T>) {
-        add("integer");
-    } else if constexpr (std::floating_point<T>) {
-        add(rule.mayBeNull ? "number or null" : "number");
-    } else if constexpr (std::is_enum_v<T>) {
-        std::string names;
-        for (const std::string& name : enumNames<T>()) names += (names.empty() ? "`" : ", `") + name + "`";
-        add(names);
-    } else if constexpr (IsGlm<T>::value) {
-        add("list of " + std::to_string(T::length()) + " numbers");
-    } else if constexpr (IsVector<T>::value || IsArray<T>::value) {
-        addElements.template operator()<typename T::value_type>("list of: ", "[]");
-    } else if constexpr (IsMap<T>::value) {
-        addElements.template operator()<typename T::mapped_type>("by name: ", ".*");
-    } else if constexpr (HasText<T>) {
-        add("string");
-    } else if constexpr (HasMirror<T>) {
-        listType<typename FieldMirror<T>::Type>(rows, path, rule, caption, isRequired);
-    } else {
-        add("object");
-        FieldLister lister(rows, path + ".");
-        const T value{};
-        describe(lister, value);
-    }
-}
-
 template <Described T>
 Json toJson(const T& value) {
     return jsonOf(value);
@@ -399,18 +301,5 @@ formats::Result<T> fromJson(const Json& json, const std::string& subject) {
         return value;
     });
 }
-
-/// Returns the fields of a struct and of all structs inside it, in the order in which they are written.
-template <Described T>
-std::vector<FieldRow> fieldRows() {
-    std::vector<FieldRow> rows;
-    FieldLister lister(rows, "");
-    const T value{};
-    describe(lister, value);
-    return rows;
-}
-
-/// Returns a Markdown table of fields: field, type, meaning.
-std::string markdownTable(const std::vector<FieldRow>& rows);
 
 }  // namespace lightcook::pipeline

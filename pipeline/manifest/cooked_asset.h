@@ -217,7 +217,7 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("constants", asset.constants, "constants of the shader's decode");
     fields.required("textures", asset.textures, "textures of the layout");
     fields.required("source", asset.source, "sources, and how they are read");
-    if constexpr (!std::same_as<Fields, FieldLister>) bytes(!asset.file.has_value());
+    bytes(!asset.file.has_value());
     fields.optional("basis", asset.basis, "learned bases that the vertices of a mesh name");
     fields.optional("digest", asset.digest, "XXH3-128 of `file`");
     fields.optional("verify", asset.verify, "parameters of the verification: `max_error`, `shading`, `samples`");

@@ -175,12 +175,4 @@ std::vector<FileRecord> filesOf(const Manifest& manifest) {
     return files;
 }
 
-std::string manifestReference() {
-    std::vector<FieldRow> rows = fieldRows<Manifest>();
-    rows.push_back({"digest", "string", "XXH3-128 of this file, taken with zeros for the digits of the digest itself"});
-    return "# Manifest\n\n`cooked.json` tells an engine everything that it needs to load and decode a cooked scene. `[]` stands for each "
-           "element of a list, `.*` for each member of an object whose keys are names.\n\n" +
-           markdownTable(rows);
-}
-
 }  // namespace lightcook::pipeline

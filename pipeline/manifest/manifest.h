@@ -111,7 +111,4 @@ std::string shaderTextOf(const std::vector<CookedAsset>& assets, lighting::Specu
 /// Returns every file that the manifest names, relative to its folder.
 std::vector<FileRecord> filesOf(const Manifest& manifest);
 
-/// Returns the fields of cooked.json as Markdown tables.
-std::string manifestReference();
-
 }  // namespace lightcook::pipeline

@@ -152,17 +152,4 @@ CollectionComparison compareCollections(const CollectionReport& now, const std::
     return comparison;
 }
 
-std::string collectionReference() {
-    return "# Report of several scenes\n\n`lightcook report DIR DIR... --json F` writes one report of several cooked folders. `[]` stands "
-           "for each element of a list, `.*` for each member of an object whose keys are names. Figures that are not finite are "
-           "`null`.\n\n" +
-           markdownTable(fieldRows<CollectionReport>());
-}
-
-std::string historyReference() {
-    return "# History\n\n`lightcook report DIR... --history F` and `lightcook cook --history F` append a line of JSON for each scene, and "
-           "the page of a report draws the trend. A line that equals the last one of its scene and target is not written again.\n\n" +
-           markdownTable(fieldRows<HistoryLine>());
-}
-
 }  // namespace lightcook::pipeline

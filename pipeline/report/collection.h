@@ -167,9 +167,4 @@ CollectionComparison compareCollections(const CollectionReport& now, const std::
 std::string renderCollectionHtml(const CollectionReport& report, const std::filesystem::path& page,
                                  const std::vector<HistoryLine>& history);
 
-/// Returns the fields of the JSON as a Markdown page.
-std::string collectionReference();
-/// Returns the fields of a line of a history as a Markdown page.
-std::string historyReference();
-
 }  // namespace lightcook::pipeline

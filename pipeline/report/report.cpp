@@ -145,13 +145,6 @@ Result<Json> readReport(const std::filesystem::path& file) {
     return std::move(both->first);
 }
 
-std::string reportReference() {
-    return "# Report\n\n`report.json` adds up a cook or a verification: bytes against the budget, error against the limit, time. `[]` "
-           "stands for each element of a list, `.*` for each member of an object whose keys are names. Figures that are not finite "
-           "are `null`.\n\n" +
-           markdownTable(fieldRows<Report>());
-}
-
 std::uint64_t peakResidentBytes() {
     struct rusage usage {};
     ::getrusage(RUSAGE_SELF, &usage);

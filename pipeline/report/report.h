@@ -177,9 +177,6 @@ formats::Result<Report> loadReport(const std::filesystem::path& file);
 /// Returns the same as JSON, for the page, which shows a report of any shape.
 formats::Result<Json> readReport(const std::filesystem::path& file);
 
-/// Returns the fields of report.json as a Markdown table.
-std::string reportReference();
-
 /// Returns a self-contained page. Members that are absent or of another type show as a dash. Pictures are read from `folder` and embedded.
 /// history  of this scene, for its trend
 std::string renderReportHtml(const Json& report, const StagedFolder& folder, const std::vector<HistoryLine>& history = {});

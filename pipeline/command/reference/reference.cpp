@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "formats/light_map_layout.h"
+#include "pipeline/command/reference/field_tables.h"
 #include "pipeline/command/reference/schemas.h"
 #include "pipeline/command/terminal/terminal.h"
+#include "pipeline/document/json_schema.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/budgets.h"
@@ -159,19 +161,44 @@ std::string generatedPage(const std::string& page) {
     return text;
 }
 
+/// Returns the page of a JSON document.
+std::string documentReference(const char* title, const std::string& intro, const Json& schema) {
+    const bool hasStructs = schema.contains("$defs");
+    return generatedPage(fmt::format(
+        "# {}\n\n{}{}\n\n{}", title, intro,
+        hasStructs ? " A type that is a link has a table of its own below; `.` stands before a member of an object without one." : "",
+        fieldTables(schema)));
+}
+
 }  // namespace
 
 std::vector<ReferencePage> referencePages() {
-    return {{"commands.md", commandReference(describeProgram())},
-            {"scene-file.md", sceneFileReference()},
-            {"light-map-layouts.md", layoutReference()},
-            {"manifest.md", generatedPage(manifestReference())},
-            {"report.md", generatedPage(reportReference())},
-            {"collection.md", generatedPage(collectionReference())},
-            {"history.md", generatedPage(historyReference())},
-            {"budgets.md", generatedPage(budgetsReference())},
-            {"cooked.schema.json", manifestSchema()},
-            {"report.schema.json", reportSchema()}};
+    const Json manifest = manifestSchema(), report = reportSchema();
+    return {
+        {"commands.md", commandReference(describeProgram())},
+        {"scene-file.md", sceneFileReference()},
+        {"light-map-layouts.md", layoutReference()},
+        {"manifest.md",
+         documentReference("Manifest", "`cooked.json` tells an engine everything that it needs to load and decode a cooked scene.",
+                           manifest)},
+        {"report.md", documentReference("Report",
+                                        "`report.json` adds up a cook or a verification: bytes against the budget, error against the "
+                                        "limit, time. Figures that are not finite are `null`.",
+                                        report)},
+        {"collection.md",
+         documentReference(
+             "Report of several scenes",
+             "`lightcook report DIR DIR... --json F` writes one report of several cooked folders. Figures that are not finite are `null`.",
+             documentSchema<CollectionReport>(""))},
+        {"history.md",
+         documentReference(
+             "History",
+             "`lightcook report DIR... --history F` and `lightcook cook --history F` append a line of JSON for each scene, and "
+             "the page of a report draws the trend. A line that equals the last one of its scene and target is not written again.",
+             documentSchema<HistoryLine>(""))},
+        {"budgets.md", generatedPage(budgetsReference())},
+        {"cooked.schema.json", textOf(manifest) + "\n"},
+        {"report.schema.json", textOf(report) + "\n"}};
 }
 
 std::string commandReference(const ProgramDoc& program) {

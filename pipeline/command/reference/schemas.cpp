@@ -12,35 +12,29 @@
 namespace lightcook::pipeline {
 namespace {
 
-Json headed(const char* title, const Json& schema) {
-    Json headed = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", title}};
-    headed.update(schema);
-    return headed;
-}
-
 /// The constants of a light map are those of its layout: lists of numbers by name, and the file of a learned layout's tables.
 Json lightMapConstants() {
-    const Json numbers = {{"type", "array"}, {"items", {{"type", "number"}}}};
+    const Json numbers = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "constants of the layout's decode"}};
     const Json tables = {{"type", "object"},
-                         {"properties", {{"file", {{"type", "string"}}}}},
+                         {"properties", {{"file", {{"type", "string"}, {"description", "name of the file"}}}}},
                          {"required", {"file"}},
                          {"additionalProperties", false},
                          {"description", "file of texture `tables`"}};
     return {{"type", "object"}, {"properties", {{"tables", tables}}}, {"additionalProperties", numbers}};
 }
 
-std::optional<Json> constantsOf(AssetKind kind) {
+std::optional<Json> constantsOf(AssetKind kind, SchemaDefinitions& definitions) {
     switch (kind) {
         case AssetKind::LightMap:
-            return lightMapConstants();
+            return definitions.add("LightMapConstants", lightMapConstants());
         case AssetKind::Dominant:
-            return schemaOf<DominantConstants>();
+            return definitions.add<DominantConstants>();
         case AssetKind::Cubemap:
-            return schemaOf<CubemapConstants>();
+            return definitions.add<CubemapConstants>();
         case AssetKind::Lut:
-            return schemaOf<LutConstants>();
+            return definitions.add<LutConstants>();
         case AssetKind::Rsrm:
-            return schemaOf<RsrmConstants>();
+            return definitions.add<RsrmConstants>();
         case AssetKind::Mesh:
             break;
     }
@@ -56,25 +50,32 @@ std::vector<std::string> layoutsOf(AssetKind kind) {
 
 }  // namespace
 
-std::string manifestSchema() {
-    Json schema = schemaOf<Manifest>();
-    Json& properties = schema["properties"];
-    properties["digest"] = {{"type", "string"}, {"description", "XXH3-128 of this file, with zeros for the digits of the digest itself"}};
-    Json& asset = properties["assets"]["items"];
-    asset["properties"]["textures"]["items"]["properties"]["format"]["enum"] = formats::namesOf(formats::allPixelFormats());
-    asset["allOf"] = Json::array();
+Json manifestSchema() {
+    SchemaDefinitions definitions;
+    Json schema = schemaOf<Manifest>(definitions);
+    schema["properties"]["digest"] = {{"type", "string"},
+                                      {"description", "XXH3-128 of this file, taken with zeros for the digits of the digest itself"}};
+    schema["required"].push_back("digest");
+    Json anyConstants = Json::array(), byKind = Json::array();
     for (const AssetKindInfo& kind : allAssetKinds()) {
         Json then = Json::object();
-        if (const auto constants = constantsOf(kind.id)) then["properties"]["constants"] = *constants;
+        if (const auto constants = constantsOf(kind.id, definitions)) {
+            then["properties"]["constants"] = *constants;
+            anyConstants.push_back(*constants);
+        }
         if (const auto layouts = layoutsOf(kind.id); !layouts.empty()) then["properties"]["layout"]["enum"] = layouts;
         if (kind.id == AssetKind::Mesh) then["required"] = {"file", "digest"};
-        asset["allOf"].push_back({{"if", {{"properties", {{"kind", {{"const", std::string(kind.name)}}}}}}}, {"then", std::move(then)}});
+        byKind.push_back({{"if", {{"properties", {{"kind", {{"const", std::string(kind.name)}}}}}}}, {"then", std::move(then)}});
     }
-    return textOf(headed("lightcook: cooked.json", schema)) + "\n";
+    Json all = definitions.all();
+    all["CookedTexture"]["properties"]["format"]["enum"] = formats::namesOf(formats::allPixelFormats());
+    all["CookedAsset"]["properties"]["constants"]["anyOf"] = anyConstants;
+    all["CookedAsset"]["allOf"] = byKind;
+    return documentOf("lightcook: cooked.json", schema, all);
 }
 
-std::string reportSchema() {
-    return textOf(headed("lightcook: report.json", schemaOf<Report>())) + "\n";
+Json reportSchema() {
+    return documentSchema<Report>("lightcook: report.json");
 }
 
 }  // namespace lightcook::pipeline

@@ -1,13 +1,13 @@
 // JSON schemas of the files that a cook leaves: docs/reference/cooked.schema.json and report.schema.json.
 #pragma once
 
-#include <string>
+#include "pipeline/document/json.h"
 
 namespace lightcook::pipeline {
 
 /// Returns the schema of cooked.json. Constants follow the kind of their asset.
-std::string manifestSchema();
+Json manifestSchema();
 /// Returns the schema of report.json.
-std::string reportSchema();
+Json reportSchema();
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-#include "pipeline/document/json_fields.h"
+#include "pipeline/document/json_schema.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,6 +20,7 @@ struct Fruit {
     std::string name;
     int count = 0;
     std::vector<Seed> seeds;
+    std::optional<Seed> core;
     std::map<std::string, double> prices;
     glm::vec3 size{0};
     bool isRipe = false;
@@ -30,6 +31,7 @@ void describe(Fields& fields, Self& fruit) {
     fields.required("name", fruit.name, "name of the sort");
     fields.required("count", fruit.count, between(1, 9), "number of pieces");
     fields.required("seeds", fruit.seeds, atLeast(1), "seeds of one piece");
+    fields.optional("core", fruit.core, "largest seed");
     fields.required("prices", fruit.prices, between(0, 100), "price by shop");
     fields.required("size", fruit.size, "edges of its box [cm]");
     fields.object("state", "what it is like today", [&](auto& state) { state.required("ripe", fruit.isRipe, "true if it can be eaten"); });
@@ -72,16 +74,18 @@ TEST(JsonFields, ThePathOfAWrongValueIsNamed) {
                 testing::HasSubstr("basket, state: found {}, expected an object with a member \"ripe\""));
 }
 
-TEST(JsonFields, AreListedForTheReference) {
-    const std::vector<FieldRow> rows = fieldRows<Fruit>();
-    std::vector<std::string> paths;
-    for (const FieldRow& row : rows) paths.push_back(row.path);
-    EXPECT_THAT(paths, testing::ElementsAre("name", "count", "seeds", "seeds[].mass", "seeds[].colour", "prices", "size", "state",
-                                            "state.ripe", "shelf"));
-    EXPECT_EQ(rows[2].type, "list of: object");
-    EXPECT_EQ(rows[5].type, "by name: number");
-    EXPECT_FALSE(rows[9].isRequired);
-    EXPECT_THAT(markdownTable(rows), testing::HasSubstr("| `seeds[].colour` | string, optional | name of its colour |\n"));
+TEST(JsonSchema, HasEachStructOnceAndRefersToIt) {
+    const Json schema = documentSchema<Fruit>("basket");
+    const Json& properties = schema.at("properties");
+    EXPECT_EQ(properties.at("count"), Json({{"type", "integer"}, {"minimum", 1.0}, {"maximum", 9.0}, {"description", "number of pieces"}}));
+    EXPECT_EQ(properties.at("seeds").at("items"), Json({{"$ref", "#/$defs/Seed"}}));
+    EXPECT_EQ(properties.at("core").at("$ref"), "#/$defs/Seed");
+    EXPECT_EQ(properties.at("core").at("description"), "largest seed");
+    EXPECT_EQ(properties.at("state").at("properties").at("ripe").at("type"), "boolean");
+    EXPECT_EQ(schema.at("required"), Json({"name", "count", "seeds", "prices", "size", "state"}));
+    ASSERT_EQ(schema.at("$defs").size(), 1u);
+    EXPECT_EQ(schema.at("$defs").at("Seed").at("required"), Json({"mass"}));
+    EXPECT_EQ(schema.at("$defs").at("Seed").at("additionalProperties"), false);
 }
 
 }  // namespace
