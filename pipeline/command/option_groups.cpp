@@ -16,7 +16,7 @@
 #include "formats/light_map_conventions.h"
 #include "formats/lmbake.h"
 #include "formats/target.h"
-#include "pipeline/scene/byte_count.h"
+#include "pipeline/document/byte_count.h"
 #include "pipeline/scene/dominant_fit.h"
 #include "pipeline/scene/dominant_layout.h"
 

@@ -14,9 +14,9 @@
 #include "formats/target.h"
 #include "formats/vocabulary.h"
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/document/byte_count.h"
+#include "pipeline/document/toml_file.h"
 #include "pipeline/report/report.h"
-#include "pipeline/scene/byte_count.h"
-#include "pipeline/scene/toml_file.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -16,7 +16,8 @@
 #include "formats/lmbake.h"
 #include "formats/nearest.h"
 #include "formats/vocabulary.h"
-#include "pipeline/scene/byte_count.h"
+#include "pipeline/document/byte_count.h"
+#include "pipeline/document/toml_file.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_fit.h"
@@ -24,7 +25,6 @@
 #include "pipeline/scene/rsrm_format.h"
 #include "pipeline/scene/settings.h"
 #include "pipeline/scene/table_reader.h"
-#include "pipeline/scene/toml_file.h"
 
 namespace lightcook::pipeline {
 namespace {

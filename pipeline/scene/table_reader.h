@@ -16,10 +16,10 @@
 
 #include "formats/error.h"
 #include "formats/vocabulary.h"
+#include "pipeline/document/toml_file.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/keys.h"
 #include "pipeline/scene/scene.h"
-#include "pipeline/scene/toml_file.h"
 
 namespace lightcook::pipeline {
 

@@ -1,5 +1,5 @@
 #include "pipeline/scene/scene.h"
-#include "pipeline/scene/byte_count.h"
+#include "pipeline/document/byte_count.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

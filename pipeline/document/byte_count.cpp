@@ -1,4 +1,4 @@
-#include "pipeline/scene/byte_count.h"
+#include "pipeline/document/byte_count.h"
 
 #include <fmt/format.h>
 

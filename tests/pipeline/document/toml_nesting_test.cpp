@@ -1,4 +1,4 @@
-#include "pipeline/scene/toml_nesting.h"
+#include "pipeline/document/toml_nesting.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
-#include "pipeline/scene/toml_file.h"
+#include "pipeline/document/toml_file.h"
 
 #include "formats/read_file.h"
-#include "pipeline/scene/toml_nesting.h"
+#include "pipeline/document/toml_nesting.h"
 
 namespace lightcook::pipeline {
 

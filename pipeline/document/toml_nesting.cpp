@@ -1,6 +1,6 @@
 // The scan knows only what decides the depth of TOML 1.0: comments, the four kinds of strings, brackets, dots and separators. On a text
 // that is no TOML it may find any depth below the limit, and the parser then reports the syntax error.
-#include "pipeline/scene/toml_nesting.h"
+#include "pipeline/document/toml_nesting.h"
 
 #include <algorithm>
 
