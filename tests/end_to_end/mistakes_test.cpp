@@ -1,5 +1,5 @@
-// The table of docs/guide/mistakes.md, row by row: each mistake is made in a copy of the example scene, the row's command runs there, and
-// exit code and message must be those of the row. With LIGHTCOOK_UPDATE_DOCS=1 the test writes the rows that differ into the page.
+// The table of mistakes.md, row by row: each mistake is made in a copy of the example scene, the row's command runs there, and
+// exit code and message must be those of the row. With LIGHTCOOK_UPDATE_DOCS=1 the test writes the rows that differ into the table.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using formats::contentOf;
 using formats::writeContent;
 
-const fs::path kPage = fs::path(LIGHTCOOK_SOURCE_DIR) / "docs/guide/mistakes.md";
+const fs::path kTable = fs::path(LIGHTCOOK_SOURCE_DIR) / "tests/end_to_end/mistakes.md";
 
 /// A copy of the example scene, to make a mistake in.
 class ExampleCopy : public PlantedScene {
@@ -511,7 +511,7 @@ const std::vector<Mistake>& allMistakes() {
     return mistakes;
 }
 
-/// A row of the page.
+/// A row of the table.
 struct Row {
     std::string command, printed;
     int code = -1;
@@ -539,10 +539,10 @@ std::vector<std::string> cellsOf(const std::string& line) {
     return cells;
 }
 
-std::map<std::string, Row> readPage() {
+std::map<std::string, Row> readTable() {
     std::map<std::string, Row> rows;
-    std::istringstream page(contentOf(kPage));
-    for (std::string line; std::getline(page, line);) {
+    std::istringstream table(contentOf(kTable));
+    for (std::string line; std::getline(table, line);) {
         const std::vector<std::string> cells = cellsOf(line);
         if (cells.size() != 6 || cells[2].rfind("lightcook", 0) != 0) continue;  // no row of a table, or its head
         rows[cells[1]] = {cells[2], cells[3], std::stoi(cells[4])};
@@ -558,12 +558,12 @@ std::string rowText(const Mistake& mistake, const std::string& printed, int code
                        hasQuote ? " ``" : "`", code);
 }
 
-/// Writes the row of a mistake into the page: in place of the old one, or after the last row.
-void updatePage(const Mistake& mistake, const std::string& printed, int code) {
+/// Writes the row of a mistake into the table: in place of the old one, or after the last row.
+void updateTable(const Mistake& mistake, const std::string& printed, int code) {
     std::vector<std::string> lines;
-    std::istringstream page(contentOf(kPage));
+    std::istringstream table(contentOf(kTable));
     std::size_t last = 0, old = 0;
-    for (std::string line; std::getline(page, line);) {
+    for (std::string line; std::getline(table, line);) {
         const std::vector<std::string> cells = cellsOf(line);
         if (cells.size() == 6) last = lines.size();
         if (cells.size() == 6 && cells[1] == mistake.what) old = lines.size();
@@ -575,7 +575,7 @@ void updatePage(const Mistake& mistake, const std::string& printed, int code) {
         lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(last) + 1, rowText(mistake, printed, code));
     std::string text;
     for (const std::string& line : lines) text += line + "\n";
-    writeContent(kPage, text);
+    writeContent(kTable, text);
 }
 
 /// Returns true if the line is the pattern, in which "..." stands for anything.
@@ -590,7 +590,7 @@ bool matches(std::string_view line, std::string_view pattern) {
 
 class Mistakes : public testing::TestWithParam<Mistake> {};
 
-TEST_P(Mistakes, EndAsThePageSays) {
+TEST_P(Mistakes, EndAsTheTableSays) {
     const Mistake& mistake = GetParam();
     SCOPED_TRACE(mistake.what);
     const ExampleCopy scene;
@@ -600,13 +600,13 @@ TEST_P(Mistakes, EndAsThePageSays) {
     const int code = scene.shell(mistake.command);
     const std::string errors = contentOf(scene / "stderr"), printed = errors.substr(0, errors.find('\n'));
     if (std::getenv("LIGHTCOOK_UPDATE_DOCS") != nullptr) {
-        const auto rows = readPage();
+        const auto rows = readTable();
         if (!rows.contains(mistake.what) || rows.at(mistake.what).code != code || rows.at(mistake.what).command != mistake.command ||
             !matches(printed, rows.at(mistake.what).printed))
-            updatePage(mistake, printed, code);
+            updateTable(mistake, printed, code);
     }
-    const auto rows = readPage();
-    ASSERT_TRUE(rows.contains(mistake.what)) << "docs/guide/mistakes.md has no row for it; what is printed: " << errors;
+    const auto rows = readTable();
+    ASSERT_TRUE(rows.contains(mistake.what)) << "tests/end_to_end/mistakes.md has no row for it; what is printed: " << errors;
     const Row& row = rows.at(mistake.what);
     EXPECT_EQ(row.command, mistake.command);
     EXPECT_EQ(row.code, code) << errors;
@@ -639,13 +639,13 @@ std::vector<Mistake> rowsOf(bool isSoak) {
         if ((mistake.command == std::string_view(kLint) && findings++ % 6 != 0) == isSoak) rows.push_back(mistake);
     return rows;
 }
-INSTANTIATE_TEST_SUITE_P(Page, Mistakes, testing::ValuesIn(rowsOf(false)), nameOf);
+INSTANTIATE_TEST_SUITE_P(Table, Mistakes, testing::ValuesIn(rowsOf(false)), nameOf);
 INSTANTIATE_TEST_SUITE_P(Soak, Mistakes, testing::ValuesIn(rowsOf(true)), nameOf);
 
-TEST(MistakesPage, HasARowForEachTestAndNoOther) {
+TEST(MistakesTable, HasARowForEachTestAndNoOther) {
     std::vector<std::string> tested, written;
     for (const Mistake& mistake : allMistakes()) tested.emplace_back(mistake.what);
-    for (const auto& [what, row] : readPage()) written.push_back(what);
+    for (const auto& [what, row] : readTable()) written.push_back(what);
     EXPECT_THAT(written, testing::UnorderedElementsAreArray(tested));
     EXPECT_GE(written.size(), 40u);
 }
