@@ -321,7 +321,7 @@ void benchCubemaps(const fs::path& data, const fs::path& csvFile, int runs, FitC
         runs);
     printTableHead({"panorama", "kernel", ">cells", ">s", ">median %", ">p95 %", ">worst %", ">2x2, 1x1: median / worst %", ">mean off"});
     for (const auto& [name, environment] : panoramas) benchChains(name, environment, runs, csv, curves);
-    // Figures of other programs for a chain of the same size: whole processes, see docs/lab/fits.md.
+    // Figures of other programs for a chain of the same size: whole processes, see docs/lab/fit.md.
     for (const auto& [name, environment] : panoramas) {
         const std::string panel = fmt::format("cubemap chain, {} to 128 x 128 x 6, 8 levels", name);
         curves.add({panel, "others, GGX, quoted", "cmgen 1.9.25", 2.26, 0.01, false, true});

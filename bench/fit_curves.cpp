@@ -71,7 +71,7 @@ void FitCurves::write(const std::filesystem::path& folder) const {
     writeText(
         folder / "fits.html",
         scatterPage("Fits: run time against error",
-                    {"Lower is better, left is faster. Which point is the default and why: docs/lab/fits.md. Hollow squares are quoted: "
+                    {"Lower is better, left is faster. Which point is the default and why: docs/lab/fit.md. Hollow squares are quoted: "
                      "whole processes of other programs, measured elsewhere."},
                     panels));
 }

@@ -29,7 +29,7 @@ struct CubemapOptions {
     /// Beckmann's m (GGX's alpha) of each mip, in [0, 1]; empty: perceptual roughness mip / (mipCount - 1), squared (a single mip: 0).
     std::vector<double> roughness;
     /// Width of the kernel (one standard deviation) over the size of the largest cell, 1 to 64, at the finest filtered level. Coarser
-    /// levels, which cost little, have up to three times as many cells. docs/lab/fits.md has run time against error.
+    /// levels, which cost little, have up to three times as many cells. docs/lab/fit.md has run time against error.
     double cellsPerKernelWidth = 3;
 };
 

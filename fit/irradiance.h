@@ -13,7 +13,7 @@ struct IrradianceOptions {
     int size = 32;    ///< [texels] of a face, 1..1024
     double wrap = 0;  ///< in [0, 1]; 0: Lambert
     /// Cells of the source on a side of a face: a power of two, 4 to 128. Only cells that the horizon crosses cause an error.
-    /// docs/lab/fits.md has time against error.
+    /// docs/lab/fit.md has time against error.
     int cellsPerSide = 32;
 };
 

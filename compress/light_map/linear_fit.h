@@ -33,7 +33,7 @@ struct SharedExit {
     glm::dvec3 slope{0};
 };
 /// Limit of the slopes that family unreal stores, along an axis. Light from one direction has 2 by its bands 0 and 1, and more by the fit;
-/// a larger range makes the steps of the direction coarser (docs/lab/experiments.md).
+/// a larger range makes the steps of the direction coarser (docs/lab/compress-light-maps.md).
 inline constexpr double kLargestSharedSlope = 3;
 /// Least and largest shared slope, along each axis.
 struct SlopeRange {

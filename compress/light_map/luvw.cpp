@@ -31,8 +31,8 @@ namespace {
 using formats::Image;
 using formats::PixelFormat;
 
-/// Half the range of the residual of uvw. Halo 3 has 1; the residuals of BC1 colours are far smaller. docs/lab/experiments.md has error
-/// against span.
+/// Half the range of the residual of uvw. Halo 3 has 1; the residuals of BC1 colours are far smaller.
+/// docs/lab/compress-light-maps.md has error against span.
 constexpr float kLuvwSpan = 0.125f;
 constexpr float kHalfCode = 0.5f / 255;
 /// Least weight over the coverage, in place of kLeastWeight. It is smaller, since the weights fall with the square of L.

@@ -3,7 +3,7 @@
 // In the tangent frame a white surface shows sum_i w_i(n) R_i with w_i(n) = max(0, b_i . n). The best R minimizes the mean of
 //   (sum_i w_i(n) R_i - E(n))^2   over the normals n of a ring, n.z from 1/2 to 9/10, with R_i >= 0
 // The coefficients show E(n). Normal maps usually tilt normals by up to 60 degrees. The ring is that cap without its middle: a fit over the
-// whole cap or hemisphere has a larger visible error (docs/lab/experiments.md).
+// whole cap or hemisphere has a larger visible error (docs/lab/compress-light-maps.md).
 //
 // This is a nonnegative least squares problem with the normal equations G R = h, G_ij = mean of w_i w_j, h_i = mean of w_i E. h is linear
 // in the coefficients. The b_i are one direction turned by 120 degrees about the normal, so that G has one number on its diagonal and one

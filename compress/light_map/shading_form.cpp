@@ -32,7 +32,7 @@ constexpr float kExpectedError = 0.2f;
 /// and large.
 constexpr float kHidden = 0.1f;
 /// The brightest light of some maps is most of their energy, and an eye sees little of its errors. So errors cost by their energy too: one
-/// of the map's RMS costs as much as a visible error of sqrt(kEnergyShare) (docs/lab/experiments.md has others).
+/// of the map's RMS costs as much as a visible error of sqrt(kEnergyShare) (docs/lab/compress-light-maps.md has others).
 constexpr double kEnergyShare = 1e3;
 using Rows = std::vector<lighting::ShDouble>;
 

@@ -96,7 +96,7 @@ private:
         text_ += line("target", "\"bc\"", "bc (desktop, consoles) | astc (mobile)");
         if (!inputs_.lightMaps.empty())
             text_ += line("max_visible", "5", "of light maps: visible error that 99 % keep, in just noticeable differences");
-        // Not set: where filters read past small charts, no layout keeps it (docs/lab/experiments.md, Seams).
+        // Not set: where filters read past small charts, no layout keeps it (docs/lab/verify.md, "What does cooking add at seams").
         if (std::ranges::any_of(inputs_.lightMaps, [](const DraftLightMap& map) { return map.mesh.has_value(); }))
             text_ += line("# max_seam", "5", "of edges where charts meet: the step of light that cooking may add; no limit by default");
         if (!inputs_.probes.empty() || !inputs_.gradients.empty())

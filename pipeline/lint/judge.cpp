@@ -26,7 +26,7 @@ namespace {
 
 // Thresholds, each with its reason. A warning needs a proof: what was found contradicts the scene, or no light and no surface has it, and
 // what rounding, noise and filters of bakers do is below the threshold; light_map_facts.cpp has the tolerances of a texel. What may be
-// right as it is is a note, and its threshold a figure of when to speak. docs/lab/experiments.md has those of the public scenes.
+// right as it is is a note, and its threshold a figure of when to speak. docs/lab/pipeline.md has those of the public scenes.
 
 /// Share of texels that may be lit from behind, or break the inequalities of the bands. None of a right bake does beyond the tolerances of
 /// a texel; filters that mix texels across edges leave a few, and a wrong convention 6 % or more.

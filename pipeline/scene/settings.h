@@ -34,7 +34,7 @@ std::optional<double> visibleLimit(const OutputSettings& output, const LightMapE
 bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry);
 
 /// Default limit of cubemaps. A block holds a small light source and the dark beside it within 0.34, and noise within 0.18
-/// (docs/lab/experiments.md): that is what its format can do, and no fault.
+/// (docs/lab/verify.md): that is what its format can do, and no fault.
 inline constexpr double kDefaultMaxCubemapError = 0.5;
 
 /// Returns the limits of a dominant light, cubemap, table or reflection map: maxConverterError or else the larger of maxError and the

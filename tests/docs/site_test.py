@@ -23,7 +23,7 @@ import urllib.parse
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "viewer"))
 from browser import Browser, PATIENCE, serve  # noqa: E402
 
-PAGES = ("index", "docs/guide/your-first-scene", "docs/guide/mistakes", "docs/reference/commands", "docs/theory/layouts", "docs/lab/experiments")
+PAGES = ("index", "docs/guide/your-first-scene", "docs/guide/mistakes", "docs/reference/commands", "docs/theory/layouts", "docs/lab/verify")
 LOADING = {"script": "src", "img": "src", "iframe": "src", "link": "href"}
 
 

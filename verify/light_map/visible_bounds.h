@@ -165,8 +165,8 @@ public:
     const VisibleMaximum& specular() const { return kinds_[ShadingKind::Specular].largest(); }
 
 private:
-    /// Work of the searches of each kind of shading, for an area and for each of its texels [cells]. docs/lab/experiments.md, "Speed of
-    /// verification", has the figures.
+    /// Work of the searches of each kind of shading, for an area and for each of its texels [cells]. docs/lab/verify.md, "What does
+    /// verification cost", has the figures.
     static constexpr double kWorkOfArea = 10000, kWorkPerTexel = 4;
 
     /// A row with what its coarse bounds need.

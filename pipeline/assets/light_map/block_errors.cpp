@@ -98,7 +98,7 @@ void WorstBlock::merge(const WorstBlock& other) {
 }
 
 void WorstBlock::check(const std::string& image, const Limits& limits, std::vector<verify::Violation>& violations) const {
-    // Correct cooks stay below 1.1 (docs/lab/experiments.md). A texel of eight times the light beside it is above 3.
+    // Correct cooks stay below 1.1 (docs/lab/verify.md). A texel of eight times the light beside it is above 3.
     constexpr double kAllowedGlare = 3;
     if (glare_.excess > kAllowedGlare)
         violations.push_back({fmt::format("{}rim of a chart at texel ({}, {})", image, glare_.texel[0], glare_.texel[1]),

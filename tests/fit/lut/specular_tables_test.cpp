@@ -286,7 +286,7 @@ TEST(SpecularTables, TheDefaultSetTakesLessThanASecond) {
     const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     std::printf("[ figures  ] twelve tables 16 x 8: %.3f CPU s\n", seconds);
     EXPECT_GT(tables.c0236.scale.x, 0);
-    EXPECT_LT(seconds, 1) << "three milliseconds on the machine of docs/lab/experiments.md";
+    EXPECT_LT(seconds, 1) << "three milliseconds on the machine of docs/lab/fit.md";
 }
 
 }  // namespace

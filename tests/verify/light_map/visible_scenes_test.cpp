@@ -249,7 +249,7 @@ TEST_P(TightVisibleBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
     });
     fmt::print("tight {:8} {:11} {} blocks: diffuse {:.2f}, specular {:.2f}, {:.2f} s\n", scene, formats::info(layout).name, count,
                medianOf(diffuse), medianOf(specular), std::accumulate(seconds.begin(), seconds.end(), 0.0));
-    // Those of docs/lab/experiments.md, and a little.
+    // Those of docs/lab/verify.md, and a little.
     EXPECT_LE(medianOf(diffuse), 18);
     EXPECT_LE(medianOf(specular), 18);
 }
