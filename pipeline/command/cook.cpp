@@ -30,7 +30,6 @@ struct CookCommand {
     std::optional<int> samples;
     std::filesystem::path history;
     std::string chartMode;
-    bool keepsUv = false;
 };
 
 void addCookOptions(CLI::App& app, CookCommand& command) {
@@ -44,11 +43,8 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
     only->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
     addSamplesOption(app, command.samples);
-    CLI::Option* chartMode =
-        app.add_option("--charts", command.chartMode, fmt::format("Charts of the light maps ({})", captionsOf(allChartModes())));
-    chartMode->check(CLI::IsMember(formats::namesOf(allChartModes())));
-    CLI::Option* keepsUv = app.add_flag("--keep-uv", command.keepsUv, "Leave the light-map UVs of all meshes as they are: --charts keep");
-    keepsUv->excludes(chartMode);
+    app.add_option("--charts", command.chartMode, fmt::format("Charts of the light maps ({})", captionsOf(allChartModes())))
+        ->check(CLI::IsMember(formats::namesOf(allChartModes())));
     app.add_option(
            "--charts-max-visible", cook.charts.maxVisible,
            "Visible error that fewer texels of packed charts may add to 99 % of a chart's samples; 0: charts are moved only, without "
@@ -80,7 +76,6 @@ int runCook(Session& session, CookCommand& command) {
     if (command.samples) command.cook.samples = *command.samples;
     ChartSettings& charts = command.cook.charts;
     if (const auto* row = formats::findByName(allChartModes(), command.chartMode); row != nullptr) charts.mode = row->id;
-    if (command.keepsUv) charts.mode = ChartMode::Keep;
     if (auto ready = command.files.prepare(session); !ready) return session.finish(ready);
     // Read once: between two reads the file could become another scene.
     auto scene = readScene(command.cook.scene);

@@ -50,8 +50,8 @@ formats::LightMapDescription writtenDescription(const formats::LightMapDescripti
 std::string meshAdvice(const fs::path& mesh) {
     const auto scene = formats::GltfScene::load(mesh);
     if (!scene || scene->triangleMeshes().empty()) return "";
-    if (scene->hasLightMapUvs()) return "; --keep-uv cooks it without packing";
-    return " on all triangles, with --keep-uv too: unwrap these as well, or put what no light map lies on into a mesh of its own";
+    if (scene->hasLightMapUvs()) return "; --charts keep cooks it without packing";
+    return " on all triangles, with --charts keep too: unwrap these as well, or put what no light map lies on into a mesh of its own";
 }
 
 }  // namespace

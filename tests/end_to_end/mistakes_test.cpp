@@ -215,7 +215,6 @@ const std::vector<Mistake>& allMistakes() {
         {"charts to split without a limit", "lightcook cook scene.toml --charts split --layout ratio", nothing},
         {"charts to split beside another cost", "lightcook cook scene.toml --charts split",
          [](const ExampleCopy& scene) { scene.replaceInScene("[output]\n", "[output]\ncost = \"taps\"\n"); }},
-        {"charts to pack, and UVs to keep", "lightcook cook scene.toml --charts pack --keep-uv", nothing},
         {"charts with fewer texels beyond visible limits", "lightcook cook scene.toml --charts pack --charts-max-visible 101", nothing},
         {"charts to pack of light-map UVs outside the map", "lightcook cook scene.toml --charts pack", faults::uvsOutside},
         {"charts to pack of another mesh", "lightcook cook scene.toml --charts pack",

@@ -243,8 +243,8 @@ TEST_F(PackedCookSoak, UvsThatAreKeptDoNotHelpTrianglesWithoutAny) {
     for (const char* charts : {"pack", "split"}) {
         writeScene(fmt::format("charts = \"{}\"", charts));
         EXPECT_THAT(mistake(), testing::EndsWith("cornell.glb, primitive 0: found no TEXCOORD_1, expected light-map UVs on all triangles, "
-                                                 "with --keep-uv too: unwrap these as well, or put what no light map lies on into a mesh "
-                                                 "of its own"))
+                                                 "with --charts keep too: unwrap these as well, or put what no light map lies on into a "
+                                                 "mesh of its own"))
             << charts;
     }
     writeScene("charts = \"keep\"");

@@ -187,7 +187,6 @@ TEST(Mistake, IsOneLineWhateverItNames) {
 }
 
 TEST(Mistake, SaysWhichOptionsGoTogether) {
-    EXPECT_EQ(mistakeOf("cook scene.toml --charts pack --keep-uv"), "--charts: found --keep-uv beside it, expected one of them");
     const auto firstLine = [](std::vector<const char*> arguments) {
         GlobalOptions global;
         arguments.insert(arguments.begin(), "lightcook");
