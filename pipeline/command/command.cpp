@@ -9,15 +9,17 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
+#include <iterator>
+#include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
+#include "formats/nearest.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
-#include "pipeline/command/terminal/mistake.h"
 #include "pipeline/command/terminal/terminal.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/report/exit_codes.h"
@@ -72,71 +74,86 @@ constexpr std::array kCommands = {
     CommandInfo{"help", "Print the help of the program or of one command", defineHelp},
 };
 
-/// Returns true for an option whose values are numbers, by the placeholder of its value.
+/// Returns true for an option whose values are plain numbers, by the placeholder of its value. Sizes, fractions and percentages have
+/// readers of their own.
 bool takesNumbers(const CLI::Option& option) {
-    constexpr std::array<std::string_view, 5> kTexts = {"TEXT", "NAME", "COMMAND", kFilePlaceholder, kFolderPlaceholder};
+    constexpr std::array<std::string_view, 9> kOthers = {"TEXT",
+                                                         "NAME",
+                                                         "COMMAND",
+                                                         "SPACE",
+                                                         kFilePlaceholder,
+                                                         kFolderPlaceholder,
+                                                         kSizePlaceholder,
+                                                         kFractionPlaceholder,
+                                                         kPercentPlaceholder};
     const std::string type = option.get_type_name();
-    return std::ranges::find(kTexts, std::string_view(type).substr(0, type.find(':'))) == kTexts.end();
+    return std::ranges::find(kOthers, std::string_view(type).substr(0, type.find(':'))) == kOthers.end();
 }
 
-/// Returns true for "nan", "-inf", "1e999": CLI11 takes them as numbers, and NaN passes its ranges.
-bool isNotFinite(const std::string& value) {
-    char* end = nullptr;
-    const double number = std::strtod(value.c_str(), &end);
-    return !value.empty() && *end == '\0' && !std::isfinite(number);
-}
-
-/// Returns true for "16", "-0.5" and "1e-3". CLI11 takes "+2", "0x10" and "1_000" too, which no fraction or size may be.
-bool isDecimal(const std::string& value) {
+/// Reads a finite decimal number, as a scene file has it. CLI11 alone takes "010" as 8, and "0x10", "1_000", "nan" and an empty text too.
+/// Returns the mistake, or an empty text.
+std::string readNumber(std::string& value) {
     double number = 0;
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
-    return error != std::errc::invalid_argument && end == value.data() + value.size();
-}
-
-std::string notDecimal(const std::string& value) {
-    return fmt::format("found '{}', expected a number in decimal digits", value);
-}
-
-/// Refuses a number that is not finite or not decimal. Returns the mistake, or an empty text. CLI11 itself refuses what is no number.
-/// mayHaveUnit  for sizes, such as "2 MiB"
-std::string mistakeInNumber(const std::string& value, bool mayHaveUnit) {
-    if (isNotFinite(value)) return fmt::format("found '{}', expected a finite number", value);
-    const bool beginsAsNumber = value.find_first_of("+-.0123456789 ") == 0;
-    if (beginsAsNumber && !mayHaveUnit && !isDecimal(value)) return notDecimal(value);
+    const char* const end = value.data() + value.size();
+    const auto [stop, error] = std::from_chars(value.data(), end, number);
+    if (error != std::errc() || stop != end || !std::isfinite(number))
+        return fmt::format("found '{}', expected a finite decimal number", value);
+    value = fmt::format("{}", number);
     return "";
 }
 
-/// Takes the zeros off the front of a number: CLI11 would read the rest of a whole number in base 8. Refuses "00x3", which would become
-/// hexadecimal.
-std::string withoutLeadingZeros(std::string& value) {
-    const std::size_t first = value.starts_with('-') ? 1 : 0;
-    std::size_t digit = first;
-    while (digit + 1 < value.size() && value[digit] == '0' && value[digit + 1] >= '0' && value[digit + 1] <= '9') ++digit;
-    if (digit > first && value.find_first_of("xX", digit) == digit + 1) return notDecimal(value);
-    value.erase(first, digit - first);
-    return "";
-}
-
-/// Refuses empty values, which are those of a script's variables that are not set: CLI11 would take an empty number as 0.
-/// Refuses numbers that are not finite or not decimal. Zeros at the front of a number mean nothing.
+/// Refuses empty values, which are those of a script's variables that are not set, and numbers that are no decimal ones.
 void refuseUnusableValues(CLI::App& app) {
+    const auto refuseEmpty = [](const std::string& value) { return value.empty() ? std::string("found '', expected a value") : ""; };
     for (CLI::Option* option : app.get_options()) {
         if (option->get_items_expected_max() == 0) continue;  // a flag
-        const std::string type = option->get_type_name();
-        const bool isPath = type.starts_with(kFilePlaceholder) || type.starts_with(kFolderPlaceholder);
-        const std::string mistake = isPath ? "found '', expected a path" : "empty";
-        option->check(CLI::Validator([mistake](const std::string& value) { return value.empty() ? mistake : std::string(); }, ""));
-        if (!takesNumbers(*option)) continue;
-        const bool isSize = type.starts_with(kSizePlaceholder);
-        option->check(CLI::Validator([isSize](const std::string& value) { return mistakeInNumber(value, isSize); }, ""));
-        option->transform(CLI::Validator(withoutLeadingZeros, ""));
+        if (takesNumbers(*option))
+            option->transform(CLI::Validator(readNumber, ""));
+        else
+            option->check(CLI::Validator(refuseEmpty, ""));
     }
+}
+
+/// Returns the names of the options of the program and of the commands that were given.
+std::vector<std::string> optionNames(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::Option* option : app.get_options())
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const CLI::App* command : app.get_subcommands()) std::ranges::copy(optionNames(*command), std::back_inserter(names));
+    return names;
+}
+
+/// Returns the message of CLI11 as an error: the option that it begins with is the subject. A word that is unknown is named with the
+/// nearest one.
+formats::Error errorOf(const CLI::App& app, const CLI::ParseError& mistake) {
+    const std::vector<std::string> unknown = app.remaining(true);
+    if (!unknown.empty() && dynamic_cast<const CLI::ExtrasError*>(&mistake) != nullptr) {
+        const std::string name = unknown.front().substr(0, unknown.front().find('='));
+        const std::string of = app.get_subcommands().empty() ? "" : " of " + app.get_subcommands().front()->get_name();
+        return {formats::ErrorCode::InvalidRequest, "command line",
+                name.starts_with('-') ? fmt::format("found the unknown option '{}', expected an option{}{}", name, of,
+                                                    formats::nearestHint(name, optionNames(app)))
+                                      : fmt::format("found '{}', expected no further argument{}", name, of)};
+    }
+    if (!unknown.empty() && app.get_subcommands().empty()) return unknownCommand(unknown.front());
+    const std::string message = mistake.what();
+    const std::size_t colon = message.starts_with('-') ? message.find(": ") : std::string::npos;
+    if (colon == std::string::npos) return {formats::ErrorCode::InvalidRequest, "command line", message};
+    return {formats::ErrorCode::InvalidRequest, message.substr(0, colon), message.substr(colon + 2)};
 }
 
 }  // namespace
 
 std::span<const CommandInfo> allCommands() {
     return kCommands;
+}
+
+formats::Error unknownCommand(const std::string& name) {
+    std::vector<std::string> names;
+    for (const CommandInfo& command : kCommands) names.emplace_back(command.name);
+    return {formats::ErrorCode::InvalidRequest, "command line",
+            fmt::format("found the unknown command '{}', expected one of: {}{}", name, fmt::join(names, ", "),
+                        formats::nearestHint(name, names))};
 }
 
 void defineProgram(CLI::App& app, GlobalOptions& global, CommandFunction& selected) {
@@ -171,36 +188,28 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
     CLI::App app;
     ParsedCommandLine parsed;
     defineProgram(app, global, parsed.function);
-    const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
-    const auto refuse = [&](const formats::Error& error, const CommandPaths& paths = {}) {
-        Terminal terminal(global.terminal());
-        terminal.error(error);
-        writeFailure(arguments, {error}, terminal, paths);
-        return ParsedCommandLine{{}, exitCode(formats::ErrorCode::InvalidRequest)};
+    const auto refuse = [&](const formats::Error& error) {
+        Terminal(global.terminal()).error(error);
+        return ParsedCommandLine{{}, exitCode(formats::ErrorCode::InvalidRequest), {}};
     };
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& mistake) {
-        if (mistake.get_exit_code() == 0) return {{}, app.exit(mistake)};  // --help, --version
-        if (arguments.empty()) fmt::print("{}\n", app.help());
-        // An option after the mistake is not read by then.
-        const std::array<std::string, 2> wanted = {"--log", "json"};
-        if (std::search(arguments.begin(), arguments.end(), wanted.begin(), wanted.end()) != arguments.end() ||
-            std::ranges::find(arguments, "--log=json") != arguments.end())
-            global.log = "json";
-        return refuse(firstMistake(arguments, mistake.what()));
+        if (mistake.get_exit_code() == 0) return {{}, app.exit(mistake), {}};  // --help, --version
+        if (argc < 2) fmt::print("{}\n", app.help());
+        if (std::ranges::find(app.get_option("--log")->results(), "json") != app.get_option("--log")->results().end()) global.log = "json";
+        return refuse(errorOf(app, mistake));
     }
     if (app.get_subcommands().empty()) return parsed;
-    auto paths = CommandPaths::of(*app.get_subcommands().front());
-    if (const auto checked = paths.check(); !checked) return refuse(checked.error(), paths);
-    parsed.function = [function = std::move(parsed.function), paths = std::move(paths), arguments](Session& session) {
+    CLI::App& command = *app.get_subcommands().front();
+    auto paths = CommandPaths::of(command);
+    if (const auto checked = paths.check(); !checked) return refuse(checked.error());
+    parsed.documents = FailureDocuments::of(command);
+    parsed.function = [function = std::move(parsed.function), paths = std::move(paths), documents = parsed.documents](Session& session) {
         session.paths = paths;
-        const OlderDocuments older(arguments);
-        session.atInterrupt([older] { older.remove(); });
         const int code = function(session);
-        if (session.state.interrupted && !session.paths.isRefused()) older.remove();
-        if (!session.errors.empty() && !session.hasWrittenDocuments && !session.paths.isRefused())
-            writeFailure(arguments, session.errors, session.terminal);
+        if (!session.errors.empty() && !session.hasWrittenDocuments && !session.paths.isRefused() && !session.state.interrupted)
+            documents.write(session.errors, session.terminal);
         return code;
     };
     return parsed;

@@ -9,6 +9,9 @@
 #include <string>
 #include <string_view>
 
+#include "formats/error.h"
+#include "pipeline/command/outputs.h"
+
 namespace CLI {  // NOLINT(readability-identifier-naming): name of the library
 class App;
 }
@@ -42,11 +45,15 @@ std::span<const CommandInfo> allCommands();
 /// Adds the global options and all commands to `app`. Parsing then sets `global`, and `selected` to the function of the command.
 void defineProgram(CLI::App& app, GlobalOptions& global, CommandFunction& selected);
 
+/// Returns the error of a name that no command has, with the nearest one.
+formats::Error unknownCommand(const std::string& name);
+
 /// Returns the function of the command that the arguments name; with an exit code instead where there is nothing to run: after
-/// --help or --version (0), or after a mistake (2), which is then printed.
+/// --help or --version (0), or after a mistake (2), which is then printed. A mistake on the command line is in no document.
 struct ParsedCommandLine {
     CommandFunction function;
     int exitCode = 0;
+    FailureDocuments documents;  ///< that the command writes if it fails
 };
 ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOptions& global);
 

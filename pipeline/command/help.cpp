@@ -11,7 +11,6 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/reference/program_doc.h"
 #include "pipeline/command/session.h"
-#include "pipeline/command/terminal/mistake.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -58,7 +57,7 @@ CommandFunction defineHelp(CLI::App& app) {
         defineProgram(program, global, selected);
         const bool isAll = options->command.empty();
         const bool isKnown = isAll || std::ranges::find(allCommands(), options->command, &CommandInfo::name) != allCommands().end();
-        if (!isKnown) return options->json.finish(session, {}, {firstMistake(std::vector<std::string>{options->command}, "")});
+        if (!isKnown) return options->json.finish(session, {}, {unknownCommand(options->command)});
         if (!options->json.isStandardOutput())
             session.terminal.data(isAll ? program.help() : program.get_subcommand(options->command)->help(program.get_name()));
         return options->json.finish(session, describe(describeProgram(), options->command), {});

@@ -12,7 +12,6 @@
 
 #include "compress/encode_options.h"
 #include "pipeline/command/command.h"
-#include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/report/exit_codes.h"
@@ -52,8 +51,7 @@ int run(int argc, char** argv) {
         Terminal terminal(global.logFormat());
         const formats::Error error{ErrorCode::Internal, subject, detail};
         terminal.error(error);
-        const std::vector<std::string> arguments(argv + 1, argv + argc);
-        writeFailure(arguments, {error}, terminal);
+        parsed.documents.write({error}, terminal);
         return exitCode(ErrorCode::Internal);
     };
     try {

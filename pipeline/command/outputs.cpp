@@ -12,7 +12,6 @@
 #include "formats/gltf_scene.h"
 #include "formats/lower_extension.h"
 #include "pipeline/command/command.h"
-#include "pipeline/command/info.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal/printing.h"
@@ -22,7 +21,6 @@
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/named_files.h"
-#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -35,9 +33,6 @@ using formats::Result;
 constexpr std::array<std::string_view, 26> kFileExtensions = {
     ".bin",   ".bmp", ".csv",   ".exr", ".glb", ".glsl",  ".gltf", ".hdr", ".htm",  ".html", ".jpeg", ".jpg",  ".json",
     ".jsonl", ".md",  ".ninja", ".pfm", ".png", ".sarif", ".tga",  ".tif", ".tiff", ".toml", ".txt",  ".webp", ".xml"};
-
-/// Name of the inputs of a command line that could not be parsed.
-constexpr const char* kUnparsedInput = "command line";
 
 /// Returns the absolute path without links, dots and a slash at its end.
 std::filesystem::path plainPath(const std::filesystem::path& path) {
@@ -113,101 +108,14 @@ Json failureDocument(Json facts, const std::vector<Error>& errors) {
     return facts;
 }
 
-/// Returns the first word that names a command.
-template <class Words>
-auto findCommand(const Words& words) {
-    return std::ranges::find_if(
-        words, [](const std::string& word) { return std::ranges::find(allCommands(), word, &CommandInfo::name) != allCommands().end(); });
-}
-
-/// A document that a command line asks for.
-struct AskedDocument {
-    std::string option;  ///< "--json"
-    std::string file;
-};
-
-/// A command line as far as it is understood without its grammar.
-struct ScannedArguments {
-    std::vector<AskedDocument> documents;
-    std::vector<std::string> words;  ///< names and values, without those of the documents
-};
-
-ScannedArguments scanArguments(std::span<const std::string> arguments) {
-    constexpr std::array<std::string_view, 3> kDocuments = {"--json", "--junit", "--sarif"};
-    ScannedArguments scanned;
-    for (std::size_t i = 0; i < arguments.size(); ++i) {
-        const std::string& argument = arguments[i];
-        const std::size_t sign = argument.find('=');
-        const std::string name = argument.substr(0, sign);
-        std::string value = sign == std::string::npos ? "" : argument.substr(sign + 1);
-        if (std::ranges::find(kDocuments, name) != kDocuments.end()) {
-            const bool isNext = sign == std::string::npos && i + 1 < arguments.size() &&
-                                (arguments[i + 1] == kStandardOutput || !arguments[i + 1].starts_with('-'));
-            if (isNext) value = arguments[++i];
-            if (!value.empty()) scanned.documents.push_back({name, value});
-        } else if (!argument.starts_with('-')) {
-            scanned.words.push_back(argument);
-        } else if (sign != std::string::npos) {
-            scanned.words.push_back(value);
-        } else if (!argument.starts_with("--") && argument.size() > 2) {
-            scanned.words.push_back(argument.substr(2));  // "-oFOLDER"
-        }
-    }
-    return scanned;
-}
-
-/// Returns true if a document may take the place of its file: the file is empty or an older document of the option. A glTF and the SH of
-/// probes are JSON that a scene may read, and stay. A file that does not exist may be created if its folder exists and its extension is
-/// that of the document: any other name may be the mistake.
-bool isReplaceable(const AskedDocument& document) {
-    std::error_code code;
-    const std::filesystem::path file = document.file;
-    if (!std::filesystem::exists(file, code)) {
-        const std::filesystem::path extension = file.extension();
-        const bool isNamed = document.option == "--junit" ? extension == ".xml" : extension == ".json" || extension == ".sarif";
-        return isNamed && (file.parent_path().empty() || std::filesystem::is_directory(file.parent_path(), code));
-    }
-    const auto text = readFile(document.file);
-    if (!text) return false;
-    if (text->empty()) return true;
-    if (document.option == "--junit") return text->starts_with("<?xml") && text->find("<testsuites") != std::string::npos;
-    const Json json = parseJson(*text);
-    if (document.option == "--sarif") return json.is_object() && json.contains("runs");
-    return json.is_array() || (json.is_object() && !json.contains("asset") && !json.contains("probes"));
-}
-
-/// Returns true if a document of a command line may take the place of its file: the command line cannot mean the file as an input either.
-bool mayReplace(const AskedDocument& document, const ScannedArguments& scanned) {
-    std::vector<std::string> others = scanned.words;
-    for (const AskedDocument& other : scanned.documents)
-        if (&other != &document) others.push_back(other.file);
-    return CommandPaths::ofUnparsed(document.option, document.file, others).check() && isReplaceable(document);
-}
-
-/// Returns the document of an option for a command that failed early.
-std::string failureText(const std::string& option, const std::vector<std::string>& words, const std::vector<Error>& errors) {
-    if (option == "--json") return textOf(failureDocument({}, errors)) + "\n";
-    const auto command = findCommand(words);
-    const std::filesystem::path input = command == words.end() || command + 1 == words.end() ? "" : command[1];
-    const bool isFolder = command != words.end() && *command == "verify";
-    const Json none;
-    const CiRun run =
-        ciRun({command == words.end() ? "" : *command, isFolder ? input : "", isFolder ? "" : input, {}, none, errors, nullptr});
-    return option == "--junit" ? junitReport(run) : sarifReport(run);
-}
-
 }  // namespace
-
-void CommandPaths::setCommand(std::string_view name) {
-    const auto command = std::ranges::find(allCommands(), name, &CommandInfo::name);
-    if (command == allCommands().end()) return;
-    isReport_ = command->folder == FolderUse::Reports || command->folder == FolderUse::CooksAndReports;
-    isCook_ = command->folder == FolderUse::Cooks || command->folder == FolderUse::CooksAndReports;
-}
 
 CommandPaths CommandPaths::of(CLI::App& command) {
     CommandPaths paths;
-    paths.setCommand(command.get_name());
+    if (const auto info = std::ranges::find(allCommands(), command.get_name(), &CommandInfo::name); info != allCommands().end()) {
+        paths.isReport_ = info->folder == FolderUse::Reports || info->folder == FolderUse::CooksAndReports;
+        paths.isCook_ = info->folder == FolderUse::Cooks || info->folder == FolderUse::CooksAndReports;
+    }
     for (CLI::Option* option : command.get_options()) {
         const std::string type = option->get_type_name();
         if (!type.starts_with(kFilePlaceholder) && !type.starts_with(kFolderPlaceholder)) continue;
@@ -220,25 +128,6 @@ CommandPaths CommandPaths::of(CLI::App& command) {
     return paths;
 }
 
-CommandPaths CommandPaths::ofUnparsed(const std::string& option, const std::filesystem::path& output,
-                                      const std::vector<std::string>& words) {
-    CommandPaths paths;
-    paths.outputs_ = {{option, output, Written::File}};
-    if (const auto command = findCommand(words); command != words.end()) paths.setCommand(*command);
-    for (const std::string& word : words) {
-        const auto files = expandPatterns({word});
-        for (const std::filesystem::path& file : files ? *files : std::vector<std::filesystem::path>()) {
-            paths.inputs_.push_back({kUnparsedInput, file});
-            if (formats::lowerExtension(file) != ".toml") continue;
-            const auto scene = readScene(file);
-            if (!scene) continue;
-            for (const std::filesystem::path& named : filesNamedBy(*scene)) paths.inputs_.push_back({"scene", named});
-            paths.inputs_.push_back({"output folder", cookedFolder(*scene, {})});
-        }
-    }
-    return paths;
-}
-
 Result<void> CommandPaths::check() const {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
         const Path& output = outputs_[i];
@@ -247,10 +136,6 @@ Result<void> CommandPaths::check() const {
             if (isSamePlace(output.path, outputs_[before].path)) return samePlace(output.name, output.path, outputs_[before].name);
     }
     return {};
-}
-
-bool CommandPaths::mayWrite(const std::string& option) const {
-    return std::ranges::all_of(outputs_, [&](const Path& output) { return output.name != option || check(output); });
 }
 
 Result<void> CommandPaths::check(const Path& output) const {
@@ -323,7 +208,7 @@ Result<void> CommandPaths::checkSources(const Path& output, const std::filesyste
     }
     std::vector<std::filesystem::path> sceneFolders = {folder / manifest->sceneDirectory};
     for (const Path& input : inputs_)
-        if (input.name == "--sources" || input.name == kUnparsedInput) sceneFolders.push_back(input.path);
+        if (input.name == "--sources") sceneFolders.push_back(input.path);
     for (const std::filesystem::path& sceneFolder : sceneFolders)
         for (const std::filesystem::path& source : sources)
             if (isSamePlace(output.path, sceneFolder / source)) return samePlace(output.name, output.path, "a source of the cooked folder");
@@ -439,40 +324,36 @@ std::vector<Error> CiOutputs::write(Session& session, const std::string& command
     return errors;
 }
 
-void writeFailure(std::span<const std::string> arguments, const std::vector<Error>& errors, Terminal& terminal, const CommandPaths& paths) {
-    const ScannedArguments scanned = scanArguments(arguments);
+FailureDocuments FailureDocuments::of(CLI::App& command) {
+    FailureDocuments documents;
+    documents.command_ = command.get_name();
+    for (const CLI::Option* option : command.get_options()) {
+        if (option->results().empty()) continue;
+        const std::string name = option->get_name();
+        if (name == "--json" || name == "--junit" || name == "--sarif") documents.files_.emplace_back(name, option->results().back());
+        if (option->get_positional() && documents.input_.empty()) documents.input_ = option->results().front();
+    }
+    return documents;
+}
+
+void FailureDocuments::write(const std::vector<Error>& errors, Terminal& terminal) const {
     bool isOutputUsed = false;
-    for (const AskedDocument& document : scanned.documents) {
-        if (document.file == kStandardOutput) {
-            if (!std::exchange(isOutputUsed, true)) terminal.data(failureText(document.option, scanned.words, errors));
-            continue;
-        }
-        if (!isStream(document.file) && (!paths.mayWrite(document.option) || !mayReplace(document, scanned))) continue;
-        if (auto written = writeFile(document.file, failureText(document.option, scanned.words, errors), OutputLink::Follow); !written)
+    for (const auto& [option, file] : files_) {
+        if (file == kStandardOutput && std::exchange(isOutputUsed, true)) continue;
+        const std::string text = textOf(option, errors);
+        if (file == kStandardOutput)
+            terminal.data(text);
+        else if (auto written = writeFile(file, text, OutputLink::Follow); !written)
             terminal.error(written.error());
     }
 }
 
-OlderDocuments::OlderDocuments(std::span<const std::string> arguments) : arguments_(arguments.begin(), arguments.end()) {
-    for (const AskedDocument& document : scanArguments(arguments).documents) {
-        std::error_code code;
-        if (!std::filesystem::is_regular_file(document.file, code)) continue;
-        const auto changed = std::filesystem::last_write_time(document.file, code);
-        if (!code) found_.emplace(document.file, changed);
-    }
-}
-
-void OlderDocuments::remove() const {
-    if (found_.empty()) return;
-    const ScannedArguments scanned = scanArguments(arguments_);
-    for (const AskedDocument& document : scanned.documents) {
-        const auto found = found_.find(document.file);
-        std::error_code code;
-        if (found == found_.end() || std::filesystem::last_write_time(document.file, code) != found->second || code) continue;
-        if (!mayReplace(document, scanned)) continue;
-        const std::filesystem::path file = std::filesystem::canonical(document.file, code);
-        if (!code) std::filesystem::remove(file, code);
-    }
+std::string FailureDocuments::textOf(const std::string& option, const std::vector<Error>& errors) const {
+    if (option == "--json") return pipeline::textOf(failureDocument({}, errors)) + "\n";
+    const bool isFolder = command_ == "verify";
+    const Json none;
+    const CiRun run = ciRun({command_, isFolder ? input_ : "", isFolder ? "" : input_, {}, none, errors, nullptr});
+    return option == "--junit" ? junitReport(run) : sarifReport(run);
 }
 
 void printCook(Session& session, const Outcome& outcome) {

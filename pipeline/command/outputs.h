@@ -3,8 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
-#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -34,10 +32,6 @@ class CommandPaths {
 public:
     /// Returns the paths that were given to a parsed command.
     static CommandPaths of(CLI::App& command);
-    /// Returns an output beside words of a command line that could not be parsed: each of them counts as an input, also patterns, and those
-    /// that are scene files with the files that they name.
-    static CommandPaths ofUnparsed(const std::string& option, const std::filesystem::path& output, const std::vector<std::string>& words);
-
     bool hasOutputs() const { return !outputs_.empty(); }
     /// Fails if an output
     ///   - is an input, another output, or a file of a cooked folder of the command line; a report may replace that of its folder
@@ -45,8 +39,6 @@ public:
     ///   - lies below a file
     ///   - is a file and has the name of a folder, or is a folder and is named like a file
     formats::Result<void> check() const;
-    /// Returns false for an option whose output check() refuses.
-    bool mayWrite(const std::string& option) const;
     /// Fails if an output is one of these inputs, which the command line does not name.
     /// what   "an input of the scene"
     formats::Result<void> checkAgainst(const std::vector<std::filesystem::path>& inputs, const std::string& what);
@@ -56,7 +48,6 @@ public:
     bool isRefused() const { return isRefused_; }
 
 private:
-    void setCommand(std::string_view name);
     struct Path {
         std::string name;  ///< "--json", "output"
         std::filesystem::path path;
@@ -139,28 +130,19 @@ private:
     std::filesystem::path junit_, sarif_;
 };
 
-/// Writes errors to the files of --json, --junit and --sarif where a command did not come so far, so that no older file says that all is
-/// well: after a mistake on the command line, or an error before the work. The options are looked for in arguments that need not be valid.
-/// A file stays as it is if the command line could mean it as an input, or if it holds something else than such a document. A new one is
-/// made in a folder that exists, if it ends in .json, .xml or .sarif.
-/// arguments   without the program's name
-/// paths       of the command line, if it could be parsed: an output that check() refuses is not written
-void writeFailure(std::span<const std::string> arguments, const std::vector<formats::Error>& errors, Terminal& terminal,
-                  const CommandPaths& paths = {});
-
-/// The files of --json, --junit and --sarif that an earlier run left. An interrupted command writes none of them, and removes these, which
-/// would say that all is well.
-class OlderDocuments {
+/// The files of --json, --junit and --sarif of a command that fails before it comes to write them: no older file says that all is well.
+class FailureDocuments {
 public:
-    /// arguments   of the command, without the program's name
-    explicit OlderDocuments(std::span<const std::string> arguments);
-    /// Removes those that the command has not written meanwhile and that writeFailure() would replace. Of a symbolic link the file goes
-    /// that it names.
-    void remove() const;
+    /// Returns the documents that a parsed command line asks for.
+    static FailureDocuments of(CLI::App& command);
+    void write(const std::vector<formats::Error>& errors, Terminal& terminal) const;
 
 private:
-    std::vector<std::string> arguments_;
-    std::map<std::string, std::filesystem::file_time_type> found_;  ///< with the times of their last change
+    std::string textOf(const std::string& option, const std::vector<formats::Error>& errors) const;
+
+    std::string command_;
+    std::filesystem::path input_;                                       ///< first argument: the scene file, or the folder of verify
+    std::vector<std::pair<std::string, std::filesystem::path>> files_;  ///< with their options
 };
 
 /// Prints the result of a cook: warnings; on a terminal a table, then a line with the verdict, sizes and what came from the cache.

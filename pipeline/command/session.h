@@ -52,9 +52,6 @@ public:
         return result ? 0 : finish(std::vector<formats::Error>{result.error()});
     }
 
-    /// Sets a function that is called, on another thread, if a signal ends the process before the command has ended by itself.
-    void atInterrupt(std::function<void()> action) { interrupts_.setLastAction(std::move(action)); }
-
     /// Writes a file, or standard output if its name is "-".
     formats::Result<void> write(const std::filesystem::path& file, const std::string& text);
 

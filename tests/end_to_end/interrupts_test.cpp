@@ -226,29 +226,6 @@ TEST_F(Interrupt, AnInterruptedRunWritesNoOutput) {
     }
 }
 
-TEST_F(Interrupt, NoOlderDocumentSaysThatAllIsWellAndOtherFilesStay) {
-    const std::vector<std::vector<std::string>> commands = {{"lut", "out", "--views", "1024"},
-                                                            {"cook", "scene.toml", "-o", "out", "--force"}};
-    fs::create_symlink("behind.json", *scene_ / "link.json");
-    for (const std::vector<std::string>& command : commands)
-        for (const char* name : {"older.json", "link.json", "mesh.gltf"}) {
-            SCOPED_TRACE(fmt::format("{} --json {}", command.front(), name));
-            const bool isVerdict = std::string(name) != "mesh.gltf";
-            writeContent(*scene_ / name, isVerdict ? "{\"passed\": true}" : "{\"asset\": {\"version\": \"2.0\"}}");
-            std::vector<std::string> arguments = command;
-            arguments.insert(arguments.end(), {"--json", name});
-            Running running(*scene_ / "", arguments);
-            ASSERT_TRUE(running.waitUntilReady());
-            std::this_thread::sleep_for(20ms);
-            running.signal(SIGTERM);
-            ASSERT_TRUE(running.endsWithin(1000ms));
-            EXPECT_EQ(running.code(), 6) << contentOf(*scene_ / "log");
-            EXPECT_EQ(fs::exists(*scene_ / name), !isVerdict);
-        }
-    EXPECT_TRUE(fs::is_symlink(*scene_ / "link.json"));
-    for (const char* name : {"out", "link.json", "mesh.gltf"}) fs::remove_all(*scene_ / name);
-}
-
 TEST_F(Interrupt, ASignalThatWasIgnoredStaysIgnored) {
     ::signal(SIGHUP, SIG_IGN);
     Running running(*scene_ / "", {"lut", "out", "--views", "1024"});

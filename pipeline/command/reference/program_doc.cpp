@@ -40,10 +40,6 @@ void describeValue(const std::string& type, OptionDoc& option) {
         const std::string bounds = check.substr(range + 5, check.size() - range - 6);
         const std::size_t dash = bounds.find(" - ");
         option.placeholder = bounds.substr(0, dash) + " to " + bounds.substr(dash + 3);
-    } else if (name == "FLOAT" || name == "NUMBER" || name == "X") {
-        option.meaning = "a number";
-    } else if (name == "INT" || name == "UINT") {
-        option.meaning = check.starts_with("NONNEGATIVE") ? "a whole number, at least 0" : "a whole number";
     }
     if (option.placeholder == "FLOAT" || option.placeholder == "INT" || option.placeholder == "UINT") option.placeholder = "N";
 }

@@ -12,7 +12,6 @@ struct OptionDoc {
 
     std::vector<std::string> names;    ///< "-o", "--output"; of a positional one its name: "scene"
     std::string placeholder;           ///< "FILE", "0 to 9", "bc|astc|float"; empty for flags
-    std::string meaning;               ///< of a placeholder that is one word for a number: "a whole number"; empty: it speaks for itself
     std::vector<std::string> choices;  ///< of Value::Choice
     std::string fallback;              ///< default value as text; empty: none, or named in the description
     std::string description;

@@ -7,9 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <exception>
 #include <string>
-#include <utility>
 
 #include "formats/temporaries.h"
 #include "pipeline/report/exit_codes.h"
@@ -85,20 +83,6 @@ Interrupts::~Interrupts() {
     askedFlag = nullptr;
 }
 
-void Interrupts::setLastAction(std::function<void()> action) {
-    const std::lock_guard lock(lastActionMutex_);
-    lastAction_ = std::move(action);
-}
-
-void Interrupts::runLastAction() {
-    const std::lock_guard lock(lastActionMutex_);
-    try {
-        if (lastAction_) lastAction_();
-    } catch (const std::exception&) {
-        return;  // too little memory: the process ends all the same
-    }
-}
-
 void Interrupts::watch() {
     while (::sem_wait(&wakeUps) != 0) {
     }
@@ -109,7 +93,6 @@ void Interrupts::watch() {
         if (!waitUntil(end)) break;
     if (isOver_) return;
     formats::abandonTemporaries();
-    runLastAction();
     const formats::ErrorCode code = formats::ErrorCode::Interrupted;
     printLine(log_ == LogFormat::JsonLines
                   ? fmt::format(R"({{"level":"error","code":{},"subject":"lightcook","detail":"interrupted"}})"

@@ -10,8 +10,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <functional>
-#include <mutex>
 #include <thread>
 
 #include "pipeline/command/terminal/terminal.h"
@@ -29,20 +27,13 @@ public:
     Interrupts(const Interrupts&) = delete;
     Interrupts& operator=(const Interrupts&) = delete;
 
-    /// Sets a function that is called just before this object ends the process: the temporary files are gone by then, and no output can
-    /// appear.
-    void setLastAction(std::function<void()> action);
-
 private:
     void watch();
-    void runLastAction();
 
     std::atomic<bool>& asked_;
     LogFormat log_;
     std::atomic<bool> isOver_{false};  ///< the object is being destroyed
-    std::mutex lastActionMutex_;
-    std::function<void()> lastAction_;
-    std::thread watcher_;  ///< the last member: it reads the others
+    std::thread watcher_;              ///< the last member: it reads the others
 };
 
 }  // namespace lightcook::pipeline
