@@ -16,7 +16,7 @@ done
 # What the loader and the C library bring along: these must be those of the machine that runs the program.
 glibc='^(linux-vdso|ld-linux-x86-64|libc|libm|libdl|libpthread|librt|libresolv|libutil|libanl|libmvec|libnss_[a-z]+|libBrokenLocale)\.so'
 # Packages whose code is compiled into the program: headers, static libraries, and the npm packages of the viewer's page.
-compiled_in=(libglm-dev libexpected-dev nlohmann-json3-dev libeigen3-dev libtomlplusplus-dev libcli11-dev libcpp-httplib-dev libtinygltf-dev
+compiled_in=(libglm-dev libexpected-dev nlohmann-json3-dev libeigen3-dev libtomlplusplus-dev libcli11-dev libcpp-httplib-dev
     libdraco-dev libhwy-dev)
 page_packages=(three ktx-parse zstddec)
 

@@ -56,7 +56,6 @@ const std::vector<Library> kLibraries = {
     {"png.h", {"formats"}},
     {"OpenColorIO/", {"formats"}},
     {"draco/", {"formats"}},
-    {"tiny_gltf.h", {"formats"}},
     {"zstd.h", {"formats"}},
     {"ceres/", {"fit"}},
     {"Eigen/", {"compress", "fit"}},

@@ -91,7 +91,6 @@ TEST(IncludeRules, ALibraryAwayFromItsHomeIsFound) {
         {"png.h", {"formats"}},
         {"OpenColorIO/OpenColorIO.h", {"formats"}},
         {"draco/compression/decode.h", {"formats"}},
-        {"tiny_gltf.h", {"formats"}},
         {"ceres/tiny_solver.h", {"fit"}},
         {"hwy/highway.h", {"compress"}},
         {"astcenc.h", {"compress"}},

@@ -236,8 +236,7 @@ TEST(GltfScene, EverythingBesideGeometryIsKept) {
         EXPECT_TRUE(primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"].contains(name)) << name;
 }
 
-// Draco's own glTF reader, which parses the file with a tinygltf of its own. (Debian's libtinygltf cannot be asked: libdraco exports
-// the same names with another layout, and a program that links both crashes.)
+// Draco's own glTF reader, which parses the file with a tinygltf of its own.
 TEST(GltfScene, AnotherReaderFindsTheSameCube) {
     const TemporaryFolder folder;
     cube().writeGlb(folder / "cube.glb");
