@@ -18,7 +18,7 @@ struct TomlMistake {
     formats::Error error;
 };
 
-/// Returns the text of a file. Fails if it has more than `mostBytes`, or values that are nested deeper than any file needs.
+/// Returns the text of a file. Fails if it has more than `mostBytes`, or a key of more parts than any file needs.
 /// expected  "budgets, which are 3 deep", for that error
 formats::Result<std::string> readTomlText(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected);
 

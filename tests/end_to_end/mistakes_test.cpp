@@ -269,6 +269,12 @@ const std::vector<Mistake>& allMistakes() {
          [](const ExampleCopy& scene) {
              scene.append("scene.toml", fmt::format("\nx = {}{}\n", std::string(40000, '['), std::string(40000, ']')));
          }},
+        {"a key of 40,000 parts", "lightcook cook scene.toml",
+         [](const ExampleCopy& scene) {
+             std::string key = "x";
+             while (key.size() < 80000) key += ".x";
+             scene.append("scene.toml", "\n" + key + " = 1\n");
+         }},
         {"a colour space that there is not", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) { scene.replaceInScene("working = \"lin_rec709\"", "working = \"rec709\""); }},
         {"a lobe that there is not", "lightcook cook scene.toml",
