@@ -2,13 +2,11 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 
 #include "formats/error.h"
+#include "formats/temporaries.h"
 
 namespace lightcook::formats {
-
-class OwnedTemporary;
 
 class TemporaryFolder {
 public:
@@ -19,16 +17,16 @@ public:
     static Result<TemporaryFolder> create();
     /// Does the same for programs that stop at the first error: throws std::runtime_error where create() returns one.
     TemporaryFolder();
-    TemporaryFolder(TemporaryFolder&& other) noexcept;
-    TemporaryFolder& operator=(TemporaryFolder&& other) noexcept;
-    ~TemporaryFolder();
 
-    const std::filesystem::path& path() const;
+    const std::filesystem::path& path() const { return owned_.path(); }
     std::filesystem::path operator/(const std::filesystem::path& name) const { return path() / name; }
 
 private:
-    explicit TemporaryFolder(std::unique_ptr<OwnedTemporary> owned);
-    std::unique_ptr<OwnedTemporary> owned_;  ///< none once moved from
+    explicit TemporaryFolder(Temporary owned) : owned_(std::move(owned)) {}
+    Temporary owned_;
 };
+
+/// Returns the folder where the system keeps temporary files (TMPDIR).
+Result<std::filesystem::path> systemTemporaryFolder();
 
 }  // namespace lightcook::formats

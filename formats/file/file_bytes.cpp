@@ -1,7 +1,7 @@
 #include "formats/file/file_bytes.h"
 
 #include "formats/file/file_kind.h"
-#include "formats/file/owned_temporary.h"
+#include "formats/temporaries.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -95,6 +95,11 @@ Result<void> FileBytes::writeAt(std::uint64_t offset, std::span<const std::byte>
 Result<void> FileBytes::resize(std::uint64_t bytes) {
     if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) return outputFailure(shownAs_, "setting its size", errno);
     size_ = bytes;
+    return {};
+}
+
+Result<void> FileBytes::sync() const {
+    if (::fsync(descriptor_) != 0) return outputFailure(shownAs_, "syncing it", errno);
     return {};
 }
 

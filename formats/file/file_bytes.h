@@ -29,6 +29,8 @@ public:
     Result<void> writeAt(std::uint64_t offset, std::span<const std::byte> bytes) const;
     /// Cuts or extends (with zeros) to the given size.
     Result<void> resize(std::uint64_t bytes);
+    /// Waits until the disk has the content.
+    Result<void> sync() const;
     void close();
 
 private:

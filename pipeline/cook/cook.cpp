@@ -7,7 +7,6 @@
 #include <memory>
 #include <set>
 
-#include "formats/folder_lock.h"
 #include "formats/gltf_scene.h"
 #include "formats/temporaries.h"
 #include "pipeline/assets/action_kind.h"
@@ -143,12 +142,6 @@ private:
         if (auto checked = checkSettings(scene_, options_, outcome_.output); !checked) return checked;
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
-        const auto isTaken = [&] {
-            return failure(ErrorCode::InvalidRequest, outcome_.output.string(),
-                           "found another process that cooks into this folder, expected none: wait for its end, or name another folder");
-        };
-        auto lock = formats::FolderLock::take(absolute);
-        if (!lock) return isTaken();
         // Inside the output, so that finished files are renamed. A folder that is made for it goes with it unless the cook leaves files.
         auto staging = TemporaryFolder::create(absolute);
         // A read-only folder is no fault of a cook that has nothing to write: an action that is not up to date fails with this error.
@@ -158,11 +151,6 @@ private:
             staging = TemporaryFolder::create();
         }
         if (!staging) return tl::make_unexpected(staging.error());
-        if (!lock->isOf(absolute)) {  // the folder is new, or another process has just removed the one that it had made
-            lock.reset();
-            lock = formats::FolderLock::take(absolute);
-            if (!lock) return isTaken();
-        }
         staging_ = staging->path();
         auto done = cookAndPublish();
         digests_->save();

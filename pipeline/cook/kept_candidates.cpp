@@ -36,7 +36,7 @@ std::vector<fs::path> writtenFiles(const fs::path& folder) {
 /// Removes the files that a cook wrote into a candidate, and the folders above them that are empty then.
 void removeCandidate(const fs::path& cooked, const std::string& layout, const NamedPlaces& inputs) {
     const fs::path candidate = candidateFolder({}, layout);
-    formats::removeLeftovers(cooked / candidate);
+    formats::removeOldTemporaries(cooked / candidate);
     for (const fs::path& file : writtenFiles(cooked / candidate)) {
         const fs::path name = candidate / file;
         if (inputs.contains(cooked / name)) continue;

@@ -108,6 +108,7 @@ bool Cache::restore(const std::string& digest, const std::filesystem::path& dest
 }
 
 void Cache::prune() const {
+    for (const char* part : {"ac", "cas", "runs"}) formats::removeOldTemporaries(root_ / part);
     struct Content {
         std::filesystem::file_time_type used;
         std::filesystem::path path;

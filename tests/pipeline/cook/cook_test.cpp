@@ -5,7 +5,6 @@
 
 #include <set>
 
-#include "formats/folder_lock.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/cook/verdicts.h"
 #include "pipeline/graph/digest.h"
@@ -135,25 +134,6 @@ TEST(CookScene, TheReportHoldsWhatTheProductPromises) {
     EXPECT_EQ(report.at("budget").at("used_bytes").get<std::uint64_t>(), sum);
     EXPECT_GT(report.at("peak_rss_bytes").get<std::uint64_t>(), 1u << 20);
     EXPECT_EQ(*readReport(scene / "out" / kReportName), report);
-}
-
-TEST(CookScene, AFolderThatAnotherProcessCooksIntoIsRefusedAndNotTouched) {
-    const SmallScene scene(Parts::LightMap);
-    std::filesystem::create_directory(scene / "out");
-    formats::writeContent(scene / "out" / "mine.txt", "mine");
-    const auto before = std::filesystem::last_write_time(scene / "out");
-    {
-        const auto lock = formats::FolderLock::take(scene / "out");
-        ASSERT_TRUE(lock);
-        const Outcome refused = cook(scene.options());
-        ASSERT_EQ(refused.errors.size(), 1u);
-        EXPECT_EQ(refused.errors[0].code, ErrorCode::InvalidRequest);
-        EXPECT_THAT(refused.errors[0].line(), HasSubstr("out: found another process that cooks into this folder, expected none"));
-        EXPECT_EQ(std::filesystem::last_write_time(scene / "out"), before);
-    }
-    EXPECT_TRUE(cook(scene.options()).errors.empty());
-    EXPECT_TRUE(formats::FolderLock::take(scene / "out")) << "the lock ends with the cook";
-    for (const std::string& name : filesIn(scene / "out")) EXPECT_NE(name.front(), '.') << name;
 }
 
 /// Errors are then those of texel centres, and so is the light that they are a part of.

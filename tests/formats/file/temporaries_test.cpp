@@ -1,4 +1,4 @@
-#include "formats/file/owned_temporary.h"
+#include "formats/temporaries.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,7 +10,6 @@
 #include <chrono>
 
 #include "formats/pending_file.h"
-#include "formats/temporaries.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::formats {
@@ -18,59 +17,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Makes a file and a folder in a child process that ends without removing them, as a killed one does.
-void leaveBehind(const fs::path& folder) {
-    const pid_t child = ::fork();
-    if (child == 0) {
-        const auto file = OwnedTemporary::makeFile(folder, ".exr"), inner = OwnedTemporary::makeFolder(folder);
-        if (inner) writeContent(inner->path() / "content", "half");
-        ::_exit(file && inner ? 0 : 1);
-    }
-    int status = -1;
-    ASSERT_EQ(::waitpid(child, &status, 0), child);
-    ASSERT_EQ(status, 0);
-}
-
-std::ptrdiff_t entriesOf(const fs::path& folder) {
-    return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
-}
-
-TEST(RemoveLeftovers, TakesWhatNoProcessOwnsAndNothingElse) {
+TEST(RemoveOldTemporaries, TakesWhatHasNotChangedForADayAndNothingElse) {
     const TemporaryFolder folder;
+    const auto ago = [](int hours) { return fs::file_time_type::clock::now() - std::chrono::hours(hours); };
     writeContent(folder / "kept", "text");
-    fs::create_symlink("kept", folder / ".lightcook-link");
-    const std::ptrdiff_t before = entriesOf(folder.path());
-    leaveBehind(folder.path());
-    EXPECT_EQ(entriesOf(folder.path()), before + 3) << "a file, a folder and the lock of the folder";
-    const auto file = OwnedTemporary::makeFile(folder.path(), ".exr"), inner = OwnedTemporary::makeFolder(folder.path());
-    ASSERT_TRUE(file && inner);
-    removeLeftovers(folder.path());
-    EXPECT_EQ(entriesOf(folder.path()), before + 3);
-    EXPECT_TRUE(fs::exists(file->path()));
-    EXPECT_TRUE(fs::exists(inner->path()));
-}
-
-TEST(RemoveLeftovers, LeavesAFolderWithoutALockForAnHour) {
-    const TemporaryFolder folder;
-    fs::create_directory(folder / ".lightcook-old");
-    removeLeftovers(folder.path());
-    EXPECT_TRUE(fs::exists(folder / ".lightcook-old"));
-    fs::last_write_time(folder / ".lightcook-old", fs::file_time_type::clock::now() - std::chrono::hours(2));
-    removeLeftovers(folder.path());
-    EXPECT_FALSE(fs::exists(folder / ".lightcook-old"));
-}
-
-TEST(RemoveLeftovers, HappensWhereATemporaryFolderIsMade) {
-    const TemporaryFolder folder;
-    const std::ptrdiff_t before = entriesOf(folder.path());
-    leaveBehind(folder.path());
+    writeContent(folder / ".lightcook-old.exr", "half");
+    fs::create_directory(folder / ".lightcook-older");
+    writeContent(folder / ".lightcook-older/content", "half");
+    writeContent(folder / ".lightcook-new", "half");
+    for (const char* name : {"kept", ".lightcook-old.exr", ".lightcook-older"}) fs::last_write_time(folder / name, ago(25));
     const auto made = TemporaryFolder::create(folder.path());
     ASSERT_TRUE(made);
-    EXPECT_EQ(entriesOf(folder.path()), before + 2) << "the new one and its lock";
+    EXPECT_TRUE(fs::exists(folder / "kept"));
+    EXPECT_TRUE(fs::exists(folder / ".lightcook-new")) << "a running process may own it";
+    EXPECT_FALSE(fs::exists(folder / ".lightcook-old.exr"));
+    EXPECT_FALSE(fs::exists(folder / ".lightcook-older"));
 }
 
 /// A folder of the kernel, in which nobody may make a file, not even root.
-TEST(OwnedTemporary, WhereNobodyMayWriteTheErrorNamesTheFolder) {
+TEST(Temporary, WhereNobodyMayWriteTheErrorNamesTheFolder) {
     const fs::path folder = "/sys";
     if (!fs::is_directory(folder)) GTEST_SKIP() << "no " << folder;
     const auto made = TemporaryFolder::create(folder);
