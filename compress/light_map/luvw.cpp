@@ -119,7 +119,11 @@ private:
                 const float a0 = std::min(1.0f, l / (range_ * neutral_.w));
                 texels.at(x, y) = glm::vec4(0.5f + (0.5f / l) * values_.at(x, y), isRoot_ ? std::sqrt(a0) : raised(a0));
             }
-        Layer layer = encodeLayer(format_, texels, colorSignificance(), options_, true, report_);
+        EncodeOptions options = options_;
+        // ASTC encodes alpha with the colours. A code of a dark a0 is a large part of its light.
+        constexpr float kAlphaWeight = 256;
+        if (format_ != PixelFormat::Bc3) options.channelWeights[3] = kAlphaWeight;
+        Layer layer = encodeLayer(format_, texels, colorSignificance(), options, true, report_);
         if (format_ != PixelFormat::Bc3) return layer;
         return withAlpha(std::move(layer), texels, alphaSignificance(texels));
     }
