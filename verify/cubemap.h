@@ -38,14 +38,6 @@ struct CookedCubemap {
     FormatTolerance tolerance;  ///< of samplers, for the texture's format; default: ideal samplers
 };
 
-/// First moments of light over the sphere.
-struct LightMoments {
-    glm::dvec3 mean{0};                 ///< of the radiance, by channel
-    std::array<glm::dvec3, 3> first{};  ///< [channel] mean of the radiance times its direction
-    void add(const glm::dvec3& radiance, const glm::dvec3& direction, double solidAngle);
-    void scale(double factor);
-};
-
 /// The texels of the source environment as points of known direction, solid angle and radiance, over which every reference integral sums.
 /// Construction costs one pass over the texels. Safe to share between threads.
 class CubemapReference {
@@ -53,8 +45,7 @@ public:
     /// The environment must outlive this.
     explicit CubemapReference(const formats::Environment& environment);
     /// Returns the mean radiance over the sphere, by exact solid angles.
-    const glm::dvec3& mean() const { return moments_.mean; }
-    const LightMoments& moments() const { return moments_; }
+    const glm::dvec3& mean() const { return mean_; }
     /// Returns the key that a display shows the environment's own light with (docs/theory/visible.md): displayKeyOf the exit radiance of
     /// white Lambert surfaces that it lights, by its first nine coefficients, for kKeyNormals normals spread evenly over the sphere.
     double displayKey(const glm::vec3& luminanceWeights) const;
@@ -87,7 +78,7 @@ private:
     const formats::Environment& environment_;
     bool isPanorama_;
     std::vector<double> faceSolidAngles_;  ///< [sr] texels of one face of a cube strip
-    LightMoments moments_;
+    glm::dvec3 mean_{0};
     glm::dvec3 smallest_{0}, largest_{0};
 };
 
@@ -175,10 +166,6 @@ struct CubemapErrors {
 /// key         luminance of the mean radiance
 CubemapErrors compareCubemapFace(const CookedCubemap& map, int mip, int face, formats::ImageView<const glm::vec3> references, double key,
                                  const std::optional<Viewing>& viewing = std::nullopt);
-
-/// Returns the moments of the radiance that the shader computes at the texels of a mip, by their solid angles. Those of a correct map are
-/// the moments of the source: the mean as it is, the first ones times band 1 of the mip's kernel.
-LightMoments cubemapMoments(const CookedCubemap& map, int mip);
 
 /// Returns the part of prefiltered light that a surface of F0 1 reflects when it is seen along its normal, as the prefilter assumes: the
 /// directional albedo of the energy-conserving Cook-Torrance lobe. 1 for m below 1e-4.

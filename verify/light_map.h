@@ -131,9 +131,7 @@ struct LightMapRows {
 /// sign.
 struct RimPlace {
     glm::ivec2 covered{0}, outside{0};  ///< the texel whose surface ends there, and the one beside it
-    float weight = 0;                   ///< of the texel outside, in the filter
     lighting::ShRgb reference{}, found{};
-    lighting::ShRgb inside{};  ///< as found, at the centre of the covered texel
 };
 
 /// Errors of shaded light at some places of a map.

@@ -202,16 +202,6 @@ ErrorPlace placeOf(const CookedCubemap& map, const CubemapSample& sample, int ch
 
 }  // namespace
 
-void LightMoments::add(const glm::dvec3& radiance, const glm::dvec3& direction, double solidAngle) {
-    mean += solidAngle * radiance;
-    for (int channel = 0; channel < 3; ++channel) first[static_cast<std::size_t>(channel)] += solidAngle * radiance[channel] * direction;
-}
-
-void LightMoments::scale(double factor) {
-    mean *= factor;
-    for (glm::dvec3& each : first) each *= factor;
-}
-
 CubemapReference::CubemapReference(const Environment& environment)
     : environment_(environment), isPanorama_(environment.projection == Environment::Projection::Equirectangular) {
     const int width = environment.texels.width(), height = environment.texels.height();
@@ -224,12 +214,12 @@ CubemapReference::CubemapReference(const Environment& environment)
         for (int x = 0; x < width; ++x) {
             const glm::dvec3 radiance(environment.texels.at(x, y));
             const double solidAngle = solidAngleOf(x, y);
-            moments_.add(radiance, directionOf(x, y), solidAngle);
+            mean_ += solidAngle * radiance;
             total += solidAngle;
             smallest_ = glm::min(smallest_, radiance);
             largest_ = glm::max(largest_, radiance);
         }
-    moments_.scale(1 / total);
+    mean_ /= total;
 }
 
 double CubemapReference::displayKey(const glm::vec3& luminanceWeights) const {
@@ -328,21 +318,6 @@ glm::dvec3 shadeCubemap(const CookedCubemap& map, int mip, const glm::vec3& stor
     const lighting::ShBands& bands = map.mips[static_cast<std::size_t>(mip)].bands;
     const glm::vec3 s = shaders::lcZonalSpecular(sh, glm::vec3(direction), glm::vec3(glm::dvec3(bands[0], bands[1], bands[2])));
     return glm::dvec3(shaders::lcEnvironment(map.range * stored, s));
-}
-
-LightMoments cubemapMoments(const CookedCubemap& map, int mip) {
-    const auto& faces = map.mips[static_cast<std::size_t>(mip)].faces;
-    const int size = faces[0].width();
-    LightMoments moments;
-    for (int face = 0; face < 6; ++face)
-        for (int y = 0; y < size; ++y)
-            for (int x = 0; x < size; ++x) {
-                const glm::dvec3 direction = lighting::cubeTexelDirection(face, x, y, size);
-                const glm::vec3 stored(faces[static_cast<std::size_t>(face)].at(x, y));
-                moments.add(shadeCubemap(map, mip, stored, direction), direction, lighting::cubeTexelSolidAngle(x, y, size));
-            }
-    moments.scale(1 / (4 * std::numbers::pi));
-    return moments;
 }
 
 CubemapResult compareCubemap(const CookedCubemap& map, const CubemapSample& sample, const glm::dvec3& reference) {

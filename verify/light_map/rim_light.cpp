@@ -4,7 +4,6 @@
 // middle of both (P weighs 1/2); where only a diagonal joins them, the middle of the quad (1/4).
 #include <algorithm>
 #include <array>
-#include <glm/common.hpp>
 
 #include "verify/light_map/covered_quad.h"
 #include "verify/light_map/light_map_state.h"
@@ -26,15 +25,8 @@ std::vector<RimPlace> LightMapVerifier::rimPlaces(const LightMapRows& strip, int
         const auto light = [&](const lightmap::LcSh& sh, lighting::ShRgb& out) {
             for (std::size_t i = 0; i < out.size(); ++i) out[i] = unit * sh.c[i];
         };
-        const auto decodedAt = [&](const glm::vec2& where, lighting::ShRgb& out) {
-            light(rows.decoded(quad.texelsAt(where).data(), place.covered.x, place.covered.y), out);
-        };
-        const auto cornerOf = [](int corner) { return glm::vec2(corner % 2, corner / 2); };
-        const glm::vec2 fromOutside = glm::abs(at - cornerOf(outside));
-        place.weight = (1 - fromOutside.x) * (1 - fromOutside.y);
         light(quad.referenceAt(at).first, place.reference);
-        decodedAt(at, place.found);
-        decodedAt(cornerOf(covered), place.inside);
+        light(rows.decoded(quad.texelsAt(at).data(), place.covered.x, place.covered.y), place.found);
         places.push_back(place);
     };
     lightmap::forEachCoveredQuad(rows, firstRow, rowCount, [&](const CoveredQuad& quad) {

@@ -364,20 +364,6 @@ TEST(CubemapReference, FootprintsHoldAllLightOfASingleTexel) {
     EXPECT_NEAR(meanOfFootprints(reference, 3) / reference.mean().x, 1, 1e-9);
 }
 
-TEST(VerifyCubemap, MomentsOfALevelAreThoseOfTheSourceThroughItsKernel) {
-    const Environment environment = panorama(32, smooth);
-    const CubemapReference reference(environment);
-    const CookedCubemap map = ideal(environment, positiveSh());
-    const LightMoments& source = reference.moments();
-    for (int mip = 0; mip < 3; ++mip) {
-        const LightMoments found = cubemapMoments(map, mip);
-        const double band = kernelBands(map.mips[static_cast<std::size_t>(mip)].m)[1], tolerance = mip == 0 ? 1e-2 : 3e-2;
-        EXPECT_NEAR(found.mean.y / source.mean.y, 1, tolerance) << mip;
-        EXPECT_LT(glm::distance(found.first[0], band * source.first[0]), tolerance * source.mean.x) << mip;
-    }
-    EXPECT_GT(glm::length(source.first[0]), 0.1 * source.mean.x) << "the light has a direction";
-}
-
 TEST(VerifyCubemap, AnIdealMapHasNoErrorAtItsTexels) {
     const Environment environment = panorama(32, withSun);
     const auto stages = verifyAll(ideal(environment, positiveSh()), environment);
