@@ -13,9 +13,10 @@ namespace lightcook::pipeline {
 
 using formats::Result;
 
-double allowedOfBlock(const Limits& limits) {
-    constexpr double kUsual = 100, kOfVisible = 10, kOfError = 1000;
-    return std::max({kUsual, kOfVisible * limits[Limit::Visible].value_or(0), kOfError * limits[Limit::Error].value_or(0)});
+double allowedOfBlock(const Limits& limits, const verify::StageError& total) {
+    constexpr double kUsual = 100, kOfVisible = 10, kOfError = 1000, kOfMap = 3;
+    return std::max({kUsual, kOfVisible * limits[Limit::Visible].value_or(0), kOfError * limits[Limit::Error].value_or(0),
+                     kOfMap * visibleP99(total).value_or(0)});
 }
 
 void VisibleBlocks::add(int x, int y, float visible) {
@@ -97,14 +98,15 @@ void WorstBlock::merge(const WorstBlock& other) {
     if (other.figures_.visible > figures_.visible || !figures_.isKnown()) figures_ = other.figures_;
 }
 
-void WorstBlock::check(const std::string& image, const Limits& limits, std::vector<verify::Violation>& violations) const {
+void WorstBlock::check(const std::string& image, const Limits& limits, const verify::StageError& total,
+                       std::vector<verify::Violation>& violations) const {
     // Correct cooks stay below 1.1 (docs/lab/verify.md). A texel of eight times the light beside it is above 3.
     constexpr double kAllowedGlare = 3;
     if (glare_.excess > kAllowedGlare)
         violations.push_back({fmt::format("{}rim of a chart at texel ({}, {})", image, glare_.texel[0], glare_.texel[1]),
                               fmt::format("{:.3g} times the light of the brightest texel beside it too much", glare_.excess),
                               fmt::format("at most {:.3g}: a filter mixes in a texel outside the chart", kAllowedGlare)});
-    const double allowed = allowedOfBlock(limits);
+    const double allowed = allowedOfBlock(limits, total);
     if (!figures_.isKnown() || figures_.visible <= allowed) return;
     verify::Violation violation{fmt::format("{}block of texel ({}, {})", image, figures_.block[0], figures_.block[1]),
                                 fmt::format("a mean visible error of {:.3g}", figures_.visible),

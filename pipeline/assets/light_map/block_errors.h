@@ -21,8 +21,8 @@
 namespace lightcook::pipeline {
 
 /// Returns the largest error of a block that passes, in just noticeable differences: 100, or ten times max_visible, or 1000 times
-/// max_error, whichever is largest (docs/theory/error.md).
-double allowedOfBlock(const Limits& limits);
+/// max_error, or three times the 99th percentile of the map's visible errors, whichever is largest (docs/theory/error.md).
+double allowedOfBlock(const Limits& limits, const verify::StageError& total);
 
 /// Light at an outermost place of a chart that no texel beside it has: a texel outside charts outshines them.
 struct RimGlare {
@@ -64,7 +64,9 @@ public:
     void merge(const WorstBlock& other);
     /// Adds a violation if the block errs by more than is allowed, and one for a texel outside charts that outshines them.
     /// image  prefix of the place: "mip 1, "
-    void check(const std::string& image, const Limits& limits, std::vector<verify::Violation>& violations) const;
+    /// total  errors of the map, or of the mip level
+    void check(const std::string& image, const Limits& limits, const verify::StageError& total,
+               std::vector<verify::Violation>& violations) const;
     BlockFigures figures() const { return figures_; }
 
 private:

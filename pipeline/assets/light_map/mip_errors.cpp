@@ -119,7 +119,7 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
         if (!compared) return tl::make_unexpected(compared.error());
         verify::StageError total = whole.errors.figures().back();
         total.name = fmt::format("mip {}", mip);
-        whole.block.check(total.name + ", ", map.parameters.limits, violations);
+        whole.block.check(total.name + ", ", map.parameters.limits, total, violations);
         if (const auto& limit = map.parameters.limits[Limit::VisibleBound]; limit && !hasVisibleBound(total))
             violations.push_back(unknownBound(total.name, *limit));
         errors.levels.push_back(std::move(total));

@@ -170,7 +170,7 @@ bool isRightOnSurface(const std::vector<verify::LightMapErrors::Stage>& stages, 
 std::vector<verify::Violation> violationsOf(const MippedLightMap& map, const LightMapPart& whole,
                                             const std::vector<verify::StageError>& stages) {
     std::vector<verify::Violation> violations;
-    whole.block.check("", map.parameters.limits, violations);
+    whole.block.check("", map.parameters.limits, stages.back(), violations);
     for (std::size_t i = 1; i < stages.size(); ++i) {
         const std::string &before = stages[i - 1].name, &after = stages[i].name;
         if (isResidual(after) && !isRightOnSurface(whole.errors.stages, before, after))
