@@ -7,12 +7,12 @@
 #include <vector>
 
 #include "pipeline/assets/chart_figures.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/assets/rendered_view_files.h"
 #include "pipeline/assets/seam_figures.h"
 #include "pipeline/assets/verdict.h"
 #include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 

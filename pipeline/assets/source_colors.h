@@ -8,8 +8,8 @@
 
 #include "formats/color.h"
 #include "formats/environment.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 

@@ -14,10 +14,10 @@
 #include "compress/encode.h"
 #include "formats/gpu_texture.h"
 #include "formats/image.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/document/enum_names.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 

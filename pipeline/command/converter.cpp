@@ -7,8 +7,8 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/texture_file.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/lint/checks.h"
 #include "pipeline/manifest/manifest.h"
+#include "pipeline/scene/lint_checks.h"
 
 namespace lightcook::pipeline {
 namespace {

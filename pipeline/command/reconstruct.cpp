@@ -4,6 +4,7 @@
 #include <memory>
 #include <set>
 
+#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/info.h"
 #include "pipeline/command/option_groups.h"
@@ -12,7 +13,6 @@
 #include "pipeline/command/texture_file.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/manifest/manifest.h"
-#include "pipeline/repack/unpacked_bake.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "formats/error.h"
 #include "formats/light_map.h"
+#include "pipeline/assets/needs.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/executor.h"
-#include "pipeline/scene/needs.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {

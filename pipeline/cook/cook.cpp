@@ -12,6 +12,7 @@
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/assets/needs.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/cook/chart_settings.h"
 #include "pipeline/cook/contents.h"
@@ -32,7 +33,6 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/named_files.h"
-#include "pipeline/scene/needs.h"
 #include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {

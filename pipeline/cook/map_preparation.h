@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/assets/needs.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/cook/split_maps.h"
 #include "pipeline/graph/executor.h"
-#include "pipeline/scene/needs.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/needs.h"
 #include "pipeline/cook/allocation.h"
-#include "pipeline/cook/skip.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/repack/packed_light_map.h"
-#include "pipeline/scene/needs.h"
+#include "pipeline/report/skip.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {

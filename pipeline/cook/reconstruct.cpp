@@ -4,16 +4,16 @@
 #include <algorithm>
 
 #include "formats/light_map.h"
+#include "pipeline/assets/light_map/chart_places.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
+#include "pipeline/assets/light_map/packed_reading.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/manifest/manifest.h"
-#include "pipeline/repack/chart_places.h"
-#include "pipeline/repack/packed_reading.h"
-#include "pipeline/repack/unpacked_bake.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "pipeline/assets/light_map/chart_split.h"
+#include "pipeline/assets/needs.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/scene/needs.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {

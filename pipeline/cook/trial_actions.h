@@ -7,9 +7,9 @@
 #include <string>
 
 #include "pipeline/assets/light_map/joint_trial.h"
+#include "pipeline/assets/needs.h"
 #include "pipeline/cook/contents.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/scene/needs.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {

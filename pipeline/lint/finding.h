@@ -8,7 +8,7 @@
 
 #include "formats/error.h"
 #include "pipeline/document/json_fields.h"
-#include "pipeline/lint/checks.h"
+#include "pipeline/scene/lint_checks.h"
 
 namespace lightcook::pipeline {
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "formats/target.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/document/enum_names.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/digest.h"
-#include "pipeline/manifest/cooked_asset.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {

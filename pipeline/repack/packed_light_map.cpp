@@ -3,13 +3,13 @@
 #include "formats/epic_light_maps.h"
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/action_kind.h"
+#include "pipeline/assets/light_map/chart_places.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
-#include "pipeline/repack/chart_places.h"
 #include "pipeline/repack/repack.h"
 
 namespace lightcook::pipeline {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/repack/unpacked_bake.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {

@@ -18,12 +18,12 @@
 #include "formats/memory.h"
 #include "formats/temporaries.h"
 #include "lighting/radiometry.h"
+#include "pipeline/assets/light_map/mesh_part.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/graph/file_list.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/parallel_for.h"
-#include "pipeline/repack/mesh_part.h"
 
 namespace lightcook::pipeline {
 namespace {

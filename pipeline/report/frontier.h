@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/document/json_fields.h"
-#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 

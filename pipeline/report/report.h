@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/cook/skip.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/run_record.h"
@@ -20,6 +19,7 @@
 #include "pipeline/report/history.h"
 #include "pipeline/report/report_row.h"
 #include "pipeline/report/scene_error.h"
+#include "pipeline/report/skip.h"
 
 namespace lightcook::pipeline {
 

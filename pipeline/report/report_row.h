@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/verdict.h"
 #include "pipeline/document/json_fields.h"
-#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 

@@ -21,8 +21,8 @@
 #include "formats/specular_lobe.h"
 #include "formats/target.h"
 #include "lighting/display.h"
-#include "pipeline/lint/checks.h"
 #include "pipeline/scene/chart_settings.h"
+#include "pipeline/scene/lint_checks.h"
 #include "pipeline/scene/scene_lines.h"
 #include "pipeline/scene/up_axis.h"
 

@@ -11,12 +11,12 @@
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/plan.h"
-#include "pipeline/repack/unpacked_bake.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "formats/gpu_texture.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/assets/dominant/dominant.h"
-#include "pipeline/manifest/cooked_asset.h"
 #include "verify/dominant.h"
 
 namespace lightcook::pipeline {

@@ -9,10 +9,10 @@
 #include "formats/gltf_light_map.h"
 #include "formats/image.h"
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/verdict.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 

@@ -9,10 +9,10 @@
 
 #include "formats/disjoint_sets.h"
 #include "formats/gltf_scene.h"
+#include "pipeline/assets/light_map/chart_places.h"
 #include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/light_map/tile_groups.h"
 #include "pipeline/assets/mesh/mesh.h"
-#include "pipeline/repack/chart_places.h"
 
 namespace lightcook::pipeline {
 namespace {

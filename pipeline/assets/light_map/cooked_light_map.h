@@ -9,7 +9,7 @@
 
 #include "formats/gpu_texture.h"
 #include "formats/light_map.h"
-#include "pipeline/manifest/cooked_asset.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "verify/light_map.h"
 
 namespace lightcook::pipeline {

@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <vector>
 
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/assets/light_map/block_errors.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/manifest/cooked_asset.h"
 #include "verify/figures.h"
 #include "verify/violation.h"
 #include "verify/visible.h"

@@ -12,10 +12,10 @@
 #include <string_view>
 
 #include "formats/light_map.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/assets/light_map/bake_reading.h"
 #include "pipeline/document/enum_names.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 

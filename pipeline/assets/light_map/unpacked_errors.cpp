@@ -14,12 +14,12 @@
 
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/light_map/bake_filter.h"
+#include "pipeline/assets/light_map/chart_places.h"
+#include "pipeline/assets/light_map/packed_reading.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/graph/parallel_for.h"
-#include "pipeline/repack/chart_places.h"
-#include "pipeline/repack/packed_reading.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/repack/unpacked_bake.h"
 #include "verify/figures.h"
 
 namespace lightcook::pipeline {

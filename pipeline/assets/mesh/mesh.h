@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "formats/gltf_scene.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/verification.h"
 #include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/manifest/cooked_asset.h"
 
 namespace lightcook::pipeline {
 

@@ -7,11 +7,11 @@
 #include <cmath>
 
 #include "pipeline/assets/action_kind.h"
+#include "pipeline/assets/cooked_asset.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/layout_decision.h"
-#include "pipeline/manifest/cooked_asset.h"
 #include "pipeline/scene/settings.h"
 #include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"

@@ -10,9 +10,9 @@
 
 #include "formats/gltf_scene.h"
 #include "lighting/radiometry.h"
+#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/manifest/manifest.h"
-#include "pipeline/repack/unpacked_bake.h"
 #include "tests/pipeline/example_folder.h"
 #include "tests/pipeline/repack/charts_cook.h"
 

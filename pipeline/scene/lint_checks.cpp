@@ -1,4 +1,4 @@
-#include "pipeline/lint/checks.h"
+#include "pipeline/scene/lint_checks.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "pipeline/manifest/cooked_asset.h"
+#include "pipeline/assets/cooked_asset.h"
 
 namespace lightcook::pipeline {
 

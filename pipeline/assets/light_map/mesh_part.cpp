@@ -1,4 +1,4 @@
-#include "pipeline/repack/mesh_part.h"
+#include "pipeline/assets/light_map/mesh_part.h"
 
 #include <fmt/format.h>
 

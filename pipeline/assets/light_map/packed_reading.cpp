@@ -1,4 +1,4 @@
-#include "pipeline/repack/packed_reading.h"
+#include "pipeline/assets/light_map/packed_reading.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "pipeline/scene/needs.h"
+#include "pipeline/assets/needs.h"
 
 #include <algorithm>
 #include <cmath>

@@ -11,9 +11,9 @@
 #include "atlas/charts.h"
 #include "formats/gltf_scene.h"
 #include "formats/image.h"
-#include "pipeline/repack/mesh_part.h"
+#include "pipeline/assets/light_map/mesh_part.h"
+#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/repack/repack.h"
-#include "pipeline/repack/unpacked_bake.h"
 
 namespace lightcook::pipeline {
 

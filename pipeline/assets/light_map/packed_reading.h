@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "lighting/sh.h"
+#include "pipeline/assets/light_map/chart_places.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/repack/chart_places.h"
 
 namespace lightcook::pipeline {
 

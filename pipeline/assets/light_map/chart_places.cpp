@@ -1,4 +1,4 @@
-#include "pipeline/repack/chart_places.h"
+#include "pipeline/assets/light_map/chart_places.h"
 
 #include <fmt/format.h>
 
