@@ -7,27 +7,7 @@
 
 #include "formats/light_map_layout.h"
 #include "formats/vocabulary.h"
-#include "pipeline/assets/action_kind.h"
-#include "pipeline/assets/cubemap/cubemap.h"
-#include "pipeline/assets/cubemap/probe_use.h"
-#include "pipeline/assets/dominant/dominant.h"
-#include "pipeline/assets/gltf/gltf.h"
-#include "pipeline/assets/light_map/chart_split.h"
-#include "pipeline/assets/light_map/content.h"
-#include "pipeline/assets/light_map/floor.h"
-#include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
-#include "pipeline/assets/light_map/split_seams.h"
-#include "pipeline/assets/light_map/trial.h"
-#include "pipeline/assets/light_map/whole_errors.h"
-#include "pipeline/assets/lut/lut.h"
-#include "pipeline/assets/mesh/mesh.h"
-#include "pipeline/assets/rsrm/rsrm.h"
-#include "pipeline/lint/gradient_facts.h"
-#include "pipeline/lint/light_map_facts.h"
-#include "pipeline/lint/mesh_facts.h"
-#include "pipeline/lint/probe_facts.h"
-#include "pipeline/repack/packed_light_map.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -62,8 +42,6 @@ constexpr std::array kAssetKinds = {
                   .filter = "linear",
                   .isHeldToMaxError = true,
                   .sceneSection = "light_map",
-                  .cook = cookLightMap,
-                  .verify = verifyLightMap,
                   .fileEndings = lightMapEndings},
     AssetKindInfo{.id = AssetKind::Dominant,
                   .name = "dominant",
@@ -74,8 +52,6 @@ constexpr std::array kAssetKinds = {
                   .filter = "linear",
                   .isHeldToMaxError = false,
                   .sceneSection = "light_map",
-                  .cook = cookDominant,
-                  .verify = verifyDominant,
                   .fileEndings = dominantEndings},
     AssetKindInfo{.id = AssetKind::Cubemap,
                   .name = "cubemap",
@@ -86,8 +62,6 @@ constexpr std::array kAssetKinds = {
                   .filter = "trilinear",
                   .isHeldToMaxError = false,
                   .sceneSection = "probe",
-                  .cook = cookCubemap,
-                  .verify = verifyCubemap,
                   .fileEndings = noEndings},
     AssetKindInfo{.id = AssetKind::Lut,
                   .name = "lut",
@@ -98,8 +72,6 @@ constexpr std::array kAssetKinds = {
                   .filter = "linear",
                   .isHeldToMaxError = false,
                   .sceneSection = "tables",
-                  .cook = cookLut,
-                  .verify = verifyLut,
                   .fileEndings = lutEndings},
     AssetKindInfo{.id = AssetKind::Rsrm,
                   .name = "rsrm",
@@ -110,8 +82,6 @@ constexpr std::array kAssetKinds = {
                   .filter = "linear",
                   .isHeldToMaxError = false,
                   .sceneSection = "gradient",
-                  .cook = cookRsrm,
-                  .verify = verifyRsrm,
                   .fileEndings = noEndings},
     AssetKindInfo{.id = AssetKind::Mesh,
                   .name = "mesh",
@@ -122,30 +92,9 @@ constexpr std::array kAssetKinds = {
                   .filter = "linear",
                   .isHeldToMaxError = true,
                   .sceneSection = "light_map",
-                  .cook = cookMesh,
-                  .verify = verifyMesh,
                   .fileEndings = noEndings},
 };
 static_assert(formats::isCompleteTable(kAssetKinds, AssetKind::Mesh));
-
-/// Actions that make no asset (action_kind.h).
-struct PlanAction {
-    std::string_view kind;
-    ActionFunction function;
-};
-constexpr std::array kPlanActions = {PlanAction{kMaterialsKind, readMaterials},     PlanAction{kSplitChartsKind, splitCharts},
-                                     PlanAction{kPackChartsKind, packCharts},       PlanAction{kGltfKind, cookGltf},
-                                     PlanAction{kLightMapTrialKind, tryLightMap},   PlanAction{kJointTrialKind, tryJointly},
-                                     PlanAction{kVerifyWholeKind, verifyWhole},     PlanAction{kVerifySplitSeamsKind, verifySplitSeams},
-                                     PlanAction{kContentKind, readLightMapContent}, PlanAction{kFloorKind, measureFloor},
-                                     PlanAction{kProbeUseKind, findUnusedProbes},   PlanAction{kLintLightMapKind, lintLightMap},
-                                     PlanAction{kLintMeshKind, lintMesh},           PlanAction{kLintProbeKind, lintProbe},
-                                     PlanAction{kLintGradientKind, lintGradient}};
-
-formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {
-    return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,
-                            "found the kind '" + context.action.kind + "', expected one that this version knows");
-}
 
 }  // namespace
 
@@ -164,15 +113,6 @@ std::optional<AssetKind> assetKindFromName(std::string_view name) {
 
 std::vector<std::string> EnumNames<AssetKind>::all() {
     return formats::namesOf(allAssetKinds());
-}
-
-ActionFunction actionFunction(const std::string& kind) {
-    for (const PlanAction& action : kPlanActions)
-        if (action.kind == kind) return action.function;
-    const bool isVerify = kind.starts_with(kVerifyKindPrefix);
-    const auto asset = assetKindFromName(std::string_view(kind).substr(isVerify ? kVerifyKindPrefix.size() : 0));
-    if (!asset) return failUnknownKind;
-    return isVerify ? info(*asset).verify : info(*asset).cook;
 }
 
 }  // namespace lightcook::pipeline

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "pipeline/document/json_fields.h"
-#include "pipeline/graph/action.h"
 
 namespace lightcook::pipeline {
 
@@ -31,7 +30,6 @@ struct AssetKindInfo {
     std::string_view filter;                    ///< that its textures are sampled and verified with: linear or trilinear
     bool isHeldToMaxError;                      ///< by `max_error`; else by the limit of converters, see OutputSettings
     std::string_view sceneSection;              ///< table of the scene file that its assets come from
-    ActionFunction cook, verify;                ///< actions "<name>" and "verify-<name>"
     std::vector<std::string> (*fileEndings)();  ///< of its files' names, after the asset's name: "_l0"
 };
 
@@ -44,9 +42,5 @@ template <>
 struct EnumNames<AssetKind> {
     static std::vector<std::string> all();
 };
-
-/// Returns the function of an action kind: of each asset kind "<name>" and "verify-<name>", and of the actions before a plan. An unknown
-/// kind gets a function that fails.
-ActionFunction actionFunction(const std::string& kind);
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,5 @@
 #include "pipeline/cook/cook.h"
+#include "pipeline/cook/action_functions.h"
 
 #include <fmt/format.h>
 

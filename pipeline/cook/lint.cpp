@@ -1,6 +1,7 @@
 // The job of `lightcook lint`: the checks of plausibility alone, from the cache where the inputs have not changed.
 #include "pipeline/lint/lint.h"
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/cook/action_functions.h"
 #include "pipeline/cook/chart_settings.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/plan.h"

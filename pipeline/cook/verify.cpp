@@ -16,6 +16,7 @@
 #include "pipeline/assets/results.h"
 #include "pipeline/assets/source_colors.h"
 #include "pipeline/assets/verification.h"
+#include "pipeline/cook/action_functions.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/plan.h"

@@ -10,6 +10,7 @@
 
 #include "atlas/tiles.h"
 #include "formats/light_map.h"
+#include "pipeline/assets/light_map/chart_places.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/scene/chart_settings.h"
 #include "verify/visible.h"
@@ -29,13 +30,6 @@ struct RepackRequest {
     /// The folder may hold files of the user. Those of an earlier repack, which kRepackedListName lists, are replaced; a file of another
     /// origin is refused.
     bool keepsOthers = false;
-};
-
-/// Place of a chart in the repacked map.
-struct ChartPlace {
-    glm::ivec2 step{1};   ///< texels of the bake for each texel, on each axis
-    glm::ivec2 texel{0};  ///< its first texel
-    bool operator==(const ChartPlace&) const = default;
 };
 
 struct Repacked {

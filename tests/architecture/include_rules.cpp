@@ -25,6 +25,11 @@ const std::map<std::string, Modules> kBelow = {
     {"pipeline", {"atlas", "compress", "fit", "verify", "formats", "lighting", "shaders"}},
 };
 
+/// Folders of pipeline in their order: each includes only those of rows before its own, and itself.
+const std::vector<std::vector<std::string>> kPipelineOrder = {
+    {"document"}, {"graph"},  {"limits"}, {"scene"}, {"assets"}, {"repack", "lint", "draft"},
+    {"manifest"}, {"report"}, {"cook"},   {"view"},  {"command"}};
+
 /// Includes of a module's subfolders from outside the module that are allowed. A row that no file needs any more fails a test.
 const std::vector<IncludeException> kExceptions = {
     {"tests/end_to_end/", "pipeline/", "end-to-end tests are tests of pipeline: they cook in this process and open what was written"},
@@ -131,6 +136,24 @@ std::optional<std::string> objectionToSubfolder(const std::string& file, const s
     return "only the headers at the root of " + module + " are public";
 }
 
+/// Returns the row of kPipelineOrder of a path such as "pipeline/cook/plan.h"; empty for a path elsewhere.
+std::optional<std::size_t> rowInPipeline(const std::string& name) {
+    const std::string prefix = "pipeline/";
+    if (!name.starts_with(prefix)) return std::nullopt;
+    const std::string folder = name.substr(prefix.size(), name.find('/', prefix.size()) - prefix.size());
+    for (std::size_t row = 0; row < kPipelineOrder.size(); ++row)
+        if (std::ranges::find(kPipelineOrder[row], folder) != kPipelineOrder[row].end()) return row;
+    return kPipelineOrder.size();  // a folder that the order lacks comes after all
+}
+
+/// Returns what is wrong with a file of pipeline including the header `name` of another of its folders, if anything.
+std::optional<std::string> objectionToOrder(const std::string& file, const std::string& name) {
+    const auto from = rowInPipeline(file), to = rowInPipeline(name);
+    const auto folderOf = [](const std::string& path) { return path.substr(0, path.find('/', path.find('/') + 1)); };
+    if (!from || !to || *to < *from || folderOf(file) == folderOf(name)) return std::nullopt;
+    return "folder " + folderOf(name) + " does not come before " + folderOf(file);
+}
+
 /// Returns what is wrong with a file of `module` including `name`, if anything.
 std::optional<std::string> objectionToLayer(const std::string& module, const std::string& name, bool quoted) {
     const std::string first = moduleOf(name);
@@ -212,6 +235,7 @@ std::vector<Violation> checkIncludes(const std::filesystem::path& file, std::str
     forEachInclude(text, [&](int lineNumber, const Include& include) {
         std::optional<std::string> why = isModule ? objectionToLayer(first, include.name, include.quoted) : std::nullopt;
         if (!why) why = objectionToSubfolder(file.generic_string(), include.name);
+        if (!why) why = objectionToOrder(file.generic_string(), include.name);
         if (why)
             violations.push_back(
                 {file.generic_string() + ":" + std::to_string(lineNumber),

@@ -77,6 +77,23 @@ TEST(IncludeRules, ArrowsRunOneWay) {
     EXPECT_FALSE(allowed("formats", "shaders"));
 }
 
+TEST(IncludeRules, FoldersOfPipelineHaveAnOrder) {
+    const auto allowed = [](const std::string& from, const std::string& to) {
+        return checkIncludes("pipeline/" + from + "/a.cpp", "#include \"pipeline/" + to + "/b.h\"\n").empty();
+    };
+    EXPECT_TRUE(allowed("cook", "assets"));
+    EXPECT_TRUE(allowed("cook", "report"));
+    EXPECT_TRUE(allowed("assets", "assets/light_map"));
+    EXPECT_FALSE(allowed("assets/light_map", "repack"));
+    EXPECT_FALSE(allowed("lint", "repack")) << "of one row";
+    EXPECT_FALSE(allowed("scene", "assets"));
+    EXPECT_FALSE(allowed("cook", "unknown"));
+    EXPECT_THAT(checkIncludes("pipeline/report/a.cpp", "#include \"pipeline/cook/b.h\"\n"),
+                ElementsAre(Violation{"pipeline/report/a.cpp:1",
+                                      "pipeline may not include pipeline/cook/b.h: folder pipeline/cook does not come before "
+                                      "pipeline/report"}));
+}
+
 TEST(IncludeRules, ALibraryAwayFromItsHomeIsFound) {
     const auto allowed = [](const std::string& module, const std::string& header) {
         return checkIncludes(module + "/a.cpp", "#include <" + header + ">\n").empty();

@@ -13,9 +13,15 @@
 #include "formats/image.h"
 #include "pipeline/assets/light_map/mesh_part.h"
 #include "pipeline/assets/light_map/unpacked_bake.h"
-#include "pipeline/repack/repack.h"
 
 namespace lightcook::pipeline {
+
+/// Place of a chart in the repacked map.
+struct ChartPlace {
+    glm::ivec2 step{1};   ///< texels of the bake for each texel, on each axis
+    glm::ivec2 texel{0};  ///< its first texel
+    bool operator==(const ChartPlace&) const = default;
+};
 
 /// Maps places of a bake to those of the repacked bake, chart by chart.
 class ChartPlaces {

@@ -17,24 +17,6 @@ TEST(AssetKind, NamesAreThoseOfManifestAndReport) {
     EXPECT_FALSE(assetKindFromName("light map").has_value());
 }
 
-TEST(AssetKind, EachHasItsTwoActions) {
-    for (const AssetKindInfo& row : allAssetKinds()) {
-        const std::string name(row.name);
-        EXPECT_EQ(actionFunction(name), row.cook);
-        EXPECT_EQ(actionFunction("verify-" + name), row.verify);
-        EXPECT_NE(row.cook, row.verify);
-    }
-}
-
-TEST(AssetKind, AnUnknownActionFailsByName) {
-    const Action action{"x/y", "verify-hologram", "y", {}, {}, {}};
-    SharedObjects shared;
-    const RunState state;
-    const auto outcome = actionFunction(action.kind)({action, {}, {}, {}, shared, state});
-    ASSERT_FALSE(outcome.has_value());
-    EXPECT_THAT(outcome.error().line(), testing::HasSubstr("verify-hologram"));
-}
-
 TEST(AssetKind, ALightMapMayHaveTheFilesOfAnyLayout) {
     const std::vector<std::string> endings = info(AssetKind::LightMap).fileEndings();
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts())

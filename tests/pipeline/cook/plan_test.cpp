@@ -1,4 +1,5 @@
 #include "pipeline/cook/plan.h"
+#include "pipeline/cook/action_functions.h"
 
 #include <gtest/gtest.h>
 
