@@ -1,4 +1,5 @@
-// Elements of the page, and controls that show and change one member of its state.
+// Controls that show and change one member of the state of the page.
+import { make } from "./elements.js";
 import { initialState } from "./link.js";
 
 /** @typedef {import("./link.js").State} State */
@@ -9,22 +10,6 @@ import { initialState } from "./link.js";
  * @property {(by: Partial<State>) => void} changed changes the state, and shows it
  * @property {(key: Choice, value: string) => void} choose
  */
-
-export const byId = (/** @type {string} */ id) => /** @type {HTMLElement} */ (document.getElementById(id));
-
-/** Makes an element. Properties that begin with "on" are listeners of events. @param {string} tag @param {Record<string, any>} [properties] @param {(Node | string)[]} children */
-export function make(tag, properties = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [key, value] of Object.entries(properties)) {
-    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
-    else if (key === "class") element.className = value;
-    else if (key === "style") element.style.cssText = value;
-    else if (typeof value === "boolean") element.toggleAttribute(key, value);
-    else element.setAttribute(key, value);
-  }
-  element.append(...children);
-  return element;
-}
 
 export class Controls {
   /** @param {StateOwner} owner */

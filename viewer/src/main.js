@@ -2,20 +2,19 @@
 import { Vector3 } from "three";
 import { Camera } from "./camera.js";
 import { viewingOf } from "./color.js";
-import { byId, Controls, make } from "./controls.js";
+import { Controls } from "./controls.js";
+import { byId, make } from "./elements.js";
 import { hashOf, initialState, stateOf } from "./link.js";
 import { MemoryCard } from "./memory_card.js";
 import { PlaceCard } from "./place_card.js";
 import { MODES } from "./shading.js";
-import { sizeText } from "./treemap.js";
+import { bytesText, fewTexelsText } from "./units.js";
 import { View } from "./view.js";
 
 /** @typedef {import("./link.js").State} State */
 
 const BLINK_MS = 600;
 const POLL_MS = 5000;
-/** A chart with fewer has hardly a place whose filter reads no texel beside it: 4 x 4. */
-const FEW_TEXELS = 16;
 
 export class Page {
   constructor() {
@@ -352,7 +351,7 @@ export class Page {
   /** Choices of the layouts on both sides. */
   layoutRows() {
     const { candidates } = /** @type {View} */ (this.view), { controls } = this;
-    const labels = new Map(candidates.map(({ layout, bytes_gpu, visible }) => [layout, `${layout}: ${sizeText(bytes_gpu)}, visible ${visible === null ? "unknown" : visible.toPrecision(2)}`]));
+    const labels = new Map(candidates.map(({ layout, bytes_gpu, visible }) => [layout, `${layout}: ${bytesText(bytes_gpu)}, visible ${visible === null ? "unknown" : visible.toPrecision(2)}`]));
     const labelOf = (/** @type {string} */ layout) => labels.get(layout) ?? "";
     const fault = make("p", { class: "note warning", id: "layout-fault" });
     controls.follow(() => (fault.textContent = this.layoutFault));
@@ -407,13 +406,11 @@ export class Page {
     return make("section", { class: "card" }, make("h2", {}, "Worst places"), make("ul", { class: "places", id: "worst" }, ...items),
       make("p", { class: "note" }, "Visible error (Delta E ITP; 1 is just noticeable), light, texel."));
   }
-  /** Returns why no layout helps a place between texels, if it lies in a chart that filters read past; else "". @param {{ map: number, stage: string, texel: [number, number] }} place */
-  remarkOfPlace(place) {
-    const view = /** @type {View} */ (this.view), shown = view.maps[place.map], uv = place.stage === "total" && shown.hasMesh ? this.uvOfPlace(place) : undefined;
-    const found = uv && view.surface(shown, uv[0], uv[1]), texels = found ? shown.charts.texels[found.chart] : Infinity;
-    if (!(texels < FEW_TEXELS)) return "";
-    const count = Math.max(1, Math.round(texels));
-    return `Its chart has ${count} texel${count === 1 ? "" : "s"}, and filters read those beside it: no layout lowers this error much. Give the chart more texels in the bake.`;
+  /** Returns why no layout helps a place between texels, if the report says that its chart has few; else "". @param {{ map: number, what: string, stage: string }} place */
+  remarkOfPlace({ map, what, stage }) {
+    const row = this.report?.assets?.find((/** @type {any} */ each) => each.name === this.view?.maps[map].data.name);
+    const few = stage === "total" && row?.charts?.few_texels?.find((/** @type {any} */ each) => each.shading === what);
+    return few ? fewTexelsText(few.texels) : "";
   }
   /** Returns the light-map UV of a place. Texels of stage "total" are those of the bake, others those of the light map.
    * @param {{ map: number, stage: string, texel: [number, number] }} place integers are centres @returns {[number, number] | undefined} */

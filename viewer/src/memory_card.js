@@ -1,6 +1,7 @@
 // The card of the GPU memory: a treemap of textures, or of charts with their visible errors.
-import { make } from "./controls.js";
-import { chartItems, colorOf, ERROR_ENDS, memoryItems, sizeText, treemap } from "./treemap.js";
+import { make } from "./elements.js";
+import { chartItems, colorOf, errorRanges, memoryItems, treemap } from "./treemap.js";
+import { bytesText } from "./units.js";
 
 export class MemoryCard {
   /** @param {import("./main.js").Page} page */
@@ -46,25 +47,24 @@ export class MemoryCard {
     const tiles = treemap(items, 1.8).map(({ item, x, y, width, height }) => {
       const name = `${item.asset}, ${item.role}`, label = width > 0.14 && height > 0.2 ? [make("b", {}, item.role), make("br"), item.asset] : [];
       const button = make("button", {
-        "aria-label": `${name}: ${sizeText(item.bytes)}`, title: name, "aria-pressed": "false",
+        "aria-label": `${name}: ${bytesText(item.bytes)}`, title: name, "aria-pressed": "false",
         style: `left:${100 * x}%;top:${100 * y}%;width:${100 * width}%;height:${100 * height}%;background:${colorOf(item)}`,
         onclick: () => {
           for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
-          caption.textContent = `${name}: ${sizeText(item.bytes)}, ${((100 * item.bytes) / total).toFixed(1)} %. ${item.detail}`;
+          caption.textContent = `${name}: ${bytesText(item.bytes)}, ${((100 * item.bytes) / total).toFixed(1)} %. ${item.detail}`;
           if (item.place) this.page.flyTo(...item.place);
         },
       }, ...label);
       buttons.push(button);
       return button;
     });
-    caption.textContent = `${sizeText(total)} of GPU memory. Click a tile for what it is.`;
+    caption.textContent = `${bytesText(total)} of GPU memory. Click a tile for what it is.`;
     const legend = items.some(({ visible }) => visible !== undefined) ? [this.errorLegend()] : [];
     return [make("div", { class: "treemap", id: "memory" }, ...tiles), ...legend, caption];
   }
 
   /** Makes the legend of the colours of charts. */
   errorLegend() {
-    const ranges = ["below 1", ...ERROR_ENDS.map((end, i) => (i + 1 < ERROR_ENDS.length ? `${end} to ${ERROR_ENDS[i + 1]}` : `${end} or more`))];
-    return make("p", { class: "note errors" }, "Visible error of charts, p99: ", ...ranges.map((words, i) => make("span", {}, make("i", { style: `background: var(--error-${i})` }), words)));
+    return make("p", { class: "note errors" }, "Visible error of charts, p99: ", errorRanges().map(({ words, color }) => make("span", {}, make("i", { style: `background: ${color}` }), words)));
   }
 }

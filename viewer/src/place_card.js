@@ -1,7 +1,7 @@
 // The card of the picked place: its texel, chart, light, coefficients and error.
 import { apply, cssOf, DIFFUSE_WHITE, viewingOf } from "./color.js";
-import { byId, make } from "./controls.js";
-import { sizeText } from "./treemap.js";
+import { byId, make } from "./elements.js";
+import { bytesText } from "./units.js";
 
 /** @typedef {import("./view.js").ShownMap} ShownMap */
 /** @typedef {import("./view.js").Values} Values */
@@ -74,7 +74,7 @@ export class PlaceCard {
     if (decode.needsCluster) rows.push(["Cluster", String(found.cluster)]);
     if (hasMesh && asset.bits_per_texel) {
       const texels = charts.texels[found.chart];
-      rows.push(["Chart", `${found.chart + 1} of ${charts.count}, ${Math.round(texels)} texels`], ["Bytes of the chart", sizeText((texels * asset.bits_per_texel) / 8)]);
+      rows.push(["Chart", `${found.chart + 1} of ${charts.count}, ${Math.round(texels)} texels`], ["Bytes of the chart", bytesText((texels * asset.bits_per_texel) / 8)]);
     }
     return rows;
   }

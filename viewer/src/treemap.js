@@ -11,24 +11,25 @@
  * @property {number} [visible] visible error that 99 % of a chart's texels stay under [Delta E ITP]
  */
 /** @typedef {{ p99: number, max: number, worst: [u: number, v: number] }} ChartError visible errors of a chart, and the place of the largest */
-/** @typedef {{ item: Item, x: number, y: number, width: number, height: number }} Tile shares of the whole, in [0, 1] */
+/** @template T @typedef {{ item: T, x: number, y: number, width: number, height: number }} Tile shares of the whole, in [0, 1] */
 
-/** Lays out items, the largest first. Those without bytes are left out. @param {Item[]} items @param {number} aspect width over height @returns {Tile[]} */
+/** Lays out items, the largest first. Those without bytes are left out.
+ * @template {{ bytes: number }} T @param {T[]} items @param {number} aspect width over height @returns {Tile<T>[]} */
 export function treemap(items, aspect) {
   const left = items.filter((item) => item.bytes > 0).sort((a, b) => b.bytes - a.bytes);
   const total = left.reduce((sum, item) => sum + item.bytes, 0);
-  /** @type {Tile[]} */
+  /** @type {Tile<T>[]} */
   const tiles = [];
   let x = 0, y = 0, width = aspect, height = 1;
-  const area = (/** @type {Item} */ item) => (item.bytes / total) * aspect;
+  const area = (/** @type {T} */ item) => (item.bytes / total) * aspect;
   /** Largest ratio of the sides in a row along the short side. */
-  const worst = (/** @type {Item[]} */ row, /** @type {number} */ side) => {
+  const worst = (/** @type {T[]} */ row, /** @type {number} */ side) => {
     const sum = row.reduce((s, item) => s + area(item), 0);
     return Math.max(...row.map((item) => Math.max((side * side * area(item)) / (sum * sum), (sum * sum) / (side * side * area(item)))));
   };
   while (left.length > 0) {
-    const side = Math.min(width, height), row = [/** @type {Item} */ (left.shift())];
-    while (left.length > 0 && worst([...row, left[0]], side) <= worst(row, side)) row.push(/** @type {Item} */ (left.shift()));
+    const side = Math.min(width, height), row = [/** @type {T} */ (left.shift())];
+    while (left.length > 0 && worst([...row, left[0]], side) <= worst(row, side)) row.push(/** @type {T} */ (left.shift()));
     const sum = row.reduce((s, item) => s + area(item), 0), thickness = sum / side;
     let along = 0;
     for (const item of row) {
@@ -104,17 +105,23 @@ export function chartItems(items, maps, errors) {
   return [...items.filter((item) => !isSplit(item)), ...split];
 }
 
-/** Ends of the ranges of visible errors that have one colour each: those of the report. */
-export const ERROR_ENDS = [1, 2, 5, 10];
+/** Ends of the ranges of visible errors that have one colour each [Delta E ITP]. */
+const ERROR_ENDS = [1, 2, 5, 10];
+
+/** Returns the colour of a visible error. @param {number} visible not finite: beyond all ranges */
+export function errorColor(visible) {
+  return `var(--error-${ERROR_ENDS.filter((end) => !(visible < end)).length})`;
+}
+
+/** Returns the ranges of visible errors, for a legend. */
+export function errorRanges() {
+  return [0, ...ERROR_ENDS].map((start, i) => ({
+    words: i === 0 ? `below ${ERROR_ENDS[0]}` : i < ERROR_ENDS.length ? `${start} to ${ERROR_ENDS[i]}` : `${start} or more`,
+    color: errorColor(start),
+  }));
+}
 
 /** Colour of a tile. @param {Item} item */
 export function colorOf({ kind, visible }) {
-  if (visible === undefined) return `var(--kind-${kind})`;
-  return `var(--error-${ERROR_ENDS.filter((end) => visible >= end).length})`;
-}
-
-/** @param {number} bytes */
-export function sizeText(bytes) {
-  if (bytes < 1024) return `${Math.round(bytes)} B`;
-  return bytes < 1024 * 1024 ? `${(bytes / 1024).toFixed(1)} KiB` : `${(bytes / 1024 / 1024).toFixed(2)} MiB`;
+  return visible === undefined ? `var(--kind-${kind})` : errorColor(visible);
 }

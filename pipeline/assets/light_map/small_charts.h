@@ -12,7 +12,7 @@
 
 namespace lightcook::pipeline {
 
-/// Area from which a chart has places that filters do not read past [texels]. viewer/src/main.js has the same.
+/// Area from which a chart has places that filters do not read past [texels].
 inline constexpr double kFewTexels = 16;
 
 /// Returns the area of the chart that holds a place, or lies nearest to it in the map, if that is below kFewTexels [texels]. Triangles are
