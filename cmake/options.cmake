@@ -1,6 +1,6 @@
 option(LIGHTCOOK_TESTS "Build the tests" ON)
 option(LIGHTCOOK_BENCH "Build the benchmarks" ON)
-option(LIGHTCOOK_VIEWER "Embed the page of `lightcook view`, which needs Node 18 or later and the npm packages of viewer/" ON)
+option(LIGHTCOOK_VIEWER "Embed the page of `lightcook view` and that of reports, which need Node 18 or later and the npm packages of viewer/" ON)
 option(LIGHTCOOK_UNITY "Compile the sources of modules and of the larger test programs several at a time, in less CPU time")
 set(LIGHTCOOK_SANITIZE "" CACHE STRING "Sanitizers: empty, \"address,undefined\" or \"thread\"")
 

@@ -1,6 +1,6 @@
-// Bundles the page: node build.mjs [FOLDER]; without one, into dist/ beside this file.
+// Bundles the pages: node build.mjs [FOLDER]; without one, into dist/ beside this file. FOLDER/report.html is the page of a report without its data.
 import { build } from "esbuild";
-import { copyFileSync, mkdirSync, readFileSync, rmSync } from "node:fs";
+import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 
@@ -14,17 +14,18 @@ if (found < least) {
 
 rmSync(out, { recursive: true, force: true });
 mkdirSync(join(out, "assets", "draco"), { recursive: true });
+/** @type {import("esbuild").BuildOptions} */
+const options = { absWorkingDir: here, bundle: true, target: "es2022", minify: true, logLevel: "warning" };
 await build({
-  absWorkingDir: here,
+  ...options,
   entryPoints: { page: "src/main.js", start: "src/start.js", style: "src/style.css" },
   outdir: join(out, "assets"),
-  bundle: true,
   format: "esm",
-  target: "es2022",
-  minify: true,
   legalComments: "linked",
-  logLevel: "warning",
 });
+const report = await build({ ...options, entryPoints: ["report/main.js", "report/style.css"], outdir: out, format: "iife", charset: "utf8", write: false });
+const parts = Object.fromEntries(report.outputFiles.map(({ path, text }) => [path.endsWith(".css") ? "style" : "script", text.trim()]));
+writeFileSync(join(out, "report.html"), readFileSync(join(here, "report", "page.html"), "utf8").replace(/<!--(style|script)-->/g, (_, name) => parts[name]));
 copyFileSync(join(here, "src", "index.html"), join(out, "index.html"));
 for (const file of ["draco_wasm_wrapper.js", "draco_decoder.wasm"])
   copyFileSync(join(here, "node_modules", "three", "examples", "jsm", "libs", "draco", "gltf", file), join(out, "assets", "draco", file));

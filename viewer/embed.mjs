@@ -1,4 +1,4 @@
-// Writes a C++ source that holds every file of a folder: viewerBundle() of pipeline/view/bundle.h.
+// Writes a C++ source that holds what build.mjs wrote: viewerBundle() and reportTemplate() of pipeline/view/bundle.h.
 //   node embed.mjs FOLDER OUT.cpp
 import { readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -30,11 +30,19 @@ function filesOf(parent, prefix = "") {
       entry.isDirectory() ? filesOf(join(parent, entry.name), `${prefix}${entry.name}/`) : [`${prefix}${entry.name}`]);
 }
 
-const files = filesOf(folder);
-if (!files.includes("index.html")) {
-  console.error(`${folder}: found no index.html, expected what build.mjs writes`);
-  process.exit(1);
+/** A file as lines of C++: its pieces, and its size in bytes after a comma. */
+function content(name) {
+  const bytes = readFileSync(join(folder, name)), pieces = [];
+  for (let at = 0; at < bytes.length; at += PIECE) pieces.push(literal(bytes.subarray(at, at + PIECE)));
+  return [...(pieces.length ? pieces : ['""']), `, ${bytes.length}`];
 }
+
+const REPORT = "report.html", files = filesOf(folder);
+for (const needed of ["index.html", REPORT])
+  if (!files.includes(needed)) {
+    console.error(`${folder}: found no ${needed}, expected what build.mjs writes`);
+    process.exit(1);
+  }
 const lines = [
   "// Written by viewer/embed.mjs.",
   '#include "pipeline/view/bundle.h"',
@@ -44,11 +52,6 @@ const lines = [
   "std::span<const BundledFile> viewerBundle() {",
   "    static constexpr BundledFile kFiles[] = {",
 ];
-for (const name of files) {
-  const bytes = readFileSync(join(folder, name));
-  const pieces = [];
-  for (let at = 0; at < bytes.length; at += PIECE) pieces.push(literal(bytes.subarray(at, at + PIECE)));
-  lines.push(`        {${literal(Buffer.from(name))}, {`, ...(pieces.length ? pieces : ['""']), `, ${bytes.length}}},`);
-}
-lines.push("    };", "    return kFiles;", "}", "", "}  // namespace lightcook::pipeline", "");
+for (const name of files.filter((each) => each !== REPORT)) lines.push(`        {${literal(Buffer.from(name))}, {`, ...content(name), "}},");
+lines.push("    };", "    return kFiles;", "}", "", "std::string_view reportTemplate() {", "    return {", ...content(REPORT), "    };", "}", "", "}  // namespace lightcook::pipeline", "");
 writeFileSync(out, lines.join("\n"));

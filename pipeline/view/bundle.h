@@ -1,4 +1,4 @@
-// The page of `lightcook view`, embedded in the program: what `npm run build` in viewer/ leaves in viewer/dist.
+// The pages, embedded in the program: what `npm run build` in viewer/ leaves in viewer/dist.
 #pragma once
 
 #include <span>
@@ -11,7 +11,11 @@ struct BundledFile {
     std::string_view bytes;
 };
 
-/// Returns the files of the page. None in a build without it (-DLIGHTCOOK_VIEWER=OFF).
+/// Returns the files of the page of `lightcook view`. None in a build without it (-DLIGHTCOOK_VIEWER=OFF).
 std::span<const BundledFile> viewerBundle();
+
+/// Returns the page of a report, with a comment at the place of its title, its table without scripts, and its data: `<!--title-->`,
+/// `<!--table-->`, `<!--data-->`. A build without the pages has one without style and script.
+std::string_view reportTemplate();
 
 }  // namespace lightcook::pipeline

@@ -1,0 +1,200 @@
+// The section of an asset: everything that the report holds about it.
+import { make } from "../src/elements.js";
+import { countText, fewTexelsText, numberText, percentText } from "../src/units.js";
+import { alternativesOf } from "./advice.js";
+import { noteCaption, stageCaption } from "./captions.js";
+import {
+  bytes, cell, DASH, fact, figure, kindCaption, lastStage, limitedError, limitedVisible, number, part, placeText, row, seconds, shadingsOf, shadingTable, sizeText, soft, sub,
+  swatch, table, titled, vectorText, verdict, visible,
+} from "./parts.js";
+import { comparison, picture, viewsOf } from "./pictures.js";
+import { errorCurve, visibleHistogram } from "./plots.js";
+import { chartPart } from "./tiles.js";
+
+const colorText = (color) => vectorText(color, numberText);
+
+/** Makes the pictures of what lies around the texels with the largest visible errors. */
+function worstPlaces({ preview }) {
+  const worst = preview?.worst ?? [], views = worst.filter(({ view }) => view), texelOf = ({ texel }) => texel.join(", ");
+  return worst.length > 0 && [
+    views.length > 0 && part("The worst places in the scene: the mesh from in front of each, as a white surface under the bake and under the cooked map",
+      viewsOf(views.map(({ view }) => view), (i) => `texel ${texelOf(views[i])}`)),
+    part("Worst places, at the texels' own normals: bake, cooked and visible error, 24 texels across", make("div", { class: "pictures worst-places" }, worst.map((each) =>
+      picture(each.file, `bake, cooked and visible error around texel ${texelOf(each)}`, [make("b", {}, `Texel ${texelOf(each)}`),
+        `: visible error ${numberText(each.visible)}; bake ${colorText(each.reference)}, cooked ${colorText(each.found)}`])))),
+  ];
+}
+
+/** Makes the caption and the name of a stage. "On the surface" is added where the report has figures of texel centres, too. */
+function stageName({ name, at_texels }) {
+  const caption = stageCaption(name);
+  return [caption + (at_texels ? ", on the surface" : ""), caption !== name && sub(name)];
+}
+
+function stageTable(asset) {
+  const shadings = shadingsOf(asset), last = lastStage(asset);
+  return shadingTable("", "After the stage", shadings, ["rel_rms", "p99", "max sampled"], asset.stages.map((stage) => row(stage === last ? "last" : "", stageName(stage),
+    ...shadings.flatMap((shading) => {
+      const figures = stage.error[shading];
+      return [stage === last ? limitedError(figures, asset) : figure(figures, "rel_rms"), figure(figures, "p99"), figure(figures, "max_sampled")];
+    }), seconds(stage.seconds))), "Time");
+}
+
+/** Makes the visible errors of each stage, and their histogram. */
+function visibleTable(asset) {
+  const shadings = shadingsOf(asset), last = lastStage(asset), keys = ["rms", "p50", "p99", "p999", "max", "bound"];
+  const stages = asset.stages.filter(({ error }) => error.diffuse?.visible || error.specular?.visible);
+  return stages.length > 0 && [
+    shadingTable("visible", "Visible error", shadings, ["rms", "median", "p99", "p99.9", "max", "bound"], stages.map((stage) => row(stage === last ? "last" : "", stageName(stage),
+      ...shadings.flatMap((shading) => keys.map((key) => {
+        const figures = stage.error[shading];
+        return stage === last && (key === "p99" || key === "bound") ? limitedVisible(figures, key, asset) : visible(figures?.visible, key);
+      }))))),
+    make("div", { class: "curve-frame" }, visibleHistogram(last.error, asset.limit.max_visible)),
+    soft("In just noticeable differences (Delta E ITP): 1 is at the threshold of a trained eye, 10 is plain to see."),
+  ];
+}
+
+/** Says the errors of a light map and its dominant light together. */
+function wholeError({ whole }) {
+  if (!whole) return null;
+  const { visible: errors, rel_rms, places, max_visible, max_error } = whole, text = (key) => numberText(errors[key]);
+  return make("p", {}, `Together with its dominant light, at ${countText(places)} places of the surface: visible error ${text("p99")} (p99${
+    max_visible === undefined ? "" : `, limit ${numberText(max_visible)}`}), median ${text("p50")}, p99.9 ${text("p999")}, max ${text("max")}; rel_rms ${percentText(rel_rms)}${
+    max_error === undefined ? "" : ` (limit ${percentText(max_error)})`}.`);
+}
+
+/** Makes the mip levels of a light map from level 1 on, with the mix of each with the larger one, and why there are no more. */
+function mipTable(asset) {
+  const { mips = [], mip_blends: blends = [], mips_end: end } = asset;
+  if (!end && mips.length === 0) return null;
+  const shadings = shadingsOf(asset), rows = mips.flatMap((mip, i) => (blends[i] ? [blends[i], mip] : [mip]));
+  return part("Mip levels",
+    rows.length > 0 && shadingTable("", "Mip level", shadings, ["rel_rms", "visible p99", "p99.9", "bound"], rows.map(({ name, error }) => [name, ...shadings.flatMap((shading) => {
+      const figures = error[shading];
+      return [limitedError(figures, asset), limitedVisible(figures, "p99", asset), visible(figures?.visible, "p999"), limitedVisible(figures, "bound", asset)];
+    })])),
+    soft(`${mips.length + 1} level${mips.length === 0 ? "" : "s"} with level 0; no further one: ${end ?? ""}.`));
+}
+
+// Seams
+
+const mapsText = ({ maps }) => (maps ? `between '${maps[0]}' and '${maps[1]}'` : "");
+const seamName = (seam) => `${seam.shading}, at ${vectorText(seam.position)}${seam.maps ? `, ${mapsText(seam)}` : ""}`;
+
+function seamTables(seams, views) {
+  const shadings = "bake_specular" in seams ? ["diffuse", "specular"] : ["diffuse"], sides = (pair, text) => pair.map((side) => vectorText(side, text)).join(" | ");
+  const steps = (kind, name, figuresOf) => row(kind, name, ...shadings.flatMap((shading) => [visible(figuresOf(shading), "p99"), visible(figuresOf(shading), "max")]));
+  const stages = seams.stages ?? [], last = stages[stages.length - 1];
+  const columns = ["#Added", "#Bake", "#Cooked", "Texels", "Light of the bake", "Cooked light"];
+  const worst = (title, key) => seams[key]?.length > 0 && table("worst seams", [title, ...columns], seams[key].map((seam) => [
+    seamName(seam), visible(seam, "added"), visible(seam, "bake_step"), visible(seam, "cooked_step"),
+    sides(seam.texels), sides(seam.reference), sides(seam.found)]));
+  return [
+    shadingTable("seams", "Steps between both sides", shadings, ["p99", "max"], [steps("", "bake", (shading) => seams[`bake_${shading}`]), ...stages.flatMap((stage) =>
+      ["cooked", "added"].map((kind) => steps(stage === last && kind === "added" ? "last" : "", `${kind}, ${stageCaption(stage.name)}`, (shading) => stage[shading]?.[kind])))]),
+    worst("Largest steps that cooking adds", "worst"),
+    viewsOf((views ?? []).slice(0, seams.worst?.length ?? 0), (i) => `the seam ${seamName(seams.worst[i])}`),
+    worst("Largest steps of the bake itself", "worst_of_bake"),
+  ];
+}
+
+function seamParts({ seams, split_seams: split, preview }) {
+  const content = (figures, views, words) => (figures.note ? soft(`Not measured: ${figures.note}.`) : [soft(words), seamTables(figures, views)]);
+  const count = (figures, key) => countText(figures[key]);
+  return [
+    seams && part("Seams, in just noticeable differences", content(seams, preview?.seams, `${count(seams, "places")} places of ${count(seams, "edges")} edges that two charts share; ${
+      count(seams, "joined_edges")} edges are inside charts, ${count(seams, "hard_edges")} are hard, ${count(seams, "open_edges")} belong to one triangle alone.`)),
+    split && part(`Seams between the maps ${split.maps.map((map) => `'${map}'`).join(", ")}, in just noticeable differences`, content(split, split.views,
+      `${count(split, "places")} places of ${count(split, "edges")} edges whose sides lie in two of the maps. Of the edges of all maps together ${
+        count(split, "hard_edges")} are hard, ${count(split, "open_edges")} belong to one triangle alone.`)),
+  ];
+}
+
+// Places, candidates, notes
+
+/** Makes the places of the worst samples of the last stage. Where charts were packed, samples lie in the bake as it was. */
+function worstTable(asset) {
+  const { error } = lastStage(asset), isPacked = asset.stages.some(({ name }) => name === "repacked");
+  const rows = ["diffuse", "specular"].flatMap((shading) => {
+    const figures = error[shading] ?? {}, { sampled_at: sampled, visible: errors } = figures, largest = errors?.max_at;
+    const few = asset.charts?.few_texels?.find((each) => each.shading === shading);
+    return [
+      ...(sampled ? [[`${shading}, largest sample`, figure(figures, "max_sampled"), placeText(sampled), number(sampled.reference), number(sampled.found)]] : []),
+      ...(largest ? [[`${shading}, largest visible error`, visible(errors, "max"), [placeText(largest), few && sub(fewTexelsText(few.texels))],
+        colorText(largest.reference), colorText(largest.found)]] : []),
+    ];
+  });
+  return rows.length > 0 && table("worst", ["Worst", "#Error", isPacked ? "Where, in the bake" : "Where", "#Light", "#Cooked"], rows);
+}
+
+/** Makes the layouts that were tried: error against memory and run time, and a table, smallest first. */
+function candidates(asset) {
+  const all = asset.trial_candidates ?? [], { chosen, cheaper, better } = alternativesOf(asset);
+  if (all.length === 0) return null;
+  const roleOf = (each) => (each === chosen ? " (chosen)" : each === cheaper ? " (next cheaper)" : each === better ? " (next better)" : each.excluded ? " (not in layouts)" : "");
+  const curve = (title, isVisible, cost) => {
+    const plot = errorCurve(asset, isVisible, cost);
+    return plot && make("div", {}, soft(title), make("div", { class: "curve-frame" }, plot));
+  };
+  const columns = ["Candidate", "#GPU", "#Bits per texel", "#Fetches", "#Operations",
+    "#Diffuse rel_rms", "#Specular rel_rms", "#Diffuse visible p99", "#Specular visible p99"];
+  return part("Layouts tried",
+    make("div", { class: "columns" },
+      curve("Error (rel_rms) against memory", false, "bits_per_texel"), curve("Visible error (p99) against memory", true, "bits_per_texel"),
+      curve("Error against run time: operations", false, "decode_ops"), curve("Error against run time: fetches", false, "fetches")),
+    table("candidates", columns, all.map((each) => row(each === chosen ? "total" : "", each.layout + roleOf(each),
+      bytes(each.bytes_gpu), numberText(each.bits_per_texel), countText(each.fetches), countText(each.decode_ops),
+      figure(each, "diffuse"), figure(each, "specular"), visible(each, "visible_diffuse"), visible(each, "visible_specular")))));
+}
+
+/** Makes the comparison with traced light, divided among truncation, fit and quantization. */
+function groundTruth({ ground_truth: truth }) {
+  const keys = ["truncation", "fit", "quantization", "total", "with_rest", "two_lights"];
+  const rowOf = (name, errors) => [name, ...keys.map((key) => (key in errors ? figure(errors, key) : DASH))];
+  const rows = [["Lambert", "lambert"], ["Area specular of the nine coefficients", "area_specular"], ["Specular of the dominant light", "specular"]].flatMap(([name, key]) => {
+    const errors = truth?.[key];
+    return errors ? [rowOf(name, errors), ...(errors.by_m ?? []).map((each) => rowOf(`m ${numberText(each.m)}`, each))] : [];
+  });
+  return rows.length > 0 && part(`Ground truth: ${countText(truth.values ?? 0)} values`,
+    table("truth", ["Against traced light, rel_rms", "#Nine coefficients", "#One light", "#Cooking", "#Total", "#With area specular of the rest", "#Two lights"], rows),
+    truth.fit_is_largest && make("p", {}, `One light cannot explain this scene: its fit is the largest of the three parts. A second light would take it from ${
+      percentText(truth.specular.fit)} to ${percentText(truth.specular.two_lights)}.`));
+}
+
+function valueOf(value) {
+  if (Number.isInteger(value)) return countText(value);
+  return typeof value === "number" || value === null ? number(value) : String(value);
+}
+
+/** Returns captions and values of an object; those of inner objects as "outer inner". Zeros are left out. */
+const entries = (object, prefix = "") => Object.entries(object ?? {}).flatMap(([key, value]) =>
+  value !== null && typeof value === "object" ? entries(value, `${prefix}${noteCaption(key)} `) : value === 0 ? [] : [[prefix + noteCaption(key), valueOf(value)]]);
+
+function notes({ notes: facts, mesh_error: shift, measures }) {
+  const moved = shift ? [["Largest shift of a position [scene units]", valueOf(shift.position)], ["Largest turn of a normal [rad]", valueOf(shift.normal_radians)],
+    ["Largest shift of a light-map UV [of the map's side]", valueOf(shift.light_map_uv)]] : [];
+  const rows = [...entries(facts), ...moved, ...entries(measures)];
+  return rows.length > 0 && part("Notes", make("dl", {}, rows.map((each) => fact(...each))));
+}
+
+const textureTable = ({ textures }) => textures?.length > 0 && table("textures", ["Texture", "Format", "#GPU", "File"], textures.map((texture) => [
+  texture.role, texture.format, bytes(texture.bytes_gpu), cell("file", texture.file)]));
+
+function facts(asset) {
+  const size = sizeText(asset), { worst_block: block } = asset;
+  return make("dl", { class: "facts small" },
+    fact("Kind", swatch(asset.kind), kindCaption(asset.kind)), fact("Layout", asset.layout), size && fact("Size", size), asset.bytes_in > 0 && fact("Read", bytes(asset.bytes_in)),
+    fact("GPU", bytes(asset.bytes_gpu)), fact("Disk", bytes(asset.bytes_disk)), asset.bits_per_texel > 0 && fact("Bits/texel", number(asset.bits_per_texel)),
+    fact("Cooked in", seconds(asset.seconds)), fact("Verified in", seconds(asset.verify_seconds ?? null)), typeof asset.key === "number" && fact("Key", number(asset.key)),
+    block && fact("Worst block", titled(`${numberText(block.visible)} at ${vectorText(block.block)}`, String(block.visible))));
+}
+
+/** Makes the section. @param {string} id for links */
+export function assetSection(asset, id) {
+  const lists = [textureTable(asset), notes(asset)];
+  return make("section", { class: "card asset", id },
+    make("div", { class: "title" }, make("h2", {}, asset.name), verdict(asset.passed)), facts(asset), comparison(asset), worstPlaces(asset),
+    stageTable(asset), visibleTable(asset), wholeError(asset), mipTable(asset), seamParts(asset), chartPart(asset), worstTable(asset),
+    groundTruth(asset), candidates(asset), make("div", { class: "pair" }, lists));
+}

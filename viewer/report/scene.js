@@ -1,0 +1,182 @@
+// The page of one scene.
+import { make } from "../src/elements.js";
+import { bytesText, counted, numberText, percentText, shortText } from "../src/units.js";
+import { adviceOf, bytesOutsideCharts } from "./advice.js";
+import { assetSection } from "./asset.js";
+import { stageCaption, TERMS } from "./captions.js";
+import { baselineSection, platformSection, trendSection } from "./compare.js";
+import {
+  bytes, card, cell, DASH, fact, figure, kindCaption, kindColor, lastStage, limitedError, limitedVisible, list, number, percent, row, seconds,
+  shadingsOf, shares, sizeText, soft, sorted, sub, swatch, table, titled, verdict,
+} from "./parts.js";
+import { frontierPlot } from "./plots.js";
+import { tilesOf } from "./tiles.js";
+
+const anchor = (index) => `asset-${index + 1}`;
+
+function budgetSentence({ used_bytes: used, limit_bytes: limit }) {
+  if (limit === null) return `${bytesText(used)} used; the scene has no memory budget`;
+  return `${bytesText(used)} of ${bytesText(limit)} used${limit > 0 ? ` (${percentText(used / limit)})` : ""}, ${bytesText(Math.abs(limit - used))} ${used > limit ? "over" : "free"}`;
+}
+
+/** Returns the verdict in a sentence: assets, the one nearest to a limit of its own, memory. */
+function verdictSentence({ assets, incomplete, partial, budget }, uses) {
+  const failed = assets.filter(({ passed }) => !passed).length;
+  let sentence = failed === 0 ? "Every asset keeps its limit" : `${failed} of ${counted(assets.length, "asset")} failed`, most = 0, nearest = -1;
+  if (incomplete?.assets.length > 0) sentence = `Not cooked: ${incomplete.assets.join(", ")}. ${sentence}`;
+  if (partial) sentence = `This is a part of the scene; cook --only left out: ${partial.join(", ")}. ${sentence}`;
+  uses.forEach((use, i) => {
+    const share = use ? use.share ?? Infinity : 0;  // one that is not finite is null
+    if (share > most) [most, nearest] = [share, i];
+  });
+  if (nearest >= 0) sentence += `; ${assets[nearest].name} uses most of its limit: ${uses[nearest].words}${most < Infinity ? ` (${percentText(most)})` : ""}`;
+  return `${sentence}. ${budgetSentence(budget)}.`;
+}
+
+function header(report, uses) {
+  const { assets, tool, budget, runs = [] } = report, made = runs.map(({ at }) => at).filter((at) => at).join(", ");
+  return make("header", {}, make("p", { class: "eyebrow" }, "Cooked lighting"), make("div", { class: "title" }, make("h1", {}, report.scene), verdict(report.passed)),
+    make("p", { class: "lead" }, verdictSentence(report, uses)),
+    make("dl", { class: "facts" }, fact("GPU memory", bytes(budget.used_bytes)), fact("Assets passed", `${assets.filter(({ passed }) => passed).length} of ${assets.length}`),
+      fact("Time", seconds(report.seconds)), fact("Peak memory", bytes(report.peak_rss_bytes)), fact("Made by", made ? `the run of ${made}` : "this run"),
+      tool && fact("Tool", `${tool.name} ${tool.version}`)));
+}
+
+function failures({ assets, budget }) {
+  // A message begins with the name of its asset.
+  const lines = assets.flatMap(({ name, passed, failures: reasons = [] }, i) => (passed ? [] : reasons.map(({ message }) =>
+    make("li", {}, make("a", { href: `#${anchor(i)}` }, name), `: ${message.slice(name.length).replace(/^, /, "")}`))));
+  if (budget.limit_bytes !== null && budget.used_bytes > budget.limit_bytes) lines.push(make("li", {}, `memory budget: ${budgetSentence(budget)}`));
+  return lines.length > 0 && make("section", { class: "card failures" }, make("h2", {}, "What failed"), make("ul", {}, lines));
+}
+
+function findings({ findings: found = [] }) {
+  const standing = ({ severity, allowed }) => (allowed === undefined ? severity : allowed ? `allowed: ${allowed}` : "allowed");
+  return found.length > 0 && card("Plausibility of the inputs", table("findings", ["Code", "Of", "Found, and what to do", "Severity"], found.map((each) => [
+    each.code, each.asset || "the scene", [each.found, sub(each.advice)], standing(each)])));
+}
+
+// Memory
+
+/** Makes a bar of parts of a whole. @param {{ share: number, color: string, title: string }[]} parts */
+const partsBar = (parts, words, isOver, ...more) => make("div", { class: isOver ? "bar over" : "bar", role: "img", "aria-label": words },
+  parts.filter(({ share }) => share > 0).map(({ share, color, title }) => make("i", { style: `width:${(100 * Math.min(share, 1)).toFixed(3)}%;background:${color}`, title })), more);
+
+/** Makes a treemap of the assets, each divided into its textures. Of light maps, texels outside charts stand apart. */
+function assetTiles(assets) {
+  const tiles = assets.map((asset, i) => {
+    const color = kindColor(asset.kind), parts = (asset.textures ?? []).flatMap((texture) => {
+      const unused = bytesOutsideCharts(asset, texture), name = `${texture.role}, ${texture.format}`;
+      return [
+        { name, detail: unused > 0 ? "inside charts" : "", color, bytes: texture.bytes_gpu - unused },
+        { name: "outside charts", detail: name, color: "var(--track)", bytes: unused },
+      ];
+    });
+    return { name: asset.name, detail: kindCaption(asset.kind), color, link: `#${anchor(i)}`, bytes: asset.bytes_gpu, parts };
+  });
+  return tilesOf(tiles, "GPU memory of each asset and of its textures; the tables below have the figures");
+}
+
+function memory({ assets, budget }) {
+  const { used_bytes: used, limit_bytes: limit, by_kind, by_format } = budget, words = budgetSentence(budget);
+  const isOver = limit !== null && used > limit, whole = Math.max(used, limit ?? 0), kinds = sorted(Object.entries(by_kind), ([, count]) => count);
+  const parts = kinds.map(([kind, count]) => ({ share: count / whole, color: kindColor(kind), title: `${kind}: ${bytesText(count)}` }));
+  const mark = isOver && make("b", { style: `left:${((100 * limit) / whole).toFixed(3)}%`, title: `limit: ${bytesText(limit)}` });
+  return card("Memory", partsBar(parts, words, isOver, mark), make("p", { class: isOver ? "sentence over" : "sentence" }, words), assetTiles(assets),
+    make("div", { class: "pair" }, shares("By kind", by_kind, used, true), shares("By format", by_format, used)));
+}
+
+/** Makes what another budget buys: bytes against visible error, the next steps down and up, and all allocations. */
+function frontier({ frontier: points = [], limit_bytes: limit }) {
+  const chosen = points.findIndex((point) => point.chosen);
+  if (points.length < 2 || chosen < 0) return null;
+  const words = ({ layouts }) => layouts.map((each) => `${each.light_map}: ${each.layout}${each.dominant_layout ? `, dominant light ${each.dominant_layout}` : ""}`).join("; ");
+  const step = (to) => `${bytesText(Math.abs(to.bytes_gpu - points[chosen].bytes_gpu))} ${to.bytes_gpu > points[chosen].bytes_gpu ? "more" : "less"} take the visible error from ${
+    numberText(points[chosen].visible)} to ${numberText(to.visible)} (${words(to)}).`;
+  return card("What another budget buys",
+    soft("Light maps and dominant lights share the memory. No other choice of their layouts has fewer bytes and no larger visible error of the whole " +
+      "shading (p99 of the worst light map, as the trials measured it)."),
+    frontierPlot(points, limit ?? 0, words), list([points[chosen + 1], points[chosen - 1]].filter((to) => to).map(step)),
+    make("details", {}, make("summary", {}, `All ${points.length} allocations`), table("frontier", ["Layouts", "#GPU memory", "#Visible p99"], points.map((point) =>
+      row(point.chosen ? "total" : "", words(point) + (point.chosen ? " (chosen)" : ""), bytes(point.bytes_gpu), number(point.visible))))));
+}
+
+function advice(report) {
+  const sentences = adviceOf(report);
+  return sentences.length > 0 && card("What limits what", list(sentences));
+}
+
+// The whole shading
+
+/** Returns "each alone: mean light 3.00 %, directions 98.0 %", of the squared error. */
+const stagesText = ({ stages }) => stages.filter(({ share }) => share > 0).map(({ name, share }, i) =>
+  `${i === 0 ? "each alone: " : ""}${stageCaption(name)} ${share <= 1 ? percentText(share) : `${numberText(share)} times`}`).join(", ");
+
+function whole(error) {
+  if (!error) return null;
+  const parts = error.parts.filter(({ share }) => share !== 0), { light_maps: maps = [], apart } = error, atMost = "At most, if all errors went together";
+  return card("Error of the whole shading",
+    make("dl", { class: "facts whole-facts" },
+      fact("Error of the whole shading, RMS", percent(error.rel_rms)), fact(atMost, percent(error.rel_rms_bound)),
+      "visible_rms" in error && [fact("Visible error, RMS", numberText(error.visible_rms)), fact(atMost, numberText(error.visible_rms_bound ?? 0))]),
+    partsBar(parts.map(({ asset, kind, shading, share }) => ({ share, color: kindColor(kind), title: `${asset}, ${shading}: ${percentText(share)}` })), error.advice ?? "", false),
+    make("p", { class: "sentence" }, error.advice),
+    parts.length > 0 && table("shares", ["Asset", "Light", "#Share of the squared error", "#rel_rms of its light", "#Its light, of all"], parts.map((part) => [
+      [swatch(part.kind), part.asset, stagesText(part) && sub(stagesText(part))], cell("shading", part.shading), percent(part.share), percent(part.rel_rms),
+      percent(error.light_rms > 0 ? part.light_rms / error.light_rms : NaN)])),
+    parts.some(stagesText) && soft("Each alone: the squared error of the scene if only that stage erred. Errors of stages cancel in part, so one can be larger than the sum."),
+    maps.length > 0 && table("shares", ["Light map", "#Of the texels", "#Whole error", "#At most"], maps.map((map) => [
+      [map.name, map.advice && sub(map.advice)], percent(map.weight), percent(map.rel_rms), percent(map.rel_rms_bound)])),
+    apart.length > 0 && soft("No part of what the light maps' pixels show: ",
+      apart.map(({ asset, kind, rel_rms }) => `${asset} (${kindCaption(kind)}, ${percentText(rel_rms)})`).join(", "), "."));
+}
+
+// All assets
+
+function limitNote({ limit }) {
+  const limits = [["value", "limit"], ["max_visible", "visible"], ["max_visible_bound", "bound"], ["max_seam", "seam"]].filter(([key]) => typeof limit[key] === "number");
+  return make("span", { class: "sub" }, limits.map(([key, name], i) => [`${i > 0 ? ", " : ""}${name} `, key === "value" ? percent(limit.value) : shortText(limit[key])]));
+}
+
+/** Makes the rows of an asset, one for each kind of shading. The first has the cells that all share. */
+function assetRows(asset, index) {
+  const shadings = shadingsOf(asset), { error } = lastStage(asset), rowspan = shadings.length, shared = (...content) => make("td", { class: "num", rowspan }, content);
+  const name = make("th", { scope: "rowgroup", rowspan }, make("a", { href: `#${anchor(index)}` }, asset.name),
+    make("span", { class: "sub" }, swatch(asset.kind), [kindCaption(asset.kind), sizeText(asset), asset.layout].filter((each) => each).join(", ")));
+  return make("tbody", {}, shadings.map((shading, i) => {
+    const figures = error[shading];
+    const bits = asset.bits_per_texel > 0 ? number(asset.bits_per_texel) : titled(DASH, "0");
+    return make("tr", {}, i === 0 && [name, shared(bytes(asset.bytes_gpu)), shared(bytes(asset.bytes_disk)), shared(bits)],
+      cell("shading", shading), limitedError(figures, asset), ["p99", "max_sampled"].map((key) => cell("num", figure(figures, key))),
+      ["p99", "bound"].map((key) => limitedVisible(figures, key, asset)), i === 0 && make("td", { rowspan }, verdict(asset.passed), limitNote(asset)));
+  }));
+}
+
+function allAssets({ assets }) {
+  if (assets.length === 0) return card("Assets", soft("No assets were cooked."));
+  const framed = table("assets", ["Asset", "#GPU", "#Disk", "#Bits per texel", "Shading", "#rel_rms", "#p99", "#max sampled", "#Visible p99", "#Visible bound", "Verdict"], []);
+  framed.querySelector("tbody")?.replaceWith(...assets.map(assetRows));
+  return card("Assets", framed, soft("Thin lines show rel_rms and visible errors on the way to their limits. All figures are of the last stage; point at " +
+    "a number for its exact value."));
+}
+
+// Skipped work, and the meaning of the terms
+
+function skips({ skipped }) {
+  if (skipped.length === 0) return card("Skipped", soft("Nothing was skipped."));
+  const sum = (key) => skipped.reduce((all, skip) => all + (skip[key] ?? 0), 0);
+  return card("Skipped", table("skips", ["What", "Why", "#Memory saved", "#Time saved"], [
+    ...skipped.map((skip) => [skip.what, skip.why, bytes(skip.bytes_saved), seconds(skip.seconds_saved ?? null)]),
+    row("total", "Together", "", bytes(sum("bytes_saved")), seconds(sum("seconds_saved")))]));
+}
+
+const footnote = () => make("footer", {}, make("h2", {}, "What the figures mean"),
+  make("dl", {}, Object.entries(TERMS).map(([term, meaning]) => [make("dt", {}, term), make("dd", {}, meaning)])));
+
+/** Makes the page of a scene. */
+export function scenePage({ report, history, uses }) {
+  return [
+    header(report, uses), failures(report), findings(report), platformSection(report.platforms), baselineSection(report.baseline), trendSection(history, true), memory(report),
+    frontier(report.budget), advice(report), whole(report.whole), allAssets(report), report.assets.map((asset, i) => assetSection(asset, anchor(i))), skips(report), footnote(),
+  ];
+}
