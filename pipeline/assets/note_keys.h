@@ -1,4 +1,4 @@
-// Keys of `notes` and `measures` in a report. Cook and verify actions write them; report/captions.cpp has their words.
+// Keys of `notes` and `measures` in a report. Cook and verify actions write them; viewer/report/captions.js has their words.
 #pragma once
 
 namespace lightcook::pipeline::note_keys {

@@ -12,7 +12,7 @@
 #include "pipeline/command/terminal/printing.h"
 #include "pipeline/cook/verdicts.h"
 #include "pipeline/report/collection.h"
-#include "pipeline/report/report.h"
+#include "pipeline/report/page.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -123,7 +123,7 @@ int reportOne(const ReportOptions& options, CookedFolder folder, const std::vect
         std::vector<HistoryLine> own;
         for (const HistoryLine& line : history)
             if (line.scene == report.scene && line.target == folder.target) own.push_back(line);
-        if (auto written = session.write(options.html, renderReportHtml(folder.json, folder.folder, own)); !written)
+        if (auto written = session.write(options.html, renderReportHtml(report, folder.folder, own)); !written)
             errors.push_back(written.error());
     }
     if (auto written = options.json.write(session, folder.json, errors); !written) errors.push_back(written.error());

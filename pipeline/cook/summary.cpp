@@ -22,6 +22,7 @@
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/self_digest.h"
 #include "pipeline/report/exit_codes.h"
+#include "pipeline/report/page.h"
 #include "pipeline/scene/named_files.h"
 #include "pipeline/scene/settings.h"
 
@@ -444,7 +445,7 @@ bool SummaryWriter::isReportCurrent(const ReportFrame& frame, const std::filesys
 /// Writes the page and the report with the digests of all files that go with it. Returns the report with its own digest.
 Result<Report> SummaryWriter::prepareReport(Report report, const std::filesystem::path& staging) {
     const StagedFolder files(folder_, staging);
-    const std::string page = renderReportHtml(toJson(report), files);
+    const std::string page = renderReportHtml(report, files);
     if (auto prepared = prepareFile(kReportHtmlName, page); !prepared) return tl::make_unexpected(prepared.error());
     report.files = {{kManifestName, digestOfText(manifestText_)}, {kReportHtmlName, digestOfText(page)}};
     for (const ReportRow& row : rows_) {

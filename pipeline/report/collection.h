@@ -161,10 +161,4 @@ BaselineComparison compareWithScene(const Report& now, const SceneSummary& befor
 CollectionComparison compareCollections(const CollectionReport& now, const std::vector<SceneSummary>& before,
                                         const std::filesystem::path& file, std::optional<double> allowedPercent);
 
-/// Returns a self-contained page. It opens fast with thousands of scenes: pictures are shown only where an error grew.
-/// page     file that it will be written to, for links to the pages of the scenes; empty: no links
-/// history  of all scenes; empty: no trend
-std::string renderCollectionHtml(const CollectionReport& report, const std::filesystem::path& page,
-                                 const std::vector<HistoryLine>& history);
-
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-// report.json and report.html: memory against the budget, errors and their bounds against the limits, time.
+// report.json: memory against the budget, errors and their bounds against the limits, time.
 #pragma once
 
 #include <cstdint>
@@ -174,12 +174,8 @@ std::vector<std::string> picturesOf(const std::vector<ReportRow>& rows);
 
 /// Reads a report, and refuses one of another shape.
 formats::Result<Report> loadReport(const std::filesystem::path& file);
-/// Returns the same as JSON, for the page, which shows a report of any shape.
+/// Returns the same as JSON.
 formats::Result<Json> readReport(const std::filesystem::path& file);
-
-/// Returns a self-contained page. Members that are absent or of another type show as a dash. Pictures are read from `folder` and embedded.
-/// history  of this scene, for its trend
-std::string renderReportHtml(const Json& report, const StagedFolder& folder, const std::vector<HistoryLine>& history = {});
 
 /// Returns the peak resident memory of this process [bytes].
 std::uint64_t peakResidentBytes();

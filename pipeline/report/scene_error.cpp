@@ -9,8 +9,7 @@
 
 #include "pipeline/assets/light_map/unpacked_errors.h"
 #include "pipeline/assets/lut/light_moments.h"
-#include "pipeline/report/captions.h"
-#include "pipeline/report/html.h"
+#include "pipeline/report/words.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -266,6 +265,7 @@ private:
         }
         std::ranges::stable_sort(result.parts, std::ranges::greater{},
                                  [](const ErrorPart& part) { return std::isfinite(part.share) ? part.share : -1; });
+        result.advice = adviceOf(result);
         return result;
     }
 
@@ -329,7 +329,7 @@ std::string adviceOf(const ShadingError& shading) {
     if (first.share == 0) return "There is no error.";
     // Names of assets stand in quotation marks: one may be called "specular".
     return fmt::format("{} of the squared error ({}) comes from the {} '{}', in {} light: {}.",
-                       first.share > 0.5 ? "Most" : "The largest part", humanPercent(first.share), kindCaption(info(first.kind).name),
+                       first.share > 0.5 ? "Most" : "The largest part", humanPercent(first.share), info(first.kind).shortCaption,
                        first.asset, first.shading, remedyOf(first));
 }
 
@@ -338,7 +338,7 @@ std::string lineOf(const SceneError& whole) {
     const std::string visible =
         shading.visibleRms ? fmt::format("; visible {:.2f}, at most {:.2f}", *shading.visibleRms, *shading.visibleRmsBound) : "";
     return fmt::format("whole shading: {} of its light (RMS), at most {}{}. {}", humanPercent(shading.relRms),
-                       humanPercent(shading.relRmsBound), visible, adviceOf(shading));
+                       humanPercent(shading.relRmsBound), visible, shading.advice);
 }
 
 }  // namespace lightcook::pipeline

@@ -62,6 +62,7 @@ struct ShadingError {
     std::optional<double> visibleRms, visibleRmsBound;
     std::array<double, kLightNames.size()> lights{};  ///< RMS of each kind of light
     std::vector<ErrorPart> parts;                     ///< the largest share first
+    std::string advice;                               ///< adviceOf
 };
 template <class Fields, Is<ShadingError> Self>
 void describe(Fields& fields, Self& shading) {
@@ -75,6 +76,8 @@ void describe(Fields& fields, Self& shading) {
             lights.required(kLightNames[i], shading.lights[i], kFigure, "RMS of this light");
     });
     fields.required("parts", shading.parts, "assets that take part, the largest share first");
+    fields.presentIf(!shading.advice.empty(), "advice", shading.advice,
+                     "the part with the largest share and how to reduce it; or that there is no error, or no finite one");
 }
 
 struct LightMapError {

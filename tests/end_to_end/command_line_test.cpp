@@ -480,7 +480,7 @@ TEST_F(CommandLine, ABaselineIsComparedAndFailsOnlyWhereAsked) {
     const Json& map = assetOf(baseline, "map");
     EXPECT_EQ(map.at("before").at("layout"), "ratio");
     EXPECT_LT(map.at("now").at("diffuse_rel_rms").get<double>(), map.at("before").at("diffuse_rel_rms").get<double>());
-    EXPECT_THAT(contentOf(scene_ / "report.html"), HasSubstr("Compared with the baseline"));
+    EXPECT_THAT(contentOf(scene_ / "report.html"), HasSubstr("\"baseline\":{"));
     const Ended grown = run("report out --baseline old --fail-over 2%");
     EXPECT_EQ(grown.code, 5);
     EXPECT_THAT(grown.err, HasSubstr("expected at most 2 % more"));

@@ -127,6 +127,17 @@ class Browser:
             raise RuntimeError(self.evaluate('document.getElementById("loading-text").textContent'))
         self.settle()
 
+    def show(self, url):
+        """Opens another page than the viewer's, and waits until it is complete."""
+        self.events.clear()
+        self.call('Page.navigate', {'url': 'about:blank'})
+        self.call('Page.navigate', {'url': url})
+        deadline = time.monotonic() + PATIENCE
+        while self.evaluate('location.href + " " + document.readyState') != f'{url} complete':
+            if time.monotonic() > deadline:
+                raise RuntimeError(f'{url}: the page is not complete')
+            time.sleep(0.05)
+
     def without_extensions(self, names):
         """Pages that are opened from now on see a WebGL2 without these extensions."""
         self.call('Page.addScriptToEvaluateOnNewDocument', {'source': f'''{{

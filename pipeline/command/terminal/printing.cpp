@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "pipeline/assets/note_keys.h"
-#include "pipeline/report/captions.h"
+#include "pipeline/report/words.h"
 
 namespace lightcook::pipeline {
 namespace {

@@ -8,7 +8,7 @@
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
-#include "pipeline/report/report.h"
+#include "pipeline/report/page.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
@@ -420,7 +420,7 @@ TEST_F(EditedJson, AManifestOfAnyShapeIsVerifiedOrRefused) {
 TEST_F(EditedJson, AReportOfAnyShapeIsShownOrRefused) {
     int refused = 0;
     forEachEdit(kReportName, [&] {
-        const auto report = readReport(scene_ / "out" / kReportName);
+        const auto report = loadReport(scene_ / "out" / kReportName);
         if (report)
             EXPECT_THAT(renderReportHtml(*report, scene_ / "out"), HasSubstr("</html>"));
         else

@@ -86,8 +86,9 @@ TEST_F(SeamLimit, TheReportHasTheSeamOfTwoMeshes) {
     for (const char* shading : {"diffuse", "specular"})
         EXPECT_LE(seams.at("stages").back().at(shading).at("added").at("max").get<double>(),
                   2 * error.at(shading).at("visible").at("bound").get<double>());
-    EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"),
-                AllOf(HasSubstr("73 places of 1 edges that two charts share"), HasSubstr("seen around the seam")));
+    EXPECT_EQ(seams.at("places"), 73);
+    EXPECT_EQ(seams.at("edges"), 1);
+    EXPECT_FALSE(mapOf(outcome).at("preview").at("seams").empty());
 }
 
 TEST_F(SeamLimit, FailsAMapThatIsOverItAndNamesTheEdge) {
@@ -103,7 +104,6 @@ TEST_F(SeamLimit, FailsAMapThatIsOverItAndNamesTheEdge) {
     EXPECT_EQ(map.at("limit").at("max_seam"), 0.01);
     EXPECT_EQ(map.at("failures").at(0).at("seam").get<double>(), addedOf(map));
     EXPECT_EQ(map.at("failures").at(0).at("seam_at"), map.at("seams").at("worst").at(0));
-    EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("cooking adds a "));
     // JUnit and SARIF have it as a check of its own.
     const CiRun run = ciRun({"cook", scene_ / "out", scene_.sceneFile(), {}, outcome.report, outcome.errors});
     int seamChecks = 0;
@@ -142,7 +142,6 @@ TEST_F(SeamLimit, SeamsThatCannotBeMeasuredHaveANote) {
     const Outcome unmapped = cook("light_map_layout = \"ratio\"", "", "TEXCOORD_0");
     EXPECT_THAT(mapOf(unmapped).at("seams").at("note"), "the mesh has no light-map UVs (TEXCOORD_1)");
     EXPECT_TRUE(mapOf(unmapped).at("passed").get<bool>());
-    EXPECT_THAT(formats::contentOf(scene_ / "out" / "report.html"), HasSubstr("Not measured: the mesh has no light-map UVs"));
     const Outcome limited = cook("light_map_layout = \"ratio\"\nmax_seam = 1", "", "TEXCOORD_0");
     ASSERT_EQ(limited.errors.size(), 1u);
     EXPECT_THAT(limited.errors.front().line(), HasSubstr("seams: found the mesh has no light-map UVs"));

@@ -412,19 +412,6 @@ TEST(SceneError, AReportIsReadWithAndWithoutIt) {
     }
 }
 
-TEST(SceneError, ThePageShowsTheSharesOfTheParts) {
-    Json report = wholeReport({lightMap("<b>", 0.01, 0.02, 4, 1), lightMap("b", 0.03, 0.02, 4, 1), tables(0.01)});
-    const std::string page = renderReportHtml(report, {"."});
-    EXPECT_THAT(page, HasSubstr("Error of the whole shading"));
-    EXPECT_THAT(page, HasSubstr("Of the texels"));
-    EXPECT_THAT(page, HasSubstr("of the squared error ("));
-    EXPECT_EQ(page.find("<b>"), std::string::npos);
-    report["whole"]["parts"] = "text";
-    EXPECT_THAT(renderReportHtml(report, {"."}), HasSubstr("there is no sum"));
-    report.erase("whole");
-    EXPECT_EQ(renderReportHtml(report, {"."}).find("Error of the whole shading"), std::string::npos);
-}
-
 TEST(SceneError, OfACookedSceneLiesBetweenItsLargestPartAndTheirSum) {
     const SmallScene scene(SmallScene::Parts::All);
     const RunState state;
