@@ -1,4 +1,4 @@
-# The pages of `lightcook view` and of reports: bundled by Node, then written as C++ (pipeline/view/bundle.h).
+# The pages of `lightcook view` and of reports: bundled by Node, then written as C++ (pipeline/report/bundle.h).
 set(viewer_bundle ${PROJECT_BINARY_DIR}/generated/viewer_bundle.cpp)
 set(viewer ${PROJECT_SOURCE_DIR}/viewer)
 if(LIGHTCOOK_VIEWER)
@@ -16,7 +16,7 @@ if(LIGHTCOOK_VIEWER)
     VERBATIM)
 else()
   file(CONFIGURE OUTPUT ${viewer_bundle} @ONLY CONTENT [[
-#include "pipeline/view/bundle.h"
+#include "pipeline/report/bundle.h"
 
 namespace lightcook::pipeline {
 

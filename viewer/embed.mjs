@@ -1,4 +1,4 @@
-// Writes a C++ source that holds what build.mjs wrote: viewerBundle() and reportTemplate() of pipeline/view/bundle.h.
+// Writes a C++ source that holds what build.mjs wrote: viewerBundle() and reportTemplate() of pipeline/report/bundle.h.
 //   node embed.mjs FOLDER OUT.cpp
 import { readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -45,7 +45,7 @@ for (const needed of ["index.html", REPORT])
   }
 const lines = [
   "// Written by viewer/embed.mjs.",
-  '#include "pipeline/view/bundle.h"',
+  '#include "pipeline/report/bundle.h"',
   "",
   "namespace lightcook::pipeline {",
   "",

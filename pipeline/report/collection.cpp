@@ -24,7 +24,7 @@ SceneSummary summaryOf(const Report& report) {
     for (const ReportRow& row : report.assets) {
         scene.bytesDisk += row.bytesDisk;
         scene.assets.push_back({row.name, row.kind, row.verdict.limits[Limit::Error].value_or(kNoErrorLimit), pipeline::figuresOf(row),
-                                mostUsedLimit(jsonOf(row))});
+                                mostUsedLimit(row)});
     }
     for (const Skip& skip : report.skipped) scene.bytesSaved += skip.bytesSaved;
     scene.findingCount = static_cast<int>(

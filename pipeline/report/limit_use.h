@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "pipeline/graph/action.h"
+#include "pipeline/report/report_row.h"
 
 namespace lightcook::pipeline {
 
@@ -14,8 +14,8 @@ struct LimitUse {
     std::string words;  ///< "visible p99 1.04 of 1.1"
 };
 
-/// Returns the use of the limit that an asset of report.json is nearest to or farthest over; of equal ones the first. Empty: it has no
-/// limit that a figure stands beside.
-std::optional<LimitUse> mostUsedLimit(const Json& asset);
+/// Returns the use of the limit that an asset is nearest to or farthest over; of equal ones the first. Empty: it has no limit that a figure
+/// stands beside.
+std::optional<LimitUse> mostUsedLimit(const ReportRow& row);
 
 }  // namespace lightcook::pipeline

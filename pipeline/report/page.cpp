@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "formats/pixel_format.h"
+#include "pipeline/report/bundle.h"
 #include "pipeline/report/words.h"
-#include "pipeline/view/bundle.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -160,7 +160,7 @@ std::string renderReportHtml(const Report& report, const StagedFolder& folder, c
     std::vector<Row> rows;
     std::size_t passed = 0;
     for (const ReportRow& row : report.assets) {
-        data["uses"].push_back(useOf(mostUsedLimit(jsonOf(row))));
+        data["uses"].push_back(useOf(mostUsedLimit(row)));
         const verify::StageError& last = row.verdict.stages.back();
         const bool isFinite = std::isfinite(last.diffuse.relRms) && std::isfinite(last.specular.relRms);
         rows.push_back({row.name, fmt::format("{}", row.bytesGpu),

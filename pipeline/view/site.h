@@ -13,7 +13,7 @@
 #include "formats/error.h"
 #include "formats/temporary_folder.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/view/bundle.h"
+#include "pipeline/report/bundle.h"
 #include "pipeline/view/scene_data.h"
 
 namespace lightcook::pipeline {

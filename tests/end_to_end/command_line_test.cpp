@@ -6,8 +6,8 @@
 
 #include "formats/plain_image.h"
 #include "pipeline/command/outputs.h"
+#include "pipeline/report/bundle.h"
 #include "pipeline/report/report.h"
-#include "pipeline/view/bundle.h"
 #include "tests/end_to_end/command_fixture.h"
 #include "tests/pipeline/report_parts.h"
 

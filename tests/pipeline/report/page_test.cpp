@@ -8,9 +8,9 @@
 
 #include "formats/light_map_layout.h"
 #include "formats/png.h"
+#include "pipeline/report/bundle.h"
 #include "pipeline/report/failures.h"
 #include "pipeline/report/words.h"
-#include "pipeline/view/bundle.h"
 
 namespace lightcook::pipeline {
 namespace {
