@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <system_error>
 #include <utility>
 
 namespace lightcook::pipeline {
@@ -41,6 +42,16 @@ Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& s
         return static_cast<std::uint64_t>(whole);
     }
     return refuse();
+}
+
+std::optional<double> parseFraction(std::string_view text) {
+    const bool isPercent = text.ends_with('%');
+    if (isPercent) text.remove_suffix(1);
+    while (isPercent && text.ends_with(' ')) text.remove_suffix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+    return isPercent ? value / 100 : value;
 }
 
 }  // namespace lightcook::pipeline

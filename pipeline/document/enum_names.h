@@ -1,7 +1,8 @@
-// Names of enumerations of formats/ as fields of JSON: from their tables. Axes, which are no enumeration, as their text.
+// Names of enumerations of formats/ as fields of documents: from their tables. Axes, which are no enumeration, as their text.
 #pragma once
 
 #include "formats/gpu_texture.h"
+#include "formats/layout_cost.h"
 #include "formats/light_map_conventions.h"
 #include "formats/light_map_objective.h"
 #include "formats/specular_lobe.h"
@@ -19,6 +20,11 @@ struct EnumNames<formats::Target> {
 template <>
 struct EnumNames<formats::Objective> {
     static std::vector<std::string> all() { return formats::namesOf(formats::allObjectives()); }
+};
+
+template <>
+struct EnumNames<formats::LayoutCost> {
+    static std::vector<std::string> all() { return formats::namesOf(formats::allLayoutCosts()); }
 };
 
 template <>

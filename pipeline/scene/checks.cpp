@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <system_error>
 
 #include "formats/light_map.h"
 #include "lighting/display.h"
@@ -34,16 +32,6 @@ bool isReservedOnWindows(std::string_view name) {
     const std::string stem = inLowerCase(name.substr(0, name.find('.')));
     const bool isPort = stem.size() == 4 && (stem.starts_with("com") || stem.starts_with("lpt")) && stem[3] >= '1' && stem[3] <= '9';
     return isPort || std::ranges::find(kDevices, stem) != kDevices.end();
-}
-
-std::optional<double> parseFraction(std::string_view text) {
-    const bool isPercent = text.ends_with('%');
-    if (isPercent) text.remove_suffix(1);
-    while (isPercent && text.ends_with(' ')) text.remove_suffix(1);
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-    return isPercent ? value / 100 : value;
 }
 
 Objection objectionToFireflyLimit(double limit) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "formats/specular_lobe.h"
+#include "pipeline/document/keys.h"
 
 namespace lightcook::pipeline {
 
@@ -27,16 +28,6 @@ std::string inLowerCase(std::string_view name);
 /// Returns true for names that no file has on Windows, alone or with an extension: con, prn, aux, nul, com1 to com9 and lpt1 to lpt9, in
 /// any case, and names that end in '.' or ' '.
 bool isReservedOnWindows(std::string_view name);
-
-/// The two halves of the message "found ..., expected ...".
-struct ValueError {
-    std::string found, expected;
-};
-/// The error of a value that is not allowed; empty for one that is.
-using Objection = std::optional<ValueError>;
-
-/// Parses a fraction: "0.02", "2%" or "2 %". Returns nothing for other texts and for numbers that are not finite.
-std::optional<double> parseFraction(std::string_view text);
 
 /// A limit is a number from 1, or 0 for no check.
 Objection objectionToFireflyLimit(double limit);

@@ -21,6 +21,7 @@
 #include "formats/specular_lobe.h"
 #include "formats/target.h"
 #include "lighting/display.h"
+#include "pipeline/document/keys.h"
 #include "pipeline/scene/chart_settings.h"
 #include "pipeline/scene/lint_checks.h"
 #include "pipeline/scene/scene_lines.h"
@@ -127,9 +128,6 @@ struct GradientEntry {
     bool dither = false;                         ///< rgba8 alone
     std::optional<double> maxVisible = {};       ///< overrides maxConverterVisible of the output
     std::optional<double> maxVisibleBound = {};  ///< overrides that of the output
-};
-struct Range {
-    double low = 0, high = 0;
 };
 /// Adds to a material of the glTF, or overrides it; the name "*" is every material.
 struct MaterialEntry {

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "formats/nearest.h"
+#include "pipeline/document/byte_count.h"
 
 namespace lightcook::pipeline {
 

@@ -1,0 +1,262 @@
+// Keys of TOML documents: scene files and budgets. A struct lists its keys once, each with the values that it may have, its default and its
+// caption; the reader (toml_fields.h), the check for unknown keys and the tables of the reference are derived from that list:
+//
+//   template <class Keys>
+//   void describeKeys(Keys& keys, Basket& basket) {
+//       keys.required("owner", basket.owner, {}, "who carries it");
+//       keys.optional("pieces", basket.count, within(1, 99), "number of pieces");
+//       keys.optional("sort", basket.sort, oneOf(allSorts()), "what is in it");
+//   }
+//
+// A key of a std::optional may be absent; one of another type is the struct's own value then. A member may be a boolean, a number, a text,
+// a path, an enumeration with a table of names, a type with a FieldText, a list of numbers, a glm vector, a map by name, or a std::optional
+// of these. `special` is for keys of another shape, `section` and `sections` for tables inside the document.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "formats/vocabulary.h"
+#include "pipeline/document/json_fields.h"
+
+namespace lightcook::pipeline {
+
+/// The two halves of the message "found ..., expected ...".
+struct ValueError {
+    std::string found, expected;
+};
+/// The error of a value that is not allowed; empty for one that is.
+using Objection = std::optional<ValueError>;
+
+/// A combination of settings that is refused: at which key of a file, and in which words.
+struct SettingsRule {
+    std::string_view key;  ///< it holds in files that give the key
+    bool isBroken = false;
+    std::string words;
+    std::string_view option = {};  ///< option of the command line that may bring it about; empty: none
+    std::string optionWords = {};  ///< there; empty: those of a file
+};
+
+/// A range of numbers.
+struct Range {
+    double low = 0, high = 0;
+};
+
+/// Values that a key may have, in numbers and in words.
+struct KeyRule {
+    enum class Form {
+        Plain,
+        Fraction,  ///< a number, or a text such as "2%"
+        ByteCount  ///< a text such as "2 MiB"
+    };
+    Form form = Form::Plain;
+    double low = -HUGE_VAL, high = HUGE_VAL;               ///< of numbers, which are finite
+    bool (*allows)(double) = nullptr;                      ///< a condition on numbers beside the range
+    std::vector<std::string> names = {};                   ///< of a text that is one of these; of a map, of its keys
+    std::string (*faultOf)(const std::string&) = nullptr;  ///< "found ..., expected ..." of a text that is refused; empty for others
+    std::string expected = {};                             ///< in messages; empty: by type and range
+    std::string type = {};                                 ///< in Markdown, for the reference; empty: by type and range
+    std::string fallback = {};                             ///< in Markdown: the default; empty: the value that the struct begins with
+
+    /// Returns the same rule with another default in the reference.
+    KeyRule otherwise(std::string text) const {
+        KeyRule rule = *this;
+        rule.fallback = std::move(text);
+        return rule;
+    }
+    bool isAllowed(double value) const {
+        return std::isfinite(value) && value >= low && value <= high && (allows == nullptr || allows(value));
+    }
+    Objection objectionTo(double value) const {
+        return isAllowed(value) ? std::nullopt : Objection(ValueError{fmt::format("{}", value), expected});
+    }
+};
+
+inline KeyRule within(double low, double high) {
+    return {.low = low, .high = high};
+}
+inline KeyRule oneOf(std::vector<std::string> names) {
+    return {.names = std::move(names)};
+}
+template <class Row>
+KeyRule oneOf(std::span<const Row> rows) {
+    return oneOf(formats::namesOf(rows));
+}
+inline const KeyRule kByteCount = {.form = KeyRule::Form::ByteCount, .expected = "a size such as \"2 MiB\"", .type = "size"};
+
+/// Returns "what. `a`: caption of a; `b`: caption of b" for the rows of a table.
+template <class Row>
+std::string withCaptions(std::string_view what, std::span<const Row> rows) {
+    std::string text(what);
+    for (const Row& row : rows) text += fmt::format("{}`{}`: {}", &row == rows.data() ? ". " : "; ", row.name, row.caption);
+    return text;
+}
+
+/// Returns a name as the reference shows it: in quotes and code marks.
+inline std::string inCode(std::string_view name) {
+    return fmt::format("`\"{}\"`", name);
+}
+
+/// A row of the reference.
+struct KeyRow {
+    std::string name, type, fallback, caption;  ///< all but the name in Markdown
+};
+
+/// A table of a document, or the keys before the first table.
+struct KeyTable {
+    std::string name = {};               ///< "light_map", "light_map.place"; empty for the keys before the first table
+    bool isArray = false;                ///< [[name]], any number of times
+    std::string intro = {}, outro = {};  ///< Markdown before and after the keys
+    std::vector<KeyRow> keys = {};
+};
+
+/// Markdown before and after the keys of a table in the reference.
+struct SectionText {
+    std::string intro = {}, outro = {};
+};
+
+namespace key_words {
+
+template <class T>
+struct Inner {
+    using Type = T;
+};
+template <class T>
+struct Inner<std::optional<T>> {
+    using Type = T;
+};
+template <class T>
+inline constexpr bool kIsOptional = !std::same_as<T, typename Inner<T>::Type>;
+template <class T>
+inline constexpr bool kIsNumber = std::floating_point<T> || json_fields::Integer<T>;
+
+/// Returns the names that a text or an enumeration may have; empty: any.
+template <class T>
+std::vector<std::string> namesFor(const KeyRule& rule) {
+    if constexpr (std::is_enum_v<T>)
+        return rule.names.empty() ? enumNames<T>() : rule.names;
+    else
+        return rule.names;
+}
+
+/// Returns the type of a key as the reference has it.
+template <class T>
+std::string typeOf(const KeyRule& rule) {
+    if (!rule.type.empty()) return rule.type;
+    if constexpr (std::same_as<T, bool>) return "true, false";
+    if constexpr (std::same_as<T, std::filesystem::path>) return "path";
+    if constexpr (kIsNumber<T>) {
+        const std::string_view type = std::floating_point<T> ? "number" : "integer";
+        if (!std::isfinite(rule.high)) return std::string(type);
+        return std::floating_point<T> ? fmt::format("number from {:g} to {:g}", rule.low, rule.high)
+                                      : fmt::format("{} to {}", rule.low, rule.high);
+    }
+    std::string names;
+    for (const std::string& name : namesFor<T>(rule)) names += (names.empty() ? "" : ", ") + inCode(name);
+    return names.empty() ? "string" : names;
+}
+
+/// Returns the values of a key as messages expect them.
+template <class T>
+std::string expectedOf(const KeyRule& rule) {
+    if (!rule.expected.empty()) return rule.expected;
+    if constexpr (std::same_as<T, bool>) return "true or false";
+    if constexpr (std::same_as<T, std::filesystem::path>) return "a path";
+    if constexpr (HasText<T>) return FieldText<T>::expected();
+    if constexpr (kIsNumber<T>) {
+        const std::string_view type = std::floating_point<T> ? "a number" : "an integer";
+        return std::isfinite(rule.high) ? fmt::format("{} from {} to {}", type, rule.low, rule.high) : std::string(type);
+    }
+    const std::vector<std::string> names = namesFor<T>(rule);
+    return names.empty() ? "a string" : fmt::format("one of: {}", fmt::join(names, ", "));
+}
+
+/// Returns the default of a key as the reference has it: by the rule, or the value that the struct begins with.
+template <class T>
+std::string fallbackOf(const T& value, const KeyRule& rule) {
+    if (!rule.fallback.empty()) return rule.fallback;
+    if constexpr (std::same_as<T, bool> || kIsNumber<T>) return fmt::format("{}", value);
+    if constexpr (std::is_enum_v<T>) return inCode(namesFor<T>(rule).at(static_cast<std::size_t>(value)));
+    if constexpr (HasText<T>) return inCode(FieldText<T>::of(value));
+    if constexpr (std::same_as<T, std::string>)
+        if (!value.empty()) return inCode(value);
+    return "none";
+}
+
+}  // namespace key_words
+
+/// Lists the keys of a document for the reference, and the names that its reader knows.
+class KeyLister {
+public:
+    /// tables  of the document; that of the number `at` gets the keys
+    KeyLister(std::vector<KeyTable>& tables, std::size_t at) : tables_(tables), at_(at) {}
+
+    template <class T>
+    void required(std::string_view key, const T&, const KeyRule& rule, std::string_view caption) {
+        add(key, key_words::typeOf<T>(rule), "required", caption);
+    }
+    template <class T>
+    void optional(std::string_view key, const T& value, const KeyRule& rule, std::string_view caption) {
+        add(key, key_words::typeOf<typename key_words::Inner<T>::Type>(rule), key_words::fallbackOf(value, rule), caption);
+    }
+    template <class T>
+    void requiredUnless(std::string_view other, std::string_view key, const T&, const KeyRule& rule, std::string_view caption) {
+        add(key, key_words::typeOf<T>(rule), fmt::format("required, or `{}`", other), caption);
+    }
+    template <class Read>
+    void special(std::string_view key, const KeyRule& rule, std::string_view caption, Read) {
+        add(key, rule.type, rule.fallback.empty() ? "none" : rule.fallback, caption);
+    }
+    template <class T, class DescribeInner>
+    void section(std::string_view key, T& value, const SectionText& text, DescribeInner describeInner) {
+        KeyLister inner = table(key, false, text);
+        describeInner(inner, value);
+    }
+    template <class T, class DescribeInner>
+    void sections(std::string_view key, std::vector<T>&, const SectionText& text, DescribeInner describeInner) {
+        KeyLister inner = table(key, true, text);
+        T element{};
+        describeInner(inner, element);
+    }
+    /// Tables inside a table, which are also one of its keys.
+    template <class T, class DescribeInner>
+    void sectionsInside(std::string_view key, std::vector<T>& elements, const KeyRule& rule, std::string_view caption,
+                        const SectionText& text, DescribeInner describeInner) {
+        add(key, "tables", rule.fallback, caption);
+        sections(key, elements, text, describeInner);
+    }
+
+private:
+    void add(std::string_view key, std::string type, std::string fallback, std::string_view caption) {
+        tables_[at_].keys.push_back({std::string(key), std::move(type), std::move(fallback), std::string(caption)});
+    }
+    KeyLister table(std::string_view key, bool isArray, const SectionText& text) {
+        const std::string& outer = tables_[at_].name;
+        tables_.push_back({outer.empty() ? std::string(key) : fmt::format("{}.{}", outer, key), isArray, text.intro, text.outro, {}});
+        return {tables_, tables_.size() - 1};
+    }
+
+    std::vector<KeyTable>& tables_;
+    std::size_t at_;
+};
+
+/// Returns every table of a document, in the order of the reference: the keys before the first one, then as described.
+template <class Document>
+const std::vector<KeyTable>& keyTablesOf() {
+    static const std::vector<KeyTable> kTables = [] {
+        std::vector<KeyTable> tables(1);
+        KeyLister lister(tables, 0);
+        Document document{};
+        describeKeys(lister, document);
+        return tables;
+    }();
+    return kTables;
+}
+
+}  // namespace lightcook::pipeline
