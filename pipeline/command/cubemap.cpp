@@ -73,8 +73,8 @@ formats::Result<Json> runIrradiance(const CommandLine& options) {
     OutputSettings output;
     output.target = options.cook.target.value_or(output.target);
     output.rdo = options.cook.rdo.value_or(output.rdo);
-    if (const auto conflict = conflictIn(output))
-        return formats::failure(formats::ErrorCode::InvalidRequest, conflict->option, conflict->inOptions);
+    if (const auto conflict = brokenByOptions(rulesOf(output)))
+        return formats::failure(formats::ErrorCode::InvalidRequest, std::string(conflict->option), conflict->optionWords);
     if (options.size && (*options.size < 1 || *options.size > kMostIrradianceSize))
         return formats::failure(formats::ErrorCode::InvalidRequest, "--size",
                                 fmt::format("found {}, expected 1 to {}", *options.size, kMostIrradianceSize));

@@ -282,7 +282,7 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
          {"--max-whole-visible", &maxWholeVisible_}}};
     for (const auto& [option, limit] : visibleLimits)
         if (*limit)
-            if (auto checked = checkOption(option, objectionToMaxVisible(**limit)); !checked) return checked;
+            if (auto checked = checkOption(option, kVisibleLimit.objectionTo(**limit)); !checked) return checked;
     options.maxVisible = maxVisible_;
     options.maxVisibleBound = maxVisibleBound_;
     options.maxConverterVisible = isOneAsset_ ? maxVisible_ : maxConverterVisible_;
@@ -366,7 +366,7 @@ formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& des
     description.image = image_;
     description.mesh = mesh_;
     description.fireflyLimit = fireflyLimit_;
-    if (auto checked = checkOption("--firefly-limit", objectionToFireflyLimit(fireflyLimit_)); !checked) return checked;
+    if (auto checked = checkOption("--firefly-limit", kFireflyLimit.objectionTo(fireflyLimit_)); !checked) return checked;
     // A bake that has normals and coverage does not read its mesh, and would not tell.
     return mesh_.empty() ? formats::Result<void>() : formats::checkLightMapUvs(mesh_);
 }

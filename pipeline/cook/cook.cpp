@@ -79,17 +79,18 @@ void applyOverrides(const CookOptions& options, Scene& scene) {
 Result<void> checkSettings(const Scene& scene, const CookOptions& options, const std::filesystem::path& folder) {
     const OutputSettings& output = scene.output;
     if (const std::string why = whyNothing(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, scene.file.string(), why);
-    if (const auto conflict = conflictIn(output)) {
+    if (const auto conflict = brokenByOptions(rulesOf(output))) {
         // A container of the scene file may not suit the target of the command line.
-        const bool isOwnContainer = conflict->key == std::string_view("container") && !options.container;
+        const bool isOwnContainer = conflict->key == "container" && !options.container;
         return failure(ErrorCode::InvalidRequest,
-                       !isOwnContainer  ? conflict->option
+                       !isOwnContainer  ? std::string(conflict->option)
                        : options.target ? "--target astc"
                                         : placeIn(scene, "output", "", "container", "container"),
-                       conflict->inOptions);
+                       conflict->optionWords);
     }
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (const std::string why = whyNotLayouts(output, entry); !why.empty()) return failure(ErrorCode::InvalidRequest, "--layout", why);
+        if (const auto broken = brokenByOptions(rulesOf(output, entry)))
+            return failure(ErrorCode::InvalidRequest, std::string(broken->option), broken->optionWords);
     if (auto checked = checkCharts(scene, options.charts); !checked) return checked;
     for (const LightMapEntry& entry : scene.lightMaps)
         if (isSplit(output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
@@ -97,7 +98,8 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or nothing");
-    if (const std::string why = whyNotSeams(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, "--max-seam", why);
+    if (const auto broken = brokenByOptions(rulesOf(scene)))
+        return failure(ErrorCode::InvalidRequest, std::string(broken->option), broken->optionWords);
     return {};
 }
 

@@ -4,9 +4,12 @@
 
 #include <array>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "formats/vocabulary.h"
+#include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
 
@@ -32,5 +35,10 @@ static_assert(formats::isCompleteTable(kChartModes, ChartMode::Split));
 inline std::span<const ChartModeInfo> allChartModes() {
     return kChartModes;
 }
+
+template <>
+struct EnumNames<ChartMode> {
+    static std::vector<std::string> all() { return formats::namesOf(allChartModes()); }
+};
 
 }  // namespace lightcook::pipeline

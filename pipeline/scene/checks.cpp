@@ -7,9 +7,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "formats/light_map.h"
-#include "lighting/display.h"
-
 namespace lightcook::pipeline {
 namespace {
 
@@ -32,11 +29,6 @@ bool isReservedOnWindows(std::string_view name) {
     const std::string stem = inLowerCase(name.substr(0, name.find('.')));
     const bool isPort = stem.size() == 4 && (stem.starts_with("com") || stem.starts_with("lpt")) && stem[3] >= '1' && stem[3] <= '9';
     return isPort || std::ranges::find(kDevices, stem) != kDevices.end();
-}
-
-Objection objectionToFireflyLimit(double limit) {
-    if (formats::isFireflyLimit(limit)) return std::nullopt;
-    return ValueError{fmt::format("{}", limit), "a number from 1, or 0 for no check"};
 }
 
 Objection objectionToRange(const std::vector<double>& range, double lowest, double highest) {
@@ -70,54 +62,10 @@ Objection objectionToProbeSize(std::int64_t size) {
     return ValueError{fmt::format("{}", size), fmt::format("a power of two from {} to {}", kLeastProbeSize, kMostProbeSize)};
 }
 
-Objection objectionToMaxVisible(double limit) {
-    if (limit > 0 && std::isfinite(limit)) return std::nullopt;
-    return ValueError{fmt::format("{}", limit), "a positive number of just noticeable differences: 2 is hard to see, 10 is plain"};
-}
-
-Objection objectionToWhite(double white) {
-    if (white >= lighting::kLeastWhite && white <= lighting::kMostWhite) return std::nullopt;
-    return ValueError{fmt::format("{}", white),
-                      fmt::format("a positive exit radiance, from {:g} to {:g}", lighting::kLeastWhite, lighting::kMostWhite)};
-}
-
-Objection objectionToStops(double stops) {
-    if (std::abs(stops) <= lighting::kMostStops) return std::nullopt;
-    return ValueError{fmt::format("{}", stops), fmt::format("a number from -{0} to {0}", lighting::kMostStops)};
-}
-
-Objection objectionToBlack(double black) {
-    if (black >= lighting::kLeastBlack && black <= lighting::kMostBlack) return std::nullopt;
-    return ValueError{fmt::format("{}", black),
-                      fmt::format("a luminance from {} to {} cd/m^2", lighting::kLeastBlack, lighting::kMostBlack)};
-}
-
-Objection objectionToNormalMapTilt(double degrees) {
-    if (degrees >= kLeastNormalMapTilt && degrees <= kMostNormalMapTilt) return std::nullopt;
-    return ValueError{fmt::format("{}", degrees),
-                      fmt::format("an angle from {} to {} degrees, or normal_map = false for surfaces without normal maps",
-                                  kLeastNormalMapTilt, kMostNormalMapTilt)};
-}
-
 Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe) {
     if (normalization == "energy" || formats::info(lobe).distribution) return std::nullopt;
     return ValueError{fmt::format("\"{}\" with the lobe \"{}\"", normalization, formats::info(lobe).name),
                       "\"energy\", the only one of Phong lobes"};
-}
-
-Objection objectionToSceneLobe(lighting::SpecularLobe lobe) {
-    const formats::SpecularLobeInfo& row = formats::info(lobe);
-    if (row.distribution) return std::nullopt;
-    return ValueError{fmt::format("\"{}\"", row.name),
-                      fmt::format("{}: cubemaps and dominant lights have no Phong lobe (lightcook lut --lobe {} makes tables alone)",
-                                  formats::listOfNames(formats::sceneLobes()), row.name)};
-}
-
-Objection objectionToTableLobe(lighting::SpecularLobe tables, lighting::SpecularLobe scene) {
-    if (tables == scene) return std::nullopt;
-    const std::string_view name = formats::info(tables).name;
-    return ValueError{fmt::format("\"{}\" beside the scene's lobe \"{}\"", name, formats::info(scene).name),
-                      fmt::format("the same lobe: write lobe = \"{}\" above the first table of the scene file", name)};
 }
 
 }  // namespace lightcook::pipeline

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "formats/light_map.h"
 #include "formats/specular_lobe.h"
 #include "pipeline/document/keys.h"
 
@@ -29,8 +30,13 @@ std::string inLowerCase(std::string_view name);
 /// any case, and names that end in '.' or ' '.
 bool isReservedOnWindows(std::string_view name);
 
-/// A limit is a number from 1, or 0 for no check.
-Objection objectionToFireflyLimit(double limit);
+/// A limit on visible errors.
+inline const KeyRule kVisibleLimit = {.allows = [](double limit) { return limit > 0; },
+                                      .expected = "a positive number of just noticeable differences: 2 is hard to see, 10 is plain"};
+/// A limit on fireflies.
+inline const KeyRule kFireflyLimit = {
+    .allows = formats::isFireflyLimit, .expected = "a number from 1, or 0 for no check", .type = "number from 1, or 0"};
+
 /// A range is two numbers with lowest <= low <= high <= highest.
 Objection objectionToRange(const std::vector<double>& range, double lowest, double highest);
 /// 1 to 256 increasing Phong exponents from 1 to 65536, one for each row of a reflection map.
@@ -42,21 +48,9 @@ glm::dvec3 directionOfAxis(const std::vector<double>& axis);
 /// A face of a cubemap has a power of two of texels, so that each level halves the one above.
 inline constexpr int kLeastProbeSize = 16, kMostProbeSize = 2048;
 Objection objectionToProbeSize(std::int64_t size);
-/// A limit on visible errors is a positive number of just noticeable differences.
-Objection objectionToMaxVisible(double limit);
-/// Settings of the display: an exit radiance from 1e-9 to 1e9, an exposure compensation of at most 20 stops, and a black of 0.005 to 100
-/// cd/m^2.
-Objection objectionToWhite(double white);
-Objection objectionToStops(double stops);
-Objection objectionToBlack(double black);
 /// A normal map turns normals by at most 1 to 90 degrees from the surface's own.
 inline constexpr double kLeastNormalMapTilt = 1, kMostNormalMapTilt = 90;
-Objection objectionToNormalMapTilt(double degrees);
 /// Phong lobes have one normalization only.
 Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe);
-/// Cubemaps, dominant lights and shader have Cook-Torrance lobes only, so a scene does.
-Objection objectionToSceneLobe(lighting::SpecularLobe lobe);
-/// A scene has one lobe.
-Objection objectionToTableLobe(lighting::SpecularLobe tables, lighting::SpecularLobe scene);
 
 }  // namespace lightcook::pipeline

@@ -26,7 +26,7 @@ std::span<const DominantFitInfo> allDominantFits() {
 }
 
 const DominantFitInfo* dominantFitFromName(std::string_view name) {
-    return formats::findByName(allDominantFits(), name == "closed" ? std::string_view("halo3") : name);
+    return formats::findByName(allDominantFits(), name);
 }
 
 formats::Result<const DominantFitInfo*> dominantFitOf(const std::string& asset, std::string_view name) {

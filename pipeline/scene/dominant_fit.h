@@ -20,7 +20,7 @@ struct DominantFitInfo {
 /// Returns every fit, the default first.
 std::span<const DominantFitInfo> allDominantFits();
 
-/// Returns the fit of a name; "closed" is an older name of "halo3". nullptr for other names.
+/// Returns the fit of a name; nullptr for other names.
 const DominantFitInfo* dominantFitFromName(std::string_view name);
 /// Returns the same; fails for other names.
 /// asset  name of the dominant light, for the message

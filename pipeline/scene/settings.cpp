@@ -5,7 +5,9 @@
 #include <algorithm>
 
 #include "formats/light_map_layout.h"
+#include "formats/lmbake.h"
 #include "formats/vocabulary.h"
+#include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/rsrm_format.h"
 
 namespace lightcook::pipeline {
@@ -39,6 +41,18 @@ std::string whyNotDecode(const OutputSettings& output) {
                        costOf(formats::info(*named)));
 }
 
+/// Returns what is wrong with the list of a light map beside the settings of the output, or an empty text.
+std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry) {
+    if (entry.layouts.empty()) return "";
+    const std::string asked = layoutAsked(output);
+    if (asked == kAutoLayout) return whyNoneKeeps(output.decode, entry.layouts);
+    if (std::ranges::find(entry.layouts, asked) != entry.layouts.end()) return "";
+    return fmt::format(
+        "found a list of layouts for light map '{}' without layout {}, which the scene asks for, expected "
+        "light_map_layout = \"auto\" in [output], or that layout in the list",
+        entry.name, asked);
+}
+
 ChartMode chartModeOf(const OutputSettings& output, const LightMapEntry& entry) {
     return entry.charts.mode ? *entry.charts.mode : output.charts.mode.value_or(ChartMode::Keep);
 }
@@ -69,32 +83,94 @@ std::string whyNothing(const Scene& scene) {
     return isEmpty ? "found nothing to cook, expected at least one table [[light_map]], [[probe]], [[gradient]] or [[material]]" : "";
 }
 
-std::string whyNotSeams(const Scene& scene) {
-    if (!scene.output.maxSeam) return "";
-    const bool hasMesh = std::ranges::any_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); });
-    return hasMesh ? ""
-                   : "found a limit on seams where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]: seams are at its "
-                     "edges";
+std::vector<SettingsRule> rulesOf(const OutputSettings& output) {
+    const bool isDds = output.container == formats::Container::Dds, isAuto = layoutAsked(output) == kAutoLayout;
+    const std::string_view target = formats::info(output.target).name;
+    const std::string decode = whyNotDecode(output);
+    const char* const decodeKey = output.decode.maxFetches ? "max_fetches" : output.decode.maxDecodeOps ? "max_decode_ops" : "layouts";
+    return {
+        {"effort", output.target == Target::Float,
+         "found output.effort with target = \"float\", whose texels are not encoded, expected target = \"bc\" or \"astc\""},
+        {"container", output.target == Target::Astc && isDds,
+         "found container dds with target astc, expected container ktx2: DDS has no ASTC formats", "--container dds"},
+        {"zstd", output.zstd && isDds,
+         "found zstd = true with container = \"dds\", expected container = \"ktx2\": DDS has no supercompression", "--container dds",
+         "found it with zstd, expected --container ktx2: DDS has no supercompression"},
+        {"rdo", output.rdo > 0 && output.target != Target::Bc,
+         fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", target), "--rdo",
+         "found a target other than bc, expected --target bc: only BC blocks repeat"},
+        {decodeKey, !decode.empty(), decode, "--layout"},
+        {"gltf", output.gltf && isDds, "found glTF with container dds, expected container ktx2", "--gltf"},
+        {"cost", !isAuto,
+         "found output.cost where the layout is named, expected light_map_layout = \"auto\" with max_error or max_visible"},
+        {"cost", output.budgetBytes && !output.isErrorLimited(),
+         "found output.cost where a budget chooses the layouts, expected max_error or max_visible as well"},
+    };
 }
 
-std::optional<SettingsConflict> conflictIn(const OutputSettings& output) {
-    using formats::Container;
-    const auto alike = [](const char* key, const char* option, const std::string& why) { return SettingsConflict{key, why, option, why}; };
-    if (output.target == Target::Astc && output.container == Container::Dds)
-        return alike("container", "--container dds",
-                     "found container dds with target astc, expected container ktx2: DDS has no ASTC formats");
-    if (output.zstd && output.container == Container::Dds)
-        return SettingsConflict{"zstd",
-                                "found zstd = true with container = \"dds\", expected container = \"ktx2\": DDS has no supercompression",
-                                "--container dds", "found it with zstd, expected --container ktx2: DDS has no supercompression"};
-    if (output.rdo > 0 && output.target != Target::Bc)
-        return SettingsConflict{
-            "rdo", fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", formats::info(output.target).name),
-            "--rdo", "found a target other than bc, expected --target bc: only BC blocks repeat"};
-    if (const std::string why = whyNotDecode(output); !why.empty())
-        return alike(output.decode.maxFetches ? "max_fetches" : output.decode.maxDecodeOps ? "max_decode_ops" : "layouts", "--layout", why);
-    if (output.gltf && output.container != Container::Ktx2)
-        return alike("gltf", "--gltf", "found glTF with container dds, expected container ktx2");
+std::vector<SettingsRule> rulesOf(const formats::ColorSpaces& colors) {
+    const auto empty = [](const char* key) {
+        return fmt::format("found an empty text for color.{}, expected the name of a colour space", key);
+    };
+    return {{"source", colors.source.empty(), empty("source")},
+            {"working", colors.working.empty(), empty("working")},
+            {"working", colors.working == formats::kStatedSource,
+             fmt::format("found \"{}\" for color.working, expected the name of a colour space: only a source can be stated by files",
+                         formats::kStatedSource)}};
+}
+
+std::vector<SettingsRule> rulesOf(const OutputSettings& output, const LightMapEntry& entry) {
+    const formats::LightMapDescription& description = entry.description;
+    const std::string layouts = whyNotLayouts(output, entry);
+    const DominantLayoutInfo* const dominant = dominantLayoutFromName(entry.dominantLayout.value_or(""));
+    const auto withoutMesh = [&](const char* key, const char* why) {
+        return SettingsRule{key, !entry.mesh,
+                            fmt::format("found light_map.{} without a mesh for '{}', expected mesh = \"FILE\": {}", key, entry.name, why)};
+    };
+    SettingsRule lmbake = withoutMesh("lmbake", "its nodes are in the lmbake");
+    lmbake.isBroken = lmbake.isBroken && !description.hasNoLmbake;
+    return {
+        {"coverage", description.coverage == formats::CoverageSource::Mesh && !entry.mesh,
+         "found coverage \"mesh\" for a light map without a mesh, expected mesh = \"FILE\""},
+        withoutMesh("max_seam", "seams are at its edges"),
+        lmbake,
+        {"lmbake", !description.lmbake.empty() && (!description.parts.empty() || !formats::mayTakeLmbake(description.bake)),
+         fmt::format("found light_map.lmbake beside {}, expected a light map of Godot: {}",
+                     description.parts.empty() ? "bake = \"" + description.bake + "\"" : "files",
+                     fmt::join(formats::lmbakeBakeNames(), " or "))},
+        withoutMesh("place", "it names its nodes"),
+        {"place", !description.lmbake.empty(),
+         fmt::format("found light_map.place beside {}, which places the nodes too, expected one of them: lmbake = \"{}\" leaves the file "
+                     "out",
+                     description.lmbake.filename().string(), formats::kNoLmbake)},
+        {"dominant_fit", dominant != nullptr && dominant->divisor == 0,
+         fmt::format("found light_map.dominant_fit beside dominant_layout = \"{}\", expected one of them: there is no dominant light",
+                     entry.dominantLayout.value_or(""))},
+        {"layouts", !layouts.empty(), layouts, "--layout"},
+    };
+}
+
+std::vector<SettingsRule> rulesOf(const GradientEntry& gradient) {
+    return {{"encoding", gradient.axis && gradient.encoding != kGradientEncodings.front(),
+             "found gradient.encoding beside an axis, expected it for painted gradients alone"},
+            {"zones", !gradient.axis, "found gradient.zones without an axis, expected the axis to average around"}};
+}
+
+std::vector<SettingsRule> rulesOf(const Scene& scene) {
+    const bool hasMesh = std::ranges::any_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); });
+    return {{"max_seam", scene.output.maxSeam && !hasMesh,
+             "found a limit on seams where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]: seams are at its edges",
+             "--max-seam"},
+            {"gltf", scene.output.gltf && !hasMesh,
+             "found output.gltf where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]"}};
+}
+
+std::optional<SettingsRule> brokenByOptions(const std::vector<SettingsRule>& rules) {
+    for (SettingsRule rule : rules) {
+        if (!rule.isBroken || rule.option.empty()) continue;
+        if (rule.optionWords.empty()) rule.optionWords = rule.words;
+        return rule;
+    }
     return std::nullopt;
 }
 
@@ -106,17 +182,6 @@ bool takesTangents(const OutputSettings& output, const LightMapEntry& entry) {
     const std::string asked = layoutAsked(output);
     if (asked != kAutoLayout) return formats::isInTangentSpace(asked);
     return std::ranges::any_of(layoutsFor(output, entry), formats::isInTangentSpace);
-}
-
-std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry) {
-    if (entry.layouts.empty()) return "";
-    const std::string asked = layoutAsked(output);
-    if (asked == kAutoLayout) return whyNoneKeeps(output.decode, entry.layouts);
-    if (std::ranges::find(entry.layouts, asked) != entry.layouts.end()) return "";
-    return fmt::format(
-        "found a list of layouts for light map '{}' without layout {}, which the scene asks for, expected "
-        "light_map_layout = \"auto\" in [output], or that layout in the list",
-        entry.name, asked);
 }
 
 double errorLimit(const OutputSettings& output) {

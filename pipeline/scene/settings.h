@@ -82,27 +82,20 @@ lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& ent
 /// Returns the folder that a scene is cooked to: the one that was given, or without one (empty) that of its name.
 std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given);
 
-/// Settings of [output] that cannot be combined.
-struct SettingsConflict {
-    const char* key;        ///< of [output], whose value a scene file is refused at
-    std::string inScene;    ///< what is wrong, in the words of a scene file
-    const char* option;     ///< of the command line
-    std::string inOptions;  ///< what is wrong, in the words of the command line
-};
-/// Returns the first conflict of the settings, of a scene file or with the overrides of the command line: formats and containers of the
-/// target, and limits on the decode that no layout keeps.
-std::optional<SettingsConflict> conflictIn(const OutputSettings& output);
+/// Return the rules between the settings of a table, and whether they are broken. Those of a whole scene are of its table [output].
+std::vector<SettingsRule> rulesOf(const OutputSettings& output);
+std::vector<SettingsRule> rulesOf(const formats::ColorSpaces& colors);
+std::vector<SettingsRule> rulesOf(const OutputSettings& output, const LightMapEntry& entry);
+std::vector<SettingsRule> rulesOf(const GradientEntry& gradient);
+std::vector<SettingsRule> rulesOf(const Scene& scene);
 
-/// Returns what is wrong with the list of a light map beside the settings of the output, or an empty text.
-std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& entry);
+/// Returns the first broken rule that an option of the command line may have brought about.
+std::optional<SettingsRule> brokenByOptions(const std::vector<SettingsRule>& rules);
 
 /// Returns the reason why the format, or its dithering, is not possible for a target; empty if it is possible.
 std::string whyNotRsrm(const GradientEntry& entry, Target target);
 
 /// Returns what is wrong with a scene without anything to cook, or an empty text.
 std::string whyNothing(const Scene& scene);
-
-/// Returns what is wrong with a limit on seams for all light maps, or an empty text.
-std::string whyNotSeams(const Scene& scene);
 
 }  // namespace lightcook::pipeline

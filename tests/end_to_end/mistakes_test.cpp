@@ -281,8 +281,6 @@ const std::vector<Mistake>& allMistakes() {
          [](const ExampleCopy& scene) { scene.replaceInScene("schema = 1", "lobe = \"phong\"\nschema = 1"); }},
         {"a normal map without any tilt", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) { scene.replaceInScene("normal_map = true", "normal_map = true\nnormal_map_tilt = 0"); }},
-        {"the lobe of the tables is not the scene's", "lightcook cook scene.toml",
-         [](const ExampleCopy& scene) { scene.append("scene.toml", "\n[tables]\nlobe = \"ggx\"\n"); }},
         {"a layout without the light that materials need", "lightcook cook scene.toml",
          [](const ExampleCopy& scene) {
              scene.replaceInScene("# light_map_layout = \"auto\"", "light_map_layout = \"flat\"");

@@ -18,7 +18,7 @@
 #include "pipeline/report/collection.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
-#include "pipeline/scene/keys.h"
+#include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -100,9 +100,23 @@ std::string optionTable(const std::vector<OptionDoc>& options) {
     return text;
 }
 
-std::string headingOf(const SceneSectionInfo& section) {
-    if (section.name.empty()) return "Top of the file";
-    return section.isArray ? fmt::format("`[[{}]]`", section.name) : fmt::format("`[{}]`", section.name);
+std::string headingOf(const KeyTable& table) {
+    if (table.name.empty()) return "Top of the file";
+    return table.isArray ? fmt::format("`[[{}]]`", table.name) : fmt::format("`[{}]`", table.name);
+}
+
+/// Returns the tables of keys of a TOML document, each under a heading.
+std::string keyTables(std::span<const KeyTable> tables) {
+    std::string text;
+    for (const KeyTable& table : tables) {
+        text += fmt::format("\n## {}\n\n", headingOf(table));
+        if (!table.intro.empty()) text += table.intro + "\n\n";
+        text += "| key | type | default | meaning |\n| --- | --- | --- | --- |\n";
+        for (const KeyRow& key : table.keys)
+            text += fmt::format("| `{}` | {} | {} | {} |\n", key.name, key.type, key.fallback, key.caption);
+        if (!table.outro.empty()) text += "\n" + table.outro + "\n";
+    }
+    return text;
 }
 
 /// Escapes what troff would read as a command, and sets hyphens as minus signs, so that options can be copied.
@@ -234,27 +248,16 @@ std::string commandReference(const ProgramDoc& program) {
 }
 
 std::string sceneFileReference() {
-    std::string text = "# The scene file\n\n" + std::string(kGenerated);
-    text += wrapped(
+    return generatedPage(
+        "# The scene file\n\n"
         "A scene is one TOML file. Paths are relative to it. [examples/cornell/scene.toml](../../examples/cornell/scene.toml) is a "
         "complete example with comments, and [from a baker to a scene](../guide/from-a-baker-to-a-scene.md) explains the choices. Unknown "
         "keys are refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, "
         "and exit code 2. On the command line, `--target`, `--layout`, `--objective`, `--container`, `--max-error`, "
-        "`--max-converter-error`, "
-        "`--max-visible`, `--max-visible-bound`, `--max-whole-visible`, `--max-whole-error`, `--max-converter-visible`, "
-        "`--max-converter-visible-bound`, `--max-seam`, "
-        "`--budget`, `--effort`, `--rdo`, `--zstd`, `--charts`, `--charts-max-visible`, `--gltf` and `--mips` override keys of "
-        "`[output]`.",
-        kMarkdownColumns);
-    for (const SceneSectionInfo& section : allSceneSections()) {
-        text += fmt::format("\n## {}\n\n", headingOf(section));
-        if (!section.intro.empty()) text += wrapped(section.intro, kMarkdownColumns) + "\n";
-        text += "| key | type | default | meaning |\n| --- | --- | --- | --- |\n";
-        for (const SceneKeyInfo& key : section.keys)
-            text += fmt::format("| `{}` | {} | {} | {} |\n", key.name, key.type, key.fallback, key.caption);
-        if (!section.outro.empty()) text += fmt::format("\n{}", wrapped(section.outro, kMarkdownColumns));
-    }
-    return text;
+        "`--max-converter-error`, `--max-visible`, `--max-visible-bound`, `--max-whole-visible`, `--max-whole-error`, "
+        "`--max-converter-visible`, `--max-converter-visible-bound`, `--max-seam`, `--budget`, `--effort`, `--rdo`, `--zstd`, `--charts`, "
+        "`--charts-max-visible`, `--gltf` and `--mips` override keys of `[output]`.\n" +
+        keyTables(sceneKeyTables()));
 }
 
 std::string layoutReference() {

@@ -20,7 +20,7 @@ std::vector<ReferencePage> referencePages();
 /// Returns docs/reference/commands.md.
 std::string commandReference(const ProgramDoc& program);
 
-/// Returns docs/reference/scene-file.md, from pipeline/scene/keys.h.
+/// Returns docs/reference/scene-file.md, from pipeline/scene/scene.h.
 std::string sceneFileReference();
 
 /// Returns docs/reference/light-map-layouts.md, from formats/light_map_layout.h.

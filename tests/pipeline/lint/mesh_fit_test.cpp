@@ -175,8 +175,8 @@ TEST(MeshFit, MapsOfNodesHavePlaces) {
     EXPECT_THAT(scene.codes([](glm::dvec2 uv) { return uv / 2.0; }), IsEmpty());
     for (const auto& [keys, expected] : std::initializer_list<std::pair<const char*, const char*>>{
              {"[[light_map.place]]\nscale = [1, 1]\n", "found no key 'node' in light_map.place"},
-             {"[[light_map.place]]\nnode = \"quad0\"\nscale = [1]\n", "found 1 numbers for light_map.place.scale"},
-             {"[[light_map.place]]\nnode = \"quad0\"\nscale = [0, 1]\n", "found 0 for light_map.place.scale"},
+             {"[[light_map.place]]\nnode = \"quad0\"\nscale = [1]\n", "found [1] for light_map.place.scale"},
+             {"[[light_map.place]]\nnode = \"quad0\"\nscale = [0, 1]\n", "found [0, 1] for light_map.place.scale"},
              {"[[light_map.place]]\nnode = \"quad0\"\noffset = [0, 1e9]\n", "for light_map.place.offset, expected shares"},
              {"[[light_map.place]]\nnode = \"quad0\"\nturn = 1\n", "found unknown key 'turn' in light_map.place"},
              {"[[light_map.place]]\nnode = \"quad7\"\n", "found no node 'quad7'"}}) {

@@ -226,7 +226,7 @@ TEST_F(PackedCook, WhatCannotBePackedIsRefused) {
     writeScene("charts = \"pack\"\ncharts_max_visible = 1\nmax_visible_bound = 9");
     EXPECT_THAT(mistake(), HasSubstr("expected charts_max_visible = 0"));
     writeScene("charts = \"pack\"\ncharts_max_visible = -1");
-    EXPECT_THAT(mistake(), HasSubstr("found -1 for charts_max_visible, expected a number from 0"));
+    EXPECT_THAT(mistake(), HasSubstr("found -1 for output.charts_max_visible, expected a number from 0"));
     writeScene("charts_max_visible = 1");
     EXPECT_THAT(mistake(), HasSubstr("scene.toml:5: found charts_max_visible where no charts are packed, expected charts = \"pack\" or"));
     writeScene("charts = \"pack\"", "mesh = \"cornell.glb\"\ncharts = \"keep\"\ncharts_max_visible = 1\n");
