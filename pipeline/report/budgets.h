@@ -11,17 +11,9 @@
 #include <vector>
 
 #include "formats/error.h"
-#include "pipeline/document/json_fields.h"
+#include "pipeline/document/keys.h"
 
 namespace lightcook::pipeline {
-
-/// A key of budgets.toml. The reader refuses every other key, and docs/reference/budgets.md is made from the rows.
-struct BudgetKeyInfo {
-    std::string_view name, type, fallback, caption;  ///< in Markdown
-};
-/// Returns the keys before the first table, and those of [[platform]].
-std::span<const BudgetKeyInfo> allBudgetKeys();
-std::span<const BudgetKeyInfo> allPlatformKeys();
 
 /// Largest GPU memory [bytes] of the scenes of a platform.
 struct PlatformBudget {
@@ -40,6 +32,9 @@ struct PlatformBudgets {
 
 /// Reads budgets.toml. Unknown keys, asset kinds, pixel formats and targets are refused with the nearest known one.
 formats::Result<PlatformBudgets> readBudgets(const std::filesystem::path& file);
+
+/// Returns the tables of budgets.toml with their keys, for the reference.
+std::span<const KeyTable> budgetKeyTables();
 
 /// GPU memory of one scene, as budgets count it.
 struct SceneMemory {
@@ -95,8 +90,5 @@ std::optional<std::string> warningOfUnusedPlatforms(const PlatformBudgets& budge
 
 /// Returns an error (OverBudget) for each limit that is not kept.
 std::vector<formats::Error> errorsOf(const std::vector<PlatformUse>& uses, const std::string& file);
-
-/// Returns the keys of budgets.toml as a Markdown page.
-std::string budgetsReference();
 
 }  // namespace lightcook::pipeline

@@ -210,9 +210,9 @@ std::vector<ReferencePage> referencePages() {
              "`lightcook report DIR... --history F` and `lightcook cook --history F` append a line of JSON for each scene, and "
              "the page of a report draws the trend. A line that equals the last one of its scene and target is not written again.",
              documentSchema<HistoryLine>(""))},
-        {"budgets.md", generatedPage(budgetsReference())},
-        {"cooked.schema.json", textOf(manifest) + "\n"},
-        {"report.schema.json", textOf(report) + "\n"}};
+        {"budgets.md", budgetsReference()},
+        {"cooked.schema.json", schemaText(manifest)},
+        {"report.schema.json", schemaText(report)}};
 }
 
 std::string commandReference(const ProgramDoc& program) {
@@ -258,6 +258,16 @@ std::string sceneFileReference() {
         "`--max-converter-visible`, `--max-converter-visible-bound`, `--max-seam`, `--budget`, `--effort`, `--rdo`, `--zstd`, `--charts`, "
         "`--charts-max-visible`, `--gltf` and `--mips` override keys of `[output]`.\n" +
         keyTables(sceneKeyTables()));
+}
+
+std::string budgetsReference() {
+    return generatedPage(
+        "# Budgets\n\n`budgets.toml` has the GPU memory that each platform allows; `lightcook report --budgets FILE` holds cooked "
+        "scenes against it and ends with code 5 if a limit is passed. Sizes are strings: `\"4096\"`, `\"512 KiB\"`, `\"2 MiB\"`. "
+        "Unknown keys are refused with the nearest known one.\n" +
+        keyTables(budgetKeyTables()) +
+        "\n## Example\n\n```toml\nschema = 1\n\n[[platform]]\nname = \"console\"\ntarget = \"bc\"\ntotal = \"512 MiB\"\nscene = \"8 "
+        "MiB\"\nscenes = { lobby = \"12 MiB\" }\nkinds = { light-map = \"6 MiB\" }\n```\n");
 }
 
 std::string layoutReference() {

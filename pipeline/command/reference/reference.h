@@ -22,6 +22,8 @@ std::string commandReference(const ProgramDoc& program);
 
 /// Returns docs/reference/scene-file.md, from pipeline/scene/scene.h.
 std::string sceneFileReference();
+/// Returns docs/reference/budgets.md, from pipeline/report/budgets.cpp.
+std::string budgetsReference();
 
 /// Returns docs/reference/light-map-layouts.md, from formats/light_map_layout.h.
 std::string layoutReference();

@@ -270,14 +270,15 @@ TEST_F(Budgets, MistakesNamePlaceAndNearestName) {
         return budgets ? std::string("read") : budgets.error().detail;
     };
     EXPECT_THAT(lineOf("schema = 1\n[[platfrom]]\n"),
-                HasSubstr("unknown key 'platfrom' in the file, expected one of: schema, platform; nearest is 'platform'"));
+                HasSubstr("unknown key 'platfrom' in the file, expected one of its keys; nearest is 'platform'"));
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntotl = \"1\"\n"), HasSubstr("nearest is 'total'"));
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\nkinds = { lightmap = \"1\" }\n"), HasSubstr("nearest is 'light-map'"));
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\nformats = { bc6 = \"1\" }\n"), HasSubstr("unknown key 'bc6'"));
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntarget = \"bcc\"\ntotal = \"1\"\n"),
-                HasSubstr("expected bc, astc or float"));
+                HasSubstr("found 'bcc' for platform.target, expected one of: bc, astc, float"));
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\n"), HasSubstr("found no limit for platform 'a'"));
-    EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntotal = 3\n"), HasSubstr("found no string for platform.total"));
+    EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntotal = 3\n"),
+                HasSubstr("found the integer 3 for platform.total, expected a size such as \"2 MiB\""));
     EXPECT_THAT(lineOf("schema = 1\n[[platform]]\nname = \"a\"\ntotal = \"3 MB\"\n[[platform]]\nname = \"a\"\ntotal = \"1\"\n"),
                 HasSubstr("found a second platform 'a'"));
     EXPECT_THAT(lineOf("schema = 2\n"), HasSubstr("expected schema = 1"));

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "formats/vocabulary.h"
+#include "pipeline/report/budgets.h"
 #include "pipeline/scene/scene.h"
 #include "tests/formats/temporary_folder.h"
 
@@ -51,15 +52,16 @@ TEST(SceneKeys, NumbersAreNoBooleans) {
 }
 
 TEST(SceneKeys, AreNamedOnceAndDescribed) {
-    for (const KeyTable& table : sceneKeyTables()) {
-        std::set<std::string_view> names;
-        for (const KeyRow& key : table.keys) {
-            EXPECT_TRUE(names.insert(key.name).second) << key.name;
-            EXPECT_THAT(key.type, Not(IsEmpty())) << key.name;
-            EXPECT_THAT(key.fallback, Not(IsEmpty())) << key.name;
-            EXPECT_THAT(key.caption, Not(IsEmpty())) << key.name;
+    for (const std::span<const KeyTable> tables : {sceneKeyTables(), budgetKeyTables()})
+        for (const KeyTable& table : tables) {
+            std::set<std::string_view> names;
+            for (const KeyRow& key : table.keys) {
+                EXPECT_TRUE(names.insert(key.name).second) << key.name;
+                EXPECT_THAT(key.type, Not(IsEmpty())) << key.name;
+                EXPECT_THAT(key.fallback, Not(IsEmpty())) << key.name;
+                EXPECT_THAT(key.caption, Not(IsEmpty())) << key.name;
+            }
         }
-    }
 }
 
 }  // namespace
