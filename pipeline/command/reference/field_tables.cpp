@@ -27,11 +27,15 @@ std::string typesOf(const Json& schemas) {
     return fmt::format("{}", fmt::join(types, " or "));
 }
 
+/// Returns "numbers" of "number" and "lists of numbers" of "list of numbers".
+std::string pluralOf(const std::string& type) {
+    if (type.starts_with("list ")) return "lists" + type.substr(4);
+    return std::ranges::all_of(type, [](unsigned char letter) { return std::islower(letter) != 0; }) ? type + "s" : type;
+}
+
 std::string listOf(const Json& schema) {
-    const Json &items = schema.at("items"), least = schema.value("minItems", Json()), most = schema.value("maxItems", Json());
-    const std::string type = typeOf(items);
-    const bool isPlain = items.contains("type") && items["type"].is_string() && !type.starts_with("list");
-    const std::string elements = isPlain ? type + "s" : type;
+    const Json least = schema.value("minItems", Json()), most = schema.value("maxItems", Json());
+    const std::string elements = pluralOf(typeOf(schema.at("items")));
     return !least.is_null() && least == most ? fmt::format("list of {} {}", least.dump(), elements) : "list of " + elements;
 }
 

@@ -1,5 +1,9 @@
 #include "pipeline/command/reference/schemas.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/dominant/dominant.h"
 #include "pipeline/assets/lut/lut.h"
@@ -48,7 +52,32 @@ std::vector<std::string> layoutsOf(AssetKind kind) {
     return {};
 }
 
+void addText(const Json& value, const std::string& indent, std::string& text) {
+    const bool isObject = value.is_object(), isNested = value.is_structured() && std::ranges::any_of(value, &Json::is_structured);
+    if (!isObject && !isNested) {
+        std::vector<std::string> names;
+        for (const Json& element : value) names.push_back(element.dump());
+        text += value.is_array() ? fmt::format("[{}]", fmt::join(names, ", ")) : value.dump();
+        return;
+    }
+    const std::string inner = indent + "  ";
+    std::string members;
+    for (const auto& [key, member] : value.items()) {
+        members += members.empty() ? "\n" : ",\n";
+        members += isObject ? fmt::format("{}{}: ", inner, Json(key).dump()) : inner;
+        addText(member, inner, members);
+    }
+    if (!members.empty()) members += "\n" + indent;
+    text += isObject ? "{" + members + "}" : "[" + members + "]";
+}
+
 }  // namespace
+
+std::string schemaText(const Json& schema) {
+    std::string text;
+    addText(schema, "", text);
+    return text + "\n";
+}
 
 Json manifestSchema() {
     SchemaDefinitions definitions;
