@@ -19,6 +19,7 @@
 #include "formats/nearest.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
+#include "pipeline/command/reference/program_doc.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal/terminal.h"
 #include "pipeline/graph/version.h"
@@ -139,7 +140,18 @@ formats::Error errorOf(const CLI::App& app, const CLI::ParseError& mistake) {
     const std::string message = mistake.what();
     const std::size_t colon = message.starts_with('-') ? message.find(": ") : std::string::npos;
     if (colon == std::string::npos) return {formats::ErrorCode::InvalidRequest, "command line", message};
-    return {formats::ErrorCode::InvalidRequest, message.substr(0, colon), message.substr(colon + 2)};
+    const std::string name = message.substr(0, colon), detail = message.substr(colon + 2);
+    const CLI::Option* option = app.get_option_no_throw(name);
+    for (const CLI::App* command : app.get_subcommands())
+        if (option == nullptr) option = command->get_option_no_throw(name);
+    const bool isOfValue = dynamic_cast<const CLI::ValidationError*>(&mistake) != nullptr && !detail.starts_with("found ");
+    if (option == nullptr || (!isOfValue && !option->results().empty())) return {formats::ErrorCode::InvalidRequest, name, detail};
+    const OptionDoc doc = describeOption(*option);
+    const std::string value = fmt::format("{}", fmt::join(option->results(), ","));
+    return {formats::ErrorCode::InvalidRequest, name,
+            fmt::format("found {}, expected {}{}", value.empty() ? "no value" : "'" + value + "'",
+                        doc.choices.empty() ? doc.placeholder : fmt::format("one of: {}", fmt::join(doc.choices, ", ")),
+                        formats::nearestHint(value, doc.choices))};
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ TEST_F(CommandLine, HelpIsThereInEveryWay) {
     const Ended none = run("");
     EXPECT_EQ(none.code, 2) << "a script with an empty variable is a mistake";
     EXPECT_THAT(none.out, StartsWith(all.out));
-    EXPECT_THAT(none.err, HasSubstr("found no command"));
+    EXPECT_THAT(none.err, HasSubstr("A subcommand is required"));
     EXPECT_THAT(run("help cok").err, HasSubstr("nearest is 'cook'"));
     EXPECT_EQ(run("help cok").code, 2);
 }

@@ -44,7 +44,16 @@ void describeValue(const std::string& type, OptionDoc& option) {
     if (option.placeholder == "FLOAT" || option.placeholder == "INT" || option.placeholder == "UINT") option.placeholder = "N";
 }
 
-OptionDoc describe(const CLI::Option& option) {
+std::vector<OptionDoc> describeOptions(const CLI::App& app) {
+    std::vector<OptionDoc> options;
+    for (const CLI::Option* option : app.get_options())
+        if (option != app.get_help_ptr() || app.get_parent() == nullptr) options.push_back(describeOption(*option));
+    return options;
+}
+
+}  // namespace
+
+OptionDoc describeOption(const CLI::Option& option) {
     OptionDoc doc;
     doc.description = option.get_description();
     doc.fallback = option.get_default_str();
@@ -56,15 +65,6 @@ OptionDoc describe(const CLI::Option& option) {
     if (option.get_items_expected_max() > 0) describeValue(option.get_type_name(), doc);
     return doc;
 }
-
-std::vector<OptionDoc> describeOptions(const CLI::App& app) {
-    std::vector<OptionDoc> options;
-    for (const CLI::Option* option : app.get_options())
-        if (option != app.get_help_ptr() || app.get_parent() == nullptr) options.push_back(describe(*option));
-    return options;
-}
-
-}  // namespace
 
 std::string CommandDoc::usage() const {
     std::string text = name;

@@ -5,6 +5,10 @@
 #include <string>
 #include <vector>
 
+namespace CLI {  // NOLINT(readability-identifier-naming): name of the library
+class Option;
+}
+
 namespace lightcook::pipeline {
 
 struct OptionDoc {
@@ -34,6 +38,8 @@ struct ProgramDoc {
     std::vector<CommandDoc> commands;
 };
 
+/// Returns the description of one option.
+OptionDoc describeOption(const CLI::Option& option);
 /// Returns the description of the whole command line.
 ProgramDoc describeProgram();
 
