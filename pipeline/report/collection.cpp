@@ -23,8 +23,8 @@ SceneSummary summaryOf(const Report& report) {
     if (report.whole) scene.sceneError = report.whole->shading.relRms;
     for (const ReportRow& row : report.assets) {
         scene.bytesDisk += row.bytesDisk;
-        scene.assets.push_back({row.name, row.kind, row.verdict.limits[Limit::Error].value_or(kNoErrorLimit), pipeline::figuresOf(row),
-                                mostUsedLimit(row)});
+        scene.assets.push_back(
+            {row.name, row.kind, row.verdict.limits[Limit::Error].value_or(kNoErrorLimit), pipeline::figuresOf(row), mostUsedLimit(row)});
     }
     for (const Skip& skip : report.skipped) scene.bytesSaved += skip.bytesSaved;
     scene.findingCount = static_cast<int>(
