@@ -76,3 +76,12 @@ inline tl::unexpected<Error> failure(ErrorCode code, std::string subject, std::s
 }
 
 }  // namespace lightcook::formats
+
+/// Sets a new variable `name` to a Result, and returns its error from the function if it has one.
+#define LC_TRY(name, ...)    \
+    auto name = __VA_ARGS__; \
+    if (!name) return tl::make_unexpected(std::move(name).error())
+
+/// Returns the error of a Result from the function if it has one.
+#define LC_CHECK(...) \
+    if (auto lcChecked = __VA_ARGS__; !lcChecked) return tl::make_unexpected(std::move(lcChecked).error())

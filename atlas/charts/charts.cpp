@@ -109,7 +109,7 @@ DisjointSets connect(const Triangles& triangles, const glm::ivec2& size) {
 
 formats::Result<ChartSet> findCharts(std::span<const TriangleMesh* const> meshes, std::span<const std::string> names, int width,
                                      int height) {
-    if (auto good = checkUvs(meshes, names); !good) return tl::make_unexpected(good.error());
+    LC_CHECK(checkUvs(meshes, names));
     const glm::ivec2 size(width, height);
     const Triangles triangles(meshes, size);
     DisjointSets sets = connect(triangles, size);

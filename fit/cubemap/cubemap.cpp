@@ -184,7 +184,7 @@ int levelCountOf(int size) {
 }
 
 formats::Result<void> check(const formats::Environment& environment, const CubemapOptions& options) {
-    if (auto shaped = checkShape(environment, "cubemap"); !shaped) return shaped;
+    LC_CHECK(checkShape(environment, "cubemap"));
     if (options.size < 1 || options.size > 4096 || !std::has_single_bit(static_cast<unsigned>(options.size)))
         return refuseCubemap("size", std::to_string(options.size), "a power of two, 1 to 4096");
     const int longestChain = levelCountOf(options.size);

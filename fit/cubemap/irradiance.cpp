@@ -96,7 +96,7 @@ std::array<glm::dvec3, 8> meansOf(const std::vector<Entry>& entries, const std::
 }
 
 formats::Result<void> check(const formats::Environment& environment, const IrradianceOptions& options) {
-    if (auto shaped = checkShape(environment, "irradiance"); !shaped) return shaped;
+    LC_CHECK(checkShape(environment, "irradiance"));
     if (options.size < 1 || options.size > 1024)
         return formats::failure(formats::ErrorCode::InvalidRequest, "irradiance, size",
                                 "found " + std::to_string(options.size) + ", expected 1 to 1024");

@@ -423,7 +423,7 @@ Result<void> checkBakeName(const std::string& bake, const std::string& subject) 
 }
 
 Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::filesystem::path& file, const ExrInfo& info) {
-    if (const auto known = checkBakeName(bake, file.string()); !known) return tl::make_unexpected(known.error());
+    LC_CHECK(checkBakeName(bake, file.string()));
     std::vector<Candidate> candidates;
     for (const BakeFormatInfo& format : kBakeFormats) candidates.push_back({&format, format.match(file, info)});
     const bool isNamed = bake != kAutoBake;

@@ -59,7 +59,7 @@ Result<void> readGreyRows(const ExrReader& exr, int firstRow, int rowCount, std:
     for (const ExrPlane& plane : planes) {
         ExrPlane read = plane;
         if (plane.channel.size() == 1 && kColours.find(plane.channel) != std::string_view::npos) read.channel = kGrey;
-        if (auto done = exr.readRows(firstRow, rowCount, {&read, 1}); !done) return done;
+        LC_CHECK(exr.readRows(firstRow, rowCount, {&read, 1}));
     }
     return {};
 }

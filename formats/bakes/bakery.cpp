@@ -31,7 +31,7 @@ public:
             std::vector<ExrPlane> planes;
             if (image == 0) addSurface(raw, planes);
             addColours(raw, kCoefficients.at(image), planes);
-            if (const auto read = images()[image].readRows(firstRow, rowCount, planes); !read) return tl::make_unexpected(read.error());
+            LC_CHECK(images()[image].readRows(firstRow, rowCount, planes));
         }
         for (ShRgb& sh : raw.sh.texels()) {
             for (std::size_t i = 1; i < kBakeryEndings.size(); ++i) sh[i] = kLinearOfExit * 4 * sh[0] * (sh[i] - 0.5f);

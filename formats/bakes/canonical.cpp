@@ -266,20 +266,17 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow, cons
             if (!covered) return tl::make_unexpected(covered.error());
             strip.covered.at(x, y) = *covered ? 1 : 0;
             if (hasCharts) {
-                const auto chart = chartAt(raw, x, y, strip);
-                if (!chart) return tl::make_unexpected(chart.error());
+                LC_TRY(chart, chartAt(raw, x, y, strip));
                 strip.chart.at(x, y) = *chart;
             }
             if (!*covered) {
                 sh = ShRgb{};
                 continue;
             }
-            if (const auto good = checkTexel(sh, x, y, strip, reader); !good) return tl::make_unexpected(good.error());
-            if (raw.negative.width() > 0)
-                if (const auto good = checkStored(raw.negative.at(x, y), x, y, strip, reader); !good)
-                    return tl::make_unexpected(good.error());
+            LC_CHECK(checkTexel(sh, x, y, strip, reader));
+            if (raw.negative.width() > 0) LC_CHECK(checkStored(raw.negative.at(x, y), x, y, strip, reader));
             if (conversion_.isIdentity()) continue;
-            if (const auto good = convert(sh, x, y, strip, reader); !good) return tl::make_unexpected(good.error());
+            LC_CHECK(convert(sh, x, y, strip, reader));
         }
     }
     strip.sh = std::move(raw.sh);

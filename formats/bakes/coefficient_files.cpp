@@ -60,8 +60,7 @@ public:
     explicit FilesOpener(const std::map<std::string, std::filesystem::path>& files) : files_(files) {}
 
     Result<std::unique_ptr<BakeReader>> open() {
-        for (std::size_t index = 0; index < lighting::kShCount; ++index)
-            if (const auto added = add(coefficientName(index)); !added) return tl::make_unexpected(added.error());
+        for (std::size_t index = 0; index < lighting::kShCount; ++index) LC_CHECK(add(coefficientName(index)));
         return openShChannels(std::move(images_), std::move(channels_), "A");
     }
 
@@ -72,7 +71,7 @@ private:
             const std::string name = fmt::format("{}.{}", coefficient, colour);
             const auto part = files_.find(name);
             if (part == files_.end()) return {};
-            if (auto opened = addImage(part->second); !opened) return opened;
+            LC_CHECK(addImage(part->second));
             const Result<std::string> channel = onlyChannel(images_.back(), name);
             if (!channel) return tl::make_unexpected(channel.error());
             channels_.push_back({images_.size() - 1, *channel});
@@ -80,7 +79,7 @@ private:
         return {};
     }
     Result<void> addWhole(const std::filesystem::path& file) {
-        if (auto opened = addImage(file); !opened) return opened;
+        LC_CHECK(addImage(file));
         for (const char colour : {'R', 'G', 'B'}) {
             if (!images_.back().info().has(std::string(1, colour)))
                 return failure(ErrorCode::WrongShape, images_.back().subject(),

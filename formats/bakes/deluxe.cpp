@@ -67,8 +67,8 @@ public:
         addSurface(raw, colours);
         addColours(raw, 0, colours);
         addColours(raw, kDirection, directions);
-        if (const auto read = images()[0].readRows(firstRow, rowCount, colours); !read) return tl::make_unexpected(read.error());
-        if (const auto read = images()[1].readRows(firstRow, rowCount, directions); !read) return tl::make_unexpected(read.error());
+        LC_CHECK(images()[0].readRows(firstRow, rowCount, colours));
+        LC_CHECK(images()[1].readRows(firstRow, rowCount, directions));
         const Image<SurfaceFrame> frames = putOnSurface(raw, firstRow);
         for (int y = 0; y < rowCount; ++y)
             for (int x = 0; x < width(); ++x) raw.sh.at(x, y) = decoded(raw.sh.at(x, y), frames.at(x, y).normal);

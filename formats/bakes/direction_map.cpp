@@ -34,8 +34,8 @@ public:
         for (std::size_t axis = 0; axis < kAxes.size(); ++axis)
             directions.push_back(planeOf(raw, std::string(1, "RGB"[axis]), 3 * kAxes.at(axis)));
         if (decode_.needsAlpha) directions.push_back(planeOf(raw, "A", 3 * kAlpha));
-        if (const auto read = images()[0].readRows(firstRow, rowCount, colours); !read) return tl::make_unexpected(read.error());
-        if (const auto read = images()[1].readRows(firstRow, rowCount, directions); !read) return tl::make_unexpected(read.error());
+        LC_CHECK(images()[0].readRows(firstRow, rowCount, colours));
+        LC_CHECK(images()[1].readRows(firstRow, rowCount, directions));
         for (int y = 0; y < rowCount; ++y)
             for (int x = 0; x < width(); ++x)
                 if (!decode(raw, x, y))

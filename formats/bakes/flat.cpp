@@ -25,7 +25,7 @@ public:
         std::vector<ExrPlane> planes;
         addColours(raw, 0, planes);
         addSurface(raw, planes);
-        if (const auto read = images().front().readRows(firstRow, rowCount, planes); !read) return tl::make_unexpected(read.error());
+        LC_CHECK(images().front().readRows(firstRow, rowCount, planes));
         for (ShRgb& sh : raw.sh.texels()) sh[0] *= kFirstOfExit;
         return raw;
     }

@@ -123,7 +123,7 @@ public:
                 // The coefficient of a slice has its index: 0, y, z, x.
                 addColours(raw, static_cast<std::size_t>(slice), planes, row);
                 const int sourceRow = sourceRowOf(slice, firstRow + row);
-                if (const auto read = images().front().readRows(sourceRow, count, planes); !read) return tl::make_unexpected(read.error());
+                LC_CHECK(images().front().readRows(sourceRow, count, planes));
             }
             row += count;
         }
@@ -145,7 +145,7 @@ public:
                 std::vector<ExrPlane> planes;
                 addColours(row, static_cast<std::size_t>(slice), planes);
                 const int sourceRow = slice * sliceHeight_ + (2 * index + 1) * sliceHeight_ / (2 * rows);
-                if (const auto read = images().front().readRows(sourceRow, 1, planes); !read) return tl::make_unexpected(read.error());
+                LC_CHECK(images().front().readRows(sourceRow, 1, planes));
             }
             for (const ShRgb& texel : row.sh.texels())
                 for (int colour = 0; colour < 3; ++colour)
@@ -190,7 +190,7 @@ Result<std::unique_ptr<BakeReader>> openAs(Reading reading, BakeImage image) {
     Result<SurfaceChannels> surface = SurfaceChannels::of(image, "A");
     if (!surface) return tl::make_unexpected(surface.error());
     auto reader = std::make_unique<GodotReader>(onlyImage(std::move(image)), std::move(*surface), reading, slices);
-    if (const auto packed = reader->checkPacking(); !packed) return tl::make_unexpected(packed.error());
+    LC_CHECK(reader->checkPacking());
     return reader;
 }
 

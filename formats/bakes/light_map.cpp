@@ -155,8 +155,7 @@ private:
 /// Fails for an lmbake whose meshes lie in other slices than those of the map: it is that of another bake.
 Result<void> checkSlices(const std::filesystem::path& lmbake, const BakeReader& reader, const std::string& subject) {
     if (lmbake.empty()) return {};
-    const auto places = readLmbake(lmbake);
-    if (!places) return tl::make_unexpected(places.error());
+    LC_TRY(places, readLmbake(lmbake));
     const int found = places->sliceCount();
     const std::optional<int> slices = reader.sliceCount();
     if (found == 0) return failure(ErrorCode::WrongShape, lmbake.string(), "found no mesh in it, expected those of a bake");
@@ -293,7 +292,7 @@ const BakeRecognition& LightMapReader::recognition() const {
 
 Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, const LightMapDescription& description) {
     const std::string subject = file.string();
-    if (const auto known = checkBakeName(description.bake, subject); !known) return tl::make_unexpected(known.error());
+    LC_CHECK(checkBakeName(description.bake, subject));
     Result<OpenBake> bake = openBake(file, description);
     if (!bake) return tl::make_unexpected(bake.error());
     const BakeFormatInfo& format = *bake->recognition.format;
@@ -302,19 +301,19 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
                        fmt::format("found bake format {} without a mesh, expected mesh = \"FILE\" (--mesh): its light is relative to the "
                                    "surfaces that it lies on",
                                    format.name));
-    if (const auto taken = checkEncoding(description.encoding, format, subject); !taken) return tl::make_unexpected(taken.error());
-    if (const auto taken = checkImage(description.image, format, subject); !taken) return tl::make_unexpected(taken.error());
-    if (const auto taken = checkAxes(description.axes, format, subject); !taken) return tl::make_unexpected(taken.error());
-    if (const auto taken = checkLmbake(description.lmbake, format, subject); !taken) return tl::make_unexpected(taken.error());
+    LC_CHECK(checkEncoding(description.encoding, format, subject));
+    LC_CHECK(checkImage(description.image, format, subject));
+    LC_CHECK(checkAxes(description.axes, format, subject));
+    LC_CHECK(checkLmbake(description.lmbake, format, subject));
     const Result<LightMapDescription> complete = withImplied(description, format, subject);
     if (!complete) return tl::make_unexpected(complete.error());
-    if (const auto read = checkDirections(file, description, format); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(checkDirections(file, description, format));
     Result<std::unique_ptr<BakeReader>> reader = bake->open();
     if (!reader) return tl::make_unexpected(reader.error());
     if (complete->frame == ShFrame::Tangent && !(*reader)->hasNormals()) {
         return failure(ErrorCode::WrongShape, subject, "found no channels normal.X/Y/Z, expected them because the frame is \"tangent\"");
     }
-    if (const auto fits = checkSlices(description.lmbake, **reader, subject); !fits) return tl::make_unexpected(fits.error());
+    LC_CHECK(checkSlices(description.lmbake, **reader, subject));
     // Normals of the mesh are in its axes.
     const bool takesTangents = complete->takesTangents;
     const BakeAxes normalAxes = (*reader)->hasNormals() && !takesTangents ? complete->axes : BakeAxes();

@@ -71,7 +71,7 @@ Result<void> LightMapWriter::append(ImageView<const ShRgb> rows) {
     assert(rows.width == state.width && state.rowsTaken + rows.height <= state.height && state.floatsPerTexel == kShFloats);
     for (int y = 0; y < rows.height; ++y) {
         copyRow(rows.row(y), rows.width, kShFloats, state.nextRow());
-        if (auto written = state.takeRow(); !written) return written;
+        LC_CHECK(state.takeRow());
     }
     return {};
 }
@@ -93,7 +93,7 @@ Result<void> LightMapWriter::append(ImageView<const ShRgb> rows, const SurfaceRo
             const std::uint32_t chart = surface.chart.at(x, y);
             *out = chart == kNoChart ? 0.0f : static_cast<float>(chart);
         }
-        if (auto written = state.takeRow(); !written) return written;
+        LC_CHECK(state.takeRow());
     }
     return {};
 }

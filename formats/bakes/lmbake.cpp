@@ -383,7 +383,7 @@ Result<std::vector<std::byte>> decompressedResource(const FileBytes& file) {
     constexpr std::uint64_t kHeader = 16;
     if (file.size() < kHeader) return damaged(fmt::format("found {} bytes, expected the {} of a header", file.size(), kHeader));
     std::vector<std::byte> header(kHeader);
-    if (const auto read = file.readAt(0, header); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(file.readAt(0, header));
     const std::uint32_t method = loadU32(header, 4), block = loadU32(header, 8), total = loadU32(header, 12);
     if (method != kZstdMethod)
         return failure(ErrorCode::FormatUnsupported, subject,
@@ -396,7 +396,7 @@ Result<std::vector<std::byte>> decompressedResource(const FileBytes& file) {
     if (file.size() - kHeader < tableBytes)
         return damaged(fmt::format("found {} bytes, expected the sizes of {} blocks: truncated", file.size(), blocks));
     std::vector<std::byte> table(tableBytes), bytes;
-    if (const auto read = file.readAt(kHeader, table); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(file.readAt(kHeader, table));
     std::uint64_t offset = kHeader + tableBytes;
     for (std::uint64_t i = 0; i < blocks; ++i) {
         const std::uint32_t length = loadU32(table, 4 * i);
@@ -404,8 +404,7 @@ Result<std::vector<std::byte>> decompressedResource(const FileBytes& file) {
             return damaged(fmt::format("found {} bytes left for block {}, expected {}: truncated", file.size() - offset, i, length));
         const std::uint64_t size = std::min<std::uint64_t>(block, total - i * block);
         if (size > 0) {
-            const auto part = zstdDecompress(file, offset, length, size, fmt::format("{}, block {}", subject, i));
-            if (!part) return part;
+            LC_TRY(part, zstdDecompress(file, offset, length, size, fmt::format("{}, block {}", subject, i)));
             bytes.insert(bytes.end(), part->begin(), part->end());
         }
         offset += length;
@@ -428,15 +427,14 @@ int Lmbake::sliceCount() const {
 }
 
 Result<Lmbake> readLmbake(const std::filesystem::path& file) {
-    const auto opened = FileBytes::openForReading(file);
-    if (!opened) return tl::make_unexpected(opened.error());
+    LC_TRY(opened, FileBytes::openForReading(file));
     const std::string subject = file.string();
     if (opened->size() > kMostResourceBytes)
         return failure(ErrorCode::FileUnreadable, subject,
                        fmt::format("found {} bytes, expected at most {}", opened->size(), kMostResourceBytes));
     constexpr std::size_t kLetters = 4;
     std::vector<std::byte> bytes(std::min<std::uint64_t>(opened->size(), kLetters));
-    if (const auto read = opened->readAt(0, bytes); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(opened->readAt(0, bytes));
     const std::string letters(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const bool isCompressed = letters == "RSCC";
     if (!isCompressed && letters != "RSRC")
@@ -444,12 +442,11 @@ Result<Lmbake> readLmbake(const std::filesystem::path& file) {
             ErrorCode::FileUnreadable, subject,
             fmt::format("found no binary resource of Godot, expected a file of class {} that begins with RSRC or RSCC", kResourceClass));
     if (isCompressed) {
-        auto plain = decompressedResource(*opened);
-        if (!plain) return tl::make_unexpected(plain.error());
+        LC_TRY(plain, decompressedResource(*opened));
         bytes = std::move(*plain);
     } else {
         bytes.resize(opened->size());
-        if (const auto read = opened->readAt(0, bytes); !read) return tl::make_unexpected(read.error());
+        LC_CHECK(opened->readAt(0, bytes));
     }
     try {
         return ResourceReader(bytes).read(isCompressed ? 0 : kLetters);

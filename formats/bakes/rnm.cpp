@@ -50,7 +50,7 @@ public:
             std::vector<ExrPlane> planes;
             if (image == 0) addSurface(raw, planes);
             addColours(raw, image, planes);
-            if (const auto read = images()[image].readRows(firstRow, rowCount, planes); !read) return tl::make_unexpected(read.error());
+            LC_CHECK(images()[image].readRows(firstRow, rowCount, planes));
         }
         const Image<SurfaceFrame> frames = putOnSurface(raw, firstRow);
         for (int y = 0; y < rowCount; ++y)

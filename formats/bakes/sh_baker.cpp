@@ -60,8 +60,7 @@ public:
         // A luminance is read to the red of its coefficient.
         for (std::size_t i = 0; i < 8; ++i) planes.at(1 + i / 4).push_back(planeOf(raw, std::string(1, "RGBA"[i % 4]), 3 * (i + 1)));
         addSurface(raw, planes[0]);
-        for (std::size_t i = 0; i < images().size(); ++i)
-            if (const auto read = images()[i].readRows(firstRow, rowCount, planes.at(i)); !read) return tl::make_unexpected(read.error());
+        for (std::size_t i = 0; i < images().size(); ++i) LC_CHECK(images()[i].readRows(firstRow, rowCount, planes.at(i)));
         for (ShRgb& sh : raw.sh.texels()) {
             const glm::vec3 colour = packedColour(sh);
             for (std::size_t i = 1; i < sh.size(); ++i) sh[i] = sh[i].x * colour;

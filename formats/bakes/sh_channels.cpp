@@ -22,9 +22,7 @@ public:
         std::vector<std::vector<ExrPlane>> planes(images().size());
         for (std::size_t i = 0; i < channels_.size(); ++i) planes[channels_[i].image].push_back(planeOf(raw, channels_[i].channel, i));
         addSurface(raw, planes.front());
-        for (std::size_t image = 0; image < images().size(); ++image)
-            if (const auto read = images()[image].readRows(firstRow, rowCount, planes[image]); !read)
-                return tl::make_unexpected(read.error());
+        for (std::size_t image = 0; image < images().size(); ++image) LC_CHECK(images()[image].readRows(firstRow, rowCount, planes[image]));
         return raw;
     }
 

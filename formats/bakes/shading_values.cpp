@@ -101,8 +101,7 @@ private:
 }  // namespace
 
 Result<std::vector<ShadingValue>> readShadingValues(const std::filesystem::path& file, int width, int height) {
-    const auto text = readWholeText(file);
-    if (!text) return tl::make_unexpected(text.error());
+    LC_TRY(text, readWholeText(file));
     constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // spreadsheets write one
     std::istringstream in(text->starts_with(kByteOrderMark) ? text->substr(kByteOrderMark.size()) : *text);
     std::string line;
@@ -113,8 +112,7 @@ Result<std::vector<ShadingValue>> readShadingValues(const std::filesystem::path&
     std::vector<ShadingValue> values;
     for (int number = 2; std::getline(in, line); ++number) {
         if (withoutReturn(line).empty()) continue;
-        auto value = reader.read(withoutReturn(line), number);
-        if (!value) return tl::make_unexpected(value.error());
+        LC_TRY(value, reader.read(withoutReturn(line), number));
         values.push_back(*value);
     }
     if (values.empty()) return failure(ErrorCode::WrongShape, file.string(), "found no values, expected one a line");

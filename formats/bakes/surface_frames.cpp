@@ -166,8 +166,7 @@ private:
 
 Result<SurfaceFrames> SurfaceFrames::load(const std::filesystem::path& mesh, int width, int height, const std::filesystem::path& lmbake,
                                           const std::vector<NodePlace>& places) {
-    const auto scene = GltfScene::load(mesh, lmbake, places);
-    if (!scene) return tl::make_unexpected(scene.error());
+    LC_TRY(scene, GltfScene::load(mesh, lmbake, places));
     SurfaceBuilder builder(width, height);
     for (const GltfScene::Placed& placed : scene->placedMeshes()) builder.add(placed);
     std::vector<Triangle> triangles = builder.take();

@@ -305,9 +305,8 @@ Result<std::vector<std::byte>> TextureReader::readImage(SubImage image) const {
     if (image.mip < 0 || image.mip >= shape().mipCount)
         return tl::make_unexpected(rowsOffset(shape(), image, 0, 0, state_->file.path().string()).error());
     if (state_->layout.zstd)  // damage is found before there is memory for the image
-        if (const auto level = state_->level(image.mip); !level) return tl::make_unexpected(level.error());
-    if (const auto fits = checkMemory(shape().imageBytes(image.mip), state_->file.path().string()); !fits)
-        return tl::make_unexpected(fits.error());
+        LC_CHECK(state_->level(image.mip));
+    LC_CHECK(checkMemory(shape().imageBytes(image.mip), state_->file.path().string()));
     std::vector<std::byte> bytes(shape().imageBytes(image.mip));
     if (Result<void> read = readBlockRows(image, 0, bytes); !read) return tl::make_unexpected(read.error());
     return bytes;

@@ -56,10 +56,8 @@ Result<OutputPlace> findOutputPlace(const std::filesystem::path& file, OutputLin
 }
 
 Result<PendingFile> PendingFile::create(const std::filesystem::path& file, OutputLink link) {
-    auto place = findOutputPlace(file, link);
-    if (!place) return tl::make_unexpected(place.error());
-    const auto folder = place->isStream ? systemTemporaryFolder() : Result<std::filesystem::path>(place->path.parent_path());
-    if (!folder) return tl::make_unexpected(folder.error());
+    LC_TRY(place, findOutputPlace(file, link));
+    LC_TRY(folder, place->isStream ? systemTemporaryFolder() : Result<std::filesystem::path>(place->path.parent_path()));
     auto temporary = Temporary::makeFile(*folder, file.extension());
     if (!temporary) return failure(temporary.error().code, file.string(), temporary.error().detail);
     return PendingFile(file, std::move(*place), std::move(*temporary));
@@ -71,9 +69,8 @@ Result<void> PendingFile::commit() {
         return pour(temporary(), place_.path, target_);
     }
     if (!isSynced_) {
-        const auto opened = FileBytes::openForUpdate(temporary(), target_);
-        if (!opened) return tl::make_unexpected(opened.error());
-        if (auto synced = opened->sync(); !synced) return synced;
+        LC_TRY(opened, FileBytes::openForUpdate(temporary(), target_));
+        LC_CHECK(opened->sync());
     }
     auto renamed = temporary_.renameTo(place_.path);
     if (!renamed) return failure(renamed.error().code, target_.string(), renamed.error().detail);
@@ -83,17 +80,15 @@ Result<void> PendingFile::commit() {
 Result<PendingFile> prepareWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link) {
     Result<PendingFile> pending = PendingFile::create(file, link);
     if (!pending) return pending;
-    const auto opened = FileBytes::openForUpdate(pending->temporary(), file);
-    if (!opened) return tl::make_unexpected(opened.error());
-    if (auto written = opened->writeAt(0, bytes); !written) return tl::make_unexpected(written.error());
-    if (auto synced = opened->sync(); !synced) return tl::make_unexpected(synced.error());
+    LC_TRY(opened, FileBytes::openForUpdate(pending->temporary(), file));
+    LC_CHECK(opened->writeAt(0, bytes));
+    LC_CHECK(opened->sync());
     pending->isSynced_ = true;
     return pending;
 }
 
 Result<void> writeWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link) {
-    auto pending = prepareWholeFile(file, bytes, link);
-    if (!pending) return tl::make_unexpected(pending.error());
+    LC_TRY(pending, prepareWholeFile(file, bytes, link));
     return pending->commit();
 }
 

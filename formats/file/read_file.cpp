@@ -10,22 +10,20 @@
 namespace lightcook::formats {
 
 Result<std::vector<std::byte>> readWholeFile(const std::filesystem::path& file) {
-    const auto opened = FileBytes::openForReading(file);
-    if (!opened) return tl::make_unexpected(opened.error());
-    if (const auto fits = checkMemory(opened->size(), file.string()); !fits) return tl::make_unexpected(fits.error());
+    LC_TRY(opened, FileBytes::openForReading(file));
+    LC_CHECK(checkMemory(opened->size(), file.string()));
     std::vector<std::byte> bytes(opened->size());
-    if (const auto read = opened->readAt(0, bytes); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(opened->readAt(0, bytes));
     return bytes;
 }
 
 Result<std::string> readWholeText(const std::filesystem::path& file, std::uint64_t mostBytes) {
-    const auto opened = FileBytes::openForReading(file);
-    if (!opened) return tl::make_unexpected(opened.error());
+    LC_TRY(opened, FileBytes::openForReading(file));
     if (opened->size() > mostBytes)
         return failure(ErrorCode::FileUnreadable, file.string(),
                        fmt::format("found {} bytes, expected at most {}", opened->size(), mostBytes));
     std::string text(opened->size(), '\0');
-    if (const auto read = opened->readAt(0, std::as_writable_bytes(std::span(text))); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(opened->readAt(0, std::as_writable_bytes(std::span(text))));
     return text;
 }
 

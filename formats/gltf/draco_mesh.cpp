@@ -193,15 +193,13 @@ tl::expected<DracoMesh, std::string> encodeDraco(const TriangleMesh& mesh, std::
         attributes.push_back(
             {attribute.semantic, result.uniqueIds[i], attribute.componentType, attribute.componentCount, attribute.isNormalized});
     }
-    auto decoded = decodeDraco(result.bytes, attributes);
-    if (!decoded) return tl::make_unexpected(decoded.error());
+    LC_TRY(decoded, decodeDraco(result.bytes, attributes));
     result.decoded = std::move(*decoded);
     return result;
 }
 
 tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> bytes, std::span<const DracoAttribute> attributes) {
-    const auto mesh = decodeMesh(bytes, false);
-    if (!mesh) return tl::make_unexpected(mesh.error());
+    LC_TRY(mesh, decodeMesh(bytes, false));
     TriangleMesh result;
     const std::uint32_t pointCount = (*mesh)->num_points();
     for (const DracoAttribute& wanted : attributes) {
@@ -232,8 +230,7 @@ tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> b
 }
 
 tl::expected<DracoLattices, std::string> dracoLattices(std::span<const std::byte> bytes) {
-    const auto mesh = decodeMesh(bytes, true);
-    if (!mesh) return tl::make_unexpected(mesh.error());
+    LC_TRY(mesh, decodeMesh(bytes, true));
     DracoLattices lattices;
     for (int index = 0; index < (*mesh)->num_attributes(); ++index) {
         const draco::PointAttribute& attribute = *(*mesh)->attribute(index);

@@ -159,8 +159,8 @@ private:
 Result<std::uint64_t> bindLightMap(const std::filesystem::path& scene, const std::filesystem::path& file, const GltfLightMap& lightMap) {
     const auto glb = resultOf(scene, [&] { return LightMapBinder(GltfDocument(scene), lightMap).bind(); });
     if (!glb) return tl::make_unexpected(glb.error());
-    if (const auto fits = checkGlbSize(glb->size(), file); !fits) return tl::make_unexpected(fits.error());
-    if (auto written = writeWholeFile(file, *glb); !written) return tl::make_unexpected(written.error());
+    LC_CHECK(checkGlbSize(glb->size(), file));
+    LC_CHECK(writeWholeFile(file, *glb));
     return glb->size();
 }
 

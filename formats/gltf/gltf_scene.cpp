@@ -313,8 +313,7 @@ Result<GltfScene> GltfScene::load(const std::filesystem::path& file, const std::
         if (placed) placed->state_->nodesWithoutPlace = std::move(unplaced);
         return placed;
     }
-    const auto baked = readLmbake(lmbake);
-    if (!baked) return tl::make_unexpected(baked.error());
+    LC_TRY(baked, readLmbake(lmbake));
     LmbakeMatch match;
     auto placed = std::move(*scene).changed([&](GltfDocument& document) { match = placeNodes(document, *baked, lmbake); });
     if (placed) placed->state_->lmbakeMatch = std::move(match);
@@ -325,8 +324,7 @@ template <class Change>
 Result<GltfScene> GltfScene::changed(Change change) && {
     const std::filesystem::path file = state_->document.file();
     if (std::ranges::any_of(state_->primitives, [](const Primitive& primitive) { return primitive.dracoView.has_value(); })) {
-        auto decoded = plain();
-        if (!decoded) return decoded;
+        LC_TRY(decoded, plain());
         *this = std::move(*decoded);
     }
     return resultOf(file, [&] {
@@ -393,7 +391,7 @@ std::int64_t GltfScene::mostDrawn() const {
 }
 
 Result<MeshSize> GltfScene::writeDraco(const std::filesystem::path& file, const DracoOptions& options, const ClusterMap* clusters) const {
-    if (const auto good = checkOptions(options); !good) return tl::make_unexpected(good.error());
+    LC_CHECK(checkOptions(options));
     return write(file, {.draco = &options, .clusters = clusters});
 }
 
@@ -408,22 +406,20 @@ Result<MeshSize> GltfScene::writeLightMapUvs(const std::filesystem::path& file, 
 Result<GltfScene> GltfScene::part(const TrianglePart& part) const {
     assert(part.meshes.size() == triangleMeshes().size());
     const std::filesystem::path& file = state_->document.file();
-    const auto glb = build({.part = &part}, file);
-    if (!glb) return tl::make_unexpected(glb.error());
+    LC_TRY(glb, build({.part = &part}, file));
     return resultOf(file, [&] { return GltfScene(std::make_unique<State>(GltfDocument(state_->document, glb->bytes))); });
 }
 
 Result<BuiltGlb> GltfScene::build(const GlbChanges& changes, const std::filesystem::path& file) const {
     auto glb = resultOf(state_->document.file(), [&] { return buildGlb(state_->document, state_->primitives, changes); });
     if (!glb) return glb;
-    if (const auto fits = checkGlbSize(glb->bytes.size(), file); !fits) return tl::make_unexpected(fits.error());
+    LC_CHECK(checkGlbSize(glb->bytes.size(), file));
     return glb;
 }
 
 Result<MeshSize> GltfScene::write(const std::filesystem::path& file, const GlbChanges& changes) const {
-    const auto glb = build(changes, file);
-    if (!glb) return tl::make_unexpected(glb.error());
-    if (const auto written = writeWholeFile(file, glb->bytes); !written) return tl::make_unexpected(written.error());
+    LC_TRY(glb, build(changes, file));
+    LC_CHECK(writeWholeFile(file, glb->bytes));
     return glb->size;
 }
 

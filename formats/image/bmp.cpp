@@ -59,7 +59,7 @@ std::optional<BmpHeader> readHeader(const FileBytes& file) {
 
 Result<PlainImage> readTexels(const FileBytes& file, const BmpHeader& header) {
     const std::string subject = file.path().string();
-    if (const auto fits = checkExtent(header.width, header.height, 4, 8, subject); !fits) return tl::make_unexpected(fits.error());
+    LC_CHECK(checkExtent(header.width, header.height, 4, 8, subject));
     const std::size_t texelBytes = header.bits / 8, rowBytes = (static_cast<std::size_t>(header.width) * texelBytes + 3) / 4 * 4;
     const std::uint64_t end = header.texelsAt + std::uint64_t{rowBytes} * static_cast<std::uint64_t>(header.height);
     if (file.size() < end)
@@ -70,8 +70,7 @@ Result<PlainImage> readTexels(const FileBytes& file, const BmpHeader& header) {
                      .hasAlpha = header.masks[3] != 0};
     std::vector<std::byte> row(rowBytes);
     for (int y = 0; y < header.height; ++y) {
-        if (const auto read = file.readAt(header.texelsAt + static_cast<std::uint64_t>(y) * rowBytes, row); !read)
-            return tl::make_unexpected(read.error());
+        LC_CHECK(file.readAt(header.texelsAt + static_cast<std::uint64_t>(y) * rowBytes, row));
         glm::vec4* const out = image.texels.view().row(header.isTopDown ? y : header.height - 1 - y);
         for (int x = 0; x < header.width; ++x) {
             std::uint32_t texel = 0;

@@ -336,14 +336,11 @@ Result<LinearConversion> statedConversion(const ColorSpaces& spaces, const std::
 
 Result<LinearConversion> linearConversion(const ColorSpaces& spaces, const std::optional<StatedChromaticities>& stated) {
     if (spaces.source == kStatedSource) return statedConversion(spaces, stated);
-    const auto config = openConfig(spaces);
-    if (!config) return tl::make_unexpected(config.error());
+    LC_TRY(config, openConfig(spaces));
     const std::string subject = fmt::format("colour conversion '{}' -> '{}'", oneLine(spaces.source), oneLine(spaces.working));
     try {
-        const auto source = findSpace(**config, spaces.source, spaces);
-        if (!source) return tl::make_unexpected(source.error());
-        const auto working = findSpace(**config, spaces.working, spaces);
-        if (!working) return tl::make_unexpected(working.error());
+        LC_TRY(source, findSpace(**config, spaces.source, spaces));
+        LC_TRY(working, findSpace(**config, spaces.working, spaces));
         if (const auto linear = requireLinearSpaces(**config, spaces, {*source, *working}); !linear) {
             return tl::make_unexpected(linear.error());
         }

@@ -38,7 +38,7 @@ struct RgbImage {
 /// Reads the colours of an OpenEXR file. Takes grey for all three.
 Result<RgbImage> readExrColours(const ExrReader& reader, const std::filesystem::path& file) {
     const ExrInfo& info = reader.info();
-    if (const auto fits = checkExtent(info.width, info.height, 3, 3, file.string()); !fits) return tl::make_unexpected(fits.error());
+    LC_CHECK(checkExtent(info.width, info.height, 3, 3, file.string()));
     const Result<ExrColours> colours = exrColours(info, file.string());
     if (!colours) return tl::make_unexpected(colours.error());
     if (!colours->hasRgb())
@@ -50,7 +50,7 @@ Result<RgbImage> readExrColours(const ExrReader& reader, const std::filesystem::
     std::vector<ExrPlane> planes;
     for (std::size_t i = 0; i < 3; ++i)
         if (!colours->channels[i].empty()) planes.push_back({colours->channels[i], first + i, 3, 3 * info.width});
-    if (const auto read = reader.readRows(0, info.height, planes); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(reader.readRows(0, info.height, planes));
     if (colours->isGrey)
         for (glm::vec3& texel : image.texels.texels()) texel.y = texel.z = texel.x;
     return image;
@@ -61,7 +61,7 @@ Result<RgbImage> readExrColours(const ExrReader& reader, const std::filesystem::
 Result<RgbImage> readRgb(const std::filesystem::path& file) {
     if (auto picture = readRadiancePicture(file)) return RgbImage{std::move(picture->texels), picture->chromaticities};
     const Result<ExrReader> exr = ExrReader::open(file);
-    if (const auto believable = checkClaims(file, exr); !believable) return tl::make_unexpected(believable.error());
+    LC_CHECK(checkClaims(file, exr));
     if (exr) return readExrColours(*exr, file);
     const Result<PlainImage> image = readImage(file);
     if (!image) return tl::make_unexpected(image.error());
@@ -245,9 +245,7 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
         std::copy(faces.begin(), faces.end(), files.begin());
         return loadFaces(files, options);
     }
-    if (image->environment)
-        if (const auto shape = checkEnvironmentShape(width, height, *image->environment, file.string()); !shape)
-            return tl::make_unexpected(shape.error());
+    if (image->environment) LC_CHECK(checkEnvironmentShape(width, height, *image->environment, file.string()));
     if (!isEquirectangular && layout == nullptr) {
         return failure(ErrorCode::WrongShape, file.string(),
                        fmt::format("found {} x {} texels, expected 2:1 (equirectangular), 1:6 or 6:1 (six cube faces), 4:3 or 3:4 (a "
@@ -296,7 +294,7 @@ Result<PaintedGradient> loadPaintedGradient(const std::filesystem::path& file, c
                                    texels->width(), texels->height()));
     }
     if (encoding == GradientEncoding::Srgb || (encoding == GradientEncoding::Auto && isPictureFile(file)))
-        if (const auto linear = linearize(*texels, file); !linear) return tl::make_unexpected(linear.error());
+        LC_CHECK(linearize(*texels, file));
     const Result<std::int64_t> repaired = makeCanonical(*image, file, options);
     if (!repaired) return tl::make_unexpected(repaired.error());
     return PaintedGradient{std::move(texels->texels()), *repaired};
@@ -334,8 +332,7 @@ Result<lighting::ShRgb> shFromJson(const nlohmann::json& rows, const std::string
 /// Returns the entry of a list of probes whose "file" has this name. Refuses two of them that differ.
 Result<nlohmann::json> probeEntry(const std::filesystem::path& json, const std::string& probeFileName) {
     constexpr int kDeepest = 16;  // a list of probes is 5 deep
-    const auto text = readWholeText(json);
-    if (!text) return tl::make_unexpected(text.error());
+    LC_TRY(text, readWholeText(json));
     if (const auto fault = faultOfStructure(*text, kDeepest))
         return failure(ErrorCode::FileUnreadable, json.string(), fmt::format("found {}, expected a list of probes", *fault));
     const nlohmann::json document = nlohmann::json::parse(*text, nullptr, false);
@@ -363,14 +360,12 @@ Result<nlohmann::json> probeEntry(const std::filesystem::path& json, const std::
 }  // namespace
 
 Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName) {
-    const auto probe = probeEntry(json, probeFileName);
-    if (!probe) return tl::make_unexpected(probe.error());
+    LC_TRY(probe, probeEntry(json, probeFileName));
     return shFromJson(probe->value("sh", nlohmann::json()), fmt::format("{}, sh of {}", json.string(), probeFileName));
 }
 
 Result<std::optional<glm::dvec3>> loadProbePosition(const std::filesystem::path& json, const std::string& probeFileName) {
-    const auto probe = probeEntry(json, probeFileName);
-    if (!probe) return tl::make_unexpected(probe.error());
+    LC_TRY(probe, probeEntry(json, probeFileName));
     const auto position = probe->find("position");
     if (position == probe->end()) return std::optional<glm::dvec3>();
     const auto isFiniteNumber = [](const nlohmann::json& value) { return value.is_number() && std::isfinite(value.get<double>()); };
@@ -381,10 +376,8 @@ Result<std::optional<glm::dvec3>> loadProbePosition(const std::filesystem::path&
 }
 
 Result<ProbePlace> loadProbePlace(const std::filesystem::path& json, const std::string& probeFileName) {
-    const auto position = loadProbePosition(json, probeFileName);
-    if (!position) return tl::make_unexpected(position.error());
-    const auto probe = probeEntry(json, probeFileName);
-    if (!probe) return tl::make_unexpected(probe.error());
+    LC_TRY(position, loadProbePosition(json, probeFileName));
+    LC_TRY(probe, probeEntry(json, probeFileName));
     ProbePlace place{*position, std::nullopt, std::nullopt};
     const auto refuse = [&](const char* key, const std::string& expected) {
         return failure(ErrorCode::WrongShape, fmt::format("{}, {} of {}", json.string(), key, probeFileName),

@@ -78,8 +78,7 @@ Result<ExrColours> exrColours(const ExrInfo& info, const std::string& subject) {
         colours->isGrey = !isAlpha;
     }
     if (!colours) {
-        auto ofLayer = coloursOfLayers(info, subject);
-        if (!ofLayer) return tl::make_unexpected(ofLayer.error());
+        LC_TRY(ofLayer, coloursOfLayers(info, subject));
         colours = std::move(*ofLayer);
     }
     if (!colours)

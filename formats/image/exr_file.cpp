@@ -185,8 +185,7 @@ Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintma
     info.isTiled = isTiled;
     info.chromaticities = chromaticitiesOf(header);
     info.environment = environmentOf(header);
-    const auto texelBytes = readChannels(header.channels(), file, info);
-    if (!texelBytes) return tl::make_unexpected(texelBytes.error());
+    LC_TRY(texelBytes, readChannels(header.channels(), file, info));
     const int chunkRows = rowsPerChunk(header.compression());
     std::uintmax_t chunkCount = static_cast<std::uintmax_t>(ceilDivide(info.height, chunkRows));
     std::uintmax_t chunkTexels = static_cast<std::uintmax_t>(width) * static_cast<std::uintmax_t>(chunkRows);
@@ -206,7 +205,7 @@ Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintma
         return unreadable(
             file, fmt::format("found {} bytes, expected more for {} x {} texels: truncated, or a broken header", fileBytes, width, height));
     }
-    if (const auto fits = checkMemory(2 * chunkTexels * *texelBytes, file.string()); !fits) return tl::make_unexpected(fits.error());
+    LC_CHECK(checkMemory(2 * chunkTexels * *texelBytes, file.string()));
     return info;
 }
 
@@ -364,8 +363,7 @@ Result<ExrReader> ExrReader::open(const std::filesystem::path& file) {
         auto handle = openHandle(file, state->info.isTiled);
         if (!handle->isComplete()) return unreadable(file, "found pixel data missing, expected a whole file: truncated");
         const Imf::Header& header = handle->header();
-        const auto whole = checkWindows(file, windowOf(header.dataWindow()), windowOf(header.displayWindow()));
-        if (!whole) return tl::make_unexpected(whole.error());
+        LC_TRY(whole, checkWindows(file, windowOf(header.dataWindow()), windowOf(header.displayWindow())));
         state->giveBack(std::move(handle));
     } catch (const std::exception& exception) {
         return unreadable(file, exception);

@@ -17,8 +17,7 @@ constexpr const char* kFileName = "lightcook_images.so";
 
 /// The library beside the program, or where an installation puts it.
 Result<std::filesystem::path> findModule() {
-    const auto folder = programFolder();
-    if (!folder) return tl::make_unexpected(folder.error());
+    LC_TRY(folder, programFolder());
     const std::array<std::filesystem::path, 2> places = {*folder / kFileName, folder->parent_path() / "lib/lightcook" / kFileName};
     std::error_code error;
     for (const std::filesystem::path& place : places)

@@ -64,8 +64,7 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
     image.height = spec.height;
     image.channelCount = spec.nchannels;
     image.channels = spec.channelnames;
-    if (const auto believable = checkExtent(spec.width, spec.height, spec.nchannels, kFloatsThroughLibrary, file.string()); !believable)
-        return tl::make_unexpected(believable.error());
+    LC_CHECK(checkExtent(spec.width, spec.height, spec.nchannels, kFloatsThroughLibrary, file.string()));
     if (spec.depth > 1 || spec.deep) {
         return failure(ErrorCode::FormatUnsupported, file.string(), "found a volume or a deep image, expected a flat one");
     }
@@ -97,7 +96,7 @@ Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
     const bool isGrey = colourCount == 1 && image->channels.front() != "R";
     const int readCount = std::min(plain.channelCount, 4);
     std::vector<float> values(plain.texels.texels().size() * static_cast<std::size_t>(readCount));
-    if (const auto read = readChannels(*image, file, 0, readCount, values.data()); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(readChannels(*image, file, 0, readCount, values.data()));
     const float* next = values.data();
     for (glm::vec4& texel : plain.texels.texels()) {
         for (int channel = 0; channel < readCount; ++channel) texel[channel == alpha ? 3 : channel] = *next++;

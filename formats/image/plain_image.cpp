@@ -28,7 +28,7 @@ constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
 
 Result<PlainImage> readExr(const ExrReader& reader, const std::filesystem::path& file) {
     const ExrInfo& info = reader.info();
-    if (const auto fits = checkExtent(info.width, info.height, 4, 4, file.string()); !fits) return tl::make_unexpected(fits.error());
+    LC_CHECK(checkExtent(info.width, info.height, 4, 4, file.string()));
     Result<ExrColours> colours = exrColours(info, file.string());
     if (!colours) return tl::make_unexpected(colours.error());
     PlainImage image{.texels = Image<glm::vec4>(info.width, info.height, glm::vec4(0, 0, 0, 1)),
@@ -41,7 +41,7 @@ Result<PlainImage> readExr(const ExrReader& reader, const std::filesystem::path&
     for (std::size_t i = 0; i < kChannels.size(); ++i)
         if (!colours->channels[i].empty())
             planes.push_back({colours->channels[i], &image.texels.texels().data()->x + i, 4, std::ptrdiff_t{4} * info.width});
-    if (const auto read = reader.readRows(0, info.height, planes); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(reader.readRows(0, info.height, planes));
     if (colours->isGrey)
         for (glm::vec4& texel : image.texels.texels()) texel.y = texel.z = texel.x;
     return image;
@@ -57,8 +57,7 @@ bool isTgaWithoutAlpha(const std::filesystem::path& file) {
 }
 
 Result<PlainImage> readByOpenImageIo(const std::filesystem::path& file) {
-    const auto factors = radianceFactors(file);
-    if (!factors) return tl::make_unexpected(factors.error());
+    LC_TRY(factors, radianceFactors(file));
     const auto module = imageModule();
     auto image = module ? (*module)->readImage(file) : tl::make_unexpected(module.error());
     if (image && *factors != glm::vec3(1))
@@ -89,7 +88,7 @@ Result<PlainImage> readImage(const std::filesystem::path& file) {
         return image;
     }
     const Result<ExrReader> exr = ExrReader::open(file);
-    if (const auto believable = checkClaims(file, exr); !believable) return tl::make_unexpected(believable.error());
+    LC_CHECK(checkClaims(file, exr));
     if (exr) return readExr(*exr, file);
     if (isPngFile(file)) return readPng(file);
     if (auto bitmap = readMaskedBmp(file)) return std::move(*bitmap);
@@ -98,8 +97,7 @@ Result<PlainImage> readImage(const std::filesystem::path& file) {
 
 Result<void> resampleEnvironment(PlainImage& image, const std::string& subject) {
     if (!image.environment) return {};
-    if (const auto shape = checkEnvironmentShape(image.texels.width(), image.texels.height(), *image.environment, subject); !shape)
-        return shape;
+    LC_CHECK(checkEnvironmentShape(image.texels.width(), image.texels.height(), *image.environment, subject));
     image.texels = fromExrEnvironment(image.texels, *image.environment);
     image.environment.reset();
     return {};
@@ -126,7 +124,7 @@ Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::ve
             for (int channel = 0; channel < channelCount; ++channel)
                 row[static_cast<std::size_t>(x * channelCount + channel)] = texels.at(x, y)[channel];
         }
-        if (auto written = writer->append(row.data(), texels.width * channelCount, 1); !written) return written;
+        LC_CHECK(writer->append(row.data(), texels.width * channelCount, 1));
     }
     return writer->commit();
 }

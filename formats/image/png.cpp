@@ -209,8 +209,7 @@ Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& 
     };
     PngRows rows;
     if (!reading.readHeader(rows)) return damaged();
-    if (const auto fits = checkExtent(rows.width, rows.height, rows.channelCount, kFloatsThroughLibrary, subject); !fits)
-        return tl::make_unexpected(fits.error());
+    LC_CHECK(checkExtent(rows.width, rows.height, rows.channelCount, kFloatsThroughLibrary, subject));
     const auto height = static_cast<std::size_t>(rows.height);
     std::vector<std::byte> bytes(rows.rowBytes() * height);
     std::vector<png_bytep> rowStarts(height);

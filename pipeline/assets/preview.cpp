@@ -93,9 +93,8 @@ formats::Result<PreviewFiles> Preview::write(const std::filesystem::path& folder
     std::ranges::transform(worst_.texels(), difference.texels().begin(), heat);
     const auto writePng = [&](const char* suffix, const formats::Image<glm::u8vec3>& picture) -> formats::Result<std::string> {
         std::string file = "preview/" + name + "_" + suffix + ".png";
-        const auto png = formats::encodePng(picture.view());
-        if (!png) return tl::make_unexpected(png.error());
-        if (auto written = writeFile(folder / file, *png); !written) return tl::make_unexpected(written.error());
+        LC_TRY(png, formats::encodePng(picture.view()));
+        LC_CHECK(writeFile(folder / file, *png));
         return file;
     };
     const auto reference = writePng("reference", reference_), cooked = writePng("cooked", cooked_),
@@ -105,16 +104,14 @@ formats::Result<PreviewFiles> Preview::write(const std::filesystem::path& folder
     PreviewFiles files{*reference, *cooked, *worst};
     if (std::ranges::all_of(anyNormal_.texels(), [](float visible) { return visible < 0; })) return files;
     std::ranges::transform(anyNormal_.texels(), difference.texels().begin(), [](float visible) { return heatOf(std::max(visible, 0.0f)); });
-    auto anyNormal = writePng("any_normal", difference);
-    if (!anyNormal) return tl::make_unexpected(anyNormal.error());
+    LC_TRY(anyNormal, writePng("any_normal", difference));
     files.anyNormal = std::move(*anyNormal);
     return files;
 }
 
 formats::Result<ActionOutcome> outcomeWithPreview(VerifyResult result, const Preview& preview, const ActionContext& context,
                                                   std::vector<WorstPlacePicture> worst, std::vector<RenderedView> seams) {
-    auto files = preview.write(context.folder, context.action.asset);
-    if (!files) return tl::make_unexpected(files.error());
+    LC_TRY(files, preview.write(context.folder, context.action.asset));
     files->worst = std::move(worst);
     files->seams = std::move(seams);
     result.preview = std::move(*files);

@@ -32,8 +32,7 @@ Result<void> writeImages(formats::TextureWriter& writer, const formats::TextureS
     std::size_t index = 0;
     for (int mip = 0; mip < shape.mipCount; ++mip)
         for (int layer = 0; layer < shape.layerCount; ++layer)
-            for (int face = 0; face < shape.faceCount; ++face)
-                if (auto written = writer.writeBlockRows({mip, layer, face}, 0, images.at(index++)); !written) return written;
+            for (int face = 0; face < shape.faceCount; ++face) LC_CHECK(writer.writeBlockRows({mip, layer, face}, 0, images.at(index++)));
     return {};
 }
 
@@ -113,23 +112,20 @@ std::map<std::string, std::string> textureMetadata(const Json& members) {
 
 Result<void> writeTexture(const std::filesystem::path& file, const formats::TextureShape& shape, const TextureSettings& settings,
                           const std::map<std::string, std::string>& metadata, const std::vector<std::vector<std::byte>>& images) {
-    auto writer = createTexture(file, shape, settings, metadata);
-    if (!writer) return tl::make_unexpected(writer.error());
-    if (auto written = writeImages(*writer, shape, images); !written) return written;
+    LC_TRY(writer, createTexture(file, shape, settings, metadata));
+    LC_CHECK(writeImages(*writer, shape, images));
     return writer->commit();
 }
 
 Result<std::size_t> AssetTextures::create(TexturePlan plan) {
     std::string file = plan.fileName + std::string(settings_.extension());
-    auto writer = createTexture(context_.folder / file, plan.shape, settings_, textureMetadata(metadataOf(owner_, plan)));
-    if (!writer) return tl::make_unexpected(writer.error());
+    LC_TRY(writer, createTexture(context_.folder / file, plan.shape, settings_, textureMetadata(metadataOf(owner_, plan))));
     outputs_.push_back({std::move(plan), std::move(file), std::move(*writer)});
     return outputs_.size() - 1;
 }
 
 Result<void> AssetTextures::write(TexturePlan plan, const std::vector<std::vector<std::byte>>& images) {
-    const auto index = create(std::move(plan));
-    if (!index) return tl::make_unexpected(index.error());
+    LC_TRY(index, create(std::move(plan)));
     Output& output = outputs_[*index];
     return writeImages(output.writer, output.plan.shape, images);
 }
@@ -137,7 +133,7 @@ Result<void> AssetTextures::write(TexturePlan plan, const std::vector<std::vecto
 Result<ActionOutcome> AssetTextures::finish(CookResult result) {
     std::vector<std::string> files;
     for (Output& output : outputs_) {
-        if (auto committed = output.writer.commit(); !committed) return tl::make_unexpected(committed.error());
+        LC_CHECK(output.writer.commit());
         files.push_back(output.file);
         result.asset.textures.push_back(entryOf(output.plan, output.file, std::filesystem::file_size(context_.folder / output.file),
                                                 output.plan.filter.empty() ? info(result.asset.kind).filter : output.plan.filter));
@@ -150,8 +146,7 @@ Result<formats::TextureReader> openTexture(const std::filesystem::path& folder, 
     if (entry == asset.textures.end())
         return failure(ErrorCode::Verification, asset.name, fmt::format("found no texture '{}' in the manifest, expected one", role));
     const std::filesystem::path file = folder / entry->file;
-    auto reader = formats::TextureReader::open(file);
-    if (!reader) return reader;
+    LC_TRY(reader, formats::TextureReader::open(file));
     const formats::TextureShape& shape = reader->shape();
     const auto disagree = [&](const char* member, const auto& found, const auto& expected) {
         return failure(ErrorCode::Verification, file.string(),

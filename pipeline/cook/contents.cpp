@@ -141,14 +141,12 @@ std::vector<Action> planContents(const Scene& scene, const Needs& needs, const P
 formats::Result<void> addContents(const ExecutionResult& contents, Needs& needs) {
     for (const auto& [id, record] : contents.records) {
         if (id == kProbeUseId) {
-            const auto use = fromJson<ProbeUseResult>(record.result, id);
-            if (!use) return tl::make_unexpected(use.error());
+            LC_TRY(use, fromJson<ProbeUseResult>(record.result, id));
             needs.unusedProbes.insert(use->unused.begin(), use->unused.end());
             continue;
         }
         if (isOfStep(id, ActionStep::Floor)) continue;
-        const auto content = fromJson<LightMapContent>(record.result, id);
-        if (!content) return tl::make_unexpected(content.error());
+        LC_TRY(content, fromJson<LightMapContent>(record.result, id));
         needs.contents.emplace(actionSubject(id, ActionStep::Content), *content);
     }
     return {};
@@ -160,8 +158,7 @@ formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, 
     for (const LightMapEntry& entry : scene.lightMaps) {
         const auto record = contents.records.find(actionId(ActionStep::Floor, entry.name));
         if (record == contents.records.end()) continue;
-        const auto floor = fromJson<LightMapFloor>(record->second.result, record->second.id);
-        if (!floor) return tl::make_unexpected(floor.error());
+        LC_TRY(floor, fromJson<LightMapFloor>(record->second.result, record->second.id));
         const auto hold = [&](const char* key, const std::optional<double>& limit, double found, const std::string& words) {
             if (!limit || *limit >= kSure * found) return;
             const std::string at =

@@ -91,10 +91,10 @@ Result<void> checkSettings(const Scene& scene, const CookOptions& options, const
     for (const LightMapEntry& entry : scene.lightMaps)
         if (const auto broken = brokenByOptions(rulesOf(output, entry)))
             return failure(ErrorCode::InvalidRequest, std::string(broken->option), broken->optionWords);
-    if (auto checked = checkCharts(scene, options.charts); !checked) return checked;
+    LC_CHECK(checkCharts(scene, options.charts));
     for (const LightMapEntry& entry : scene.lightMaps)
         if (isSplit(output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
-            if (auto checked = formats::checkNoMorphTargets(*entry.mesh); !checked) return checked;
+            LC_CHECK(formats::checkNoMorphTargets(*entry.mesh));
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or nothing");
@@ -142,7 +142,7 @@ private:
         }
         forgetConverterLimits();
         outcome_.output = cookedFolder(scene_, options_.output);
-        if (auto checked = checkSettings(scene_, options_, outcome_.output); !checked) return checked;
+        LC_CHECK(checkSettings(scene_, options_, outcome_.output));
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
         // Inside the output, so that finished files are renamed. A folder that is made for it goes with it unless the cook leaves files.
@@ -165,36 +165,30 @@ private:
         const ExecutionResult materials = execute(needsGraph);
         addErrors(materials);
         if (isStopped(materials)) return {};
-        auto known = needsOf(materials);
-        if (!known) return tl::make_unexpected(known.error());
+        LC_TRY(known, needsOf(materials));
         Needs needs = std::move(*known);
-        const auto prepared = prepareMaps(needs);
-        if (!prepared) return tl::make_unexpected(prepared.error());
+        LC_TRY(prepared, prepareMaps(needs));
         if (isStopped()) return {};
         const Scene& planned = *prepared;
         const std::vector<Action> contentGraph = planContents(planned, needs, planOptions_);
         const ExecutionResult contents = execute(contentGraph);
         addErrors(contents);
         if (isStopped(contents)) return {};
-        if (auto added = addContents(contents, needs); !added) return added;
-        auto floors = errorsOfFloors(planned, contents);
-        if (!floors) return tl::make_unexpected(floors.error());
+        LC_CHECK(addContents(contents, needs));
+        LC_TRY(floors, errorsOfFloors(planned, contents));
         outcome_.errors.insert(outcome_.errors.end(), floors->begin(), floors->end());
         if (isStopped()) return {};
-        auto plan = planScene(planned, needs, planOptions_);
-        if (!plan) return tl::make_unexpected(plan.error());
-        if (auto checked = checkOptions(*plan); !checked) return checked;
-        if (auto linted = lint(*plan, materials); !linted) return linted;
+        LC_TRY(plan, planScene(planned, needs, planOptions_));
+        LC_CHECK(checkOptions(*plan));
+        LC_CHECK(lint(*plan, materials));
         if (isStopped()) return {};
         ExecutionResult result = execute(plan->actions);
         if (!plan->undecided.empty() && !isStopped(result)) {
-            auto decided = decideLayouts(*plan, planned, needs, materials, result);
-            if (!decided) return tl::make_unexpected(decided.error());
+            LC_TRY(decided, decideLayouts(*plan, planned, needs, materials, result));
             plan = std::move(*decided);
         }
         if (plan->openTables && !isStopped(result)) {
-            auto decided = decideTables(*plan, planned, needs, result);
-            if (!decided) return tl::make_unexpected(decided.error());
+            LC_TRY(decided, decideTables(*plan, planned, needs, result));
             plan = std::move(*decided);
         }
         outcome_.actionsRun += materials.actionsRun + result.actionsRun;
@@ -203,11 +197,9 @@ private:
         if (isStopped(result)) return {};
         shared_.reset();
         if (options_.only) sceneAssets_ = assetsOfScene(*plan, planned, needs);
-        const auto report = publishWithSummaries(*plan, result);
-        if (!report) return tl::make_unexpected(report.error());
-        if (auto kept = cookAlternatives(); !kept) return kept;
-        if (options_.depfile)
-            if (auto written = writeDepfile(*plan, needsGraph, contentGraph, planned, needs); !written) return written;
+        LC_TRY(report, publishWithSummaries(*plan, result));
+        LC_CHECK(cookAlternatives());
+        if (options_.depfile) LC_CHECK(writeDepfile(*plan, needsGraph, contentGraph, planned, needs));
         cache_.prune();
         appendErrorsOf(*report, options_.budgetBytes ? "--budget" : placeIn(scene_, "output", "", "budget", "[output]") + ", budget",
                        outcome_.errors);
@@ -244,8 +236,7 @@ private:
         ExecutionResult facts = execute(planLint(scene_, options_.repair, assets));
         addErrors(facts);
         facts.records.insert(materials.records.begin(), materials.records.end());
-        auto findings = judgeScene(scene_, facts.records, options_.strict);
-        if (!findings) return tl::make_unexpected(findings.error());
+        LC_TRY(findings, judgeScene(scene_, facts.records, options_.strict));
         outcome_.isLinted = true;
         outcome_.findings = std::move(*findings);
         for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
@@ -285,8 +276,7 @@ private:
     Result<Needs> needsOf(const ExecutionResult& materials) const {
         std::vector<MaterialRecord> all;
         for (const auto& [id, record] : materials.records) {
-            const auto ofMesh = fromJson<MaterialsResult>(record.result, id);
-            if (!ofMesh) return tl::make_unexpected(ofMesh.error());
+            LC_TRY(ofMesh, fromJson<MaterialsResult>(record.result, id));
             all.insert(all.end(), ofMesh->materials.begin(), ofMesh->materials.end());
         }
         return resolveNeeds(scene_, all);
@@ -296,18 +286,15 @@ private:
     /// next better candidate where a verification misses the error of a trial. Returns the plan of the whole scene.
     Result<Plan> decideLayouts(const Plan& open, const Scene& planned, const Needs& needs, const ExecutionResult& materials,
                                ExecutionResult& result) {
-        auto decision = LayoutDecision::create(scene_, open, result, materials);
-        if (!decision) return tl::make_unexpected(decision.error());
+        LC_TRY(decision, LayoutDecision::create(scene_, open, result, materials));
         while (true) {
             planOptions_.layouts = decision->choose();
             planOptions_.unlimited = decision->unlimited();
             planOptions_.tableViews = decision->tableViews();
-            auto plan = planScene(planned, needs, planOptions_);
-            if (!plan) return plan;
+            LC_TRY(plan, planScene(planned, needs, planOptions_));
             ExecutionResult chosen = execute(actionsOf(*plan, result));
             for (const auto& [id, record] : result.records) chosen.reused.erase(id);  // it ran before in this cook
-            const auto isRefuted = decision->learnFrom(*plan, result, chosen);
-            if (!isRefuted) return tl::make_unexpected(isRefuted.error());
+            LC_TRY(isRefuted, decision->learnFrom(*plan, result, chosen));
             if (*isRefuted && !isStopped(chosen)) continue;
             result.add(std::move(chosen));
             if (options_.keepCandidates) alternatives_ = decision->alternatives();
@@ -324,8 +311,7 @@ private:
         for (const std::string& name : open.assets) {
             const auto record = result.records.find(actionId(ActionStep::Cook, name));
             if (record == result.records.end()) continue;
-            const auto cooked = fromJson<CookResult>(record->second.result, record->first);
-            if (!cooked) return tl::make_unexpected(cooked.error());
+            LC_TRY(cooked, fromJson<CookResult>(record->second.result, record->first));
             others.bytes += cooked->asset.totalBytesGpu();
         }
         const bool areFine = choiceWithin({others}, *open.openTables, *scene_.output.budgetBytes, 0).areTablesFine;
@@ -344,7 +330,7 @@ private:
             options.output = candidateFolder(outcome_.output, layout);
             options.keepCandidates = false;
             options.depfile = {};
-            if (auto made = makeFoldersOf(outcome_.output, candidateFolder({}, layout) / kManifestName); !made) return made;
+            LC_CHECK(makeFoldersOf(outcome_.output, candidateFolder({}, layout) / kManifestName));
             Scene scene = asked_;
             scene.output.budgetBytes = options.budgetBytes = {};
             scene.output.maxWholeVisible = options.maxWholeVisible = {};
@@ -422,9 +408,8 @@ private:
     /// written before the first gets its name.
     Result<Report> publishWithSummaries(const Plan& plan, const ExecutionResult& result) {
         warnOfOtherScene();
-        const auto transaction = formats::OutputTransaction::begin();
-        if (!transaction) return tl::make_unexpected(transaction.error());
-        if (auto checked = checkOutputs(result); !checked) return tl::make_unexpected(checked.error());
+        LC_TRY(transaction, formats::OutputTransaction::begin());
+        LC_CHECK(checkOutputs(result));
         SummaryWriter writer(scene_, outcome_.output, options_.only.has_value(), *digests_);
         writer.addNotes(preparationNotes_);
         writer.addNotes(notes_);
@@ -435,13 +420,12 @@ private:
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
-        auto report = writer.prepare(
-            plan, result, staging_, outcome_.actionsRun > 0,
-            {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current), outcome_.findings, frontier_},
-            measureRates(result));
-        if (!report) return tl::make_unexpected(report.error());
-        if (auto published = publish(result, staging_, outcome_.output); !published) return tl::make_unexpected(published.error());
-        if (auto committed = writer.commit(); !committed) return tl::make_unexpected(committed.error());
+        LC_TRY(report, writer.prepare(plan, result, staging_, outcome_.actionsRun > 0,
+                                      {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current),
+                                       outcome_.findings, frontier_},
+                                      measureRates(result)));
+        LC_CHECK(publish(result, staging_, outcome_.output));
+        LC_CHECK(writer.commit());
         outcome_.report = toJson(*report);
         return report;
     }
@@ -449,13 +433,11 @@ private:
     /// Writes the dependency file: the inputs of all assets that the manifest describes, also of those that --only left alone.
     Result<void> writeDepfile(const Plan& plan, const std::vector<Action>& needsGraph, const std::vector<Action>& contentGraph,
                               const Scene& planned, const Needs& needs) {
-        const auto manifest = loadManifest(outcome_.output);
-        if (!manifest) return tl::make_unexpected(manifest.error());
+        LC_TRY(manifest, loadManifest(outcome_.output));
         const auto isPlanned = [&](const CookedAsset& asset) { return std::ranges::find(plan.assets, asset.name) != plan.assets.end(); };
         const bool isLeftAlone = !std::ranges::all_of(manifest->assets, isPlanned);
         if (isLeftAlone) planOptions_.only = {};
-        const auto described = isLeftAlone ? planScene(planned, needs, planOptions_) : Result<Plan>(plan);
-        if (!described) return tl::make_unexpected(described.error());
+        LC_TRY(described, isLeftAlone ? planScene(planned, needs, planOptions_) : Result<Plan>(plan));
         std::vector<Action> all = needsGraph;
         all.insert(all.end(), packGraph_.begin(), packGraph_.end());
         all.insert(all.end(), contentGraph.begin(), contentGraph.end());

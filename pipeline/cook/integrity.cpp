@@ -74,8 +74,7 @@ Result<std::map<std::string, std::filesystem::path>> unchangedSources(const Cook
     if (!asset.source.files) return sources;
     for (const auto& [role, entry] : *asset.source.files) {
         const std::filesystem::path path = sceneDirectory / entry.file;
-        const auto digest = digestOfFile(path);
-        if (!digest) return tl::make_unexpected(digest.error());
+        LC_TRY(digest, digestOfFile(path));
         if (*digest != entry.digest)
             return failure(
                 ErrorCode::Verification, path.string(),

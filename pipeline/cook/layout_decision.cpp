@@ -25,8 +25,7 @@ Result<std::map<std::string, MeshMemory>> meshesOf(const Scene& scene, const std
         if (!entry.mesh || std::ranges::find(lightMaps, entry.name) == lightMaps.end()) continue;
         const auto record = materials.records.find(actionId(ActionStep::Materials, entry.mesh->string()));
         if (record == materials.records.end()) continue;
-        const auto result = fromJson<MaterialsResult>(record->second.result, record->second.id);
-        if (!result) return tl::make_unexpected(result.error());
+        LC_TRY(result, fromJson<MaterialsResult>(record->second.result, record->second.id));
         meshes[entry.name] = {result->mostVertices, scene.output.draco, isPacked(scene.output, entry)};
     }
     return meshes;
@@ -59,21 +58,18 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
     for (const std::string& map : open.undecided) {
         const auto record = trials.records.find(actionId(ActionStep::Trial, map));
         if (record == trials.records.end()) continue;
-        const auto trial = trialIn(record->second);
-        if (!trial) return tl::make_unexpected(trial.error());
+        LC_TRY(trial, trialIn(record->second));
         decision.candidates_[map] = candidatesOf(trial->trial, layoutLimitsOf(scene, map));
         decision.addChoices(map, *trial);
     }
-    auto meshes = meshesOf(scene, open.undecided, materials);
-    if (!meshes) return tl::make_unexpected(meshes.error());
+    LC_TRY(meshes, meshesOf(scene, open.undecided, materials));
     decision.meshes_ = std::move(*meshes);
     for (const auto& [map, mesh] : decision.meshes_)
         if (!decision.choices_.contains(map)) decision.otherBytes_ += mesh.mostBytes();
     for (const std::string& name : open.assets) {
         const auto record = trials.records.find(actionId(ActionStep::Cook, name));
         if (record == trials.records.end()) continue;
-        const auto cooked = fromJson<CookResult>(record->second.result, record->second.id);
-        if (!cooked) return tl::make_unexpected(cooked.error());
+        LC_TRY(cooked, fromJson<CookResult>(record->second.result, record->second.id));
         decision.otherBytes_ += cooked->asset.totalBytesGpu();
     }
     return decision;
@@ -161,13 +157,13 @@ std::map<std::string, std::map<std::string, std::string>> LayoutDecision::altern
 }
 
 Result<bool> LayoutDecision::learnFrom(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
-    if (auto noted = noteSplitSeams(chosen); !noted) return tl::make_unexpected(noted.error());
+    LC_CHECK(noteSplitSeams(chosen));
     const auto isMapRefuted = noteVerifiedMaps(chosen);
     if (!isMapRefuted || choices_.empty()) return isMapRefuted;
-    if (auto noted = noteFailedDominants(chosen); !noted) return tl::make_unexpected(noted.error());
-    if (auto noted = noteFailedTables(chosen); !noted) return tl::make_unexpected(noted.error());
-    if (auto noted = noteFailedWholes(chosen); !noted) return tl::make_unexpected(noted.error());
-    if (auto corrected = correctBytes(plan, others, chosen); !corrected) return tl::make_unexpected(corrected.error());
+    LC_CHECK(noteFailedDominants(chosen));
+    LC_CHECK(noteFailedTables(chosen));
+    LC_CHECK(noteFailedWholes(chosen));
+    LC_CHECK(correctBytes(plan, others, chosen));
     const std::map<std::string, std::string> before = chosen_;
     const std::optional<int> viewsBefore = tableViews_;
     return choose() != before || tableViews_ != viewsBefore;
@@ -180,8 +176,7 @@ Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
         const std::string& layout = chosen_.at(map);
         const auto record = chosen.records.find(actionId(ActionStep::Verify, map));
         if (record == chosen.records.end()) continue;
-        const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
-        if (!verified) return tl::make_unexpected(verified.error());
+        LC_TRY(verified, fromJson<VerifyResult>(record->second.result, record->second.id));
         const double found = std::max(verifiedUse(*verified, layoutLimitsOf(scene_, map)), splitUse_[map][layout]);
         LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
         if (found > 1 && candidate.usedOfLimits <= 1) isRefuted = true;
@@ -195,8 +190,7 @@ Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
 Result<void> LayoutDecision::noteSplitSeams(const ExecutionResult& chosen) {
     for (const auto& [id, record] : chosen.records) {
         if (!isOfStep(id, ActionStep::SplitSeams)) continue;
-        const auto split = fromJson<SplitSeams>(record.result, id);
-        if (!split) return tl::make_unexpected(split.error());
+        LC_TRY(split, fromJson<SplitSeams>(record.result, id));
         const double share = mostUsedShare(split->checks());
         if (share <= 1 || split->seams.worst.empty()) continue;
         const SeamPlace& worst = split->seams.worst.front();
@@ -218,8 +212,7 @@ Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) 
     for (auto& [map, choices] : choices_) {
         const auto record = chosen.records.find(actionId(ActionStep::Verify, dominantNameOf(map)));
         if (record == chosen.records.end()) continue;
-        const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
-        if (!verified) return tl::make_unexpected(verified.error());
+        LC_TRY(verified, fromJson<VerifyResult>(record->second.result, record->second.id));
         if (verified->verdict.passed) continue;
         const std::string& layout = chosen_.at(dominantNameOf(map));
         for (AllocationChoice& choice : choices)
@@ -232,8 +225,7 @@ Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) 
 Result<void> LayoutDecision::noteFailedTables(const ExecutionResult& chosen) {
     const auto record = chosen.records.find(actionId(ActionStep::Verify, kTablesName));
     if (record == chosen.records.end() || tableViews_ != kLeastViewCount) return {};
-    const auto verified = fromJson<VerifyResult>(record->second.result, record->second.id);
-    if (!verified) return tl::make_unexpected(verified.error());
+    LC_TRY(verified, fromJson<VerifyResult>(record->second.result, record->second.id));
     areLeastTablesRefuted_ = areLeastTablesRefuted_ || !verified->verdict.passed;
     return {};
 }
@@ -243,8 +235,7 @@ Result<void> LayoutDecision::noteFailedWholes(const ExecutionResult& chosen) {
     for (auto& [map, choices] : choices_) {
         const auto record = chosen.records.find(actionId(ActionStep::Whole, map));
         if (record == chosen.records.end()) continue;
-        const auto whole = fromJson<WholeFigures>(record->second.result, record->second.id);
-        if (!whole) return tl::make_unexpected(whole.error());
+        LC_TRY(whole, fromJson<WholeFigures>(record->second.result, record->second.id));
         if (areKept(whole->checks())) continue;
         const auto dominant = chosen_.find(dominantNameOf(map));
         for (AllocationChoice& choice : choices)
@@ -270,8 +261,7 @@ Result<void> LayoutDecision::noteMeshes(const Plan& plan, const ExecutionResult&
         const auto record = chosen.records.find(actionId(ActionStep::Cook, asset));
         const auto mesh = meshes_.find(map);
         if (record == chosen.records.end() || mesh == meshes_.end()) continue;
-        const auto cooked = fromJson<CookResult>(record->second.result, record->first);
-        if (!cooked) return tl::make_unexpected(cooked.error());
+        LC_TRY(cooked, fromJson<CookResult>(record->second.result, record->first));
         const std::uint64_t bytes = cooked->asset.totalBytesGpu();
         mesh->second.found[chosen_.at(map)] = bytes;
         mesh->second.vertices = bytes / bytesOfVertex(mesh->second.isDraco, cooked->asset.basis.has_value());
@@ -283,15 +273,14 @@ Result<void> LayoutDecision::noteMeshes(const Plan& plan, const ExecutionResult&
 /// otherwise a choice that fits could be taken and refused in turn.
 Result<void> LayoutDecision::correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
     const std::uint64_t meshesBefore = chosenMeshBytes();
-    if (auto noted = noteMeshes(plan, chosen); !noted) return noted;
+    LC_CHECK(noteMeshes(plan, chosen));
     std::uint64_t found = 0;
     for (const std::string& asset : plan.assets) {
         const std::string id = actionId(ActionStep::Cook, asset);
         const auto& records = chosen.records.contains(id) ? chosen.records : others.records;
         const auto record = records.find(id);
         if (record == records.end()) return {};
-        const auto cooked = fromJson<CookResult>(record->second.result, id);
-        if (!cooked) return tl::make_unexpected(cooked.error());
+        LC_TRY(cooked, fromJson<CookResult>(record->second.result, id));
         found += cooked->asset.totalBytesGpu();
     }
     const std::uint64_t expected = frontier_[chosenPoint_].bytes - meshesBefore + chosenMeshBytes();

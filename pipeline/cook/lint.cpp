@@ -16,9 +16,8 @@ namespace {
 formats::Result<void> lint(const Scene& scene, const LintOptions& options, const RunState& state, Outcome& outcome) {
     if (const std::string why = whyNothing(scene); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, scene.file.string(), why);
-    if (auto checked = checkCharts(scene); !checked) return checked;
-    auto staging = TemporaryFolder::create();
-    if (!staging) return tl::make_unexpected(staging.error());
+    LC_CHECK(checkCharts(scene));
+    LC_TRY(staging, TemporaryFolder::create());
     const Cache cache(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes);
     DigestMemo digests(cache.root() / "stamps" / digestOfText("lint " + std::filesystem::absolute(scene.file).string()));
     std::vector<Action> graph = planNeeds(scene);
@@ -30,8 +29,7 @@ formats::Result<void> lint(const Scene& scene, const LintOptions& options, const
     outcome.actionsRun = facts.actionsRun;
     outcome.actionsReused = facts.actionsReused;
     if (state.interrupted) return {};
-    auto findings = judgeScene(scene, facts.records, options.strict);
-    if (!findings) return tl::make_unexpected(findings.error());
+    LC_TRY(findings, judgeScene(scene, facts.records, options.strict));
     outcome.isLinted = true;
     outcome.findings = std::move(*findings);
     for (formats::Error& error : errorsOf(outcome.findings)) outcome.errors.push_back(std::move(error));

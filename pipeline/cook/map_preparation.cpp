@@ -53,7 +53,7 @@ ExecutionResult MapPreparation::run(const std::vector<Action>& graph, const std:
 }
 
 Result<Scene> MapPreparation::prepare(Scene& scene, const Needs& needs) {
-    if (auto done = split(scene, needs); !done) return tl::make_unexpected(done.error());
+    LC_CHECK(split(scene, needs));
     Scene wanted = scene;
     std::erase_if(wanted.lightMaps, [&](const LightMapEntry& entry) { return !isAnyWanted(scene, options_, entry); });
     graph_ = packActions(wanted);
@@ -71,7 +71,7 @@ std::vector<Action> MapPreparation::packActions(const Scene& scene) const {
 Result<Scene> MapPreparation::pack(const Scene& scene, const std::vector<Action>& graph, const std::filesystem::path& folder) {
     Scene packedScene = scene;
     if (isStopped() || graph.empty()) return packedScene;
-    if (auto made = makeFolder(folder); !made) return tl::make_unexpected(made.error());
+    LC_CHECK(makeFolder(folder));
     const ExecutionResult result = run(graph, folder);
     for (const Action& action : graph) {
         const auto record = result.records.find(action.id);
@@ -80,8 +80,7 @@ Result<Scene> MapPreparation::pack(const Scene& scene, const std::vector<Action>
             packedScene.lightMaps.erase(entry);
             continue;
         }
-        auto packed = packedLightMap(action, record->second, folder);
-        if (!packed) return tl::make_unexpected(packed.error());
+        LC_TRY(packed, packedLightMap(action, record->second, folder));
         *entry = packedEntry(std::move(*entry), *packed);
         options_.packed[action.asset] = std::move(*packed);
     }
@@ -92,7 +91,7 @@ Result<Scene> MapPreparation::pack(const Scene& scene, const std::vector<Action>
 Result<Needs> MapPreparation::withContents(const Scene& packed, Needs needs) {
     const ExecutionResult contents = run_(planContents(packed, needs, options_), {});
     result_.errors.insert(result_.errors.end(), contents.errors.begin(), contents.errors.end());
-    if (auto added = addContents(contents, needs); !added) return tl::make_unexpected(added.error());
+    LC_CHECK(addContents(contents, needs));
     return needs;
 }
 
@@ -100,11 +99,9 @@ Result<Needs> MapPreparation::withContents(const Scene& packed, Needs needs) {
 Result<void> MapPreparation::split(Scene& scene, const Needs& needs) {
     const Scene maps = onlyMapsToSplit(scene, options_);
     if (maps.lightMaps.empty()) return {};
-    const auto whole = pack(maps, packActions(maps), folder_ / "whole");
-    if (!whole) return tl::make_unexpected(whole.error());
+    LC_TRY(whole, pack(maps, packActions(maps), folder_ / "whole"));
     if (isStopped()) return {};
-    const auto known = withContents(*whole, needs);
-    if (!known) return tl::make_unexpected(known.error());
+    LC_TRY(known, withContents(*whole, needs));
     std::vector<Action> splits;
     for (const LightMapEntry& entry : whole->lightMaps)
         if (auto action = splitAction(*whole, *known, entry, options_.packed.at(entry.name), options_.repair))
@@ -115,9 +112,8 @@ Result<void> MapPreparation::split(Scene& scene, const Needs& needs) {
         std::ranges::find(scene.lightMaps, entry.name, &LightMapEntry::name)->charts.mode = ChartMode::Pack;
         const auto record = result.records.find(actionId(ActionStep::Split, entry.name));
         if (record == result.records.end() || isStopped()) continue;
-        const auto chosen = fromJson<SplitResult>(record->second.result, record->first);
-        if (!chosen) return tl::make_unexpected(chosen.error());
-        if (auto tried = trySplits(scene, maps, entry, *chosen, needs); !tried) return tried;
+        LC_TRY(chosen, fromJson<SplitResult>(record->second.result, record->first));
+        LC_CHECK(trySplits(scene, maps, entry, *chosen, needs));
     }
     return {};
 }
@@ -134,8 +130,7 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
         if (least && expected >= static_cast<double>(*least)) break;  // the expectation is rarely too high, and rises from here on
         Scene parts = maps;
         parts.lightMaps = partsOf(entry, split, found.displayKey);
-        const auto bytes = bytesOfParts(parts, needs);
-        if (!bytes) return tl::make_unexpected(bytes.error());
+        LC_TRY(bytes, bytesOfParts(parts, needs));
         if (best == nullptr || bytes->value_or(UINT64_MAX) < least.value_or(UINT64_MAX)) {
             best = &split;
             least = *bytes;
@@ -156,11 +151,9 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
 
 /// Returns the GPU memory of the maps of a split [bytes]. Empty: one has no layout within the limits.
 Result<std::optional<std::uint64_t>> MapPreparation::bytesOfParts(const Scene& parts, const Needs& needs) {
-    const auto packed = pack(parts, packActions(parts), folder_ / "parts");
-    if (!packed) return tl::make_unexpected(packed.error());
+    LC_TRY(packed, pack(parts, packActions(parts), folder_ / "parts"));
     if (isStopped() || packed->lightMaps.size() < parts.lightMaps.size()) return std::optional<std::uint64_t>();
-    const auto known = withContents(*packed, needs);
-    if (!known) return tl::make_unexpected(known.error());
+    LC_TRY(known, withContents(*packed, needs));
     std::vector<Action> trials;
     for (const LightMapEntry& entry : packed->lightMaps)
         if (auto trial = partTrial(*packed, *known, entry, options_.repair)) trials.push_back(std::move(*trial));
@@ -170,8 +163,7 @@ Result<std::optional<std::uint64_t>> MapPreparation::bytesOfParts(const Scene& p
     for (const Action& action : trials) {
         const auto record = result.records.find(action.id);
         if (record == result.records.end()) return std::optional<std::uint64_t>();
-        const auto trial = fromJson<TrialResult>(record->second.result, action.id);
-        if (!trial) return tl::make_unexpected(trial.error());
+        LC_TRY(trial, fromJson<TrialResult>(record->second.result, action.id));
         const auto least = leastBytes(*trial, options_.packed.at(action.asset).bake.packing, parts, needs, parts.lightMaps.front());
         if (!least) return std::optional<std::uint64_t>();
         sum += *least;

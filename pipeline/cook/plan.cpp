@@ -678,8 +678,7 @@ Action splitSeamsAction(const std::string& lightMap, const std::vector<const Pac
 
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options) {
     ScenePlanner planner(scene, needs, options);
-    auto planned = planner.plan();
-    if (!planned) return planned;
+    LC_TRY(planned, planner.plan());
     const Plan& plan = *planned;
     if (options.only && plan.assets.empty() && plan.skipped.empty() && plan.undecided.empty())
         return formats::failure(

@@ -41,11 +41,9 @@ Result<const CookedAsset*> findLightMap(const Manifest& manifest, const std::fil
 /// sceneFolder  that its files are relative to
 Result<LightMapSource*> openBake(LightMapSources& bakes, const CookedAsset& asset, const std::optional<UnpackedBake>& unpacked,
                                  const std::filesystem::path& sceneFolder) {
-    auto description = unpacked ? Result<formats::LightMapDescription>(unpacked->description) : descriptionOf(asset);
-    if (!description) return tl::make_unexpected(description.error());
+    LC_TRY(description, unpacked ? Result<formats::LightMapDescription>(unpacked->description) : descriptionOf(asset));
     description->constantOf = {};
-    const auto sources = unchangedSources(asset, sceneFolder);
-    if (!sources) return tl::make_unexpected(sources.error());
+    LC_TRY(sources, unchangedSources(asset, sceneFolder));
     const auto source = sources->find(kSourceRole);
     if (source == sources->end()) return failure(ErrorCode::Verification, asset.name, "found no source, expected the bake");
     return bakes.open(source->second, withFiles(std::move(*description), *sources));
@@ -58,8 +56,7 @@ public:
     static Result<ReconstructionWriter> create(const std::filesystem::path& output, const glm::ivec2& size, int placesPerTexel,
                                                LightMapSource* bake) {
         const auto surface = bake != nullptr ? formats::SurfaceOutput::CoverageAndNormals : formats::SurfaceOutput::None;
-        auto writer = formats::LightMapWriter::create(output, size.x, size.y, surface);
-        if (!writer) return tl::make_unexpected(writer.error());
+        LC_TRY(writer, formats::LightMapWriter::create(output, size.x, size.y, surface));
         return ReconstructionWriter(std::move(*writer), placesPerTexel, bake);
     }
 
@@ -69,8 +66,7 @@ public:
         formats::Image<glm::vec3> normal(rows.width, rows.height);
         for (int y = 0; y < rows.height; ++y) {
             const int row = (firstRow_ + y) / placesPerTexel_;
-            const auto chunk = bake_->chunk(row / kChunkRows);
-            if (!chunk) return tl::make_unexpected(chunk.error());
+            LC_TRY(chunk, bake_->chunk(row / kChunkRows));
             for (int x = 0; x < rows.width; ++x) {
                 const glm::ivec2 texel(x / placesPerTexel_, row - (*chunk)->firstRow);
                 covered.at(x, y) = (*chunk)->covered.at(texel.x, texel.y);
@@ -96,15 +92,14 @@ private:
 /// size  [texels of the output]
 Result<void> appendConstant(const CookedLightMapReader& cooked, const glm::ivec2& size, ReconstructionWriter& writer,
                             const RunState& state) {
-    const auto texels = cooked.read(0, cooked.height());
-    if (!texels) return tl::make_unexpected(texels.error());
+    LC_TRY(texels, cooked.read(0, cooked.height()));
     const auto block = cooked.verifier().reconstruct(*texels, 0, cooked.height());
     for (int row = 0; row < size.y; row += kChunkRows) {
         if (state.interrupted) return failure(ErrorCode::Interrupted, "reconstruct", "interrupted");
         formats::Image<lighting::ShRgb> rows(size.x, std::min(kChunkRows, size.y - row));
         for (int y = 0; y < rows.height(); ++y)
             for (int x = 0; x < size.x; ++x) rows.at(x, y) = block.at(x % block.width(), (row + y) % block.height());
-        if (auto appended = writer.append(rows.view()); !appended) return appended;
+        LC_CHECK(writer.append(rows.view()));
     }
     return {};
 }
@@ -114,13 +109,11 @@ Result<void> appendConstant(const CookedLightMapReader& cooked, const glm::ivec2
 Result<ChartPlaces> chartPlacesOf(const CookedAsset& asset, const UnpackedBake& bake, const std::filesystem::path& sceneFolder) {
     CookedAsset needed = asset;  // the bake is not read
     if (needed.source.files) std::erase_if(*needed.source.files, [](const auto& file) { return !file.first.starts_with(kMeshRole); });
-    const auto sources = unchangedSources(needed, sceneFolder);
-    if (!sources) return tl::make_unexpected(sources.error());
+    LC_TRY(sources, unchangedSources(needed, sceneFolder));
     const auto mesh = sources->find(kMeshRole);
     if (mesh == sources->end())
         return failure(ErrorCode::Verification, asset.name, "found packed charts without a mesh, expected the folder as cooked");
-    const auto scene = loadMesh(*sources, kMeshRole, bake.description.places);
-    if (!scene) return tl::make_unexpected(scene.error());
+    LC_TRY(scene, loadMesh(*sources, kMeshRole, bake.description.places));
     return ChartPlaces::create(*scene, mesh->second.string(), bake);
 }
 
@@ -134,16 +127,12 @@ struct PackedMap {
 /// Opens a light map of the manifest.
 Result<PackedMap> openPacked(const Manifest& manifest, const std::filesystem::path& folder, const CookedAsset& asset,
                              const UnpackedBake& unpacked) {
-    const auto description = descriptionOf(asset);
-    if (!description) return tl::make_unexpected(description.error());
-    auto charts = chartPlacesOf(asset, unpacked, folder / manifest.sceneDirectory);
-    if (!charts) return tl::make_unexpected(charts.error());
-    auto cooked = CookedLightMapReader::open(folder, asset, {});
-    if (!cooked) return tl::make_unexpected(cooked.error());
+    LC_TRY(description, descriptionOf(asset));
+    LC_TRY(charts, chartPlacesOf(asset, unpacked, folder / manifest.sceneDirectory));
+    LC_TRY(cooked, CookedLightMapReader::open(folder, asset, {}));
     PackedMap map{std::move(*charts), std::move(*cooked), {}};
     if (description->constantOf) {
-        const auto texels = map.cooked.read(0, map.cooked.height());
-        if (!texels) return tl::make_unexpected(texels.error());
+        LC_TRY(texels, map.cooked.read(0, map.cooked.height()));
         map.constant = map.cooked.verifier().reconstruct(*texels, 0, map.cooked.height()).at(0, 0);
     }
     return map;
@@ -154,13 +143,11 @@ Result<std::vector<PackedMap>> openPackedMaps(const Manifest& manifest, const st
     std::vector<PackedMap> maps;
     for (const CookedAsset& asset : manifest.assets) {
         if (asset.kind != AssetKind::LightMap) continue;
-        const auto unpacked = unpackedBakeOf(asset);
-        if (!unpacked) return tl::make_unexpected(unpacked.error());
+        LC_TRY(unpacked, unpackedBakeOf(asset));
         if (!*unpacked) continue;
         const bool isPart = (*unpacked)->part && (*unpacked)->part->of == lightMap.name;
         if (asset.name != lightMap.name && !isPart) continue;
-        auto map = openPacked(manifest, folder, asset, **unpacked);
-        if (!map) return tl::make_unexpected(map.error());
+        LC_TRY(map, openPacked(manifest, folder, asset, **unpacked));
         maps.push_back(std::move(*map));
     }
     return maps;
@@ -187,7 +174,7 @@ Result<void> appendUnpacked(const std::vector<PackedMap>& maps, const glm::ivec2
             for (std::size_t i = 0; i < places.size(); ++i)
                 if (map.charts.packed(places[i])) rows.texels()[i] = map.constant ? *map.constant : (*decoded)[i];
         }
-        if (auto appended = writer.append(rows.view()); !appended) return appended;
+        LC_CHECK(writer.append(rows.view()));
     }
     return {};
 }
@@ -199,10 +186,9 @@ Result<void> appendTexels(const CookedLightMapReader& cooked, int placesPerTexel
         const int rowCount = std::min(kChunkRows, cooked.height() - row);
         // Places between texels need the row above, too; blocks are read in whole rows.
         const int firstRow = placesPerTexel > 1 ? std::max(0, row - kReadRows) : row;
-        const auto texels = cooked.read(firstRow, row + rowCount + 1 - firstRow);
-        if (!texels) return tl::make_unexpected(texels.error());
+        LC_TRY(texels, cooked.read(firstRow, row + rowCount + 1 - firstRow));
         const auto rows = cooked.verifier().reconstruct(*texels, row, rowCount, placesPerTexel);
-        if (auto appended = writer.append(rows.view()); !appended) return appended;
+        LC_CHECK(writer.append(rows.view()));
     }
     return {};
 }
@@ -224,37 +210,30 @@ LightMapSource* surfaceOf(const Result<LightMapSource*>& bake, const glm::ivec2&
 
 Result<void> reconstructLightMap(const std::filesystem::path& folder, const std::string& name, const std::filesystem::path& output,
                                  int placesPerTexel, const RunState& state) {
-    const auto manifest = loadManifest(folder);
-    if (!manifest) return tl::make_unexpected(manifest.error());
-    const auto asset = findLightMap(*manifest, folder, name);
-    if (!asset) return tl::make_unexpected(asset.error());
+    LC_TRY(manifest, loadManifest(folder));
+    LC_TRY(asset, findLightMap(*manifest, folder, name));
     if (formats::isInTangentSpace((*asset)->layout))
         return failure(
             ErrorCode::InvalidRequest, fmt::format("light map '{}'", (*asset)->name),
             fmt::format("found layout {}, expected one that stores SH coefficients: what it shows is a function of the normal in "
                         "tangent space, which no coefficients have",
                         (*asset)->layout));
-    const auto unpacked = unpackedBakeOf(**asset);
-    if (!unpacked) return tl::make_unexpected(unpacked.error());
-    const auto description = descriptionOf(**asset);
-    if (!description) return tl::make_unexpected(description.error());
+    LC_TRY(unpacked, unpackedBakeOf(**asset));
+    LC_TRY(description, descriptionOf(**asset));
     const bool isUnpacked = *unpacked && (!description->constantOf || (*unpacked)->part);
-    const auto cooked = CookedLightMapReader::open(folder, **asset, {});
-    if (!cooked) return tl::make_unexpected(cooked.error());
+    LC_TRY(cooked, CookedLightMapReader::open(folder, **asset, {}));
     const glm::ivec2 size = isUnpacked ? glm::ivec2((*unpacked)->packing.widthBefore, (*unpacked)->packing.heightBefore)
                                        : description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
     LightMapSources bakes;
     LightMapSource* const bake = surfaceOf(openBake(bakes, **asset, *unpacked, folder / manifest->sceneDirectory), size, output, state);
-    auto writer = ReconstructionWriter::create(output, placesPerTexel * size, placesPerTexel, bake);
-    if (!writer) return tl::make_unexpected(writer.error());
+    LC_TRY(writer, ReconstructionWriter::create(output, placesPerTexel * size, placesPerTexel, bake));
     const auto append = [&]() -> Result<void> {
         if (!isUnpacked && description->constantOf) return appendConstant(*cooked, placesPerTexel * size, *writer, state);
         if (!isUnpacked) return appendTexels(*cooked, placesPerTexel, *writer, state);
-        const auto maps = openPackedMaps(*manifest, folder, **asset);
-        if (!maps) return tl::make_unexpected(maps.error());
+        LC_TRY(maps, openPackedMaps(*manifest, folder, **asset));
         return appendUnpacked(*maps, placesPerTexel * size, placesPerTexel, *writer, state);
     };
-    if (auto appended = append(); !appended) return appended;
+    LC_CHECK(append());
     return writer->commit();
 }
 

@@ -97,8 +97,7 @@ std::vector<Skip> skipsOf(const Plan& plan, const ExecutionResult& result, const
 
 /// Gives an asset of a repacked light map the conventions of the user's bake.
 Result<void> describeSource(const PackedLightMap& packed, CookedAsset& asset) {
-    const auto repacked = descriptionOf(asset);
-    if (!repacked) return tl::make_unexpected(repacked.error());
+    LC_TRY(repacked, descriptionOf(asset));
     formats::LightMapDescription description = packed.bake.description;
     if (repacked->constantOf) description.constantOf = glm::ivec2(packed.bake.packing.widthBefore, packed.bake.packing.heightBefore);
     asset.source.description = toJson(description);
@@ -220,11 +219,11 @@ void SummaryWriter::addRunsOfKeptRows(std::vector<RunRecord>& runs) const {
 
 Result<Report> SummaryWriter::prepare(const Plan& plan, const ExecutionResult& result, const std::filesystem::path& staging,
                                       bool isAnythingRun, ReportFrame frame, const WorkRates& rates) {
-    if (auto collected = collect(plan, result); !collected) return tl::make_unexpected(collected.error());
+    LC_CHECK(collect(plan, result));
     frame.incomplete = incompleteOf(plan);
     frame.partial = leftOut(frame.incomplete);
     frame.findings = withKeptFindings(std::move(frame.findings));
-    if (auto prepared = prepareManifest(frame); !prepared) return tl::make_unexpected(prepared.error());
+    LC_CHECK(prepareManifest(frame));
     if (!isAnythingRun && isReportCurrent(frame, staging)) return *oldReport_;
     addRunsOfKeptRows(frame.runs);
     std::vector<Skip> skips = keptSkips(plan, frame.partial);
@@ -233,8 +232,7 @@ Result<Report> SummaryWriter::prepare(const Plan& plan, const ExecutionResult& r
 }
 
 Result<void> SummaryWriter::commit() {
-    for (formats::PendingFile& file : pending_)
-        if (auto committed = file.commit(); !committed) return committed;
+    for (formats::PendingFile& file : pending_) LC_CHECK(file.commit());
     const NamedPlaces inputs(scene_);
     if (oldManifest_) removeStale(folder_, *oldManifest_, *manifest_, inputs);
     if (isReportNew_ && oldReport_) removeStalePictures(folder_, oldReport_->assets, rows_, inputs);
@@ -242,15 +240,13 @@ Result<void> SummaryWriter::commit() {
 }
 
 Result<void> SummaryWriter::prepareFile(const char* name, const std::string& content) {
-    auto file = formats::prepareWholeFile(folder_ / name, std::as_bytes(std::span(content)), formats::OutputLink::Replace);
-    if (!file) return tl::make_unexpected(file.error());
+    LC_TRY(file, formats::prepareWholeFile(folder_ / name, std::as_bytes(std::span(content)), formats::OutputLink::Replace));
     pending_.push_back(std::move(*file));
     return {};
 }
 
 Result<void> SummaryWriter::prepareFileIfChanged(const char* name, const std::string& content) {
-    auto file = pipeline::prepareFileIfChanged(folder_ / name, content);
-    if (!file) return tl::make_unexpected(file.error());
+    LC_TRY(file, pipeline::prepareFileIfChanged(folder_ / name, content));
     if (*file) pending_.push_back(std::move(**file));
     return {};
 }
@@ -346,7 +342,7 @@ Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& res
             if (left.contains(gltf.lightMap)) gltf_.push_back(gltf);
     }
     for (const std::string& name : plan.assets) {
-        if (auto added = addAsset(plan, result, name); !added) return added;
+        LC_CHECK(addAsset(plan, result, name));
         if (const auto gltf = result.records.find(actionId(ActionStep::Gltf, name)); gltf != result.records.end())
             for (const FileRecord& file : gltf->second.files) gltf_.push_back({file.name, name, file.digest});
     }
@@ -392,22 +388,18 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
         cook.inputs.clear();
         verify.inputs = packed->second.sources;
     }
-    auto asset = manifestAsset(cook, verify, cooked->second, scene_.directory, digests_);
-    if (!asset) return tl::make_unexpected(asset.error());
-    if (packed != plan.packed.end())
-        if (auto described = describeSource(packed->second, *asset); !described) return described;
+    LC_TRY(asset, manifestAsset(cook, verify, cooked->second, scene_.directory, digests_));
+    if (packed != plan.packed.end()) LC_CHECK(describeSource(packed->second, *asset));
     const auto whole = result.records.find(actionId(ActionStep::Whole, name));
     if (whole != result.records.end()) asset->verifyWhole = actionOf(plan, whole->first).parameters;
     const auto splitSeams = result.records.find(actionId(ActionStep::SplitSeams, name));
     if (splitSeams != result.records.end()) asset->verifySplitSeams = actionOf(plan, splitSeams->first).parameters;
     const auto recordOf = [&](const auto& found) { return found == result.records.end() ? nullptr : &found->second; };
-    auto row = reportRow(*asset, {&cooked->second, &verified->second, recordOf(whole), recordOf(splitSeams)},
-                         scene_.file.empty() ? LimitsFrom::Converter : LimitsFrom::SceneFile);
-    if (!row) return tl::make_unexpected(row.error());
+    LC_TRY(row, reportRow(*asset, {&cooked->second, &verified->second, recordOf(whole), recordOf(splitSeams)},
+                          scene_.file.empty() ? LimitsFrom::Converter : LimitsFrom::SceneFile));
     if (packed != plan.packed.end()) describeSources(packed->second, *asset, *row);
     if (const auto record = result.records.find(actionId(ActionStep::Trial, name)); record != result.records.end()) {
-        auto trial = trialIn(record->second);
-        if (!trial) return tl::make_unexpected(trial.error());
+        LC_TRY(trial, trialIn(record->second));
         // Whatever else allows a smaller layout, one of a large error is not better.
         Limits limits = layoutLimitsOf(scene_, name);
         limits[Limit::Error] = errorLimit(scene_.output);
@@ -429,7 +421,7 @@ Result<void> SummaryWriter::prepareManifest(const ReportFrame& frame) {
     manifest.partial = frame.partial;
     manifestText_ = withSelfDigest(toJson(manifest));
     manifest_ = std::move(manifest);
-    if (auto prepared = prepareFileIfChanged(kShaderName, shader); !prepared) return prepared;
+    LC_CHECK(prepareFileIfChanged(kShaderName, shader));
     return prepareFileIfChanged(kManifestName, manifestText_);
 }
 
@@ -446,17 +438,16 @@ bool SummaryWriter::isReportCurrent(const ReportFrame& frame, const std::filesys
 Result<Report> SummaryWriter::prepareReport(Report report, const std::filesystem::path& staging) {
     const StagedFolder files(folder_, staging);
     const std::string page = renderReportHtml(report, files);
-    if (auto prepared = prepareFile(kReportHtmlName, page); !prepared) return tl::make_unexpected(prepared.error());
+    LC_CHECK(prepareFile(kReportHtmlName, page));
     report.files = {{kManifestName, digestOfText(manifestText_)}, {kReportHtmlName, digestOfText(page)}};
     for (const ReportRow& row : rows_) {
         for (const std::string& file : row.pictures()) {
-            const auto digest = digestOfFile(files.of(file) / file);
-            if (!digest) return tl::make_unexpected(digest.error());
+            LC_TRY(digest, digestOfFile(files.of(file) / file));
             report.files->push_back({file, *digest});
         }
     }
     const std::string text = withSelfDigest(toJson(report));
-    if (auto prepared = prepareFile(kReportName, text); !prepared) return tl::make_unexpected(prepared.error());
+    LC_CHECK(prepareFile(kReportName, text));
     isReportNew_ = true;
     return fromJson<Report>(parseJson(text), kReportName);
 }

@@ -55,12 +55,9 @@ Result<CookedFolder> readCookedFolder(const std::filesystem::path& folder) {
     if (!std::filesystem::exists(folder / kReportName, code))
         return failure(ErrorCode::FileUnreadable, (folder / kReportName).string(),
                        "found no report, expected " + expectedCookedFolder(folder));
-    auto json = readReport(folder / kReportName);
-    if (!json) return tl::make_unexpected(json.error());
-    auto report = loadReport(folder / kReportName);
-    if (!report) return tl::make_unexpected(report.error());
-    const auto manifest = loadManifest(folder);
-    if (!manifest) return tl::make_unexpected(manifest.error());
+    LC_TRY(json, readReport(folder / kReportName));
+    LC_TRY(report, loadReport(folder / kReportName));
+    LC_TRY(manifest, loadManifest(folder));
     // Members that `lightcook report` adds are no part of a folder.
     for (const char* made : {"baseline", "platforms"}) json->erase(made);
     report->baseline.reset();

@@ -89,13 +89,11 @@ public:
 
 private:
     Result<void> tryRun() {
-        const auto manifest = loadManifest(options_.folder);
-        if (!manifest) return tl::make_unexpected(manifest.error());
+        LC_TRY(manifest, loadManifest(options_.folder));
         outcome_.errors = checkDigests(options_.folder, *manifest);
         if (!outcome_.errors.empty()) return {};
         outcome_.errors = checkContract(options_.folder, *manifest);
-        auto scratch = TemporaryFolder::create();
-        if (!scratch) return tl::make_unexpected(scratch.error());
+        LC_TRY(scratch, TemporaryFolder::create());
         std::optional<Report> previous;
         if (auto loaded = loadReport(options_.folder / kReportName)) previous = std::move(*loaded);
         std::vector<ReportRow> rows;
@@ -103,14 +101,13 @@ private:
             for (const CookedAsset& asset : manifest->assets)
                 state_.event(verifyAction(asset.name, asset.kind, {}, {}), ActionEvent::Planned, 0);
         for (const CookedAsset& asset : manifest->assets) {
-            auto row = verifyAsset(*manifest, asset, scratch->path(), previous);
-            if (!row) return tl::make_unexpected(row.error());
+            LC_TRY(row, verifyAsset(*manifest, asset, scratch->path(), previous));
             rows.push_back(std::move(*row));
         }
         if (previous) compareAssets(*manifest, *previous);
         if (previous) compareLimits(*manifest, rows, *previous);
         for (const GltfFile& gltf : manifest->gltf) compareBound(gltf, rows, previous);
-        if (auto linted = lint(*manifest, scratch->path()); !linted) return linted;
+        LC_CHECK(lint(*manifest, scratch->path()));
         // A folder that lacks assets of its scene does not pass.
         std::optional<IncompleteCook> incomplete = previous ? previous->incomplete : leftOut(manifestFile(), *manifest);
         const Report report = makeReport({manifest->scene,
@@ -133,17 +130,15 @@ private:
                                   const std::optional<Report>& previous) {
         const auto sources = unchangedSources(asset, sceneFolder(manifest));
         if (!sources) return tl::make_unexpected(withSourcesAdvice(sources.error()));
-        if (auto placed = checkProbePlace(manifest, asset, *sources); !placed) return tl::make_unexpected(placed.error());
+        LC_CHECK(checkProbePlace(manifest, asset, *sources));
         Json parameters = asset.verify.value_or(Json::object());
         if (options_.samples && parameters.contains("samples")) parameters["samples"] = *options_.samples;
-        if (auto noted = noteSources(asset, *sources); !noted) return tl::make_unexpected(noted.error());
+        LC_CHECK(noteSources(asset, *sources));
         Action action = verifyAction(asset.name, asset.kind, *sources, parameters);
         CookedAsset read = asset;
-        const auto unpacked = unpackedBakeOf(asset);
-        if (!unpacked) return tl::make_unexpected(unpacked.error());
+        LC_TRY(unpacked, unpackedBakeOf(asset));
         if (*unpacked) {
-            const auto packed = repacked(asset, **unpacked, *sources, scratch);
-            if (!packed) return tl::make_unexpected(packed.error());
+            LC_TRY(packed, repacked(asset, **unpacked, *sources, scratch));
             action.inputs = verifyInputsOf(asset.kind, **packed);
             read = asRepacked(asset, **packed);
         }
@@ -153,14 +148,12 @@ private:
         cooked.seconds = facts.seconds;
         std::vector<const ActionRecord*> upstream = {&cooked};
         if (asset.basis) {
-            const auto found = lightMapOf(manifest, asset);
-            if (!found) return tl::make_unexpected(found.error());
+            LC_TRY(found, lightMapOf(manifest, asset));
             lightMap.result = toJson(CookResult{**found, 0, {}});
             upstream.push_back(&lightMap);
         }
         if (state_.event) state_.event(action, ActionEvent::Started, 0);
-        auto verified = run(action, upstream, scratch);
-        if (!verified) return tl::make_unexpected(verified.error());
+        LC_TRY(verified, run(action, upstream, scratch));
         verified->result.erase("preview");  // drawn in a scratch folder
         if (state_.event) state_.event(action, ActionEvent::Finished, verified->seconds);
         return rowOf(manifest, asset, action.inputs, {cooked, *verified}, scratch);
@@ -253,8 +246,7 @@ private:
         }
         const auto list = sources.find("sh"), image = sources.find("source");
         if (list != sources.end() && image != sources.end()) {
-            const auto place = formats::loadProbePlace(list->second, image->second.filename().string());
-            if (!place) return tl::make_unexpected(place.error());
+            LC_TRY(place, formats::loadProbePlace(list->second, image->second.filename().string()));
             listed = toJson(*place);
         }
         const Json found = toJson(asset.probe.value_or(formats::ProbePlace()));
@@ -295,8 +287,7 @@ private:
     /// Verifies the seams between the maps of a split.
     /// first  the map that has the parameters
     Result<ActionRecord> verifySplitSeams(const Manifest& manifest, const CookedAsset& first, const std::filesystem::path& scratch) {
-        const auto parameters = fromJson<SplitSeamsParameters>(*first.verifySplitSeams, first.name + ", verify_split_seams");
-        if (!parameters) return tl::make_unexpected(parameters.error());
+        LC_TRY(parameters, fromJson<SplitSeamsParameters>(*first.verifySplitSeams, first.name + ", verify_split_seams"));
         std::vector<const PackedLightMap*> maps;
         std::vector<ActionRecord> cooked(parameters->maps.size());
         std::vector<const ActionRecord*> upstream;
@@ -312,8 +303,7 @@ private:
                     fmt::format("found no light map '{}' of the same split in the manifest, expected it: cook the scene again", name));
             const auto sources = unchangedSources(*asset, sceneFolder(manifest));
             if (!sources) return tl::make_unexpected(withSourcesAdvice(sources.error()));
-            const auto packed = repacked(*asset, **unpacked, *sources, scratch);
-            if (!packed) return tl::make_unexpected(packed.error());
+            LC_TRY(packed, repacked(*asset, **unpacked, *sources, scratch));
             cooked[maps.size()].result = toJson(CookResult{asRepacked(*asset, **packed), 0, {}});
             upstream.push_back(&cooked[maps.size()]);
             maps.push_back(*packed);
@@ -324,8 +314,7 @@ private:
     /// Runs an action on cooked assets.
     Result<ActionRecord> run(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::filesystem::path& scratch) {
         const Stopwatch watch;
-        auto outcome = actionFunction(action.kind)({action, scratch, options_.folder, upstream, shared_, state_});
-        if (!outcome) return tl::make_unexpected(outcome.error());
+        LC_TRY(outcome, actionFunction(action.kind)({action, scratch, options_.folder, upstream, shared_, state_}));
         return ActionRecord{action.id, std::move(outcome->result), {}, watch.seconds()};
     }
 
@@ -344,8 +333,7 @@ private:
         auto outcome = actionFunction(action.kind)({action, scratch, scratch, {}, shared_, state_});
         if (!outcome) return tl::make_unexpected(outcome.error());
         record.result = std::move(outcome->result);
-        auto packed = packedLightMap(action, record, scratch);
-        if (!packed) return tl::make_unexpected(packed.error());
+        LC_TRY(packed, packedLightMap(action, record, scratch));
         if (toJson(packed->bake.packing) != toJson(bake.packing) || (!bake.places.empty() && packed->bake.places != bake.places))
             return failure(ErrorCode::Verification, asset.name,
                            "found charts that are packed otherwise than in the cooked folder, expected the same: cook the scene again");
@@ -374,8 +362,7 @@ private:
         if (!asset.source.description) return {};
         auto entry = std::ranges::find(scene_.lightMaps, source->second, &LightMapEntry::file);
         if (entry == scene_.lightMaps.end()) {
-            auto description = descriptionOf(asset);
-            if (!description) return tl::make_unexpected(description.error());
+            LC_TRY(description, descriptionOf(asset));
             LightMapEntry added;
             added.name = asset.name;
             added.file = source->second;
@@ -415,8 +402,7 @@ private:
             if (!outcome) return tl::make_unexpected(outcome.error());
             records[action.id] = {action.id, std::move(outcome->result), {}, 0};
         }
-        auto findings = judgeScene(scene_, records, options_.strict);
-        if (!findings) return tl::make_unexpected(findings.error());
+        LC_TRY(findings, judgeScene(scene_, records, options_.strict));
         outcome_.isLinted = true;
         outcome_.findings = std::move(*findings);
         return {};

@@ -76,14 +76,12 @@ public:
 
     Result<DraftInputs> run() {
         for (const Found& each : files_)
-            if (formats::isGltfFile(each.file))
-                if (auto added = addMesh(each); !added) return tl::make_unexpected(added.error());
+            if (formats::isGltfFile(each.file)) LC_CHECK(addMesh(each));
         // Bakes that say so first: their other files are no pictures of their own.
         for (const Found& each : files_)
             if (isPicture(each.file)) addCertainLightMap(each);
         for (const Found& each : files_)
-            if (isPicture(each.file) && !isTaken(each.file))
-                if (auto added = addPicture(each); !added) return tl::make_unexpected(added.error());
+            if (isPicture(each.file) && !isTaken(each.file)) LC_CHECK(addPicture(each));
         pairMeshes();
         pairProbes();
         for (const Found& each : files_)
@@ -261,8 +259,7 @@ private:
 }  // namespace
 
 Result<DraftInputs> findInputs(const std::vector<fs::path>& paths) {
-    auto files = filesOf(paths);
-    if (!files) return tl::make_unexpected(files.error());
+    LC_TRY(files, filesOf(paths));
     return InputFinder(std::move(*files)).run();
 }
 

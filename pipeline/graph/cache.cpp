@@ -68,7 +68,7 @@ Result<void> Cache::store(const std::string& key, const ActionRecord& record, co
     for (const FileRecord& file : record.files) {
         std::error_code code;
         if (std::filesystem::exists(contentPath(file.digest), code)) continue;
-        if (auto copied = copyFile(folder / file.name, contentPath(file.digest)); !copied) return copied;
+        LC_CHECK(copyFile(folder / file.name, contentPath(file.digest)));
     }
     const std::string text = toJson(record).dump(-1, ' ', false, Json::error_handler_t::replace);
     return writeFile(recordPath(key), recordDigest(key, text) + "\n" + text);

@@ -35,8 +35,7 @@ Result<std::string> keyOf(const Action& action, const std::vector<const ActionRe
     Json key = {{"tool", kSourceDigest},           {"kind", action.kind},      {"asset", action.asset},
                 {"parameters", action.parameters}, {"inputs", Json::object()}, {"upstream", Json::array()}};
     for (const auto& [role, path] : action.inputs) {
-        const auto digest = digestOfInput(path, staging, digests);
-        if (!digest) return tl::make_unexpected(digest.error());
+        LC_TRY(digest, digestOfInput(path, staging, digests));
         key["inputs"][role] = {*digest, formats::lowerExtension(path)};
     }
     for (const ActionRecord* record : upstream) {
@@ -65,8 +64,7 @@ public:
     };
 
     Result<Done> perform(const Action& action, const std::vector<const ActionRecord*>& upstream) {
-        const auto key = keyOf(action, upstream, staging_, digests_);
-        if (!key) return tl::make_unexpected(key.error());
+        LC_TRY(key, keyOf(action, upstream, staging_, digests_));
         if (!options_.force) {
             if (auto record = cache_.find(*key); record && bringBack(*record)) return Done{std::move(*record), true};
         }
@@ -92,21 +90,17 @@ private:
 
     Result<Done> run(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::string& key) {
         const auto start = std::chrono::steady_clock::now();
-        for (const ActionRecord* record : upstream)
-            if (auto gathered = gather(*record); !gathered) return tl::make_unexpected(gathered.error());
+        for (const ActionRecord* record : upstream) LC_CHECK(gather(*record));
         const ActionContext context{action, staging_, staging_, upstream, shared_, state_};
-        auto outcome = functions_(action.kind)(context);
-        if (!outcome) return tl::make_unexpected(outcome.error());
+        LC_TRY(outcome, functions_(action.kind)(context));
         // The file may not be the one that was digested any more: then the result is not that of the key.
-        for (const auto& [role, path] : action.inputs)
-            if (const auto digest = digestOfInput(path, staging_, digests_); !digest) return tl::make_unexpected(digest.error());
+        for (const auto& [role, path] : action.inputs) LC_CHECK(digestOfInput(path, staging_, digests_));
         Done done;
         done.record.id = action.id;
         done.record.run = run_;
         done.record.result = std::move(outcome->result);
         for (const std::string& name : outcome->files) {
-            const auto digest = digestOfFile(staging_ / name);
-            if (!digest) return tl::make_unexpected(digest.error());
+            LC_TRY(digest, digestOfFile(staging_ / name));
             done.record.files.push_back({name, *digest, std::filesystem::file_size(staging_ / name)});
         }
         done.record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -128,7 +122,7 @@ private:
             std::error_code code;
             const std::filesystem::path place = staging_ / file.name;
             if (std::filesystem::exists(place, code)) continue;
-            if (auto made = makeFolder(place.parent_path()); !made) return made;
+            LC_CHECK(makeFolder(place.parent_path()));
             std::filesystem::create_symlink(std::filesystem::absolute(options_.outputFolder / file.name), place, code);
             if (code)
                 return failure(ErrorCode::Internal, place.string(), "found '" + code.message() + "', expected to link a cooked file here");
@@ -250,8 +244,8 @@ Result<void> publish(const ExecutionResult& result, const std::filesystem::path&
         std::error_code code;
         const std::filesystem::path staged = staging / file.name;
         if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(staged, code))) continue;
-        if (auto made = makeFoldersOf(outputFolder, file.name); !made) return made;
-        if (auto moved = moveFile(staged, outputFolder / file.name); !moved) return moved;
+        LC_CHECK(makeFoldersOf(outputFolder, file.name));
+        LC_CHECK(moveFile(staged, outputFolder / file.name));
     }
     return {};
 }

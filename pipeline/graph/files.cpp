@@ -73,7 +73,7 @@ const std::filesystem::path& StagedFolder::of(const std::filesystem::path& name)
 }
 
 Result<void> writeFile(const std::filesystem::path& file, std::span<const std::byte> content, OutputLink link) {
-    if (auto made = makeFolder(file.parent_path()); !made) return made;
+    LC_CHECK(makeFolder(file.parent_path()));
     return formats::writeWholeFile(file, content, link);
 }
 
@@ -91,14 +91,13 @@ Result<std::optional<formats::PendingFile>> prepareFileIfChanged(const std::file
         const auto present = readFile(file);
         if (present && *present == content) return std::nullopt;
     }
-    if (auto made = makeFolder(file.parent_path()); !made) return tl::make_unexpected(made.error());
+    LC_CHECK(makeFolder(file.parent_path()));
     return formats::prepareWholeFile(file, std::as_bytes(std::span(content)), OutputLink::Replace);
 }
 
 Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination, OutputLink link) {
-    if (auto made = makeFolder(destination.parent_path()); !made) return made;
-    auto pending = formats::PendingFile::create(destination, link);
-    if (!pending) return tl::make_unexpected(pending.error());
+    LC_CHECK(makeFolder(destination.parent_path()));
+    LC_TRY(pending, formats::PendingFile::create(destination, link));
     std::error_code code;
     std::filesystem::copy_file(source, pending->temporary(), std::filesystem::copy_options::overwrite_existing, code);
     if (code)
@@ -108,13 +107,12 @@ Result<void> copyFile(const std::filesystem::path& source, const std::filesystem
 }
 
 Result<void> moveFile(const std::filesystem::path& source, const std::filesystem::path& destination) {
-    const auto place = formats::findOutputPlace(destination, OutputLink::Replace);
-    if (!place) return tl::make_unexpected(place.error());
+    LC_TRY(place, formats::findOutputPlace(destination, OutputLink::Replace));
     if (!place->isStream) {
         if (::rename(source.c_str(), place->path.c_str()) == 0) return {};
         if (errno != EXDEV) return systemFailure(destination, "move a finished file here");
     }
-    if (auto copied = copyFile(source, destination); !copied) return copied;
+    LC_CHECK(copyFile(source, destination));
     std::error_code ignored;
     std::filesystem::remove(source, ignored);
     return {};

@@ -18,18 +18,15 @@ formats::Result<std::vector<glm::vec3>> texelsOf(const GradientLintParameters& p
         return formats::loadPaintedGradient(file, options, encodingOf(parameters.encoding)).map([](formats::PaintedGradient painted) {
             return std::move(painted.zones);
         });
-    auto loaded = formats::loadEnvironment(file, options);
-    if (!loaded) return tl::make_unexpected(loaded.error());
+    LC_TRY(loaded, formats::loadEnvironment(file, options));
     return std::move(loaded->environment.texels.texels());
 }
 
 }  // namespace
 
 formats::Result<ActionOutcome> lintGradient(const ActionContext& context) {
-    const auto parameters = parametersOf<GradientLintParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto texels = texelsOf(*parameters, context.action);
-    if (!texels) return tl::make_unexpected(texels.error());
+    LC_TRY(parameters, parametersOf<GradientLintParameters>(context));
+    LC_TRY(texels, texelsOf(*parameters, context.action));
     GradientFacts facts;
     facts.primaries = formats::statedPrimaries(context.action.inputs.at("source"), withConfig(parameters->colors, context.action));
     for (const glm::vec3& texel : *texels) facts.largest = std::max(facts.largest, 1.0 * std::max({texel.x, texel.y, texel.z}));

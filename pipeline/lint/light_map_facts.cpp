@@ -225,10 +225,8 @@ void merge(LightMapFacts& whole, const LightMapFacts& part) {
 }  // namespace
 
 Result<ActionOutcome> lintLightMap(const ActionContext& context) {
-    const auto parameters = parametersOf<LightMapLintParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto opened = openLightMap(context, parameters->description);
-    if (!opened) return tl::make_unexpected(opened.error());
+    LC_TRY(parameters, parametersOf<LightMapLintParameters>(context));
+    LC_TRY(opened, openLightMap(context, parameters->description));
     LightMapSource& source = **opened;
     LightMapFacts facts;
     facts.width = source.width();
@@ -239,8 +237,7 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     facts.reading = source.reading();
     facts.primaries = source.primaries();
     facts.reading.lightMap = context.action.asset;
-    const auto truth = GroundTruth::open(context, source, parameters->description.colors);
-    if (!truth) return tl::make_unexpected(truth.error());
+    LC_TRY(truth, GroundTruth::open(context, source, parameters->description.colors));
     const formats::BakeFormatInfo* const format = formats::findByName(formats::allBakeFormats(), facts.reading.bake);
     const PartCounter counter(*parameters, source.luminanceWeights(), format != nullptr ? format->longestDirection : 1);
     ChartScanner scanner(source.width(), parameters->description.fireflyLimit);
@@ -250,11 +247,9 @@ Result<ActionOutcome> lintLightMap(const ActionContext& context) {
     const auto merged = foldInOrder<Part>(
         source.chunkCount(), context, "lint " + context.action.asset,
         [&](int index) -> Result<Part> {
-            const auto chunk = source.chunk(index);
-            if (!chunk) return tl::make_unexpected(chunk.error());
+            LC_TRY(chunk, source.chunk(index));
             Part part = counter.count(**chunk, facts.hasNormals);
-            const auto values = truth->within(**chunk, (*chunk)->firstRow, (*chunk)->sh.height());
-            if (!values) return tl::make_unexpected(values.error());
+            LC_TRY(values, truth->within(**chunk, (*chunk)->firstRow, (*chunk)->sh.height()));
             part.traced = lightMapPlaces(*values, **chunk, (*chunk)->sh, (*chunk)->firstRow);
             return part;
         },

@@ -206,8 +206,7 @@ std::vector<Action> planLint(const Scene& scene, bool repair, const std::optiona
 }
 
 Result<std::vector<Finding>> judgeScene(const Scene& scene, const std::map<std::string, ActionRecord>& records, bool isStrict) {
-    auto findings = SceneJudge(scene, records).judge();
-    if (!findings) return findings;
+    LC_TRY(findings, SceneJudge(scene, records).judge());
     for (Finding& finding : *findings) {
         addLine(scene, finding);
         allow(scene, finding);

@@ -206,8 +206,7 @@ constexpr double kLeastLight = 0.01;
 /// read  texels of the mesh
 Result<TexelSet> markedTexels(const ActionContext& context, const formats::LightMapDescription& description, const std::string& bake,
                               const TexelSet& read) {
-    const auto source = openLightMap(context, everywhere(description, bake));
-    if (!source) return tl::make_unexpected(source.error());
+    LC_TRY(source, openLightMap(context, everywhere(description, bake)));
     const int width = (*source)->width(), height = (*source)->height();
     std::vector<float> light(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0.0f);
     TexelSet marked(width, height);
@@ -273,10 +272,8 @@ Result<TexelSet> coverageOf(LightMapSource& source, const ActionContext& context
 }  // namespace
 
 Result<ActionOutcome> lintMesh(const ActionContext& context) {
-    const auto parameters = parametersOf<MeshLintParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto scene = loadMesh(context.action.inputs, kMeshRole, parameters->description.places);
-    if (!scene) return tl::make_unexpected(scene.error());
+    LC_TRY(parameters, parametersOf<MeshLintParameters>(context));
+    LC_TRY(scene, loadMesh(context.action.inputs, kMeshRole, parameters->description.places));
     const auto uvs =
         formats::checkEpicUvs(context.action.inputs.at("source"), context.action.inputs.at(kMeshRole), parameters->description.image);
     if (!uvs) return tl::make_unexpected(uvs.error());
@@ -289,17 +286,14 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
     facts.unreadMaterials = unreadMaterialsOf(*scene);
     const std::vector<const formats::TriangleMesh*> meshes = scene->triangleMeshes();
     const auto placed = scene->placedMeshes();
-    if (auto shown = checkShown(!meshes.empty(), !placed.empty(), context.action.inputs.at(kMeshRole).string()); !shown)
-        return tl::make_unexpected(shown.error());
+    LC_CHECK(checkShown(!meshes.empty(), !placed.empty(), context.action.inputs.at(kMeshRole).string()));
     facts.mostDrawn = scene->mostDrawn();
     std::set<const formats::TriangleMesh*> drawn;
     for (const auto& each : placed) drawn.insert(each.mesh);
     facts.hasUvs = std::ranges::all_of(meshes, [](const auto* mesh) { return mesh->find("TEXCOORD_1") != nullptr; });
     if (!facts.hasUvs) return outcomeWith(facts);
-    const auto source = openLightMap(context, parameters->description);
-    if (!source) return tl::make_unexpected(source.error());
-    const auto covered = coverageOf(**source, context);
-    if (!covered) return tl::make_unexpected(covered.error());
+    LC_TRY(source, openLightMap(context, parameters->description));
+    LC_TRY(covered, coverageOf(**source, context));
     const int width = (*source)->width(), height = (*source)->height();
     UvRaster raster(width, height);
     for (const auto& each : placed) {
@@ -322,9 +316,7 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
     facts.shared = raster.shared().count();
     // A mesh whose triangles overlap many times is not read to its end.
     if (const std::int64_t all = std::int64_t{width} * height; raster.visits() <= kMostVisits * all)
-        if (auto fitted = fitToMap(context, parameters->description, (*source)->reading().bake, std::move(drawnMeshes), raster, facts);
-            !fitted)
-            return tl::make_unexpected(fitted.error());
+        LC_CHECK(fitToMap(context, parameters->description, (*source)->reading().bake, std::move(drawnMeshes), raster, facts));
     return outcomeWith(facts);
 }
 

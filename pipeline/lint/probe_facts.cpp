@@ -56,12 +56,10 @@ double relativeDifference(const ShRgb& found, const ShRgb& expected) {
 }  // namespace
 
 Result<ActionOutcome> lintProbe(const ActionContext& context) {
-    const auto parameters = parametersOf<ProbeLintParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
+    LC_TRY(parameters, parametersOf<ProbeLintParameters>(context));
     const std::filesystem::path& file = context.action.inputs.at("source");
     const formats::ColorSpaces colors = withConfig(parameters->colors, context.action);
-    auto loaded = formats::loadEnvironment(file, {colors, parameters->repair});
-    if (!loaded) return tl::make_unexpected(loaded.error());
+    LC_TRY(loaded, formats::loadEnvironment(file, {colors, parameters->repair}));
     formats::Environment& environment = loaded->environment;
     ProbeFacts facts;
     facts.primaries = formats::statedPrimaries(file, colors);
@@ -75,11 +73,9 @@ Result<ActionOutcome> lintProbe(const ActionContext& context) {
     const ShRgb projected = fit::projectEnvironment(environment);
     facts.meanRadiance = glm::dot(glm::dvec3(projected[0]), glm::dvec3(lighting::kRec709Luminance)) / std::sqrt(4 * std::numbers::pi);
     if (const auto sh = context.action.inputs.find("sh"); sh != context.action.inputs.end()) {
-        const auto given = formats::loadProbeSh(sh->second, parameters->probeFile.value_or(""));
-        if (!given) return tl::make_unexpected(given.error());
+        LC_TRY(given, formats::loadProbeSh(sh->second, parameters->probeFile.value_or("")));
         // The cook refuses it, too.
-        if (const auto place = formats::loadProbePlace(sh->second, parameters->probeFile.value_or("")); !place)
-            return tl::make_unexpected(place.error());
+        LC_CHECK(formats::loadProbePlace(sh->second, parameters->probeFile.value_or("")));
         facts.shDifference = relativeDifference(projected, *given);
         for (glm::vec3& texel : environment.texels.texels())
             for (int channel = 0; channel < 3; ++channel) texel[channel] = static_cast<float>(std::pow(texel[channel], kGamma));

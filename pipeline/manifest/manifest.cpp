@@ -94,8 +94,7 @@ Manifest readFinished(const JsonPlace& root) {
 
 Result<CookedAsset> manifestAsset(const Action& cook, const Action& verify, const ActionRecord& cooked,
                                   const std::filesystem::path& sceneDirectory, DigestMemo& digests) {
-    auto asset = fromJson<CookedAsset>(cooked.result.value("asset", Json()), cook.id);
-    if (!asset) return asset;
+    LC_TRY(asset, fromJson<CookedAsset>(cooked.result.value("asset", Json()), cook.id));
     const auto digestOf = [&](const std::string& file) {
         for (const FileRecord& each : cooked.files)
             if (each.name == file) return each.digest;
@@ -152,8 +151,7 @@ Result<Manifest> loadManifest(const std::filesystem::path& folder) {
 }
 
 Result<Json> readManifest(const std::filesystem::path& folder) {
-    const auto manifest = loadManifest(folder);
-    if (!manifest) return tl::make_unexpected(manifest.error());
+    LC_TRY(manifest, loadManifest(folder));
     return toJson(*manifest);
 }
 

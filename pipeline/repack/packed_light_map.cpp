@@ -65,11 +65,9 @@ Action packAction(const LightMapEntry& entry, double maxVisible, bool repair) {
 }
 
 Result<ActionOutcome> packCharts(const ActionContext& context) {
-    const auto parameters = parametersOf<PackParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
+    LC_TRY(parameters, parametersOf<PackParameters>(context));
     const auto& inputs = context.action.inputs;
-    if (auto uvs = formats::checkEpicUvs(inputs.at(kSourceRole), inputs.at(kMeshRole), parameters->description.image); !uvs)
-        return tl::make_unexpected(uvs.error());
+    LC_CHECK(formats::checkEpicUvs(inputs.at(kSourceRole), inputs.at(kMeshRole), parameters->description.image));
     RepackRequest request;
     request.map = inputs.at(kSourceRole);
     request.description = withFiles(parameters->description, inputs);
@@ -100,10 +98,8 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
 }
 
 Result<PackedLightMap> packedLightMap(const Action& action, const ActionRecord& record, const fs::path& folder) {
-    const auto parameters = fromJson<PackParameters>(action.parameters, action.id + ", parameters");
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto result = fromJson<PackResult>(record.result, action.id);
-    if (!result) return tl::make_unexpected(result.error());
+    LC_TRY(parameters, fromJson<PackParameters>(action.parameters, action.id + ", parameters"));
+    LC_TRY(result, fromJson<PackResult>(record.result, action.id));
     PackedLightMap packed;
     packed.sources = action.inputs;
     packed.files = {{kSourceRole, folder / result->map}, {kMeshRole, folder / result->mesh}};

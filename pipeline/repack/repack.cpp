@@ -58,12 +58,11 @@ struct MapTexels {
 Result<MapTexels> readMap(LightMapSource& source, const std::string& name, const RunState& state) {
     const std::uint64_t texels = static_cast<std::uint64_t>(source.width()) * static_cast<std::uint64_t>(source.height());
     // The bake, its charts and what is written are in memory together.
-    if (auto fits = formats::checkMemory(3 * MapTexels::kTexelBytes * texels, name); !fits) return tl::make_unexpected(fits.error());
+    LC_CHECK(formats::checkMemory(3 * MapTexels::kTexelBytes * texels, name));
     MapTexels map(glm::ivec2(source.width(), source.height()));
     for (int index = 0; index < source.chunkCount(); ++index) {
         if (state.interrupted) return failure(ErrorCode::Interrupted, name, "interrupted");
-        const auto chunk = source.chunk(index);
-        if (!chunk) return tl::make_unexpected(chunk.error());
+        LC_TRY(chunk, source.chunk(index));
         const formats::LightMapStrip& strip = **chunk;
         map.repairs += strip.repairs;
         map.negativeAfterGamut += strip.negativeAfterGamut;
@@ -97,8 +96,7 @@ struct Meshes {
 Result<Meshes> loadMeshes(const std::vector<fs::path>& files, const fs::path& lmbake, const std::vector<formats::NodePlace>& places) {
     Meshes meshes;
     for (const fs::path& file : files) {
-        auto scene = GltfScene::load(file, lmbake, places);
-        if (!scene) return tl::make_unexpected(scene.error());
+        LC_TRY(scene, GltfScene::load(file, lmbake, places));
         if (const auto& match = scene->lmbakeMatch(); match && !match->unplaced.empty())
             return failure(ErrorCode::WrongShape, file.string(),
                            fmt::format("found {}, expected all that Godot baked: leave the others out of the mesh",
@@ -117,8 +115,7 @@ Result<Meshes> loadMeshes(const std::vector<fs::path>& files, const fs::path& lm
 /// Keeps the requested part of the mesh; there is one mesh.
 Result<void> takePart(Meshes& meshes, const RepackRequest& request, const glm::ivec2& size) {
     const std::string name = request.meshes.front().string();
-    auto part = partOf(meshes.scenes.front(), name, *request.part, size, request.hasLines);
-    if (!part) return tl::make_unexpected(part.error());
+    LC_TRY(part, partOf(meshes.scenes.front(), name, *request.part, size, request.hasLines));
     meshes.scenes.front() = std::move(part->scene);
     meshes.triangles = meshes.scenes.front().triangleMeshes();
     meshes.names.assign(meshes.triangles.size(), name);
@@ -135,15 +132,11 @@ struct RepackInput {
 };
 
 Result<RepackInput> readInput(const RepackRequest& request, LightMapSource& source, const RunState& state) {
-    auto meshes = loadMeshes(request.meshes, request.lmbake, request.description.places);
-    if (!meshes) return tl::make_unexpected(meshes.error());
+    LC_TRY(meshes, loadMeshes(request.meshes, request.lmbake, request.description.places));
     const glm::ivec2 size(source.width(), source.height());
-    if (request.part)
-        if (auto taken = takePart(*meshes, request, size); !taken) return tl::make_unexpected(taken.error());
-    auto found = atlas::findCharts(meshes->triangles, meshes->names, size.x, size.y);
-    if (!found) return tl::make_unexpected(found.error());
-    auto map = readMap(source, request.map.string(), state);
-    if (!map) return tl::make_unexpected(map.error());
+    if (request.part) LC_CHECK(takePart(*meshes, request, size));
+    LC_TRY(found, atlas::findCharts(meshes->triangles, meshes->names, size.x, size.y));
+    LC_TRY(map, readMap(source, request.map.string(), state));
     return RepackInput{std::move(*map), std::move(*meshes), std::move(*found)};
 }
 
@@ -253,14 +246,13 @@ Result<void> writeMap(const fs::path& file, const std::vector<PlacedChart>& plac
                 charts.at(to.x, to.y) = chart;
             }
     }
-    auto writer = formats::LightMapWriter::create(file, size.x, size.y, formats::SurfaceOutput::CoverageNormalsAndCharts);
-    if (!writer) return tl::make_unexpected(writer.error());
+    LC_TRY(writer, formats::LightMapWriter::create(file, size.x, size.y, formats::SurfaceOutput::CoverageNormalsAndCharts));
     const atlas::MapView view = map.view();
     for (int row = 0; row < size.y; row += kChunkRows) {
         if (state.interrupted) return failure(ErrorCode::Interrupted, file.string(), "interrupted");
         const int rows = std::min(kChunkRows, size.y - row);
         const formats::SurfaceRows surface{view.covered.rows(row, rows), view.normal.rows(row, rows), charts.view().rows(row, rows)};
-        if (auto written = writer->append(view.sh.rows(row, rows), surface); !written) return written;
+        LC_CHECK(writer->append(view.sh.rows(row, rows), surface));
     }
     return writer->commit();
 }
@@ -311,12 +303,10 @@ Result<FileNames> earlierOutputs(const std::vector<fs::path>& files, const fs::p
 }
 
 Result<RepackOutputs> outputsOf(const RepackRequest& request) {
-    auto files = filesToWrite(request);
-    if (!files) return tl::make_unexpected(files.error());
+    LC_TRY(files, filesToWrite(request));
     RepackOutputs outputs{std::move(*files), {}};
     if (!request.keepsOthers) return outputs;
-    auto earlier = earlierOutputs(outputs.files, request.folder);
-    if (!earlier) return tl::make_unexpected(earlier.error());
+    LC_TRY(earlier, earlierOutputs(outputs.files, request.folder));
     outputs.earlier = std::move(*earlier);
     return outputs;
 }
@@ -329,11 +319,10 @@ std::vector<T> slice(std::vector<T>& all, std::size_t begin, std::size_t end) {
 }
 
 Result<void> moveAll(const std::vector<fs::path>& outputs, const fs::path& from, const fs::path& folder) {
-    if (auto made = makeFolder(folder); !made) return made;
+    LC_CHECK(makeFolder(folder));
     const auto transaction = formats::OutputTransaction::begin();  // an interrupt comes before or after all of them
     if (!transaction) return tl::make_unexpected(transaction.error());
-    for (const fs::path& output : outputs)
-        if (auto moved = moveFile(from / output.filename(), output); !moved) return moved;
+    for (const fs::path& output : outputs) LC_CHECK(moveFile(from / output.filename(), output));
     return {};
 }
 
@@ -394,8 +383,7 @@ Result<ChartArrangement> placeCharts(const RepackInput& input, std::vector<atlas
         reduced.clear();  // before the others are in memory
         atlas::ReductionLimit none = limit;
         none.maxVisible = 0;
-        auto charts = reduceCharts(input, none, context);
-        if (!charts) return tl::make_unexpected(charts.error());
+        LC_TRY(charts, reduceCharts(input, none, context));
         reduced = std::move(*charts);
     }
     return ChartArrangement{input.size(), std::move(reduced), firstTexelsOf(input.found)};
@@ -434,27 +422,25 @@ void addFigures(const atlas::ChartSet& found, const ChartArrangement& arrangemen
 Result<void> writeOutputs(const fs::path& folder, const RepackOutputs& outputs, const RepackInput& input,
                           const ChartArrangement& arrangement, const RunState& state) {
     std::vector<fs::path> files = outputs.files;
-    const auto temporary = TemporaryFolder::create(folder);
-    if (!temporary) return tl::make_unexpected(temporary.error());
+    LC_TRY(temporary, TemporaryFolder::create(folder));
     std::vector<PlacedChart> placed;
     for (std::size_t i = 0; i < arrangement.charts.size(); ++i)
         placed.push_back({input.found.charts[i], arrangement.charts[i], arrangement.places[i]});
-    if (auto done = writeMap(*temporary / files.front().filename(), placed, arrangement.size, state); !done) return done;
+    LC_CHECK(writeMap(*temporary / files.front().filename(), placed, arrangement.size, state));
     std::vector<std::vector<glm::vec2>> uvs = newUvs(input, placed, glm::dvec2(arrangement.size));
     std::size_t first = 0;
     for (std::size_t i = 0; i < input.meshes.scenes.size(); ++i) {
         const GltfScene& scene = input.meshes.scenes[i];
         const std::size_t end = first + scene.triangleMeshes().size();
         const fs::path file = *temporary / files[i + 1].filename();
-        const auto done = scene.writeLightMapUvs(file, slice(uvs, first, end));
-        if (!done) return tl::make_unexpected(done.error());
+        LC_TRY(done, scene.writeLightMapUvs(file, slice(uvs, first, end)));
         first = end;
     }
     if (outputs.earlier) {
         FileNames listed = *outputs.earlier;
         for (const fs::path& file : files) listed.insert(file.filename().string());
         files.push_back(folder / kRepackedListName);
-        if (auto written = writeFile(*temporary / kRepackedListName, listText(listed)); !written) return written;
+        LC_CHECK(writeFile(*temporary / kRepackedListName, listText(listed)));
     }
     return moveAll(files, temporary->path(), folder);
 }
@@ -462,25 +448,19 @@ Result<void> writeOutputs(const fs::path& folder, const RepackOutputs& outputs, 
 }  // namespace
 
 Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action) {
-    const auto outputs = outputsOf(request);
-    if (!outputs) return tl::make_unexpected(outputs.error());
+    LC_TRY(outputs, outputsOf(request));
     LightMapSources sources;
-    const auto source = sources.open(request.map, request.description);
-    if (!source) return tl::make_unexpected(source.error());
-    const auto input = readInput(request, **source, state);
-    if (!input) return tl::make_unexpected(input.error());
+    LC_TRY(source, sources.open(request.map, request.description));
+    LC_TRY(input, readInput(request, **source, state));
 
     SharedObjects shared;
     const Action own{"", "", request.map.filename().string(), {}, {}, {}};
     const ActionContext context{action != nullptr ? *action : own, {}, {}, {}, shared, state};
     const atlas::ReductionLimit limit = limitOf(request, input->map, **source);
-    auto reduced = reduceCharts(*input, limit, context);
-    if (!reduced) return tl::make_unexpected(reduced.error());
+    LC_TRY(reduced, reduceCharts(*input, limit, context));
     const bool isWhole = !request.part;
-    if (isWhole)
-        if (auto fits = checkCoverage(*input, *reduced, request.map); !fits) return tl::make_unexpected(fits.error());
-    const auto arrangement = placeCharts(*input, std::move(*reduced), isWhole, limit, context);
-    if (!arrangement) return tl::make_unexpected(arrangement.error());
+    if (isWhole) LC_CHECK(checkCoverage(*input, *reduced, request.map));
+    LC_TRY(arrangement, placeCharts(*input, std::move(*reduced), isWhole, limit, context));
 
     const std::vector<fs::path>& files = outputs->files;
     Repacked result{.map = files.front(),
@@ -491,8 +471,7 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
                     .negativeAfterGamut = input->map.negativeAfterGamut,
                     .uvBefore = input->meshes.scenes.front().oldUvsAttribute()};
     addFigures(input->found, *arrangement, result);
-    if (auto written = writeOutputs(request.folder, *outputs, *input, *arrangement, state); !written)
-        return tl::make_unexpected(written.error());
+    LC_CHECK(writeOutputs(request.folder, *outputs, *input, *arrangement, state));
     return result;
 }
 

@@ -38,8 +38,7 @@ Result<ReferenceForm> referenceForm(LightMapSource& bake) {
     ReferenceForm form;
     float largest = 0;
     for (int index = 0; index < bake.chunkCount(); ++index) {
-        const auto chunk = bake.chunk(index);
-        if (!chunk) return tl::make_unexpected(chunk.error());
+        LC_TRY(chunk, bake.chunk(index));
         const formats::Image<lighting::ShRgb>& sh = (*chunk)->sh;
         for (int y = 0; y < sh.height(); ++y)
             for (int x = 0; x < sh.width(); ++x) {
@@ -63,13 +62,11 @@ Result<void> writeReference(LightMapSource& bake, const ReferenceForm& form, con
     shape.height = bake.height();
     shape.layerCount = form.layers;
     shape.isArray = true;
-    auto writer = formats::TextureWriter::create(file, shape, {});
-    if (!writer) return tl::make_unexpected(writer.error());
+    LC_TRY(writer, formats::TextureWriter::create(file, shape, {}));
     std::vector<std::uint64_t> texels;
     for (int index = 0; index < bake.chunkCount(); ++index) {
         if (state.interrupted) return failure(ErrorCode::Interrupted, "view", "interrupted");
-        const auto chunk = bake.chunk(index);
-        if (!chunk) return tl::make_unexpected(chunk.error());
+        LC_TRY(chunk, bake.chunk(index));
         const formats::LightMapStrip& strip = **chunk;
         for (int layer = 0; layer < form.layers; ++layer) {
             texels.clear();
@@ -79,8 +76,7 @@ Result<void> writeReference(LightMapSource& bake, const ReferenceForm& form, con
                     const glm::vec3 light = isCovered ? form.scale * strip.sh.at(x, y)[static_cast<std::size_t>(layer)] : glm::vec3(0);
                     texels.push_back(glm::packHalf4x16(glm::vec4(light, isCovered && layer == 0 ? 1 : 0)));
                 }
-            auto written = writer->writeBlockRows({0, layer, 0}, index * kChunkRows, std::as_bytes(std::span(texels)));
-            if (!written) return written;
+            LC_TRY(written, writer->writeBlockRows({0, layer, 0}, index * kChunkRows, std::as_bytes(std::span(texels))));
         }
     }
     return writer->commit();
@@ -125,33 +121,26 @@ public:
 
     /// Adds the bake of a light map to its description.
     Result<void> add(const CookedAsset& asset, ViewedLightMap& map) {
-        const auto sources = unchangedSources(asset, folders_.sceneDirectory);
-        if (!sources) return tl::make_unexpected(sources.error());
-        auto description = descriptionOf(asset);
-        if (!description) return tl::make_unexpected(description.error());
-        const auto unpacked = unpackedBakeOf(asset);
-        if (!unpacked) return tl::make_unexpected(unpacked.error());
+        LC_TRY(sources, unchangedSources(asset, folders_.sceneDirectory));
+        LC_TRY(description, descriptionOf(asset));
+        LC_TRY(unpacked, unpackedBakeOf(asset));
         if (*unpacked) description->constantOf = {};  // may be true of one map of a split alone
         if (const auto config = sources->find(kColorConfigRole); config != sources->end()) description->colors.config = config->second;
         const Action action = verifyAction(asset.name, asset.kind, *sources, asset.verify.value_or(Json::object()));
         const ActionContext context{action, folders_.bakes, folders_.cooked, {}, shared_, state_};
-        const auto parameters = parametersOf<LightMapVerifyParameters>(context);
-        if (!parameters) return tl::make_unexpected(parameters.error());
+        LC_TRY(parameters, parametersOf<LightMapVerifyParameters>(context));
         map.shading = ViewedShading{parameters->shading.normalMapTilt, {}, {}};
         map.shading->m.assign(parameters->shading.m.begin(), parameters->shading.m.end());
         map.shading->f0.assign(parameters->shading.f0.begin(), parameters->shading.f0.end());
-        const auto bake = openLightMap(context, *description);
-        if (!bake) return tl::make_unexpected(bake.error());
+        LC_TRY(bake, openLightMap(context, *description));
         if (std::int64_t{(*bake)->width()} * (*bake)->height() > kMostReferenceTexels)
             return failure(ErrorCode::ValueOutOfRange, action.inputs.at("source").string(),
                            fmt::format("found {} x {} texels, the page takes bakes of up to {} texels", (*bake)->width(), (*bake)->height(),
                                        kMostReferenceTexels));
-        const auto key = surveyKey(**bake, context);
-        if (!key) return tl::make_unexpected(key.error());
-        const auto form = referenceForm(**bake);
-        if (!form) return tl::make_unexpected(form.error());
+        LC_TRY(key, surveyKey(**bake, context));
+        LC_TRY(form, referenceForm(**bake));
         const std::string name = fmt::format("{}.reference.ktx2", asset.name);
-        if (auto written = writeReference(**bake, *form, folders_.bakes / name, state_); !written) return written;
+        LC_CHECK(writeReference(**bake, *form, folders_.bakes / name, state_));
         map.display = parameters->display.of(key->displayKey());
         map.referenceScale = double(form->scale);
         map.referenceLayers = form->layers;

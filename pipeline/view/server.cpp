@@ -100,8 +100,7 @@ struct SiteServer::State {
     Result<std::shared_ptr<const Site>> siteFor(const httplib::Request& request) {
         const std::lock_guard lock(mutex);
         if (!reopen || pathOf(request) != kPageName || site->isCurrent()) return site;
-        auto opened = reopen();
-        if (!opened) return tl::make_unexpected(opened.error());
+        LC_TRY(opened, reopen());
         site = std::make_shared<const Site>(std::move(*opened));
         return site;
     }

@@ -103,20 +103,17 @@ Result<void> removeExported(const fs::path& folder, const fs::path& name) {
 Result<void> replaceExport(const Site& site, const fs::path& fresh, const fs::path& folder, const std::optional<FileNames>& earlier) {
     FileNames both = earlier.value_or(FileNames());
     for (const auto& [name, file] : site.files()) both.insert(name);
-    if (auto written = writeFile(folder / kFileListName, listText(both)); !written) return written;
+    LC_CHECK(writeFile(folder / kFileListName, listText(both)));
     const auto move = [&](const std::string& name) -> Result<void> {
-        if (auto made = makeFolder((folder / name).parent_path()); !made) return made;
+        LC_CHECK(makeFolder((folder / name).parent_path()));
         return moveFile(fresh / name, folder / name);
     };
     // The page comes after what it loads.
     for (const auto& [name, file] : site.files())
-        if (name != kPageName && name != kFileListName)
-            if (auto moved = move(name); !moved) return moved;
-    if (site.files().contains(kPageName))
-        if (auto moved = move(kPageName); !moved) return moved;
+        if (name != kPageName && name != kFileListName) LC_CHECK(move(name));
+    if (site.files().contains(kPageName)) LC_CHECK(move(kPageName));
     for (const std::string& name : both)
-        if (!site.files().contains(name))
-            if (auto removed = removeExported(folder, name); !removed) return removed;
+        if (!site.files().contains(name)) LC_CHECK(removeExported(folder, name));
     return move(kFileListName);
 }
 
@@ -157,15 +154,13 @@ Result<void> Site::addCooked(const fs::path& folder, const std::string& prefix, 
 
 Result<std::optional<ViewedCandidate>> Site::addCandidate(const fs::path& cooked, const Manifest& manifest, const std::string& layout) {
     const fs::path folder = candidateFolder(cooked, layout);
-    const auto own = loadManifest(folder);
-    if (!own) return tl::make_unexpected(own.error());
+    LC_TRY(own, loadManifest(folder));
     if (!isCandidateOf(*own, manifest)) {
         notes_.push_back(fmt::format("{} is left out: it is of another cook", folder.string()));
         return std::nullopt;
     }
     if (const auto errors = checkDigests(folder, *own); !errors.empty()) return tl::make_unexpected(errors.front());
-    const auto report = loadReport(folder / kReportName);
-    if (!report) return tl::make_unexpected(report.error());
+    LC_TRY(report, loadReport(folder / kReportName));
     ViewedCandidate candidate{layout, (candidateFolder(kCookedPrefix, layout) / "").generic_string(), 0, 0};
     // Cubemaps, tables and dominant lights on the page are those of the cooked scene.
     std::vector<std::string> names = {kManifestName, own->shader.file};
@@ -178,8 +173,7 @@ Result<std::optional<ViewedCandidate>> Site::addCandidate(const fs::path& cooked
         if (const auto row = std::ranges::find(report->assets, asset.name, &ReportRow::name); row != report->assets.end())
             candidate.visible = std::max(candidate.visible, visibleP99(row->verdict.stages.back()).value_or(0));
     }
-    for (const std::string& name : names)
-        if (auto added = addCooked(folder, candidate.folder, name); !added) return tl::make_unexpected(added.error());
+    for (const std::string& name : names) LC_CHECK(addCooked(folder, candidate.folder, name));
     return candidate;
 }
 
@@ -192,8 +186,7 @@ Result<std::optional<Report>> Site::addCookedFolder(const fs::path& folder, cons
         names.push_back(kReportName);
         for (const ReportFile& file : report->files.value_or(std::vector<ReportFile>())) names.push_back(file.file);
     }
-    for (const std::string& name : names)
-        if (auto added = addCooked(folder, kCookedPrefix, name); !added) return tl::make_unexpected(added.error());
+    for (const std::string& name : names) LC_CHECK(addCooked(folder, kCookedPrefix, name));
     return report;
 }
 
@@ -209,8 +202,7 @@ void Site::addReferences(const std::vector<ViewedLightMap>& maps, bool hasSource
 Result<std::vector<ViewedCandidate>> Site::addCandidates(const fs::path& cooked, const Manifest& manifest) {
     std::vector<ViewedCandidate> candidates;
     for (const std::string& layout : candidatesIn(cooked)) {
-        auto candidate = addCandidate(cooked, manifest, layout);
-        if (!candidate) return tl::make_unexpected(candidate.error());
+        LC_TRY(candidate, addCandidate(cooked, manifest, layout));
         if (*candidate) candidates.push_back(std::move(**candidate));
     }
     std::ranges::sort(candidates, {}, &ViewedCandidate::bytesGpu);
@@ -223,25 +215,20 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
                        "this build has no viewer; build it with -DLIGHTCOOK_VIEWER=ON, which needs Node");
     const fs::path manifestFile = fs::absolute(options.folder / kManifestName);
     const auto digest = digestOfFile(manifestFile);
-    const auto manifest = loadManifest(options.folder);
-    if (!manifest) return tl::make_unexpected(manifest.error());
-    if (auto readable = requireKtx2(options.folder, *manifest); !readable) return tl::make_unexpected(readable.error());
+    LC_TRY(manifest, loadManifest(options.folder));
+    LC_CHECK(requireKtx2(options.folder, *manifest));
     if (const auto errors = checkDigests(options.folder, *manifest); !errors.empty()) return tl::make_unexpected(errors.front());
-    auto scratch = formats::TemporaryFolder::create();
-    if (!scratch) return tl::make_unexpected(scratch.error());
+    LC_TRY(scratch, formats::TemporaryFolder::create());
     Site site(std::move(*scratch));
     site.scene_ = manifest->scene;
     site.manifestFile_ = manifestFile;
     if (digest) site.manifestDigest_ = *digest;
     for (const BundledFile& file : options.page) site.files_[std::string(file.path)] = {file.bytes, mediaTypeOf(file.path)};
-    const auto report = site.addCookedFolder(options.folder, *manifest);
-    if (!report) return tl::make_unexpected(report.error());
+    LC_TRY(report, site.addCookedFolder(options.folder, *manifest));
     const fs::path sources = options.sources.empty() ? options.folder / manifest->sceneDirectory : options.sources;
-    auto data = describeForView(*manifest, *report, {options.folder, sources, site.scratch_.path()}, state);
-    if (!data) return tl::make_unexpected(data.error());
+    LC_TRY(data, describeForView(*manifest, *report, {options.folder, sources, site.scratch_.path()}, state));
     site.addReferences(data->lightMaps, !options.sources.empty());
-    auto candidates = site.addCandidates(options.folder, *manifest);
-    if (!candidates) return tl::make_unexpected(candidates.error());
+    LC_TRY(candidates, site.addCandidates(options.folder, *manifest));
     data->candidates = std::move(*candidates);
     site.files_[kSceneDataName] = {textOf(toJson(*data)) + "\n", mediaTypeOf(kSceneDataName)};
     FileNames all = {kFileListName};
@@ -256,25 +243,23 @@ bool Site::isCurrent() const {
 }
 
 Result<void> exportSite(const Site& site, const fs::path& asked, const RunState& state) {
-    if (auto allowed = checkExportPlace(asked); !allowed) return allowed;
+    LC_CHECK(checkExportPlace(asked));
     std::error_code code;
     fs::path folder = fs::weakly_canonical(fs::absolute(asked), code);
     if (code) folder = fs::absolute(asked);
     if (!folder.has_filename()) folder = folder.parent_path();
     const bool exists = fs::exists(folder, code);
     const auto earlier = exists ? readFileList(folder / kFileListName) : std::nullopt;
-    if (auto replaced = checkReplaced(site, asked, earlier); !replaced) return replaced;
+    LC_CHECK(checkReplaced(site, asked, earlier));
     // Staged on the file system of the folder, which may be a mount.
     const fs::path parent = exists ? folder : folder.parent_path();
-    auto staging = formats::TemporaryFolder::create(parent);
-    if (!staging) return tl::make_unexpected(staging.error());
+    LC_TRY(staging, formats::TemporaryFolder::create(parent));
     const fs::path fresh = *staging / "new";
     for (const auto& [path, file] : site.files()) {
         if (state.interrupted) return failure(ErrorCode::Interrupted, "view", "interrupted");
-        if (auto written = writeSiteFile(file, fresh / path); !written) return written;
+        LC_CHECK(writeSiteFile(file, fresh / path));
     }
-    const auto outputs = formats::OutputTransaction::begin();
-    if (!outputs) return tl::make_unexpected(outputs.error());
+    LC_TRY(outputs, formats::OutputTransaction::begin());
     if (exists) return replaceExport(site, fresh, folder, earlier);
     fs::rename(fresh, folder, code);
     if (code)

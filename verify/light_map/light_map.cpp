@@ -198,8 +198,7 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
         return formats::failure(formats::ErrorCode::WrongShape, "light map layout " + map.layout,
                                 "found " + std::to_string(map.width) + "x" + std::to_string(map.height) + " texels, expected at least 1x1");
     if (auto error = checkShading(shading)) return tl::make_unexpected(*error);
-    auto layout = layouts::layoutOf(map);
-    if (!layout) return tl::make_unexpected(layout.error());
+    LC_TRY(layout, layouts::layoutOf(map));
     assert(sampling.groups.count == 0 || (sampling.groups.ofTexel.width == map.width && sampling.groups.ofTexel.height == map.height));
 
     auto state = std::make_unique<State>();
@@ -209,8 +208,7 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
     state->perKey = key > 0 ? static_cast<float>(1 / key) : 1.0f;
     state->layout = *layout;
     state->textures = layouts::texturesOf(*layout);
-    auto tolerances = tolerancesOf(map, state->textures);
-    if (!tolerances) return tl::make_unexpected(tolerances.error());
+    LC_TRY(tolerances, tolerancesOf(map, state->textures));
     const bool isOwnNormalOnly = layouts::infoOf(state->layout).isFlat() && !shading.needsDirections();
     std::visit(
         [&](auto& each) {
@@ -229,8 +227,7 @@ LightMapVerifier& LightMapVerifier::operator=(LightMapVerifier&&) noexcept = def
 LightMapVerifier::~LightMapVerifier() = default;
 
 formats::Result<std::vector<LightMapVerifier::TextureNeed>> LightMapVerifier::texturesOf(const CookedLightMap& map) {
-    const auto layout = layouts::layoutOf(map);
-    if (!layout) return tl::make_unexpected(layout.error());
+    LC_TRY(layout, layouts::layoutOf(map));
     return layouts::texturesOf(*layout);
 }
 

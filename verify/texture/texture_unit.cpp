@@ -180,8 +180,7 @@ formats::Result<formats::Image<glm::vec4>> decodeImage(const formats::TextureRea
     const formats::TextureShape& shape = texture.shape();
     const std::uint64_t texels =
         static_cast<std::uint64_t>(shape.mipWidth(image.mip)) * static_cast<std::uint64_t>(shape.mipHeight(image.mip));
-    if (const auto fits = formats::checkMemory(texels * sizeof(glm::vec4), "a level of a texture"); !fits)
-        return tl::make_unexpected(fits.error());
+    LC_CHECK(formats::checkMemory(texels * sizeof(glm::vec4), "a level of a texture"));
     formats::Image<glm::vec4> decoded(shape.mipWidth(image.mip), shape.mipHeight(image.mip));
     if (texture.hasBc1Alpha())
         forEachBlock(shape.format, *blocks, decoded.view(),

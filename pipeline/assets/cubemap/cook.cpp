@@ -142,8 +142,7 @@ Result<std::optional<fit::PreDivide>> denominatorOf(CubemapLayout layout, const 
                                                     const formats::LoadedEnvironment& loaded, const CubemapParameters& parameters,
                                                     const Action& action) {
     if (layout != CubemapLayout::PreDivided) return std::nullopt;
-    const auto sh = incidentSh(loaded, parameters, action);
-    if (!sh) return tl::make_unexpected(sh.error());
+    LC_TRY(sh, incidentSh(loaded, parameters, action));
     std::vector<lighting::ShBands> bands;
     for (const fit::MipKernel& mip : filter.mips()) bands.push_back(mip.bands);
     return fit::makePreDivide(*sh, bands, {});
@@ -154,8 +153,7 @@ Result<formats::ProbePlace> placeOf(const CubemapParameters& parameters, const A
     formats::ProbePlace place = parameters.place;
     const auto stored = action.inputs.find("sh");
     if (stored == action.inputs.end()) return place;
-    auto given = formats::loadProbePlace(stored->second, parameters.probeFile.value_or(""));
-    if (!given) return given;
+    LC_TRY(given, formats::loadProbePlace(stored->second, parameters.probeFile.value_or("")));
     if (!place.position) place.position = given->position;
     if (!place.box) place.box = given->box;
     if (!place.radius) place.radius = given->radius;
@@ -174,23 +172,17 @@ compress::EncodeOptions encodeOptionsOf(const TextureSettings& settings, int lev
 }  // namespace
 
 Result<ActionOutcome> cookCubemap(const ActionContext& context) {
-    const auto parameters = parametersOf<CubemapParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
+    LC_TRY(parameters, parametersOf<CubemapParameters>(context));
     const auto& source = context.action.inputs.at("source");
     AssetSource read;
     read.colors = parameters->colors;
     read.repair = parameters->repair;
-    const auto loaded = formats::loadEnvironment(source, environmentOptions(read, context.action));
-    if (!loaded) return tl::make_unexpected(loaded.error());
-    const auto layout = layoutOf(*parameters, context.action.asset);
-    if (!layout) return tl::make_unexpected(layout.error());
+    LC_TRY(loaded, formats::loadEnvironment(source, environmentOptions(read, context.action)));
+    LC_TRY(layout, layoutOf(*parameters, context.action.asset));
     const fit::CubemapOptions options = levelsOf(*parameters);
-    const auto place = placeOf(*parameters, context.action);
-    if (!place) return tl::make_unexpected(place.error());
-    const auto filter = fit::CubemapPrefilter::create(loaded->environment, options);
-    if (!filter) return tl::make_unexpected(filter.error());
-    const auto divide = denominatorOf(layout->id, *filter, *loaded, *parameters, context.action);
-    if (!divide) return tl::make_unexpected(divide.error());
+    LC_TRY(place, placeOf(*parameters, context.action));
+    LC_TRY(filter, fit::CubemapPrefilter::create(loaded->environment, options));
+    LC_TRY(divide, denominatorOf(layout->id, *filter, *loaded, *parameters, context.action));
     Levels filtered = filterLevels(*filter, *divide, context);
     if (context.state.interrupted) return interrupted(context);
 
@@ -209,7 +201,7 @@ Result<ActionOutcome> cookCubemap(const ActionContext& context) {
     const Json constants = toJson(decode);
     const std::string& name = context.action.asset;
     AssetTextures textures(context, parameters->textures, {AssetKind::Cubemap, std::string(layout->name)});
-    if (auto written = textures.write({"cubemap", name, shape, constants}, images); !written) return tl::make_unexpected(written.error());
+    LC_CHECK(textures.write({"cubemap", name, shape, constants}, images));
 
     CookResult result{makeCookedAsset(name, AssetKind::Cubemap, std::string(layout->name), options.size, options.size),
                       std::filesystem::file_size(source),

@@ -62,8 +62,7 @@ void ProbeUse::addPlace(const glm::dvec3& place) {
 }
 
 Result<ActionOutcome> findUnusedProbes(const ActionContext& context) {
-    const auto parameters = parametersOf<ProbeUseParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
+    LC_TRY(parameters, parametersOf<ProbeUseParameters>(context));
     std::vector<std::string> names;
     std::vector<glm::dvec3> positions;
     for (const PlacedProbe& probe : parameters->probes) {
@@ -80,8 +79,7 @@ Result<ActionOutcome> findUnusedProbes(const ActionContext& context) {
     bool hasSurface = false;
     for (const std::string& role : parameters->meshes) {
         if (context.state.interrupted) return interrupted(context);
-        const auto scene = formats::GltfScene::load(context.action.inputs.at(role));
-        if (!scene) return tl::make_unexpected(scene.error());
+        LC_TRY(scene, formats::GltfScene::load(context.action.inputs.at(role)));
         for (const formats::GltfScene::Placed& placed : scene->placedMeshes()) {
             use.add(*placed.mesh, placed.worldFromMesh);
             hasSurface = hasSurface || placed.mesh->triangleCount() > 0;

@@ -29,8 +29,7 @@ using formats::Result;
 constexpr int kSamplesBetween = 64;  ///< directions between texels, of each level
 
 Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const CookedAsset& asset) {
-    const auto constants = fromJson<CubemapConstants>(asset.constants.value_or(Json()), asset.name + ", constants");
-    if (!constants) return tl::make_unexpected(constants.error());
+    LC_TRY(constants, fromJson<CubemapConstants>(asset.constants.value_or(Json()), asset.name + ", constants"));
     const CubemapLayoutInfo* const layout = cubemapLayoutFromName(asset.layout);
     if (layout == nullptr)
         return failure(ErrorCode::Verification, asset.name + ", layout",
@@ -40,8 +39,7 @@ Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Co
         return failure(ErrorCode::Verification, asset.name + ", constants",
                        fmt::format("found {} denominator, expected {} of the layout \"{}\"", isDivided ? "no" : "a",
                                    isDivided ? "one" : "none", asset.layout));
-    const auto texture = openTexture(context.upstreamFolder, asset, "cubemap");
-    if (!texture) return tl::make_unexpected(texture.error());
+    LC_TRY(texture, openTexture(context.upstreamFolder, asset, "cubemap"));
     const formats::TextureShape& shape = texture->shape();
     if (shape.faceCount != 6 || shape.mipCount != static_cast<int>(constants->mips.size()))
         return failure(
@@ -59,8 +57,7 @@ Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Co
         mip.m = entry.m;
         mip.bands = entry.bands;
         for (int face = 0; face < 6; ++face) {
-            auto image = verify::decodeImage(*texture, {level, 0, face});
-            if (!image) return tl::make_unexpected(image.error());
+            LC_TRY(image, verify::decodeImage(*texture, {level, 0, face}));
             mip.faces.push_back(std::move(*image));
         }
         map.mips.push_back(std::move(mip));
@@ -104,8 +101,7 @@ void checkBands(const verify::CookedCubemap& map, std::vector<verify::Violation>
 Result<std::array<glm::dvec3, lighting::kShCount>> incidentShOf(const verify::CubemapReference& reference, const Action& action) {
     const auto stored = action.inputs.find("sh");
     if (stored == action.inputs.end()) return reference.incidentSh();
-    const auto given = formats::loadProbeSh(stored->second, action.inputs.at("source").filename().string());
-    if (!given) return tl::make_unexpected(given.error());
+    LC_TRY(given, formats::loadProbeSh(stored->second, action.inputs.at("source").filename().string()));
     std::array<glm::dvec3, lighting::kShCount> incident;
     std::ranges::copy(*given, incident.begin());
     return incident;
@@ -207,18 +203,13 @@ void checkFirstLevel(const verify::CookedCubemap& map, double smoothest, std::ve
 
 Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     const Stopwatch watch;
-    const auto asset = upstreamAsset(context);
-    if (!asset) return tl::make_unexpected(asset.error());
-    const auto parameters = parametersOf<CubemapVerifyParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
+    LC_TRY(asset, upstreamAsset(context));
+    LC_TRY(parameters, parametersOf<CubemapVerifyParameters>(context));
     const VisibleParameters& visible = parameters->visible;
     const formats::EnvironmentOptions options = environmentOptions(asset->source, context.action);
-    const auto source = formats::loadEnvironment(context.action.inputs.at("source"), options);
-    if (!source) return tl::make_unexpected(source.error());
-    const auto colors = formats::linearConversion(options.colors);
-    if (!colors) return tl::make_unexpected(colors.error());
-    const auto map = readCubemap(context, *asset);
-    if (!map) return tl::make_unexpected(map.error());
+    LC_TRY(source, formats::loadEnvironment(context.action.inputs.at("source"), options));
+    LC_TRY(colors, formats::linearConversion(options.colors));
+    LC_TRY(map, readCubemap(context, *asset));
 
     const verify::CubemapReference reference(source->environment);
     const verify::Viewing viewing = visible.viewing(reference.displayKey(colors->luminanceWeights), colors->bt2020FromWorking);
@@ -238,10 +229,8 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     std::vector<verify::Violation> violations;
     checkBands(*map, violations);
     if (map->isDivided) {
-        const auto incident = incidentShOf(reference, context.action);
-        if (!incident) return tl::make_unexpected(incident.error());
-        const auto constants = fromJson<CubemapConstants>(asset->constants.value_or(Json()), asset->name + ", constants");
-        if (!constants) return tl::make_unexpected(constants.error());
+        LC_TRY(incident, incidentShOf(reference, context.action));
+        LC_TRY(constants, fromJson<CubemapConstants>(asset->constants.value_or(Json()), asset->name + ", constants"));
         DivisorCheck(*constants, violations).check(*incident);
     }
     if (parameters->smoothest) checkFirstLevel(*map, *parameters->smoothest, violations);

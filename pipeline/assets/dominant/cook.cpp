@@ -28,8 +28,8 @@ struct Outputs {
         const auto writeTo = [&](std::size_t output, PixelFormat format, const std::vector<std::byte>& bytes) {
             return files.writer(output).writeBlockRows({}, rows.firstRow / formats::info(format).blockHeight, bytes);
         };
-        if (auto written = writeTo(intensity, formats.intensity, rows.intensity); !written) return written;
-        if (auto written = writeTo(direction, formats.direction, rows.direction); !written) return written;
+        LC_CHECK(writeTo(intensity, formats.intensity, rows.intensity));
+        LC_CHECK(writeTo(direction, formats.direction, rows.direction));
         return residual ? writeTo(*residual, formats.direction, rows.residual) : Result<void>();
     }
 };
@@ -45,13 +45,11 @@ struct StripReport {
 
 Result<StripReport> encodeStrips(LightMapSource& source, const DominantEncoder& encoder, Outputs& outputs, const ActionContext& context) {
     const auto encodeStrip = [&](int index) -> Result<StripReport> {
-        const auto rows = encoder.encode(index);
-        if (!rows) return tl::make_unexpected(rows.error());
-        if (auto written = outputs.write(*rows, encoder.formats()); !written) return tl::make_unexpected(written.error());
+        LC_TRY(rows, encoder.encode(index));
+        LC_CHECK(outputs.write(*rows, encoder.formats()));
         return StripReport{rows->report, rows->fitted};
     };
-    const auto reports = mapInOrder<StripReport>(source.stripCount(), context, "encode " + context.action.asset, encodeStrip);
-    if (!reports) return tl::make_unexpected(reports.error());
+    LC_TRY(reports, mapInOrder<StripReport>(source.stripCount(), context, "encode " + context.action.asset, encodeStrip));
     StripReport total;
     for (const StripReport& each : *reports) total.add(each);
     return total;
@@ -67,15 +65,12 @@ Result<Outputs> createOutputs(const DominantEncoder& encoder, const TextureSetti
         shape.height = encoder.size().y;
         return outputs.files.create({role, context.action.asset + "_" + role, shape, toJson(encoder.constants())});
     };
-    const auto direction = create("direction", encoder.formats().direction);
-    if (!direction) return tl::make_unexpected(direction.error());
+    LC_TRY(direction, create("direction", encoder.formats().direction));
     if (encoder.hasResidual()) {
-        const auto residual = create("residual", encoder.formats().direction);
-        if (!residual) return tl::make_unexpected(residual.error());
+        LC_TRY(residual, create("residual", encoder.formats().direction));
         outputs.residual = *residual;
     }
-    const auto intensity = create("intensity", encoder.formats().intensity);
-    if (!intensity) return tl::make_unexpected(intensity.error());
+    LC_TRY(intensity, create("intensity", encoder.formats().intensity));
     outputs.direction = *direction;
     outputs.intensity = *intensity;
     return outputs;
@@ -110,18 +105,12 @@ formats::Result<const DominantLayoutInfo*> dominantLayoutOf(const std::string& a
 }
 
 Result<ActionOutcome> cookDominant(const ActionContext& context) {
-    const auto parameters = parametersOf<DominantParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto layout = dominantLayoutOf(context.action.asset, *parameters);
-    if (!layout) return tl::make_unexpected(layout.error());
-    const auto source = openLightMap(context, parameters->description);
-    if (!source) return tl::make_unexpected(source.error());
-    const auto encoder = DominantEncoder::create(**source, *parameters, **layout, context);
-    if (!encoder) return tl::make_unexpected(encoder.error());
-    auto outputs = createOutputs(*encoder, parameters->textures, context);
-    if (!outputs) return tl::make_unexpected(outputs.error());
-    const auto report = encodeStrips(**source, *encoder, *outputs, context);
-    if (!report) return tl::make_unexpected(report.error());
+    LC_TRY(parameters, parametersOf<DominantParameters>(context));
+    LC_TRY(layout, dominantLayoutOf(context.action.asset, *parameters));
+    LC_TRY(source, openLightMap(context, parameters->description));
+    LC_TRY(encoder, DominantEncoder::create(**source, *parameters, **layout, context));
+    LC_TRY(outputs, createOutputs(*encoder, parameters->textures, context));
+    LC_TRY(report, encodeStrips(**source, *encoder, *outputs, context));
 
     CookResult result{makeCookedAsset(context.action.asset, AssetKind::Dominant, kTextureLayout, encoder->size().x, encoder->size().y),
                       bakeBytes(context.action), notesOf(parameters->fit, encoder->fit(), *report)};

@@ -26,7 +26,7 @@ Result<Image<glm::vec4>> readRows(const formats::TextureReader& texture, const s
     const int blockRows = formats::blocksDown(shape.format, std::min(rowCount, shape.height - firstRow));
     Image<glm::vec4> rows(shape.width, std::min(blockRows * blockHeight, shape.height - firstRow));
     std::vector<std::byte> blocks(formats::bytesPerBlockRow(shape.format, shape.width) * static_cast<std::size_t>(blockRows));
-    if (auto read = texture.readBlockRows({}, firstRow / blockHeight, blocks); !read) return tl::make_unexpected(read.error());
+    LC_CHECK(texture.readBlockRows({}, firstRow / blockHeight, blocks));
     verify::decodeRows(shape.format, blocks, rows.view());
     for (int y = 0; y < rows.height(); ++y)
         for (int x = 0; x < rows.width(); ++x) {
@@ -63,18 +63,13 @@ void addResidual(Image<glm::vec4>& directions, const Image<glm::vec4>& residual,
 
 Result<CookedDominantReader> CookedDominantReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
                                                         const glm::ivec2& lightMap) {
-    const auto constants = fromJson<DominantConstants>(asset.constants.value_or(Json()), asset.name + ", constants");
-    if (!constants) return tl::make_unexpected(constants.error());
-    const auto fit = dominantFitOf(asset.name, asset.fit.value_or("halo3"));
-    if (!fit) return tl::make_unexpected(fit.error());
-    auto direction = openTexture(folder, asset, "direction");
-    if (!direction) return tl::make_unexpected(direction.error());
-    auto intensity = openTexture(folder, asset, "intensity");
-    if (!intensity) return tl::make_unexpected(intensity.error());
+    LC_TRY(constants, fromJson<DominantConstants>(asset.constants.value_or(Json()), asset.name + ", constants"));
+    LC_TRY(fit, dominantFitOf(asset.name, asset.fit.value_or("halo3")));
+    LC_TRY(direction, openTexture(folder, asset, "direction"));
+    LC_TRY(intensity, openTexture(folder, asset, "intensity"));
     CookedDominantReader reader(asset.name, std::move(*direction), std::move(*intensity), *constants);
     if (constants->residualScale != 0) {
-        auto residual = openTexture(folder, asset, "residual");
-        if (!residual) return tl::make_unexpected(residual.error());
+        LC_TRY(residual, openTexture(folder, asset, "residual"));
         reader.residual_ = std::move(*residual);
     }
     const auto sizeOf = [](const formats::TextureReader& texture) { return glm::ivec2(texture.shape().width, texture.shape().height); };
@@ -100,14 +95,11 @@ Result<CookedDominantReader::Rows> CookedDominantReader::read(int firstRow, int 
     const verify::DominantRowRange needed = verify::dominantRowsFor(map_, firstRow, firstRow + rowCount);
     const int blockHeight = formats::info(direction_.shape().format).blockHeight;
     const int first = needed.first / blockHeight * blockHeight, count = needed.first + needed.count - first;
-    auto directions = readRows(direction_, name_ + ", texture direction", first, count);
-    if (!directions) return tl::make_unexpected(directions.error());
-    auto intensities = readRows(intensity_, name_ + ", texture intensity", first, count);
-    if (!intensities) return tl::make_unexpected(intensities.error());
+    LC_TRY(directions, readRows(direction_, name_ + ", texture direction", first, count));
+    LC_TRY(intensities, readRows(intensity_, name_ + ", texture intensity", first, count));
     verify::DecodedDominantRows coarse{first, copyOf(*directions), copyOf(*intensities)};
     if (residual_) {
-        const auto residual = readRows(*residual_, name_ + ", texture residual", first, count);
-        if (!residual) return tl::make_unexpected(residual.error());
+        LC_TRY(residual, readRows(*residual_, name_ + ", texture residual", first, count));
         addResidual(*directions, *residual, constants_);
     }
     return Rows{{first, std::move(*directions), std::move(*intensities)}, std::move(coarse)};

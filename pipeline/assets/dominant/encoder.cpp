@@ -101,8 +101,7 @@ struct Measured {
 Result<Measured> measure(LightMapSource& source, const fit::FilteredLightOptions& options, const ActionContext& context) {
     const auto parts =
         mapInOrder<Measured>(source.chunkCount(), context, "measure " + context.action.asset, [&](int index) -> Result<Measured> {
-            const auto chunk = source.chunk(index);
-            if (!chunk) return tl::make_unexpected(chunk.error());
+            LC_TRY(chunk, source.chunk(index));
             Measured part{0, verify::LightMapKey(source.luminanceWeights())};
             part.key.add(**chunk, (*chunk)->firstRow, source.chunkRows(index));
             if (options.light.fit != fit::DominantFit::Closed) {
@@ -167,11 +166,9 @@ Result<DominantEncoder> DominantEncoder::create(LightMapSource& source, const Do
     encoder.divisor_ = layout.divisor;
     encoder.size_ = reducedSize({source.width(), source.height()}, layout.divisor);
     encoder.options_.light.luminanceWeights = source.luminanceWeights();
-    const auto fit = dominantFitOf(context.action.asset, parameters.fit);
-    if (!fit) return tl::make_unexpected(fit.error());
+    LC_TRY(fit, dominantFitOf(context.action.asset, parameters.fit));
     encoder.options_.light.fit = (*fit)->cooked;
-    const auto measured = measure(source, encoder.options_, context);
-    if (!measured) return tl::make_unexpected(measured.error());
+    LC_TRY(measured, measure(source, encoder.options_, context));
     // The intensity of a light that alone gives a tenth of the key to a white surface that faces it.
     encoder.options_.floor = 0.1 * std::numbers::pi * measured->key.key();
     encoder.formats_ = dominantFormatsOf(parameters.target);
@@ -196,8 +193,7 @@ Result<EncodedDominantRows> DominantEncoder::encode(int strip) const {
     out.rowCount = reducedSize({0, source_->stripRows(strip)}, divisor_).y;
     const int first = std::max(0, out.firstRow - kMargin), end = std::min(size_.y, out.firstRow + out.rowCount + kMargin);
     const MapRows needed = rowsUnder(first, end - first, source_->height(), size_.y);
-    auto texels = source_->rows(needed.first, needed.count);
-    if (!texels) return tl::make_unexpected(texels.error());
+    LC_TRY(texels, source_->rows(needed.first, needed.count));
     if (divisor_ > 1) *texels = reducedStrip(*texels, source_->height(), size_, first, end - first);
     DominantRows rows = fitRows(*texels, out.firstRow, out.rowCount, options_, out.fitted);
     encodeRows(rows, constants_, formats_, encodeOptions_, out);

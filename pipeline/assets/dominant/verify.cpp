@@ -90,16 +90,13 @@ private:
     Result<DominantPart> compareStrip(int index) {
         const int firstRow = bake_.stripFirstRow(index), rowCount = bake_.stripRows(index);
         DominantPart part{verify::DominantErrors(key_), {}, {}};
-        const auto reference = bake_.stripWithMargin(index, 0, 1);
-        if (!reference) return tl::make_unexpected(reference.error());
-        const auto cooked = cooked_.read(firstRow, rowCount);
-        if (!cooked) return tl::make_unexpected(cooked.error());
+        LC_TRY(reference, bake_.stripWithMargin(index, 0, 1));
+        LC_TRY(cooked, cooked_.read(firstRow, rowCount));
         for (int y = 0; y < rowCount; ++y)
             for (int x = 0; x < bake_.width(); ++x)
                 if (isCompared(*reference, x, y, firstRow)) compareTexel(*reference, *cooked, x, y, firstRow, part);
         part.errors = verifier_.verifyRows(cooked->whole, *reference, firstRow, rowCount);
-        const auto traced = groundTruth_.within(*reference, firstRow, rowCount);
-        if (!traced) return tl::make_unexpected(traced.error());
+        LC_TRY(traced, groundTruth_.within(*reference, firstRow, rowCount));
         part.truthPlaces =
             dominantPlaces(*traced, *reference, verifier_, cooked->whole, cooked_.map().fit == verify::DominantFit::RefinedAmbient);
         return part;
@@ -147,30 +144,22 @@ std::vector<verify::Violation> violationsOf(const DominantPart& whole, bool hasR
 
 Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     const Stopwatch watch;
-    const auto asset = upstreamAsset(context);
-    if (!asset) return tl::make_unexpected(asset.error());
-    const auto parameters = parametersOf<DominantVerifyParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto description = descriptionOf(*asset);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto source = openLightMap(context, *description);
-    if (!source) return tl::make_unexpected(source.error());
+    LC_TRY(asset, upstreamAsset(context));
+    LC_TRY(parameters, parametersOf<DominantVerifyParameters>(context));
+    LC_TRY(description, descriptionOf(*asset));
+    LC_TRY(source, openLightMap(context, *description));
     LightMapSource& bake = **source;
-    const auto cooked = CookedDominantReader::open(context.upstreamFolder, *asset, {bake.width(), bake.height()});
-    if (!cooked) return tl::make_unexpected(cooked.error());
-    const auto surveyed = surveyKey(bake, context);
-    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    LC_TRY(cooked, CookedDominantReader::open(context.upstreamFolder, *asset, {bake.width(), bake.height()}));
+    LC_TRY(surveyed, surveyKey(bake, context));
     const double key = surveyed->key();
-    const auto groundTruth = GroundTruth::open(context, bake, description->colors);
-    if (!groundTruth) return tl::make_unexpected(groundTruth.error());
+    LC_TRY(groundTruth, GroundTruth::open(context, bake, description->colors));
 
     const verify::LightMapShading& materials = parameters->view.shading;
     const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount,
                                           verify::dominantStride(bake.width(), bake.height()), materials.lobe};
     const verify::Viewing viewing{parameters->view.display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
     DominantComparison comparison(bake, *cooked, shading, *groundTruth, key, viewing);
-    const auto whole = comparison.compare(context);
-    if (!whole) return tl::make_unexpected(whole.error());
+    LC_TRY(whole, comparison.compare(context));
 
     const verify::DominantErrors& errors = whole->errors;
     VerifyResult result = judged(errors.stages(), parameters->limits, watch, violationsOf(*whole, cooked->hasResidual()));

@@ -17,8 +17,7 @@ using formats::Result;
 
 /// Returns `bound` of the light map whose verification this is.
 Result<Json> boundOf(const ActionRecord& verification) {
-    const auto result = fromJson<VerifyResult>(verification.result, verification.id);
-    if (!result) return tl::make_unexpected(result.error());
+    LC_TRY(result, fromJson<VerifyResult>(verification.result, verification.id));
     return boundFiguresOf(result->verdict);
 }
 
@@ -89,39 +88,28 @@ std::vector<std::string> decodeFunctions(const formats::LightMapLayoutInfo& layo
 }
 
 Result<ActionOutcome> cookGltf(const ActionContext& context) {
-    const auto parameters = parametersOf<GltfParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto asset = upstreamAsset(context);
-    if (!asset) return tl::make_unexpected(asset.error());
-    const auto scene = loadLitMesh(context.action.inputs, parameters->description.places);
-    if (!scene) return tl::make_unexpected(scene.error());
+    LC_TRY(parameters, parametersOf<GltfParameters>(context));
+    LC_TRY(asset, upstreamAsset(context));
+    LC_TRY(scene, loadLitMesh(context.action.inputs, parameters->description.places));
     std::optional<formats::ClusterMap> clusters;
     if (hasClustersInMesh(*asset)) {
-        auto map = clusterMapOf(*asset);
-        if (!map) return tl::make_unexpected(map.error());
+        LC_TRY(map, clusterMapOf(*asset));
         clusters = std::move(*map);
     }
-    auto description = boundMapOf(*asset, parameters->description.colors.working, parameters->shader);
-    if (!description) return tl::make_unexpected(description.error());
-    auto bound = boundOf(*context.upstream.at(1));
-    if (!bound) return tl::make_unexpected(bound.error());
+    LC_TRY(description, boundMapOf(*asset, parameters->description.colors.working, parameters->shader));
+    LC_TRY(bound, boundOf(*context.upstream.at(1)));
     (*description)["bound"] = std::move(*bound);
-    const auto source = openLightMap(context, parameters->description);
-    if (!source) return tl::make_unexpected(source.error());
-    const auto picture = flatPictureOf(**source, context);
-    if (!picture) return tl::make_unexpected(picture.error());
-    auto png = formats::encodePng(picture->texels.view());
-    if (!png) return tl::make_unexpected(png.error());
+    LC_TRY(source, openLightMap(context, parameters->description));
+    LC_TRY(picture, flatPictureOf(**source, context));
+    LC_TRY(png, formats::encodePng(picture->texels.view()));
     formats::GltfLightMap lightMap{asset->name, description->dump(), std::move(*png), picture->intensity, {}};
     if (parameters->probe) {
-        auto environment = environmentOf(*parameters->probe, parameters->repair, context);
-        if (!environment) return tl::make_unexpected(environment.error());
+        LC_TRY(environment, environmentOf(*parameters->probe, parameters->repair, context));
         lightMap.environment = std::move(*environment);
     }
     const std::string file = gltfNameOf(asset->name) + ".glb";
     const std::filesystem::path plain = context.folder / (file + ".plain.glb");
-    if (const auto written = scene->writePlain(plain, clusters ? &*clusters : nullptr); !written)
-        return tl::make_unexpected(written.error());
+    LC_CHECK(scene->writePlain(plain, clusters ? &*clusters : nullptr));
     const auto bytes = formats::bindLightMap(plain, context.folder / file, lightMap);
     std::error_code code;
     std::filesystem::remove(plain, code);

@@ -69,8 +69,7 @@ Result<FlatPicture> flatPictureOf(LightMapSource& source, const ActionContext& c
     const bool hasNormals = source.hasNormals();
     Histogram histogram{};
     const auto countStrip = [&](int index) -> Result<Histogram> {
-        const auto strip = source.stripWithMargin(index, 0, 0);
-        if (!strip) return tl::make_unexpected(strip.error());
+        LC_TRY(strip, source.stripWithMargin(index, 0, 0));
         Histogram part{};
         for (int y = 0; y < strip->sh.height(); ++y)
             for (int x = 0; x < strip->sh.width(); ++x) {
@@ -90,8 +89,7 @@ Result<FlatPicture> flatPictureOf(LightMapSource& source, const ActionContext& c
     FlatPicture picture{formats::Image<glm::u8vec3>(source.width(), source.height()), intensityOf(histogram)};
     const float scale = static_cast<float>(255 / picture.intensity);
     const auto drawStrip = [&](int index) -> Result<int> {
-        const auto strip = source.stripWithMargin(index, kPadding, kPadding);
-        if (!strip) return tl::make_unexpected(strip.error());
+        LC_TRY(strip, source.stripWithMargin(index, kPadding, kPadding));
         const int firstRow = source.stripFirstRow(index), rowCount = source.stripRows(index);
         const formats::Image<glm::vec3> rows = paddedRows(*strip, hasNormals, firstRow, rowCount);
         for (int row = 0; row < rowCount; ++row)
@@ -99,8 +97,7 @@ Result<FlatPicture> flatPictureOf(LightMapSource& source, const ActionContext& c
                 picture.texels.at(x, firstRow + row) = glm::u8vec3(glm::clamp(scale * rows.at(x, row) + 0.5f, 0.0f, 255.0f));
         return 0;
     };
-    const auto drawn = mapInOrder<int>(source.stripCount(), context, "draw " + context.action.asset, drawStrip);
-    if (!drawn) return tl::make_unexpected(drawn.error());
+    LC_TRY(drawn, mapInOrder<int>(source.stripCount(), context, "draw " + context.action.asset, drawStrip));
     return picture;
 }
 

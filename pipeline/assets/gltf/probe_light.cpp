@@ -30,12 +30,10 @@ Result<formats::GltfLightMap::Environment> environmentOf(const GltfProbe& probe,
     AssetSource read;
     read.colors = probe.colors;
     read.repair = repair;
-    const auto loaded = formats::loadEnvironment(context.action.inputs.at(kProbeSourceRole), environmentOptions(read, context.action));
-    if (!loaded) return tl::make_unexpected(loaded.error());
+    LC_TRY(loaded, formats::loadEnvironment(context.action.inputs.at(kProbeSourceRole), environmentOptions(read, context.action)));
     const auto stored = context.action.inputs.find(kProbeShRole);
-    const auto sh = stored == context.action.inputs.end() ? Result<lighting::ShRgb>(fit::projectEnvironment(loaded->environment))
-                                                          : formats::loadProbeSh(stored->second, probe.file);
-    if (!sh) return tl::make_unexpected(sh.error());
+    LC_TRY(sh, stored == context.action.inputs.end() ? Result<lighting::ShRgb>(fit::projectEnvironment(loaded->environment))
+                                                     : formats::loadProbeSh(stored->second, probe.file));
     formats::GltfLightMap::Environment light;
     light.name = probe.name;
     light.irradiance = lighting::convolve(*sh, lighting::kIrradianceBands);
@@ -52,8 +50,7 @@ Result<formats::GltfLightMap::Environment> environmentOf(const GltfProbe& probe,
             formats::Image<glm::u8vec4> texels(size, size);
             for (int y = 0; y < size; ++y)
                 for (int x = 0; x < size; ++x) texels.at(x, y) = rgbd(strip.at(size - 1 - x, face * size + y));
-            auto png = formats::encodePng(texels.view());
-            if (!png) return tl::make_unexpected(png.error());
+            LC_TRY(png, formats::encodePng(texels.view()));
             faces[static_cast<std::size_t>(face)] = std::move(*png);
         }
     }

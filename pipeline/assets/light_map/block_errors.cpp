@@ -50,8 +50,7 @@ Result<void> VisibleBlocks::addRims(LightMapSource& bake, const CookedLightMapRe
     const auto places = cooked.verifier().rimPlaces({strip.texels, strip.reference}, strip.firstRow, strip.rowCount);
     if (places.empty()) return {};
     const int first = std::max(0, strip.firstRow - 2), end = std::min(bake.height(), strip.firstRow + strip.rowCount + 3);
-    const auto around = bake.rows(first, end - first);
-    if (!around) return tl::make_unexpected(around.error());
+    LC_TRY(around, bake.rows(first, end - first));
     LitRow lit(static_cast<int>(places.size()), viewing);
     for (std::size_t i = 0; i < places.size(); ++i) {
         const glm::ivec2& texel = places[i].covered;

@@ -33,12 +33,10 @@ Result<ChartPlaces> ChartPlaces::create(const formats::GltfScene& scene, const s
     const glm::ivec2 before(bake.packing.widthBefore, bake.packing.heightBefore);
     std::optional<MeshPart> part;
     if (bake.part) {
-        auto cut = partOf(scene, mesh, *bake.part, before, true);
-        if (!cut) return tl::make_unexpected(cut.error());
+        LC_TRY(cut, partOf(scene, mesh, *bake.part, before, true));
         part = std::move(*cut);
     }
-    auto charts = chartsOf(part ? part->scene : scene, mesh, before);
-    if (!charts) return tl::make_unexpected(charts.error());
+    LC_TRY(charts, chartsOf(part ? part->scene : scene, mesh, before));
     std::vector<ChartPlace> places = placesOf(bake.places);
     if (charts->charts.size() != places.size())
         return failure(ErrorCode::Verification, mesh,

@@ -348,19 +348,14 @@ ChartSplit chooseSplit(std::span<const CandidateByGroup> candidates, std::span<c
 }
 
 Result<ActionOutcome> splitCharts(const ActionContext& context) {
-    const auto parameters = parametersOf<SplitParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto source = openLightMap(context, parameters->trial.description);
-    if (!source) return tl::make_unexpected(source.error());
+    LC_TRY(parameters, parametersOf<SplitParameters>(context));
+    LC_TRY(source, openLightMap(context, parameters->trial.description));
     const std::string mesh = context.action.inputs.at(kMeshRole).string();
-    const auto scene = formats::GltfScene::load(mesh);
-    if (!scene) return tl::make_unexpected(scene.error());
-    const auto found = chartsOf(*scene, mesh, {(*source)->width(), (*source)->height()});
-    if (!found) return tl::make_unexpected(found.error());
+    LC_TRY(scene, formats::GltfScene::load(mesh));
+    LC_TRY(found, chartsOf(*scene, mesh, {(*source)->width(), (*source)->height()}));
     if (!areAtPlaces(found->charts, *parameters))
         return formats::failure(formats::ErrorCode::Internal, mesh, "found charts that lie elsewhere than where they were packed");
-    const auto key = surveyKey(**source, context);
-    if (!key) return tl::make_unexpected(key.error());
+    LC_TRY(key, surveyKey(**source, context));
     const std::vector<atlas::ChartBox> boxes = boxesOf(parameters->boxes);
     const atlas::Tiles tiles(boxes, canBeCut(*scene) ? kTileSide : 0);
     PackedTiles packed{tiles};
@@ -370,8 +365,7 @@ Result<ActionOutcome> splitCharts(const ActionContext& context) {
         packed.firsts.push_back(boxes[i].first + (found->charts[i].first - places[i].texel) * places[i].step);
     }
     const TileGroups grouped = groupTiles(found->charts, packed, (*source)->width(), (*source)->height());
-    auto tried = tryLayoutsByGroup(parameters->trial, grouped.places(parameters->limits[Limit::Visible]), context);
-    if (!tried) return tl::make_unexpected(tried.error());
+    LC_TRY(tried, tryLayoutsByGroup(parameters->trial, grouped.places(parameters->limits[Limit::Visible]), context));
 
     SplitResult result{{}, key->displayKey(), {}};
     const SplitChoice choice{grouped.groups, *tried, tiles, *parameters};

@@ -76,8 +76,7 @@ bool hasDominantLight(const formats::LightMapStrip& strip, const fit::DominantLi
 
 /// Returns the score that truncated maps are measured with.
 Result<verify::LightMapScore> scoreOf(LightMapSource& source, const LightMapContentParameters& parameters, const ActionContext& context) {
-    const auto key = surveyKey(source, context);
-    if (!key) return tl::make_unexpected(key.error());
+    LC_TRY(key, surveyKey(source, context));
     return verify::LightMapScore::create(parameters.shading, key->key());
 }
 
@@ -88,8 +87,7 @@ Result<double> truncationError(LightMapSource& source, const verify::LightMapSco
     const auto scored = foldInOrder<verify::ShadedErrors>(
         source.chunkCount(), context, fmt::format("measure order {} of {}", order, context.action.asset),
         [&](int index) -> Result<verify::ShadedErrors> {
-            const auto chunk = source.chunk(index);
-            if (!chunk) return tl::make_unexpected(chunk.error());
+            LC_TRY(chunk, source.chunk(index));
             formats::Image<lighting::ShRgb> truncated((*chunk)->sh.width(), (*chunk)->sh.height());
             for (int y = 0; y < truncated.height(); ++y)
                 for (int x = 0; x < truncated.width(); ++x)
@@ -111,8 +109,7 @@ Result<Survey> surveyContent(LightMapSource& source, const fit::DominantLightOpt
     const auto surveyed = foldInOrder<Survey>(
         source.chunkCount(), context, fmt::format("survey the content of {}", context.action.asset),
         [&](int index) -> Result<Survey> {
-            const auto chunk = source.chunk(index);
-            if (!chunk) return tl::make_unexpected(chunk.error());
+            LC_TRY(chunk, source.chunk(index));
             Survey part;
             part.add(**chunk);
             if (!isFound && hasDominantLight(**chunk, options)) isFound = true;
@@ -137,12 +134,10 @@ Result<void> measureOrders(LightMapSource& source, const Survey& survey, const L
         // The estimate is of all normals. Those that are shaded see more of the light, so the error is at most about this.
         if (survey.errorOf(order) > 2 * parameters.maxError) continue;
         if (!score) {
-            auto created = scoreOf(source, parameters, context);
-            if (!created) return tl::make_unexpected(created.error());
+            LC_TRY(created, scoreOf(source, parameters, context));
             score = std::move(*created);
         }
-        const auto error = truncationError(source, *score, parameters.shading.specular, order, context);
-        if (!error) return tl::make_unexpected(error.error());
+        LC_TRY(error, truncationError(source, *score, parameters.shading.specular, order, context));
         if (*error <= parameters.maxError) result = *error;
     }
     return {};
@@ -151,20 +146,16 @@ Result<void> measureOrders(LightMapSource& source, const Survey& survey, const L
 }  // namespace
 
 Result<ActionOutcome> readLightMapContent(const ActionContext& context) {
-    const auto parameters = parametersOf<LightMapContentParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto opened = openLightMap(context, parameters->description);
-    if (!opened) return tl::make_unexpected(opened.error());
+    LC_TRY(parameters, parametersOf<LightMapContentParameters>(context));
+    LC_TRY(opened, openLightMap(context, parameters->description));
     LightMapSource& source = **opened;
     fit::DominantLightOptions light{.luminanceWeights = source.luminanceWeights()};
     if (parameters->dominantFit) {
-        const auto fit = dominantFitOf(context.action.asset, *parameters->dominantFit);
-        if (!fit) return tl::make_unexpected(fit.error());
+        LC_TRY(fit, dominantFitOf(context.action.asset, *parameters->dominantFit));
         light.fit = (*fit)->cooked;
     }
     bool hasDominant = !parameters->dominantFit;
-    const auto survey = surveyContent(source, light, hasDominant, context);
-    if (!survey) return tl::make_unexpected(survey.error());
+    LC_TRY(survey, surveyContent(source, light, hasDominant, context));
     LightMapContent content;
     content.width = source.width();
     content.height = source.height();
@@ -173,8 +164,7 @@ Result<ActionOutcome> readLightMapContent(const ActionContext& context) {
     content.isBlack = survey->light.isBlack();
     content.hasOneNormal = survey->light.hasOneNormal();
     content.hasDominant = hasDominant;
-    if (auto measured = measureOrders(source, *survey, *parameters, content, context); !measured)
-        return tl::make_unexpected(measured.error());
+    LC_CHECK(measureOrders(source, *survey, *parameters, content, context));
     return outcomeWith(content);
 }
 

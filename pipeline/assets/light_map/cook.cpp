@@ -45,9 +45,8 @@ Result<AssetTextures> createTextures(const ActionContext& context, const compres
         shape.mipCount = plan.mipCount;
         shape.layerCount = texture.layerCount;
         shape.isArray = texture.layerCount > 1;
-        const auto created = textures.create({texture.name, context.action.asset + "_" + texture.name, shape, metadataConstants(plan),
-                                              plan.mipCount > 1 ? "trilinear" : ""});
-        if (!created) return tl::make_unexpected(created.error());
+        LC_TRY(created, textures.create({texture.name, context.action.asset + "_" + texture.name, shape, metadataConstants(plan),
+                                         plan.mipCount > 1 ? "trilinear" : ""}));
     }
     return textures;
 }
@@ -82,17 +81,14 @@ Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compre
                                             const ActionContext& context) {
     using Report = compress::EncodeReport;
     const auto encodeStrip = [&](int index) -> Result<Report> {
-        const auto strip = source.stripWithMargin(index, compress::kLightMapContextRows, compress::kLightMapContextRows);
-        if (!strip) return tl::make_unexpected(strip.error());
+        LC_TRY(strip, source.stripWithMargin(index, compress::kLightMapContextRows, compress::kLightMapContextRows));
         const int firstRow = source.stripFirstRow(index);
         const auto rows = compress::encodeLightMapRows(plan, *strip, firstRow, source.stripRows(index), options);
         for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
             const int firstBlockRow = firstRow / formats::info(plan.textures[texture].format).blockHeight;
             const auto& layers = rows.textures[texture].layers;
             for (std::size_t layer = 0; layer < layers.size(); ++layer)
-                if (auto written = textures.writer(texture).writeBlockRows({mip, static_cast<int>(layer), 0}, firstBlockRow, layers[layer]);
-                    !written)
-                    return tl::make_unexpected(written.error());
+                LC_CHECK(textures.writer(texture).writeBlockRows({mip, static_cast<int>(layer), 0}, firstBlockRow, layers[layer]));
         }
         return rows.report;
     };
@@ -108,12 +104,10 @@ Result<compress::EncodeReport> encodeLevels(LightMapSource& source, const compre
                                             const compress::EncodeOptions& options, AssetTextures& textures, const ActionContext& context) {
     auto report = encodeStrips(source, plan, options, textures, 0, context);
     for (int mip = 1; report && mip < plan.mipCount; ++mip) {
-        const auto survey = source.mipSurvey(context);
-        if (!survey) return tl::make_unexpected(survey.error());
+        LC_TRY(survey, source.mipSurvey(context));
         auto clusters = plan.clusterOfBlock().empty() ? std::vector<std::uint8_t>()
                                                       : clustersOfMip(**survey, mip, plan.width, plan.height, plan.clusterOfBlock());
-        auto encoded = encodeStrips(source.mip(mip), plan.ofMip(mip, std::move(clusters)), options, textures, mip, context);
-        if (!encoded) return encoded;
+        LC_TRY(encoded, encodeStrips(source.mip(mip), plan.ofMip(mip, std::move(clusters)), options, textures, mip, context));
         report->add(*encoded);
     }
     return report;
@@ -155,31 +149,23 @@ Json notesOf(const MeasuredLightMap& measured, const compress::LightMapPlan& pla
 }  // namespace
 
 Result<ActionOutcome> cookLightMap(const ActionContext& context) {
-    const auto parameters = parametersOf<LightMapParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto source = openLightMap(context, parameters->description);
-    if (!source) return tl::make_unexpected(source.error());
+    LC_TRY(parameters, parametersOf<LightMapParameters>(context));
+    LC_TRY(source, openLightMap(context, parameters->description));
     const auto layout = formats::lightMapLayoutFromName(parameters->layout);
-    const auto measured = measureLightMap(**source, layout && compress::needsSharedExit(*layout), context);
-    if (!measured) return tl::make_unexpected(measured.error());
+    LC_TRY(measured, measureLightMap(**source, layout && compress::needsSharedExit(*layout), context));
     std::optional<compress::LightMapObjective> objective;
     if (parameters->visible) objective = objectiveFor(*parameters->visible, measured->key.displayKey(), (*source)->bt2020FromWorking());
-    const auto mipCount = mipCountOf(**source, parameters->mips, context);
-    if (!mipCount) return tl::make_unexpected(mipCount.error());
+    LC_TRY(mipCount, mipCountOf(**source, parameters->mips, context));
     // The planner is a temporary: its samples are freed before the first strip is encoded.
-    const auto plan = LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, *mipCount, context)
-                          .plan(parameters->layout);
-    if (!plan) return tl::make_unexpected(plan.error());
-    auto textures = createTextures(context, *plan, parameters->textures);
-    if (!textures) return tl::make_unexpected(textures.error());
-    const auto report = encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, context);
-    if (!report) return tl::make_unexpected(report.error());
-    if (auto written = writeIndex(context, *plan, *textures); !written) return tl::make_unexpected(written.error());
-    if (auto written = writeTables(context, *plan, *textures); !written) return tl::make_unexpected(written.error());
+    LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, *mipCount, context)
+                     .plan(parameters->layout));
+    LC_TRY(textures, createTextures(context, *plan, parameters->textures));
+    LC_TRY(report, encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, context));
+    LC_CHECK(writeIndex(context, *plan, *textures));
+    LC_CHECK(writeTables(context, *plan, *textures));
     CookedAsset asset = manifestEntry(context.action.asset, *plan, *parameters);
     if (parameters->mips) {
-        const auto survey = (*source)->mipSurvey(context);
-        if (!survey) return tl::make_unexpected(survey.error());
+        LC_TRY(survey, (*source)->mipSurvey(context));
         asset.mipsEnd = (*survey)->end;
     }
     return textures->finish({std::move(asset), bakeBytes(context.action), notesOf(*measured, *plan, *report)});

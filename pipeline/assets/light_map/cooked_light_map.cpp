@@ -24,16 +24,14 @@ Result<std::vector<std::uint8_t>> clustersOfBlocks(const std::filesystem::path& 
     std::vector<std::uint8_t> clusters;
     const auto layout = formats::lightMapLayoutFromName(asset.layout);
     if (!layout || !formats::info(*layout).isLearned() || hasClustersInMesh(asset)) return clusters;
-    const auto texture = openTexture(folder, asset, kIndexRole);
-    if (!texture) return tl::make_unexpected(texture.error());
+    LC_TRY(texture, openTexture(folder, asset, kIndexRole));
     const formats::TextureShape& shape = texture->shape();
     const int across = indexWidth(asset.width), down = indexHeight(asset.height);
     if (shape.width != across || shape.height != down || shape.format != formats::PixelFormat::Rgba8Unorm)
         return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, kIndexRole),
                        fmt::format("found {} x {} texels of {}, expected {} x {} of rgba8-unorm: a byte for each block of 4 x 4",
                                    shape.width, shape.height, formats::info(shape.format).name, across, down));
-    const auto image = verify::decodeImage(*texture, {});
-    if (!image) return tl::make_unexpected(image.error());
+    LC_TRY(image, verify::decodeImage(*texture, {}));
     const glm::vec2 size(asset.width, asset.height);
     for (int y = 0; y < asset.height; y += formats::kClusterBlock)
         for (int x = 0; x < asset.width; x += formats::kClusterBlock) {
@@ -54,16 +52,14 @@ Result<LightMapConstants> constantsOf(const std::filesystem::path& folder, const
     });
     const auto layout = formats::lightMapLayoutFromName(asset.layout);
     if (!constants || !layout || !formats::info(*layout).isLearned()) return constants;
-    const auto texture = openTexture(folder, asset, kTablesRole);
-    if (!texture) return tl::make_unexpected(texture.error());
+    LC_TRY(texture, openTexture(folder, asset, kTablesRole));
     const formats::TextureShape& shape = texture->shape();
     const formats::LightMapLayoutInfo& row = formats::info(*layout);
     if (shape.width != row.tableFactors() || shape.format != formats::PixelFormat::Rgba16f)
         return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, kTablesRole),
                        fmt::format("found {} columns of {}, expected {} of rgba16f: the factors of a cluster of {}", shape.width,
                                    formats::info(shape.format).name, row.tableFactors(), asset.layout));
-    const auto image = verify::decodeImage(*texture, {});
-    if (!image) return tl::make_unexpected(image.error());
+    LC_TRY(image, verify::decodeImage(*texture, {}));
     const auto append = [&](std::vector<float>& values, int firstColumn, int columns) {
         for (int y = 0; y < image->height(); ++y)
             for (int x = firstColumn; x < firstColumn + columns; ++x)
@@ -80,8 +76,7 @@ Result<LightMapConstants> constantsOf(const std::filesystem::path& folder, const
 
 Result<CookedLightMapReader> CookedLightMapReader::open(const std::filesystem::path& folder, const CookedAsset& asset,
                                                         const VerifierSettings& settings) {
-    auto clusters = clustersOfBlocks(folder, asset);
-    if (!clusters) return tl::make_unexpected(clusters.error());
+    LC_TRY(clusters, clustersOfBlocks(folder, asset));
     verify::CookedLightMap map;
     map.clusterOfBlock = std::move(*clusters);
     return openMap(folder, asset, 0, std::move(map), settings);
@@ -97,18 +92,15 @@ Result<CookedLightMapReader> CookedLightMapReader::openMip(const std::filesystem
 
 Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
                                                            verify::CookedLightMap map, const VerifierSettings& settings) {
-    auto constants = constantsOf(folder, asset);
-    if (!constants) return tl::make_unexpected(constants.error());
+    LC_TRY(constants, constantsOf(folder, asset));
     map.layout = asset.layout;
     map.constants = std::move(*constants);
     map.width = asset.width >> mip;
     map.height = asset.height >> mip;
-    const auto needs = verify::LightMapVerifier::texturesOf(map);
-    if (!needs) return tl::make_unexpected(needs.error());
+    LC_TRY(needs, verify::LightMapVerifier::texturesOf(map));
     std::vector<formats::TextureReader> textures;
     for (const auto& need : *needs) {
-        auto texture = openTexture(folder, asset, need.name);
-        if (!texture) return tl::make_unexpected(texture.error());
+        LC_TRY(texture, openTexture(folder, asset, need.name));
         const formats::TextureShape& shape = texture->shape();
         if (shape.layerCount != need.layerCount || shape.width != asset.width || shape.height != asset.height)
             return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, need.name),
@@ -120,8 +112,7 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
         map.formats.push_back(shape.format);
         textures.push_back(std::move(*texture));
     }
-    auto verifier = verify::LightMapVerifier::create(map, settings.shading, settings.sampling, settings.key, settings.viewing);
-    if (!verifier) return tl::make_unexpected(verifier.error());
+    LC_TRY(verifier, verify::LightMapVerifier::create(map, settings.shading, settings.sampling, settings.key, settings.viewing));
     return CookedLightMapReader(std::move(*verifier), std::move(textures), map.width, map.height, mip);
 }
 
@@ -136,8 +127,7 @@ Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int
         std::vector<std::byte> blocks(formats::bytesPerBlockRow(format, width_) * static_cast<std::size_t>(blockRows));
         std::vector<formats::Image<glm::vec4>> layers, spans;
         for (int layer = 0; layer < texture.shape().layerCount; ++layer) {
-            if (auto read = texture.readBlockRows({mip_, layer, 0}, firstRow / blockHeight, blocks); !read)
-                return tl::make_unexpected(read.error());
+            LC_CHECK(texture.readBlockRows({mip_, layer, 0}, firstRow / blockHeight, blocks));
             layers.emplace_back(width_, texelRows);
             verify::decodeRows(format, blocks, layers.back().view());
             spans.push_back(verify::blockSpans(format, blocks, width_));
@@ -150,10 +140,8 @@ Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int
 
 Result<CookedStrip> readStrip(LightMapSource& bake, const CookedLightMapReader& cooked, int index) {
     const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
-    auto reference = bake.stripWithMargin(index, 0, 1);
-    if (!reference) return tl::make_unexpected(reference.error());
-    auto texels = cooked.read(firstRow, rowCount + 1);
-    if (!texels) return tl::make_unexpected(texels.error());
+    LC_TRY(reference, bake.stripWithMargin(index, 0, 1));
+    LC_TRY(texels, cooked.read(firstRow, rowCount + 1));
     auto seen = cooked.verifier().reconstruct(*texels, firstRow, rowCount, 1, &*reference);
     return CookedStrip{firstRow, rowCount, std::move(*reference), std::move(*texels), std::move(seen)};
 }

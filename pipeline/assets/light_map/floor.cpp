@@ -60,8 +60,7 @@ bool isAtRim(const formats::LightMapStrip& strip, const glm::dvec2& at) {
 
 Result<FloorPart> measureStrip(const FloorMeter& meter, int index) {
     constexpr int kRowsAround = compress::kLightMapContextRows + 1;
-    const auto strip = meter.source.stripWithMargin(index, kRowsAround, kRowsAround);
-    if (!strip) return tl::make_unexpected(strip.error());
+    LC_TRY(strip, meter.source.stripWithMargin(index, kRowsAround, kRowsAround));
     const int firstRow = meter.source.stripFirstRow(index), end = firstRow + meter.source.stripRows(index);
     const int above = std::max(0, firstRow - 1), below = std::min(meter.source.height(), end + 1);
     const auto encoded = compress::encodeLightMapRows(meter.plan, *strip, above, below - above, {});
@@ -123,13 +122,10 @@ LightMapFloor floorOf(const FloorPart& whole) {
 }  // namespace
 
 Result<ActionOutcome> measureFloor(const ActionContext& context) {
-    const auto parameters = parametersOf<LightMapFloorParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto opened = openLightMap(context, parameters->description);
-    if (!opened) return tl::make_unexpected(opened.error());
+    LC_TRY(parameters, parametersOf<LightMapFloorParameters>(context));
+    LC_TRY(opened, openLightMap(context, parameters->description));
     LightMapSource& source = **opened;
-    const auto measured = measureLightMap(source, false, context);
-    if (!measured) return tl::make_unexpected(measured.error());
+    LC_TRY(measured, measureLightMap(source, false, context));
     const compress::LightMapPlan plan =
         compress::planLightMap(formats::LightMapLayout::Raw, {formats::Target::Float, source.width(), source.height(), measured->measure});
     const double key = measured->key.key();
@@ -138,8 +134,7 @@ Result<ActionOutcome> measureFloor(const ActionContext& context) {
         verify::LightMapVerifier::create({std::string(formats::info(plan.layout).name), plan.constants, plan.width, plan.height},
                                          parameters->shading, {.figures = verify::LightMapFigures::Sampled}, key, viewing);
     if (!verifier) return tl::make_unexpected(verifier.error());
-    const auto score = verify::LightMapScore::create(parameters->shading, key, viewing);
-    if (!score) return tl::make_unexpected(score.error());
+    LC_TRY(score, verify::LightMapScore::create(parameters->shading, key, viewing));
     // Odd, so that places fall on every column.
     const int step = static_cast<int>(std::ceil(static_cast<double>(measured->key.coveredTexels()) / kMostPlaces)) | 1;
     const FloorMeter meter{source, plan, *verifier, *score, key > 0 ? key : 1, step};

@@ -44,10 +44,8 @@ Result<GroundTruth> GroundTruth::open(const ActionContext& context, const LightM
     GroundTruth truth;
     const auto file = context.action.inputs.find(kGroundTruthRole);
     if (file == context.action.inputs.end()) return truth;
-    auto values = formats::readShadingValues(file->second, bake.width(), bake.height());
-    if (!values) return tl::make_unexpected(values.error());
-    const auto colors = formats::linearConversion(withConfig(colorSpaces, context.action));
-    if (!colors) return tl::make_unexpected(colors.error());
+    LC_TRY(values, formats::readShadingValues(file->second, bake.width(), bake.height()));
+    LC_TRY(colors, formats::linearConversion(withConfig(colorSpaces, context.action)));
     if (!colors->isIdentity)
         for (ShadingValue& value : *values) value.value = glm::dmat3(colors->workingFromSource) * value.value;
     truth.file_ = file->second.string();

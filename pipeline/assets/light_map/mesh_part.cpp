@@ -17,8 +17,7 @@ Result<atlas::ChartSet> chartsOf(const formats::GltfScene& scene, const std::str
 
 Result<MeshPart> partOf(const formats::GltfScene& scene, const std::string& file, const ChartPart& part, const glm::ivec2& size,
                         bool hasLines) {
-    auto charts = chartsOf(scene, file, size);
-    if (!charts) return tl::make_unexpected(charts.error());
+    LC_TRY(charts, chartsOf(scene, file, size));
     atlas::Tiles tiles(atlas::boxesOf(charts->charts), part.tileSide);
     constexpr std::uint8_t kRest = 0, kOwn = 1, kOther = 2;
     std::vector<std::uint8_t> mapOf(static_cast<std::size_t>(tiles.count()), kRest);

@@ -25,8 +25,7 @@ using formats::Result;
 Result<std::vector<std::uint8_t>> clustersOfLevel0(const MippedLightMap& map) {
     auto clusters = clustersOfBlocks(map.folder, map.asset);
     if (!clusters || !clusters->empty()) return clusters;
-    const auto constants = constantsOf(map.folder, map.asset);
-    if (!constants) return tl::make_unexpected(constants.error());
+    LC_TRY(constants, constantsOf(map.folder, map.asset));
     const auto runs = constants->find(kIndexRuns);
     if (runs == constants->end()) return clusters;
     auto found = formats::ClusterMap::fromRuns(map.asset.width, map.asset.height, runs->second);
@@ -50,22 +49,18 @@ struct Level {
 /// Returns the errors between some rows of a level and the larger one beside them.
 Result<verify::ShadedErrors> compareBetween(const Level& larger, const Level& smaller, const CookedStrip& strip) {
     const int first = 2 * strip.firstRow, count = std::min(2 * strip.rowCount + 2, larger.bake.height() - first);
-    const auto reference = larger.bake.rows(first, count);
-    if (!reference) return tl::make_unexpected(reference.error());
-    const auto texels = larger.cooked.read(first, count);
-    if (!texels) return tl::make_unexpected(texels.error());
+    LC_TRY(reference, larger.bake.rows(first, count));
+    LC_TRY(texels, larger.cooked.read(first, count));
     return larger.cooked.verifier().verifyBetween({*texels, *reference}, smaller.cooked.verifier(), {strip.texels, strip.reference},
                                                   strip.firstRow, strip.rowCount);
 }
 
 Result<MipPart> compareStrip(const Level& larger, const Level& level, const verify::Viewing& viewing, double key, int index) {
-    const auto strip = readStrip(level.bake, level.cooked, index);
-    if (!strip) return tl::make_unexpected(strip.error());
+    LC_TRY(strip, readStrip(level.bake, level.cooked, index));
     const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
     VisibleBlocks blocks(level.bake.width(), rowCount, firstRow);
-    if (auto added = blocks.addRims(level.bake, level.cooked, *strip, viewing, key); !added) return tl::make_unexpected(added.error());
-    auto blend = compareBetween(larger, level, *strip);
-    if (!blend) return tl::make_unexpected(blend.error());
+    LC_CHECK(blocks.addRims(level.bake, level.cooked, *strip, viewing, key));
+    LC_TRY(blend, compareBetween(larger, level, *strip));
     LitRow lit(level.bake.width(), viewing);
     for (int y = 0; y < rowCount; ++y) {
         for (int x = 0; x < level.bake.width(); ++x)
@@ -87,13 +82,11 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
     int count = 1;
     for (const CookedTexture& texture : map.asset.textures) count = std::max(count, texture.mips);
     if (count == 1) return errors;
-    const auto survey = map.bake.mipSurvey(context);
-    if (!survey) return tl::make_unexpected(survey.error());
+    LC_TRY(survey, map.bake.mipSurvey(context));
     if (count > (*survey)->count)
         return failure(ErrorCode::Verification, map.asset.name,
                        fmt::format("found {} mip levels, expected at most {}: {}", count, (*survey)->count, (*survey)->end));
-    const auto clusters = clustersOfLevel0(map);
-    if (!clusters) return tl::make_unexpected(clusters.error());
+    LC_TRY(clusters, clustersOfLevel0(map));
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = map.parameters.samples;
     std::vector<CookedLightMapReader> readers;  // of the levels from 1 on
@@ -102,9 +95,8 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
         LightMapSource& bake = map.bake.mip(mip);
         auto ofTexels =
             clusters->empty() ? std::vector<std::uint8_t>() : clustersOfMip(**survey, mip, map.asset.width, map.asset.height, *clusters);
-        auto cooked = CookedLightMapReader::openMip(map.folder, map.asset, mip, std::move(ofTexels),
-                                                    {map.parameters.shading, sampling, map.key, map.viewing});
-        if (!cooked) return tl::make_unexpected(cooked.error());
+        LC_TRY(cooked, CookedLightMapReader::openMip(map.folder, map.asset, mip, std::move(ofTexels),
+                                                     {map.parameters.shading, sampling, map.key, map.viewing}));
         const Level larger{mip == 1 ? map.bake : map.bake.mip(mip - 1), readers.empty() ? level0 : readers.back()};
         const Level level{bake, *cooked};
         MipPart whole{cooked->verifier().noErrors(), {}, {}};

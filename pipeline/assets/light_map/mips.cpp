@@ -43,8 +43,7 @@ Result<MipSurvey> surveyMips(LightMapSource& source, const ActionContext& contex
     const auto found = foldInOrder<Runs>(
         source.chunkCount(), context, fmt::format("find the mip levels of {}", context.action.asset),
         [&](int index) -> Result<Runs> {
-            const auto chunk = source.chunk(index);
-            if (!chunk) return tl::make_unexpected(chunk.error());
+            LC_TRY(chunk, source.chunk(index));
             return atlas::coveredRuns(**chunk);
         },
         [&](const Runs& runs) { survey.runs.insert(survey.runs.end(), runs.begin(), runs.end()); });
@@ -59,8 +58,7 @@ Result<MipSurvey> surveyMips(LightMapSource& source, const ActionContext& contex
 
 Result<int> mipCountOf(LightMapSource& source, bool isWanted, const ActionContext& context) {
     if (!isWanted) return 1;
-    const auto found = source.mipSurvey(context);
-    if (!found) return tl::make_unexpected(found.error());
+    LC_TRY(found, source.mipSurvey(context));
     return (*found)->count;
 }
 

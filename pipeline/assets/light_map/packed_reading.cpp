@@ -41,11 +41,9 @@ Result<std::vector<lighting::ShRgb>> decodedAt(std::span<const glm::dvec2> place
         const std::vector<Place>& strip = strips[static_cast<std::size_t>(index)];
         if (strip.empty()) return index;
         const int firstRow = index * kChunkRows, rowCount = std::min(kChunkRows + 1, cooked.height() - firstRow);
-        const auto texels = cooked.read(firstRow, kChunkRows + 1);
-        if (!texels) return tl::make_unexpected(texels.error());
-        const auto covered = reading.repacked != nullptr ? reading.repacked->rows(firstRow, rowCount)
-                                                         : Result<formats::LightMapStrip>(coveredRows(firstRow, cooked.width(), rowCount));
-        if (!covered) return tl::make_unexpected(covered.error());
+        LC_TRY(texels, cooked.read(firstRow, kChunkRows + 1));
+        LC_TRY(covered, reading.repacked != nullptr ? reading.repacked->rows(firstRow, rowCount)
+                                                    : Result<formats::LightMapStrip>(coveredRows(firstRow, cooked.width(), rowCount)));
         const float unit = reading.key > 0 ? static_cast<float>(reading.key) : 1.0f;
         std::vector<lighting::ShRgb> light(cooked.verifier().lightCount());
         for (const Place& place : strip) {
@@ -54,8 +52,7 @@ Result<std::vector<lighting::ShRgb>> decodedAt(std::span<const glm::dvec2> place
         }
         return index;
     };
-    const auto done = foldInOrder<int>(static_cast<int>(strips.size()), context, "decode " + context.action.asset, decodeStrip, [](int) {});
-    if (!done) return tl::make_unexpected(done.error());
+    LC_TRY(done, foldInOrder<int>(static_cast<int>(strips.size()), context, "decode " + context.action.asset, decodeStrip, [](int) {}));
     return decoded;
 }
 

@@ -44,8 +44,7 @@ Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& na
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
     const compress::MeasuredLightMap map{target_, source_.width(), source_.height(), measure_, objective_};
     if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, map);
-    if (!samples_)
-        if (auto gathered = gather(); !gathered) return tl::make_unexpected(gathered.error());
+    if (!samples_) LC_CHECK(gather());
     compress::LightMapPlan plan = compress::planLearnedLightMap(layout, map, {chartOfBlock_, *samples_}, options_);
     // The smaller of the two names the clusters.
     const std::size_t attribute = meshVertices_ * kBasisBytes;
@@ -74,7 +73,7 @@ bool LightMapPlanner::doesIndexServe(const compress::LightMapPlan& plan) const {
 }
 
 Result<void> LightMapPlanner::gather() {
-    if (auto surveyed = surveyCharts(); !surveyed) return surveyed;
+    LC_CHECK(surveyCharts());
     return sample();
 }
 
@@ -83,8 +82,7 @@ Result<void> LightMapPlanner::surveyCharts() {
     blocks_ = compress::LightMapBlocks(source_.width(), source_.height());
     const auto surveyed = mapInOrder<int>(source_.chunkCount(), context_, fmt::format("survey the charts of {}", context_.action.asset),
                                           [&](int index) -> Result<int> {
-                                              const auto chunk = source_.chunk(index);
-                                              if (!chunk) return tl::make_unexpected(chunk.error());
+                                              LC_TRY(chunk, source_.chunk(index));
                                               blocks_.add(**chunk, (*chunk)->firstRow, source_.chunkRows(index));
                                               return 0;
                                           });
@@ -112,8 +110,7 @@ Result<void> LightMapPlanner::sample() {
     constexpr int kMargin = compress::LightMapSamples::kMargin;
     const auto sampled =
         mapInOrder<int>(source_.stripCount(), context_, fmt::format("sample {}", context_.action.asset), [&](int index) -> Result<int> {
-            const auto strip = source_.stripWithMargin(index, kMargin, kMargin);
-            if (!strip) return tl::make_unexpected(strip.error());
+            LC_TRY(strip, source_.stripWithMargin(index, kMargin, kMargin));
             samples.add(*strip, source_.stripFirstRow(index), source_.stripRows(index));
             return 0;
         });

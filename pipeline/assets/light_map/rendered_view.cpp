@@ -42,8 +42,7 @@ public:
     Result<formats::Image<lighting::ShRgb>> row(int row, int places, const formats::LightMapStrip& surface) {
         const int first = std::max(0, row / kRowAlignment * kRowAlignment - kRowAlignment);
         if (!texels_ || texels_->firstRow != first) {
-            auto read = cooked_.read(first, std::min(3 * kRowAlignment, cooked_.height() - first));
-            if (!read) return tl::make_unexpected(read.error());
+            LC_TRY(read, cooked_.read(first, std::min(3 * kRowAlignment, cooked_.height() - first)));
             texels_ = std::move(*read);
         }
         return cooked_.verifier().reconstruct(*texels_, row, 1, places, &surface);
@@ -104,11 +103,9 @@ Result<void> drawMap(const ComparedMap& map, const std::map<int, std::vector<Lit
     CookedPlaces places(map.cooked);
     for (const auto& [row, pixels] : pixelsOfRows) {
         const int first = std::max(0, row - 1);
-        const auto baked = map.bake.rows(first, std::min(row + 2, map.bake.height()) - first);
-        if (!baked) return tl::make_unexpected(baked.error());
+        LC_TRY(baked, map.bake.rows(first, std::min(row + 2, map.bake.height()) - first));
         const int count = std::abs(row - centreRow) <= kNear ? kFinePlaces : kCoarsePlaces;
-        const auto decoded = places.row(row, count, *baked);
-        if (!decoded) return tl::make_unexpected(decoded.error());
+        LC_TRY(decoded, places.row(row, count, *baked));
         for (const LitPixel& pixel : pixels) {
             const BakedPlace lit = bakedAt(*baked, pixel.at);
             if (!lit.isCovered) continue;
@@ -125,8 +122,7 @@ Result<void> drawMap(const ComparedMap& map, const std::map<int, std::vector<Lit
 }
 
 Result<void> writePng(const formats::Image<glm::u8vec3>& picture, const std::filesystem::path& file) {
-    const auto png = formats::encodePng(picture.view());
-    if (!png) return tl::make_unexpected(png.error());
+    LC_TRY(png, formats::encodePng(picture.view()));
     return writeFile(file, *png);
 }
 
@@ -152,15 +148,14 @@ Result<std::optional<RenderedView>> writeRenderedView(const LitSurface& surface,
         // Another map is seen around the place: the middle one of its rows is the nearest.
         const auto middle = std::next(pixels.begin(), static_cast<std::ptrdiff_t>(pixels.size() / 2));
         const int centreRow = map == texel.map ? texel.texel.y : middle->first;
-        if (auto drawn = drawMap(surface.maps[map], pixels, centreRow, shownKey(surface.viewing), lit); !drawn)
-            return tl::make_unexpected(drawn.error());
+        LC_CHECK(drawMap(surface.maps[map], pixels, centreRow, shownKey(surface.viewing), lit));
     }
     view.reference = "preview/" + name + "_bake.png";
     view.cooked = "preview/" + name + "_cooked.png";
     view.position = place->position;
     view.normal = place->normal;
-    if (auto written = writePng(lit.reference, context.folder / view.reference); !written) return tl::make_unexpected(written.error());
-    if (auto written = writePng(lit.found, context.folder / view.cooked); !written) return tl::make_unexpected(written.error());
+    LC_CHECK(writePng(lit.reference, context.folder / view.reference));
+    LC_CHECK(writePng(lit.found, context.folder / view.cooked));
     return std::optional(std::move(view));
 }
 

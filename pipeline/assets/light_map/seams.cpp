@@ -125,10 +125,8 @@ Result<void> light(Batch& batch, std::span<const ComparedMap> maps, const Action
     const std::vector<SeamStrip> strips = stripsOf(batch, maps);
     const auto lightStrip = [&](int index) -> Result<int> {
         const auto& [map, strip, sides] = strips[static_cast<std::size_t>(index)];
-        const auto reference = map.bake.stripWithMargin(strip, 0, 1);
-        if (!reference) return tl::make_unexpected(reference.error());
-        const auto texels = map.cooked.read(map.bake.stripFirstRow(strip), map.bake.stripRows(strip) + 1);
-        if (!texels) return tl::make_unexpected(texels.error());
+        LC_TRY(reference, map.bake.stripWithMargin(strip, 0, 1));
+        LC_TRY(texels, map.cooked.read(map.bake.stripFirstRow(strip), map.bake.stripRows(strip) + 1));
         std::vector<lighting::ShRgb> light(map.cooked.verifier().lightCount());
         for (const auto& [place, side] : sides)
             if (map.cooked.verifier().lightAt(*texels, *reference, batch.texelOf(place, side), light)) batch.setLit(place, side, light);
@@ -265,9 +263,8 @@ Result<SeamFigures> measureEdges(const verify::SplitEdges& edges, std::span<cons
     verify::SeamErrors errors = none;
     Batch batch(edges, maps, 1 + none.stages.size());
     while (batch.next()) {
-        if (auto lit = light(batch, maps, context); !lit) return tl::make_unexpected(lit.error());
-        if (auto measured = measure(batch, maps.front().cooked.verifier(), none, context, errors, figures); !measured)
-            return tl::make_unexpected(measured.error());
+        LC_CHECK(light(batch, maps, context));
+        LC_CHECK(measure(batch, maps.front().cooked.verifier(), none, context, errors, figures));
         figures.places += static_cast<std::int64_t>(batch.places().size());
     }
     figures.places -= figures.darkPlaces;
@@ -281,8 +278,7 @@ Result<SeamFigures> measureEdges(const verify::SplitEdges& edges, std::span<cons
 
 Result<SeamFigures> measureSeams(const LitSurface& surface, bool hasMesh, const ActionContext& context) {
     const verify::SplitEdges edges = splitEdgesOf(surface);
-    auto figures = measureEdges(edges, surface.maps, surface.maps.front().cooked.verifier().noSeamErrors(), context);
-    if (!figures) return figures;
+    LC_TRY(figures, measureEdges(edges, surface.maps, surface.maps.front().cooked.verifier().noSeamErrors(), context));
     if (const std::string why = whyNot(hasMesh, surface.triangles, edges); !why.empty()) figures->note = why;
     return figures;
 }
@@ -305,8 +301,7 @@ Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, const
         const MapTexel texel{static_cast<std::size_t>(map - surface.maps.begin()),
                              {static_cast<int>(std::clamp(std::round(place.texels[0][0]), 0.0, map->bake.width() - 1.0)),
                               static_cast<int>(std::clamp(std::round(place.texels[0][1]), 0.0, map->bake.height() - 1.0))}};
-        auto view = writeRenderedView(surface, texel, context, fmt::format("{}_{}", name, views.size() + 1));
-        if (!view) return tl::make_unexpected(view.error());
+        LC_TRY(view, writeRenderedView(surface, texel, context, fmt::format("{}_{}", name, views.size() + 1)));
         if (!*view) break;
         views.push_back(std::move(**view));
     }

@@ -49,12 +49,10 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     key += fmt::format("\n{}\n{}\n{}", description.mesh.string(), description.lmbake.string(), stampOf(file));
     const std::lock_guard lock(mutex_);
     if (const auto known = sources_.find(key); known != sources_.end()) return known->second.get();
-    auto reader = formats::LightMapReader::open(file, description);
-    if (!reader) return tl::make_unexpected(reader.error());
+    LC_TRY(reader, formats::LightMapReader::open(file, description));
     std::unique_ptr<LightMapSource> source(new LightMapSource(*this, std::make_shared<const formats::LightMapReader>(std::move(*reader)),
                                                               {description.fireflyLimit, description.repair}, description.places));
-    if (description.constantOf)
-        if (auto made = source->makeConstant(*description.constantOf, file.string()); !made) return tl::make_unexpected(made.error());
+    if (description.constantOf) LC_CHECK(source->makeConstant(*description.constantOf, file.string()));
     return sources_.emplace(key, std::move(source)).first->second.get();
 }
 
@@ -84,8 +82,7 @@ Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::str
     ConstantLight light;
     auto strip = std::make_shared<LightMapStrip>();
     for (int index = 0; index < chunkCount(); ++index) {
-        const auto rows = readChunk(index);
-        if (!rows) return tl::make_unexpected(rows.error());
+        LC_TRY(rows, readChunk(index));
         light.add(*rows);
         strip->repairs += rows->repairs;
         strip->negativeAfterGamut += rows->negativeAfterGamut;
@@ -111,8 +108,7 @@ Result<const MipSurvey*> LightMapSource::mipSurvey(const ActionContext& context)
         if (mipSurvey_) return mipSurvey_.get();
     }
     // Not under the lock: the survey runs on several threads, and they may turn to another action of this map.
-    auto survey = surveyMips(*this, context);
-    if (!survey) return tl::make_unexpected(survey.error());
+    LC_TRY(survey, surveyMips(*this, context));
     const std::lock_guard lock(mipMutex_);
     if (!mipSurvey_) mipSurvey_ = std::make_shared<const MipSurvey>(std::move(*survey));
     return mipSurvey_.get();
@@ -133,8 +129,7 @@ Result<LightMapStrip> LightMapSource::reduceChunk(int index) const {
     formats::MipReduction reduction(width(), firstRow, rowCount, level_);
     const int last = (((firstRow + rowCount) << level_) - 1) / kChunkRows;
     for (int baseIndex = (firstRow << level_) / kChunkRows; baseIndex <= last; ++baseIndex) {
-        const auto chunk = base_->chunk(baseIndex);
-        if (!chunk) return tl::make_unexpected(chunk.error());
+        LC_TRY(chunk, base_->chunk(baseIndex));
         reduction.add(**chunk);
     }
     LightMapStrip strip = reduction.finish();
@@ -147,8 +142,7 @@ Result<LightMapStrip> LightMapSource::readChunk(int index) const {
     auto chunk = reader_->read(index * kChunkRows, chunkRows(index));
     if (!chunk || !(fireflies_.limit > 0)) return chunk;
     const auto placeOf = [this](const formats::Firefly& firefly) { return reader_->placeOf(0, firefly.colour, firefly.x, firefly.y); };
-    if (auto checked = formats::checkFireflies(*chunk, fireflies_.limit, fireflies_.repair, placeOf); !checked)
-        return tl::make_unexpected(checked.error());
+    LC_CHECK(formats::checkFireflies(*chunk, fireflies_.limit, fireflies_.repair, placeOf));
     return chunk;
 }
 
@@ -163,8 +157,7 @@ Result<std::shared_ptr<const LightMapStrip>> LightMapSource::chunk(int index) {
     }
     const std::lock_guard lock(slot->mutex);  // two threads that ask for one chunk decode it once
     if (!slot->chunk) {
-        auto chunk = readChunk(index);
-        if (!chunk) return tl::make_unexpected(chunk.error());
+        LC_TRY(chunk, readChunk(index));
         slot->chunk = std::make_shared<const LightMapStrip>(std::move(*chunk));
     }
     owner_.keep(*this, index, bytesOfStrip(*slot->chunk));
@@ -184,8 +177,7 @@ Result<LightMapStrip> LightMapSource::rows(int firstRow, int rowCount) {
     result.covered = formats::Image<std::uint8_t>(width(), rowCount);
     result.normal = formats::Image<glm::vec3>(width(), rowCount);
     for (int row = firstRow; row < end;) {
-        const auto source = chunk(row / kChunkRows);
-        if (!source) return tl::make_unexpected(source.error());
+        LC_TRY(source, chunk(row / kChunkRows));
         const int sourceRow = row - (*source)->firstRow;
         const int count = std::min((*source)->sh.height() - sourceRow, end - row);
         copyRows((*source)->sh.view(), sourceRow, result.sh.view(), row - firstRow, count);
@@ -207,8 +199,7 @@ Result<LightMapStrip> LightMapSource::rows(int firstRow, int rowCount) {
 Result<std::vector<BakedTexel>> coveredOfBlock(LightMapSource& bake, int x, int y) {
     constexpr int kSize = 4;
     std::vector<BakedTexel> texels;
-    const auto chunk = bake.chunk(y / kChunkRows);
-    if (!chunk) return tl::make_unexpected(chunk.error());
+    LC_TRY(chunk, bake.chunk(y / kChunkRows));
     const formats::LightMapStrip& rows = **chunk;
     for (int at = y; at < std::min(y + kSize, rows.firstRow + rows.sh.height()); ++at)
         for (int column = x; column < std::min(x + kSize, bake.width()); ++column) {

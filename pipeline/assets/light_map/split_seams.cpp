@@ -28,10 +28,8 @@ Result<std::filesystem::path> inputOf(const ActionContext& context, const std::s
 
 /// Opens the repacked bake of a map.
 Result<LightMapSource*> openSplitBake(const ActionContext& context, std::size_t index, const CookedAsset& asset) {
-    const auto description = descriptionOf(asset);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto file = inputOf(context, splitBakeRole(index));
-    if (!file) return tl::make_unexpected(file.error());
+    LC_TRY(description, descriptionOf(asset));
+    LC_TRY(file, inputOf(context, splitBakeRole(index)));
     return context.shared.get<LightMapSources>().open(*file, withFiles(*description, context.action.inputs));
 }
 
@@ -39,10 +37,8 @@ Result<LightMapSource*> openSplitBake(const ActionContext& context, std::size_t 
 Result<std::vector<verify::SurfaceTriangle>> trianglesOfMaps(const ActionContext& context, std::size_t mapCount) {
     std::vector<verify::SurfaceTriangle> all;
     for (std::size_t map = 0; map < mapCount; ++map) {
-        const auto file = inputOf(context, splitMeshRole(map));
-        if (!file) return tl::make_unexpected(file.error());
-        const auto mesh = formats::GltfScene::load(*file);
-        if (!mesh) return tl::make_unexpected(mesh.error());
+        LC_TRY(file, inputOf(context, splitMeshRole(map)));
+        LC_TRY(mesh, formats::GltfScene::load(*file));
         for (verify::SurfaceTriangle& triangle : litTriangles(*mesh)) {
             triangle.map = static_cast<std::uint8_t>(map);
             all.push_back(triangle);
@@ -62,41 +58,34 @@ std::string splitMeshRole(std::size_t index) {
 }
 
 Result<ActionOutcome> verifySplitSeams(const ActionContext& context) {
-    const auto parameters = parametersOf<SplitSeamsParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
+    LC_TRY(parameters, parametersOf<SplitSeamsParameters>(context));
     const std::size_t mapCount = parameters->maps.size();
     std::vector<CookedAsset> assets;
     std::vector<LightMapSource*> bakes;
     for (std::size_t i = 0; i < mapCount; ++i) {
-        auto asset = upstreamAsset(context, i);
-        if (!asset) return tl::make_unexpected(asset.error());
-        const auto bake = openSplitBake(context, i, *asset);
-        if (!bake) return tl::make_unexpected(bake.error());
+        LC_TRY(asset, upstreamAsset(context, i));
+        LC_TRY(bake, openSplitBake(context, i, *asset));
         assets.push_back(std::move(*asset));
         bakes.push_back(*bake);
     }
     // One key for all: it is the unit of light that the verifier works in. The display has a white of its own (partsOf).
-    const auto key = surveyKey(*bakes.front(), context);
-    if (!key) return tl::make_unexpected(key.error());
+    LC_TRY(key, surveyKey(*bakes.front(), context));
     const verify::Viewing viewing{parameters->view.display.of(key->displayKey()), bakes.front()->bt2020FromWorking()};
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = 0;
     sampling.figures = verify::LightMapFigures::Sampled;
     std::vector<CookedLightMapReader> readers;
     for (const CookedAsset& asset : assets) {
-        auto reader = CookedLightMapReader::open(context.upstreamFolder, asset, {parameters->view.shading, sampling, key->key(), viewing});
-        if (!reader) return tl::make_unexpected(reader.error());
+        LC_TRY(reader,
+               CookedLightMapReader::open(context.upstreamFolder, asset, {parameters->view.shading, sampling, key->key(), viewing}));
         readers.push_back(std::move(*reader));
     }
     std::vector<ComparedMap> maps;
     for (std::size_t i = 0; i < mapCount; ++i) maps.push_back({parameters->maps[i], *bakes[i], readers[i]});
-    const auto triangles = trianglesOfMaps(context, mapCount);
-    if (!triangles) return tl::make_unexpected(triangles.error());
+    LC_TRY(triangles, trianglesOfMaps(context, mapCount));
     const LitSurface surface{maps, *triangles, viewing};
-    auto seams = measureSeamsBetween(surface, context);
-    if (!seams) return tl::make_unexpected(seams.error());
-    auto views = writeSeamViews(*seams, surface, context, context.action.asset + "_split_seam");
-    if (!views) return tl::make_unexpected(views.error());
+    LC_TRY(seams, measureSeamsBetween(surface, context));
+    LC_TRY(views, writeSeamViews(*seams, surface, context, context.action.asset + "_split_seam"));
     std::vector<std::string> pictures;
     appendFiles(*views, pictures);
     return outcomeWith(SplitSeams{parameters->maps, std::move(*seams), parameters->limits, std::move(*views)}, std::move(pictures));

@@ -24,8 +24,7 @@ Result<verify::LightMapKey> surveyKey(const LightMapSource& bake, const ChunkFun
     using verify::LightMapKey;
     const auto parts =
         mapInOrder<LightMapKey>(bake.chunkCount(), context, "survey " + context.action.asset, [&](int index) -> Result<LightMapKey> {
-            const auto chunk = chunkOf(index);
-            if (!chunk) return tl::make_unexpected(chunk.error());
+            LC_TRY(chunk, chunkOf(index));
             LightMapKey part(bake.luminanceWeights());
             part.add(**chunk, (*chunk)->firstRow, bake.chunkRows(index));
             return part;
@@ -39,8 +38,7 @@ Result<verify::LightMapKey> surveyKey(const LightMapSource& bake, const ChunkFun
 Result<MeasuredLightMap> measureLightMap(LightMapSource& source, bool hasSharedExit, const ActionContext& context) {
     auto parts = mapInOrder<MeasuredLightMap>(source.chunkCount(), context, "measure " + context.action.asset,
                                               [&](int index) -> Result<MeasuredLightMap> {
-                                                  const auto chunk = source.chunk(index);
-                                                  if (!chunk) return tl::make_unexpected(chunk.error());
+                                                  LC_TRY(chunk, source.chunk(index));
                                                   MeasuredLightMap part = emptyMeasure(source, hasSharedExit);
                                                   part.repairs = (*chunk)->repairs;
                                                   part.negativeAfterGamut = (*chunk)->negativeAfterGamut;

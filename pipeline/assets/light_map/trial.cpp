@@ -114,8 +114,7 @@ public:
         sampling.placesPerTexel = 0;
         sampling.figures = verify::LightMapFigures::Sampled;
         for (const Trial& each : group.layouts) {
-            auto verifier = verify::LightMapVerifier::create(cookedAs(*each.layout, plan), shading, sampling, plan.key);
-            if (!verifier) return tl::make_unexpected(verifier.error());
+            LC_TRY(verifier, verify::LightMapVerifier::create(cookedAs(*each.layout, plan), shading, sampling, plan.key));
             shader.verifiers_.push_back(std::move(*verifier));
         }
         return shader;
@@ -177,9 +176,8 @@ Result<TriedPlan> tryPlan(const TriedMap& map, const compress::LightMapPlan& pla
     verify::LightMapSampling sampling;
     sampling.figures = verify::LightMapFigures::Trial;
     sampling.groups = places;
-    const auto verifier = verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, map.parameters.shading,
-                                                           sampling, plan.key, map.viewing);
-    if (!verifier) return tl::make_unexpected(verifier.error());
+    LC_TRY(verifier, verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, map.parameters.shading, sampling,
+                                                      plan.key, map.viewing));
     verify::LightMapErrors errors = verifier->noErrors();
     TriedPlan tried;
     const auto verified = foldInOrder<TriedStrip>(
@@ -234,12 +232,11 @@ Result<std::optional<WholeTrial>> startJointTrial(const TriedMap& map, const std
                                                   const ActionContext& context) {
     if (!joint) return std::optional<WholeTrial>();
     const auto& [source, strips, parameters, viewing] = map;
-    auto trial = WholeTrial::create(source, strips, parameters.shading, viewing);
-    if (!trial) return tl::make_unexpected(trial.error());
+    LC_TRY(trial, WholeTrial::create(source, strips, parameters.shading, viewing));
     const std::optional<DominantTrial>& dominant = joint->dominant;
     const DominantParameters dominantParameters{parameters.description, dominant ? dominant->fit : "", parameters.target,
                                                 parameters.textures};
-    if (auto tried = trial->tryDominants(dominant, dominantParameters, context); !tried) return tl::make_unexpected(tried.error());
+    LC_CHECK(trial->tryDominants(dominant, dominantParameters, context));
     return std::optional(std::move(*trial));
 }
 
@@ -259,34 +256,27 @@ struct GroupCandidates {
 /// byGroup  gets the sums by group, of the whole map; null: they are not wanted
 Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint, GroupCandidates* byGroup,
                                     const ActionContext& context) {
-    const auto source = openLightMap(context, parameters.description);
-    if (!source) return tl::make_unexpected(source.error());
+    LC_TRY(source, openLightMap(context, parameters.description));
     const std::vector<LayoutGroup> groups =
         layoutGroups(parameters, joint, static_cast<std::int64_t>((*source)->width()) * (*source)->height());
     const bool hasSharedExit =
         std::ranges::any_of(groups, [](const LayoutGroup& group) { return compress::needsSharedExit(group.planned); });
-    const auto measured = measureLightMap(**source, hasSharedExit, context);
-    if (!measured) return tl::make_unexpected(measured.error());
+    LC_TRY(measured, measureLightMap(**source, hasSharedExit, context));
     const double displayKey = measured->key.displayKey();
     const TriedMap map{**source,
                        spreadStrips(**source, byGroup != nullptr ? std::numeric_limits<std::int64_t>::max() : kTrialTexels),
                        parameters,
                        {parameters.display.of(displayKey), (*source)->bt2020FromWorking()}};
-    const auto mipCount = mipCountOf(**source, parameters.mips, context);
-    if (!mipCount) return tl::make_unexpected(mipCount.error());
+    LC_TRY(mipCount, mipCountOf(**source, parameters.mips, context));
     LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure,
                             objectiveOf(parameters, **source, displayKey), *mipCount, context);
-    auto whole = startJointTrial(map, joint, context);
-    if (!whole) return tl::make_unexpected(whole.error());
+    LC_TRY(whole, startJointTrial(map, joint, context));
     const verify::PlaceGroups places = byGroup != nullptr ? byGroup->places : verify::PlaceGroups{};
     JointTrialResult result;
     for (const LayoutGroup& group : groups) {
-        const auto plan = planner.plan(std::string(formats::info(group.planned).name));
-        if (!plan) return tl::make_unexpected(plan.error());
-        const auto shader = GroupShader::create(group, *plan, parameters.shading, *whole ? &**whole : nullptr);
-        if (!shader) return tl::make_unexpected(shader.error());
-        auto tried = tryPlan(map, *plan, *shader, places, context);
-        if (!tried) return tl::make_unexpected(tried.error());
+        LC_TRY(plan, planner.plan(std::string(formats::info(group.planned).name)));
+        LC_TRY(shader, GroupShader::create(group, *plan, parameters.shading, *whole ? &**whole : nullptr));
+        LC_TRY(tried, tryPlan(map, *plan, *shader, places, context));
         for (std::size_t i = 0; i < group.layouts.size(); ++i) {
             const auto& [layout, isExcluded] = group.layouts[i];
             const TrialCandidate& candidate = result.trial.candidates.emplace_back(candidateOf(group.layouts[i], *plan, tried->stages));
@@ -307,33 +297,27 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
 }  // namespace
 
 Result<ActionOutcome> tryLightMap(const ActionContext& context) {
-    const auto parameters = parametersOf<TrialParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto result = tryLayouts(*parameters, std::nullopt, nullptr, context);
-    if (!result) return tl::make_unexpected(result.error());
+    LC_TRY(parameters, parametersOf<TrialParameters>(context));
+    LC_TRY(result, tryLayouts(*parameters, std::nullopt, nullptr, context));
     return outcomeWith(result->trial);
 }
 
 Result<ActionOutcome> tryJointly(const ActionContext& context) {
-    const auto parameters = parametersOf<JointTrialParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto result = tryLayouts(parameters->trial, parameters->joint, nullptr, context);
-    if (!result) return tl::make_unexpected(result.error());
+    LC_TRY(parameters, parametersOf<JointTrialParameters>(context));
+    LC_TRY(result, tryLayouts(parameters->trial, parameters->joint, nullptr, context));
     return outcomeWith(*result);
 }
 
 Result<std::vector<CandidateByGroup>> tryLayoutsByGroup(const TrialParameters& parameters, const verify::PlaceGroups& places,
                                                         const ActionContext& context) {
     GroupCandidates candidates{places};
-    const auto result = tryLayouts(parameters, std::nullopt, &candidates, context);
-    if (!result) return tl::make_unexpected(result.error());
+    LC_TRY(result, tryLayouts(parameters, std::nullopt, &candidates, context));
     return std::move(candidates.found);
 }
 
 Result<JointTrialResult> trialIn(const ActionRecord& record) {
     if (record.result.contains("whole")) return fromJson<JointTrialResult>(record.result, record.id);
-    auto trial = fromJson<TrialResult>(record.result, record.id);
-    if (!trial) return tl::make_unexpected(trial.error());
+    LC_TRY(trial, fromJson<TrialResult>(record.result, record.id));
     return JointTrialResult{std::move(*trial), {}, {}};
 }
 

@@ -79,8 +79,7 @@ void describe(Fields& fields, Self& parameter) {
 
 /// Returns the bake that the sources of an asset were repacked from, as the manifest has it. Empty: they are the user's own.
 inline formats::Result<std::optional<UnpackedBake>> unpackedBakeOf(const CookedAsset& asset) {
-    auto parameter = fromJson<UnpackedParameter>(asset.verify.value_or(Json::object()), asset.name + ", verify");
-    if (!parameter) return tl::make_unexpected(parameter.error());
+    LC_TRY(parameter, fromJson<UnpackedParameter>(asset.verify.value_or(Json::object()), asset.name + ", verify"));
     return std::move(parameter->unpacked);
 }
 

@@ -36,15 +36,11 @@ Result<ChartPlaces> openPlaces(const UnpackedBake& unpacked, const ActionContext
     const auto old = inputs.find(kUnpackedMeshRole), made = inputs.find(kSurfaceRole);
     if (old == inputs.end() || made == inputs.end())
         return failure(ErrorCode::Verification, context.action.asset, "found no mesh of its packed charts, expected its file");
-    const auto before = loadMesh(inputs, kUnpackedMeshRole, unpacked.description.places);
-    if (!before) return tl::make_unexpected(before.error());
-    const auto after = formats::GltfScene::load(made->second);
-    if (!after) return tl::make_unexpected(after.error());
+    LC_TRY(before, loadMesh(inputs, kUnpackedMeshRole, unpacked.description.places));
+    LC_TRY(after, formats::GltfScene::load(made->second));
     const ChartPacking& packing = unpacked.packing;
-    auto places = ChartPlaces::create(*before, old->second.string(), unpacked);
-    if (!places) return places;
-    if (auto fits = places->check(*before, *after, made->second.string(), {packing.width, packing.height}); !fits)
-        return tl::make_unexpected(fits.error());
+    LC_TRY(places, ChartPlaces::create(*before, old->second.string(), unpacked));
+    LC_CHECK(places->check(*before, *after, made->second.string(), {packing.width, packing.height}));
     return places;
 }
 
@@ -77,8 +73,7 @@ public:
     /// Adds the errors of rows [firstRow, firstRow + rowCount).
     Result<void> add(int firstRow, int rowCount, int placesPerTexel) {
         const int before = std::max(0, firstRow - 1), end = std::min(bake_.height(), firstRow + rowCount + 1);
-        const auto rows = bake_.rows(before, end - before);
-        if (!rows) return tl::make_unexpected(rows.error());
+        LC_TRY(rows, bake_.rows(before, end - before));
         std::vector<glm::ivec2> texels;
         for (int y = firstRow; y < firstRow + rowCount; ++y)
             for (int x = 0; x < bake_.width(); ++x) {
@@ -89,7 +84,7 @@ public:
                     ++unread;
             }
         std::vector<glm::dvec2> places(texels.begin(), texels.end());
-        if (auto scored = shade(*rows, texels, places, centres); !scored) return scored;
+        LC_CHECK(shade(*rows, texels, places, centres));
         for (int sample = 0; sample < placesPerTexel; ++sample) {
             std::mt19937_64 random(static_cast<std::uint64_t>(firstRow) * 4096 + static_cast<std::uint64_t>(sample));
             std::vector<glm::ivec2> near;
@@ -101,7 +96,7 @@ public:
                 near.push_back(texel);
                 places.push_back(place);
             }
-            if (auto scored = shade(*rows, near, places, surface); !scored) return scored;
+            LC_CHECK(shade(*rows, near, places, surface));
         }
         return {};
     }
@@ -113,8 +108,7 @@ private:
     /// Adds the errors at one place for each of some texels, shaded at the texels' normals.
     Result<void> shade(const LightMapStrip& rows, const std::vector<glm::ivec2>& texels, const std::vector<glm::dvec2>& places,
                        verify::ShadedErrors& errors) {
-        const auto decoded = decodedAt(places, reading_, context_);
-        if (!decoded) return tl::make_unexpected(decoded.error());
+        LC_TRY(decoded, decodedAt(places, reading_, context_));
         std::vector<verify::LightMapScore::Place> shaded;
         for (std::size_t i = 0; i < places.size(); ++i)
             if (const auto light = filtered(rows, places[i]))
@@ -150,8 +144,7 @@ Result<LightMapSource*> openUnpacked(const UnpackedBake& unpacked, const ActionC
     if (file == inputs.end())
         return failure(ErrorCode::Verification, context.action.asset,
                        "found no bake from before its charts were packed, expected its file");
-    auto opened = context.shared.get<LightMapSources>().open(file->second, withFiles(unpacked.description, inputs));
-    if (!opened) return opened;
+    LC_TRY(opened, context.shared.get<LightMapSources>().open(file->second, withFiles(unpacked.description, inputs)));
     const glm::ivec2 found((*opened)->width(), (*opened)->height()), size(unpacked.packing.widthBefore, unpacked.packing.heightBefore);
     if (found != size)
         return failure(ErrorCode::Verification, file->second.string(),
@@ -161,16 +154,13 @@ Result<LightMapSource*> openUnpacked(const UnpackedBake& unpacked, const ActionC
 
 Result<UnpackedErrors> unpackedErrors(const BakePair& bakes, const UnpackedBake& unpacked, const LightMapVerifyParameters& parameters,
                                       const CookedLightMapReader& cooked, const ActionContext& context) {
-    const auto charts = openPlaces(unpacked, context);
-    if (!charts) return tl::make_unexpected(charts.error());
-    const auto score = verify::LightMapScore::create(parameters.shading, bakes.key, bakes.viewing);
-    if (!score) return tl::make_unexpected(score.error());
+    LC_TRY(charts, openPlaces(unpacked, context));
+    LC_TRY(score, verify::LightMapScore::create(parameters.shading, bakes.key, bakes.viewing));
     LightMapSource& bake = bakes.bake;
     RowJudge judge(bakes, *charts, cooked, *score, context);
     const int rowsAtOnce = std::max(1, kPlacesAtOnce / bake.width());
     for (int row = 0; row < bake.height(); row += rowsAtOnce)
-        if (auto added = judge.add(row, std::min(rowsAtOnce, bake.height() - row), parameters.samples); !added)
-            return tl::make_unexpected(added.error());
+        LC_CHECK(judge.add(row, std::min(rowsAtOnce, bake.height() - row), parameters.samples));
     std::vector<verify::LightMapErrors::Stage> centres;
     centres.push_back({"centres", std::move(judge.centres)});
     verify::LightMapErrors errors(std::move(centres));

@@ -91,8 +91,7 @@ struct Comparison {
 /// Compares one strip of a cooked map with the bake.
 Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
     const auto& [bake, cooked, truth, viewing, key, tilt, charts, preview] = comparison;
-    const auto strip = readStrip(bake, cooked, index);
-    if (!strip) return tl::make_unexpected(strip.error());
+    LC_TRY(strip, readStrip(bake, cooked, index));
     const auto& [firstRow, rowCount, reference, texels, seen] = *strip;
     VisibleBlocks blocks(bake.width(), rowCount, firstRow);
     LightMoments light;
@@ -120,9 +119,8 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
                     preview.setAtAnyNormal(x, firstRow + y, cap->worst(reference.sh.at(x, y), seen.at(x, y), reference.normal.at(x, y)));
             }
     }
-    const auto traced = truth.within(reference, firstRow, rowCount);
-    if (!traced) return tl::make_unexpected(traced.error());
-    if (auto added = blocks.addRims(bake, cooked, *strip, viewing, key); !added) return tl::make_unexpected(added.error());
+    LC_TRY(traced, truth.within(reference, firstRow, rowCount));
+    LC_CHECK(blocks.addRims(bake, cooked, *strip, viewing, key));
     WorstBlock block;
     block.merge(blocks);
     return LightMapPart{cooked.verifier().verifyRows(texels, reference, firstRow, rowCount),
@@ -135,8 +133,7 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
 
 /// Opens the bake of a cooked map, and refuses one of another size.
 Result<LightMapSource*> openBake(const ActionContext& context, const CookedAsset& asset, const formats::LightMapDescription& description) {
-    auto source = openLightMap(context, description);
-    if (!source) return source;
+    LC_TRY(source, openLightMap(context, description));
     if ((*source)->width() != asset.width || (*source)->height() != asset.height)
         return failure(ErrorCode::Verification, context.action.inputs.at("source").string(),
                        fmt::format("found {} x {} texels, expected {} x {} as cooked", (*source)->width(), (*source)->height(), asset.width,
@@ -198,8 +195,7 @@ std::optional<double> comparedTilt(const verify::LightMapShading& shading, bool 
 /// Adds the seams of a surface with one light map to its result. Under a limit, seams that cannot be measured are a violation.
 /// hasMesh  see measureSeams
 Result<void> addSeams(const LitSurface& surface, bool hasMesh, VerifyResult& result, const ActionContext& context) {
-    auto seams = measureSeams(surface, hasMesh, context);
-    if (!seams) return tl::make_unexpected(seams.error());
+    LC_TRY(seams, measureSeams(surface, hasMesh, context));
     const bool isConstant = surface.maps.front().bake.constantTexels().has_value();
     if (isConstant) seams->note = "all texels hold the same light: no edge can have a step";
     if (result.verdict.limits[Limit::Seam] && seams->isUnmeasured() && !isConstant)
@@ -252,11 +248,9 @@ struct BakeBefore {
 };
 /// Opens it. Empty where charts are those of the bake, and for a map of constant light.
 Result<std::optional<BakeBefore>> openBakeBefore(const ActionContext& context, const formats::LightMapDescription& description) {
-    auto parameter = parametersOf<UnpackedParameter>(context);
-    if (!parameter) return tl::make_unexpected(parameter.error());
+    LC_TRY(parameter, parametersOf<UnpackedParameter>(context));
     if (!parameter->unpacked || description.constantOf) return std::optional<BakeBefore>();
-    const auto source = openUnpacked(*parameter->unpacked, context);
-    if (!source) return tl::make_unexpected(source.error());
+    LC_TRY(source, openUnpacked(*parameter->unpacked, context));
     return std::optional(BakeBefore{**source, std::move(*parameter->unpacked)});
 }
 
@@ -277,15 +271,13 @@ Result<VerifyResult> judgeMap(const MippedLightMap& map, const LightMapPart& who
     std::vector<verify::StageError> stages = whole.errors.figures();
     Json measures;
     if (before) {
-        auto errors = unpackedErrors({before->source, map.bake, map.key, map.viewing}, before->unpacked, parameters, cooked, context);
-        if (!errors) return tl::make_unexpected(errors.error());
+        LC_TRY(errors, unpackedErrors({before->source, map.bake, map.key, map.viewing}, before->unpacked, parameters, cooked, context));
         measures = {{note_keys::kUnreadTexels, errors->unreadTexels}};
         addUnpackedStage(stages, std::move(errors->total), before->unpacked.packing.reducedCharts == 0);
     }
     auto violations = violationsOf(map, whole, stages);
     checkLayout(map.asset.layout, parameters.shading, stages.back(), parameters.limits, violations);
-    auto mips = mipErrors(map, cooked, violations, context);
-    if (!mips) return tl::make_unexpected(mips.error());
+    LC_TRY(mips, mipErrors(map, cooked, violations, context));
     VerifyResult result = judged(stages, parameters.limits, watch, std::move(violations));
     if (whole.block.figures().isKnown()) result.worstBlock = whole.block.figures();
     result.key = map.key;
@@ -300,39 +292,29 @@ Result<VerifyResult> judgeMap(const MippedLightMap& map, const LightMapPart& who
 
 Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     const Stopwatch watch;
-    const auto asset = upstreamAsset(context);
-    if (!asset) return tl::make_unexpected(asset.error());
-    const auto parameters = parametersOf<LightMapVerifyParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto description = descriptionOf(*asset);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto source = openBake(context, *asset, *description);
-    if (!source) return tl::make_unexpected(source.error());
+    LC_TRY(asset, upstreamAsset(context));
+    LC_TRY(parameters, parametersOf<LightMapVerifyParameters>(context));
+    LC_TRY(description, descriptionOf(*asset));
+    LC_TRY(source, openBake(context, *asset, *description));
     LightMapSource& bake = **source;
-    const auto before = openBakeBefore(context, *description);
-    if (!before) return tl::make_unexpected(before.error());
-    const auto surveyed = surveyKey(*before ? (*before)->source : bake, context);
-    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    LC_TRY(before, openBakeBefore(context, *description));
+    LC_TRY(surveyed, surveyKey(*before ? (*before)->source : bake, context));
     const double key = surveyed->key();
     const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = parameters->samples;
-    const auto cooked = CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->shading, sampling, key, viewing});
-    if (!cooked) return tl::make_unexpected(cooked.error());
-    const auto truth = GroundTruth::open(context, bake, description->colors);
-    if (!truth) return tl::make_unexpected(truth.error());
+    LC_TRY(cooked, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->shading, sampling, key, viewing}));
+    LC_TRY(truth, GroundTruth::open(context, bake, description->colors));
 
     Preview preview(bake.width(), bake.height(), key);
     const auto mesh = meshOf(context, description->places);
     // A map of constant light stands for texels that no chart names.
     const auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
     const auto tilt = comparedTilt(parameters->shading, formats::isFlat(asset->layout));
-    const auto whole = compareStrips({bake, *cooked, *truth, viewing, key, tilt, charts, preview}, context);
-    if (!whole) return tl::make_unexpected(whole.error());
+    LC_TRY(whole, compareStrips({bake, *cooked, *truth, viewing, key, tilt, charts, preview}, context));
 
     const MippedLightMap map{context.upstreamFolder, *asset, bake, *parameters, key, viewing};
-    auto result = judgeMap(map, *whole, *before, *cooked, watch, context);
-    if (!result) return tl::make_unexpected(result.error());
+    LC_TRY(result, judgeMap(map, *whole, *before, *cooked, watch, context));
     if (!truth->isEmpty()) result->groundTruth = toJson(verify::lightMapTruth(whole->truthPlaces, parameters->shading.lobe, viewing));
     if (charts) result->charts = whole->charts.summary(*charts, asset->totalBytesGpu(), std::int64_t{bake.width()} * bake.height());
     const auto triangles = mesh ? litTriangles(*mesh) : std::vector<verify::SurfaceTriangle>();
@@ -340,12 +322,10 @@ Result<ActionOutcome> verifyLightMap(const ActionContext& context) {
     if (charts && !*before) result->charts->few = fewTexelsOf(result->verdict.stages.back(), triangles, {bake.width(), bake.height()});
     const std::array maps = {ComparedMap{context.action.asset, bake, *cooked}};
     const LitSurface surface{maps, triangles, viewing};
-    auto pictures = writeWorstPlaces(whole->worst, surface, context);
-    if (!pictures) return tl::make_unexpected(pictures.error());
-    if (auto added = addSeams(surface, mesh.has_value(), *result, context); !added) return tl::make_unexpected(added.error());
+    LC_TRY(pictures, writeWorstPlaces(whole->worst, surface, context));
+    LC_CHECK(addSeams(surface, mesh.has_value(), *result, context));
     result->verdict.passed = passes(*result);
-    auto seamViews = writeSeamViews(*result->seams, surface, context, context.action.asset + "_seam");
-    if (!seamViews) return tl::make_unexpected(seamViews.error());
+    LC_TRY(seamViews, writeSeamViews(*result->seams, surface, context, context.action.asset + "_seam"));
     return outcomeWithPreview(std::move(*result), preview, context, std::move(*pictures), std::move(*seamViews));
 }
 

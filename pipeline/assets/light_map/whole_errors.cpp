@@ -44,12 +44,11 @@ public:
           places_(bake.width(), bake.height()) {}
 
     Result<WholeSamples> shadeStrip(int index) const {
-        const auto strip = readStrip(bake_, lightMap_, index);
-        if (!strip) return tl::make_unexpected(strip.error());
+        LC_TRY(strip, readStrip(bake_, lightMap_, index));
         const std::vector<SurfacePlace> places = places_.of(strip->reference, strip->firstRow, strip->rowCount);
         const std::size_t count = 3 * shader_.stride(), all = places.size() * count;
         WholeSamples samples{std::vector<float>(all), std::vector<float>(all), std::vector<float>(dominant_ != nullptr ? all : 0)};
-        if (auto shaded = shadeDominant(*strip, places, samples); !shaded) return tl::make_unexpected(shaded.error());
+        LC_CHECK(shadeDominant(*strip, places, samples));
         std::vector<lighting::ShRgb> light(lightMap_.verifier().lightCount());
         std::vector<float> bake(count);
         for (std::size_t i = 0; i < places.size(); ++i) {
@@ -77,8 +76,7 @@ private:
                                   std::span(samples.reference).subspan(i * count, count));
         }
         if (dominant_ == nullptr) return {};
-        const auto rows = dominant_->read(strip.firstRow, strip.rowCount);
-        if (!rows) return tl::make_unexpected(rows.error());
+        LC_TRY(rows, dominant_->read(strip.firstRow, strip.rowCount));
         const verify::DominantVerifier cooked(dominant_->map(), {}, bake_.luminanceWeights(), 0);
         for (std::size_t i = 0; i < places.size(); ++i)
             shader_.shadeDominant(cooked.decode(rows->whole, places[i].at.x, places[i].at.y), places[i].normal,
@@ -98,42 +96,31 @@ private:
 /// Opens the dominant light, unless it was left out.
 Result<std::optional<CookedDominantReader>> openDominant(const ActionContext& context, const LightMapSource& bake) {
     if (context.upstream.size() < 2) return std::optional<CookedDominantReader>();
-    const auto asset = upstreamAsset(context, 1);
-    if (!asset) return tl::make_unexpected(asset.error());
-    auto reader = CookedDominantReader::open(context.upstreamFolder, *asset, {bake.width(), bake.height()});
-    if (!reader) return tl::make_unexpected(reader.error());
+    LC_TRY(asset, upstreamAsset(context, 1));
+    LC_TRY(reader, CookedDominantReader::open(context.upstreamFolder, *asset, {bake.width(), bake.height()}));
     return std::optional(std::move(*reader));
 }
 
 }  // namespace
 
 Result<ActionOutcome> verifyWhole(const ActionContext& context) {
-    const auto parameters = parametersOf<WholeVerifyParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto asset = upstreamAsset(context);
-    if (!asset) return tl::make_unexpected(asset.error());
-    const auto description = descriptionOf(*asset);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto source = openLightMap(context, *description);
-    if (!source) return tl::make_unexpected(source.error());
+    LC_TRY(parameters, parametersOf<WholeVerifyParameters>(context));
+    LC_TRY(asset, upstreamAsset(context));
+    LC_TRY(description, descriptionOf(*asset));
+    LC_TRY(source, openLightMap(context, *description));
     LightMapSource& bake = **source;
-    const auto surveyed = surveyKey(bake, context);
-    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    LC_TRY(surveyed, surveyKey(bake, context));
     std::optional<verify::DominantFit> fit;
     if (parameters->fit) {
-        const auto named = dominantFitOf(context.action.asset, *parameters->fit);
-        if (!named) return tl::make_unexpected(named.error());
+        LC_TRY(named, dominantFitOf(context.action.asset, *parameters->fit));
         fit = (*named)->verified;
     }
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = 0;
     sampling.figures = verify::LightMapFigures::Sampled;
-    const auto lightMap = CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->view.shading, sampling, surveyed->key()});
-    if (!lightMap) return tl::make_unexpected(lightMap.error());
-    const auto dominant = openDominant(context, bake);
-    if (!dominant) return tl::make_unexpected(dominant.error());
-    const auto shader = verify::WholeShader::create(parameters->view.shading);
-    if (!shader) return tl::make_unexpected(shader.error());
+    LC_TRY(lightMap, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->view.shading, sampling, surveyed->key()}));
+    LC_TRY(dominant, openDominant(context, bake));
+    LC_TRY(shader, verify::WholeShader::create(parameters->view.shading));
     const WholeComparison comparison(bake, *lightMap, surveyed->key(), *dominant ? &**dominant : nullptr, fit, *shader);
     WholeSamples samples;
     const auto shaded = foldInOrder<WholeSamples>(

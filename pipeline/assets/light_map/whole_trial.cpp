@@ -73,8 +73,7 @@ WholeTrial::WholeTrial(LightMapSource& source, std::vector<int> strips, verify::
 
 Result<WholeTrial> WholeTrial::create(LightMapSource& source, const std::vector<int>& strips, const verify::LightMapShading& shading,
                                       const verify::Viewing& viewing) {
-    auto shader = verify::WholeShader::create(shading);
-    if (!shader) return tl::make_unexpected(shader.error());
+    LC_TRY(shader, verify::WholeShader::create(shading));
     return WholeTrial(source, strips, std::move(*shader), viewing);
 }
 
@@ -93,8 +92,7 @@ std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& ver
 
 /// Shades the places of a strip by the bake and, with a fit, by its light.
 Result<WholeTrial::LitStrip> WholeTrial::shadeBake(int strip, const std::optional<verify::DominantFit>& fit) const {
-    const auto texels = source_->stripWithMargin(strip, 0, 0);
-    if (!texels) return tl::make_unexpected(texels.error());
+    LC_TRY(texels, source_->stripWithMargin(strip, 0, 0));
     const std::vector<SurfacePlace> places = places_.of(*texels, source_->stripFirstRow(strip), source_->stripRows(strip));
     const std::size_t count = 3 * shader_.stride();
     LitStrip lit{std::vector<float>(places.size() * count), std::vector<float>(fit ? places.size() * count : 0), {}};
@@ -115,10 +113,8 @@ Result<WholeTrial::LitStrip> WholeTrial::shadeBake(int strip, const std::optiona
 /// Shades the places of a strip by the dominant layouts of one size.
 Result<WholeTrial::LitStrip> WholeTrial::shadeStrip(int strip, const DominantEncoder& encoder,
                                                     const std::vector<const DominantLayoutInfo*>& layouts, verify::DominantFit fit) const {
-    const auto texels = source_->stripWithMargin(strip, 0, 0);
-    if (!texels) return tl::make_unexpected(texels.error());
-    const auto rows = encoder.encode(strip);
-    if (!rows) return tl::make_unexpected(rows.error());
+    LC_TRY(texels, source_->stripWithMargin(strip, 0, 0));
+    LC_TRY(rows, encoder.encode(strip));
     const std::vector<SurfacePlace> places = places_.of(*texels, source_->stripFirstRow(strip), source_->stripRows(strip));
     const std::size_t count = 3 * shader_.stride();
     const DominantConstants& k = encoder.constants();
@@ -171,9 +167,8 @@ void WholeTrial::addDominant(std::string_view layout, std::uint64_t bytes, std::
 Result<void> WholeTrial::tryDominants(const std::optional<DominantTrial>& dominant, const DominantParameters& parameters,
                                       const ActionContext& context) {
     if (!dominant) return shadeReference({}, context);
-    const auto fit = dominantFitOf(context.action.asset, dominant->fit);
-    if (!fit) return tl::make_unexpected(fit.error());
-    if (auto shaded = shadeReference((*fit)->verified, context); !shaded) return shaded;
+    LC_TRY(fit, dominantFitOf(context.action.asset, dominant->fit));
+    LC_CHECK(shadeReference((*fit)->verified, context));
     std::vector<const DominantLayoutInfo*> layouts = distinctLayouts(dominant->layouts, parameters.target);
     const auto none = std::ranges::find(layouts, 0, &DominantLayoutInfo::divisor);
     if (none != layouts.end()) {
@@ -183,9 +178,8 @@ Result<void> WholeTrial::tryDominants(const std::optional<DominantTrial>& domina
     }
     for (auto first = layouts.begin(); first != layouts.end();) {
         const auto end = std::find_if(first, layouts.end(), [&](const auto* each) { return each->divisor != (*first)->divisor; });
-        const auto encoder = DominantEncoder::create(*source_, parameters, **first, context);
-        if (!encoder) return tl::make_unexpected(encoder.error());
-        if (auto tried = tryDivisor(*encoder, {first, end}, (*fit)->verified, context); !tried) return tried;
+        LC_TRY(encoder, DominantEncoder::create(*source_, parameters, **first, context));
+        LC_CHECK(tryDivisor(*encoder, {first, end}, (*fit)->verified, context));
         first = end;
     }
     return {};

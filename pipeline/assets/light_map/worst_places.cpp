@@ -41,11 +41,9 @@ Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, const LitSurfa
     const int width = std::min(kCropSide, bake.width()), height = std::min(kCropSide, bake.height());
     const int left = std::clamp(texel.x - width / 2, 0, bake.width() - width),
               top = std::clamp(texel.y - height / 2, 0, bake.height() - height);
-    const auto reference = bake.rows(top, height);
-    if (!reference) return tl::make_unexpected(reference.error());
+    LC_TRY(reference, bake.rows(top, height));
     const int firstRead = top / kRowAlignment * kRowAlignment;
-    const auto texels = cooked.read(firstRead, top + height - firstRead);
-    if (!texels) return tl::make_unexpected(texels.error());
+    LC_TRY(texels, cooked.read(firstRead, top + height - firstRead));
     const auto seen = cooked.verifier().reconstruct(*texels, top, height, 1, &*reference);
     const double key = shownKey(viewing);
     formats::Image<glm::u8vec3> picture(kPanels * width + (kPanels - 1) * kGap, height, kOutside);
@@ -90,11 +88,9 @@ Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst
         place.file = fmt::format("preview/{}_worst_{}.png", context.action.asset, places.size() + 1);
         place.texel = {texel.x, texel.y};
         place.visible = static_cast<double>(texel.visible);
-        const auto picture = draw(texel, surface, place);
-        if (!picture) return tl::make_unexpected(picture.error());
-        const auto png = formats::encodePng(picture->view());
-        if (!png) return tl::make_unexpected(png.error());
-        if (auto written = writeFile(context.folder / place.file, *png); !written) return tl::make_unexpected(written.error());
+        LC_TRY(picture, draw(texel, surface, place));
+        LC_TRY(png, formats::encodePng(picture->view()));
+        LC_CHECK(writeFile(context.folder / place.file, *png));
         if (!surface.triangles.empty()) {
             auto view = writeRenderedView(surface, {0, {texel.x, texel.y}}, context,
                                           fmt::format("{}_view_{}", context.action.asset, places.size() + 1));

@@ -33,7 +33,7 @@ Result<fit::SpecularTableOptions> optionsOf(const LutParameters& parameters) {
     options.roughnessCount = parameters.roughnessCount;
     options.minimumM = parameters.minimumM;
     options.maximumM = parameters.maximumM;
-    if (auto usable = fit::checkSpecularTableOptions(options); !usable) return tl::make_unexpected(usable.error());
+    LC_CHECK(fit::checkSpecularTableOptions(options));
     chooseAxes(parameters, options);
     return options;
 }
@@ -66,10 +66,8 @@ std::optional<lighting::CookTorranceNormalization> normalizationOf(const std::st
 }
 
 Result<ActionOutcome> cookLut(const ActionContext& context) {
-    const auto parameters = parametersOf<LutParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto options = optionsOf(*parameters);
-    if (!options) return tl::make_unexpected(options.error());
+    LC_TRY(parameters, parametersOf<LutParameters>(context));
+    LC_TRY(options, optionsOf(*parameters));
     const fit::SpecularTables tables = integrate(*options);
     const std::array<const fit::SpecularTexture*, 3> parts = {&tables.c0236, &tables.d0236, &tables.cd78};
 
@@ -97,10 +95,8 @@ Result<ActionOutcome> cookLut(const ActionContext& context) {
                            {AssetKind::Lut, result.asset.layout, result.asset.distribution, result.asset.normalization});
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const std::string role = kLutRoles[i];
-        if (auto written = textures.write({role, fmt::format("{}_{}", name, role), shape, *result.asset.constants},
-                                          {texelsOf(*parts[i], shape.format, parameters->textures)});
-            !written)
-            return tl::make_unexpected(written.error());
+        LC_CHECK(textures.write({role, fmt::format("{}_{}", name, role), shape, *result.asset.constants},
+                                {texelsOf(*parts[i], shape.format, parameters->textures)}));
     }
     return textures.finish(std::move(result));
 }

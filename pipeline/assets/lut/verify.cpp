@@ -48,8 +48,7 @@ bool isKnownAxis(const LutConstants::Axis& axis, const std::vector<fit::AxisMapp
 
 /// Reads the tables of a manifest entry and its files.
 Result<verify::CookedLut> readTables(const ActionContext& context, const CookedAsset& asset) {
-    const auto constants = fromJson<LutConstants>(asset.constants.value_or(Json()), asset.name + ", constants");
-    if (!constants) return tl::make_unexpected(constants.error());
+    LC_TRY(constants, fromJson<LutConstants>(asset.constants.value_or(Json()), asset.name + ", constants"));
     if (!isKnownAxis(constants->view, fit::viewMappings()) || !isKnownAxis(constants->roughness, fit::roughnessMappings()))
         return failure(ErrorCode::Verification, context.action.asset + ", texture axes",
                        fmt::format("found {} and {}, expected known ones with their own factors", constants->view.mapping,
@@ -67,14 +66,12 @@ Result<verify::CookedLut> readTables(const ActionContext& context, const CookedA
     tables.view = axisOf(constants->view);
     tables.roughness = axisOf(constants->roughness);
     for (std::size_t i = 0; i < kLutRoles.size(); ++i) {
-        const auto texture = openTexture(context.upstreamFolder, asset, kLutRoles[i]);
-        if (!texture) return tl::make_unexpected(texture.error());
+        LC_TRY(texture, openTexture(context.upstreamFolder, asset, kLutRoles[i]));
         if (!isLutFormat(texture->shape().format))
             return failure(
                 ErrorCode::Verification, fmt::format("{}, texture {}", context.action.asset, kLutRoles[i]),
                 fmt::format("found texels of {}, expected rgba16-unorm or rgba16f", formats::info(texture->shape().format).name));
-        auto image = verify::decodeImage(*texture, {});
-        if (!image) return tl::make_unexpected(image.error());
+        LC_TRY(image, verify::decodeImage(*texture, {}));
         if (image->width() != tables.view.count || image->height() != tables.roughness.count)
             return failure(ErrorCode::Verification, fmt::format("{}, texture {}", context.action.asset, kLutRoles[i]),
                            fmt::format("found {} x {} texels, expected {} x {} as its axes", image->width(), image->height(),
@@ -192,12 +189,9 @@ verify::Viewing viewingAtKey(VisibleParameters visible) {
 
 Result<ActionOutcome> verifyLut(const ActionContext& context) {
     const Stopwatch watch;
-    const auto asset = upstreamAsset(context);
-    if (!asset) return tl::make_unexpected(asset.error());
-    const auto parameters = parametersOf<LutVerifyParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto tables = readTables(context, *asset);
-    if (!tables) return tl::make_unexpected(tables.error());
+    LC_TRY(asset, upstreamAsset(context));
+    LC_TRY(parameters, parametersOf<LutVerifyParameters>(context));
+    LC_TRY(tables, readTables(context, *asset));
     const auto samples = verify::lutSamples(*tables, kRandomTableSamples, 1);
     std::vector<verify::LutResult> results(samples.size());
     if (!forEachIndex(samples.size(), context, "verify " + context.action.asset,

@@ -40,8 +40,7 @@ constexpr BitRange kPositionRange{&DracoOptions::positionBits, DracoOptions().po
 /// Returns the bound of rel_rms for any bits.
 Result<verify::MeshShiftBound> surveyShifts(LightMapSource& bake, const ActionContext& context) {
     const auto boundStrip = [&](int index) -> Result<verify::MeshShiftBound> {
-        const auto strip = bake.stripWithMargin(index, 0, 1);
-        if (!strip) return tl::make_unexpected(strip.error());
+        LC_TRY(strip, bake.stripWithMargin(index, 0, 1));
         verify::MeshShiftBound part;
         part.add(*strip, bake.stripFirstRow(index), bake.stripRows(index));
         return part;
@@ -88,18 +87,15 @@ public:
 
     /// Adds bits, each where it helps most, until visible errors and their bound are within the limits, or there are no more.
     Result<void> refine(MeshBits& chosen, const VisibleParameters& visible) const {
-        const auto key = surveyKey(bake_, context_);
-        if (!key) return tl::make_unexpected(key.error());
+        LC_TRY(key, surveyKey(bake_, context_));
         const verify::Viewing viewing = visible.viewing(key->displayKey(), bake_.bt2020FromWorking());
-        auto found = visibleShare(chosen.options, visible, viewing);
-        if (!found) return tl::make_unexpected(found.error());
+        LC_TRY(found, visibleShare(chosen.options, visible, viewing));
         while (*found > 1) {
             std::optional<DracoOptions> best;
             for (const BitRange& range : {kUvRange, kNormalRange, kPositionRange}) {
                 DracoOptions finer = chosen.options;
                 if (++(finer.*range.bits) > range.most) continue;
-                const auto error = visibleShare(finer, visible, viewing);
-                if (!error) return tl::make_unexpected(error.error());
+                LC_TRY(error, visibleShare(finer, visible, viewing));
                 if (best && *error >= *found) continue;
                 best = finer;
                 found = error;
@@ -129,8 +125,7 @@ private:
         const double position = extent_.positionExtent * kPositionSteps / latticeSteps(options.positionBits);
         const auto measure = [&](int i) -> Result<verify::VisiblePairs> {
             const int index = strips[static_cast<std::size_t>(i)];
-            const auto strip = bake_.stripWithMargin(index, 1, 2);
-            if (!strip) return tl::make_unexpected(strip.error());
+            LC_TRY(strip, bake_.stripWithMargin(index, 1, 2));
             verify::VisiblePairs part(viewing);
             const int firstRow = bake_.stripFirstRow(index), rowCount = bake_.stripRows(index);
             verify::addMeshShiftVisible(*strip, firstRow, rowCount, shiftOf(options), position * texelsPerUnit_, part);
@@ -161,16 +156,13 @@ private:
 }  // namespace
 
 Result<MeshBits> chooseMeshBits(const formats::GltfScene& scene, const MeshParameters& parameters, const ActionContext& context) {
-    const auto opened = openLightMap(context, parameters.description);
-    if (!opened) return tl::make_unexpected(opened.error());
-    const auto extent = scene.errorOf(scene);
-    if (!extent) return tl::make_unexpected(extent.error());
-    const auto bound = surveyShifts(**opened, context);
-    if (!bound) return tl::make_unexpected(bound.error());
+    LC_TRY(opened, openLightMap(context, parameters.description));
+    LC_TRY(extent, scene.errorOf(scene));
+    LC_TRY(bound, surveyShifts(**opened, context));
     const BitChoice choice(scene, *extent, **opened, *bound, parameters.visible.limits[Limit::Seam].has_value(), context);
     MeshBits chosen = choice.within(kShareOfLimit * parameters.visible.limits[Limit::Error].value_or(kNoErrorLimit));
     if (!parameters.visible.limits[Limit::Visible] && !parameters.visible.limits[Limit::VisibleBound]) return chosen;
-    if (auto refined = choice.refine(chosen, parameters.visible); !refined) return tl::make_unexpected(refined.error());
+    LC_CHECK(choice.refine(chosen, parameters.visible));
     return chosen;
 }
 

@@ -16,11 +16,9 @@ using formats::Result;
 /// Returns the clusters of the light map that the mesh depends on, or nothing without learned bases.
 Result<std::optional<formats::ClusterMap>> upstreamClusters(const ActionContext& context) {
     if (context.upstream.empty()) return std::optional<formats::ClusterMap>();
-    const auto lightMap = upstreamAsset(context);
-    if (!lightMap) return tl::make_unexpected(lightMap.error());
+    LC_TRY(lightMap, upstreamAsset(context));
     if (!hasClustersInMesh(*lightMap)) return std::optional<formats::ClusterMap>();
-    auto map = clusterMapOf(*lightMap);
-    if (!map) return tl::make_unexpected(map.error());
+    LC_TRY(map, clusterMapOf(*lightMap));
     return std::optional(std::move(*map));
 }
 
@@ -61,8 +59,7 @@ Result<formats::ClusterMap> clusterMapOf(const CookedAsset& lightMap) {
 }
 
 Result<ActionOutcome> readMaterials(const ActionContext& context) {
-    const auto scene = loadMesh(context.action.inputs, kMeshRole, {});
-    if (!scene) return tl::make_unexpected(scene.error());
+    LC_TRY(scene, loadMesh(context.action.inputs, kMeshRole, {}));
     MaterialsResult result;
     for (const formats::TriangleMesh* primitive : scene->triangleMeshes()) result.mostVertices += primitive->vertexCount();
     for (const formats::MaterialNeeds& material : scene->materials())
@@ -85,16 +82,12 @@ Result<formats::GltfScene> loadLitMesh(const std::map<std::string, std::filesyst
 }
 
 Result<ActionOutcome> cookMesh(const ActionContext& context) {
-    const auto parameters = parametersOf<MeshParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto scene = loadLitMesh(context.action.inputs, parameters->description.places);
-    if (!scene) return tl::make_unexpected(scene.error());
-    const auto clusters = upstreamClusters(context);
-    if (!clusters) return tl::make_unexpected(clusters.error());
+    LC_TRY(parameters, parametersOf<MeshParameters>(context));
+    LC_TRY(scene, loadLitMesh(context.action.inputs, parameters->description.places));
+    LC_TRY(clusters, upstreamClusters(context));
     MeshBits bits;
     if (parameters->draco) {
-        const auto chosen = chooseMeshBits(*scene, *parameters, context);
-        if (!chosen) return tl::make_unexpected(chosen.error());
+        LC_TRY(chosen, chooseMeshBits(*scene, *parameters, context));
         bits = *chosen;
     }
     const std::string file = context.action.asset + ".glb";
@@ -105,8 +98,7 @@ Result<ActionOutcome> cookMesh(const ActionContext& context) {
 
     CookResult result{manifestEntry(context, *parameters, file, *size, bits.options, given != nullptr), size->fileBytesIn, {}};
     if (given != nullptr) {
-        const auto lightMap = upstreamAsset(context);
-        if (!lightMap) return tl::make_unexpected(lightMap.error());
+        LC_TRY(lightMap, upstreamAsset(context));
         result.asset.basis = {formats::kBasisAttribute, lightMap->name};
     }
     if (parameters->draco)

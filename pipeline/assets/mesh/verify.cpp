@@ -21,8 +21,7 @@ using formats::Result;
 Result<verify::CoveredTexels> coverageOf(LightMapSource& bake, const ActionContext& context) {
     verify::CoveredTexels covered(bake.width(), bake.height());
     const auto walked = mapInOrder<int>(bake.chunkCount(), context, "survey " + context.action.asset, [&](int index) -> Result<int> {
-        const auto chunk = bake.chunk(index);
-        if (!chunk) return tl::make_unexpected(chunk.error());
+        LC_TRY(chunk, bake.chunk(index));
         covered.add(**chunk, (*chunk)->firstRow, bake.chunkRows(index));
         return 0;
     });
@@ -34,16 +33,13 @@ Result<verify::CoveredTexels> coverageOf(LightMapSource& bake, const ActionConte
 /// uvShift  largest distance that quantization moved light-map UVs [UV units]
 Result<void> verifyClusters(const ActionContext& context, const CookedAsset& mesh, const formats::GltfScene& cooked, double uvShift,
                             LightMapSource& bake) {
-    const auto lightMap = upstreamAsset(context, 1);
-    if (!lightMap) return tl::make_unexpected(lightMap.error());
+    LC_TRY(lightMap, upstreamAsset(context, 1));
     if (lightMap->width != bake.width() || lightMap->height != bake.height())
         return formats::failure(formats::ErrorCode::Verification, context.action.inputs.at("source").string(),
                                 fmt::format("found {} x {} texels, expected {} x {} as cooked", bake.width(), bake.height(),
                                             lightMap->width, lightMap->height));
-    const auto map = clusterMapOf(*lightMap);
-    if (!map) return tl::make_unexpected(map.error());
-    const auto covered = coverageOf(bake, context);
-    if (!covered) return tl::make_unexpected(covered.error());
+    LC_TRY(map, clusterMapOf(*lightMap));
+    LC_TRY(covered, coverageOf(bake, context));
     constexpr double kEdgeRounding = 1e-2;  // [texels]
     const double inset = uvShift * std::max(map->width, map->height) + kEdgeRounding;
     for (const formats::TriangleMesh* primitive : cooked.triangleMeshes())
@@ -145,8 +141,7 @@ struct MeshShadingErrors {
 Result<MeshShadingErrors> shadingErrors(LightMapSource& bake, const MovedMesh& moved, double key, const verify::Viewing& viewing,
                                         const ActionContext& context, Preview& preview) {
     const auto compareStrip = [&](int index) -> Result<MeshShadingErrors> {
-        const auto strip = bake.stripWithMargin(index, 1, 2);
-        if (!strip) return tl::make_unexpected(strip.error());
+        LC_TRY(strip, bake.stripWithMargin(index, 1, 2));
         MeshShadingErrors part(key, viewing);
         const int firstRow = bake.stripFirstRow(index), rowCount = bake.stripRows(index);
         verify::addMeshShiftErrors(*strip, firstRow, rowCount, moved.shift, key, part.energy,
@@ -177,33 +172,23 @@ verify::ErrorFigures figuresOf(const MeshShadingErrors& errors, const std::vecto
 
 Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     const Stopwatch watch;
-    const auto asset = upstreamAsset(context);
-    if (!asset) return tl::make_unexpected(asset.error());
-    const auto parameters = parametersOf<VisibleParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
-    const auto description = descriptionOf(*asset);
-    if (!description) return tl::make_unexpected(description.error());
-    const auto source = loadMesh(context.action.inputs, kMeshRole, description->places);
-    if (!source) return tl::make_unexpected(source.error());
-    const auto cooked = formats::GltfScene::load(context.upstreamFolder / asset->file.value_or(""));
-    if (!cooked) return tl::make_unexpected(cooked.error());
-    const auto moved = source->errorOf(*cooked);
-    if (!moved) return tl::make_unexpected(moved.error());
-    const auto opened = openLightMap(context, *description);
-    if (!opened) return tl::make_unexpected(opened.error());
+    LC_TRY(asset, upstreamAsset(context));
+    LC_TRY(parameters, parametersOf<VisibleParameters>(context));
+    LC_TRY(description, descriptionOf(*asset));
+    LC_TRY(source, loadMesh(context.action.inputs, kMeshRole, description->places));
+    LC_TRY(cooked, formats::GltfScene::load(context.upstreamFolder / asset->file.value_or("")));
+    LC_TRY(moved, source->errorOf(*cooked));
+    LC_TRY(opened, openLightMap(context, *description));
     LightMapSource& bake = **opened;
-    if (asset->basis)
-        if (auto same = verifyClusters(context, *asset, *cooked, moved->lightMapUv, bake); !same) return tl::make_unexpected(same.error());
-    const auto surveyed = surveyKey(bake, context);
-    if (!surveyed) return tl::make_unexpected(surveyed.error());
+    if (asset->basis) LC_CHECK(verifyClusters(context, *asset, *cooked, moved->lightMapUv, bake));
+    LC_TRY(surveyed, surveyKey(bake, context));
     const double key = surveyed->key();
     const auto meshes = source->triangleMeshes();
     const verify::MeshShift shift{moved->lightMapUv * bake.width(), moved->lightMapUv * bake.height(), moved->normalRadians};
     const double positionTexels = moved->position * verify::texelsPerUnit(meshes, bake.width(), bake.height());
     const verify::Viewing viewing = parameters->viewing(surveyed->displayKey(), bake.bt2020FromWorking());
     Preview preview(bake.width(), bake.height(), key);
-    const auto errors = shadingErrors(bake, {shift, positionTexels}, key, viewing, context, preview);
-    if (!errors) return tl::make_unexpected(errors.error());
+    LC_TRY(errors, shadingErrors(bake, {shift, positionTexels}, key, viewing, context, preview));
 
     verify::StageError stage;
     stage.name = "quantize";

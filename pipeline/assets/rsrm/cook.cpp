@@ -40,14 +40,12 @@ struct Gradient {
 Result<Gradient> loadGradient(const std::filesystem::path& file, const AssetSource& source, const Action& action) {
     const formats::EnvironmentOptions options = environmentOptions(source, action);
     if (!source.axis) {
-        auto painted = formats::loadPaintedGradient(file, options, encodingOf(source.encoding.value_or("auto")));
-        if (!painted) return tl::make_unexpected(painted.error());
+        LC_TRY(painted, formats::loadPaintedGradient(file, options, encodingOf(source.encoding.value_or("auto"))));
         return Gradient{std::move(painted->zones), painted->repairedTexels, file.string()};
     }
-    const auto loaded = formats::loadEnvironment(file, options);
-    if (!loaded) return tl::make_unexpected(loaded.error());
+    LC_TRY(loaded, formats::loadEnvironment(file, options));
     const int zones = source.zones.value_or(0);
-    if (auto usable = fit::checkAzimuthalAverage(*source.axis, zones); !usable) return tl::make_unexpected(usable.error());
+    LC_CHECK(fit::checkAzimuthalAverage(*source.axis, zones));
     return Gradient{fit::averageAroundAxis(loaded->environment, *source.axis, zones).gradient, loaded->repairedTexels,
                     file.string() + ", averaged"};
 }
@@ -102,8 +100,7 @@ public:
     /// says first whether a number of columns can keep it: between texels of a sun that is one texel wide, no format does at 256. If
     /// nothing keeps the limit, returns the first map that the verification passes, or else the first one.
     Result<EncodedMap> find() {
-        const auto formats = usableFormats();
-        if (!formats) return tl::make_unexpected(formats.error());
+        LC_TRY(formats, usableFormats());
         isNamed_ = parameters_.formats.size() == 1;
         for (int width = parameters_.width; width <= kMostColumns; width *= 2) {
             options_.width = width;
@@ -112,8 +109,7 @@ public:
                 auto first = attempt(*formats->front(), map);
                 if (!first || keeps_) return first;
             }
-            auto last = attempt(*formats->back(), map);
-            if (!last) return last;
+            LC_TRY(last, attempt(*formats->back(), map));
             if (!keeps_) continue;
             for (const RsrmFormatInfo* format : *formats) {
                 if (format == formats->back()) break;
@@ -205,20 +201,15 @@ formats::GradientEncoding encodingOf(const std::string& name) {
 }
 
 Result<ActionOutcome> cookRsrm(const ActionContext& context) {
-    const auto parameters = parametersOf<RsrmParameters>(context);
-    if (!parameters) return tl::make_unexpected(parameters.error());
+    LC_TRY(parameters, parametersOf<RsrmParameters>(context));
     const auto& file = context.action.inputs.at("source");
     const AssetSource source = sourceOf(*parameters);
-    const auto gradient = loadGradient(file, source, context.action);
-    if (!gradient) return tl::make_unexpected(gradient.error());
-    const auto options = optionsOf(*parameters, *gradient);
-    if (!options) return tl::make_unexpected(options.error());
+    LC_TRY(gradient, loadGradient(file, source, context.action));
+    LC_TRY(options, optionsOf(*parameters, *gradient));
 
-    const auto colors = formats::linearConversion(environmentOptions(source, context.action).colors);
-    if (!colors) return tl::make_unexpected(colors.error());
+    LC_TRY(colors, formats::linearConversion(environmentOptions(source, context.action).colors));
     FormatSearch search(*parameters, *gradient, *options, colors->luminanceWeights, context);
-    const auto map = search.find();
-    if (!map) return tl::make_unexpected(map.error());
+    LC_TRY(map, search.find());
 
     formats::TextureShape shape;
     shape.format = map->format->pixels;
@@ -228,8 +219,7 @@ Result<ActionOutcome> cookRsrm(const ActionContext& context) {
     const std::string& name = context.action.asset;
     const std::string layout = "rsrm";
     AssetTextures textures(context, parameters->textures, {AssetKind::Rsrm, layout});
-    if (auto written = textures.write({"rsrm", name, shape, constants}, {map->bytes}); !written)
-        return tl::make_unexpected(written.error());
+    LC_CHECK(textures.write({"rsrm", name, shape, constants}, {map->bytes}));
 
     CookResult result{makeCookedAsset(name, AssetKind::Rsrm, layout, shape.width, shape.height), std::filesystem::file_size(file),
                       Json{{note_keys::kZones, gradient->zones.size()}}};

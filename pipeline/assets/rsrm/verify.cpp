@@ -24,18 +24,15 @@ using formats::Result;
 
 /// Reads a cooked map from its files and its manifest entry.
 Result<verify::CookedRsrm> readMap(const ActionContext& context, const CookedAsset& asset) {
-    const auto constants = fromJson<RsrmConstants>(asset.constants.value_or(Json()), asset.name + ", constants");
-    if (!constants) return tl::make_unexpected(constants.error());
-    const auto texture = openTexture(context.upstreamFolder, asset, "rsrm");
-    if (!texture) return tl::make_unexpected(texture.error());
+    LC_TRY(constants, fromJson<RsrmConstants>(asset.constants.value_or(Json()), asset.name + ", constants"));
+    LC_TRY(texture, openTexture(context.upstreamFolder, asset, "rsrm"));
     const formats::TextureShape& shape = texture->shape();
     const RsrmFormatInfo* const format = rsrmFormatOf(shape.format);
     if (format == nullptr)
         return failure(ErrorCode::Verification, context.action.asset,
                        fmt::format("found a texture in {}, expected a format of reflection maps: {}", formats::info(shape.format).name,
                                    formats::listOfNames(allRsrmFormats())));
-    const auto bytes = texture->readImage({});
-    if (!bytes) return tl::make_unexpected(bytes.error());
+    LC_TRY(bytes, texture->readImage({}));
     const auto rows = static_cast<std::size_t>(shape.height);
     if (rows != constants->exponents.size())
         return failure(ErrorCode::Verification, context.action.asset,
@@ -63,13 +60,11 @@ Result<VerifiedSource> loadVerified(const ActionContext& context, const AssetSou
     const formats::EnvironmentOptions options = environmentOptions(source, context.action);
     VerifiedSource verified;
     if (!source.axis) {
-        auto painted = formats::loadPaintedGradient(file, options, encodingOf(source.encoding.value_or("auto")));
-        if (!painted) return tl::make_unexpected(painted.error());
+        LC_TRY(painted, formats::loadPaintedGradient(file, options, encodingOf(source.encoding.value_or("auto"))));
         verified.source.gradient = std::move(painted->zones);
         return verified;
     }
-    const auto loaded = formats::loadEnvironment(file, options);
-    if (!loaded) return tl::make_unexpected(loaded.error());
+    LC_TRY(loaded, formats::loadEnvironment(file, options));
     const int zones = source.zones.value_or(0);
     if (auto usable = fit::checkAzimuthalAverage(*source.axis, zones); !usable)
         return failure(ErrorCode::Verification, context.action.asset, usable.error().line());
@@ -107,18 +102,13 @@ Preview drawRows(const verify::CookedRsrm& map, const std::vector<verify::RsrmRo
 
 Result<ActionOutcome> verifyRsrm(const ActionContext& context) {
     const Stopwatch watch;
-    const auto asset = upstreamAsset(context);
-    if (!asset) return tl::make_unexpected(asset.error());
-    const auto visible = parametersOf<VisibleParameters>(context);
-    if (!visible) return tl::make_unexpected(visible.error());
-    const auto verified = loadVerified(context, asset->source);
-    if (!verified) return tl::make_unexpected(verified.error());
+    LC_TRY(asset, upstreamAsset(context));
+    LC_TRY(visible, parametersOf<VisibleParameters>(context));
+    LC_TRY(verified, loadVerified(context, asset->source));
     const verify::RsrmSource& source = verified->source;
-    const auto colors = formats::linearConversion(environmentOptions(asset->source, context.action).colors);
-    if (!colors) return tl::make_unexpected(colors.error());
+    LC_TRY(colors, formats::linearConversion(environmentOptions(asset->source, context.action).colors));
     const glm::vec3 luminanceWeights = colors->luminanceWeights;
-    const auto map = readMap(context, *asset);
-    if (!map) return tl::make_unexpected(map.error());
+    LC_TRY(map, readMap(context, *asset));
 
     const verify::Viewing viewing = visible->viewing(verify::rsrmDisplayKey(source.gradient, luminanceWeights), colors->bt2020FromWorking);
     auto comparison = compareRsrm(*map, source, luminanceWeights, context, "verify " + context.action.asset, viewing);
