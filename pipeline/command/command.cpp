@@ -149,7 +149,7 @@ formats::Error errorOf(const CLI::App& app, const CLI::ParseError& mistake) {
     const OptionDoc doc = describeOption(*option);
     const std::string value = fmt::format("{}", fmt::join(option->results(), ","));
     return {formats::ErrorCode::InvalidRequest, name,
-            fmt::format("found {}, expected {}{}", value.empty() ? "no value" : "'" + value + "'",
+            fmt::format("found {}, expected {}{}", option->results().empty() ? "no value" : "'" + value + "'",
                         doc.choices.empty() ? doc.placeholder : fmt::format("one of: {}", fmt::join(doc.choices, ", ")),
                         formats::nearestHint(value, doc.choices))};
 }
