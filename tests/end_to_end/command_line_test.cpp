@@ -286,7 +286,8 @@ TEST_F(CommandLineSoak, DocumentsDoNotReplaceFilesOfACookedFolder) {
     for (const char* option : {"--json", "--junit", "--sarif", "--depfile", "--history"})
         expectRefused(fmt::format("cook scene.toml -o out {} out/map_l0.ktx2", option), 2,
                       {fmt::format("{}: found the same file as one of the cooked folder (out/map_l0.ktx2), expected another one", option)});
-    expectRefused("lightmap map.exr out --json out/map_ratio.ktx2", 2, {"--json: found the same file as one of the cooked folder"});
+    expectRefused("lightmap map.exr out --layout ratio --json out/map_ratio.ktx2", 2,
+                  {"--json: found the same file as one of the cooked folder"});
     expectRefused("lightmap map.exr out --json out/cooked.json", 2, {"--json: found the same file as one of the cooked folder"});
     expectRefused("demo -o out --json out/report.json", 2, {"--json: found the same file as the report of the output folder"});
 
