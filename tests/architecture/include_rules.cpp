@@ -139,8 +139,9 @@ std::optional<std::string> objectionToSubfolder(const std::string& file, const s
 /// Returns the row of kPipelineOrder of a path such as "pipeline/cook/plan.h"; empty for a path elsewhere.
 std::optional<std::size_t> rowInPipeline(const std::string& name) {
     const std::string prefix = "pipeline/";
-    if (!name.starts_with(prefix)) return std::nullopt;
-    const std::string folder = name.substr(prefix.size(), name.find('/', prefix.size()) - prefix.size());
+    const std::size_t end = name.find('/', prefix.size());
+    if (!name.starts_with(prefix) || end == std::string::npos) return std::nullopt;
+    const std::string folder = name.substr(prefix.size(), end - prefix.size());
     for (std::size_t row = 0; row < kPipelineOrder.size(); ++row)
         if (std::ranges::find(kPipelineOrder[row], folder) != kPipelineOrder[row].end()) return row;
     return kPipelineOrder.size();  // a folder that the order lacks comes after all

@@ -543,8 +543,9 @@ TEST_F(Engines, AProbeMayStateItsPlaceInTheSceneFile) {
     EXPECT_EQ(assetOf(manifest, "probe").at("probe"),
               Json({{"position", {1.0, 2.5, -3.0}}, {"box", {{0.0, 0.0, -4.0}, {2.0, 3.0, 4.0}}}, {"radius", 5.0}}));
     EXPECT_EQ(assetOf(manifest, "sky").at("axis"), Json({0.0, 0.0, 1.0}));
-    for (const auto& [line, expected] : {std::pair("radius = 0", "positive radius"), std::pair("box = [0, 0, 0, 1, 1, 0]", "lowest corner"),
-                                         std::pair("box = [0, 0, 0]", "corners"), std::pair("position = [1, 2]", "a place")}) {
+    for (const auto& [line, expected] :
+         {std::pair("radius = 0", "positive radius"), std::pair("box = [0, 0, 0, 1, 1, 0]", "the lowest first"),
+          std::pair("box = [0, 0, 0]", "corners"), std::pair("position = [1, 2]", "a place")}) {
         std::string bad = scene;
         bad.replace(bad.find("position = [1, 2.5, -3]\nbox = [0, 0, -4, 2, 3, 4]\nradius = 5\n"),
                     std::string("position = [1, 2.5, -3]\nbox = [0, 0, -4, 2, 3, 4]\nradius = 5\n").size(), std::string(line) + "\n");

@@ -252,7 +252,7 @@ TEST_F(ReadLevels, AnotherWordForTheSizeIsRefused) {
     setSize("\"least\"");
     const auto scene = readScene(scene_.sceneFile());
     ASSERT_FALSE(scene);
-    EXPECT_THAT(scene.error().line(), HasSubstr("found 'least' for probe.size, expected one of: auto"));
+    EXPECT_THAT(scene.error().line(), HasSubstr("found 'least' for probe.size, expected a power of two from 16 to 2048, or \"auto\""));
 }
 
 TEST(ProbePlace, OfTheManifestIsThatOfTheSceneFileOrOfTheList) {
