@@ -50,12 +50,7 @@ struct Range {
 
 /// Values that a key may have, in numbers and in words.
 struct KeyRule {
-    enum class Form {
-        Plain,
-        Fraction,  ///< a number, or a text such as "2%"
-        ByteCount  ///< a text such as "2 MiB"
-    };
-    Form form = Form::Plain;
+    bool isFraction = false;                               ///< also a text such as "2%"
     double low = -HUGE_VAL, high = HUGE_VAL;               ///< of numbers, which are finite
     bool (*allows)(double) = nullptr;                      ///< a condition on numbers beside the range
     std::vector<std::string> names = {};                   ///< of a text that is one of these; of a map, of its keys
@@ -88,7 +83,7 @@ template <class Row>
 KeyRule oneOf(std::span<const Row> rows) {
     return oneOf(formats::namesOf(rows));
 }
-inline const KeyRule kByteCount = {.form = KeyRule::Form::ByteCount, .expected = "a size such as \"2 MiB\"", .type = "size"};
+inline const KeyRule kByteCount = {.expected = "a size such as \"2 MiB\"", .type = "size"};
 
 /// Returns "what. `a`: caption of a; `b`: caption of b" for the rows of a table.
 template <class Row>

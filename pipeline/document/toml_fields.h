@@ -129,7 +129,7 @@ void readKey(const TomlValue& place, T& value, const KeyRule& rule) {
         if (!rule.isAllowed(static_cast<double>(number))) place.refuse(fmt::format("{}", number), expected);
         value = static_cast<T>(number);
     } else {
-        const double number = rule.form == KeyRule::Form::Fraction ? place.fraction(expected) : place.number(expected);
+        const double number = rule.isFraction ? place.fraction(expected) : place.number(expected);
         if (!rule.isAllowed(number)) place.refuse(fmt::format("{}", number), expected);
         value = number;
     }

@@ -59,7 +59,7 @@ std::string faultOfLobe(const std::string& lobe);
 
 // Values that several keys have.
 inline const KeyRule kOfOutput = {.fallback = "that of `[output]`"};
-inline const KeyRule kPositiveFraction = {.form = KeyRule::Form::Fraction,
+inline const KeyRule kPositiveFraction = {.isFraction = true,
                                           .allows = [](double value) { return value > 0; },
                                           .expected = "a positive fraction: 0.02, or \"2%\"",
                                           .type = "fraction"};
@@ -183,14 +183,11 @@ void describeKeys(Keys& keys, OutputSettings& output) {
     keys.optional("zstd", output.zstd, {}, "Zstandard supercompression of KTX2 levels");
     keys.optional("effort", output.effort, within(0, 9),
                   "effort of the block encoders: 0 is fastest, 9 best. Not beside target `float`, whose texels are not encoded");
-    keys.optional("rdo", output.rdo,
-                  {.form = KeyRule::Form::Fraction,
-                   .low = 0,
-                   .high = kLargestRdo,
-                   .expected = "a fraction from 0 to 1: 0.02, or \"2%\"",
-                   .type = "0 to 1"},
-                  "target `bc`: share by which the error of a row of blocks may grow, for smaller files with `zstd` "
-                  "([encoding textures](../guide/encoding-textures.md#rate-distortion-optimization))");
+    keys.optional(
+        "rdo", output.rdo,
+        {.isFraction = true, .low = 0, .high = kLargestRdo, .expected = "a fraction from 0 to 1: 0.02, or \"2%\"", .type = "0 to 1"},
+        "target `bc`: share by which the error of a row of blocks may grow, for smaller files with `zstd` "
+        "([encoding textures](../guide/encoding-textures.md#rate-distortion-optimization))");
     keys.optional("draco", output.draco, {},
                   "write meshes as Draco inside glTF, with the fewest bits that the limit allows "
                   "([meshes](../guide/into-an-engine.md#meshes)). `false`: a mesh is written only under a learned layout, unchanged except "
