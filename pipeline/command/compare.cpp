@@ -119,8 +119,7 @@ ChannelCounts comparedChannels(const formats::PlainImage& first, const formats::
 Result<ChannelCounts> addImage(const std::filesystem::path& a, const std::filesystem::path& b, int mip, int layer,
                                const std::array<ImageCount, 2>& files, ImageError& error) {
     const bool isSrgb = files[0].isSrgb || files[1].isSrgb;
-    const auto first = readCompared(a, mip, layer, isSrgb), second = readCompared(b, mip, layer, isSrgb);
-    if (!first) return tl::make_unexpected(first.error());
+    LC_TRY(first, readCompared(a, mip, layer, isSrgb), second = readCompared(b, mip, layer, isSrgb));
     if (!second) return tl::make_unexpected(second.error());
     if (first->texels.width() != second->texels.width() || first->texels.height() != second->texels.height())
         return failure(ErrorCode::WrongShape, b.string(),
@@ -131,8 +130,7 @@ Result<ChannelCounts> addImage(const std::filesystem::path& a, const std::filesy
     std::vector<int> channels;
     for (int c = 0; c < counts.colours; ++c) channels.push_back(c);
     if (counts.isAlphaCompared) channels.push_back(3);
-    for (const auto& [image, file] : {std::pair(&*first, a), std::pair(&*second, b)})
-        if (const auto checked = checkFinite(*image, channels, file); !checked) return tl::make_unexpected(checked.error());
+    for (const auto& [image, file] : {std::pair(&*first, a), std::pair(&*second, b)}) LC_CHECK(checkFinite(*image, channels, file));
     for (std::size_t i = 0; i < first->texels.texels().size(); ++i)
         for (const int c : channels)
             error.add(static_cast<double>(first->texels.texels()[i][c]), static_cast<double>(second->texels.texels()[i][c]));
@@ -140,8 +138,7 @@ Result<ChannelCounts> addImage(const std::filesystem::path& a, const std::filesy
 }
 
 Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem::path& b) {
-    const auto first = imagesIn(a), second = imagesIn(b);
-    if (!first) return tl::make_unexpected(first.error());
+    LC_TRY(first, imagesIn(a), second = imagesIn(b));
     if (!second) return tl::make_unexpected(second.error());
     if (first->layers != second->layers)
         return failure(ErrorCode::WrongShape, b.string(),
@@ -156,8 +153,7 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
     ChannelCounts channels;
     for (int mip = 0; mip < mips; ++mip)
         for (int layer = 0; layer < first->layers; ++layer) {
-            const auto added = addImage(a, b, mip, layer, {*first, *second}, error);
-            if (!added) return tl::make_unexpected(added.error());
+            LC_TRY(added, addImage(a, b, mip, layer, {*first, *second}, error));
             if (added->common() >= channels.common()) channels = *added;
         }
     Json json = error.toJson();
@@ -189,10 +185,8 @@ struct ComparedFolder {
 };
 
 Result<ComparedFolder> readFolder(const std::filesystem::path& folder) {
-    auto report = loadReport(folder / kReportName);
-    if (!report) return tl::make_unexpected(report.error());
-    auto manifest = loadManifest(folder);
-    if (!manifest) return tl::make_unexpected(manifest.error());
+    LC_TRY(report, loadReport(folder / kReportName));
+    LC_TRY(manifest, loadManifest(folder));
     ComparedFolder read{std::move(*report), std::move(*manifest), {}, {}};
     for (const FileRecord& file : filesOf(read.manifest)) read.digests[file.name] = file.digest;
     read.changed = checkDigests(folder, read.manifest);
@@ -226,8 +220,7 @@ bool hasSameContent(const CookedAsset* first, const CookedAsset* second, const s
 }
 
 Result<Comparison> compareScenes(const std::filesystem::path& a, const std::filesystem::path& b) {
-    const auto first = readFolder(a), second = readFolder(b);
-    if (!first) return tl::make_unexpected(first.error());
+    LC_TRY(first, readFolder(a), second = readFolder(b));
     if (!second) return tl::make_unexpected(second.error());
     const std::set<std::string> different = differentFiles(*first, *second);
     std::map<std::string, std::pair<Json, Json>> rows;

@@ -48,8 +48,7 @@ public:
     Result<std::shared_ptr<const formats::LightMapStrip>> chunk(int index) const {
         auto rows = reference_.chunk(index);
         if (!rows || !(takesCoverage_ || takesNormals_)) return rows;
-        auto surface = other_.chunk(index);
-        if (!surface) return surface;
+        LC_TRY(surface, other_.chunk(index));
         const formats::LightMapStrip& own = **rows;
         auto strip = std::make_shared<formats::LightMapStrip>();
         strip->firstRow = own.firstRow;
@@ -98,8 +97,7 @@ bool isCertainLightMap(const ComparedMap& map) {
 
 Result<Json> compareLightMaps(const ComparedMap& a, const ComparedMap& b, const RunState& state) {
     LightMapSources sources;
-    const auto reference = open(sources, a), found = open(sources, b);
-    if (!reference) return tl::make_unexpected(reference.error());
+    LC_TRY(reference, open(sources, a), found = open(sources, b));
     if (!found) return tl::make_unexpected(found.error());
     LightMapSource &bake = **reference, &other = **found;
     if (bake.width() != other.width() || bake.height() != other.height())
@@ -118,14 +116,12 @@ Result<Json> compareLightMaps(const ComparedMap& a, const ComparedMap& b, const 
     if (key->coveredTexels() == 0)
         return failure(ErrorCode::WrongShape, a.file.string(), "found no covered texel, expected some: there is nothing to compare");
     const verify::Viewing viewing{lighting::DisplaySettings{}.of(key->displayKey()), bake.bt2020FromWorking()};
-    const auto score = verify::LightMapScore::create({}, key->key(), viewing);
-    if (!score) return tl::make_unexpected(score.error());
+    LC_TRY(score, verify::LightMapScore::create({}, key->key(), viewing));
     verify::ShadedErrors errors;
     const auto scored = foldInOrder<verify::ShadedErrors>(
         bake.chunkCount(), context, fmt::format("compare {}", action.asset),
         [&](int index) -> Result<verify::ShadedErrors> {
-            const auto expected = maps.chunk(index), result = other.chunk(index);
-            if (!expected) return tl::make_unexpected(expected.error());
+            LC_TRY(expected, maps.chunk(index), result = other.chunk(index));
             if (!result) return tl::make_unexpected(result.error());
             return score->score(**expected, (*result)->sh.view(), (*expected)->firstRow);
         },

@@ -54,9 +54,9 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
         {.name = "--container", .isGiven = cook.container.has_value(), .filters = textures},
         {.name = "--zstd", .isGiven = cook.zstd.has_value(), .filters = textures},
         {.name = "--budget", .isGiven = cook.budgetBytes.has_value(), .filters = textures},
-        {.name = "--max-error", .isGiven = cook.maxError.has_value(), .filters = textures},
-        {.name = "--max-visible", .isGiven = cook.maxVisible.has_value(), .filters = {"specular"}},
-        {.name = "--max-visible-bound", .isGiven = cook.maxVisibleBound.has_value(), .filters = {"specular"}},
+        {.name = "--max-error", .isGiven = cook.limits[Limit::Error].has_value(), .filters = textures},
+        {.name = "--max-visible", .isGiven = cook.limits[Limit::Visible].has_value(), .filters = {"specular"}},
+        {.name = "--max-visible-bound", .isGiven = cook.limits[Limit::VisibleBound].has_value(), .filters = {"specular"}},
         {.name = "--effort", .isGiven = cook.effort.has_value(), .filters = textures},
         {.name = "--rdo", .isGiven = cook.rdo.has_value(), .filters = textures},
     };
@@ -69,7 +69,7 @@ formats::Result<void> checkFilterOptions(const CommandLine& options) {
 
 /// Runs --filter irradiance.
 formats::Result<Json> runIrradiance(const CommandLine& options) {
-    if (auto checked = checkContainer(options.cook, options.output); !checked) return tl::make_unexpected(checked.error());
+    LC_CHECK(checkContainer(options.cook, options.output));
     OutputSettings output;
     output.target = options.cook.target.value_or(output.target);
     output.rdo = options.cook.rdo.value_or(output.rdo);
@@ -87,7 +87,7 @@ formats::Result<Json> runIrradiance(const CommandLine& options) {
     command.source = options.source;
     command.target = options.cook.target.value_or(command.target);
     command.budgetBytes = options.cook.budgetBytes;
-    command.maxError = options.cook.maxError.value_or(command.maxError);
+    command.maxError = options.cook.limits[Limit::Error].value_or(command.maxError);
     command.textures.zstd = options.cook.zstd.value_or(command.textures.zstd);
     command.textures.effort = options.cook.effort.value_or(command.textures.effort);
     command.textures.rdo = options.cook.rdo.value_or(command.textures.rdo);

@@ -14,15 +14,12 @@
 namespace lightcook::pipeline {
 
 formats::Result<Json> decodeTexture(const DecodeCommand& command) {
-    if (auto checked = requireTextureFile(command.input); !checked) return tl::make_unexpected(checked.error());
-    if (auto checked = requireExrFile(command.output); !checked) return tl::make_unexpected(checked.error());
-    const auto image = readAnyImage(command.input, command.mip, command.layer);
-    if (!image) return tl::make_unexpected(image.error());
+    LC_CHECK(requireTextureFile(command.input));
+    LC_CHECK(requireExrFile(command.output));
+    LC_TRY(image, readAnyImage(command.input, command.mip, command.layer));
     const int channels = image->hasAlpha ? 4 : 3;
-    const auto folders = FoldersOfFile::make(command.output);
-    if (!folders) return tl::make_unexpected(folders.error());
-    if (auto written = formats::writeExr(command.output, image->texels.view(), channels); !written)
-        return tl::make_unexpected(written.error());
+    LC_TRY(folders, FoldersOfFile::make(command.output));
+    LC_CHECK(formats::writeExr(command.output, image->texels.view(), channels));
     return Json{{"width", image->texels.width()},
                 {"height", image->texels.height()},
                 {"channels", channels},

@@ -96,8 +96,7 @@ Result<std::string> convertColours(formats::PlainImage& image, const EncodeComma
                        fmt::format("found it with {}, a picture of integers, expected EXR or HDR", command.input.string()));
     if (image.channelCount - (image.hasAlpha ? 1 : 0) < 3) return std::string();
     const formats::ColorSpaces colors = colorsOf(command.source);
-    const auto conversion = formats::linearConversion(colors, image.chromaticities);
-    if (!conversion) return tl::make_unexpected(conversion.error());
+    LC_TRY(conversion, formats::linearConversion(colors, image.chromaticities));
     if (conversion->isIdentity) return std::string();
     for (glm::vec4& texel : image.texels.texels()) texel = glm::vec4(conversion->workingFromSource * glm::vec3(texel), texel.a);
     if (command.source && *command.source != formats::kStatedSource) return *command.source;
@@ -107,10 +106,8 @@ Result<std::string> convertColours(formats::PlainImage& image, const EncodeComma
 
 /// Brings an image to the colours that are encoded, and refuses or repairs values that the format cannot hold. Returns what is to report.
 Result<Json> prepareImage(formats::PlainImage& image, const EncodeCommand& command, const formats::PixelFormatInfo& format) {
-    auto repaired = checkTexels(image.texels, command.input, format, command.repair, {.takesNegative = true});
-    if (!repaired) return tl::make_unexpected(repaired.error());
-    const auto space = convertColours(image, command);
-    if (!space) return tl::make_unexpected(space.error());
+    LC_TRY(repaired, checkTexels(image.texels, command.input, format, command.repair, {.takesNegative = true}));
+    LC_TRY(space, convertColours(image, command));
     TexelCheck check{.takesNegative = format.isSigned};
     if (!space->empty())
         check.otherwise =
@@ -123,8 +120,7 @@ Result<Json> prepareImage(formats::PlainImage& image, const EncodeCommand& comma
                     texel[c] = 0;
                     ++outsideGamut;
                 }
-    const auto negative = checkTexels(image.texels, command.input, format, command.repair, check);
-    if (!negative) return tl::make_unexpected(negative.error());
+    LC_TRY(negative, checkTexels(image.texels, command.input, format, command.repair, check));
     std::int64_t transparent = 0;
     if (image.hasAlpha && format.channelCount < 4)
         transparent = std::ranges::count_if(image.texels.texels(), [](const glm::vec4& texel) { return texel.a != 1; });
@@ -137,8 +133,7 @@ Result<Json> prepareImage(formats::PlainImage& image, const EncodeCommand& comma
 
 /// Reads the weights of texels from the first channel of an image and scales the largest to 1.
 Result<Image<float>> readSignificance(const std::filesystem::path& file, int width, int height) {
-    const auto image = formats::readImage(file);
-    if (!image) return tl::make_unexpected(image.error());
+    LC_TRY(image, formats::readImage(file));
     const Image<glm::vec4>& texels = image->texels;
     if (texels.width() != width || texels.height() != height)
         return failure(ErrorCode::WrongShape, file.string(),
@@ -197,19 +192,19 @@ Result<void> checkTaken(const char* option, bool isGiven, const FormatOption& ki
 /// Refuses weights that would have no effect. The rows that --rdo bounds weigh both channels of BC5.
 Result<void> checkWeightsTaken(const EncodeCommand& command, const formats::PixelFormatInfo& format) {
     if (command.rdo > 0 && format.channelCount > 1 && compress::supportsRdo(format.format)) return {};
-    if (auto taken = checkTaken("--weights", command.channelWeights.has_value(), kWeightOption, format); !taken) return taken;
+    LC_CHECK(checkTaken("--weights", command.channelWeights.has_value(), kWeightOption, format));
     return checkTaken("--perceptual", command.perceptual, kWeightOption, format);
 }
 
 /// Refuses options that would have no effect. Efforts are taken beside every format, so that a script can give one to all.
 Result<void> checkEffects(const EncodeCommand& command, const formats::PixelFormatInfo& format) {
-    if (auto taken = checkTaken("--metric", command.metric.has_value(), kMetricOption, format); !taken) return taken;
-    if (auto taken = checkTaken("--metric-scale", command.metricScale.has_value(), kMetricOption, format); !taken) return taken;
+    LC_CHECK(checkTaken("--metric", command.metric.has_value(), kMetricOption, format));
+    LC_CHECK(checkTaken("--metric-scale", command.metricScale.has_value(), kMetricOption, format));
     if (command.perceptual && format.channelCount < 3)
         return failure(ErrorCode::InvalidRequest, "--perceptual",
                        fmt::format("found format {}, which holds no colour, expected one with red, green and blue", format.name));
-    if (auto taken = checkWeightsTaken(command, format); !taken) return taken;
-    if (auto taken = checkTaken("--significance", !command.significance.empty(), kSignificanceOption, format); !taken) return taken;
+    LC_CHECK(checkWeightsTaken(command, format));
+    LC_CHECK(checkTaken("--significance", !command.significance.empty(), kSignificanceOption, format));
     if (command.metricScale && command.metric == compress::HdrMetric::Linear)
         return failure(ErrorCode::InvalidRequest, "--metric-scale",
                        "found it with --metric linear, which has no scale, expected --metric log or relative");
@@ -217,7 +212,7 @@ Result<void> checkEffects(const EncodeCommand& command, const formats::PixelForm
 }
 
 Result<compress::EncodeOptions> optionsOf(const EncodeCommand& command, const formats::PixelFormatInfo& format) {
-    if (auto checked = checkEffects(command, format); !checked) return tl::make_unexpected(checked.error());
+    LC_CHECK(checkEffects(command, format));
     compress::EncodeOptions options;
     options.effort = command.effort.value_or(options.effort);
     options.hdrMetric = command.metric.value_or(options.hdrMetric);
@@ -284,22 +279,16 @@ std::vector<std::vector<std::byte>> encodeStackedFaces(const formats::TextureSha
 }  // namespace
 
 Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
-    const auto format = formatFromName(command.format);
-    if (!format) return tl::make_unexpected(format.error());
-    if (auto checked = requireTextureFile(command.output); !checked) return tl::make_unexpected(checked.error());
-    if (auto checked = requireFormatOfContainer(command, *format); !checked) return tl::make_unexpected(checked.error());
+    LC_TRY(format, formatFromName(command.format));
+    LC_CHECK(requireTextureFile(command.output));
+    LC_CHECK(requireFormatOfContainer(command, *format));
     const formats::PixelFormatInfo& facts = formats::info(*format);
-    const auto options = optionsOf(command, facts);
-    if (!options) return tl::make_unexpected(options.error());
-    auto image = readPicture(command.input);
-    if (!image) return tl::make_unexpected(image.error());
+    LC_TRY(options, optionsOf(command, facts));
+    LC_TRY(image, readPicture(command.input));
     if (*format == PixelFormat::Rgba8Srgb && formats::isPictureFile(command.input)) decodeSrgb(*image);
     Image<glm::vec4>& texels = image->texels;
-    if (command.cube)
-        if (auto resampled = formats::resampleEnvironment(*image, command.input.string()); !resampled)
-            return tl::make_unexpected(resampled.error());
-    const auto prepared = prepareImage(*image, command, facts);
-    if (!prepared) return tl::make_unexpected(prepared.error());
+    if (command.cube) LC_CHECK(formats::resampleEnvironment(*image, command.input.string()));
+    LC_TRY(prepared, prepareImage(*image, command, facts));
     if (command.cube && texels.height() != 6 * texels.width())
         return failure(ErrorCode::WrongShape, command.input.string(),
                        fmt::format("found {} x {} texels, expected a vertical strip of six square faces", texels.width(), texels.height()));
@@ -310,17 +299,15 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     settings.zstd = command.zstd;
     Image<float> significance;
     if (!command.significance.empty()) {
-        auto read = readSignificance(command.significance, texels.width(), texels.height());
-        if (!read) return tl::make_unexpected(read.error());
+        LC_TRY(read, readSignificance(command.significance, texels.width(), texels.height()));
         significance = std::move(*read);
     }
     compress::EncodeReport report;
     const auto start = std::chrono::steady_clock::now();
     const auto images = encodeStackedFaces(shape, texels, significance, *options, report);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const auto folders = FoldersOfFile::make(command.output);
-    if (!folders) return tl::make_unexpected(folders.error());
-    if (auto written = writeTexture(command.output, shape, settings, {}, images); !written) return tl::make_unexpected(written.error());
+    LC_TRY(folders, FoldersOfFile::make(command.output));
+    LC_CHECK(writeTexture(command.output, shape, settings, {}, images));
     Json json = {{"width", shape.width},
                  {"height", shape.height},
                  {"mips", shape.mipCount},

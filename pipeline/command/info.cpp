@@ -147,8 +147,7 @@ Json describePlaces(const std::filesystem::path& file) {
 
 /// Describes the light maps of Unreal that a glTF holds, each by its image. One that cannot be read has its error.
 Result<Json> describeEpicMaps(const std::filesystem::path& file) {
-    const auto images = formats::epicImageNames(file);
-    if (!images) return tl::make_unexpected(images.error());
+    LC_TRY(images, formats::epicImageNames(file));
     Json list = Json::array();
     for (const std::string& image : *images) {
         formats::LightMapDescription description;
@@ -255,12 +254,10 @@ Result<Json> describeFile(const std::filesystem::path& file) {
             return json;
         });
         if (!facts) return facts;
-        const auto bound = formats::boundLightMaps(file);
-        if (!bound) return tl::make_unexpected(bound.error());
+        LC_TRY(bound, formats::boundLightMaps(file));
         if (const Json maps = parseJson(*bound); maps.is_array() && !maps.empty()) (*facts)["light_maps"] = briefly(maps);
         if (Json places = describePlaces(file); !places.is_null()) (*facts)["lmbake"] = std::move(places);
-        const auto baked = describeEpicMaps(file);
-        if (!baked) return tl::make_unexpected(baked.error());
+        LC_TRY(baked, describeEpicMaps(file));
         if (!baked->empty()) (*facts)["as_light_maps"] = *baked;
         return facts;
     }
@@ -307,8 +304,7 @@ namespace {
 Result<Json> describeAndCheck(const std::filesystem::path& file, std::vector<formats::Error>& changed) {
     std::error_code code;
     if (!std::filesystem::is_directory(file, code)) return describeFile(file);
-    const auto manifest = loadManifest(file);
-    if (!manifest) return tl::make_unexpected(manifest.error());
+    LC_TRY(manifest, loadManifest(file));
     auto facts = describeFolder(file, *manifest);
     if (facts) changed = checkDigests(file, *manifest);
     return facts;

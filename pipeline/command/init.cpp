@@ -92,16 +92,13 @@ formats::Result<Json> writeScene(const InitOptions& options, Session& session) {
     if (fs::exists(scene, code) && !options.force)
         return formats::failure(formats::ErrorCode::InvalidRequest, scene.string(),
                                 "found a file, expected none; --force replaces it, -o FILE writes another");
-    auto inputs = findInputs(options.inputs);
-    if (!inputs) return tl::make_unexpected(inputs.error());
-    if (auto checked = session.paths.checkAgainst(filesNamedBy(*inputs), "an input"); !checked) return tl::make_unexpected(checked.error());
-    if (options.output.empty())
-        if (auto checked = session.paths.checkAgainst({scene}, "the scene file"); !checked) return tl::make_unexpected(checked.error());
+    LC_TRY(inputs, findInputs(options.inputs));
+    LC_CHECK(session.paths.checkAgainst(filesNamedBy(*inputs), "an input"));
+    if (options.output.empty()) LC_CHECK(session.paths.checkAgainst({scene}, "the scene file"));
     const fs::path folder = fs::absolute(scene).parent_path();
-    const auto text = draftScene(*inputs, folder);
-    if (!text) return tl::make_unexpected(text.error());
-    if (auto made = makeFolder(folder); !made) return tl::make_unexpected(made.error());
-    if (auto written = writeFile(scene, *text, OutputLink::Follow); !written) return tl::make_unexpected(written.error());
+    LC_TRY(text, draftScene(*inputs, folder));
+    LC_CHECK(makeFolder(folder));
+    LC_CHECK(writeFile(scene, *text, OutputLink::Follow));
     if (session.terminal.verbosity() != Verbosity::Quiet) print(session.terminal, *inputs, scene);
     return jsonOf(*inputs, scene);
 }

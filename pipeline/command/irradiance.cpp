@@ -38,12 +38,10 @@ Json rowsOf(const lighting::ShRgb& sh) {
 /// Compares texels of a written file with brute force.
 Result<verify::IrradianceFigures> verified(const std::filesystem::path& file, float range, double wrap,
                                            const formats::Environment& environment) {
-    const auto texture = formats::TextureReader::open(file);
-    if (!texture) return tl::make_unexpected(texture.error());
+    LC_TRY(texture, formats::TextureReader::open(file));
     std::vector<Image<glm::vec4>> faces;
     for (int face = 0; face < 6; ++face) {
-        auto image = verify::decodeImage(*texture, {0, 0, face});
-        if (!image) return tl::make_unexpected(image.error());
+        LC_TRY(image, verify::decodeImage(*texture, {0, 0, face}));
         faces.push_back(std::move(*image));
     }
     return verify::compareIrradiance(faces, range, wrap, environment);
@@ -61,11 +59,9 @@ Result<void> checkOutput(const std::filesystem::path& output) {
 }  // namespace
 
 Result<Json> cookIrradiance(const IrradianceCommand& command) {
-    if (auto checked = checkOutput(command.output); !checked) return tl::make_unexpected(checked.error());
-    const auto loaded = formats::loadEnvironment(command.input, {colorsOf(command.source), command.repair});
-    if (!loaded) return tl::make_unexpected(loaded.error());
-    const auto strip = fit::irradianceCubemap(loaded->environment, {command.size, command.wrap});
-    if (!strip) return tl::make_unexpected(strip.error());
+    LC_CHECK(checkOutput(command.output));
+    LC_TRY(loaded, formats::loadEnvironment(command.input, {colorsOf(command.source), command.repair}));
+    LC_TRY(strip, fit::irradianceCubemap(loaded->environment, {command.size, command.wrap}));
     float largest = 0;
     for (const glm::vec3& texel : strip->texels()) largest = std::max({largest, texel.x, texel.y, texel.z});
     const float range = hdrRange(largest);
@@ -82,19 +78,17 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     const Json constants = {{"range", range}, {"wrap", command.wrap}, {"quantity", "exit radiance of a white surface"}};
     const auto metadata = textureMetadata({{"kind", "cubemap"}, {"layout", "irradiance"}, {"role", "cubemap"}, {"constants", constants}});
     // Written to a temporary folder: a file that fails its verification does not replace an earlier output.
-    auto folder = TemporaryFolder::create();
-    if (!folder) return tl::make_unexpected(folder.error());
+    LC_TRY(folder, TemporaryFolder::create());
     const std::filesystem::path file = folder->path() / "irradiance.ktx2";
-    if (auto written = writeTexture(file, shape, command.textures, metadata, images); !written) return tl::make_unexpected(written.error());
+    LC_CHECK(writeTexture(file, shape, command.textures, metadata, images));
     const double converted = cpuSeconds();
-    const auto figures = verified(file, range, command.wrap, loaded->environment);
-    if (!figures) return tl::make_unexpected(figures.error());
+    LC_TRY(figures, verified(file, range, command.wrap, loaded->environment));
     if (!(figures->relRms <= command.maxError))
         return failure(
             ErrorCode::Verification, command.output.string(),
             fmt::format("found an error of {:.4f} (rms) against brute force, expected at most {:.4g}", figures->relRms, command.maxError));
     const double verifySeconds = cpuSeconds() - converted;
-    if (auto copied = copyFile(file, command.output, OutputLink::Follow); !copied) return tl::make_unexpected(copied.error());
+    LC_CHECK(copyFile(file, command.output, OutputLink::Follow));
     std::error_code code;
     return Json{{"texels", figures->texelCount},
                 {"rel_rms", figures->relRms},
@@ -113,8 +107,7 @@ Result<Json> cookSh(const ShCommand& command) {
             ErrorCode::InvalidRequest, command.output.string(),
             fmt::format("found the extension \"{}\", expected .json for nine coefficients", command.output.extension().string()));
     // The coefficients are converted in place of the texels: colours that the working space lacks have negative ones, which are exact.
-    const auto conversion = formats::linearConversion(colorsOf(command.source), formats::statedChromaticities(command.input));
-    if (!conversion) return tl::make_unexpected(conversion.error());
+    LC_TRY(conversion, formats::linearConversion(colorsOf(command.source), formats::statedChromaticities(command.input)));
     const auto loaded = formats::loadEnvironment(command.input, {{}, command.repair});
     if (!loaded) return tl::make_unexpected(loaded.error());
     lighting::ShRgb sh = fit::projectEnvironment(loaded->environment);
@@ -125,8 +118,7 @@ Result<Json> cookSh(const ShCommand& command) {
     const Json document = {{"sh", rowsOf(sh)},     {"exit", rowsOf(lighting::convolve(sh, lighting::wrappedLambertBands(command.wrap)))},
                            {"wrap", command.wrap}, {"normalize", command.normalize},
                            {"phase", "none"},      {"repaired_texels", loaded->repairedTexels}};
-    if (auto written = writeFile(command.output, document.dump(1) + "\n", OutputLink::Follow); !written)
-        return tl::make_unexpected(written.error());
+    LC_CHECK(writeFile(command.output, document.dump(1) + "\n", OutputLink::Follow));
     return document;
 }
 

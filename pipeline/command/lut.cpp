@@ -30,9 +30,8 @@ formats::Result<void> checkExponents(const LutOptions& options) {
 }
 
 formats::Result<void> check(const LutOptions& options) {
-    if (!options.m.empty())
-        if (auto checked = checkOption("--m", objectionToRange(options.m, 0, 1)); !checked) return checked;
-    if (auto checked = checkExponents(options); !checked) return checked;
+    if (!options.m.empty()) LC_CHECK(checkOption("--m", objectionToRange(options.m, 0, 1)));
+    LC_CHECK(checkExponents(options));
     // Without a range it is that of all materials.
     const std::vector<double>& range = options.exponents.empty() ? options.m : options.exponents;
     if (options.tables.roughnessCount == 1 && (range.size() != 2 || range[0] < range[1]))

@@ -191,7 +191,7 @@ void OutputOptions::addFormats(CLI::App& app) {
 
 void OutputOptions::addLayout(CLI::App& app) {
     app.add_option(
-           "--max-visible", maxVisible_,
+           "--max-visible", limits_[Limit::Visible],
            "Limit on the visible error of light maps and meshes, in just noticeable differences that 99 % keep; over it verification "
            "fails")
         ->type_name("NUMBER");
@@ -210,15 +210,15 @@ void addErrorLimit(CLI::App& app, std::optional<double>& limit) {
 }  // namespace
 
 void OutputOptions::addLimits(CLI::App& app) {
-    addErrorLimit(app, maxError_);
-    app.add_option("--max-visible", maxVisible_,
+    addErrorLimit(app, limits_[Limit::Error]);
+    app.add_option("--max-visible", limits_[Limit::Visible],
                    "Limit on the visible error, in just noticeable differences that 99 % keep; over it verification fails")
         ->type_name("NUMBER");
     addVisibleBound(app);
 }
 
 void OutputOptions::addVisibleBound(CLI::App& app) {
-    app.add_option("--max-visible-bound", maxVisibleBound_,
+    app.add_option("--max-visible-bound", limits_[Limit::VisibleBound],
                    "Limit on the proven bound of the visible error, which no place, normal or view exceeds; over it verification fails")
         ->type_name("NUMBER");
 }
@@ -235,30 +235,31 @@ void OutputOptions::addTextures(CLI::App& app) {
 
 void OutputOptions::addLightMap(CLI::App& app) {
     addFormats(app);
-    addErrorLimit(app, maxError_);
+    addErrorLimit(app, limits_[Limit::Error]);
     addLayout(app);
 }
 
 void OutputOptions::addScene(CLI::App& app) {
     isOneAsset_ = false;
     addFormats(app);
-    addFractionOption(app, "--max-error", maxError_,
+    addFractionOption(app, "--max-error", limits_[Limit::Error],
                       "Limit on rel_rms of diffuse and of specular, of light maps and meshes; over it verification fails");
-    addFractionOption(app, "--max-converter-error", maxConverterError_,
+    addFractionOption(app, "--max-converter-error", limits_[Limit::ConverterError],
                       "Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity");
-    app.add_option("--max-converter-visible", maxConverterVisible_,
+    app.add_option("--max-converter-visible", limits_[Limit::ConverterVisible],
                    "Limit on the visible error of dominant lights, cubemaps, tables and reflection maps; over it verification fails")
         ->type_name("NUMBER");
-    app.add_option("--max-converter-visible-bound", maxConverterVisibleBound_,
+    app.add_option("--max-converter-visible-bound", limits_[Limit::ConverterVisibleBound],
                    "Limit on the proven bound of the visible error of dominant lights, cubemaps, tables and reflection maps; over it "
                    "verification fails")
         ->type_name("NUMBER");
-    app.add_option("--max-whole-visible", maxWholeVisible_,
+    app.add_option("--max-whole-visible", limits_[Limit::WholeVisible],
                    "Limit on the visible error of what a pixel shows of a light map and its dominant light together: their smallest "
                    "layouts within it are chosen; over it verification fails")
         ->type_name("NUMBER");
-    addFractionOption(app, "--max-whole-error", maxWholeError_, "The same limit on rel_rms of what a pixel shows of them together");
-    app.add_option("--max-seam", maxSeam_,
+    addFractionOption(app, "--max-whole-error", limits_[Limit::WholeError],
+                      "The same limit on rel_rms of what a pixel shows of them together");
+    app.add_option("--max-seam", limits_[Limit::Seam],
                    "Limit on the seams that cooking adds where charts of a light map meet on its mesh, in just noticeable differences; "
                    "over it verification fails")
         ->type_name("NUMBER");
@@ -270,26 +271,14 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (!layout_.empty()) options.lightMapLayout = layout_;
     if (const auto* row = formats::findByName(formats::allObjectives(), objective_); row != nullptr) options.objective = row->id;
     if (!container_.empty()) options.container = container_ == "dds" ? formats::Container::Dds : formats::Container::Ktx2;
-    if (maxError_) options.maxError = maxError_;
-    // A command of one asset holds that asset to its --max-error, of whatever kind it is.
-    options.maxConverterError = isOneAsset_ ? maxError_ : maxConverterError_;
-    const std::array<std::pair<const char*, const std::optional<double>*>, 6> visibleLimits = {
-        {{"--max-visible", &maxVisible_},
-         {"--max-visible-bound", &maxVisibleBound_},
-         {"--max-converter-visible", &maxConverterVisible_},
-         {"--max-converter-visible-bound", &maxConverterVisibleBound_},
-         {"--max-seam", &maxSeam_},
-         {"--max-whole-visible", &maxWholeVisible_}}};
-    for (const auto& [option, limit] : visibleLimits)
-        if (*limit)
-            if (auto checked = checkOption(option, kVisibleLimit.objectionTo(**limit)); !checked) return checked;
-    options.maxVisible = maxVisible_;
-    options.maxVisibleBound = maxVisibleBound_;
-    options.maxConverterVisible = isOneAsset_ ? maxVisible_ : maxConverterVisible_;
-    options.maxConverterVisibleBound = isOneAsset_ ? maxVisibleBound_ : maxConverterVisibleBound_;
-    options.maxSeam = maxSeam_;
-    options.maxWholeVisible = maxWholeVisible_;
-    options.maxWholeError = maxWholeError_;
+    for (const LimitInfo& limit : allLimits())
+        if (const auto& given = limits_[limit.id]; given && !limit.isFraction)
+            LC_CHECK(checkOption(optionOf(limit).c_str(), kVisibleLimit.objectionTo(*given)));
+    options.limits = limits_;
+    // A command of one asset holds that asset to its limits, of whatever kind it is.
+    if (isOneAsset_)
+        for (const Limit held : {Limit::Error, Limit::Visible, Limit::VisibleBound})
+            options.limits[converterLimit(held).id] = limits_[held];
     if (effort_ && options.target == formats::Target::Float)
         return formats::failure(formats::ErrorCode::InvalidRequest, "--effort",
                                 "found it with --target float, whose texels are not encoded, expected --target bc or astc");
@@ -297,8 +286,7 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
     if (rdo_) options.rdo = rdo_;
     if (zstd_) options.zstd = true;
     if (budget_.empty()) return {};
-    const auto bytes = parseByteCount(budget_, "--budget");
-    if (!bytes) return tl::make_unexpected(bytes.error());
+    LC_TRY(bytes, parseByteCount(budget_, "--budget"));
     options.budgetBytes = *bytes;
     return {};
 }
@@ -353,8 +341,7 @@ formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& des
         return formats::failure(formats::ErrorCode::InvalidRequest, "--axes",
                                 fmt::format("found \"{}\", expected {}", axes_, formats::BakeAxes::kExpected));
     description.axes = *axes;
-    const auto lmbake = lmbakeOf(bake, hasMeshes);
-    if (!lmbake) return tl::make_unexpected(lmbake.error());
+    LC_TRY(lmbake, lmbakeOf(bake, hasMeshes));
     description.lmbake = *lmbake;
     description.bake = bake_;
     description.phase = *formats::conventionFromName<formats::ShPhase>(phase_);
@@ -366,7 +353,7 @@ formats::Result<void> ConventionOptions::apply(formats::LightMapDescription& des
     description.image = image_;
     description.mesh = mesh_;
     description.fireflyLimit = fireflyLimit_;
-    if (auto checked = checkOption("--firefly-limit", kFireflyLimit.objectionTo(fireflyLimit_)); !checked) return checked;
+    LC_CHECK(checkOption("--firefly-limit", kFireflyLimit.objectionTo(fireflyLimit_)));
     // A bake that has normals and coverage does not read its mesh, and would not tell.
     return mesh_.empty() ? formats::Result<void>() : formats::checkLightMapUvs(mesh_);
 }

@@ -94,8 +94,8 @@ private:
     void addVisibleBound(CLI::App& app);
 
     std::string target_, layout_, objective_, container_, budget_;
-    std::optional<double> maxError_, maxConverterError_, maxVisible_, maxVisibleBound_, maxConverterVisible_, maxConverterVisibleBound_,
-        maxSeam_, maxWholeVisible_, maxWholeError_, rdo_;
+    Limits limits_;
+    std::optional<double> rdo_;
     std::optional<int> effort_;
     bool zstd_ = false, isOneAsset_ = true;
 };

@@ -131,7 +131,7 @@ CommandPaths CommandPaths::of(CLI::App& command) {
 Result<void> CommandPaths::check() const {
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
         const Path& output = outputs_[i];
-        if (auto checked = check(output); !checked) return checked;
+        LC_CHECK(check(output));
         for (std::size_t before = 0; before < i; ++before)
             if (isSamePlace(output.path, outputs_[before].path)) return samePlace(output.name, output.path, outputs_[before].name);
     }
@@ -143,27 +143,25 @@ Result<void> CommandPaths::check(const Path& output) const {
     if (output.written == Written::Folder && output.path == kStandardOutput)
         return formats::failure(formats::ErrorCode::InvalidRequest, output.name,
                                 "found -, expected a folder: its files are not printed. ./- is a folder of that name");
-    if (auto checked = checkCanBeMade(output.path, isFolder); !checked) return checked;
+    LC_CHECK(checkCanBeMade(output.path, isFolder));
     if (const std::filesystem::path file = fileInPlaceOfFolder(output.path); !file.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, output.path.string(),
                                 fmt::format("found the file {} in place of a folder, expected a folder or nothing", file.string()));
     if (output.written == Written::File && isDirectory(output.path))
         return formats::failure(formats::ErrorCode::InvalidRequest, output.path.string(),
                                 "found a folder, expected the name of a file to write");
-    if (output.written == Written::Folder)
-        if (auto checked = checkFolderName(output.path); !checked) return checked;
+    if (output.written == Written::Folder) LC_CHECK(checkFolderName(output.path));
     for (const Path& input : inputs_) {
         if (isSamePlace(output.path, input.path)) return samePlace(output.name, output.path, input.name);
         if (formats::isGltfFile(input.path))
             for (const std::filesystem::path& beside : formats::gltfFilesBeside(input.path))
                 if (isSamePlace(output.path, beside)) return samePlace(output.name, output.path, "a file of " + input.path.string());
         if (!isDirectory(input.path)) continue;
-        if (auto checked = checkCooked(output, input.path); !checked) return checked;
-        if (auto checked = checkSources(output, input.path); !checked) return checked;
+        LC_CHECK(checkCooked(output, input.path));
+        LC_CHECK(checkSources(output, input.path));
     }
     for (const Path& other : outputs_)
-        if (&other != &output && (other.written != Written::File || isDirectory(other.path)))
-            if (auto checked = checkCooked(output, other.path); !checked) return checked;
+        if (&other != &output && (other.written != Written::File || isDirectory(other.path))) LC_CHECK(checkCooked(output, other.path));
     return {};
 }
 
@@ -223,7 +221,7 @@ Result<void> CommandPaths::checkAgainst(const std::vector<std::filesystem::path>
 }
 
 Result<void> CommandPaths::checkAgainstScene(const Scene& scene, const std::filesystem::path& cooked) {
-    if (auto checked = checkAgainst(filesNamedBy(scene), "an input of the scene"); !checked) return checked;
+    LC_CHECK(checkAgainst(filesNamedBy(scene), "an input of the scene"));
     if (cooked.empty()) return {};
     for (const Path& output : outputs_) {
         if (output.written != Written::Folder && isSamePlace(output.path, cooked))
@@ -253,7 +251,7 @@ Result<FoldersOfFile> FoldersOfFile::make(const std::filesystem::path& file) {
     for (std::filesystem::path each = file.parent_path(); !each.empty() && !std::filesystem::exists(each, code); each = each.parent_path())
         missing.push_back(each);
     FoldersOfFile made(std::move(missing));  // removes the first ones if a later one fails
-    if (auto done = makeFolder(file.parent_path()); !done) return tl::make_unexpected(done.error());
+    LC_CHECK(makeFolder(file.parent_path()));
     return made;
 }
 

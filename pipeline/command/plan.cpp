@@ -31,21 +31,19 @@ formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
     if (formats::withoutControls(options.launcher) != options.launcher)
         return formats::failure(formats::ErrorCode::InvalidRequest, "--launcher",
                                 fmt::format("found '{}', expected a command in one line, without control characters", options.launcher));
-    auto scene = readScene(options.scene);
-    if (!scene) return tl::make_unexpected(scene.error());
+    LC_TRY(scene, readScene(options.scene));
     if (const std::string why = whyNothing(*scene); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, options.scene.string(), why);
-    if (auto checked = checkCharts(*scene); !checked) return tl::make_unexpected(checked.error());
-    const auto program = formats::programFile();
-    if (!program) return tl::make_unexpected(program.error());
+    LC_CHECK(checkCharts(*scene));
+    LC_TRY(program, formats::programFile());
     scene->file = absolutePath(options.scene);
     const std::filesystem::path output = cookedFolder(*scene, options.output);
-    if (auto checked = session.paths.checkAgainstScene(*scene, output); !checked) return tl::make_unexpected(checked.error());
+    LC_CHECK(session.paths.checkAgainstScene(*scene, output));
     const NinjaOptions ninja{*program, absolutePath(output), options.cache.empty() ? options.cache : absolutePath(options.cache),
                              options.launcher};
-    if (auto checked = checkNinjaPaths(*scene, ninja); !checked) return tl::make_unexpected(checked.error());
+    LC_CHECK(checkNinjaPaths(*scene, ninja));
     if (const auto warning = warningOfDepfiles(*scene, ninja)) session.terminal.warning(warning->subject, warning->detail);
-    if (auto written = session.write(options.ninja, ninjaFileOf(*scene, ninja)); !written) return tl::make_unexpected(written.error());
+    LC_CHECK(session.write(options.ninja, ninjaFileOf(*scene, ninja)));
     return Json{
         {"scene", scene->name}, {"ninja", options.ninja.string()}, {"output", ninja.output.string()}, {"parts", ninjaPartsOf(*scene)}};
 }

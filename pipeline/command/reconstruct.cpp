@@ -27,8 +27,7 @@ bool isReadFor(const std::string& name, const CookedAsset& asset) {
 
 /// Fails unless the manifest and the textures of a light map are those that were cooked. Other files of the folder are not read.
 formats::Result<void> checkCookedFiles(const std::filesystem::path& folder, const std::string& name) {
-    auto manifest = loadManifest(folder);
-    if (!manifest) return tl::make_unexpected(manifest.error());
+    LC_TRY(manifest, loadManifest(folder));
     std::erase_if(manifest->assets, [&](const CookedAsset& asset) { return !isReadFor(name, asset); });
     std::set<std::string> read = {(folder / kManifestName).string()};
     for (const CookedAsset& asset : manifest->assets)

@@ -43,8 +43,7 @@ Result<std::vector<CookedFolder>> readFolders(const std::vector<std::filesystem:
     std::vector<CookedFolder> read;
     std::map<std::pair<std::string, std::string>, std::filesystem::path> seen;
     for (const std::filesystem::path& folder : folders) {
-        auto cooked = readCookedFolder(folder);
-        if (!cooked) return tl::make_unexpected(cooked.error());
+        LC_TRY(cooked, readCookedFolder(folder));
         const auto [place, isNew] = seen.try_emplace({cooked->report.scene, cooked->target}, folder);
         if (!isNew)
             return failure(ErrorCode::InvalidRequest, folder.string(),
@@ -58,8 +57,7 @@ Result<std::vector<CookedFolder>> readFolders(const std::vector<std::filesystem:
 /// Holds the scenes against the budgets of platforms. Warns of limits for scenes and targets that are not there.
 Result<std::vector<PlatformUse>> platformsOf(const std::filesystem::path& file, const std::vector<CookedFolder>& folders,
                                              Terminal& terminal) {
-    const auto budgets = readBudgets(file);
-    if (!budgets) return tl::make_unexpected(budgets.error());
+    LC_TRY(budgets, readBudgets(file));
     std::vector<SceneMemory> memory;
     for (const CookedFolder& folder : folders) memory.push_back(memoryOf(folder));
     if (const auto unknown = warningOfUnknownScenes(*budgets, memory)) terminal.warning(file.string() + ", scenes", *unknown);
@@ -86,8 +84,7 @@ std::string scenesIn(const std::vector<SceneSummary>& scenes) {
 }
 
 Result<BaselineComparison> comparisonOf(const ReportOptions& options, const CookedFolder& folder) {
-    const auto before = readBaselineScenes(options.baseline);
-    if (!before) return tl::make_unexpected(before.error());
+    LC_TRY(before, readBaselineScenes(options.baseline));
     std::error_code code;
     const bool isFolder = std::filesystem::is_directory(options.baseline, code);
     const std::filesystem::path file = isFolder ? options.baseline / kReportName : options.baseline;

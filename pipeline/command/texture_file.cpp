@@ -54,8 +54,7 @@ void decodeSrgb(formats::PlainImage& image) {
 
 Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int mip, int layer) {
     if (!isTextureFile(file)) return readPicture(file);
-    const auto texture = formats::TextureReader::open(file);
-    if (!texture) return tl::make_unexpected(texture.error());
+    LC_TRY(texture, formats::TextureReader::open(file));
     const formats::TextureShape& shape = texture->shape();
     if (mip < 0 || mip >= shape.mipCount || layer < 0 || layer >= shape.layerCount)
         return failure(ErrorCode::InvalidRequest, file.string(),
@@ -65,14 +64,12 @@ Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int 
     const std::uint64_t texels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
     // Blocks are decoded face by face into floats, beside the whole image.
     const std::uint64_t faces = static_cast<std::uint64_t>(shape.faceCount);
-    if (auto fits = formats::checkMemory((faces + 1) * texels * sizeof(glm::vec4), file.string()); !fits)
-        return tl::make_unexpected(fits.error());
+    LC_CHECK(formats::checkMemory((faces + 1) * texels * sizeof(glm::vec4), file.string()));
     formats::PlainImage image;
     image.channelCount = formats::info(shape.format).channelCount;
     image.hasAlpha = image.channelCount == 4;
     for (int face = 0; face < shape.faceCount; ++face) {
-        auto decoded = verify::decodeImage(*texture, {mip, layer, face});
-        if (!decoded) return tl::make_unexpected(decoded.error());
+        LC_TRY(decoded, verify::decodeImage(*texture, {mip, layer, face}));
         if (shape.faceCount == 1) {
             image.texels = std::move(*decoded);
             break;

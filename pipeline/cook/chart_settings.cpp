@@ -19,11 +19,11 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
     if (entry.groundTruth)
         return "found charts to pack beside ground_truth, whose values lie at texels of the bake, expected charts = \"keep\" or no "
                "ground_truth";
-    if ((entry.maxVisibleBound || output.maxVisibleBound) && maxVisible > 0)
+    if ((entry.limits[Limit::VisibleBound] || output.limits[Limit::VisibleBound]) && maxVisible > 0)
         return "found max_visible_bound beside charts with fewer texels, whose error has no bound, expected charts_max_visible = 0";
     if (output.isWholeLimited() && maxVisible > 0)
         return fmt::format("found {} beside charts with fewer texels, whose error it does not count, expected charts_max_visible = 0",
-                           output.maxWholeVisible ? "max_whole_visible" : "max_whole_error");
+                           output.limits[Limit::WholeVisible] ? "max_whole_visible" : "max_whole_error");
     if (takesTangents(output, entry))
         return "found charts to pack with a layout in tangent space, expected charts = \"keep\": its light is relative to the mesh as it "
                "is";
@@ -46,7 +46,7 @@ std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
         if (const std::string_view kind = name == entry.name ? "" : kindOfAsset(scene, name); !kind.empty())
             return fmt::format("found charts to split beside a {} '{}', expected another name for that one: a map of the split has it",
                                kind, name);
-    if (layoutAsked(output) != kAutoLayout || !(output.maxError || visibleLimit(output, entry)))
+    if (layoutAsked(output) != kAutoLayout || !(output.limits[Limit::Error] || visibleLimit(output, entry)))
         return fmt::format("found charts to split without a limit within which each map gets a layout, expected max_visible or max_error{}",
                            layoutAsked(output) == kAutoLayout ? "" : ", and light_map_layout = \"auto\" or none");
     if (output.cost != formats::LayoutCost::Bytes)

@@ -49,7 +49,7 @@ Action contentAction(const Scene& scene, const LightMapEntry& entry, const verif
 /// Returns the action that measures the floor of a light map. Empty: no limit was given that a floor could be above.
 std::optional<Action> floorAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading,
                                   const PlanOptions& options) {
-    if (!scene.output.maxError && !askedVisibleLimit(scene.output, entry)) return std::nullopt;
+    if (!scene.output.limits[Limit::Error] && !askedVisibleLimit(scene.output, entry)) return std::nullopt;
     LightMapFloorParameters parameters{entry.description, shading, displayOf(scene, entry)};
     parameters.description.repair = options.repair;
     return Action{actionId(ActionStep::Floor, entry.name),   kFloorKind, entry.name, toJson(parameters),
@@ -169,7 +169,7 @@ formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, 
                              "rims of charts, where a filter reads texels outside them, and no layout errs less there{}; {}",
                              key, *limit, words, 100 * floor->rimShare, at, remedyOf(scene, entry))});
         };
-        hold("max_error", scene.output.maxError, floor->relRms, fmt::format("{:.4g}", floor->relRms));
+        hold("max_error", scene.output.limits[Limit::Error], floor->relRms, fmt::format("{:.4g}", floor->relRms));
         hold("max_visible", askedVisibleLimit(scene.output, entry), floor->visible, fmt::format("{:.3g}", floor->visible));
     }
     return errors;

@@ -45,18 +45,24 @@ using formats::failure;
 using formats::Result;
 using Clock = std::chrono::steady_clock;
 
+/// Sets a limit of the output, before which no asset keeps one of its own.
+void setLimit(const LimitInfo& limit, double value, Scene& scene) {
+    scene.output.limits[limit.id] = value;
+    const auto forget = [&](auto& entry) { entry.limits[limit.held].reset(); };
+    if (limit.id == limit.held) {
+        std::ranges::for_each(scene.lightMaps, forget);
+        return;
+    }
+    std::ranges::for_each(scene.probes, forget);
+    std::ranges::for_each(scene.gradients, forget);
+    forget(scene.tables);
+}
+
 void applyOverrides(const CookOptions& options, Scene& scene) {
     OutputSettings& output = scene.output;
     if (options.target) output.target = *options.target;
-    if (options.maxError) output.maxError = options.maxError;
-    if (options.maxVisible) output.maxVisible = options.maxVisible;
-    if (options.maxVisibleBound) output.maxVisibleBound = options.maxVisibleBound;
-    if (options.maxConverterVisible) output.maxConverterVisible = options.maxConverterVisible;
-    if (options.maxConverterVisibleBound) output.maxConverterVisibleBound = options.maxConverterVisibleBound;
-    if (options.maxSeam) output.maxSeam = options.maxSeam;
-    if (options.maxWholeVisible) output.maxWholeVisible = options.maxWholeVisible;
-    if (options.maxWholeError) output.maxWholeError = options.maxWholeError;
-    if (options.maxConverterError) output.maxConverterError = options.maxConverterError;
+    for (const LimitInfo& limit : allLimits())
+        if (const auto& given = options.limits[limit.id]) setLimit(limit, *given, scene);
     if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
     if (options.lightMapLayout) output.lightMapLayout = *options.lightMapLayout;
     if (options.objective) output.objective = *options.objective;
@@ -122,25 +128,10 @@ public:
     }
 
 private:
-    /// Forgets the limits on visible errors, or on their bounds, that assets have of their own, beside one of the command line.
-    void forgetConverterLimits() {
-        const auto forget = [&](auto& entry) {
-            if (options_.maxConverterVisible) entry.maxVisible.reset();
-            if (options_.maxConverterVisibleBound) entry.maxVisibleBound.reset();
-        };
-        std::ranges::for_each(scene_.probes, forget);
-        std::ranges::for_each(scene_.gradients, forget);
-        forget(scene_.tables);
-    }
     Result<void> tryRun() {
         applyOverrides(options_, scene_);
-        for (LightMapEntry& entry : scene_.lightMaps) {
-            if (options_.maxVisible) entry.maxVisible.reset();
-            if (options_.maxVisibleBound) entry.maxVisibleBound.reset();
-            if (options_.maxSeam) entry.maxSeam.reset();
-            if (options_.mips) entry.mips.reset();
-        }
-        forgetConverterLimits();
+        if (options_.mips)
+            for (LightMapEntry& entry : scene_.lightMaps) entry.mips.reset();
         outcome_.output = cookedFolder(scene_, options_.output);
         LC_CHECK(checkSettings(scene_, options_, outcome_.output));
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
@@ -333,8 +324,8 @@ private:
             LC_CHECK(makeFoldersOf(outcome_.output, candidateFolder({}, layout) / kManifestName));
             Scene scene = asked_;
             scene.output.budgetBytes = options.budgetBytes = {};
-            scene.output.maxWholeVisible = options.maxWholeVisible = {};
-            scene.output.maxWholeError = options.maxWholeError = {};
+            scene.output.limits[Limit::WholeVisible] = options.limits[Limit::WholeVisible] = {};
+            scene.output.limits[Limit::WholeError] = options.limits[Limit::WholeError] = {};
             if (scene.output.lightMapLayout.empty()) scene.output.lightMapLayout = kAutoLayout;  // as the limits had it
             const Outcome done = Cook(std::move(scene), options, state_, layouts).run();
             outcome_.actionsRun += done.actionsRun;

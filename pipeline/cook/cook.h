@@ -18,8 +18,7 @@ struct CookOptions {
     std::filesystem::path scene;
     std::filesystem::path output;  ///< empty: "<scene name>.cooked" in the current folder
     std::optional<Target> target;
-    std::optional<double> maxError, maxConverterError, maxVisible, maxVisibleBound, maxConverterVisible, maxConverterVisibleBound, maxSeam,
-        maxWholeVisible, maxWholeError;
+    Limits limits;
     std::optional<std::uint64_t> budgetBytes;
     std::optional<std::string> lightMapLayout;
     std::optional<formats::Objective> objective;

@@ -83,7 +83,7 @@ bool LayoutDecision::isErrorLimited(const std::string& map) const {
 
 /// Adds the pairs of a joint trial, less dominant lights over a limit that was asked for or worse than none.
 void LayoutDecision::addChoices(const std::string& map, const JointTrialResult& trial) {
-    const double limit = scene_.output.maxConverterError.value_or(1);
+    const double limit = scene_.output.limits[Limit::ConverterError].value_or(1);
     for (const WholeCandidate& pair : trial.whole) {
         const auto lightMap = std::ranges::find(trial.trial.candidates, pair.lightMap, &TrialCandidate::layout);
         const auto dominant = std::ranges::find(trial.dominants, pair.dominant, &DominantCandidate::layout);
@@ -109,7 +109,7 @@ AllocationChoices LayoutDecision::allowedChoices() const {
             const std::string cheapest = cheapestWithin({{map, candidates_.at(map)}}, 1, scene_.output.cost).at(map);
             std::erase_if(choices, [&](const AllocationChoice& each) { return !keepsLimits(map, each.lightMap, cheapest); });
         }
-        if (scene_.output.maxWholeError) keepWithin(*scene_.output.maxWholeError, choices);
+        if (scene_.output.limits[Limit::WholeError]) keepWithin(*scene_.output.limits[Limit::WholeError], choices);
         if (const auto mesh = meshes_.find(map); mesh != meshes_.end())
             for (AllocationChoice& each : choices) each.bytes += mesh->second.bytesOf(each.lightMap);
     }
@@ -145,7 +145,7 @@ std::map<std::string, std::string> LayoutDecision::choose() {
 
 /// Returns the smallest point that keeps the limits on the whole shading. All points keep the one on rel_rms.
 std::size_t LayoutDecision::pointOfLimits() const {
-    return scene_.output.maxWholeVisible ? pointOfError(frontier_, *scene_.output.maxWholeVisible) : 0;
+    return scene_.output.limits[Limit::WholeVisible] ? pointOfError(frontier_, *scene_.output.limits[Limit::WholeVisible]) : 0;
 }
 
 std::map<std::string, std::map<std::string, std::string>> LayoutDecision::alternatives() const {

@@ -151,11 +151,10 @@ private:
     }
 
     /// Returns the display of the scene and the limits of an asset that is no light map.
-    /// ofAsset, boundOfAsset  its own limits on visible errors
-    VisibleParameters visible(AssetKind kind, const std::optional<double>& ofAsset = {},
-                              const std::optional<double>& boundOfAsset = {}) const {
-        return {scene_.display, converterLimits(scene_.output, kind == AssetKind::Cubemap ? kDefaultMaxCubemapError : kDefaultMaxError,
-                                                ofAsset, boundOfAsset)};
+    /// ofAsset  its own limits
+    VisibleParameters visible(AssetKind kind, const Limits& ofAsset = {}) const {
+        const double byDefault = kind == AssetKind::Cubemap ? kDefaultMaxCubemapError : kDefaultMaxError;
+        return {scene_.display, converterLimits(scene_.output, byDefault, ofAsset)};
     }
 
     /// Notes the names of the files of an asset, which no other may have.
@@ -341,7 +340,8 @@ private:
         if (layout != allDominantLayouts().front().name && !description.constantOf) parameters.layout = layout;
         Limits limits = visible(AssetKind::Dominant).limits;
         // A layout that was named or chosen with the light map's is held to no limit that was not asked for.
-        if ((parameters.layout || scene_.output.isChosenByWhole()) && !scene_.output.maxConverterError) limits[Limit::Error].reset();
+        if ((parameters.layout || scene_.output.isChosenByWhole()) && !scene_.output.limits[Limit::ConverterError])
+            limits[Limit::Error].reset();
         add(dominant, AssetKind::Dominant, parameters, bakeInputs(entry.file, entry.description),
             DominantVerifyParameters{{shading_, displayOf(scene_, entry)}, limits},
             description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry),
@@ -425,7 +425,7 @@ private:
         if (!needs_.specular) return leaveOut("no material is specular");
         if (needs_.unusedProbes.contains(entry.name))
             return leaveOut(fmt::format("no place of the meshes has it among the {} nearest probes", kProbesOfAPlace));
-        CubemapVerifyParameters verification{visible(AssetKind::Cubemap, entry.maxVisible, entry.maxVisibleBound), {}};
+        CubemapVerifyParameters verification{visible(AssetKind::Cubemap, entry.limits), {}};
         const int firstLevel = firstLevelOf(entry);
         if (firstLevel > 0) verification.smoothest = needs_.m.low;
         CubemapParameters parameters{.colors = scene_.colors,
@@ -523,7 +523,7 @@ private:
         else
             parameters.encoding = entry.encoding;
         const Inputs inputs = environmentInputs(entry.file, scene_.colors);
-        add(entry.name, AssetKind::Rsrm, parameters, inputs, visible(AssetKind::Rsrm, entry.maxVisible, entry.maxVisibleBound), inputs);
+        add(entry.name, AssetKind::Rsrm, parameters, inputs, visible(AssetKind::Rsrm, entry.limits), inputs);
     }
 
     void planTables() {
@@ -560,7 +560,7 @@ private:
                           .f0 = {needs_.f0.low, needs_.f0.high},
                           .format = std::string(formats::info(formats::info(scene_.output.target).table).name),
                           .textures = textures_},
-            {}, LutVerifyParameters{shading_, visible(AssetKind::Lut, tables.maxVisible, tables.maxVisibleBound)}, {});
+            {}, LutVerifyParameters{shading_, visible(AssetKind::Lut, tables.limits)}, {});
     }
 
     void skip(std::string asset, std::string what, std::string why, std::uint64_t bytes, SkippedWork work) {

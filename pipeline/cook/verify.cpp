@@ -350,7 +350,7 @@ private:
     Result<void> noteSources(const CookedAsset& asset, const Sources& sources) {
         const auto source = sources.find("source");
         if (asset.verify && asset.verify->contains("max_error") && info(asset.kind).isHeldToMaxError)
-            scene_.output.maxError = asset.verify->at("max_error").get<double>();
+            scene_.output.limits[Limit::Error] = asset.verify->at("max_error").get<double>();
         if (source == sources.end()) return {};
         if (asset.kind == AssetKind::Cubemap) {
             ProbeEntry entry{asset.name, source->second, {}};

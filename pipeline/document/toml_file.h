@@ -28,8 +28,7 @@ formats::Result<std::string> readTomlText(const std::filesystem::path& file, std
 template <class Read>
 auto readToml(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected, Read read)
     -> formats::Result<decltype(read(std::declval<const toml::table&>()))> {
-    const auto text = readTomlText(file, mostBytes, expected);
-    if (!text) return tl::make_unexpected(text.error());
+    LC_TRY(text, readTomlText(file, mostBytes, expected));
     try {
         return read(toml::parse(*text, file.string()));
     } catch (const TomlMistake& mistake) {

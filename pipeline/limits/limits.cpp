@@ -10,23 +10,25 @@ namespace lightcook::pipeline {
 namespace {
 
 constexpr std::array kLimits = {
-    LimitInfo{Limit::Error, "max_error", "limit on rel_rms of diffuse and of specular light", "rel_rms", "rel_rms {}", 4},
-    LimitInfo{Limit::Visible, "max_visible", "limit on the 99th percentile of visible errors", "visible p99", "a visible error of {} (p99)",
+    LimitInfo{Limit::Error, Limit::Error, "max_error", true, "limit on rel_rms of diffuse and of specular light", "rel_rms", "rel_rms {}",
+              4},
+    LimitInfo{Limit::Visible, Limit::Visible, "max_visible", false, "limit on the 99th percentile of visible errors", "visible p99",
+              "a visible error of {} (p99)", 3},
+    LimitInfo{Limit::VisibleBound, Limit::VisibleBound, "max_visible_bound", false, "limit on the proven bound of visible errors",
+              "visible bound", "a visible error of up to {} (proven bound)", 3},
+    LimitInfo{Limit::Seam, Limit::Seam, "max_seam", false, "limit on the largest step that cooking adds to an edge", "seam", "a seam of {}",
               3},
-    LimitInfo{Limit::VisibleBound, "max_visible_bound", "limit on the proven bound of visible errors", "visible bound",
-              "a visible error of up to {} (proven bound)", 3},
-    LimitInfo{Limit::Seam, "max_seam", "limit on the largest step that cooking adds to an edge", "seam", "a seam of {}", 3},
-    LimitInfo{Limit::WholeError, "max_whole_error", "limit on rel_rms of a light map and its dominant light together",
-              "rel_rms with its dominant light", "rel_rms {}", 4},
-    LimitInfo{Limit::WholeVisible, "max_whole_visible",
+    LimitInfo{Limit::WholeError, Limit::WholeError, "max_whole_error", true,
+              "limit on rel_rms of a light map and its dominant light together", "rel_rms with its dominant light", "rel_rms {}", 4},
+    LimitInfo{Limit::WholeVisible, Limit::WholeVisible, "max_whole_visible", false,
               "limit on the 99th percentile of visible errors of a light map and its dominant light together",
               "visible p99 with its dominant light", "a visible error of {} (p99)", 3},
-    LimitInfo{Limit::ConverterError, "max_converter_error", "limit on rel_rms of an asset that is no light map", "rel_rms", "rel_rms {}",
-              4},
-    LimitInfo{Limit::ConverterVisible, "max_converter_visible",
+    LimitInfo{Limit::ConverterError, Limit::Error, "max_converter_error", true, "limit on rel_rms of an asset that is no light map",
+              "rel_rms", "rel_rms {}", 4},
+    LimitInfo{Limit::ConverterVisible, Limit::Visible, "max_converter_visible", false,
               "limit on the 99th percentile of visible errors of an asset that is no light map", "visible p99",
               "a visible error of {} (p99)", 3},
-    LimitInfo{Limit::ConverterVisibleBound, "max_converter_visible_bound",
+    LimitInfo{Limit::ConverterVisibleBound, Limit::VisibleBound, "max_converter_visible_bound", false,
               "limit on the proven bound of visible errors of an asset that is no light map", "visible bound",
               "a visible error of up to {} (proven bound)", 3},
 };
@@ -40,6 +42,16 @@ std::span<const LimitInfo> allLimits() {
 
 const LimitInfo& info(Limit limit) {
     return kLimits.at(static_cast<std::size_t>(limit));
+}
+
+const LimitInfo& converterLimit(Limit held) {
+    return *std::ranges::find_if(kLimits, [&](const LimitInfo& each) { return each.held == held && each.id != held; });
+}
+
+std::string optionOf(const LimitInfo& limit) {
+    std::string name = "--" + std::string(limit.name);
+    std::ranges::replace(name, '_', '-');
+    return name;
 }
 
 double Check::share() const {

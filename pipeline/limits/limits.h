@@ -1,6 +1,7 @@
 // The limits on errors: a table with a row for each, and judge(), the only comparison of a figure with a limit.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <initializer_list>
@@ -21,11 +22,11 @@ inline constexpr std::size_t kLimitCount = 9;
 /// Largest rel_rms that passes where no limit is given: any finite one of a right cook is smaller. Light that is lost has an error of 1.
 inline constexpr double kNoErrorLimit = 2;
 
-/// A dominant light, cubemap, table or reflection map is held to Error, Visible and VisibleBound, too: limits of converters are what a
-/// scene sets these three by (limitsOf).
 struct LimitInfo {
     Limit id;
-    std::string_view name;     ///< key of a scene file
+    Limit held;                ///< what an asset is held to: limits of converters set Error, Visible and VisibleBound of theirs
+    std::string_view name;     ///< key of a scene file; an option has dashes
+    bool isFraction;           ///< else just noticeable differences
     std::string_view caption;  ///< of a document that has the limit
     std::string_view figure;   ///< "visible p99": the figure that it holds
     std::string_view words;    ///< the figure in an error line, with {} for its value
@@ -35,6 +36,10 @@ struct LimitInfo {
 /// Returns every limit, in the order of the enumeration.
 std::span<const LimitInfo> allLimits();
 const LimitInfo& info(Limit limit);
+/// Returns the row whose limit sets a limit of assets that are no light maps.
+const LimitInfo& converterLimit(Limit held);
+/// Returns the name of the option that sets a limit: "--max-error".
+std::string optionOf(const LimitInfo& limit);
 
 /// The limits that an asset is held to, or that a table of a scene file sets.
 class Limits {
@@ -46,6 +51,9 @@ public:
     std::optional<double>& operator[](Limit limit) { return values_.at(static_cast<std::size_t>(limit)); }
     const std::optional<double>& operator[](Limit limit) const { return values_.at(static_cast<std::size_t>(limit)); }
     bool operator==(const Limits&) const = default;
+    bool isAny(std::initializer_list<Limit> limits) const {
+        return std::ranges::any_of(limits, [&](Limit limit) { return (*this)[limit].has_value(); });
+    }
 
 private:
     std::array<std::optional<double>, kLimitCount> values_;

@@ -610,9 +610,9 @@ Findings judgeSettings(const Scene& scene) {
     };
     check("max_error", errorLimit(scene.output));
     // Without a value of its own it follows max_error.
-    if (const double limit = scene.output.maxConverterError.value_or(0); limit != errorLimit(scene.output))
+    if (const double limit = scene.output.limits[Limit::ConverterError].value_or(0); limit != errorLimit(scene.output))
         check("max_converter_error", limit);
-    check("max_whole_error", scene.output.maxWholeError.value_or(0));
+    check("max_whole_error", scene.output.limits[Limit::WholeError].value_or(0));
     return findings;
 }
 

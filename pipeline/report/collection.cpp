@@ -98,18 +98,15 @@ CollectionReport makeCollection(const std::vector<CookedFolder>& folders) {
 Result<std::vector<SceneSummary>> readBaselineScenes(const std::filesystem::path& file) {
     std::error_code code;
     const std::filesystem::path named = std::filesystem::is_directory(file, code) ? file / kReportName : file;
-    const auto text = readFile(named);
-    if (!text) return tl::make_unexpected(text.error());
+    LC_TRY(text, readFile(named));
     const Json json = parseJson(*text);
     if (!json.is_object() || !json.contains("scenes") || !json.contains("totals")) {
-        const auto report = loadReport(named);
-        if (!report) return tl::make_unexpected(report.error());
+        LC_TRY(report, loadReport(named));
         SceneSummary scene = summaryOf(*report);
         if (const auto manifest = loadManifest(named.parent_path())) scene.target = manifest->target;
         return std::vector{std::move(scene)};
     }
-    auto collection = fromJson<CollectionReport>(json, named.string());
-    if (!collection) return tl::make_unexpected(collection.error());
+    LC_TRY(collection, fromJson<CollectionReport>(json, named.string()));
     return std::move(collection->scenes);
 }
 

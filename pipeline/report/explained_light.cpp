@@ -162,8 +162,7 @@ std::string lightText(const Json& light) {
 Result<Json> explainDominant(const std::filesystem::path& file, const formats::LightMapDescription& description, bool hasAmbient,
                              const RunState& state) {
     SharedObjects shared;
-    const auto source = shared.get<LightMapSources>().open(file, description);
-    if (!source) return tl::make_unexpected(source.error());
+    LC_TRY(source, shared.get<LightMapSources>().open(file, description));
     LightMapSource& bake = **source;
     const Action action{"", "", file.filename().string(), {}, {}, {}};
     const ActionContext context{action, {}, {}, {}, shared, state};
@@ -171,8 +170,7 @@ Result<Json> explainDominant(const std::filesystem::path& file, const formats::L
         std::max(1, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(bake.width()) * bake.height() / kSecondLights))));
     const auto parts =
         mapInOrder<BandFindings>(bake.chunkCount(), context, "explain " + action.asset, [&](int index) -> Result<BandFindings> {
-            const auto band = bake.chunk(index);
-            if (!band) return tl::make_unexpected(band.error());
+            LC_TRY(band, bake.chunk(index));
             return examine(**band, bake.luminanceWeights(), every, hasAmbient);
         });
     if (!parts) return tl::make_unexpected(parts.error());

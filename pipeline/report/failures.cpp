@@ -11,20 +11,12 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// Returns the limit of converters that sets a limit of an asset that is no light map.
-Limit converterLimitOf(Limit limit) {
-    return limit == Limit::Error ? Limit::ConverterError : limit == Limit::Visible ? Limit::ConverterVisible : Limit::ConverterVisibleBound;
-}
-
 /// Returns the key of a scene file, or the option of a command, that sets a limit of an asset.
 std::string limitName(Limit limit, AssetKind kind, LimitsFrom limitsFrom) {
-    std::string name(info(limit).name);
-    if (limitsFrom == LimitsFrom::Converter) {
-        std::ranges::replace(name, '_', '-');
-        return "--" + name;
-    }
+    const std::string name(info(limit).name);
+    if (limitsFrom == LimitsFrom::Converter) return optionOf(info(limit));
     if (kind == AssetKind::LightMap || kind == AssetKind::Mesh) return name;
-    const std::string ofConverters(info(converterLimitOf(limit)).name);
+    const std::string ofConverters(converterLimit(limit).name);
     const bool mayBeOfAsset = limit != Limit::Error && kind != AssetKind::Dominant;
     return mayBeOfAsset ? fmt::format("{} of the asset, or {}", name, ofConverters) : ofConverters;
 }

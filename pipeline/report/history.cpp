@@ -102,8 +102,7 @@ Result<std::vector<HistoryLine>> linesOf(const std::string& text, const std::fil
         if (json.is_discarded() || !json.is_object() || !json.contains("lightcook") || (stream.eof() && !text.ends_with('\n')))
             return failure(ErrorCode::FileUnreadable, place,
                            "found no line of a history, expected what --history writes; name another file, or remove this line");
-        auto line = fromJson<HistoryLine>(json, place);
-        if (!line) return tl::make_unexpected(line.error());
+        LC_TRY(line, fromJson<HistoryLine>(json, place));
         lines.push_back(std::move(*line));
     }
     return lines;
@@ -131,23 +130,21 @@ HistoryLine historyLine(const Report& report, std::string target) {
 
 Result<std::vector<HistoryLine>> readHistory(const std::filesystem::path& file) {
     std::error_code code;
-    if (auto checked = checkKind(file); !checked) return tl::make_unexpected(checked.error());
+    LC_CHECK(checkKind(file));
     if (!std::filesystem::exists(file, code)) return std::vector<HistoryLine>();
-    const auto text = readFile(file);
-    if (!text) return tl::make_unexpected(text.error());
+    LC_TRY(text, readFile(file));
     return linesOf(*text, file);
 }
 
 Result<std::vector<HistoryLine>> appendHistory(const std::filesystem::path& file, const std::vector<HistoryLine>& lines) {
     // Read before the file is opened for writing: a wrong file is not touched.
-    if (auto present = readHistory(file); !present) return present;
-    if (auto made = makeFolder(file.parent_path()); !made) return tl::make_unexpected(made.error());
+    LC_CHECK(readHistory(file));
+    LC_CHECK(makeFolder(file.parent_path()));
     LockedFile locked(file);
     if (!locked.isOpen())
         return failure(ErrorCode::Internal, file.string(),
                        fmt::format("found '{}', expected to append to this file", std::strerror(errno)));
-    auto history = readHistory(file);
-    if (!history) return history;
+    LC_TRY(history, readHistory(file));
     std::string text;
     for (const HistoryLine& line : lines) {
         const auto isOfScene = [&](const HistoryLine& each) { return each.scene == line.scene && each.target == line.target; };

@@ -17,13 +17,11 @@ using formats::Result;
 
 /// Returns a report as JSON and as a struct.
 Result<std::pair<Json, Report>> readBoth(const std::filesystem::path& file) {
-    const auto text = readFile(file);
-    if (!text) return tl::make_unexpected(text.error());
+    LC_TRY(text, readFile(file));
     Json json = parseJson(*text);
     if (json.is_discarded() || !json.is_object() || !json.contains("assets") || !json.contains("budget"))
         return failure(ErrorCode::FileUnreadable, file.string(), "found no report in it, expected what `lightcook cook` writes");
-    auto report = fromJson<Report>(json, file.string());
-    if (!report) return tl::make_unexpected(report.error());
+    LC_TRY(report, fromJson<Report>(json, file.string()));
     return std::pair(std::move(json), std::move(*report));
 }
 
@@ -53,8 +51,7 @@ ReportRow rowOf(const CookedAsset& asset, CookResult cook, VerifyResult verifica
 template <class Figures>
 Result<void> addVerification(const ActionRecord* record, std::optional<Figures>& figures, ReportRow& row) {
     if (record == nullptr) return {};
-    auto result = fromJson<Figures>(record->result, row.name);
-    if (!result) return tl::make_unexpected(result.error());
+    LC_TRY(result, fromJson<Figures>(record->result, row.name));
     figures = std::move(*result);
     row.verifySeconds += record->seconds;
     row.verdict.passed = row.verdict.passed && areKept(figures->checks());
@@ -65,17 +62,15 @@ Result<void> addVerification(const ActionRecord* record, std::optional<Figures>&
 
 Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records, LimitsFrom limitsFrom) {
     const ActionRecord &cooked = *records.cooked, &verified = *records.verified;
-    auto cook = fromJson<CookResult>(cooked.result, asset.name);
-    if (!cook) return tl::make_unexpected(cook.error());
-    auto verification = fromJson<VerifyResult>(verified.result, asset.name);
-    if (!verification) return tl::make_unexpected(verification.error());
+    LC_TRY(cook, fromJson<CookResult>(cooked.result, asset.name));
+    LC_TRY(verification, fromJson<VerifyResult>(verified.result, asset.name));
     ReportRow row = rowOf(asset, std::move(*cook), std::move(*verification));
     row.seconds = cooked.seconds;
     row.verifySeconds = verified.seconds;
     if (!cooked.run.empty()) row.cookedAt = cooked.run;
     if (!verified.run.empty()) row.verifiedAt = verified.run;
-    if (auto added = addVerification(records.whole, row.whole, row); !added) return tl::make_unexpected(added.error());
-    if (auto added = addVerification(records.splitSeams, row.splitSeams, row); !added) return tl::make_unexpected(added.error());
+    LC_CHECK(addVerification(records.whole, row.whole, row));
+    LC_CHECK(addVerification(records.splitSeams, row.splitSeams, row));
     if (!row.verdict.passed) row.failures = failuresOf(row, limitsFrom);
     // Lights and meshes are matched to their light map by these.
     const bool hasBake = row.kind == AssetKind::LightMap || row.kind == AssetKind::Dominant || row.kind == AssetKind::Mesh;
@@ -134,14 +129,12 @@ std::vector<std::string> picturesOf(const std::vector<ReportRow>& rows) {
 }
 
 Result<Report> loadReport(const std::filesystem::path& file) {
-    auto both = readBoth(file);
-    if (!both) return tl::make_unexpected(both.error());
+    LC_TRY(both, readBoth(file));
     return std::move(both->second);
 }
 
 Result<Json> readReport(const std::filesystem::path& file) {
-    auto both = readBoth(file);
-    if (!both) return tl::make_unexpected(both.error());
+    LC_TRY(both, readBoth(file));
     return std::move(both->first);
 }
 

@@ -30,6 +30,7 @@
 #include "lighting/display.h"
 #include "pipeline/document/enum_names.h"
 #include "pipeline/document/keys.h"
+#include "pipeline/limits/limits.h"
 #include "pipeline/scene/chart_settings.h"
 #include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
@@ -90,25 +91,13 @@ struct OutputSettings {
     Target target = Target::Bc;
     formats::Container container = formats::Container::Ktx2;
     std::string lightMapLayout;  ///< one of lightMapLayoutNames(), "auto", or empty: see layoutAsked
-    /// Limit on rel_rms of diffuse and of specular, of the last stage of a light map or mesh; see errorLimit.
-    std::optional<double> maxError;
-    /// Limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity; see converterLimits.
-    std::optional<double> maxConverterError;
-    std::optional<double> maxVisible;       ///< limit on the 99th percentile of visible errors of light maps; see visibleLimit
-    std::optional<double> maxVisibleBound;  ///< limit on the proven bound of visible errors
-    std::optional<double> maxSeam;          ///< limit on the largest step that cooking adds to an edge of light maps
-    /// Limit on the 99th percentile of visible errors of what a pixel shows: light map and dominant light together.
-    std::optional<double> maxWholeVisible;
-    std::optional<double> maxWholeError;  ///< limit on rel_rms of the same
-    /// Limit on the 99th percentile of visible errors of dominant lights, cubemaps, tables and reflection maps; see converterLimits.
-    std::optional<double> maxConverterVisible;
-    std::optional<double> maxConverterVisibleBound;  ///< the same on their proven bound
+    Limits limits;               ///< see limitsOf, converterLimits and wholeLimits
     /// Returns true if a limit on the error of light maps is given.
-    bool isErrorLimited() const { return maxError || maxVisible || maxVisibleBound || maxSeam; }
+    bool isErrorLimited() const { return limits.isAny(kAssetLimits); }
     std::optional<std::uint64_t> budgetBytes;  ///< of GPU memory for the whole scene
     /// Returns true if light maps and their dominant lights are chosen together, by what a pixel shows.
     bool isChosenByWhole() const { return budgetBytes || isWholeLimited(); }
-    bool isWholeLimited() const { return maxWholeVisible || maxWholeError; }
+    bool isWholeLimited() const { return limits.isAny({Limit::WholeVisible, Limit::WholeError}); }
     double rdo = 0;  ///< share by which the error may grow so that blocks repeat, 0 .. kLargestRdo; target bc only
     formats::Objective objective = formats::Objective::Visible;  ///< of learned layouts of light maps
     formats::LayoutCost cost = formats::LayoutCost::Bytes;       ///< of layouts, where "auto" chooses one within an error
@@ -126,37 +115,37 @@ template <class Keys>
 void describeKeys(Keys& keys, OutputSettings& output) {
     keys.optional("target", output.target, {}, "family of GPU formats");
     keys.optional(
-        "max_error", output.maxError, kPositiveFraction.otherwise("none; of meshes 0.1"),
+        "max_error", output.limits[Limit::Error], kPositiveFraction.otherwise("none; of meshes 0.1"),
         "`0.02` or `\"2%\"`: limit on `rel_rms` of diffuse and of specular light, of light maps and meshes; above it verification "
         "fails (exit code 4), and a limit below what the bake itself loses is refused [at once](../theory/error.md#floor)");
-    keys.optional("max_converter_error", output.maxConverterError,
+    keys.optional("max_converter_error", output.limits[Limit::ConverterError],
                   kPositiveFraction.otherwise("0.1, of cubemaps 0.5, or `max_error` if that is larger"),
                   "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity");
     keys.optional(
-        "max_visible", output.maxVisible,
+        "max_visible", output.limits[Limit::Visible],
         kVisibleLimit.otherwise(
             "5 where the layout is `\"auto\"` and none of `max_error`, `max_visible_bound`, `max_whole_visible`, "
             "`max_whole_error` and `budget` is given, else none. The default chooses the layout; where none keeps it, the best "
             "one passes"),
         "limit on the [visible error](../theory/visible.md) of light maps and meshes, in just noticeable differences: 99 % of the "
         "samples are within it; above it verification fails (exit code 4)");
-    keys.optional("max_visible_bound", output.maxVisibleBound, kVisibleLimit,
+    keys.optional("max_visible_bound", output.limits[Limit::VisibleBound], kVisibleLimit,
                   "limit on the [proven bound](../theory/bounds.md#visible-errors) of the visible error of light maps and meshes, in just "
                   "noticeable differences: no place, normal or view is above it; else verification fails (exit code 4)");
-    keys.optional("max_seam", output.maxSeam, kVisibleLimit,
+    keys.optional("max_seam", output.limits[Limit::Seam], kVisibleLimit,
                   "limit on the [seams](../theory/visible.md#seams) that cooking adds where charts of a light map meet on its mesh, also "
                   "between maps of `charts = \"split\"`, in just noticeable differences; above it verification fails (exit code 4)");
     keys.optional(
-        "max_whole_visible", output.maxWholeVisible, kVisibleLimit,
+        "max_whole_visible", output.limits[Limit::WholeVisible], kVisibleLimit,
         "limit on the visible error (p99) of what a pixel shows of a light map and its dominant light together. Their layouts are "
         "chosen together, [the smallest within it](../guide/memory-budgets.md#a-limit-in-place-of-a-budget); above it "
         "verification fails (exit code 4)");
-    keys.optional("max_whole_error", output.maxWholeError, kPositiveFraction,
+    keys.optional("max_whole_error", output.limits[Limit::WholeError], kPositiveFraction,
                   "the same limit on `rel_rms` of what a pixel shows of them together");
-    keys.optional("max_converter_visible", output.maxConverterVisible, kVisibleLimit,
+    keys.optional("max_converter_visible", output.limits[Limit::ConverterVisible], kVisibleLimit,
                   "the same limit of dominant lights, cubemaps, tables and reflection maps, each in the "
                   "[light that it adds to a pixel](../theory/visible.md#other-assets)");
-    keys.optional("max_converter_visible_bound", output.maxConverterVisibleBound, kVisibleLimit,
+    keys.optional("max_converter_visible_bound", output.limits[Limit::ConverterVisibleBound], kVisibleLimit,
                   "limit on the proven bound of dominant lights, cubemaps, tables and reflection maps. That of a dominant light is always "
                   "[the largest difference of the display](../theory/bounds.md#the-largest-difference-of-a-display)");
     keys.optional("budget", output.budgetBytes, kByteCount,
@@ -217,9 +206,7 @@ struct LightMapEntry {
     std::optional<std::filesystem::path> mesh;
     std::string dominantFit = "explained";           ///< a name of allDominantFits()
     std::optional<std::string> dominantLayout = {};  ///< a name of allDominantLayouts(); absent: the first or, with a budget, what it buys
-    std::optional<double> maxVisible;                ///< overrides that of the output
-    std::optional<double> maxVisibleBound;           ///< overrides that of the output
-    std::optional<double> maxSeam;                   ///< overrides that of the output
+    Limits limits;                                   ///< override those of the output
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
     formats::LayoutList layouts = {};                  ///< that "auto" may take; empty: those of the output
     std::optional<bool> mips = {};                     ///< overrides that of the output
@@ -293,16 +280,16 @@ void describeKeys(Keys& keys, LightMapEntry& entry) {
     keys.optional("dominant_layout", entry.dominantLayout, oneOf(allDominantLayouts()).otherwise("none; see right"),
                   withCaptions("size and number of the textures of the dominant light", allDominantLayouts()) +
                       ". Absent: `\"full\"`, or with a `budget` what the budget buys");
-    keys.optional("max_visible", entry.maxVisible, kVisibleLimit.otherwise(kOfOutput.fallback),
+    keys.optional("max_visible", entry.limits[Limit::Visible], kVisibleLimit.otherwise(kOfOutput.fallback),
                   "limit on the visible error of this light map, and of its mesh");
-    keys.optional("max_visible_bound", entry.maxVisibleBound, kVisibleLimit.otherwise(kOfOutput.fallback),
+    keys.optional("max_visible_bound", entry.limits[Limit::VisibleBound], kVisibleLimit.otherwise(kOfOutput.fallback),
                   "limit on the proven bound of the visible error of this light map, and of its mesh");
     keys.special("layouts", kLayouts.otherwise("those of `[output]`"), "layouts that `auto` may take for this light map",
                  [&](const auto& value) { entry.layouts = readLayouts(value); });
     keys.optional("charts", entry.charts.mode, kOfOutput, "what happens to the charts of this light map");
     keys.optional("charts_max_visible", entry.charts.maxVisible, kChartsVisible,
                   "visible error that fewer texels of its packed charts may add");
-    keys.optional("max_seam", entry.maxSeam, kVisibleLimit.otherwise(kOfOutput.fallback),
+    keys.optional("max_seam", entry.limits[Limit::Seam], kVisibleLimit.otherwise(kOfOutput.fallback),
                   "limit on the added seams of this light map; it needs a `mesh`");
     keys.optional("mips", entry.mips, kMips, "write this light map with mip levels");
     keys.optional("ground_truth", entry.groundTruth, {},
@@ -341,13 +328,12 @@ inline constexpr std::string_view kAutoProbeSize = "auto";
 struct ProbeEntry {
     std::string name;
     std::filesystem::path file;
-    std::optional<std::filesystem::path> sh;     ///< JSON that holds the probe's SH; projected from the image without it
-    int size = 128;                              ///< of a face [texels]: a power of two, kLeastProbeSize .. kMostProbeSize
-    bool readLevelsOnly = true;                  ///< leave out the large levels that no material reads
-    std::string layout = "pre-divided";          ///< a name of allCubemapLayouts()
-    formats::ProbePlace place = {};              ///< goes before that of the file `sh`
-    std::optional<double> maxVisible = {};       ///< overrides maxConverterVisible of the output
-    std::optional<double> maxVisibleBound = {};  ///< overrides that of the output
+    std::optional<std::filesystem::path> sh;  ///< JSON that holds the probe's SH; projected from the image without it
+    int size = 128;                           ///< of a face [texels]: a power of two, kLeastProbeSize .. kMostProbeSize
+    bool readLevelsOnly = true;               ///< leave out the large levels that no material reads
+    std::string layout = "pre-divided";       ///< a name of allCubemapLayouts()
+    formats::ProbePlace place = {};           ///< goes before that of the file `sh`
+    Limits limits = {};                       ///< override those on visible errors of converters of the output
 };
 template <class Keys>
 void describeKeys(Keys& keys, ProbeEntry& probe) {
@@ -392,8 +378,8 @@ void describeKeys(Keys& keys, ProbeEntry& probe) {
     keys.optional("radius", probe.place.radius,
                   {.allows = [](double radius) { return radius > 0; }, .expected = "a positive radius", .fallback = ofFile},
                   "radius of the sphere that the probe lights");
-    keys.optional("max_visible", probe.maxVisible, kConverterVisible, "limit on the visible error of this cubemap");
-    keys.optional("max_visible_bound", probe.maxVisibleBound, kConverterVisibleBound,
+    keys.optional("max_visible", probe.limits[Limit::Visible], kConverterVisible, "limit on the visible error of this cubemap");
+    keys.optional("max_visible_bound", probe.limits[Limit::VisibleBound], kConverterVisibleBound,
                   "limit on the proven bound of the visible error of this cubemap");
 }
 
@@ -405,13 +391,12 @@ struct GradientEntry {
     std::string name;
     std::filesystem::path file;
     std::vector<double> exponents = {1, 4, 16, 64, 256, 1024, 4096, 16384};
-    std::string encoding = "auto";               ///< one of kGradientEncodings; for painted gradients only
-    std::optional<glm::dvec3> axis = {};         ///< the file is an environment, averaged around this world direction
-    int zones = 256;                             ///< of the average around the axis
-    std::string format = {};                     ///< one of rsrmFormatChoices(); empty: see rsrmFormatsToTry
-    bool dither = false;                         ///< rgba8 alone
-    std::optional<double> maxVisible = {};       ///< overrides maxConverterVisible of the output
-    std::optional<double> maxVisibleBound = {};  ///< overrides that of the output
+    std::string encoding = "auto";        ///< one of kGradientEncodings; for painted gradients only
+    std::optional<glm::dvec3> axis = {};  ///< the file is an environment, averaged around this world direction
+    int zones = 256;                      ///< of the average around the axis
+    std::string format = {};              ///< one of rsrmFormatChoices(); empty: see rsrmFormatsToTry
+    bool dither = false;                  ///< rgba8 alone
+    Limits limits = {};                   ///< override those on visible errors of converters of the output
 };
 template <class Keys>
 void describeKeys(Keys& keys, GradientEntry& gradient) {
@@ -447,8 +432,8 @@ void describeKeys(Keys& keys, GradientEntry& gradient) {
                     withCaptions("format of the texels", allRsrmFormats()), kAutoRsrmFormat));
     keys.optional("dither", gradient.dither, {},
                   "`rgba8`: rounding errors are carried to the next texel of the row, so that slow gradients have no bands");
-    keys.optional("max_visible", gradient.maxVisible, kConverterVisible, "limit on the visible error of this reflection map");
-    keys.optional("max_visible_bound", gradient.maxVisibleBound, kConverterVisibleBound,
+    keys.optional("max_visible", gradient.limits[Limit::Visible], kConverterVisible, "limit on the visible error of this reflection map");
+    keys.optional("max_visible_bound", gradient.limits[Limit::VisibleBound], kConverterVisibleBound,
                   "limit on the proven bound of the visible error of this reflection map");
 }
 /// Adds to a material of the glTF, or overrides it; the name "*" is every material.
@@ -499,8 +484,7 @@ struct TableSettings {
     std::optional<int> roughnessCount;     ///< over exactly the range of m; else those of the 16 rows 1/16 to 1 that it needs
     std::string normalization = "energy";  ///< or halo3, four times as bright
     std::string viewAxis = "auto", roughnessAxis = "auto";  ///< fit::viewMappings(), fit::roughnessMappings()
-    std::optional<double> maxVisible = {};                  ///< overrides maxConverterVisible of the output
-    std::optional<double> maxVisibleBound = {};             ///< overrides that of the output
+    Limits limits = {};                                     ///< override those on visible errors of converters of the output
 };
 template <class Keys>
 void describeKeys(Keys& keys, TableSettings& tables) {
@@ -515,8 +499,8 @@ void describeKeys(Keys& keys, TableSettings& tables) {
     keys.optional("view_axis", tables.viewAxis, oneOf(viewAxisNames()),
                   "quantity along columns; `auto`: the one with the least interpolation error");
     keys.optional("roughness_axis", tables.roughnessAxis, oneOf(roughnessAxisNames()), "quantity along rows");
-    keys.optional("max_visible", tables.maxVisible, kConverterVisible, "limit on the visible error of the tables");
-    keys.optional("max_visible_bound", tables.maxVisibleBound, kConverterVisibleBound,
+    keys.optional("max_visible", tables.limits[Limit::Visible], kConverterVisible, "limit on the visible error of the tables");
+    keys.optional("max_visible_bound", tables.limits[Limit::VisibleBound], kConverterVisibleBound,
                   "limit on the proven bound of the visible error of the tables");
 }
 

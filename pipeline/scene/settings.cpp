@@ -158,7 +158,7 @@ std::vector<SettingsRule> rulesOf(const GradientEntry& gradient) {
 
 std::vector<SettingsRule> rulesOf(const Scene& scene) {
     const bool hasMesh = std::ranges::any_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); });
-    return {{"max_seam", scene.output.maxSeam && !hasMesh,
+    return {{"max_seam", scene.output.limits[Limit::Seam] && !hasMesh,
              "found a limit on seams where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]: seams are at its edges",
              "--max-seam"},
             {"gltf", scene.output.gltf && !hasMesh,
@@ -185,27 +185,27 @@ bool takesTangents(const OutputSettings& output, const LightMapEntry& entry) {
 }
 
 double errorLimit(const OutputSettings& output) {
-    return output.maxError.value_or(kDefaultMaxError);
+    return output.limits[Limit::Error].value_or(kDefaultMaxError);
 }
 
 bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry) {
-    return output.isErrorLimited() || entry.maxVisible || entry.maxVisibleBound || entry.maxSeam;
+    return output.isErrorLimited() || entry.limits.isAny(kAssetLimits);
 }
 
-Limits converterLimits(const OutputSettings& output, double byDefault, const std::optional<double>& visibleOfAsset,
-                       const std::optional<double>& boundOfAsset) {
-    return {{Limit::Error, output.maxConverterError.value_or(std::max(errorLimit(output), byDefault))},
-            {Limit::Visible, visibleOfAsset ? visibleOfAsset : output.maxConverterVisible},
-            {Limit::VisibleBound, boundOfAsset ? boundOfAsset : output.maxConverterVisibleBound}};
+Limits converterLimits(const OutputSettings& output, double byDefault, const Limits& ofAsset) {
+    Limits limits = ofAsset;
+    for (const Limit held : {Limit::Error, Limit::Visible, Limit::VisibleBound})
+        if (!limits[held]) limits[held] = output.limits[converterLimit(held).id];
+    if (!limits[Limit::Error]) limits[Limit::Error] = std::max(errorLimit(output), byDefault);
+    return limits;
 }
 
 Limits limitsOf(const OutputSettings& output, const LightMapEntry& entry) {
-    return {{Limit::Error, output.maxError},
-            {Limit::Visible, visibleLimit(output, entry)},
-            {Limit::VisibleBound, entry.maxVisibleBound ? entry.maxVisibleBound : output.maxVisibleBound},
-            {Limit::Seam, entry.maxSeam ? entry.maxSeam
-                          : entry.mesh  ? output.maxSeam
-                                        : std::nullopt}};
+    Limits limits = entry.limits;
+    for (const Limit held : kAssetLimits)
+        if (!limits[held] && (held != Limit::Seam || entry.mesh)) limits[held] = output.limits[held];
+    limits[Limit::Visible] = visibleLimit(output, entry);
+    return limits;
 }
 
 Limits layoutLimits(const OutputSettings& output, const LightMapEntry& entry) {
@@ -215,7 +215,7 @@ Limits layoutLimits(const OutputSettings& output, const LightMapEntry& entry) {
 }
 
 Limits wholeLimits(const OutputSettings& output) {
-    return {{Limit::WholeVisible, output.maxWholeVisible}, {Limit::WholeError, output.maxWholeError}};
+    return {{Limit::WholeVisible, output.limits[Limit::WholeVisible]}, {Limit::WholeError, output.limits[Limit::WholeError]}};
 }
 
 bool areViewsOpen(const TableSettings& tables, const OutputSettings& output) {
@@ -231,12 +231,12 @@ std::string layoutAsked(const OutputSettings& output) {
 }
 
 bool isByDefault(const OutputSettings& output, const LightMapEntry& entry) {
-    return layoutAsked(output) == kAutoLayout && !output.isChosenByWhole() && !output.maxError && !askedVisibleLimit(output, entry) &&
-           !output.maxVisibleBound && !entry.maxVisibleBound;
+    return layoutAsked(output) == kAutoLayout && !output.isChosenByWhole() && !output.limits[Limit::Error] &&
+           !askedVisibleLimit(output, entry) && !output.limits[Limit::VisibleBound] && !entry.limits[Limit::VisibleBound];
 }
 
 std::optional<double> askedVisibleLimit(const OutputSettings& output, const LightMapEntry& entry) {
-    return entry.maxVisible ? entry.maxVisible : output.maxVisible;
+    return entry.limits[Limit::Visible] ? entry.limits[Limit::Visible] : output.limits[Limit::Visible];
 }
 
 std::optional<double> visibleLimit(const OutputSettings& output, const LightMapEntry& entry) {

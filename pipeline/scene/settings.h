@@ -40,8 +40,7 @@ inline constexpr double kDefaultMaxCubemapError = 0.5;
 /// Returns the limits of a dominant light, cubemap, table or reflection map: maxConverterError or else the larger of maxError and the
 /// default; and its own limits on visible errors or else those of the output.
 /// byDefault  kDefaultMaxError, or kDefaultMaxCubemapError
-Limits converterLimits(const OutputSettings& output, double byDefault, const std::optional<double>& visibleOfAsset,
-                       const std::optional<double>& boundOfAsset);
+Limits converterLimits(const OutputSettings& output, double byDefault, const Limits& ofAsset = {});
 
 /// Returns the limits that a light map is held to: its own, or else those of the output. The default on visible errors is one of them where
 /// it chooses the layout; that of the output on seams counts only with a mesh.

@@ -79,7 +79,7 @@ private:
         options.output = *folder_ / name;
         options.cache = LIGHTCOOK_TEST_CACHE;
         options.lightMapLayout = "basis-8";
-        options.maxError = maxError;
+        options.limits[Limit::Error] = maxError;
         options.effort = effort;
         const RunState state;
         for (const formats::Error& error : cookScene(options, state).errors) ADD_FAILURE() << error.line();

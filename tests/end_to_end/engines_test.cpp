@@ -72,7 +72,7 @@ protected:
         options.output = out();
         options.cache = LIGHTCOOK_TEST_CACHE;
         options.lightMapLayout = layout;
-        options.maxError = 1;
+        options.limits[Limit::Error] = 1;
         if (target != formats::Target::Float) options.effort = 0;
         options.samples = 0;
         options.target = target;

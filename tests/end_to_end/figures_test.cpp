@@ -81,7 +81,7 @@ protected:
         options.cache = LIGHTCOOK_TEST_CACHE;
         options.effort = 0;
         options.lightMapLayout = layout;
-        options.maxError = 1;
+        options.limits[Limit::Error] = 1;
         options.samples = 0;
         const RunState state;
         return cookScene(std::move(*scene), options, state);

@@ -86,7 +86,7 @@ TEST_F(LackingLayout, TheConverterTakesTheNeedsOfTheSurfaces) {
     options.output = scene_ / "single";
     options.cook.cache = LIGHTCOOK_TEST_CACHE;
     options.cook.lightMapLayout = "flat";
-    options.cook.maxError = 0.1;
+    options.cook.limits[Limit::Error] = 0.1;
     const RunState state;
     Outcome outcome = convertLightMap(options, state);
     ASSERT_FALSE(outcome.errors.empty());

@@ -31,7 +31,7 @@ public:
         options.lightMapLayout = layout;
         options.onlyKind = std::move(onlyKind);
         options.effort = 3;
-        options.maxError = 0.02;
+        options.limits[Limit::Error] = 0.02;
         const RunState state;
         const Outcome outcome = cookScene(options, state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();

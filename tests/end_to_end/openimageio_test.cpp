@@ -118,7 +118,7 @@ protected:
         options.lightMapLayout = layout;
         options.mips = true;
         options.onlyKind = std::move(onlyKind);
-        options.maxError = 1.0;  // no limit, so that small layouts pass too
+        options.limits[Limit::Error] = 1.0;  // no limit, so that small layouts pass too
         options.effort = 3;
         options.samples = 0;  // their errors are not looked at
         std::filesystem::remove_all(out());

@@ -27,7 +27,7 @@ public:
                                layout.starts_with("flat") ? "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n" : "");
         pipeline::CookOptions options = small_->options();
         const auto known = formats::lightMapLayoutFromName(layout);
-        if (known && formats::info(*known).lacks == "band 2") options.maxError = 1;
+        if (known && formats::info(*known).lacks == "band 2") options.limits[pipeline::Limit::Error] = 1;
         cook(options);
     }
     CookedScene(const std::filesystem::path& scene, const std::string& layout, std::optional<std::string> onlyKind = {},
@@ -37,7 +37,7 @@ public:
         options.cache = LIGHTCOOK_TEST_CACHE;
         options.lightMapLayout = layout;
         options.onlyKind = std::move(onlyKind);
-        options.maxError = maxError;
+        options.limits[pipeline::Limit::Error] = maxError;
         options.effort = 3;
         cook(options);
     }

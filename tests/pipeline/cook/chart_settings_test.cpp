@@ -25,7 +25,7 @@ Scene splitScene() {
     scene.output.lightMapLayout.clear();
     scene.lightMaps[0].mesh = "map.glb";
     scene.output.charts.mode = ChartMode::Split;
-    scene.output.maxError = 0.05;
+    scene.output.limits[Limit::Error] = 0.05;
     return scene;
 }
 

@@ -611,7 +611,7 @@ TEST(ReadCookedFolder, AFileThatIsGoneOrShorterFailsByName) {
 TEST(CookScene, ABoundThatIsNotHeldFailsButIsReported) {
     const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.options();
-    options.maxError = 1e-7;
+    options.limits[Limit::Error] = 1e-7;
     const Outcome outcome = cook(options);
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
@@ -902,7 +902,7 @@ TEST(ReconstructLightMap, WritesPlacesBetweenTexels) {
     CookOptions options = scene.options();
     options.lightMapLayout = "raw";
     options.target = Target::Float;
-    options.maxError = 0.9;
+    options.limits[Limit::Error] = 0.9;
     ASSERT_TRUE(cook(options).errors.empty());
     const RunState state;
     ASSERT_TRUE(reconstructLightMap(scene / "out", "map", scene / "centres.exr", 1, state).has_value());

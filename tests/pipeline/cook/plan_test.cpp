@@ -129,7 +129,7 @@ TEST(PlanScene, TablesHave24ViewsUnlessANumberIsGiven) {
         return 0;
     };
     EXPECT_EQ(views(), 24);
-    scene.output.maxWholeVisible = 5;
+    scene.output.limits[Limit::WholeVisible] = 5;
     EXPECT_EQ(views(), 24);
     scene.tables.viewCount = 12;
     EXPECT_EQ(views(), 12) << "a number of their own is obeyed";

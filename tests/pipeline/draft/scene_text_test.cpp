@@ -43,7 +43,7 @@ TEST(SceneDraft, IsReadWithItsSettings) {
     EXPECT_FALSE(scene.probes[0].sh);
     EXPECT_EQ(scene.probes[1].sh->filename(), "probes.json");
     EXPECT_EQ(scene.gradients.at(0).name, "dusk");
-    EXPECT_EQ(scene.output.maxVisible, 5);
+    EXPECT_EQ(scene.output.limits[Limit::Visible], 5);
     ASSERT_EQ(scene.materials.size(), 1u);
     EXPECT_EQ(scene.materials[0].specular, true);
 }

@@ -114,7 +114,7 @@ TEST_F(PackedCook, FewerTexelsAreJudgedAgainstTheBake) {
 
     // A limit between both errors fails, although the repacked bake keeps it.
     writeScene("light_map_layout = \"raw\"\ncharts = \"pack\"\ncharts_max_visible = 2\nmax_converter_error = 1");
-    options_.maxError = found / 2;
+    options_.limits[Limit::Error] = found / 2;
     const Outcome failed = cook();
     ASSERT_FALSE(failed.errors.empty()) << found / 2;
     EXPECT_EQ(failed.errors.front().code, ErrorCode::Verification);

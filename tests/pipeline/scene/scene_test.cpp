@@ -119,7 +119,7 @@ f0 = [0.04, 0.6]
 )");
     ASSERT_TRUE(scene.has_value()) << scene.error().line();
     EXPECT_EQ(scene->output.target, Target::Astc);
-    EXPECT_EQ(scene->output.maxError, 0.02);
+    EXPECT_EQ(scene->output.limits[Limit::Error], 0.02);
     EXPECT_EQ(scene->output.budgetBytes, 2u << 20);
     ASSERT_EQ(scene->lightMaps.size(), 1u);
     EXPECT_EQ(scene->lightMaps[0].file, scene->directory / "maps/a.exr");
@@ -286,13 +286,13 @@ TEST(ReadScene, ColourSpacesThatNoneHasAreRefusedWhereTheyAreWritten) {
 }
 
 double converterErrorOf(const OutputSettings& output) {
-    return converterLimits(output, kDefaultMaxError, {}, {})[Limit::Error].value_or(0);
+    return converterLimits(output, kDefaultMaxError)[Limit::Error].value_or(0);
 }
 
 TEST(ReadScene, FractionsMayBePercentages) {
     const auto scene = sceneFromText(kHead + "[output]\nmax_error = \"2%\"\nmax_converter_error = \"0.5 %\"\nrdo = \"1.5%\"\n");
     ASSERT_TRUE(scene.has_value()) << scene.error().line();
-    EXPECT_DOUBLE_EQ(scene->output.maxError.value_or(0), 0.02);
+    EXPECT_DOUBLE_EQ(scene->output.limits[Limit::Error].value_or(0), 0.02);
     EXPECT_DOUBLE_EQ(converterErrorOf(scene->output), 0.005) << "a limit that is given is the limit, also below max_error";
     EXPECT_DOUBLE_EQ(scene->output.rdo, 0.015);
     expectRefused(kHead + "[output]\nmax_error = \"0.02\"\n", "4:13", "found the string '0.02'");
