@@ -181,7 +181,7 @@ void describe(Fields& fields, Self& verdict) {
     fields.object("limit", "limit that the last stage is held to", [&](auto& limit) {
         limit.required("metric", verdict.metric, "figure that is limited");
         limit.optional("value", verdict.limits[Limit::Error], between(0, HUGE_VAL), "largest value that passes");
-        describe(limit, verdict.limits, {Limit::Visible, Limit::VisibleBound, Limit::Seam});
+        describe(limit, verdict.limits, kFurtherAssetLimits);
     });
     fields.required("passed", verdict.passed, "true if the figures are within the limit and nothing is violated");
     fields.presentIf(!verdict.violations.empty(), "violations", verdict.violations,

@@ -59,8 +59,9 @@ private:
     std::array<std::optional<double>, kLimitCount> values_;
 };
 
-/// The limits that the verification of an asset holds it to.
-inline constexpr std::initializer_list<Limit> kAssetLimits = {Limit::Error, Limit::Visible, Limit::VisibleBound, Limit::Seam};
+/// The limits that the verification of an asset holds it to, all and those beside rel_rms.
+inline constexpr std::initializer_list<Limit> kAssetLimits = {Limit::Error, Limit::Visible, Limit::VisibleBound, Limit::Seam},
+                                              kFurtherAssetLimits = {Limit::Visible, Limit::VisibleBound, Limit::Seam};
 
 /// Describes some limits as members of a struct that has them: each by its name, absent without a limit.
 template <class Fields, Is<Limits> Self>

@@ -89,21 +89,8 @@ std::vector<Level> levelsOf(const ReportRow& row) {
 
 /// Returns the member of a failure that holds the figure of a limit.
 std::optional<double>& valueOf(Failure& failure, Limit limit) {
-    switch (limit) {
-        case Limit::Error:
-        case Limit::WholeError:
-        case Limit::ConverterError:
-            return failure.relRms;
-        case Limit::Seam:
-            return failure.seam;
-        case Limit::Visible:
-        case Limit::VisibleBound:
-        case Limit::WholeVisible:
-        case Limit::ConverterVisible:
-        case Limit::ConverterVisibleBound:
-            break;
-    }
-    return failure.visible;
+    if (limit == Limit::Seam) return failure.seam;
+    return info(limit).isFraction ? failure.relRms : failure.visible;
 }
 
 /// Returns a failure without its texts.

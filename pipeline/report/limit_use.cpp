@@ -10,13 +10,9 @@
 namespace lightcook::pipeline {
 namespace {
 
-bool isOfRms(Limit limit) {
-    return limit == Limit::Error || limit == Limit::WholeError;
-}
-
 std::string wordsOf(const Check& check, const std::string& name) {
     const double value = check.figure.value;
-    if (isOfRms(check.figure.limit)) return fmt::format("{} {} of {}", name, humanPercent(value), humanPercent(check.allowed));
+    if (info(check.figure.limit).isFraction) return fmt::format("{} {} of {}", name, humanPercent(value), humanPercent(check.allowed));
     return fmt::format("{} {} of {:.3g}", name, std::isfinite(value) ? fmt::format("{:.2f}", value) : "not finite", check.allowed);
 }
 
