@@ -99,7 +99,7 @@ void WorstBlock::merge(const WorstBlock& other) {
 
 void WorstBlock::check(const std::string& image, const Limits& limits, const verify::StageError& total,
                        std::vector<verify::Violation>& violations) const {
-    // Correct cooks stay below 25 (docs/lab/verify.md).
+    // Correct cooks stay below 28 (docs/lab/verify.md).
     constexpr double kAllowedGlare = 100;
     if (glare_.excess > kAllowedGlare)
         violations.push_back({fmt::format("{}rim of a chart at texel ({}, {})", image, glare_.texel[0], glare_.texel[1]),
