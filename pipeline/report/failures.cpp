@@ -93,13 +93,15 @@ std::optional<double>& valueOf(Failure& failure, Limit limit) {
     return info(limit).isFraction ? failure.relRms : failure.visible;
 }
 
-/// Returns a failure without its texts.
-Failure failureOf(const Check& check) {
+/// Returns a failure of a figure over its limit, with "found ..., expected ..." and no place.
+/// name  of the limit
+Failure failureOf(const Check& check, const std::string& name) {
     Failure failure;
     failure.stage = check.figure.stage;
     if (!check.figure.shading.empty()) failure.shading = check.figure.shading;
     failure.limit = check.allowed;
     valueOf(failure, check.figure.limit) = finiteOrNan(check.figure.value);
+    failure.detail = "found " + overLimit(check, name);
     return failure;
 }
 
@@ -117,8 +119,7 @@ std::string visibleWords(Limit limit, const verify::VisibleFigures& figures) {
 /// Appends a failure of a figure of a stage or mip level that is over its limit.
 void addOver(const ReportRow& row, const Level& level, const Check& check, const std::string& name, std::vector<Failure>& failures) {
     const verify::ErrorFigures& figures = level.figures(check.figure.shading);
-    Failure failure = failureOf(check);
-    failure.detail = "found " + overLimit(check, name);
+    Failure failure = failureOf(check, name);
     if (check.figure.limit != Limit::Error) failure.detail += visibleWords(check.figure.limit, *figures.visible);
     if (level.isMip)
         failure.detail += ", as at level 0: a lower limit chooses a layout with less error there, mips = false cooks level 0 alone";
@@ -149,8 +150,7 @@ void addSeam(const ReportRow& row, const SeamFigures& seams, const std::vector<C
              const std::string& subject, std::vector<Failure>& failures) {
     for (const Check& check : checks) {
         if (check.figure.limit != Limit::Seam || check.isKept()) continue;
-        Failure failure = failureOf(check);
-        failure.detail = "found " + overLimit(check, name);
+        Failure failure = failureOf(check, name);
         if (!seams.worst.empty()) {
             failure.seamAt = seams.worst.front();
             failure.detail += "; worst at " + seamWords(seams.worst.front());
@@ -211,15 +211,15 @@ std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom) {
     for (const Check& check : checks) {
         const auto level = std::ranges::find_if(levels, [&](const Level& each) { return each.stage->name == check.figure.stage; });
         if (check.figure.limit == Limit::Seam || check.isKept() || level == levels.end()) continue;
-        if (std::isfinite(check.figure.value)) addOver(row, *level, check, nameOf(check.figure.limit), failures);
+        // A level that is not finite has its failure. A bound alone may be infinite too.
+        if (isFinite(level->figures(check.figure.shading))) addOver(row, *level, check, nameOf(check.figure.limit), failures);
     }
     if (row.seams) addSeam(row, *row.seams, checks, nameOf(Limit::Seam), "seams", failures);
     if (row.splitSeams)
         addSeam(row, row.splitSeams->seams, row.splitSeams->checks(), nameOf(Limit::Seam), "seams between its maps", failures);
     for (const Check& check : row.whole ? row.whole->checks() : std::vector<Check>()) {
         if (check.isKept()) continue;
-        Failure failure = failureOf(check);
-        failure.detail = "found " + overLimit(check, nameOf(check.figure.limit));
+        Failure failure = failureOf(check, nameOf(check.figure.limit));
         complete(failure, row, "together with its dominant light", {});
         failures.push_back(std::move(failure));
     }

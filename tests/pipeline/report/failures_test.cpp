@@ -115,6 +115,21 @@ TEST(LimitNames, AreThoseOfTheSceneFileOrOfTheCommand) {
                 ElementsAre(HasSubstr("(--max-error)"), HasSubstr("(--max-visible)"), HasSubstr("(--max-visible-bound)")));
 }
 
+/// Nothing that fails a verdict may be without a failure: the error lines and the exit code come from these.
+TEST(LimitNames, AnInfiniteBoundIsOverItsLimit) {
+    ReportRow row;
+    row.name = "a";
+    verify::StageError stage;
+    stage.name = "total";
+    stage.diffuse.visible.emplace().bound = HUGE_VAL;
+    row.verdict = makeVerdict({stage}, {{Limit::Error, 0.1}, {Limit::VisibleBound, 70}});
+    ASSERT_FALSE(row.verdict.passed);
+    const std::vector<Failure> failures = failuresOf(row, LimitsFrom::SceneFile);
+    ASSERT_EQ(failures.size(), 1u);
+    EXPECT_EQ(failures[0].message,
+              "a, stage total, diffuse: found a visible error of up to inf (proven bound), expected at most 70 (max_visible_bound)");
+}
+
 TEST(PlaceWords, TolerateWhatTheyDoNotKnow) {
     EXPECT_EQ(placeWords(Json()), "");
     EXPECT_EQ(placeWords(parseJson(R"({"texel": [3, 4.5], "channel": "red", "f0": 0.04})")), "texel (3, 4.5), red, F0 0.04");
