@@ -97,7 +97,7 @@ struct SeamFigures {
         const SeamStage& last = stages.back();
         return std::max(last.diffuse.added.max, last.specular ? last.specular->added.max : 0.0);
     }
-    /// Returns what a limit on seams holds: the largest added step, where there are places.
+    /// Returns the figure that a limit on seams holds: the largest added step. Empty without places.
     std::vector<Figure> figures() const {
         if (stages.empty()) return {};
         return {{Limit::Seam, largestAdded(), stages.back().name, worst.empty() ? "" : worst.front().shading}};

@@ -276,9 +276,8 @@ formats::Result<void> OutputOptions::apply(CookOptions& options) const {
             LC_CHECK(checkOption(optionOf(limit).c_str(), kVisibleLimit.objectionTo(*given)));
     options.limits = limits_;
     // A command of one asset holds that asset to its limits, of whatever kind it is.
-    if (isOneAsset_)
-        for (const Limit held : {Limit::Error, Limit::Visible, Limit::VisibleBound})
-            options.limits[converterLimit(held).id] = limits_[held];
+    for (const LimitInfo& each : allLimits())
+        if (isOneAsset_ && each.isOfConverters()) options.limits[each.id] = limits_[each.held];
     if (effort_ && options.target == formats::Target::Float)
         return formats::failure(formats::ErrorCode::InvalidRequest, "--effort",
                                 "found it with --target float, whose texels are not encoded, expected --target bc or astc");

@@ -49,7 +49,7 @@ using Clock = std::chrono::steady_clock;
 void setLimit(const LimitInfo& limit, double value, Scene& scene) {
     scene.output.limits[limit.id] = value;
     const auto forget = [&](auto& entry) { entry.limits[limit.held].reset(); };
-    if (limit.id == limit.held) {
+    if (!limit.isOfConverters()) {
         std::ranges::for_each(scene.lightMaps, forget);
         return;
     }

@@ -45,7 +45,7 @@ const LimitInfo& info(Limit limit) {
 }
 
 const LimitInfo& converterLimit(Limit held) {
-    return *std::ranges::find_if(kLimits, [&](const LimitInfo& each) { return each.held == held && each.id != held; });
+    return *std::ranges::find_if(kLimits, [&](const LimitInfo& each) { return each.isOfConverters() && each.held == held; });
 }
 
 std::string optionOf(const LimitInfo& limit) {

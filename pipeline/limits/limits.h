@@ -24,13 +24,16 @@ inline constexpr double kNoErrorLimit = 2;
 
 struct LimitInfo {
     Limit id;
-    Limit held;                ///< what an asset is held to: limits of converters set Error, Visible and VisibleBound of theirs
+    Limit held;                ///< limit of an asset that this one sets: itself; of converters Error, Visible or VisibleBound
     std::string_view name;     ///< key of a scene file; an option has dashes
     bool isFraction;           ///< else just noticeable differences
     std::string_view caption;  ///< of a document that has the limit
     std::string_view figure;   ///< "visible p99": the figure that it holds
     std::string_view words;    ///< the figure in an error line, with {} for its value
     int digits;                ///< of that value, at least
+
+    /// Returns true for a limit that sets one of assets that are no light maps.
+    bool isOfConverters() const { return id != held; }
 };
 
 /// Returns every limit, in the order of the enumeration.

@@ -194,8 +194,8 @@ bool isErrorLimited(const OutputSettings& output, const LightMapEntry& entry) {
 
 Limits converterLimits(const OutputSettings& output, double byDefault, const Limits& ofAsset) {
     Limits limits = ofAsset;
-    for (const Limit held : {Limit::Error, Limit::Visible, Limit::VisibleBound})
-        if (!limits[held]) limits[held] = output.limits[converterLimit(held).id];
+    for (const LimitInfo& each : allLimits())
+        if (each.isOfConverters() && !limits[each.held]) limits[each.held] = output.limits[each.id];
     if (!limits[Limit::Error]) limits[Limit::Error] = std::max(errorLimit(output), byDefault);
     return limits;
 }

@@ -240,7 +240,7 @@ TEST_F(Interrupt, AKilledCookLeavesNoHalfFileAndANewOneIsRight) {
     std::error_code none;
     for (const auto& entry : fs::directory_iterator(*scene_ / "out", none))
         EXPECT_TRUE(entry.path().filename().string().starts_with(".lightcook-")) << entry.path();
-    // What it left is removed a day later: until then another process may own it.
+    // A later cook removes after a day what a killed one left: until then it may belong to another process.
     for (const std::string& left : temporariesIn(*scene_ / "")) fs::last_write_time(left, fs::file_time_type::clock::now() - 25h);
     EXPECT_EQ(end({"rsrm", "sky.exr", "out", "--exponents", "3"}), 0);
     EXPECT_EQ(temporariesIn(*scene_ / ""), std::vector<std::string>());

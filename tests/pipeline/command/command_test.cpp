@@ -19,7 +19,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-/// Returns what is printed for a command line that is refused.
+/// Returns the text that the program prints for a command line that it refuses.
 std::string refusalOf(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "lightcook");
     std::vector<const char*> argv;
