@@ -48,6 +48,9 @@ struct Range {
     double low = 0, high = 0;
 };
 
+/// How a key is written. A size is a text, of a number of bytes.
+enum class KeyShape { Text, Size, Path, Flag, Integer, Number, Numbers, Texts, Table };
+
 /// Values that a key may have, in numbers and in words.
 struct KeyRule {
     bool isFraction = false;                               ///< also a text such as "2%"
@@ -58,11 +61,20 @@ struct KeyRule {
     std::string expected = {};                             ///< in messages; empty: by type and range
     std::string type = {};                                 ///< in Markdown, for the reference; empty: by type and range
     std::string fallback = {};                             ///< in Markdown: the default; empty: the value that the struct begins with
+    std::string_view of = {};            ///< "output.mips": the key that this one goes before, and whose option removes it
+    std::optional<KeyShape> shape = {};  ///< empty: by type
+    std::string_view option = {};        ///< name of its option, without dashes; empty: that of the key
 
     /// Returns the same rule with another default in the reference.
     KeyRule otherwise(std::string text) const {
         KeyRule rule = *this;
         rule.fallback = std::move(text);
+        return rule;
+    }
+    /// Returns the same rule for a key that goes before another one.
+    KeyRule before(std::string_view key) const {
+        KeyRule rule = *this;
+        rule.of = key;
         return rule;
     }
     bool isAllowed(double value) const {
@@ -101,6 +113,8 @@ inline std::string inCode(std::string_view name) {
 /// A row of the reference.
 struct KeyRow {
     std::string name, type, fallback, caption;  ///< all but the name in Markdown
+    KeyShape shape = KeyShape::Text;
+    KeyRule rule = {};  ///< with the names of an enumeration
 };
 
 /// A table of a document, or the keys before the first table.
@@ -157,6 +171,19 @@ std::string typeOf(const KeyRule& rule) {
     return names.empty() ? "string" : names;
 }
 
+/// Returns the shape of a key.
+template <class T>
+KeyShape shapeOf(const KeyRule& rule) {
+    if (rule.shape) return *rule.shape;
+    if constexpr (std::same_as<T, bool>) return KeyShape::Flag;
+    if constexpr (std::same_as<T, std::filesystem::path>) return KeyShape::Path;
+    if constexpr (std::same_as<T, std::uint64_t>) return KeyShape::Size;
+    if constexpr (kIsNumber<T>) return std::floating_point<T> ? KeyShape::Number : KeyShape::Integer;
+    if constexpr (json_fields::IsMap<T>::value) return KeyShape::Table;
+    if constexpr (std::same_as<T, Range> || json_fields::IsArray<T>::value || json_fields::IsGlm<T>::value) return KeyShape::Numbers;
+    return KeyShape::Text;
+}
+
 /// Returns the values of a key as messages expect them.
 template <class T>
 std::string expectedOf(const KeyRule& rule) {
@@ -194,19 +221,19 @@ public:
 
     template <class T>
     void required(std::string_view key, const T&, const KeyRule& rule, std::string_view caption) {
-        add(key, key_words::typeOf<T>(rule), "required", caption);
+        add<T>(key, rule, "required", caption);
     }
     template <class T>
     void optional(std::string_view key, const T& value, const KeyRule& rule, std::string_view caption) {
-        add(key, key_words::typeOf<typename key_words::Inner<T>::Type>(rule), key_words::fallbackOf(value, rule), caption);
+        add<typename key_words::Inner<T>::Type>(key, rule, fallbackOf(key, rule, key_words::fallbackOf(value, rule)), caption);
     }
     template <class T>
     void requiredUnless(std::string_view other, std::string_view key, const T&, const KeyRule& rule, std::string_view caption) {
-        add(key, key_words::typeOf<T>(rule), fmt::format("required, or `{}`", other), caption);
+        add<T>(key, rule, fmt::format("required, or `{}`", other), caption);
     }
     template <class Read>
     void special(std::string_view key, const KeyRule& rule, std::string_view caption, Read) {
-        add(key, rule.type, rule.fallback.empty() ? "none" : rule.fallback, caption);
+        add<std::string>(key, rule, fallbackOf(key, rule, "none"), caption);
     }
     template <class T, class DescribeInner>
     void section(std::string_view key, T& value, const SectionText& text, DescribeInner describeInner) {
@@ -223,13 +250,23 @@ public:
     template <class T, class DescribeInner>
     void sectionsInside(std::string_view key, std::vector<T>& elements, const KeyRule& rule, std::string_view caption,
                         const SectionText& text, DescribeInner describeInner) {
-        add(key, "tables", rule.fallback, caption);
+        add<std::string>(key, {.type = "tables", .shape = KeyShape::Table}, rule.fallback, caption);
         sections(key, elements, text, describeInner);
     }
 
 private:
-    void add(std::string_view key, std::string type, std::string fallback, std::string_view caption) {
-        tables_[at_].keys.push_back({std::string(key), std::move(type), std::move(fallback), std::string(caption)});
+    template <class T>
+    void add(std::string_view key, const KeyRule& rule, std::string fallback, std::string_view caption) {
+        KeyRow row{std::string(key),     key_words::typeOf<T>(rule),  std::move(fallback),
+                   std::string(caption), key_words::shapeOf<T>(rule), rule};
+        row.rule.names = key_words::namesFor<T>(rule);
+        tables_[at_].keys.push_back(std::move(row));
+    }
+    /// Returns the default of a key: of one that goes before another, that one.
+    static std::string fallbackOf(std::string_view key, const KeyRule& rule, std::string otherwise) {
+        if (!rule.fallback.empty() || rule.of.empty()) return rule.fallback.empty() ? otherwise : rule.fallback;
+        const std::string_view name = rule.of.substr(rule.of.find('.') + 1);
+        return name == key ? "that of `[output]`" : fmt::format("`{}` of `[output]`", name);
     }
     KeyLister table(std::string_view key, bool isArray, const SectionText& text) {
         const std::string& outer = tables_[at_].name;
