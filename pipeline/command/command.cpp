@@ -78,15 +78,17 @@ constexpr std::array kCommands = {
 /// Returns true for an option whose values are plain numbers, by the placeholder of its value. Sizes, fractions and percentages have
 /// readers of their own.
 bool takesNumbers(const CLI::Option& option) {
-    constexpr std::array<std::string_view, 9> kOthers = {"TEXT",
-                                                         "NAME",
-                                                         "COMMAND",
-                                                         "SPACE",
-                                                         kFilePlaceholder,
-                                                         kFolderPlaceholder,
-                                                         kSizePlaceholder,
-                                                         kFractionPlaceholder,
-                                                         kPercentPlaceholder};
+    constexpr std::array<std::string_view, 11> kOthers = {"TEXT",
+                                                          "NAME",
+                                                          "COMMAND",
+                                                          "SPACE",
+                                                          kFilePlaceholder,
+                                                          kFolderPlaceholder,
+                                                          kSizePlaceholder,
+                                                          kFractionPlaceholder,
+                                                          kPercentPlaceholder,
+                                                          kNumbersPlaceholder,
+                                                          kNamesPlaceholder};
     const std::string type = option.get_type_name();
     return std::ranges::find(kOthers, std::string_view(type).substr(0, type.find(':'))) == kOthers.end();
 }

@@ -20,6 +20,7 @@
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/compare_light_maps.h"
+#include "pipeline/command/converter.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
@@ -323,7 +324,7 @@ CommandFunction defineCompare(CLI::App& app) {
     struct Options {
         std::filesystem::path a, b;
         std::string metric, second = kSameConventions;
-        ConventionOptions conventions;
+        GivenKeys given;
         JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
@@ -333,7 +334,7 @@ CommandFunction defineCompare(CLI::App& app) {
                    "Print only this figure. Images and textures have rmse, rel_rmse, log2_psnr_db and max_abs; light maps have rel_rms and "
                    "visible_p99, the larger one of diffuse and specular")
         ->check(CLI::IsMember({"rmse", "rel_rmse", "log2_psnr_db", "max_abs", "rel_rms", "visible_p99"}));
-    options->conventions.add(app);
+    addKeyOptions(app, options->given, conventionOptions());
     app.add_option("--second", options->second,
                    "Conventions of the second light map (same: those of the first; canonical: those of what reconstruct and repack write)")
         ->check(CLI::IsMember({kSameConventions, kCanonicalConventions}))
@@ -342,13 +343,11 @@ CommandFunction defineCompare(CLI::App& app) {
     app.footer("A file of a cooked scene that does not match its manifest is an error: exit code 4.");
     return [options](Session& session) {
         options->json.prepare(session);
-        formats::LightMapDescription ofA, ofB;
-        if (auto applied = options->conventions.apply(ofA, options->a); !applied)
-            return options->json.finish(session, {}, {applied.error()});
-        if (options->second == kSameConventions)
-            if (auto applied = options->conventions.apply(ofB, options->b); !applied)
-                return options->json.finish(session, {}, {applied.error()});
-        const auto compared = compareFiles(options->a, options->b, session.state, ofA, ofB);
+        const auto ofA = describeBake(options->a, options->given);
+        const auto ofB = options->second == kSameConventions ? describeBake(options->b, options->given) : formats::LightMapDescription();
+        for (const auto* of : {&ofA, &ofB})
+            if (!*of) return options->json.finish(session, {}, {of->error()});
+        const auto compared = compareFiles(options->a, options->b, session.state, *ofA, *ofB);
         if (!compared) return options->json.finish(session, {}, {compared.error()});
         const auto& [differences, changed] = *compared;
         if (options->second != kSameConventions && !differences.contains("diffuse"))

@@ -1,43 +1,42 @@
-// The common part of the single converters (lightmap, dominant, cubemap, lut, rsrm): a scene of one asset, made in memory, then cooked
-// and verified like any other.
+// The commands that convert one asset: lightmap, dominant, cubemap, lut, rsrm. Each is a scene of that asset, read from the keys that its
+// options give, and then cooked and verified like any other.
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
+#include <vector>
 
+#include "pipeline/command/key_options.h"
 #include "pipeline/cook/cook.h"
 
 namespace lightcook::pipeline {
 
-/// Options of every converter.
-struct ConverterOptions {
-    std::filesystem::path input;             ///< not of lut
-    std::filesystem::path output;            ///< a folder; or a .ktx2 file if the asset is one texture, or .dds if that has no constants
-    CookOptions cook;                        ///< overrides of [output], repair, cache
-    std::optional<std::string> source = {};  ///< colour space of the input; empty: what the file states
+struct Conversion {
+    std::string command;           ///< "lightmap"
+    std::filesystem::path input;   ///< not of lut
+    std::filesystem::path output;  ///< a folder; or a .ktx2 file if the asset is one texture, or .dds if that has no constants
+    CookOptions cook = {};         ///< given keys, repair, cache
 };
 
-/// Returns the colour spaces of a command without a scene file.
-/// source  of --source; empty: what the file states
+/// Returns the scene of a conversion. What files state about their colours is no finding if the colour space is given.
+formats::Result<Scene> sceneOf(const Conversion& conversion);
+
+/// Cooks the asset of a conversion.
+Outcome convert(const Conversion& conversion, const RunState& state);
+
+/// Returns the settings of a command that has no scene: those of a scene without assets, where files state their colour space.
+formats::Result<Scene> settingsOf(const GivenKeys& given);
+/// Returns the colour spaces of such a command.
+/// source  colour space of the input; empty: what the file states
 formats::ColorSpaces colorsOf(const std::optional<std::string>& source);
-/// Fails for a --source that is no linear colour space.
-formats::Result<void> checkSource(const std::optional<std::string>& source);
 
-/// Returns a scene without assets for the converter's input. What the file states about its colours is no finding if --source was given.
-Scene sceneFor(const ConverterOptions& options);
-
-/// Refuses a --container that is not that of the output file.
-formats::Result<void> checkContainer(const CookOptions& cook, const std::filesystem::path& output);
+/// Returns the options of the conventions of a baked light map.
+std::vector<KeyOption> conventionOptions();
+/// Returns the conventions that such options give for a bake. Fails for a mesh that is none with light-map UVs.
+formats::Result<formats::LightMapDescription> describeBake(const std::filesystem::path& bake, const GivenKeys& given);
 
 /// Returns the error of a DDS file for a texture with constants of the decode: DDS has no place for them, and no manifest lies beside it.
 /// otherwise   outputs that keep the constants
 formats::Error constantsAreLost(const std::filesystem::path& output, const std::string& otherwise);
-
-/// Cooks the assets of one kind of a scene to options.output.
-Outcome convertScene(Scene scene, const std::string& kind, const ConverterOptions& options, const RunState& state);
-
-/// An outcome that is nothing but an error.
-Outcome failedOutcome(formats::Error error);
 
 }  // namespace lightcook::pipeline

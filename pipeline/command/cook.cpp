@@ -6,8 +6,8 @@
 #include <memory>
 #include <utility>
 
-#include "formats/vocabulary.h"
 #include "pipeline/command/command.h"
+#include "pipeline/command/key_options.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
@@ -25,34 +25,22 @@ namespace {
 /// The command line of `cook`.
 struct CookCommand {
     CookOptions cook;
-    OutputOptions output;
     CiOutputs files;
     std::optional<int> samples;
     std::filesystem::path history;
-    std::string chartMode;
 };
 
 void addCookOptions(CLI::App& app, CookCommand& command) {
     CookOptions& cook = command.cook;
     addFileOption(app, "scene", cook.scene, "The scene file (scene.toml)")->required();
     declareWritten(addFolderOption(app, "-o,--output", cook.output, "Output folder; default: <scene name>.cooked"), Written::Folder);
-    command.output.addScene(app);
+    addOutputOptions(app, cook.given);
     declareWritten(app.add_option("--depfile", cook.depfile, "Write the inputs as a Makefile rule")->type_name(kFilePlaceholder),
                    Written::File);
     CLI::Option* only = app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are");
     only->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
     addSamplesOption(app, command.samples);
-    app.add_option("--charts", command.chartMode, fmt::format("Charts of the light maps ({})", captionsOf(allChartModes())))
-        ->check(CLI::IsMember(formats::namesOf(allChartModes())));
-    app.add_option(
-           "--charts-max-visible", cook.charts.maxVisible,
-           "Visible error that fewer texels of packed charts may add to 99 % of a chart's samples; 0: charts are moved only, without "
-           "loss")
-        ->type_name("JND")
-        ->check(CLI::Range(0.0, kMostChartsVisible));
-    app.add_flag("--gltf", cook.gltf, "Also write each light map with its mesh as glTF (NAME_scene.glb), with the light map bound");
-    app.add_flag("--mips", cook.mips, "Write light maps with mip levels, as far as these keep charts apart");
     app.add_flag(
            "--keep-candidates", cook.keepCandidates,
            "Also cook the scene with each other layout that was tried and may be worth its bytes, into DIR/candidates: view shows them "
@@ -70,15 +58,12 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
 
 /// Runs the command. Returns the exit code.
 int runCook(Session& session, CookCommand& command) {
-    if (auto applied = command.output.apply(command.cook); !applied) return session.finish(applied);
     for (const auto& [option, file] : {std::pair("--depfile", command.cook.depfile.value_or("")), std::pair("--history", command.history)})
         if (auto checked = checkIsFile(option, file); !checked) return session.finish(checked);
     if (command.samples) command.cook.samples = *command.samples;
-    ChartSettings& charts = command.cook.charts;
-    if (const auto* row = formats::findByName(allChartModes(), command.chartMode); row != nullptr) charts.mode = row->id;
     if (auto ready = command.files.prepare(session); !ready) return session.finish(ready);
     // Read once: between two reads the file could become another scene.
-    auto scene = readScene(command.cook.scene);
+    auto scene = readScene(command.cook.scene, command.cook.given);
     if (scene)
         if (auto checked = session.paths.checkAgainstScene(*scene, cookedFolder(*scene, command.cook.output)); !checked)
             return session.finish(checked);
@@ -108,7 +93,10 @@ int runCook(Session& session, CookCommand& command) {
 CommandFunction defineCook(CLI::App& app) {
     const auto command = std::make_shared<CookCommand>();
     addCookOptions(app, *command);
-    app.footer(R"(An action (one step: cooks or verifies an asset, tries layouts, packs charts) is identified by a
+    app.footer(R"(Each key of [output] is an option, whose default is what the scene file says. It goes before the file, and
+before what light maps, probes, gradients and tables of the file have of their own.
+
+An action (one step: cooks or verifies an asset, tries layouts, packs charts) is identified by a
 digest of the content of its inputs, its parameters and lightcook's own sources. Results of earlier
 actions are taken from the cache, which holds at most 4 GiB and drops the least recently used first.
 If nothing changed, a cook opens no image and does not touch the outputs.

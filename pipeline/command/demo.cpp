@@ -8,6 +8,7 @@
 
 #include "formats/process.h"
 #include "pipeline/command/command.h"
+#include "pipeline/command/key_options.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
@@ -31,19 +32,17 @@ std::filesystem::path demoScene() {
 CommandFunction defineDemo(CLI::App& app) {
     struct Options {
         CookOptions cook;
-        OutputOptions output;
         JsonOutput json;
     };
     const auto options = std::make_shared<Options>();
     options->cook.output = "demo.cooked";
     declareWritten(addFolderOption(app, "-o,--output", options->cook.output, "Output folder; default: demo.cooked"), Written::Folder);
-    options->output.addScene(app);
+    addOutputOptions(app, options->cook.given);
     options->json.add(app, "the report of the verification");
     return [options](Session& session) {
-        if (auto applied = options->output.apply(options->cook); !applied) return session.finish(applied);
         options->json.prepare(session);
         options->cook.scene = demoScene();
-        auto scene = readScene(options->cook.scene);
+        auto scene = readScene(options->cook.scene, options->cook.given);
         if (!scene) return options->json.finish(session, {}, {scene.error()});
         if (auto checked = session.paths.checkAgainstScene(*scene, options->cook.output); !checked) return session.finish(checked);
         const Outcome cooked = cookScene(std::move(*scene), options->cook, session.state);

@@ -353,7 +353,7 @@ CommandFunction defineEncode(CLI::App& app) {
     struct Options : EncodeCommand {
         JsonOutput json;
         std::vector<float> weights;
-        std::optional<double> rdoGiven;
+        GivenKeys given;
         std::string metricName;
     };
     static const std::map<std::string, compress::HdrMetric> kMetrics = {
@@ -362,8 +362,8 @@ CommandFunction defineEncode(CLI::App& app) {
     addFileOption(app, "input", options->input, "EXR, HDR, or any image that OpenImageIO reads")->required();
     declareWritten(addFileOption(app, "output", options->output, "The .ktx2 or .dds file to write"), Written::File)->required();
     app.add_option("--format", options->format, "Pixel format of the texture")->required()->check(CLI::IsMember(pixelFormatNames()));
-    addEffortOption(app, options->effort);
-    addRdoOption(app, options->rdoGiven);
+    addKeyOption(app, options->given, {"output.effort"});
+    addKeyOption(app, options->given, {"output.rdo"});
     app.add_option("--metric", options->metricName, "Error that the encoders of BC6H and RGB9E5 minimize")
         ->check(CLI::IsMember({"log", "linear", "relative"}))
         ->default_str("log");
@@ -383,7 +383,7 @@ CommandFunction defineEncode(CLI::App& app) {
     app.add_flag(
         "--repair", options->repair,
         "Replace infinity by the largest value of the format, NaN and, in unsigned formats, negative values by zero, and count them");
-    addSourceOption(app, options->source);
+    addKeyOption(app, options->given, sourceOption());
     options->json.add(app, "what was done");
     app.footer(R"(Metrics, for an input value x: log minimizes the squared error of log2(1 + x / scale), relative to the
 value in the light and absolute in the dark; linear that of x, which keeps the energy but not the
@@ -420,10 +420,13 @@ so 0 is exact. Values beyond either end are clamped and counted as "clamped_high
 decodes to -1 like byte -127; the encoder writes only the latter.)");
     return [options](Session& session) {
         if (!options->weights.empty()) std::copy_n(options->weights.begin(), 4, options->channelWeights.emplace().begin());
-        options->rdo = options->rdoGiven.value_or(options->rdo);
         if (!options->metricName.empty()) options->metric = kMetrics.at(options->metricName);
         options->json.prepare(session);
-        if (auto checked = checkSource(options->source); !checked) return session.finish(checked);
+        const auto settings = settingsOf(options->given);
+        if (!settings) return session.finish(settings);
+        options->effort = settings->output.effort;
+        options->rdo = settings->output.rdo;
+        if (const GivenKey* source = options->given.find("color.source")) options->source = source->value;
         const auto facts = encodeTexture(*options, session.threads);
         if (!facts) return options->json.finish(session, facts);
         constexpr std::array<std::pair<const char*, const char*>, 3> kChanges = {{

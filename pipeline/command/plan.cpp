@@ -10,7 +10,6 @@
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
-#include "pipeline/cook/chart_settings.h"
 #include "pipeline/cook/ninja.h"
 #include "pipeline/scene/settings.h"
 
@@ -34,7 +33,6 @@ formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
     LC_TRY(scene, readScene(options.scene));
     if (const std::string why = whyNothing(*scene); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, options.scene.string(), why);
-    LC_CHECK(checkCharts(*scene));
     LC_TRY(program, formats::programFile());
     scene->file = absolutePath(options.scene);
     const std::filesystem::path output = cookedFolder(*scene, options.output);

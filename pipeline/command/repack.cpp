@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "pipeline/command/command.h"
+#include "pipeline/command/converter.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
@@ -35,8 +36,9 @@ void print(Terminal& terminal, const Repacked& made) {
 
 CommandFunction defineRepack(CLI::App& app) {
     struct Options : RepackRequest {
-        ConventionOptions conventions;
+        GivenKeys given;
         JsonOutput json;
+        bool isRepaired = false;
     };
     const auto options = std::make_shared<Options>();
     addFileOption(app, "input", options->map, "The bake")->required();
@@ -48,8 +50,8 @@ CommandFunction defineRepack(CLI::App& app) {
         ->type_name("JND")
         ->check(CLI::Range(0.0, 100.0))
         ->capture_default_str();
-    addRepairOption(app, options->description.repair);
-    options->conventions.add(app);
+    addRepairOption(app, options->isRepaired);
+    addKeyOptions(app, options->given, conventionOptions());
     options->json.add(app, "what changed");
     app.footer(R"(repack writes a bake in form sh9 and the meshes with new light-map UVs; cook and lightmap take them in
 place of the originals. A chart is what triangles use that share vertices or texels. Each gets the
@@ -59,9 +61,15 @@ Charts that keep their resolution keep their texels bit for bit, and the light b
 repack into the same folder replaces the files that repacked.json lists there; any other file of the
 same name is refused.)");
     return [options](Session& session) {
-        if (auto applied = options->conventions.apply(options->description, options->map, true); !applied) return session.finish(applied);
+        const std::string surfaces = "light_map.surfaces";
+        const bool isOneMesh = options->given.find(surfaces) != nullptr || options->meshes.size() == 1;
+        if (options->given.find(surfaces) == nullptr) options->given.set(surfaces, options->meshes.front().string(), "meshes");
+        auto description = describeBake(options->map, options->given);
+        if (!description) return session.finish(description);
+        options->description = std::move(*description);
+        options->description.repair = options->isRepaired;
         options->lmbake = options->description.lmbake;
-        if (options->description.mesh.empty() && options->meshes.size() == 1) options->description.mesh = options->meshes.front();
+        if (!isOneMesh) options->description.mesh.clear();
         options->keepsOthers = true;
         options->json.prepare(session);
         const auto made = repack(*options, session.state);

@@ -15,7 +15,6 @@
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/needs.h"
 #include "pipeline/assets/results.h"
-#include "pipeline/cook/chart_settings.h"
 #include "pipeline/cook/contents.h"
 #include "pipeline/cook/depfile.h"
 #include "pipeline/cook/kept_candidates.h"
@@ -45,67 +44,15 @@ using formats::failure;
 using formats::Result;
 using Clock = std::chrono::steady_clock;
 
-/// Sets a limit of the output, before which no asset keeps one of its own.
-void setLimit(const LimitInfo& limit, double value, Scene& scene) {
-    scene.output.limits[limit.id] = value;
-    const auto forget = [&](auto& entry) { entry.limits[limit.held].reset(); };
-    if (!limit.isOfConverters()) {
-        std::ranges::for_each(scene.lightMaps, forget);
-        return;
-    }
-    std::ranges::for_each(scene.probes, forget);
-    std::ranges::for_each(scene.gradients, forget);
-    forget(scene.tables);
-}
-
-void applyOverrides(const CookOptions& options, Scene& scene) {
-    OutputSettings& output = scene.output;
-    if (options.target) output.target = *options.target;
-    for (const LimitInfo& limit : allLimits())
-        if (const auto& given = options.limits[limit.id]) setLimit(limit, *given, scene);
-    if (options.budgetBytes) output.budgetBytes = *options.budgetBytes;
-    if (options.lightMapLayout) output.lightMapLayout = *options.lightMapLayout;
-    if (options.objective) output.objective = *options.objective;
-    if (options.container) output.container = *options.container;
-    if (options.zstd) output.zstd = *options.zstd;
-    if (options.effort) output.effort = *options.effort;
-    if (options.rdo) output.rdo = *options.rdo;
-    output.gltf = output.gltf || options.gltf;
-    output.mips = output.mips || options.mips;
-    if (options.charts.mode) output.charts.mode = options.charts.mode;
-    if (options.charts.maxVisible) output.charts.maxVisible = options.charts.maxVisible;
-    for (LightMapEntry& entry : scene.lightMaps) {
-        if (options.charts.mode) entry.charts.mode = {};
-        if (options.charts.maxVisible) entry.charts.maxVisible = {};
-        entry.description.takesTangents = takesTangents(output, entry);
-    }
-}
-
-/// Refuses scenes without anything to cook, and settings that cannot be combined.
-Result<void> checkSettings(const Scene& scene, const CookOptions& options, const std::filesystem::path& folder) {
-    const OutputSettings& output = scene.output;
+/// Refuses scenes without anything to cook, and what cannot be written.
+Result<void> checkScene(const Scene& scene, const CookOptions& options, const std::filesystem::path& folder) {
     if (const std::string why = whyNothing(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, scene.file.string(), why);
-    if (const auto conflict = brokenByOptions(rulesOf(output))) {
-        // A container of the scene file may not suit the target of the command line.
-        const bool isOwnContainer = conflict->key == "container" && !options.container;
-        return failure(ErrorCode::InvalidRequest,
-                       !isOwnContainer  ? std::string(conflict->option)
-                       : options.target ? "--target astc"
-                                        : placeIn(scene, "output", "", "container", "container"),
-                       conflict->optionWords);
-    }
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (const auto broken = brokenByOptions(rulesOf(output, entry)))
-            return failure(ErrorCode::InvalidRequest, std::string(broken->option), broken->optionWords);
-    LC_CHECK(checkCharts(scene, options.charts));
-    for (const LightMapEntry& entry : scene.lightMaps)
-        if (isSplit(output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
+        if (isSplit(scene.output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
             LC_CHECK(formats::checkNoMorphTargets(*entry.mesh));
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or nothing");
-    if (const auto broken = brokenByOptions(rulesOf(scene)))
-        return failure(ErrorCode::InvalidRequest, std::string(broken->option), broken->optionWords);
     return {};
 }
 
@@ -129,11 +76,8 @@ public:
 
 private:
     Result<void> tryRun() {
-        applyOverrides(options_, scene_);
-        if (options_.mips)
-            for (LightMapEntry& entry : scene_.lightMaps) entry.mips.reset();
         outcome_.output = cookedFolder(scene_, options_.output);
-        LC_CHECK(checkSettings(scene_, options_, outcome_.output));
+        LC_CHECK(checkScene(scene_, options_, outcome_.output));
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
         // Inside the output, so that finished files are renamed. A folder that is made for it goes with it unless the cook leaves files.
@@ -192,7 +136,8 @@ private:
         LC_CHECK(cookAlternatives());
         if (options_.depfile) LC_CHECK(writeDepfile(*plan, needsGraph, contentGraph, planned, needs));
         cache_.prune();
-        appendErrorsOf(*report, options_.budgetBytes ? "--budget" : placeIn(scene_, "output", "", "budget", "[output]") + ", budget",
+        const GivenKey* const budget = options_.given.find("output.budget");
+        appendErrorsOf(*report, budget != nullptr ? budget->option : placeIn(scene_, "output", "", "budget", "[output]") + ", budget",
                        outcome_.errors);
         return {};
     }
@@ -322,12 +267,13 @@ private:
             options.keepCandidates = false;
             options.depfile = {};
             LC_CHECK(makeFoldersOf(outcome_.output, candidateFolder({}, layout) / kManifestName));
-            Scene scene = asked_;
-            scene.output.budgetBytes = options.budgetBytes = {};
-            scene.output.limits[Limit::WholeVisible] = options.limits[Limit::WholeVisible] = {};
-            scene.output.limits[Limit::WholeError] = options.limits[Limit::WholeError] = {};
-            if (scene.output.lightMapLayout.empty()) scene.output.lightMapLayout = kAutoLayout;  // as the limits had it
-            const Outcome done = Cook(std::move(scene), options, state_, layouts).run();
+            Json document = asked_.document;
+            for (const char* whole : {"budget", "max_whole_visible", "max_whole_error"}) document["output"].erase(whole);
+            document["output"]["light_map_layout"] = layoutAsked(asked_.output);  // as the limits had it
+            LC_TRY(scene, readSceneDocument(document, asked_.directory));
+            scene->file = asked_.file;
+            scene->lines = asked_.lines;
+            const Outcome done = Cook(std::move(*scene), options, state_, layouts).run();
             outcome_.actionsRun += done.actionsRun;
             outcome_.actionsReused += done.actionsReused;
             const auto isFault = [](const Error& error) { return error.code != ErrorCode::Verification; };
@@ -503,7 +449,7 @@ Outcome cookScene(Scene scene, const CookOptions& options, const RunState& state
 }
 
 Outcome cookScene(const CookOptions& options, const RunState& state) {
-    auto scene = readScene(options.scene);
+    auto scene = readScene(options.scene, options.given);
     if (!scene) return outcomeOf(scene.error());
     return cookScene(std::move(*scene), options, state);
 }

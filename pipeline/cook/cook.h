@@ -13,25 +13,14 @@
 
 namespace lightcook::pipeline {
 
-/// Options of a cook. Those that are set override the scene file.
+/// Options of a cook that no scene has, and the keys that the command line gives over those of the scene file.
 struct CookOptions {
     std::filesystem::path scene;
     std::filesystem::path output;  ///< empty: "<scene name>.cooked" in the current folder
-    std::optional<Target> target;
-    Limits limits;
-    std::optional<std::uint64_t> budgetBytes;
-    std::optional<std::string> lightMapLayout;
-    std::optional<formats::Objective> objective;
-    std::optional<formats::Container> container;
-    std::optional<bool> zstd;
-    std::optional<int> effort;
-    std::optional<double> rdo;
+    GivenKeys given = {};
     std::optional<std::filesystem::path> depfile;
     std::optional<std::string> only;      ///< a name: see PlanOptions
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions
-    bool gltf = false;                    ///< also the scene as glTF
-    bool mips = false;                    ///< light maps with mip levels
-    ChartSettings charts = {};            ///< of all light maps
     bool force = false, keepGoing = false, repair = false;
     bool keepCandidates = false;  ///< also cook the scene with the other layouts that were tried: kept_candidates.h
     bool strict = false;          ///< every finding of lint that the scene does not allow is an error
@@ -57,7 +46,7 @@ inline Outcome outcomeOf(const formats::Error& error) {
 
 /// Cooks the scene file of the options.
 Outcome cookScene(const CookOptions& options, const RunState& state);
-/// Cooks a scene that is in memory, as the single converters do. Does not open the file options.scene.
+/// Cooks a scene that was read with the given keys of the options. Does not open the file options.scene.
 Outcome cookScene(Scene scene, const CookOptions& options, const RunState& state);
 
 struct VerifyOptions {

@@ -2,7 +2,6 @@
 #include "pipeline/lint/lint.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/cook/action_functions.h"
-#include "pipeline/cook/chart_settings.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/graph/cache.h"
@@ -16,7 +15,6 @@ namespace {
 formats::Result<void> lint(const Scene& scene, const LintOptions& options, const RunState& state, Outcome& outcome) {
     if (const std::string why = whyNothing(scene); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, scene.file.string(), why);
-    LC_CHECK(checkCharts(scene));
     LC_TRY(staging, TemporaryFolder::create());
     const Cache cache(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes);
     DigestMemo digests(cache.root() / "stamps" / digestOfText("lint " + std::filesystem::absolute(scene.file).string()));

@@ -116,9 +116,6 @@ public:
     formats::Result<Plan> plan() {
         for (const LightMapEntry& entry : scene_.lightMaps) planLightMap(entry);
         for (const LightMapEntry& entry : scene_.lightMaps) addSplitSeams(entry);
-        if (scene_.output.gltf && std::ranges::none_of(scene_.lightMaps, [](const auto& entry) { return entry.mesh.has_value(); }))
-            mistake_ = {formats::ErrorCode::InvalidRequest, "--gltf",
-                        "found no light map with a mesh, expected one: add `mesh` to [[light_map]]"};
         for (const ProbeEntry& entry : scene_.probes) planProbe(entry);
         for (const GradientEntry& entry : scene_.gradients) planGradient(entry);
         planTables();
@@ -502,8 +499,6 @@ private:
         if (!wanted(entry.name, AssetKind::Rsrm, entry.name)) return;
         const std::vector<double> exponents = neededExponents(entry);
         if (exponents.empty()) return;
-        if (const std::string why = whyNotRsrm(entry, scene_.output.target); !why.empty() && !mistake_)
-            mistake_ = {formats::ErrorCode::InvalidRequest, placeIn(scene_, "gradient", entry.name, "format", "--format"), why};
         RsrmParameters parameters{
             .colors = scene_.colors,
             .exponents = exponents,

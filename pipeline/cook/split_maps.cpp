@@ -29,10 +29,6 @@ std::uint64_t dominantBytes(const LightMapEntry& entry, formats::Target target, 
 
 }  // namespace
 
-std::array<std::string, kMostMaps> splitNamesOf(const std::string& lightMap) {
-    return {lightMap, lightMap + "_fine", lightMap + "_finest"};
-}
-
 Scene onlyMapsToSplit(const Scene& scene, const PlanOptions& options) {
     const TriedSplit any{0, std::vector<SplitMap>(kMostMaps), 0, 0};
     Scene split = scene;

@@ -2,7 +2,6 @@
 // it, and the maps as the rest of the cook takes them.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -15,9 +14,6 @@
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
-
-/// Returns the names that the maps of a split may have, that of the coarsest first.
-std::array<std::string, kMostMaps> splitNamesOf(const std::string& lightMap);
 
 /// Returns the light maps to split, as far as the options want one of their maps, with the settings of the scene and no other assets.
 Scene onlyMapsToSplit(const Scene& scene, const PlanOptions& options);

@@ -34,13 +34,13 @@ struct ValueError {
 /// The error of a value that is not allowed; empty for one that is.
 using Objection = std::optional<ValueError>;
 
-/// A combination of settings that is refused: at which key of a file, and in which words.
+/// A combination of settings that is refused, at one of their keys: "mips" of the same table, "output.charts", ".lobe" of the root.
 struct SettingsRule {
-    std::string_view key;  ///< it holds in files that give the key
+    std::string_view key;  ///< it holds in documents that give the key
     bool isBroken = false;
     std::string words;
-    std::string_view option = {};  ///< option of the command line that may bring it about; empty: none
-    std::string optionWords = {};  ///< there; empty: those of a file
+    std::string_view beside = {};  ///< key that it contradicts, which is named where only that one is an option
+    bool isIdle = false;           ///< `key` has no effect then, which is no mistake of a file that an option overrides
 };
 
 /// A range of numbers.

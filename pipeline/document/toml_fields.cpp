@@ -44,11 +44,16 @@ std::string tablesWith(std::span<const KeyTable> tables, std::string_view key) {
 }  // namespace
 
 std::string TomlDocument::placeOf(const toml::source_position& at) const {
-    return fmt::format("{}:{}:{}", file.string(), at.line, at.column);
+    return at.line == 0 ? file.string() : fmt::format("{}:{}:{}", file.string(), at.line, at.column);
+}
+
+std::string TomlDocument::placeOf(const toml::node& node) const {
+    const auto option = given.find(&node);
+    return option == given.end() ? placeOf(node.source().begin) : option->second;
 }
 
 void TomlDocument::fail(const toml::node& node, const std::string& detail) const {
-    throw TomlMistake{{ErrorCode::InvalidRequest, placeOf(node.source().begin), detail}};
+    throw TomlMistake{{ErrorCode::InvalidRequest, placeOf(node), detail}};
 }
 
 const toml::table* TomlDocument::table(std::string_view section, std::size_t index) const {
@@ -63,12 +68,24 @@ const toml::node* TomlDocument::find(std::string_view section, std::size_t index
     return found == nullptr ? nullptr : found->get(key);
 }
 
+const toml::node* TomlDocument::findForRule(std::string_view section, std::size_t index, std::string_view key) const {
+    const std::size_t dot = key.find('.');
+    return dot == std::string_view::npos ? find(section, index, key) : find(key.substr(0, dot), 0, key.substr(dot + 1));
+}
+
 void TomlDocument::hold(std::string_view section, std::size_t index, const std::vector<SettingsRule>& rules) const {
-    for (const SettingsRule& rule : rules)
-        if (const toml::node* node = rule.isBroken ? find(section, index, rule.key) : nullptr; node != nullptr) fail(*node, rule.words);
+    for (const SettingsRule& rule : rules) {
+        const toml::node* const node = rule.isBroken ? findForRule(section, index, rule.key) : nullptr;
+        if (node == nullptr) continue;
+        const toml::node* const beside = rule.beside.empty() ? nullptr : findForRule(section, index, rule.beside);
+        const bool isByOption = !isGiven(*node) && beside != nullptr && isGiven(*beside);
+        if (isByOption && rule.isIdle) continue;
+        fail(isByOption ? *beside : *node, rule.words);
+    }
 }
 
 void TomlValue::refuse(std::string_view found, std::string_view expected) const {
+    if (document_.isGiven(node_)) fail(fmt::format("found '{}', expected {}", optionTextOf(node_), expected));
     fail(fmt::format("found {} for {}, expected {}", found, name_, expected));
 }
 
@@ -117,13 +134,14 @@ std::filesystem::path TomlValue::path(std::string_view expected) const {
     const std::string path = text(expected);
     if (path.empty()) refuse("an empty path", expected);
     if (path.find('\0') != std::string::npos) fail(fmt::format("found a character 0 in the path '{}' for {}, expected none", path, name_));
-    return (document_.file.parent_path() / path).lexically_normal();
+    return (document_.directory / path).lexically_normal();
 }
 
 std::vector<double> TomlValue::numbers(std::string_view expected) const {
     std::vector<double> values;
     for (const TomlValue& element : elements(expected)) {
         const std::optional<double> value = element.node_.is_number() ? element.node_.value<double>() : std::nullopt;
+        if ((!value || !std::isfinite(*value)) && document_.isGiven(element.node_)) element.refuse("", expected);
         if (!value || !std::isfinite(*value))
             element.fail(fmt::format("found {} in {}, expected {}", valueWithType(element.node_), name_, expected));
         values.push_back(*value);

@@ -17,6 +17,7 @@
 #include "pipeline/document/byte_count.h"
 #include "pipeline/document/keys.h"
 #include "pipeline/document/toml_file.h"
+#include "pipeline/document/toml_merge.h"
 
 namespace lightcook::pipeline {
 
@@ -24,16 +25,25 @@ namespace lightcook::pipeline {
 struct TomlDocument {
     std::filesystem::path file;
     const toml::table& root;
-    std::span<const KeyTable> tables;  ///< of keyTablesOf()
-    std::string_view name;             ///< of the keys before the first table, for messages: "the scene"
+    std::span<const KeyTable> tables;      ///< of keyTablesOf()
+    std::string_view name;                 ///< of the keys before the first table, for messages: "the scene"
+    std::filesystem::path directory = {};  ///< that paths are relative to
+    GivenNodes given = {};                 ///< values of options
+    bool isPartial = false;                ///< required keys may be missing
 
+    bool isGiven(const toml::node& node) const { return given.contains(&node); }
+    /// Returns the option that gave a value, or else file, line and column.
+    std::string placeOf(const toml::node& node) const;
     std::string placeOf(const toml::source_position& at) const;
     [[noreturn]] void fail(const toml::node& node, const std::string& detail) const;
     /// Returns the table of a section, element `index` of an array of tables; nullptr without it. Of no section: the root.
     const toml::table* table(std::string_view section, std::size_t index = 0) const;
     /// Returns the value of a key; nullptr without it.
     const toml::node* find(std::string_view section, std::size_t index, std::string_view key) const;
-    /// Refuses the first broken rule of a table whose key is given.
+    /// Returns the same of a key of a rule, which may name a table of its own: "output.charts", ".lobe".
+    const toml::node* findForRule(std::string_view section, std::size_t index, std::string_view key) const;
+    /// Refuses the first broken rule of a table whose key is given. The place is that of the key, or of the one beside it if that alone is
+    /// an option.
     void hold(std::string_view section, std::size_t index, const std::vector<SettingsRule>& rules) const;
 };
 
@@ -45,9 +55,9 @@ public:
         : document_(document), node_(node), name_(std::move(name)) {}
 
     const std::string& name() const { return name_; }
-    std::string place() const { return document_.placeOf(node_.source().begin); }
+    std::string place() const { return document_.placeOf(node_); }
     [[noreturn]] void fail(const std::string& detail) const { document_.fail(node_, detail); }
-    /// Fails with "found <found> for <name>, expected <expected>".
+    /// Fails with "found <found> for <name>, expected <expected>", or with the text that an option gave.
     [[noreturn]] void refuse(std::string_view found, std::string_view expected) const;
     void check(const Objection& objection) const {
         if (objection) refuse(objection->found, objection->expected);
@@ -143,6 +153,7 @@ public:
 
     template <class T>
     void required(std::string_view key, T& value, const KeyRule& rule, std::string_view) {
+        if (!has(key) && document_.isPartial) return;
         if (!has(key)) failMissing(key, key_words::expectedOf<T>(rule));
         readKey(at(key), value, rule);
     }

@@ -13,7 +13,7 @@
 
 namespace lightcook::pipeline {
 
-/// Thrown while the tables of a file are read, and never leaves readToml.
+/// Thrown while the tables of a file are read, and never leaves catchTomlMistakes.
 struct TomlMistake {
     formats::Error error;
 };
@@ -22,15 +22,12 @@ struct TomlMistake {
 /// expected  "budgets, which are 3 deep", for that error
 formats::Result<std::string> readTomlText(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected);
 
-/// Returns what `read` makes of the root table of a file. Errors name file, line and column.
-/// mostBytes, expected  see readTomlText
-/// read                 takes a const toml::table&, and may throw TomlMistake
+/// Returns what `read` makes of a document. Errors of its syntax name file, line and column.
+/// read  may throw TomlMistake
 template <class Read>
-auto readToml(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected, Read read)
-    -> formats::Result<decltype(read(std::declval<const toml::table&>()))> {
-    LC_TRY(text, readTomlText(file, mostBytes, expected));
+auto catchTomlMistakes(const std::filesystem::path& file, Read read) -> formats::Result<decltype(read())> {
     try {
-        return read(toml::parse(*text, file.string()));
+        return read();
     } catch (const TomlMistake& mistake) {
         return tl::make_unexpected(mistake.error);
     } catch (const toml::parse_error& mistake) {
@@ -38,6 +35,16 @@ auto readToml(const std::filesystem::path& file, std::uint64_t mostBytes, const 
         return formats::failure(formats::ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file.string(), at.line, at.column),
                                 fmt::format("found a syntax error ({}), expected TOML", mistake.description()));
     }
+}
+
+/// Returns what `read` makes of the root table of a file. Errors name file, line and column.
+/// mostBytes, expected  see readTomlText
+/// read                 takes a toml::table, and may throw TomlMistake
+template <class Read>
+auto readToml(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected, Read read)
+    -> formats::Result<decltype(read(std::declval<toml::table>()))> {
+    LC_TRY(text, readTomlText(file, mostBytes, expected));
+    return catchTomlMistakes(file, [&] { return read(toml::parse(*text, file.string())); });
 }
 
 }  // namespace lightcook::pipeline

@@ -43,15 +43,6 @@ std::string faultOfBake(const std::string& bake) {
         bake);
 }
 
-std::string faultOfLobe(const std::string& lobe) {
-    const auto* row = formats::findByName(formats::allSpecularLobes(), lobe);
-    if (row == nullptr || row->distribution) return "";
-    return fmt::format(
-        "found \"{0}\" for lobe, expected {1}: cubemaps and dominant lights have no Phong lobe (lightcook lut --lobe {0} makes tables "
-        "alone)",
-        lobe, formats::listOfNames(formats::sceneLobes()));
-}
-
 formats::LayoutList readLayouts(const TomlValue& value) {
     formats::LayoutList layouts;
     const std::string& expected = kLayouts.expected;
@@ -140,8 +131,9 @@ void checkColors(const TomlDocument& document, const formats::ColorSpaces& color
         // The default of a key that is not there may be unknown to a config file.
         const toml::node* const given = document.find("color", 0, key);
         const toml::node& node = given != nullptr ? *given : *document.find("color", 0, "config");
+        const std::string place = document.placeOf(node);
         throw TomlMistake{{ErrorCode::InvalidRequest,
-                           fmt::format("{}, color.{}, {}", document.placeOf(node.source().begin), key, checked.error().subject),
+                           document.isGiven(node) ? place : fmt::format("{}, color.{}, {}", place, key, checked.error().subject),
                            checked.error().detail}};
     }
 }
@@ -207,7 +199,8 @@ void addLines(const toml::table& table, std::string_view section, SceneLines& li
     const std::string name = table["name"].value_or(std::string());
     lines.add(section, section.empty() ? "" : name, "", std::max(1, lineOf(table)));
     for (const auto& [key, node] : table)
-        lines.add(section, section.empty() ? "" : name, key.str(), static_cast<int>(key.source().begin.line));
+        if (key.source().begin.line > 0)  // else an option gave it
+            lines.add(section, section.empty() ? "" : name, key.str(), static_cast<int>(key.source().begin.line));
 }
 
 SceneLines linesOf(const toml::table& root) {
@@ -224,15 +217,17 @@ SceneLines linesOf(const toml::table& root) {
 
 /// Completes what was read with what other settings imply.
 void complete(const TomlDocument& document, Scene& scene) {
-    scene.lines = linesOf(document.root);
     scene.file = document.file;
-    scene.directory = document.file.parent_path();
+    scene.directory = document.directory;
+    scene.document = jsonOfToml(document.root);
+    if (!document.file.empty()) scene.lines = linesOf(document.root);
     for (std::size_t i = 0; i < scene.lightMaps.size(); ++i) {
         LightMapEntry& entry = scene.lightMaps[i];
         formats::LightMapDescription& description = entry.description;
         description.colors = scene.colors;
-        description.mesh = entry.mesh.value_or("");
-        if (document.find("light_map", i, "lmbake") == nullptr && entry.mesh && description.parts.empty())
+        description.takesTangents = takesTangents(scene.output, entry);
+        if (entry.mesh) description.mesh = *entry.mesh;
+        if (document.find("light_map", i, "lmbake") == nullptr && !description.mesh.empty() && description.parts.empty())
             description.lmbake = formats::lmbakeBeside(entry.file, description.bake);
     }
 }
@@ -243,9 +238,9 @@ Scene readRoot(const TomlDocument& document) {
     complete(document, scene);
     document.hold("output", 0, rulesOf(scene.output));
     checkColors(document, scene.colors);
-    for (std::size_t i = 0; i < scene.lightMaps.size(); ++i) document.hold("light_map", i, rulesOf(scene.output, scene.lightMaps[i]));
-    for (std::size_t i = 0; i < scene.gradients.size(); ++i) document.hold("gradient", i, rulesOf(scene.gradients[i]));
-    document.hold("output", 0, rulesOf(scene));
+    for (std::size_t i = 0; i < scene.lightMaps.size(); ++i) document.hold("light_map", i, rulesOf(scene, scene.lightMaps[i]));
+    for (std::size_t i = 0; i < scene.gradients.size(); ++i) document.hold("gradient", i, rulesOf(scene.output, scene.gradients[i]));
+    document.hold("", 0, rulesOf(scene));
     refuseRepeatedNames(document, scene);
     refuseRepeatedMaterials(document, scene);
     return scene;
@@ -294,7 +289,26 @@ std::span<const KeyTable> sceneKeyTables() {
     return keyTablesOf<Scene>();
 }
 
-Result<Scene> readScene(const std::filesystem::path& file) {
+std::string faultOfKey(const std::string& key, const std::string& value) {
+    GivenKeys given;
+    given.set(key, value);
+    toml::table root;
+    const GivenNodes nodes = mergeKeys(root, sceneKeyTables(), given, {});
+    const auto read = catchTomlMistakes({}, [&] {
+        Scene scene;
+        readKeys({{}, root, sceneKeyTables(), "", {}, nodes, true}, scene);
+        return true;
+    });
+    return read ? "" : read.error().detail;
+}
+
+Result<Scene> readSceneDocument(const Json& document, const std::filesystem::path& directory, const GivenKeys& given) {
+    toml::table root = tomlOfJson(document);
+    const GivenNodes nodes = mergeKeys(root, sceneKeyTables(), given, directory);
+    return catchTomlMistakes({}, [&] { return readRoot({{}, root, sceneKeyTables(), "the scene", directory, nodes}); });
+}
+
+Result<Scene> readScene(const std::filesystem::path& file, const GivenKeys& given) {
     constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 20;
     std::error_code code;
     const auto kind = std::filesystem::status(file, code).type();
@@ -311,8 +325,10 @@ Result<Scene> readScene(const std::filesystem::path& file) {
                                    : kind == std::filesystem::file_type::not_found || kind == std::filesystem::file_type::none
                                        ? "no such file"
                                        : "something that is no file"));
-    return readToml(file, kMostBytes, "a scene file, which is 3 deep", [&](const toml::table& root) {
-        return readRoot({file, root, sceneKeyTables(), "the scene"});
+    return readToml(file, kMostBytes, "a scene file, which is 3 deep", [&](toml::table root) {
+        const std::filesystem::path directory = file.parent_path();
+        const GivenNodes nodes = mergeKeys(root, sceneKeyTables(), given, directory);
+        return readRoot({file, root, sceneKeyTables(), "the scene", directory, nodes});
     });
 }
 

@@ -29,6 +29,8 @@
 #include "formats/target.h"
 #include "lighting/display.h"
 #include "pipeline/document/enum_names.h"
+#include "pipeline/document/given_keys.h"
+#include "pipeline/document/json.h"
 #include "pipeline/document/keys.h"
 #include "pipeline/limits/limits.h"
 #include "pipeline/scene/chart_settings.h"
@@ -53,26 +55,20 @@ const std::vector<std::string>& lightMapLayoutChoices();
 inline constexpr const char* kAutoLayout = "auto";
 
 /// Return what is wrong with a text as "found ..., expected ...", or an empty text: with the name of an asset or scene, which becomes part
-/// of file names; with a bake format that is a GPU layout; with a lobe that tables alone have.
+/// of file names; with a bake format that is a GPU layout.
 std::string faultOfName(const std::string& name);
 std::string faultOfBake(const std::string& bake);
-std::string faultOfLobe(const std::string& lobe);
 
 // Values that several keys have.
-inline const KeyRule kOfOutput = {.fallback = "that of `[output]`"};
 inline const KeyRule kPositiveFraction = {.isFraction = true,
                                           .allows = [](double value) { return value > 0; },
                                           .expected = "a positive fraction: 0.02, or \"2%\"",
                                           .type = "fraction"};
-inline const KeyRule kConverterVisible = kVisibleLimit.otherwise("`max_converter_visible` of `[output]`");
-inline const KeyRule kConverterVisibleBound = kVisibleLimit.otherwise("`max_converter_visible_bound` of `[output]`");
-inline const KeyRule kMips = {.expected = "true or false: the charts of a map decide how many levels it has",
-                              .fallback = "that of `[output]`"};
-inline const KeyRule kChartsVisible = {.low = 0,
-                                       .high = kMostChartsVisible,
-                                       .expected = fmt::format("a number from 0 (charts are moved only) to {:g}", kMostChartsVisible),
-                                       .fallback = "that of `[output]`"};
-inline const KeyRule kLayouts = {.expected = "a list of light-map layouts, such as [\"godot\", \"sh4\"]", .type = "list"};
+inline const KeyRule kMips = {.expected = "true or false: the charts of a map decide how many levels it has"};
+inline const KeyRule kChartsVisible = {
+    .low = 0, .high = kMostChartsVisible, .expected = fmt::format("a number from 0 (charts are moved only) to {:g}", kMostChartsVisible)};
+inline const KeyRule kLayouts = {
+    .expected = "a list of light-map layouts, such as [\"godot\", \"sh4\"]", .type = "list", .shape = KeyShape::Texts};
 inline const KeyRule kAssetName = {.faultOf = faultOfName};
 inline const KeyRule kColorSpace = {.expected = "the name of a colour space"};
 
@@ -113,11 +109,11 @@ struct OutputSettings {
 };
 template <class Keys>
 void describeKeys(Keys& keys, OutputSettings& output) {
-    keys.optional("target", output.target, {}, "family of GPU formats");
+    keys.optional("target", output.target, {}, withCaptions("family of GPU formats", formats::allTargets()));
     keys.optional(
         "max_error", output.limits[Limit::Error], kPositiveFraction.otherwise("none; of meshes 0.1"),
-        "`0.02` or `\"2%\"`: limit on `rel_rms` of diffuse and of specular light, of light maps and meshes; above it verification "
-        "fails (exit code 4), and a limit below what the bake itself loses is refused [at once](../theory/error.md#floor)");
+        "limit on `rel_rms` of diffuse and of specular light, of light maps and meshes, such as `0.02` or `\"2%\"`; above it "
+        "verification fails (exit code 4), and a limit below what the bake itself loses is refused [at once](../theory/error.md#floor)");
     keys.optional("max_converter_error", output.limits[Limit::ConverterError],
                   kPositiveFraction.otherwise("0.1, of cubemaps 0.5, or `max_error` if that is larger"),
                   "limit of dominant lights, cubemaps, tables and reflection maps, each on its own quantity");
@@ -141,17 +137,18 @@ void describeKeys(Keys& keys, OutputSettings& output) {
         "chosen together, [the smallest within it](../guide/memory-budgets.md#a-limit-in-place-of-a-budget); above it "
         "verification fails (exit code 4)");
     keys.optional("max_whole_error", output.limits[Limit::WholeError], kPositiveFraction,
-                  "the same limit on `rel_rms` of what a pixel shows of them together");
+                  "limit on `rel_rms` of what a pixel shows of a light map and its dominant light together, likewise");
     keys.optional("max_converter_visible", output.limits[Limit::ConverterVisible], kVisibleLimit,
-                  "the same limit of dominant lights, cubemaps, tables and reflection maps, each in the "
+                  "limit on the visible error of dominant lights, cubemaps, tables and reflection maps, each in the "
                   "[light that it adds to a pixel](../theory/visible.md#other-assets)");
     keys.optional("max_converter_visible_bound", output.limits[Limit::ConverterVisibleBound], kVisibleLimit,
                   "limit on the proven bound of dominant lights, cubemaps, tables and reflection maps. That of a dominant light is always "
                   "[the largest difference of the display](../theory/bounds.md#the-largest-difference-of-a-display)");
     keys.optional("budget", output.budgetBytes, kByteCount,
                   "GPU memory of the whole scene: `\"2 MiB\"`, `\"1.5 GB\"`, `\"4096\"` (bytes); more is exit code 5");
-    keys.optional("light_map_layout", output.lightMapLayout, oneOf(lightMapLayoutChoices()).otherwise(inCode(kAutoLayout)),
-                  "see [layouts](../theory/layouts.md)");
+    keys.optional("light_map_layout", output.lightMapLayout,
+                  {.names = lightMapLayoutChoices(), .fallback = inCode(kAutoLayout), .option = "layout"},
+                  "[layout](../theory/layouts.md) of the light maps; `auto`: the one that meets the limits or the budget best");
     keys.optional("cost", output.cost, {},
                   withCaptions("what `auto` keeps small where an error limits it; [light-map layouts](light-map-layouts.md) has the costs",
                                formats::allLayoutCosts()));
@@ -177,23 +174,25 @@ void describeKeys(Keys& keys, OutputSettings& output) {
         {.isFraction = true, .low = 0, .high = kLargestRdo, .expected = "a fraction from 0 to 1: 0.02, or \"2%\"", .type = "0 to 1"},
         "target `bc`: share by which the error of a row of blocks may grow, for smaller files with `zstd` "
         "([encoding textures](../guide/encoding-textures.md#rate-distortion-optimization))");
-    keys.optional("draco", output.draco, {},
-                  "write meshes as Draco inside glTF, with the fewest bits that the limit allows "
-                  "([meshes](../guide/into-an-engine.md#meshes)). `false`: a mesh is written only under a learned layout, unchanged except "
-                  "for the added attribute");
+    keys.optional(
+        "draco", output.draco, {},
+        "write meshes as Draco inside glTF, with the fewest bits that the limit allows "
+        "([meshes](../guide/into-an-engine.md#meshes)). Without it a mesh is written only under a learned layout, unchanged except "
+        "for the added attribute");
     keys.optional("charts", output.charts.mode, {.fallback = inCode(allChartModes().front().name)},
                   withCaptions("[charts](../guide/memory-budgets.md#fewer-texels) of the light maps. Every mode but `\"keep\"` needs their "
                                "meshes",
                                allChartModes()));
-    keys.optional("charts_max_visible", output.charts.maxVisible, kChartsVisible.otherwise("0"),
-                  "`charts = \"pack\"` or `\"split\"`: visible error that fewer texels may add to 99 % of a chart's samples, in just "
-                  "noticeable differences. 0: charts are moved only, without loss");
+    keys.optional(
+        "charts_max_visible", output.charts.maxVisible, kChartsVisible.otherwise("0"),
+        "visible error that fewer texels of packed charts may add to 99 % of a chart\'s samples, in just noticeable differences. 0: "
+        "charts are moved only, without loss");
     keys.optional("gltf", output.gltf, {},
                   "also write each light map with its mesh as glTF, with the light map bound "
-                  "([glTF](../guide/into-an-engine.md#the-scene-as-gltf)); as `cook --gltf`");
+                  "([glTF](../guide/into-an-engine.md#the-scene-as-gltf))");
     keys.optional("mips", output.mips, kMips.otherwise("false"),
                   "write the light maps with mip levels, from level 0 to the last that keeps their charts apart "
-                  "([mip levels](../guide/into-an-engine.md#mip-levels)); the limits on the error hold for each level. As `cook --mips`");
+                  "([mip levels](../guide/into-an-engine.md#mip-levels)); the limits on the error hold for each level");
     keys.optional("keep_unused", output.keepUnused, {},
                   "cook also what the report would list as skipped for its content: each texel of a map of constant light, bands that no "
                   "shading shows, probes that no surface uses, rows of reflection maps that no material reads");
@@ -247,7 +246,7 @@ void describeKeys(Keys& keys, LightMapEntry& entry) {
     for (const formats::BakeFormatInfo& row : formats::allBakeFormats()) bakes += fmt::format("; `{}`: {}", row.name, row.caption);
     keys.optional("bake", description.bake, {.names = formats::bakeNames(), .faultOf = faultOfBake}, bakes);
     keys.special(
-        "files", {.type = "table of paths"},
+        "files", {.type = "table of paths", .shape = KeyShape::Table},
         "in place of `file`: one image for each coefficient, `{ sh00 = \"a.exr\", sh01 = \"b.exr\", ... }` to `sh03` or `sh08`, or "
         "one for each colour, `{ sh00 = { R = \"r.exr\", G = \"g.exr\", B = \"b.exr\" }, ... }`. The first may have the channels "
         "of coverage and normal",
@@ -280,18 +279,18 @@ void describeKeys(Keys& keys, LightMapEntry& entry) {
     keys.optional("dominant_layout", entry.dominantLayout, oneOf(allDominantLayouts()).otherwise("none; see right"),
                   withCaptions("size and number of the textures of the dominant light", allDominantLayouts()) +
                       ". Absent: `\"full\"`, or with a `budget` what the budget buys");
-    keys.optional("max_visible", entry.limits[Limit::Visible], kVisibleLimit.otherwise(kOfOutput.fallback),
+    keys.optional("max_visible", entry.limits[Limit::Visible], kVisibleLimit.before("output.max_visible"),
                   "limit on the visible error of this light map, and of its mesh");
-    keys.optional("max_visible_bound", entry.limits[Limit::VisibleBound], kVisibleLimit.otherwise(kOfOutput.fallback),
+    keys.optional("max_visible_bound", entry.limits[Limit::VisibleBound], kVisibleLimit.before("output.max_visible_bound"),
                   "limit on the proven bound of the visible error of this light map, and of its mesh");
-    keys.special("layouts", kLayouts.otherwise("those of `[output]`"), "layouts that `auto` may take for this light map",
+    keys.special("layouts", kLayouts.before("output.layouts"), "layouts that `auto` may take for this light map",
                  [&](const auto& value) { entry.layouts = readLayouts(value); });
-    keys.optional("charts", entry.charts.mode, kOfOutput, "what happens to the charts of this light map");
-    keys.optional("charts_max_visible", entry.charts.maxVisible, kChartsVisible,
+    keys.optional("charts", entry.charts.mode, KeyRule().before("output.charts"), "what happens to the charts of this light map");
+    keys.optional("charts_max_visible", entry.charts.maxVisible, kChartsVisible.before("output.charts_max_visible"),
                   "visible error that fewer texels of its packed charts may add");
-    keys.optional("max_seam", entry.limits[Limit::Seam], kVisibleLimit.otherwise(kOfOutput.fallback),
+    keys.optional("max_seam", entry.limits[Limit::Seam], kVisibleLimit.before("output.max_seam"),
                   "limit on the added seams of this light map; it needs a `mesh`");
-    keys.optional("mips", entry.mips, kMips, "write this light map with mip levels");
+    keys.optional("mips", entry.mips, kMips.before("output.mips"), "write this light map with mip levels");
     keys.optional("ground_truth", entry.groundTruth, {},
                   "CSV of light traced at texels of the map, to separate truncation, fit and quantization "
                   "([format](../theory/error.md#ground-truth))");
@@ -300,18 +299,25 @@ void describeKeys(Keys& keys, LightMapEntry& entry) {
                               "layout keeps each of its islands under one basis ([clusters](../theory/layouts.md#clusters-in-the-mesh)). "
                               "Bake formats {} are relative to its surfaces and need it",
                               fmt::join(formats::meshBakeNames(), ", ")));
+    keys.optional(
+        "surfaces", description.mesh, {.fallback = "that of `mesh`", .option = "mesh"},
+        fmt::format("the glTF whose surfaces the bake lies on, for normals that the file lacks, `coverage = \"mesh\"` and bake formats "
+                    "{} alone: nothing else of it counts, and it is not cooked",
+                    fmt::join(formats::meshBakeNames(), ", ")));
     const std::string noLmbake(formats::kNoLmbake);
-    keys.special(
-        "lmbake",
-        {.type = fmt::format("path, or {}", inCode(noLmbake)), .fallback = "the file beside the bake with the extension `.lmbake`"},
-        fmt::format("of a bake of Godot ({}): the file that says which rectangle of the map each node of the `mesh` has. {}: "
-                    "`TEXCOORD_1` are UVs in the whole map already",
-                    fmt::join(formats::lmbakeBakeNames(), ", "), inCode(noLmbake)),
-        [&](const auto& value) {
-            const std::string expected = fmt::format("a path, or \"{}\"", noLmbake);
-            description.hasNoLmbake = value.text(expected) == noLmbake;
-            if (!description.hasNoLmbake) description.lmbake = value.path(expected);
-        });
+    keys.special("lmbake",
+                 {.names = {noLmbake},
+                  .type = fmt::format("path, or {}", inCode(noLmbake)),
+                  .fallback = "the file beside the bake with the extension `.lmbake`",
+                  .shape = KeyShape::Path},
+                 fmt::format("of a bake of Godot ({}): the file that says which rectangle of the map each node of the `mesh` has. {}: "
+                             "`TEXCOORD_1` are UVs in the whole map already",
+                             fmt::join(formats::lmbakeBakeNames(), ", "), inCode(noLmbake)),
+                 [&](const auto& value) {
+                     const std::string expected = fmt::format("a path, or \"{}\"", noLmbake);
+                     description.hasNoLmbake = value.text(expected) == noLmbake;
+                     if (!description.hasNoLmbake) description.lmbake = value.path(expected);
+                 });
     keys.sectionsInside(
         "place", description.places, {.fallback = "none: the map lies on all nodes"},
         "nodes of the `mesh` that the map lies on, each in a table `[[light_map.place]]`",
@@ -324,6 +330,16 @@ void describeKeys(Keys& keys, LightMapEntry& entry) {
 
 /// Value of `size` of a probe that leaves out the levels that no material reads.
 inline constexpr std::string_view kAutoProbeSize = "auto";
+
+/// Describes the limits of an asset that is no light map.
+/// what  "this cubemap"
+template <class Keys>
+void describeLimits(Keys& keys, Limits& limits, std::string_view what) {
+    keys.optional("max_visible", limits[Limit::Visible], kVisibleLimit.before("output.max_converter_visible"),
+                  fmt::format("limit on the visible error of {}", what));
+    keys.optional("max_visible_bound", limits[Limit::VisibleBound], kVisibleLimit.before("output.max_converter_visible_bound"),
+                  fmt::format("limit on the proven bound of the visible error of {}", what));
+}
 
 struct ProbeEntry {
     std::string name;
@@ -346,7 +362,10 @@ void describeKeys(Keys& keys, ProbeEntry& probe) {
                   "`{\"probes\": [{\"file\": \"...\", \"sh\": [[r, g, b], ... nine]}]}`");
     const std::string automatic = inCode(kAutoProbeSize);
     keys.special(
-        "size", {.type = fmt::format("a power of two, {} to {}, or {}", kLeastProbeSize, kMostProbeSize, automatic), .fallback = automatic},
+        "size",
+        {.type = fmt::format("a power of two, {} to {}, or {}", kLeastProbeSize, kMostProbeSize, automatic),
+         .fallback = automatic,
+         .shape = KeyShape::Integer},
         fmt::format("texels along the edge of a face. The levels go down to one texel a face. {}: the levels of {} less the largest "
                     "ones, if the materials are too rough to read them",
                     automatic, probe.size),
@@ -366,7 +385,7 @@ void describeKeys(Keys& keys, ProbeEntry& probe) {
     const std::string ofFile = "that of the file `sh`";
     keys.optional("position", probe.place.position, {.expected = "a place [x, y, z]", .type = "`[x, y, z]`", .fallback = ofFile},
                   "world place of the probe, for the manifest");
-    keys.special("box", {.type = "six numbers", .fallback = ofFile},
+    keys.special("box", {.type = "six numbers", .fallback = ofFile, .shape = KeyShape::Numbers},
                  "room that an engine corrects reflections for: lowest corner, then highest corner. In the JSON `[[x, y, z], [X, Y, Z]]`",
                  [&](const auto& value) {
                      const char* const expected = "the corners [x, y, z, X, Y, Z] of a box, the lowest first";
@@ -378,9 +397,7 @@ void describeKeys(Keys& keys, ProbeEntry& probe) {
     keys.optional("radius", probe.place.radius,
                   {.allows = [](double radius) { return radius > 0; }, .expected = "a positive radius", .fallback = ofFile},
                   "radius of the sphere that the probe lights");
-    keys.optional("max_visible", probe.limits[Limit::Visible], kConverterVisible, "limit on the visible error of this cubemap");
-    keys.optional("max_visible_bound", probe.limits[Limit::VisibleBound], kConverterVisibleBound,
-                  "limit on the proven bound of the visible error of this cubemap");
+    describeLimits(keys, probe.limits, "this cubemap");
 }
 
 /// Values of `encoding` of a gradient, and of `rsrm --encoding`.
@@ -404,15 +421,18 @@ void describeKeys(Keys& keys, GradientEntry& gradient) {
     keys.required("file", gradient.file, {},
                   "painted: N x 1 texels of equal solid angle, from the axis (north) to its opposite, HDR or 8 bits; or, with `axis`, an "
                   "environment as a probe's");
-    keys.special("exponents", {.type = "numbers, 1 to 65536", .fallback = fmt::format("`[{}]`", fmt::join(gradient.exponents, ", "))},
-                 "Phong exponents, one row each; 1 is Lambert exit radiance", [&](const auto& value) {
-                     gradient.exponents = value.numbers("1 to 256 increasing Phong exponents from 1 to 65536");
-                     value.check(objectionToExponents(gradient.exponents));
-                 });
-    keys.optional("encoding", gradient.encoding, oneOf(kGradientEncodings),
-                  "of painted gradients. `auto`: the sRGB curve for PNG, JPEG, TGA and BMP, linear for others. The primaries are those of "
-                  "`color.source` either way");
-    keys.special("axis", {.type = "`[x, y, z]`"},
+    keys.special(
+        "exponents",
+        {.type = "numbers, 1 to 65536", .fallback = fmt::format("`[{}]`", fmt::join(gradient.exponents, ", ")), .shape = KeyShape::Numbers},
+        "Phong exponents, one row each; 1 is Lambert exit radiance", [&](const auto& value) {
+            gradient.exponents = value.numbers("1 to 256 increasing Phong exponents from 1 to 65536");
+            value.check(objectionToExponents(gradient.exponents));
+        });
+    keys.optional(
+        "encoding", gradient.encoding, oneOf(kGradientEncodings),
+        "encoding of painted gradients. `auto`: the sRGB curve for PNG, JPEG, TGA and BMP, linear for others. The primaries are those of "
+        "`color.source` either way");
+    keys.special("axis", {.type = "`[x, y, z]`", .shape = KeyShape::Numbers},
                  "the file is an environment, averaged around this world direction "
                  "([loss](../theory/lighting.md#radially-symmetric-reflection-maps))",
                  [&](const auto& value) {
@@ -431,10 +451,8 @@ void describeKeys(Keys& keys, GradientEntry& gradient) {
                     "[Which one](../theory/lighting.md#radially-symmetric-reflection-maps) holds a sun",
                     withCaptions("format of the texels", allRsrmFormats()), kAutoRsrmFormat));
     keys.optional("dither", gradient.dither, {},
-                  "`rgba8`: rounding errors are carried to the next texel of the row, so that slow gradients have no bands");
-    keys.optional("max_visible", gradient.limits[Limit::Visible], kConverterVisible, "limit on the visible error of this reflection map");
-    keys.optional("max_visible_bound", gradient.limits[Limit::VisibleBound], kConverterVisibleBound,
-                  "limit on the proven bound of the visible error of this reflection map");
+                  "with `rgba8`, rounding errors are carried to the next texel of the row, so that slow gradients have no bands");
+    describeLimits(keys, gradient.limits, "this reflection map");
 }
 /// Adds to a material of the glTF, or overrides it; the name "*" is every material.
 struct MaterialEntry {
@@ -492,16 +510,15 @@ void describeKeys(Keys& keys, TableSettings& tables) {
         "views", tables.viewCount,
         within(2, kMostTableNodes)
             .otherwise(fmt::format("{1}; with `budget` {1} where the layouts leave room, else {0}", kLeastViewCount, kFineViewCount)),
-        "columns: views");
+        "number of columns, for views");
     keys.optional("rows", tables.roughnessCount, within(1, kMostTableNodes).otherwise("those of 16, m 1/16 to 1, that the materials need"),
-                  "rows, spread over exactly the materials' range of m");
-    keys.optional("normalization", tables.normalization, oneOf(kNormalizationNames), "`halo3`: four times as bright");
+                  "number of rows, spread over exactly the range of m of the materials");
+    keys.optional("normalization", tables.normalization, oneOf(kNormalizationNames),
+                  "`energy`: energy conserving; `halo3`: four times as bright");
     keys.optional("view_axis", tables.viewAxis, oneOf(viewAxisNames()),
                   "quantity along columns; `auto`: the one with the least interpolation error");
     keys.optional("roughness_axis", tables.roughnessAxis, oneOf(roughnessAxisNames()), "quantity along rows");
-    keys.optional("max_visible", tables.limits[Limit::Visible], kConverterVisible, "limit on the visible error of the tables");
-    keys.optional("max_visible_bound", tables.limits[Limit::VisibleBound], kConverterVisibleBound,
-                  "limit on the proven bound of the visible error of the tables");
+    describeLimits(keys, tables.limits, "the tables");
 }
 
 template <class Keys>
@@ -543,20 +560,23 @@ struct Scene {
     std::vector<MaterialEntry> materials;
     TableSettings tables;
     SceneLines lines;  ///< of the scene file
-    /// Specular lobe of cubemaps, tables, dominant lights, shader and verification. In a scene file one of formats::sceneLobes(); `lut` has
-    /// all.
+    /// Specular lobe of cubemaps, tables, dominant lights, shader and verification: one of formats::sceneLobes(), or, of a scene of tables
+    /// alone, any.
     lighting::SpecularLobe lobe = lighting::SpecularLobe::Beckmann;
     std::vector<Allowance> allowances;  ///< key `allow`
     UpAxis up = UpAxis::Y;              ///< of world space: the axis of painted gradients
+    /// What the scene was read from: the file with the keys of the command line over its own. readSceneDocument makes the same scene of it.
+    Json document = {};
 };
 template <class Keys>
 void describeKeys(Keys& keys, Scene& scene) {
     int schema = 1;
     keys.required("schema", schema, {.low = 1, .high = 1, .expected = "schema = 1", .type = "integer"}, "`1`: the version of this format");
     keys.required("name", scene.name, kAssetName, "name of the scene, in manifest and report");
-    keys.optional("lobe", scene.lobe, {.names = formats::namesOf(formats::sceneLobes()), .faultOf = faultOfLobe},
-                  "[specular lobe](../theory/lighting.md#specular-tables) of cubemaps, tables, dominant lights, shader and verification: "
-                  "that of the engine's materials");
+    keys.optional("lobe", scene.lobe, {},
+                  withCaptions("[specular lobe](../theory/lighting.md#specular-tables) of cubemaps, tables, dominant lights, shader and "
+                               "verification: that of the engine's materials. Scenes of tables alone have the Phong lobes, too",
+                               formats::allSpecularLobes()));
     keys.optional("up_axis", scene.up, {},
                   withCaptions("axis of world space that points up: that of painted gradients. It is for the manifest and the camera of "
                                "`view`; nothing is turned",
@@ -580,14 +600,22 @@ void describeKeys(Keys& keys, Scene& scene) {
     keys.sections("probe", scene.probes, {}, describe);
     keys.sections("gradient", scene.gradients, {}, describe);
     keys.sections("material", scene.materials, {.intro = "Adds to the glTF's materials, or overrides them."}, describe);
-    keys.special("allow", {.type = "list"},
+    keys.special("allow", {.type = "list", .shape = KeyShape::Table},
                  "warnings of [lint](../guide/lint.md) that are right as they are: `[\"code\"]`, or "
                  "`[{ code = \"code\", reason = \"why\" }]` with `asset = \"name\"` for one light map, probe or gradient of the file alone",
                  [&](const auto& value) { readAllowances(value, scene); });
 }
 
-/// Reads a scene file. Unknown keys are refused with the nearest known one. Errors name file, line and column, found and expected.
-formats::Result<Scene> readScene(const std::filesystem::path& file);
+/// Reads a scene file with the keys of the command line over its own. Unknown keys are refused with the nearest known one. Errors name
+/// file, line and column, or the option; found and expected.
+formats::Result<Scene> readScene(const std::filesystem::path& file, const GivenKeys& given = {});
+
+/// Reads a scene that is no file: Scene::document, or one that a converter makes.
+/// directory  that its paths are relative to
+formats::Result<Scene> readSceneDocument(const Json& document, const std::filesystem::path& directory, const GivenKeys& given = {});
+
+/// Returns what is wrong with the value that an option gives a key, "found ..., expected ...", or an empty text.
+std::string faultOfKey(const std::string& key, const std::string& value);
 
 /// Returns the tables of a scene file with their keys, for the reference.
 std::span<const KeyTable> sceneKeyTables();

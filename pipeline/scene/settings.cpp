@@ -57,21 +57,75 @@ ChartMode chartModeOf(const OutputSettings& output, const LightMapEntry& entry) 
     return entry.charts.mode ? *entry.charts.mode : output.charts.mode.value_or(ChartMode::Keep);
 }
 
-}  // namespace
-
-std::string whyNotRsrm(const GradientEntry& entry, Target target) {
-    if (const RsrmFormatInfo* format = rsrmFormatFromName(entry.format); format != nullptr && !format->isFor(target)) {
-        std::string possible;
-        for (const RsrmFormatInfo& each : allRsrmFormats())
-            if (each.isFor(target)) possible += fmt::format("{}\"{}\"", possible.empty() ? "" : ", ", each.name);
-        return fmt::format("found format \"{}\" with target \"{}\", expected target \"bc\" or a format of {}", entry.format,
-                           formats::info(target).name, possible);
-    }
-    const std::string_view rgba8 = info(RsrmFormat::Rgba8).name;
-    if (entry.dither && !entry.format.empty() && entry.format != rgba8)
-        return fmt::format("found dither with format \"{}\", expected format \"{}\", whose codes alone are dithered", entry.format, rgba8);
+/// Returns what is wrong with packing the charts of a light map beside its other settings, or an empty text.
+std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entry) {
+    if (!isPacked(output, entry)) return "";
+    const double maxVisible = chartsMaxVisible(output, entry);
+    if (!entry.mesh)
+        return fmt::format(
+            "found charts of '{}' to pack without a mesh, expected mesh = \"FILE\", whose triangles say what a chart is, or charts = "
+            "\"keep\"",
+            entry.name);
+    if (entry.groundTruth)
+        return fmt::format(
+            "found charts of '{}' to pack beside ground_truth, whose values lie at texels of the bake, expected charts = \"keep\" or no "
+            "ground_truth",
+            entry.name);
+    if ((entry.limits[Limit::VisibleBound] || output.limits[Limit::VisibleBound]) && maxVisible > 0)
+        return "found max_visible_bound beside charts with fewer texels, whose error has no bound, expected charts_max_visible = 0";
+    if (output.isWholeLimited() && maxVisible > 0)
+        return fmt::format("found {} beside charts with fewer texels, whose error it does not count, expected charts_max_visible = 0",
+                           output.limits[Limit::WholeVisible] ? "max_whole_visible" : "max_whole_error");
+    if (takesTangents(output, entry))
+        return fmt::format(
+            "found charts of '{}' to pack with a layout in tangent space, expected charts = \"keep\": its light is relative to the mesh as "
+            "it is",
+            entry.name);
     return "";
 }
+
+/// Returns the kind of the asset that a scene lists by a name. Empty: it lists none.
+std::string_view kindOfAsset(const Scene& scene, const std::string& name) {
+    const auto has = [&](const auto& entries, auto nameOf) { return std::ranges::find(entries, name, nameOf) != entries.end(); };
+    if (has(scene.lightMaps, &LightMapEntry::name)) return "light map";
+    if (has(scene.probes, &ProbeEntry::name)) return "probe";
+    if (has(scene.gradients, &GradientEntry::name)) return "gradient";
+    return "";
+}
+
+/// Returns what is wrong with splitting the charts of a light map beside its other settings, or an empty text.
+std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
+    const OutputSettings& output = scene.output;
+    if (!isSplit(output, entry)) return "";
+    for (const std::string& name : splitNamesOf(entry.name))
+        if (const std::string_view kind = name == entry.name ? "" : kindOfAsset(scene, name); !kind.empty())
+            return fmt::format(
+                "found charts of '{}' to split beside a {} '{}', expected another name for that one: a map of the split has it", entry.name,
+                kind, name);
+    if (layoutAsked(output) != kAutoLayout || !(output.limits[Limit::Error] || visibleLimit(output, entry)))
+        return fmt::format(
+            "found charts of '{}' to split without a limit within which each map gets a layout, expected max_visible or max_error{}",
+            entry.name, layoutAsked(output) == kAutoLayout ? "" : ", and light_map_layout = \"auto\" or none");
+    if (output.cost != formats::LayoutCost::Bytes)
+        return fmt::format("found charts of '{}' to split beside cost = \"{}\", expected cost = \"bytes\": more maps save bytes alone",
+                           entry.name, formats::info(output.cost).name);
+    return "";
+}
+
+/// Returns the reason why the format of a reflection map is not possible for a target; empty if it is possible.
+std::string whyNotFormat(const GradientEntry& entry, Target target) {
+    const RsrmFormatInfo* const format = rsrmFormatFromName(entry.format);
+    if (format == nullptr || format->isFor(target)) return "";
+    std::string possible;
+    for (const RsrmFormatInfo& each : allRsrmFormats())
+        if (each.isFor(target)) possible += fmt::format("{}\"{}\"", possible.empty() ? "" : ", ", each.name);
+    return fmt::format("found format \"{}\" with target \"{}\", expected target \"bc\" or a format of {}", entry.format,
+                       formats::info(target).name, possible);
+}
+
+constexpr const char* kNoneIsPacked = "found charts_max_visible where no charts are packed, expected charts = \"pack\" or \"split\"";
+
+}  // namespace
 
 std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given) {
     return given.empty() ? std::filesystem::path(scene.name + ".cooked") : given;
@@ -90,21 +144,19 @@ std::vector<SettingsRule> rulesOf(const OutputSettings& output) {
     const char* const decodeKey = output.decode.maxFetches ? "max_fetches" : output.decode.maxDecodeOps ? "max_decode_ops" : "layouts";
     return {
         {"effort", output.target == Target::Float,
-         "found output.effort with target = \"float\", whose texels are not encoded, expected target = \"bc\" or \"astc\""},
+         "found output.effort with target = \"float\", whose texels are not encoded, expected target = \"bc\" or \"astc\"", "target", true},
         {"container", output.target == Target::Astc && isDds,
-         "found container dds with target astc, expected container ktx2: DDS has no ASTC formats", "--container dds"},
+         "found container dds with target astc, expected container ktx2: DDS has no ASTC formats", "target"},
         {"zstd", output.zstd && isDds,
-         "found zstd = true with container = \"dds\", expected container = \"ktx2\": DDS has no supercompression", "--container dds",
-         "found it with zstd, expected --container ktx2: DDS has no supercompression"},
+         "found zstd = true with container = \"dds\", expected container = \"ktx2\": DDS has no supercompression", "container"},
         {"rdo", output.rdo > 0 && output.target != Target::Bc,
-         fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\"", target), "--rdo",
-         "found a target other than bc, expected --target bc: only BC blocks repeat"},
-        {decodeKey, !decode.empty(), decode, "--layout"},
-        {"gltf", output.gltf && isDds, "found glTF with container dds, expected container ktx2", "--gltf"},
-        {"cost", !isAuto,
-         "found output.cost where the layout is named, expected light_map_layout = \"auto\" with max_error or max_visible"},
+         fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\": only BC blocks repeat", target), "target"},
+        {decodeKey, !decode.empty(), decode, "light_map_layout"},
+        {"gltf", output.gltf && isDds, "found glTF with container dds, expected container ktx2", "container"},
+        {"cost", !isAuto, "found output.cost where the layout is named, expected light_map_layout = \"auto\" with max_error or max_visible",
+         "light_map_layout", true},
         {"cost", output.budgetBytes && !output.isErrorLimited(),
-         "found output.cost where a budget chooses the layouts, expected max_error or max_visible as well"},
+         "found output.cost where a budget chooses the layouts, expected max_error or max_visible as well", "budget", true},
     };
 }
 
@@ -119,18 +171,22 @@ std::vector<SettingsRule> rulesOf(const formats::ColorSpaces& colors) {
                          formats::kStatedSource)}};
 }
 
-std::vector<SettingsRule> rulesOf(const OutputSettings& output, const LightMapEntry& entry) {
+std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry) {
+    const OutputSettings& output = scene.output;
     const formats::LightMapDescription& description = entry.description;
-    const std::string layouts = whyNotLayouts(output, entry);
+    const std::string layouts = whyNotLayouts(output, entry), packed = whyNotPacked(output, entry), split = whyNotSplit(scene, entry);
+    const char* const charts = entry.charts.mode ? "charts" : "output.charts";
+    const bool hasSurfaces = !description.mesh.empty();
     const DominantLayoutInfo* const dominant = dominantLayoutFromName(entry.dominantLayout.value_or(""));
     const auto withoutMesh = [&](const char* key, const char* why) {
         return SettingsRule{key, !entry.mesh,
                             fmt::format("found light_map.{} without a mesh for '{}', expected mesh = \"FILE\": {}", key, entry.name, why)};
     };
     SettingsRule lmbake = withoutMesh("lmbake", "its nodes are in the lmbake");
-    lmbake.isBroken = lmbake.isBroken && !description.hasNoLmbake;
+    lmbake.isBroken = !hasSurfaces && !description.hasNoLmbake;
     return {
-        {"coverage", description.coverage == formats::CoverageSource::Mesh && !entry.mesh,
+        {"surfaces", entry.mesh.has_value(), "found light_map.surfaces beside mesh, expected one of them: those of the mesh count", "mesh"},
+        {"coverage", description.coverage == formats::CoverageSource::Mesh && !hasSurfaces,
          "found coverage \"mesh\" for a light map without a mesh, expected mesh = \"FILE\""},
         withoutMesh("max_seam", "seams are at its edges"),
         lmbake,
@@ -146,32 +202,44 @@ std::vector<SettingsRule> rulesOf(const OutputSettings& output, const LightMapEn
         {"dominant_fit", dominant != nullptr && dominant->divisor == 0,
          fmt::format("found light_map.dominant_fit beside dominant_layout = \"{}\", expected one of them: there is no dominant light",
                      entry.dominantLayout.value_or(""))},
-        {"layouts", !layouts.empty(), layouts, "--layout"},
+        {"layouts", !layouts.empty(), layouts, "output.light_map_layout"},
+        {charts, !packed.empty(), packed},
+        {charts, !split.empty(), split},
+        {"charts_max_visible", !isPacked(output, entry), kNoneIsPacked, charts, true},
     };
 }
 
-std::vector<SettingsRule> rulesOf(const GradientEntry& gradient) {
+std::vector<SettingsRule> rulesOf(const OutputSettings& output, const GradientEntry& gradient) {
+    const std::string format = whyNotFormat(gradient, output.target);
+    const std::string_view rgba8 = info(RsrmFormat::Rgba8).name;
     return {{"encoding", gradient.axis && gradient.encoding != kGradientEncodings.front(),
              "found gradient.encoding beside an axis, expected it for painted gradients alone"},
-            {"zones", !gradient.axis, "found gradient.zones without an axis, expected the axis to average around"}};
+            {"zones", !gradient.axis, "found gradient.zones without an axis, expected the axis to average around"},
+            {"format", !format.empty(), format, "output.target"},
+            {"dither", gradient.dither && !gradient.format.empty() && gradient.format != rgba8,
+             fmt::format("found dither with format \"{}\", expected format \"{}\", whose codes alone are dithered", gradient.format, rgba8),
+             "format"}};
 }
 
 std::vector<SettingsRule> rulesOf(const Scene& scene) {
+    const bool isPhong = !formats::info(scene.lobe).distribution;
     const bool hasMesh = std::ranges::any_of(scene.lightMaps, [](const LightMapEntry& entry) { return entry.mesh.has_value(); });
-    return {{"max_seam", scene.output.limits[Limit::Seam] && !hasMesh,
-             "found a limit on seams where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]: seams are at its edges",
-             "--max-seam"},
-            {"gltf", scene.output.gltf && !hasMesh,
-             "found output.gltf where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]"}};
-}
-
-std::optional<SettingsRule> brokenByOptions(const std::vector<SettingsRule>& rules) {
-    for (SettingsRule rule : rules) {
-        if (!rule.isBroken || rule.option.empty()) continue;
-        if (rule.optionWords.empty()) rule.optionWords = rule.words;
-        return rule;
-    }
-    return std::nullopt;
+    const bool isAnyPacked = std::ranges::any_of(scene.lightMaps, [&](const LightMapEntry& each) { return isPacked(scene.output, each); });
+    const std::string_view lobe = formats::info(scene.lobe).name;
+    return {{"output.max_seam", !hasMesh,
+             "found a limit on seams where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]: seams are at its edges"},
+            {"output.gltf", scene.output.gltf && !hasMesh,
+             "found output.gltf where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]"},
+            {"output.charts_max_visible", !isAnyPacked, kNoneIsPacked, "output.charts", true},
+            {"lobe", isPhong && !(scene.lightMaps.empty() && scene.probes.empty()),
+             fmt::format(
+                 "found \"{0}\" for lobe, expected {1}: cubemaps and dominant lights have no Phong lobe (lightcook lut --lobe {0} makes "
+                 "tables alone)",
+                 lobe, formats::listOfNames(formats::sceneLobes()))},
+            {"tables.normalization", isPhong && scene.tables.normalization != kNormalizationNames.front(),
+             fmt::format("found \"{}\" with the lobe \"{}\", expected \"{}\", the only one of Phong lobes", scene.tables.normalization,
+                         lobe, kNormalizationNames.front()),
+             "lobe"}};
 }
 
 const formats::LayoutList& layoutsFor(const OutputSettings& output, const LightMapEntry& entry) {

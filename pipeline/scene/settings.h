@@ -81,18 +81,12 @@ lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& ent
 /// Returns the folder that a scene is cooked to: the one that was given, or without one (empty) that of its name.
 std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given);
 
-/// Return the rules between the settings of a table, and whether they are broken. Those of a whole scene are of its table [output].
+/// Return the rules between the settings of a table, and whether they are broken. Those of a whole scene are of its root.
 std::vector<SettingsRule> rulesOf(const OutputSettings& output);
 std::vector<SettingsRule> rulesOf(const formats::ColorSpaces& colors);
-std::vector<SettingsRule> rulesOf(const OutputSettings& output, const LightMapEntry& entry);
-std::vector<SettingsRule> rulesOf(const GradientEntry& gradient);
+std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry);
+std::vector<SettingsRule> rulesOf(const OutputSettings& output, const GradientEntry& gradient);
 std::vector<SettingsRule> rulesOf(const Scene& scene);
-
-/// Returns the first broken rule that an option of the command line may have brought about.
-std::optional<SettingsRule> brokenByOptions(const std::vector<SettingsRule>& rules);
-
-/// Returns the reason why the format, or its dithering, is not possible for a target; empty if it is possible.
-std::string whyNotRsrm(const GradientEntry& entry, Target target);
 
 /// Returns what is wrong with a scene without anything to cook, or an empty text.
 std::string whyNothing(const Scene& scene);

@@ -78,9 +78,9 @@ private:
         options.scene = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/scene.toml";
         options.output = *folder_ / name;
         options.cache = LIGHTCOOK_TEST_CACHE;
-        options.lightMapLayout = "basis-8";
-        options.limits[Limit::Error] = maxError;
-        options.effort = effort;
+        options.given.set("output.light_map_layout", "basis-8");
+        options.given.set("output.max_error", maxError);
+        options.given.set("output.effort", effort);
         const RunState state;
         for (const formats::Error& error : cookScene(options, state).errors) ADD_FAILURE() << error.line();
     }

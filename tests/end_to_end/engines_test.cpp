@@ -71,12 +71,12 @@ protected:
         options.scene = kSource / "examples/cornell/scene.toml";
         options.output = out();
         options.cache = LIGHTCOOK_TEST_CACHE;
-        options.lightMapLayout = layout;
-        options.limits[Limit::Error] = 1;
-        if (target != formats::Target::Float) options.effort = 0;
+        options.given.set("output.light_map_layout", layout);
+        options.given.set("output.max_error", 1);
+        if (target != formats::Target::Float) options.given.set("output.effort", 0);
         options.samples = 0;
-        options.target = target;
-        options.gltf = gltf;
+        options.given.set("output.target", std::string(formats::info(target).name));
+        options.given.set("output.gltf", gltf);
         const RunState state;
         Outcome outcome = cookScene(options, state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();

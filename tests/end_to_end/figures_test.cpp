@@ -73,18 +73,17 @@ void expectSums(const Json& report, const std::filesystem::path& folder) {
 class Figures : public testing::Test {
 protected:
     Outcome cookShipped(const std::string& layout, bool hasDraco = true) const {
-        auto scene = readScene(std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/scene.toml");
-        if (!scene) throw std::runtime_error(scene.error().line());
-        scene->output.draco = hasDraco;
         CookOptions options;
+        options.scene = std::filesystem::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/scene.toml";
         options.output = folder_ / "out";
         options.cache = LIGHTCOOK_TEST_CACHE;
-        options.effort = 0;
-        options.lightMapLayout = layout;
-        options.limits[Limit::Error] = 1;
+        options.given.set("output.effort", 0);
+        options.given.set("output.light_map_layout", layout);
+        options.given.set("output.max_error", 1);
+        options.given.set("output.draco", hasDraco);
         options.samples = 0;
         const RunState state;
-        return cookScene(std::move(*scene), options, state);
+        return cookScene(options, state);
     }
     const formats::TemporaryFolder folder_;
 };

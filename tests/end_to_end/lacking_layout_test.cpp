@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "formats/light_map_layout.h"
-#include "pipeline/command/lightmap.h"
+#include "pipeline/command/converter.h"
 #include "pipeline/report/report.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -81,19 +81,17 @@ TEST_F(LackingLayout, AutoIsNoAdviceWhereItChose) {
 }
 
 TEST_F(LackingLayout, TheConverterTakesTheNeedsOfTheSurfaces) {
-    LightMapOptions options;
-    options.input = scene_ / "map.exr";
-    options.output = scene_ / "single";
+    Conversion options{"lightmap", scene_ / "map.exr", scene_ / "single"};
     options.cook.cache = LIGHTCOOK_TEST_CACHE;
-    options.cook.lightMapLayout = "flat";
-    options.cook.limits[Limit::Error] = 0.1;
+    options.cook.given.set("output.light_map_layout", "flat");
+    options.cook.given.set("output.max_error", 0.1);
     const RunState state;
-    Outcome outcome = convertLightMap(options, state);
+    Outcome outcome = convert(options, state);
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
     EXPECT_THAT(outcome.errors.front().line(), HasSubstr("layout flat: found a layout without directions"));
-    options.noNormalMaps = options.noSpecular = true;
-    outcome = convertLightMap(options, state);
+    for (const char* unneeded : {"material.normal_map", "material.specular"}) options.cook.given.set(unneeded, false);
+    outcome = convert(options, state);
     for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
 }
 

@@ -28,10 +28,10 @@ public:
         options.scene = scene;
         options.output = folder_ / "out";
         options.cache = LIGHTCOOK_TEST_CACHE;
-        options.lightMapLayout = layout;
+        options.given.set("output.light_map_layout", layout);
         options.onlyKind = std::move(onlyKind);
-        options.effort = 3;
-        options.limits[Limit::Error] = 0.02;
+        options.given.set("output.effort", 3);
+        options.given.set("output.max_error", 0.02);
         const RunState state;
         const Outcome outcome = cookScene(options, state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();

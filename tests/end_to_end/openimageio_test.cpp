@@ -114,12 +114,12 @@ protected:
         options.scene = scene;
         options.output = out();
         options.cache = folder_ / "cache";
-        options.container = formats::Container::Dds;
-        options.lightMapLayout = layout;
-        options.mips = true;
+        options.given.set("output.container", "dds");
+        options.given.set("output.light_map_layout", layout);
+        options.given.set("output.mips", true);
         options.onlyKind = std::move(onlyKind);
-        options.limits[Limit::Error] = 1.0;  // no limit, so that small layouts pass too
-        options.effort = 3;
+        options.given.set("output.max_error", 1.0);  // no limit, so that small layouts pass too
+        options.given.set("output.effort", 3);
         options.samples = 0;  // their errors are not looked at
         std::filesystem::remove_all(out());
         const RunState state;

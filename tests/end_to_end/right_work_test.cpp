@@ -88,10 +88,10 @@ public:
         options.output = folder_ / "out";
         options.cache = folder_ / "cache";
         options.onlyKind = "light-map";
-        options.target = cell.target;
-        options.effort = kEfforts[cell.setting % 3];
-        options.objective = cell.setting / 3 % 2 == 0 ? formats::Objective::Visible : formats::Objective::Energy;
-        if (cell.layout != kAutoLayout) options.lightMapLayout = cell.layout;
+        options.given.set("output.target", std::string(formats::info(cell.target).name));
+        options.given.set("output.effort", kEfforts[cell.setting % 3]);
+        options.given.set("output.objective", cell.setting / 3 % 2 == 0 ? "visible" : "energy");
+        if (cell.layout != kAutoLayout) options.given.set("output.light_map_layout", cell.layout);
         const RunState state;
         const Outcome outcome = cookScene(options, state);
         const std::string words =

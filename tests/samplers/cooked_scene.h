@@ -27,7 +27,7 @@ public:
                                layout.starts_with("flat") ? "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n" : "");
         pipeline::CookOptions options = small_->options();
         const auto known = formats::lightMapLayoutFromName(layout);
-        if (known && formats::info(*known).lacks == "band 2") options.limits[pipeline::Limit::Error] = 1;
+        if (known && formats::info(*known).lacks == "band 2") options.given.set("output.max_error", 1);
         cook(options);
     }
     CookedScene(const std::filesystem::path& scene, const std::string& layout, std::optional<std::string> onlyKind = {},
@@ -35,10 +35,10 @@ public:
         pipeline::CookOptions options;
         options.scene = scene;
         options.cache = LIGHTCOOK_TEST_CACHE;
-        options.lightMapLayout = layout;
+        options.given.set("output.light_map_layout", layout);
         options.onlyKind = std::move(onlyKind);
-        options.limits[pipeline::Limit::Error] = maxError;
-        options.effort = 3;
+        options.given.set("output.max_error", maxError);
+        options.given.set("output.effort", 3);
         cook(options);
     }
     std::filesystem::path folder() const { return own_ / "out"; }

@@ -23,6 +23,7 @@
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/limits/limits.h"
+#include "pipeline/scene/chart_settings.h"
 
 namespace lightcook::pipeline {
 
@@ -44,8 +45,6 @@ struct ChartSplit {
     double bits = 0, bitsOfOne = 0;  ///< of a texel in the mean, and with one layout for all charts
 };
 
-/// Most maps that a split makes.
-inline constexpr std::size_t kMostMaps = 3;
 /// Least part of the bits that a further map has to save: it has borders of blocks and tables of its own.
 inline constexpr double kLeastSplitSaving = 0.03;
 /// Shares of the limits that are tried, one after the other: learned layouts are fitted anew to the charts of each map, and blocks at rims

@@ -1,8 +1,7 @@
-#include "pipeline/command/cubemap.h"
-
 #include <gtest/gtest.h>
 
 #include "formats/plain_image.h"
+#include "pipeline/command/converter.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
@@ -17,12 +16,10 @@ TEST(Cubemap, LightLostByTheDivisionIsCountedByLevel) {
         Image<glm::vec4> sky(16, 8, glm::vec4(isDark ? 1e-12f : 0.5f));
         if (isDark) sky.at(3, 2) = glm::vec4(1e6f);
         ASSERT_TRUE(formats::writeExr(folder / "sky.exr", sky.view(), 3));
-        CubemapOptions options;
-        options.input = folder / "sky.exr";
-        options.output = folder / (isDark ? "dark" : "calm");
+        Conversion options{"cubemap", folder / "sky.exr", folder / (isDark ? "dark" : "calm")};
         options.cook.cache = folder / "cache";
-        options.cook.target = Target::Float;
-        const Outcome outcome = convertCubemap(options, RunState());
+        options.cook.given.set("output.target", "float");
+        const Outcome outcome = convert(options, RunState());
         ASSERT_TRUE(outcome.report.is_object());
         const Json& notes = outcome.report.at("assets").at(0).at("notes");
         EXPECT_TRUE(notes.at("division_clamped").empty());

@@ -154,7 +154,7 @@ public:
         options.scene = sceneFile_;
         options.output = folder_ / output;
         options.cache = LIGHTCOOK_TEST_CACHE;
-        options.budgetBytes = budget;
+        options.given.set("output.budget", budget);
         const RunState state;
         return cookScene(options, state);
     }

@@ -356,7 +356,7 @@ TEST(CookScene, OnlyRefusesAssetsThatAnotherTargetLeft) {
     ASSERT_TRUE(cook(options).errors.empty());
     const auto before = digestsOf(scene / "out");
     options.only = "sky";
-    options.target = Target::Astc;
+    options.given.set("output.target", "astc");
     const Outcome outcome = cook(options);
     ASSERT_EQ(outcome.errors.size(), 1u);
     EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
@@ -424,7 +424,7 @@ TEST(CookScene, FilesOfTheManifestThatStaysAreNotRemoved) {
     std::filesystem::remove(scene / "out" / kShaderName);
     std::filesystem::create_directories(scene / "out" / kShaderName / "in the way");
     CookOptions other = scene.options();
-    other.lightMapLayout = "luvw";
+    other.given.set("output.light_map_layout", "luvw");
     EXPECT_FALSE(cook(other).errors.empty());
     EXPECT_EQ(formats::contentOf(scene / "out" / kManifestName), manifest);
     for (const char* file : {"map_l0.ktx2", "map_ratio.ktx2"}) EXPECT_TRUE(std::filesystem::exists(scene / "out" / file)) << file;
@@ -448,7 +448,7 @@ TEST(CookScene, OutputsAppearTogetherWithTheirReportOrNotAtAll) {
     const auto before = digestsOf(scene / "out");
     std::filesystem::create_directories(scene / "out" / kReportHtmlName / "in the way");
     CookOptions other = scene.options();
-    other.lightMapLayout = "luvw";
+    other.given.set("output.light_map_layout", "luvw");
     EXPECT_FALSE(cook(other).errors.empty());
     EXPECT_EQ(digestsOf(scene / "out"), before);
 }
@@ -541,31 +541,31 @@ TEST(CookScene, RefusesFilesThatDifferInCaseAlone) {
 TEST(CookScene, RefusesDdsForAstcBeforeItWorks) {
     const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.optionsWithOwnCache();
-    options.target = Target::Astc;
-    options.container = formats::Container::Dds;
+    options.given.set("output.target", "astc");
+    options.given.set("output.container", "dds");
     const Outcome outcome = cook(options);
     ASSERT_EQ(outcome.errors.size(), 1u);
     EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
     EXPECT_EQ(outcome.errors[0].line(),
-              "--container dds: found container dds with target astc, expected container ktx2: DDS has no ASTC formats");
+              "--container: found container dds with target astc, expected container ktx2: DDS has no ASTC formats");
     EXPECT_EQ(outcome.actionsRun, 0);
 }
 
 TEST(CookScene, RefusesALimitOnPackedChartsWhereNoneArePacked) {
     const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.optionsWithOwnCache();
-    options.charts.maxVisible = 1;
-    for (const std::optional<ChartMode> mode : {std::optional<ChartMode>(), std::optional(ChartMode::Keep)}) {
-        options.charts.mode = mode;
+    options.given.set("output.charts_max_visible", 1);
+    for (const bool areKept : {false, true}) {
+        if (areKept) options.given.set("output.charts", "keep");
         const Outcome outcome = cook(options);
         ASSERT_EQ(outcome.errors.size(), 1u);
         EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
         EXPECT_EQ(outcome.errors[0].line(),
-                  "--charts-max-visible: found it where the charts of no light map are packed, expected --charts pack or split");
+                  "--charts-max-visible: found charts_max_visible where no charts are packed, expected charts = \"pack\" or \"split\"");
         EXPECT_EQ(outcome.actionsRun, 0);
     }
-    options.charts.mode = ChartMode::Pack;
-    EXPECT_EQ(cook(options).errors.front().line().find("--charts-max-visible"), std::string::npos) << "it lacks a mesh";
+    options.given.set("output.charts", "pack");
+    EXPECT_THAT(cook(options).errors.front().line(), HasSubstr("--charts: found charts of 'map' to pack without a mesh"));
 }
 
 TEST(ReadCookedFolder, RefusesAFolderWithoutAManifestThatCanBeRead) {
@@ -611,7 +611,7 @@ TEST(ReadCookedFolder, AFileThatIsGoneOrShorterFailsByName) {
 TEST(CookScene, ABoundThatIsNotHeldFailsButIsReported) {
     const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.options();
-    options.limits[Limit::Error] = 1e-7;
+    options.given.set("output.max_error", 1e-7);
     const Outcome outcome = cook(options);
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
@@ -624,7 +624,7 @@ class TablesUnderABudget : public testing::Test {
 protected:
     static Outcome cookWithin(const SmallScene& scene, std::uint64_t budget) {
         CookOptions options = scene.options();
-        options.budgetBytes = budget;
+        options.given.set("output.budget", budget);
         return cook(options);
     }
     static int views(const Outcome& outcome) { return assetOf(outcome.report, kTablesName).at("width").get<int>(); }
@@ -693,7 +693,7 @@ TEST_F(TablesUnderABudget, HaveTheViewsThatFitWhereNoLayoutIsOpen) {
         EXPECT_EQ(used(within), budget < most ? least : most);
     }
     CookOptions alone = scene.options();
-    alone.budgetBytes = 1 << 20;
+    alone.given.set("output.budget", 1 << 20);
     alone.only = kTablesName;
     EXPECT_EQ(views(cook(alone)), kFineViewCount);
 }
@@ -720,7 +720,7 @@ TEST_F(TablesUnderABudget, HaveMoreViewsWhereALimitOfTheirsAsksForThem) {
 TEST(CookScene, AnExceededBudgetFailsButIsReported) {
     const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.options();
-    options.budgetBytes = 100;
+    options.given.set("output.budget", 100);
     const Outcome outcome = cook(options);
     ASSERT_FALSE(outcome.errors.empty());
     EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverBudget);
@@ -762,11 +762,11 @@ TEST(CookScene, TheDepfileNamesEveryInput) {
 TEST(CookScene, DdsAndZstdAreWrittenAndVerified) {
     const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.options();
-    options.container = formats::Container::Dds;
+    options.given.set("output.container", "dds");
     expectCooks(scene, options);
     EXPECT_TRUE(std::filesystem::exists(scene / "out" / "map_l0.dds"));
-    options.container = formats::Container::Ktx2;
-    options.zstd = true;
+    options.given.set("output.container", "ktx2");
+    options.given.set("output.zstd", true);
     expectCooks(scene, options);
     EXPECT_FALSE(std::filesystem::exists(scene / "out" / "map_l0.dds"));
 }
@@ -900,9 +900,9 @@ TEST(ReconstructLightMap, HasTheCoverageAndNormalsOfTheBake) {
 TEST(ReconstructLightMap, WritesPlacesBetweenTexels) {
     const SmallScene scene(Parts::LightMap);
     CookOptions options = scene.options();
-    options.lightMapLayout = "raw";
-    options.target = Target::Float;
-    options.limits[Limit::Error] = 0.9;
+    options.given.set("output.light_map_layout", "raw");
+    options.given.set("output.target", "float");
+    options.given.set("output.max_error", 0.9);
     ASSERT_TRUE(cook(options).errors.empty());
     const RunState state;
     ASSERT_TRUE(reconstructLightMap(scene / "out", "map", scene / "centres.exr", 1, state).has_value());

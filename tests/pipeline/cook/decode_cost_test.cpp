@@ -75,7 +75,7 @@ TEST_F(DecodeCost, WhatNoLayoutKeepsOrNothingUsesIsRefused) {
     expectRefused("light_map_layout = \"ratio\"\nmax_fetches = 4", HasSubstr("found layout ratio (9 fetches, "));
     scene_.writeSceneFile("max_error = 0.9\nmax_fetches = 4");
     CookOptions options = scene_.options();
-    options.lightMapLayout = "ratio";
+    options.given.set("output.light_map_layout", "ratio", "--layout");
     const Outcome overridden = cookScene(options, RunState());
     ASSERT_EQ(overridden.errors.size(), 1u);
     EXPECT_THAT(overridden.errors.front().line(), HasSubstr("--layout: found layout ratio (9 fetches, "));

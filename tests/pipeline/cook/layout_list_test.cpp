@@ -105,7 +105,7 @@ TEST_F(LayoutLists, MistakesAreRefused) {
     expectRefused(cookMap("max_error = 0.9\nmax_fetches = 2", "layouts = [\"sh4\"]"), HasSubstr("expected those of one of sh4"));
     scene_.writeSceneFile("layouts = [\"sh4\"]");
     CookOptions options = scene_.options();
-    options.lightMapLayout = "ratio";
+    options.given.set("output.light_map_layout", "ratio", "--layout");
     expectRefused(cookScene(options, RunState()), HasSubstr("--layout: found layout ratio that the list"));
 }
 

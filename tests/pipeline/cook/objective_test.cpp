@@ -30,7 +30,7 @@ TEST_F(Objective, OfTheCommandLineOverridesThatOfTheScene) {
     scene_.writeSceneFile("light_map_layout = \"basis-3\"\nmax_error = 0.9\nobjective = \"energy\"");
     CookOptions options = scene_.options();
     const Json asked = diffuseOf(cookScene(options, RunState()));
-    options.objective = formats::Objective::Visible;
+    options.given.set("output.objective", "visible");
     const Json overridden = diffuseOf(cookScene(options, RunState()));
     EXPECT_NE(asked.at("rel_rms"), overridden.at("rel_rms"));
 }

@@ -42,18 +42,6 @@ TEST(PlanScene, WithoutNormalMapsAndSpecularTheLightMapIsFlat) {
     EXPECT_EQ(named->actions[0].parameters.at("layout"), "flat-2");
 }
 
-TEST(PlanScene, AFormatThatTheTargetDoesNotHaveIsRefusedAtItsLine) {
-    Scene scene = sceneWithOneMap();
-    scene.output.target = Target::Astc;
-    scene.gradients.front().format = "bc7";
-    const auto subject = [&] { return planScene(scene, resolveNeeds(scene, {}), {}).error().subject; };
-    scene.file.clear();
-    EXPECT_EQ(subject(), "--format") << "of `lightcook rsrm`";
-    scene.file = "scene.toml";
-    scene.lines.add("gradient", scene.gradients.front().name, "format", 9);
-    EXPECT_EQ(subject(), "scene.toml:9");
-}
-
 TEST(PlanScene, EverythingIsPlannedWhereEverythingIsNeeded) {
     const Scene scene = sceneWithOneMap();
     const auto plan = planScene(scene, resolveNeeds(scene, {}), {});

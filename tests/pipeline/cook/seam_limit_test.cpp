@@ -123,7 +123,7 @@ TEST_F(SeamLimit, FailsAMapThatIsOverItAndNamesTheEdge) {
 using SeamLimitSoak = SeamLimit;
 TEST_F(SeamLimitSoak, OneOfTheLightMapOrTheCommandLineReplacesThatOfTheScene) {
     EXPECT_TRUE(cook("light_map_layout = \"ratio\"\nmax_seam = 0.01", "max_seam = 50\n").errors.empty());
-    options_.limits[Limit::Seam] = 0.02;
+    options_.given.set("output.max_seam", 0.02);
     const Outcome outcome = cookScene(options_, RunState());
     ASSERT_EQ(outcome.errors.size(), 1u);
     EXPECT_EQ(mapOf(outcome).at("limit").at("max_seam"), 0.02);

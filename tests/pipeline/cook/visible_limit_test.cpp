@@ -105,7 +105,7 @@ TEST_F(VisibleLimit, OfALightMapOverridesThatOfTheOutputAndTheCommandLineBoth) {
     formats::writeContent(scene_.sceneFile(), text);
     CookOptions options = scene_.options();
     EXPECT_EQ(mapOf(cookScene(options, RunState())).at("limit").at("max_visible"), 40.0);
-    options.limits[Limit::Visible] = 30;
+    options.given.set("output.max_visible", 30);
     EXPECT_EQ(mapOf(cookScene(options, RunState())).at("limit").at("max_visible"), 30.0);
 }
 
@@ -179,15 +179,15 @@ TEST_F(VisibleLimitOfOthers, OfAnAssetOverridesThatOfTheOutputAndTheCommandLineB
     options.onlyKind = "rsrm";
     const auto limit = [&] { return cookScene(options, RunState()).report.at("assets").at(0).at("limit").at("max_visible"); };
     EXPECT_EQ(limit(), 40.0);
-    options.limits[Limit::ConverterVisible] = 30;
+    options.given.set("output.max_converter_visible", 30);
     EXPECT_EQ(limit(), 30.0);
     text.replace(text.find("max_visible = 40\n"), 0, "max_visible_bound = 700\n");
     formats::writeContent(scene_.sceneFile(), text);
     const auto bound = [&] { return cookScene(options, RunState()).report.at("assets").at(0).at("limit").at("max_visible_bound"); };
     EXPECT_EQ(bound(), 700.0);
-    options.limits[Limit::VisibleBound] = 800;
+    options.given.set("output.max_visible_bound", 800);
     EXPECT_EQ(bound(), 700.0) << "a limit of light maps and meshes";
-    options.limits[Limit::ConverterVisibleBound] = 900;
+    options.given.set("output.max_converter_visible_bound", 900);
     EXPECT_EQ(bound(), 900.0);
 }
 

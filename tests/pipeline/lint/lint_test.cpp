@@ -207,7 +207,7 @@ TEST(Lint, VerificationComparesProbesWithTheSourceOfTheirScene) {
     options.output = scene / "out";
     options.cache = scene / "cache";
     options.only = "probe0";
-    options.effort = 0;
+    options.given.set("output.effort", 0);
     const RunState state;
     EXPECT_THAT(codesOf(cookScene(options, state)), ElementsAre("wrong-primaries"));
     EXPECT_THAT(codesOf(verifyCooked({scene / "out", {}, {}}, state)), ElementsAre("wrong-primaries"));

@@ -35,12 +35,13 @@ protected:
                                                   "\n[[light_map]]\nname = \"map\"\nfile = \"cornell_lightmap.exr\"\n" + map +
                                                   "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\n");
     }
-    Outcome cook(const ChartSettings& overrides = {}) const {
+    /// charts  of the command line; empty: none
+    Outcome cook(const std::string& charts = "") const {
         CookOptions options = options_;
-        options.charts = overrides;
+        if (!charts.empty()) options.given.set("output.charts", charts);
         return cookScene(options, RunState());
     }
-    Json cooked(const ChartSettings& overrides = {}) const { return reportOf(cook(overrides)); }
+    Json cooked(const std::string& charts = "") const { return reportOf(cook(charts)); }
 };
 
 TEST_F(PackedCook, MovedChartsKeepTheErrorAtTexelsAndTheBound) {
@@ -114,7 +115,7 @@ TEST_F(PackedCook, FewerTexelsAreJudgedAgainstTheBake) {
 
     // A limit between both errors fails, although the repacked bake keeps it.
     writeScene("light_map_layout = \"raw\"\ncharts = \"pack\"\ncharts_max_visible = 2\nmax_converter_error = 1");
-    options_.limits[Limit::Error] = found / 2;
+    options_.given.set("output.max_error", found / 2);
     const Outcome failed = cook();
     ASSERT_FALSE(failed.errors.empty()) << found / 2;
     EXPECT_EQ(failed.errors.front().code, ErrorCode::Verification);
@@ -199,12 +200,12 @@ TEST_F(PackedCookSoak, TheCommandLineKeepsUvs) {
     writeScene("light_map_layout = \"ratio\"");
     const Json kept = cooked();
     writeScene("light_map_layout = \"ratio\"\ncharts = \"pack\"");
-    const Json report = cooked({ChartMode::Keep, {}});
+    const Json report = cooked("keep");
     EXPECT_EQ(assetOf(report, "map").at("width"), 256);
     EXPECT_EQ(assetOf(report, "map").at("stages"), assetOf(kept, "map").at("stages"));
     writeScene("light_map_layout = \"ratio\"\ncharts = \"pack\"", "mesh = \"cornell.glb\"\ncharts = \"keep\"\n");
     EXPECT_EQ(assetOf(cooked(), "map").at("width"), 256) << "the light map's own key goes before";
-    EXPECT_LT(assetOf(cooked({ChartMode::Pack, {}}), "map").at("width"), 256) << "the command line before both";
+    EXPECT_LT(assetOf(cooked("pack"), "map").at("width"), 256) << "the command line before both";
 }
 
 TEST_F(PackedCookSoak, LayoutsAndBudgetsAreChosenForTheRepackedMap) {

@@ -137,7 +137,7 @@ TEST_F(CookedSite, RefusesWhatIsNoCookedFolder) {
 
 TEST_F(CookedSite, RefusesDdsTextures) {
     CookOptions options = scene_.options();
-    options.container = formats::Container::Dds;
+    options.given.set("output.container", "dds");
     ASSERT_TRUE(cookScene(options, state_).errors.empty());
     const auto site = open();
     ASSERT_FALSE(site.has_value());

@@ -14,7 +14,7 @@
 #include "lighting/cube.h"
 #include "lighting/sphere.h"
 #include "pipeline/assets/cubemap/cubemap.h"
-#include "pipeline/command/cubemap.h"
+#include "pipeline/command/converter.h"
 #include "pipeline/report/exit_codes.h"
 #include "shaders/lightcook_cpp.h"
 #include "tests/pipeline/rewritten_manifest.h"
@@ -40,22 +40,20 @@ protected:
             }
         ASSERT_TRUE(formats::writeExr(folder_ / "sky.exr", sky.view(), 3));
     }
-    CubemapOptions options(int size, const std::string& layout = "pre-divided") {
-        CubemapOptions options;
-        options.input = folder_ / "sky.exr";
-        options.output = folder_ / ("out" + std::to_string(++count_));
+    Conversion options(int size, const std::string& layout = "pre-divided") {
+        Conversion options{"cubemap", folder_ / "sky.exr", folder_ / ("out" + std::to_string(++count_))};
         options.cook.cache = folder_ / "cache";
-        options.size = size;
-        options.layout = layout;
+        options.cook.given.set("probe.size", size);
+        options.cook.given.set("probe.layout", layout);
         return options;
     }
-    Json asset(const CubemapOptions& options) {
-        const Outcome outcome = convertCubemap(options, state_);
+    Json asset(const Conversion& options) {
+        const Outcome outcome = convert(options, state_);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
         return outcome.report.is_object() ? outcome.report.at("assets").at(0) : Json();
     }
-    std::string refusal(const CubemapOptions& options) {
-        const Outcome outcome = convertCubemap(options, state_);
+    std::string refusal(const Conversion& options) {
+        const Outcome outcome = convert(options, state_);
         EXPECT_FALSE(outcome.errors.empty()) << "expected a refusal";
         EXPECT_FALSE(std::filesystem::exists(options.output / "cooked.json"));
         return outcome.errors.empty() ? "" : outcome.errors[0].line();
@@ -64,7 +62,7 @@ protected:
         return parseJson(formats::contentOf(folder / kManifestName)).at("assets").at(0);
     }
     void expectCooked(int size, const std::string& layout) {
-        const CubemapOptions wanted = options(size, layout);
+        const Conversion wanted = options(size, layout);
         const Json found = asset(wanted);
         ASSERT_TRUE(found.is_object());
         EXPECT_TRUE(found.at("passed"));
@@ -88,9 +86,9 @@ protected:
 TEST_F(CookCubemap, LevelsOfFewTexelsAreEncodedWithCareAtAnyEffort) {
     std::map<int, std::string> contents;
     for (const int effort : {0, 5, 9}) {
-        CubemapOptions wanted = options(32);
-        wanted.cook.target = formats::Target::Astc;
-        wanted.cook.effort = effort;
+        Conversion wanted = options(32);
+        wanted.cook.given.set("output.target", "astc");
+        wanted.cook.given.set("output.effort", effort);
         (void)asset(wanted);
         contents[effort] = formats::contentOf(wanted.output / "sky.ktx2");
     }
@@ -110,7 +108,7 @@ TEST_F(CookCubemapSoak, TheLargestSizesAreVerified) {
 
 TEST_F(CookCubemap, OtherSizesAreRefused) {
     for (const int size : {-16, 0, 1, 8, 48, 100, 4096})
-        EXPECT_THAT(refusal(options(size)), HasSubstr(fmt::format("--size: found {}, expected a power of two from 16 to 2048", size)));
+        EXPECT_THAT(refusal(options(size)), HasSubstr(fmt::format("--size: found '{}', expected a power of two from 16 to 2048", size)));
 }
 
 TEST_F(CookCubemap, APlainMapIsTheRadianceThroughTheLobe) {
@@ -118,9 +116,9 @@ TEST_F(CookCubemap, APlainMapIsTheRadianceThroughTheLobe) {
     ASSERT_TRUE(environment);
     for (const auto& [lobe, distribution] : {std::pair(lighting::SpecularLobe::Beckmann, lighting::NormalDistribution::Beckmann),
                                              std::pair(lighting::SpecularLobe::Ggx, lighting::NormalDistribution::Ggx)}) {
-        CubemapOptions wanted = options(32, "prefiltered");
-        wanted.lobe = lobe;
-        wanted.cook.target = Target::Float;
+        Conversion wanted = options(32, "prefiltered");
+        wanted.cook.given.set("lobe", std::string(formats::info(lobe).name));
+        wanted.cook.given.set("output.target", "float");
         const Json found = asset(wanted);
         ASSERT_TRUE(found.is_object());
         EXPECT_TRUE(found.at("passed"));
@@ -152,8 +150,8 @@ TEST_F(CookCubemap, APlainMapIsTheRadianceThroughTheLobe) {
 
 TEST_F(CookCubemap, ThePlainMapIsThePreDividedOneTimesItsS) {
     // Both are cooked from one source and show the same light at the environment's own place.
-    CubemapOptions plain = options(16, "prefiltered"), divided = options(16);
-    plain.cook.target = divided.cook.target = Target::Float;
+    Conversion plain = options(16, "prefiltered"), divided = options(16);
+    for (Conversion* each : {&plain, &divided}) each->cook.given.set("output.target", "float");
     ASSERT_TRUE(asset(plain).is_object() && asset(divided).is_object());
     const auto a = formats::TextureReader::open(plain.output / "sky.ktx2"), b = formats::TextureReader::open(divided.output / "sky.ktx2");
     ASSERT_TRUE(a && b);
@@ -293,14 +291,14 @@ TEST(ProbePlace, OfTheManifestIsThatOfTheSceneFileOrOfTheList) {
 }
 
 TEST_F(CookCubemap, LayoutsThatDoNotFitAreRefused) {
-    CubemapOptions wanted = options(16, "prefiltered");
-    wanted.sh = folder_ / "sky.json";
+    Conversion wanted = options(16, "prefiltered");
+    wanted.cook.given.set("probe.sh", (folder_ / "sky.json").string());
     EXPECT_THAT(refusal(wanted), HasSubstr("--sh: found it with --layout prefiltered, expected --layout pre-divided"));
 }
 
 TEST_F(CookCubemap, AManifestWithTheOtherLayoutFails) {
     for (const auto& [layout, other] : {std::pair("pre-divided", "prefiltered"), std::pair("prefiltered", "pre-divided")}) {
-        const CubemapOptions wanted = options(16, layout);
+        const Conversion wanted = options(16, layout);
         ASSERT_TRUE(asset(wanted).is_object());
         Json manifest = parseJson(formats::contentOf(wanted.output / kManifestName));
         manifest["assets"][0]["layout"] = other;

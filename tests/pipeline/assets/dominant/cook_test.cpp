@@ -88,7 +88,7 @@ TEST(CookDominant, VisibleErrorsAreThoseOfTheScenesDisplay) {
 /// Cooks in halves, sets one texel of the intensity to the bits of a half, and verifies.
 Outcome verifiedWithWrongTexel(const SmallScene& scene, const glm::ivec2& texel, int height, std::uint16_t half) {
     CookOptions options = scene.options();
-    options.target = formats::Target::Float;
+    options.given.set("output.target", "float");
     const Outcome outcome = cookDominantAlone(options);
     EXPECT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
     const std::filesystem::path file = scene / "out" / "map_dominant_intensity.ktx2";

@@ -15,7 +15,7 @@
 #include "formats/png.h"
 #include "formats/read_file.h"
 #include "lighting/sphere.h"
-#include "pipeline/command/rsrm.h"
+#include "pipeline/command/converter.h"
 #include "pipeline/graph/files.h"
 #include "tests/formats/temporary_folder.h"
 #include "tests/pipeline/rewritten_manifest.h"
@@ -35,20 +35,18 @@ protected:
             for (int x = 0; x < width; ++x) image.at(x, y) = glm::vec4(texel(x, y), 1.0f);
         ASSERT_TRUE(formats::writeExr(folder_ / name, image.view(), 3));
     }
-    RsrmOptions options(const std::string& input) {
-        RsrmOptions options;
-        options.input = folder_ / input;
-        options.output = folder_ / ("out" + std::to_string(++count_));
+    Conversion options(const std::string& input) {
+        Conversion options{"rsrm", folder_ / input, folder_ / ("out" + std::to_string(++count_))};
         options.cook.cache = folder_ / "cache";
         return options;
     }
-    Json asset(const RsrmOptions& options) {
-        const Outcome outcome = convertRsrm(options, state_);
+    Json asset(const Conversion& options) {
+        const Outcome outcome = convert(options, state_);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
         return outcome.report.is_object() ? outcome.report.at("assets").at(0) : Json();
     }
-    std::string refusal(const RsrmOptions& options) {
-        const Outcome outcome = convertRsrm(options, state_);
+    std::string refusal(const Conversion& options) {
+        const Outcome outcome = convert(options, state_);
         EXPECT_FALSE(outcome.errors.empty()) << "expected a refusal";
         return outcome.errors.empty() ? "" : outcome.errors[0].line();
     }
@@ -64,20 +62,20 @@ glm::vec3 warm(int x, int) {
 
 TEST_F(Rsrm, EachOfSixFilesAroundAnAxisIsAnInput) {
     for (const char* face : {"px", "nx", "py", "ny", "pz", "nz"}) write(std::string("cube_") + face + ".exr", 8, 8, warm);
-    RsrmOptions wanted = options("cube_px.exr");
-    wanted.axis = {0, 1, 0};
+    Conversion wanted = options("cube_px.exr");
+    wanted.cook.given.set("gradient.axis", "0,1,0");
     asset(wanted);
-    EXPECT_EQ(convertRsrm(wanted, state_).actionsRun, 0);
+    EXPECT_EQ(convert(wanted, state_).actionsRun, 0);
     write("cube_ny.exr", 8, 8, [](int x, int y) { return 2.0f * warm(x, y); });
-    EXPECT_GT(convertRsrm(wanted, state_).actionsRun, 0) << "a file beside the named one changed";
+    EXPECT_GT(convert(wanted, state_).actionsRun, 0) << "a file beside the named one changed";
 }
 
 TEST_F(Rsrm, EveryFormatAndTheDitherAreVerified) {
     write("warm.exr", 64, 1, warm);
     std::map<std::string, std::uint64_t> bytes;
     for (const char* format : {"rgba8", "bc7", "bc4"}) {
-        RsrmOptions wanted = options("warm.exr");
-        wanted.format = format;
+        Conversion wanted = options("warm.exr");
+        wanted.cook.given.set("gradient.format", format);
         const Json found = asset(wanted);
         bytes[format] = found.at("bytes_gpu");
         EXPECT_LT(found.at("measures").at("code_error"), std::string(format) == "rgba8" ? 0.56 : 8) << format;
@@ -86,8 +84,8 @@ TEST_F(Rsrm, EveryFormatAndTheDitherAreVerified) {
     EXPECT_EQ(bytes["rgba8"], 8192u);
     EXPECT_EQ(bytes["bc7"], 2048u);
     EXPECT_EQ(bytes["bc4"], 1024u);
-    RsrmOptions dithered = options("warm.exr");
-    dithered.dither = true;
+    Conversion dithered = options("warm.exr");
+    dithered.cook.given.set("gradient.dither", true);
     const Json found = asset(dithered).at("measures");
     EXPECT_LT(found.at("code_error"), 1.06);
     EXPECT_LT(found.at("band_codes"), 0.18);  // an eighth of a code, and what the reference is off
@@ -96,8 +94,8 @@ TEST_F(Rsrm, EveryFormatAndTheDitherAreVerified) {
 TEST_F(Rsrm, AManifestThatCallsRoundedCodesDitheredFails) {
     write("warm.exr", 64, 1, warm);
     for (const char* format : {"rgba8", "bc7"}) {
-        RsrmOptions wanted = options("warm.exr");
-        wanted.format = format;
+        Conversion wanted = options("warm.exr");
+        wanted.cook.given.set("gradient.format", format);
         asset(wanted);
         const auto verified = [&] { return verifyCooked({wanted.output, folder_.path(), {}}, state_).errors; };
         EXPECT_THAT(verified(), testing::IsEmpty()) << format;
@@ -113,27 +111,27 @@ TEST_F(Rsrm, AManifestThatCallsRoundedCodesDitheredFails) {
 TEST_F(Rsrm, FormatsThatDoNotFitAreRefused) {
     write("warm.exr", 64, 1, warm);
     write("many.exr", 64, 1, [](int x, int) { return glm::vec3(1, 0.01f * static_cast<float>(x), 1); });
-    RsrmOptions wanted = options("warm.exr");
-    wanted.format = "bc7";
-    wanted.cook.target = Target::Astc;
+    Conversion wanted = options("warm.exr");
+    wanted.cook.given.set("gradient.format", "bc7");
+    wanted.cook.given.set("output.target", "astc");
     EXPECT_THAT(refusal(wanted),
                 HasSubstr("found format \"bc7\" with target \"astc\", expected target \"bc\" or a format of \"rgba8\", \"rgb9e5\", "
                           "\"rgba16f\""));
-    wanted.format = "bc6h";
+    wanted.cook.given.set("gradient.format", "bc6h");
     EXPECT_THAT(refusal(wanted), HasSubstr("found format \"bc6h\" with target \"astc\""));
-    wanted.cook.target = Target::Bc;
-    wanted.dither = true;
+    wanted.cook.given.set("output.target", "bc");
+    wanted.cook.given.set("gradient.dither", true);
     for (const char* format : {"bc7", "rgb9e5", "auto"}) {
-        wanted.format = format;
+        wanted.cook.given.set("gradient.format", format);
         EXPECT_THAT(refusal(wanted), HasSubstr(fmt::format("found dither with format \"{}\", expected format \"rgba8\"", format)));
     }
-    RsrmOptions effort = options("warm.exr");
-    effort.format = "rgb9e5";
-    effort.cook.effort = 3;
+    Conversion effort = options("warm.exr");
+    effort.cook.given.set("gradient.format", "rgb9e5");
+    effort.cook.given.set("output.effort", 3);
     EXPECT_THAT(refusal(effort), HasSubstr("--effort: found it with --format rgb9e5, whose texels are rounded, expected --format bc7, bc4, "
                                            "bc6h, or auto"));
-    RsrmOptions grey = options("many.exr");
-    grey.format = "bc4";
+    Conversion grey = options("many.exr");
+    grey.cook.given.set("gradient.format", "bc4");
     EXPECT_THAT(refusal(grey), HasSubstr("zone 0: found a colour of its own, expected one colour"));
 }
 
@@ -153,8 +151,8 @@ TEST_F(Rsrm, ASunAndItsSkyKeepTheirColours) {
     const std::map<std::string, double> kSteps = {{"rgba16f", 0x1p-11 + 2e-4}, {"rgb9e5", 0x1p-8 / 0.3}, {"bc6h", 0.1}};
     for (const auto& [format, step] : kSteps) {
         SCOPED_TRACE(format);
-        RsrmOptions wanted = options("sunny.exr");
-        wanted.format = format;
+        Conversion wanted = options("sunny.exr");
+        wanted.cook.given.set("gradient.format", format);
         const Json found = asset(wanted);
         EXPECT_TRUE(found.at("passed"));
         for (const char* shading : {"diffuse", "specular"}) {
@@ -185,24 +183,24 @@ TEST_F(Rsrm, ASunAndItsSkyKeepTheirColours) {
 TEST_F(Rsrm, TheFormatIsTheSmallestThatKeepsTheLimit) {
     write("sunny.exr", 256, 1, sunnySky);
     write("warm.exr", 64, 1, warm);
-    const auto formatOf = [&](const RsrmOptions& wanted) { return asset(wanted).at("textures")[0].at("format").get<std::string>(); };
-    const auto bytesOf = [&](const RsrmOptions& wanted) { return *formats::readWholeText(wanted.output / "warm.ktx2", 1 << 20); };
-    RsrmOptions usual = options("warm.exr"), named = options("warm.exr"), smallest = options("warm.exr");
-    named.format = "rgba8";
-    smallest.format = "auto";
+    const auto formatOf = [&](const Conversion& wanted) { return asset(wanted).at("textures")[0].at("format").get<std::string>(); };
+    const auto bytesOf = [&](const Conversion& wanted) { return *formats::readWholeText(wanted.output / "warm.ktx2", 1 << 20); };
+    Conversion usual = options("warm.exr"), named = options("warm.exr"), smallest = options("warm.exr");
+    named.cook.given.set("gradient.format", "rgba8");
+    smallest.cook.given.set("gradient.format", "auto");
     EXPECT_EQ(formatOf(usual), "rgba8-unorm");
     EXPECT_EQ(formatOf(named), "rgba8-unorm");
     EXPECT_EQ(bytesOf(usual), bytesOf(named));
     EXPECT_EQ(formatOf(smallest), "bc4") << "one colour";
 
-    RsrmOptions sunny = options("sunny.exr");
+    Conversion sunny = options("sunny.exr");
     const Json found = asset(sunny);
     EXPECT_TRUE(found.at("passed"));
     EXPECT_GT(found.at("notes").at("formats_tried").at("rgba8").at("p99"), 0.1) << "the sky is lost in eight bits";
     const std::string format = found.at("textures")[0].at("format");
     EXPECT_TRUE(format == "bc6h-uf16" || format == "rgb9e5") << format;
     sunny = options("sunny.exr");
-    sunny.cook.target = Target::Astc;
+    sunny.cook.given.set("output.target", "astc");
     EXPECT_EQ(formatOf(sunny), "rgb9e5") << "no blocks of target bc";
     EXPECT_EQ(found.at("width"), 512) << "256 columns are too few between texels";
 }
@@ -211,8 +209,8 @@ TEST_F(Rsrm, SunsOfBadNumbersAreRefusedInEveryFormat) {
     for (const char* format : {"bc6h", "rgb9e5", "rgba16f", "auto"})
         for (const float sun : {-1.0f, NAN, INFINITY}) {
             write("bad.exr", 64, 1, [sun](int x, int) { return glm::vec3(x == 0 ? sun : 1.0f); });
-            RsrmOptions wanted = options("bad.exr");
-            wanted.format = format;
+            Conversion wanted = options("bad.exr");
+            wanted.cook.given.set("gradient.format", format);
             EXPECT_THAT(refusal(wanted), HasSubstr("bad.exr, channel R, texel (0, 0): found "));
             EXPECT_FALSE(std::filesystem::exists(wanted.output / "bad.ktx2"));
         }
@@ -224,8 +222,8 @@ TEST_F(Rsrm, FloatsHoldTheWholeRangeOfFloats) {
     for (const float scale : {1e-30f, 1e-6f, 1.0f, 1e30f}) {
         write("scaled.exr", 64, 1, [scale](int x, int) { return scale * glm::vec3(x == 0 ? 1000.0f : 1.0f, 0, 0.5f); });
         for (const char* format : {"bc6h", "rgb9e5", "rgba16f"}) {
-            RsrmOptions wanted = options("scaled.exr");
-            wanted.format = format;
+            Conversion wanted = options("scaled.exr");
+            wanted.cook.given.set("gradient.format", format);
             const Json found = asset(wanted);
             EXPECT_TRUE(found.at("passed")) << scale << " " << format;
             EXPECT_LT(found.at("stages")[0].at("error").at("specular").at("rel_rms"), 0.1) << scale << " " << format;
@@ -246,8 +244,8 @@ TEST_F(Rsrm, PicturesAreSrgbUnlessSaidOtherwise) {
     EXPECT_NEAR(linear->zones[7].x, 188.0 / 255, 1e-6);
     EXPECT_LT(asset(options("grey.png")).at("measures").at("code_error"), 0.5);
     write("bright.exr", 8, 1, [](int x, int) { return glm::vec3(static_cast<float>(x)); });
-    RsrmOptions wanted = options("bright.exr");
-    wanted.encoding = "srgb";
+    Conversion wanted = options("bright.exr");
+    wanted.cook.given.set("gradient.encoding", "srgb");
     EXPECT_THAT(refusal(wanted), HasSubstr("channel R, texel (2, 0): found 2, expected 0 to 1 under the sRGB curve"));
 }
 
@@ -257,17 +255,17 @@ TEST_F(Rsrm, EnvironmentsAreAveragedAroundTheirAxis) {
         const glm::dvec3 direction = lighting::directionFromEquirectangular({(x + 0.5) / 64, (y + 0.5) / 32});
         return glm::vec3(static_cast<float>(direction.x > 0 ? 3 : 1));
     });
-    const auto around = [&](std::vector<double> axis) {
-        RsrmOptions wanted = options("sky.exr");
-        wanted.axis = std::move(axis);
-        wanted.zones = 64;
+    const auto around = [&](const std::string& axis) {
+        Conversion wanted = options("sky.exr");
+        wanted.cook.given.set("gradient.axis", axis);
+        wanted.cook.given.set("gradient.zones", 64);
         return asset(wanted).at("measures").at("asymmetric_energy").get<double>();
     };
-    EXPECT_LT(around({1, 0, 0}), 0.01);
-    EXPECT_NEAR(around({0, 1, 0}), 0.2, 0.01);  // mean 2 squared of mean square 5
+    EXPECT_LT(around("1,0,0"), 0.01);
+    EXPECT_NEAR(around("0,1,0"), 0.2, 0.01);  // mean 2 squared of mean square 5
     EXPECT_THAT(refusal(options("sky.exr")), HasSubstr("an environment needs an axis"));
-    RsrmOptions wanted = options("sky.exr");
-    wanted.axis = {0, 0, 0};
+    Conversion wanted = options("sky.exr");
+    wanted.cook.given.set("gradient.axis", "0,0,0");
     EXPECT_THAT(refusal(wanted), HasSubstr("axis"));
 }
 
@@ -276,9 +274,9 @@ TEST_F(Rsrm, GradientsOfManyDifferentTexelsKeepTheirCodes) {
         std::mt19937 random(11);
         std::uniform_real_distribution<float> unit(0.2f, 1);
         write("random.exr", width, 1, [&](int, int) { return glm::vec3(unit(random), unit(random), unit(random)); });
-        RsrmOptions wanted = options("random.exr");
-        wanted.exponents = {1, 4, 256};
-        wanted.format = "rgba8";
+        Conversion wanted = options("random.exr");
+        wanted.cook.given.set("gradient.exponents", "1,4,256");
+        wanted.cook.given.set("gradient.format", "rgba8");
         EXPECT_LT(asset(wanted).at("measures").at("code_error"), 0.502) << width;
     }
 }
@@ -294,9 +292,9 @@ TEST_F(Rsrm, TheEdgesOfNumbersAreCookedOrRefusedByName) {
     write("spike.exr", 64, 1, spike(1e30f));
     for (const char* name : {"black.exr", "one.exr", "denormal.exr", "long.exr", "huge.exr", "spike.exr"}) {
         SCOPED_TRACE(name);
-        RsrmOptions wanted = options(name);
-        wanted.exponents = {256, 4096, 65536};
-        wanted.format = "rgba8";
+        Conversion wanted = options(name);
+        wanted.cook.given.set("gradient.exponents", "256,4096,65536");
+        wanted.cook.given.set("gradient.format", "rgba8");
         const Json found = asset(wanted);
         EXPECT_LT(found.at("measures").at("code_error"), 0.56);
         for (const auto& [figure, value] : found.at("measures").items()) EXPECT_TRUE(std::isfinite(value.get<double>())) << figure;
@@ -305,7 +303,7 @@ TEST_F(Rsrm, TheEdgesOfNumbersAreCookedOrRefusedByName) {
     EXPECT_THAT(refusal(options("negative.exr")), HasSubstr("negative.exr, channel R, texel (5, 0): found -1, expected a non-negative"));
     write("nan.exr", 64, 1, spike(NAN));
     EXPECT_THAT(refusal(options("nan.exr")), HasSubstr("nan.exr, channel R, texel (5, 0): found nan, expected a finite"));
-    RsrmOptions repaired = options("nan.exr");
+    Conversion repaired = options("nan.exr");
     repaired.cook.repair = true;
     const Json mended = asset(repaired);
     EXPECT_LT(mended.at("measures").at("code_error"), 0.56);
