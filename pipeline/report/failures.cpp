@@ -13,7 +13,7 @@ namespace {
 
 /// Returns the key of a scene file, or the option of a command, that sets a limit of an asset.
 std::string limitName(Limit limit, AssetKind kind, LimitsFrom limitsFrom) {
-    const std::string name(info(limit).name);
+    std::string name(info(limit).name);
     if (limitsFrom == LimitsFrom::Converter) return optionOf(info(limit));
     if (kind == AssetKind::LightMap || kind == AssetKind::Mesh) return name;
     const std::string ofConverters(converterLimit(limit).name);
