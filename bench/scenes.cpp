@@ -31,7 +31,7 @@ using formats::TemporaryFolder;
 
 struct Options {
     fs::path data = LIGHTCOOK_SHARED_DATA;
-    std::vector<std::string> layouts = {"basis-4", "basis-8", "ratio", "luvw"};
+    std::vector<std::string> layouts = {"basis-4", "basis-8", "ratio", "hdr-2"};
     std::string scene;  ///< only scenes whose name contains this
     fs::path json;      ///< file of the rows as JSON; empty: none
     int runs = 1;       ///< cooks of each scene and layout

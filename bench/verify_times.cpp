@@ -30,7 +30,7 @@ using formats::TemporaryFolder;
 struct Options {
     int size = 128;
     std::vector<std::string> kinds;  ///< empty: all
-    std::vector<std::string> layouts = {"ratio", "basis-4", "luvw", "sh4", "hdr-2", "flat"};
+    std::vector<std::string> layouts = {"ratio", "basis-4", "halo3", "sh4", "hdr-2", "flat"};
     fs::path beside = fs::path(LIGHTCOOK_SOURCE_DIR) / "examples/cornell/cornell_lightmap.exr";  ///< the map to compare with
     bool isUnity = false;  ///< inputs are those of bake format unity-directional
     fs::path write;        ///< a folder: write the inputs there, and do nothing else

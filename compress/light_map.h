@@ -5,13 +5,9 @@
 //   raw           lambda_i = RANGE sh_i
 //   flat          exit radiance at the texel's own normal = RANGE exit
 //   flat-2        exit radiance at the texel's own normal = RANGE mix(exit, second, SHARE)
-//   luvw          lambda_i = RANGE_i a0 a1 uvw, uvw = 2 rgb0 - 1 + 2 SPAN_i (rgb1 - NEUTRAL)
-//   luvw-linear   bands 0 and 1 as luvw; an intensity I, as coefficient 4: band 2 = I Y_2m(axis of band 1)
-//   halo3         as luvw, with the constants of that engine: SPAN_i = 1, NEUTRAL = 1/2
-//   halo3-linear  as luvw-linear, with the constants of that engine
+//   halo3         lambda_i = RANGE_i a0 a1 uvw, uvw = 2 rgb0 - 1 + 2 rgb1 - 1
 //   ratio         lambda_0 = RANGE l0, lambda_i = lambda_0 (SCALE_i ratio_i + BIAS_i)
 //   sh4           bands 0 and 1 as ratio; band 2 = 0
-//   zh3           bands 0 and 1 as ratio; band 2 = lambda_0 (SCALE_4 ratio_4 + BIAS_4) sqrt(4 pi / 5) Y_2m(axis of band 1)
 //   basis-3 to basis-24
 //                 lambda_i = lambda_0 (P_i(code) + sum_k (residual_k - neutral) R_ki), P quadratic, P and R learned for each cluster of
 //                 charts; basis-3 and basis-4 have no residual
@@ -29,8 +25,7 @@
 //   2. planLightMap. A learned layout needs two more passes first: LightMapBlocks, then LightMapSamples of the blocks chosen.
 //   3. encodeLightMapRows for each strip of whole block rows, in any order.
 // The bytes do not depend on the cut. Pure: no thread, no file.
-// Sources: Hu 2008, Lightmap compression in Halo 3 (luvw); Chen and Liu 2008, Lighting and Material of Halo 3; Roughton, Sloan,
-// Silvennoinen, Iwanicki and Shirley 2024, ZH3: Quadratic Zonal Harmonics (zh3).
+// Source of halo3: Hu 2008, Lightmap compression in Halo 3.
 #pragma once
 
 #include <array>
@@ -93,11 +88,6 @@ public:
     /// is the noise of a texel that is almost black.
     float minimumRatio(int coefficient) const { return minimumRatio_[static_cast<std::size_t>(coefficient)]; }
     float maximumRatio(int coefficient) const { return maximumRatio_[static_cast<std::size_t>(coefficient)]; }
-    /// Ranges of the last layer of the layouts luvw-linear and zh3, for the axis of the map's own band 1: the largest intensity, and the
-    /// extremes of the zonal coefficient over lambda_0, clamped as the ratios of band 2 are.
-    float maximumIntensity() const { return maximumIntensity_; }
-    float minimumZonal() const { return minimumZonal_; }
-    float maximumZonal() const { return maximumZonal_; }
     const glm::vec3& luminanceWeights() const { return luminanceWeights_; }
     /// Largest channel of the exit radiance at the texel's own normal.
     float maximumExit() const { return maximumExit_; }
@@ -110,14 +100,13 @@ public:
 private:
     void addTexel(const lighting::ShRgb& sh, const glm::vec3& normal);
     void addRatios(const lighting::ShRgb& sh, int channel);
-    void addZonal(const lighting::ShRgb& sh);
     void addSharedExit(const lighting::ShRgb& sh, const glm::vec3& normal);
 
     glm::vec3 luminanceWeights_;
     bool hasSharedExit_;
     std::int64_t coveredTexels_ = 0, beyondPositiveBounds_ = 0;
     std::int64_t logLuminanceSum_ = 0;  ///< in units of 2^-24: integers add up to the same sum in any order
-    float maximumExit_ = 0, maximumIntensity_ = 0, minimumZonal_ = 0, maximumZonal_ = 0;
+    float maximumExit_ = 0;
     std::array<float, lighting::kShCount> maximumAbsolute_{}, minimumRatio_{}, maximumRatio_{};
     static constexpr int kLowestOctave = -40, kOctaves = 64;
     static std::size_t octaveOf(float light);

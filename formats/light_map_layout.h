@@ -20,10 +20,7 @@ namespace lightcook::formats {
 enum class LightMapLayout {
     Raw,
     Flat,
-    Luvw,
-    LuvwLinear,
     Ratio,
-    Zh3,
     Basis3,
     Basis4,
     Basis8,
@@ -38,7 +35,6 @@ enum class LightMapLayout {
     Hdr,
     Hdr2,
     Halo3,
-    Halo3Linear,
     HdrRgb9e5,
     Flat2,
     UnrealHq,
@@ -46,7 +42,7 @@ enum class LightMapLayout {
 };
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
-enum class LightMapFamily { Raw, Flat, Luvw, Ratio, Zh3, Basis, Sh4, Godot, Bakery, Hdr, Unreal, Rnm };
+enum class LightMapFamily { Raw, Flat, Ratio, Basis, Sh4, Godot, Bakery, Hdr, Halo3, Unreal, Rnm };
 
 /// Selects the format of a target that holds the texels of a texture.
 enum class TexelRole {
@@ -77,9 +73,8 @@ struct LightMapLayoutInfo {
     std::span<const LightMapTextureInfo> textures;  ///< in the order in which encoder and decoder take them
     std::span<const std::string_view> stages;       ///< of compression, in order; the last is the whole layout
     int codeCount;                                  ///< numbers that the first stage of a learned layout stores; 0: not learned
-    bool isZonal;                                   ///< band 2 follows the axis of the filtered band 1: no polynomial of the texels
-    int decodeDegree;  ///< of the decode as a polynomial of the filtered texels; if isZonal, of bands 0 and 1; 0: it is no polynomial
-    int decodeOps;     ///< scalar multiply-adds of the shader's decode of one sample
+    int decodeDegree;                               ///< of the decode as a polynomial of the filtered texels; 0: it is no polynomial
+    int decodeOps;                                  ///< scalar multiply-adds of the shader's decode of one sample
     /// The layout whose trial measures this one's error; empty if "auto" does not choose this one
     std::optional<LightMapLayout> trialLayout;
     std::string_view trialStage;  ///< the stage of that trial; "total" is the last one
@@ -121,11 +116,11 @@ struct LightMapLayoutInfo {
 
 inline constexpr std::array kLightMapFamilies = {
     LightMapFamilyInfo{LightMapFamily::Raw, "raw"},       LightMapFamilyInfo{LightMapFamily::Flat, "flat"},
-    LightMapFamilyInfo{LightMapFamily::Luvw, "luvw"},     LightMapFamilyInfo{LightMapFamily::Ratio, "ratio"},
-    LightMapFamilyInfo{LightMapFamily::Zh3, "zh3"},       LightMapFamilyInfo{LightMapFamily::Basis, "basis"},
+    LightMapFamilyInfo{LightMapFamily::Ratio, "ratio"},   LightMapFamilyInfo{LightMapFamily::Basis, "basis"},
     LightMapFamilyInfo{LightMapFamily::Sh4, "sh4"},       LightMapFamilyInfo{LightMapFamily::Godot, "godot"},
     LightMapFamilyInfo{LightMapFamily::Bakery, "bakery"}, LightMapFamilyInfo{LightMapFamily::Hdr, "hdr"},
-    LightMapFamilyInfo{LightMapFamily::Unreal, "unreal"}, LightMapFamilyInfo{LightMapFamily::Rnm, "rnm"},
+    LightMapFamilyInfo{LightMapFamily::Halo3, "halo3"},   LightMapFamilyInfo{LightMapFamily::Unreal, "unreal"},
+    LightMapFamilyInfo{LightMapFamily::Rnm, "rnm"},
 };
 static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Rnm));
 
@@ -136,10 +131,8 @@ using Texture = LightMapTextureInfo;
 inline constexpr std::array kRaw = {Texture{"sh", 9, TexelRole::Half}};
 inline constexpr std::array kFlat = {Texture{"exit", 1, TexelRole::Hdr}};
 inline constexpr std::array kFlat2 = {Texture{"exit", 1, TexelRole::Hdr}, Texture{"second", 1, TexelRole::Hdr}};
-inline constexpr std::array kLuvw = {Texture{"luvw_first", 9, TexelRole::LdrAlpha}, Texture{"luvw_second", 9, TexelRole::LdrAlpha}};
-inline constexpr std::array kLuvwLinear = {Texture{"luvw_first", 5, TexelRole::LdrAlpha}, Texture{"luvw_second", 5, TexelRole::LdrAlpha}};
+inline constexpr std::array kHalo3 = {Texture{"luvw_first", 9, TexelRole::LdrAlpha}, Texture{"luvw_second", 9, TexelRole::LdrAlpha}};
 inline constexpr std::array kRatio = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 8, TexelRole::Ldr}};
-inline constexpr std::array kZh3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 4, TexelRole::Ldr}};
 inline constexpr std::array kSh4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"ratio", 3, TexelRole::Ldr}};
 inline constexpr std::array kGodot = {Texture{"sh", 4, TexelRole::Hdr}};
 inline constexpr std::array kMonoSh = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"l1", 1, TexelRole::Ldr}};
@@ -159,11 +152,10 @@ inline constexpr std::array kBasisResidual = {Texture{"l0", 1, TexelRole::Hdr}, 
 
 inline constexpr std::array<std::string_view, 1> kRawStages = {"half"};
 inline constexpr std::array<std::string_view, 1> kFlatStages = {"exit"};
-inline constexpr std::array<std::string_view, 2> kLuvwStages = {"stage 1", "stage 2"};
+inline constexpr std::array<std::string_view, 2> kTwoStages = {"stage 1", "stage 2"};
 inline constexpr std::array<std::string_view, 2> kRatioStages = {"l0", "ratio"};
 inline constexpr std::array<std::string_view, 2> kBandStages = {"l0", "l1"};  // bands 0 and 1
 inline constexpr std::array<std::string_view, 1> kRnmStages = {"rnm"};
-inline constexpr std::array<std::string_view, 3> kZh3Stages = {"l0", "ratio", "zonal"};
 inline constexpr std::array<std::string_view, 7> kBasisStages = {"l0",         "code",       "residual 1", "residual 2",
                                                                  "residual 3", "residual 4", "residual 5"};
 
@@ -177,7 +169,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kRaw,
                        .stages = layout_tables::kRawStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 1,
                        .decodeOps = 27,
                        .trialLayout = LightMapLayout::Raw,
@@ -190,38 +181,11 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kFlat,
                        .stages = layout_tables::kFlatStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 1,
                        .decodeOps = 3,
                        .trialLayout = std::nullopt,
                        .trialStage = "",
                        .lacks = "directions: normal maps see one radiance a texel, specular light a grey sky"},
-    LightMapLayoutInfo{.id = LightMapLayout::Luvw,
-                       .name = "luvw",
-                       .family = LightMapFamily::Luvw,
-                       .caption = "length and signed colour of each coefficient in two stages (Hu 2008)",
-                       .textures = layout_tables::kLuvw,
-                       .stages = layout_tables::kLuvwStages,
-                       .codeCount = 0,
-                       .isZonal = false,
-                       .decodeDegree = 3,
-                       .decodeOps = 135,
-                       .trialLayout = LightMapLayout::Luvw,
-                       .trialStage = "total",
-                       .lacks = ""},
-    LightMapLayoutInfo{.id = LightMapLayout::LuvwLinear,
-                       .name = "luvw-linear",
-                       .family = LightMapFamily::Luvw,
-                       .caption = "luvw of bands 0 and 1, and the intensity of one light for band 2 (Halo 3)",
-                       .textures = layout_tables::kLuvwLinear,
-                       .stages = layout_tables::kLuvwStages,
-                       .codeCount = 0,
-                       .isZonal = true,
-                       .decodeDegree = 3,
-                       .decodeOps = 121,
-                       .trialLayout = LightMapLayout::LuvwLinear,
-                       .trialStage = "total",
-                       .lacks = "band 2, except for one zonal lobe about the axis of band 1"},
     LightMapLayoutInfo{.id = LightMapLayout::Ratio,
                        .name = "ratio",
                        .family = LightMapFamily::Ratio,
@@ -229,25 +193,11 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kRatio,
                        .stages = layout_tables::kRatioStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 2,
                        .decodeOps = 51,
                        .trialLayout = LightMapLayout::Ratio,
                        .trialStage = "total",
                        .lacks = ""},
-    LightMapLayoutInfo{.id = LightMapLayout::Zh3,
-                       .name = "zh3",
-                       .family = LightMapFamily::Zh3,
-                       .caption = "ratio of bands 0 and 1, and one zonal number for band 2 (Roughton and others 2024)",
-                       .textures = layout_tables::kZh3,
-                       .stages = layout_tables::kZh3Stages,
-                       .codeCount = 0,
-                       .isZonal = true,
-                       .decodeDegree = 2,
-                       .decodeOps = 70,
-                       .trialLayout = LightMapLayout::Zh3,
-                       .trialStage = "total",
-                       .lacks = "band 2, except for one zonal lobe about the axis of band 1"},
     LightMapLayoutInfo{.id = LightMapLayout::Basis3,
                        .name = "basis-3",
                        .family = LightMapFamily::Basis,
@@ -255,7 +205,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kBasis3,
                        .stages = std::span(layout_tables::kBasisStages).first(2),
                        .codeCount = 3,
-                       .isZonal = false,
                        .decodeDegree = 3,
                        .decodeOps = 249,
                        .trialLayout = LightMapLayout::Basis3,
@@ -268,7 +217,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kBasis4,
                        .stages = std::span(layout_tables::kBasisStages).first(2),
                        .codeCount = 4,
-                       .isZonal = false,
                        .decodeDegree = 3,
                        .decodeOps = 373,
                        .trialLayout = LightMapLayout::Basis24,
@@ -281,7 +229,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kBasisResidual<1>,
                        .stages = std::span(layout_tables::kBasisStages).first(3),
                        .codeCount = 4,
-                       .isZonal = false,
                        .decodeDegree = 3,
                        .decodeOps = 515,
                        .trialLayout = LightMapLayout::Basis24,
@@ -294,7 +241,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kBasisResidual<2>,
                        .stages = std::span(layout_tables::kBasisStages).first(4),
                        .codeCount = 4,
-                       .isZonal = false,
                        .decodeDegree = 3,
                        .decodeOps = 657,
                        .trialLayout = LightMapLayout::Basis24,
@@ -307,7 +253,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kBasisResidual<3>,
                        .stages = std::span(layout_tables::kBasisStages).first(5),
                        .codeCount = 4,
-                       .isZonal = false,
                        .decodeDegree = 3,
                        .decodeOps = 799,
                        .trialLayout = LightMapLayout::Basis24,
@@ -320,7 +265,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kBasisResidual<4>,
                        .stages = std::span(layout_tables::kBasisStages).first(6),
                        .codeCount = 4,
-                       .isZonal = false,
                        .decodeDegree = 3,
                        .decodeOps = 941,
                        .trialLayout = LightMapLayout::Basis24,
@@ -333,7 +277,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kBasisResidual<5>,
                        .stages = std::span(layout_tables::kBasisStages).first(7),
                        .codeCount = 4,
-                       .isZonal = false,
                        .decodeDegree = 3,
                        .decodeOps = 1083,
                        .trialLayout = LightMapLayout::Basis24,
@@ -346,7 +289,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kSh4,
                        .stages = layout_tables::kRatioStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 2,
                        .decodeOps = 21,
                        .trialLayout = std::nullopt,
@@ -359,7 +301,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kGodot,
                        .stages = layout_tables::kBandStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 2,
                        .decodeOps = 21,
                        .trialLayout = std::nullopt,
@@ -373,7 +314,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kMonoSh,
                        .stages = layout_tables::kBandStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 2,
                        .decodeOps = 15,
                        .trialLayout = std::nullopt,
@@ -387,7 +327,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kBakery,
                        .stages = layout_tables::kBandStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 2,
                        .decodeOps = 21,
                        .trialLayout = std::nullopt,
@@ -399,9 +338,8 @@ inline constexpr std::array kLightMapLayouts = {
                        .family = LightMapFamily::Hdr,
                        .caption = "each coefficient as HDR colour, raised by a multiple of coefficient 0: linear in its texels",
                        .textures = layout_tables::kHdr,
-                       .stages = std::span(layout_tables::kLuvwStages).first(1),
+                       .stages = std::span(layout_tables::kTwoStages).first(1),
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 1,
                        .decodeOps = 51,
                        .trialLayout = LightMapLayout::Hdr2,
@@ -412,9 +350,8 @@ inline constexpr std::array kLightMapLayouts = {
                        .family = LightMapFamily::Hdr,
                        .caption = "hdr and a second texture of what the first one misses",
                        .textures = layout_tables::kHdr2,
-                       .stages = layout_tables::kLuvwStages,
+                       .stages = layout_tables::kTwoStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 1,
                        .decodeOps = 105,
                        .trialLayout = LightMapLayout::Hdr2,
@@ -422,40 +359,24 @@ inline constexpr std::array kLightMapLayouts = {
                        .lacks = ""},
     LightMapLayoutInfo{.id = LightMapLayout::Halo3,
                        .name = "halo3",
-                       .family = LightMapFamily::Luvw,
-                       .caption = "luvw with the constants of Halo 3: square roots of lengths, one range for both colours (Hu 2008)",
-                       .textures = layout_tables::kLuvw,
-                       .stages = layout_tables::kLuvwStages,
+                       .family = LightMapFamily::Halo3,
+                       .caption = "length and signed colour of each coefficient in two stages, as Halo 3 codes them (Hu 2008)",
+                       .textures = layout_tables::kHalo3,
+                       .stages = layout_tables::kTwoStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 3,
                        .decodeOps = 135,
                        .trialLayout = std::nullopt,
                        .trialStage = "",
                        .lacks = "",
                        .isForEngine = true},
-    LightMapLayoutInfo{.id = LightMapLayout::Halo3Linear,
-                       .name = "halo3-linear",
-                       .family = LightMapFamily::Luvw,
-                       .caption = "halo3 of bands 0 and 1, and the intensity of the dominant light, as Halo 3 shipped",
-                       .textures = layout_tables::kLuvwLinear,
-                       .stages = layout_tables::kLuvwStages,
-                       .codeCount = 0,
-                       .isZonal = true,
-                       .decodeDegree = 3,
-                       .decodeOps = 121,
-                       .trialLayout = std::nullopt,
-                       .trialStage = "",
-                       .lacks = "band 2, except for one zonal lobe about the axis of band 1",
-                       .isForEngine = true},
     LightMapLayoutInfo{.id = LightMapLayout::HdrRgb9e5,
                        .name = "hdr-rgb9e5",
                        .family = LightMapFamily::Hdr,
                        .caption = "hdr in texels of their own, nine bits a channel and an exponent, in place of blocks",
                        .textures = layout_tables::kHdrFine,
-                       .stages = std::span(layout_tables::kLuvwStages).first(1),
+                       .stages = std::span(layout_tables::kTwoStages).first(1),
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 1,
                        .decodeOps = 51,
                        .trialLayout = LightMapLayout::HdrRgb9e5,
@@ -466,9 +387,8 @@ inline constexpr std::array kLightMapLayouts = {
                        .family = LightMapFamily::Flat,
                        .caption = "flat and a second texture of what the first one misses",
                        .textures = layout_tables::kFlat2,
-                       .stages = layout_tables::kLuvwStages,
+                       .stages = layout_tables::kTwoStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 1,
                        .decodeOps = 9,
                        .trialLayout = std::nullopt,
@@ -482,7 +402,6 @@ inline constexpr std::array kLightMapLayouts = {
         .textures = layout_tables::kUnrealHq,
         .stages = layout_tables::kBandStages,
         .codeCount = 0,
-        .isZonal = false,
         .decodeDegree = 0,
         .decodeOps = 28,
         .trialLayout = std::nullopt,
@@ -496,7 +415,6 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kRnm,
                        .stages = layout_tables::kRnmStages,
                        .codeCount = 0,
-                       .isZonal = false,
                        .decodeDegree = 1,
                        .decodeOps = 18,
                        .trialLayout = std::nullopt,

@@ -19,7 +19,7 @@ struct TargetInfo {
     PixelFormat hdrFine;          ///< the same with an exponent of its own in each texel
     PixelFormat ldr;              ///< four channels in [0, 1]
     PixelFormat ldrRgb;           ///< three channels in [0, 1] at the fewest bits
-    PixelFormat ldrAlpha;         ///< a coarse colour in [0, 1] with a fine alpha: the textures of the luvw layouts
+    PixelFormat ldrAlpha;         ///< a coarse colour in [0, 1] with a fine alpha: the textures of halo3 and unreal-hq
     PixelFormat table;            ///< four channels in [0, 1] of 16 bits: specular tables
     std::string_view deviceNeed;  ///< features that a device must support to sample the formats
 };

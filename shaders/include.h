@@ -10,7 +10,7 @@
 namespace lightcook::shaders {
 
 struct ShaderSource {
-    std::string_view name;  ///< "light_map_luvw.glsl"
+    std::string_view name;  ///< "light_map_ratio.glsl"
     std::string_view text;
 };
 /// Returns every shared source, in an order in which each needs only those before it. The order is that of shaders/CMakeLists.txt.

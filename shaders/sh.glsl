@@ -78,18 +78,6 @@ LC_FUNCTION vec3 lcLinearAxis(LcSh sh, vec3 luminance) {
     v = v / max(max(max(abs(v.x), abs(v.y)), abs(v.z)), 1e-30f);
     return v * inversesqrt(max(dot(v, v), 1e-30f));
 }
-// Expands zonal band 2: lambda_2m = c[4] sqrt(4 pi / 5) Y_2m(axis), rotationally symmetric about axis (a unit vector, or 0). c[4] holds the
-// zonal coefficient on entry.
-LC_FUNCTION LcSh lcZonalBand2(LcSh bands, vec3 axis) {
-    LcSh r = bands;
-    vec3 zonal = bands.c[4];
-    r.c[4] = (1.73205081f * axis.x * axis.y) * zonal;
-    r.c[5] = (1.73205081f * axis.y * axis.z) * zonal;
-    r.c[6] = (axis.z * axis.z - 0.5f * (axis.x * axis.x + axis.y * axis.y)) * zonal;
-    r.c[7] = (1.73205081f * axis.x * axis.z) * zonal;
-    r.c[8] = (0.86602540f * (axis.x * axis.x - axis.y * axis.y)) * zonal;
-    return r;
-}
 
 // The coefficients of the same light in a local orthonormal frame: local direction (a, b, c) is the world's a x + b y + c z. Band 1 is a
 // vector, band 2 a symmetric matrix without trace: both are turned as such.

@@ -57,10 +57,7 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
             return encodeRaw(plan, source, options);
         case LightMapFamily::Flat:
             return encodeFlat(plan, source, options);
-        case LightMapFamily::Luvw:
-            return rows::encodeLuvw(plan, source, options);
         case LightMapFamily::Ratio:
-        case LightMapFamily::Zh3:
         case LightMapFamily::Sh4:
             return rows::encodeRatio(plan, source, options);
         case LightMapFamily::Godot:
@@ -68,6 +65,8 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
             return rows::encodeLinearExit(plan, strip, source, options);
         case LightMapFamily::Hdr:
             return rows::encodeHdrCoefficients(plan, source, options);
+        case LightMapFamily::Halo3:
+            return rows::encodeHalo3(plan, source, options);
         case LightMapFamily::Unreal:
             return rows::encodeUnreal(plan, strip, source, options);
         case LightMapFamily::Rnm:

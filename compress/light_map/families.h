@@ -15,17 +15,17 @@ LightMapPlan emptyPlan(formats::LightMapLayout layout, const MeasuredLightMap& m
 /// 27 octaves below it are free of the subnormals of half floats, whatever the map's unit.
 float halfRange(float largest);
 
-/// Adds the constants of family luvw.
-void planLuvw(LightMapPlan& plan, const LightMapMeasure& measure);
-/// Adds the constants of the families ratio, zh3 and sh4.
+/// Adds the constants of the families ratio and sh4.
 void planRatio(LightMapPlan& plan, const LightMapMeasure& measure);
 /// Adds the constants of family hdr.
 void planHdrCoefficients(LightMapPlan& plan, const LightMapMeasure& measure);
+/// Adds the constants of family halo3.
+void planHalo3(LightMapPlan& plan, const LightMapMeasure& measure);
 /// Adds the constants of family unreal.
 void planUnreal(LightMapPlan& plan, const LightMapMeasure& measure);
 
-EncodedLightMapRows encodeLuvw(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
+EncodedLightMapRows encodeHalo3(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 EncodedLightMapRows encodeHdrCoefficients(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 /// strip  the rows that `source` was made of: the normals are read
 EncodedLightMapRows encodeLinearExit(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,

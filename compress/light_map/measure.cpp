@@ -7,7 +7,6 @@
 
 #include "compress/light_map.h"
 #include "compress/light_map/linear_fit.h"
-#include "compress/light_map/zonal.h"
 #include "lighting/radiometry.h"
 
 namespace lightcook::compress {
@@ -53,7 +52,6 @@ void LightMapMeasure::addTexel(const lighting::ShRgb& sh, const glm::vec3& norma
     maximumExit_ = std::max({maximumExit_, exit.x, exit.y, exit.z});
     for (std::size_t i = 0; i < sh.size(); ++i) maximumAbsolute_[i] = std::max(maximumAbsolute_[i], largestAbsolute(sh[i]));
     for (int channel = 0; channel < 3; ++channel) addRatios(sh, channel);
-    addZonal(sh);
     if (hasSharedExit_) addSharedExit(sh, normal);
 }
 
@@ -71,19 +69,6 @@ void LightMapMeasure::addRatios(const lighting::ShRgb& sh, int channel) {
     }
     const float limit = 1.001f * std::max(dc, 0.0f);
     if (std::sqrt(squared[1]) > limit * kRatioBound[1] || std::sqrt(squared[2]) > limit * kRatioBound[2]) ++beyondPositiveBounds_;
-}
-
-void LightMapMeasure::addZonal(const lighting::ShRgb& sh) {
-    const glm::vec3 axis = rows::linearAxis(sh[1], sh[2], sh[3], luminanceWeights_);
-    maximumIntensity_ = std::max(maximumIntensity_, largestAbsolute(rows::intensityAlong(sh, axis)));
-    const glm::vec3 zonal = rows::zonalAlong(sh, axis);
-    const float bound = kRatioAllowance * kRatioBound[2];
-    for (int channel = 0; channel < 3; ++channel) {
-        if (!(sh[0][channel] > 0)) continue;
-        const float ratio = std::clamp(zonal[channel] / sh[0][channel], -bound, bound);
-        minimumZonal_ = std::min(minimumZonal_, ratio);
-        maximumZonal_ = std::max(maximumZonal_, ratio);
-    }
 }
 
 std::size_t LightMapMeasure::octaveOf(float light) {
@@ -124,9 +109,6 @@ void LightMapMeasure::merge(const LightMapMeasure& other) {
     beyondPositiveBounds_ += other.beyondPositiveBounds_;
     logLuminanceSum_ += other.logLuminanceSum_;
     maximumExit_ = std::max(maximumExit_, other.maximumExit_);
-    maximumIntensity_ = std::max(maximumIntensity_, other.maximumIntensity_);
-    minimumZonal_ = std::min(minimumZonal_, other.minimumZonal_);
-    maximumZonal_ = std::max(maximumZonal_, other.maximumZonal_);
     for (std::size_t i = 0; i < maximumAbsolute_.size(); ++i) {
         maximumAbsolute_[i] = std::max(maximumAbsolute_[i], other.maximumAbsolute_[i]);
         minimumRatio_[i] = std::min(minimumRatio_[i], other.minimumRatio_[i]);

@@ -123,11 +123,7 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, const MeasuredLightMap
             plan.constants["range"] = {rows::halfRange(measure.maximumExit())};
             if (plan.textures.size() > 1) plan.constants["share"] = {rows::kSecondShare};
             break;
-        case LightMapFamily::Luvw:
-            rows::planLuvw(plan, measure);
-            break;
         case LightMapFamily::Ratio:
-        case LightMapFamily::Zh3:
         case LightMapFamily::Sh4:
             rows::planRatio(plan, measure);
             break;
@@ -137,6 +133,9 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, const MeasuredLightMap
             break;  // engines have no constants
         case LightMapFamily::Hdr:
             rows::planHdrCoefficients(plan, measure);
+            break;
+        case LightMapFamily::Halo3:
+            rows::planHalo3(plan, measure);
             break;
         case LightMapFamily::Unreal:
             rows::planUnreal(plan, measure);

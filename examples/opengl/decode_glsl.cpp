@@ -1,5 +1,5 @@
-// The names of the shader follow from the manifest: layout "luvw-linear" has structs LcLuvwLinearTexels and LcLuvwLinearConstants and
-// function lcLightMapLuvwLinear; texture "ratio" is member `ratio`, an array if the texture has layers; a constant is the member of its
+// The names of the shader follow from the manifest: layout "unreal-hq" has structs LcUnrealHqTexels and LcUnrealHqConstants and
+// function lcLightMapUnrealHq; texture "ratio" is member `ratio`, an array if the texture has layers; a constant is the member of its
 // name. Learned layouts take the textures themselves.
 #include "decode_glsl.h"
 
@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Returns "LuvwLinear" for "luvw-linear".
+/// Returns "UnrealHq" for "unreal-hq".
 std::string shaderName(const std::string& layout) {
     std::string name;
     bool isFirst = true;
@@ -22,7 +22,7 @@ std::string shaderName(const std::string& layout) {
     return name;
 }
 
-/// Returns the member of a texture: the textures of layouts luvw and luvw-linear have these names before.
+/// Returns the member of a texture: those of halo3 have "luvw_" before it.
 std::string memberOf(const std::string& role) {
     constexpr std::string_view kPrefix = "luvw_";
     return role.starts_with(kPrefix) ? role.substr(kPrefix.size()) : role;

@@ -170,7 +170,7 @@ Verdict makeVerdict(std::vector<verify::StageError> stages, const Limits& limits
 }
 
 bool addsError(double before, double after, double rounding) {
-    // Even light, whose first stage is exact, has 2.5e-4 with the second one of luvw-linear.
+    // The first stage of even light is exact, and a second one rounds: 2.5e-4 was seen.
     constexpr double kSlack = 1.05, kLeast = 5e-4;
     return after > std::max(kSlack * before + kLeast, rounding);
 }

@@ -6,7 +6,7 @@
 namespace lightcook::shaders {
 namespace {
 
-/// Returns "luvw" for "light_map_luvw.glsl", and nothing for a source that is not of a light map.
+/// Returns "ratio" for "light_map_ratio.glsl", and nothing for a source that is not of a light map.
 std::string_view familyOf(const ShaderSource& source) {
     constexpr std::string_view kPrefix = "light_map_", kSuffix = ".glsl";
     if (!source.name.starts_with(kPrefix)) return {};

@@ -200,7 +200,7 @@ TEST_F(Figures, OfAWarmCookAreThoseOfTheRunThatMadeTheResult) {
     EXPECT_EQ(warm.report.at("peak_rss_bytes"), first.at("peak_rss_bytes"));
     EXPECT_THAT(formats::contentOf(scene / "elsewhere" / kReportHtmlName), HasSubstr(run.at("at").dump()));
     // One asset is made again: both runs are named, and add up.
-    scene.writeSceneFile("light_map_layout = \"luvw\"");
+    scene.writeSceneFile("light_map_layout = \"hdr-2\"");
     const Json second = cookScene(scene.optionsWithOwnCache(), state).report;
     ASSERT_EQ(second.at("runs").size(), 2u);
     EXPECT_EQ(second.at("runs")[0], run);

@@ -237,7 +237,7 @@ const std::vector<Fault>& ratioFaults() {
          [](CookedCopy& c) { moveTexels(c, "l0", [](int x, int y, int, int h) { return glm::ivec2(x, h - 1 - y); }); }},
         {"the sRGB curve on linear data", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) { changeTexels(c, "ratio", [](const vec4& t) { return vec4(glm::pow(vec3(t), vec3(1 / 2.2f)), t.w); }); }},
-        {"called by another layout's name", "map", Digests::Rewritten, 3, "zh3", [](CookedCopy& c) { c.asset()["layout"] = "zh3"; }},
+        {"called by another layout's name", "map", Digests::Rewritten, 3, "hdr-2", [](CookedCopy& c) { c.asset()["layout"] = "hdr-2"; }},
         {"called by no layout's name", "map", Digests::Rewritten, 3, "ratios", [](CookedCopy& c) { c.asset()["layout"] = "ratios"; }},
         {"another size in the manifest", "map", Digests::Rewritten, 4, "44", [](CookedCopy& c) { c.asset()["width"] = 44; }},
         {"no source to hold it against", "map", Digests::Rewritten, 3, "source",
@@ -304,24 +304,23 @@ TEST(Mutation, OfWhatALoaderReadsIsCaught) {
 
 TEST(Mutation, OfALightMapOfTwoStagesIsCaught) {
     const SmallScene scene(SmallScene::Parts::LightMap), other(SmallScene::Parts::LightMap, grey);
-    const Cooked cooked(scene.sceneFile(), "luvw", "light-map");
-    const Cooked stranger(other.sceneFile(), "luvw", "light-map");
-    expectCaught(cooked,
-                 {{"first and second texture swapped", "map", Digests::Rewritten, 4, "rel_rms",
-                   [](CookedCopy& c) { swapFiles(c, "luvw_first", "luvw_second"); }},
-                  {"the second stage of a map upside down", "map", Digests::Rewritten, 4, "without it",
-                   [](CookedCopy& c) { moveTexels(c, "luvw_second", [](int x, int y, int, int h) { return glm::ivec2(x, h - 1 - y); }); }},
-                  {"the second stage's sign", "map", Digests::Rewritten, 4, "without it",
-                   [](CookedCopy& c) { multiply(c.constants()["span"], -1); }},
-                  {"a stale texture", "map", Digests::Stale, 4, "luvw_first",
-                   [&](CookedCopy& c) {
-                       CookedCopy old = stranger.copyOf("map");
-                       std::filesystem::copy_file(old.file("luvw_first"), c.file("luvw_first"),
-                                                  std::filesystem::copy_options::overwrite_existing);
-                   }},
-                  {"the source baked again", "map", Digests::Stale, 4, "the source changed", [&](CookedCopy&) {
-                       std::filesystem::copy_file(other / "map.exr", scene / "map.exr", std::filesystem::copy_options::overwrite_existing);
-                   }}});
+    const Cooked cooked(scene.sceneFile(), "hdr-2", "light-map");
+    const Cooked stranger(other.sceneFile(), "hdr-2", "light-map");
+    expectCaught(
+        cooked,
+        {{"first and second texture swapped", "map", Digests::Rewritten, 4, "rel_rms", [](CookedCopy& c) { swapFiles(c, "sh", "second"); }},
+         {"the second stage of a map upside down", "map", Digests::Rewritten, 4, "without it",
+          [](CookedCopy& c) { moveTexels(c, "second", [](int x, int y, int, int h) { return glm::ivec2(x, h - 1 - y); }); }},
+         {"the second stage's sign", "map", Digests::Rewritten, 4, "without it",
+          [](CookedCopy& c) { multiply(c.constants()["share"], -1); }},
+         {"a stale texture", "map", Digests::Stale, 4, "sh",
+          [&](CookedCopy& c) {
+              CookedCopy old = stranger.copyOf("map");
+              std::filesystem::copy_file(old.file("sh"), c.file("sh"), std::filesystem::copy_options::overwrite_existing);
+          }},
+         {"the source baked again", "map", Digests::Stale, 4, "the source changed", [&](CookedCopy&) {
+              std::filesystem::copy_file(other / "map.exr", scene / "map.exr", std::filesystem::copy_options::overwrite_existing);
+          }}});
 }
 
 /// A filter on a chart reads the texels beside it, too. Random places of the surface miss some of them.

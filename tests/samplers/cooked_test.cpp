@@ -136,7 +136,7 @@ std::vector<LightMapCase> lightMapCases() {
     // A layout in tangent space needs a mesh, and is shaded as the engine does (tests/shaders).
     for (const formats::LightMapLayoutInfo& row : formats::allLightMapLayouts())
         if (!row.isInTangentSpace) cases.push_back({"bc", std::string(row.name)});
-    for (const char* layout : {"basis-8", "ratio", "luvw"}) cases.push_back({"float", layout});
+    for (const char* layout : {"basis-8", "ratio", "halo3"}) cases.push_back({"float", layout});
     return cases;
 }
 
@@ -369,7 +369,7 @@ void Converters::expectPublicSceneAsOurs(const std::string& scene) {
                                       "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.1, 0.5]\n",
                                       data.string(), scene));
     expectEveryTextureAsOurs(CookedScene(folder / "scene.toml", "basis-16"));
-    for (const char* layout : {"basis-4", "ratio", "luvw", "raw"}) {
+    for (const char* layout : {"basis-4", "ratio", "halo3", "raw"}) {
         const CookedScene cooked(folder / "scene.toml", layout, "light-map");
         expectEveryTextureAsOurs(cooked);
         expectShadedAsOurs(cooked, "lightmap", fmt::format("{} {}", scene, layout));

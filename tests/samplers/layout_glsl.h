@@ -61,15 +61,7 @@ public:
                     return constants({{"range", Kind::Number}, {"share", Kind::Number}}) +
                            result(fmt::format("lcLightMapFlat2({}, {}, k)", fetch("exit", "0"), fetch("second", "0")));
                 return constants({{"range", Kind::Number}}) + result(fmt::format("lcLightMapFlat({}, k)", fetch("exit", "0")));
-            case formats::LightMapFamily::Luvw:
-                return constants(info_.isForEngine ? std::vector<Constant>{{"range", Kind::Array}}
-                                                   : std::vector<Constant>{{"range", Kind::Array},
-                                                                           {"span", Kind::Array},
-                                                                           {"neutral", Kind::Vector},
-                                                                           {"root", Kind::Number}}) +
-                       texels({{"first", "luvw_first"}, {"second", "luvw_second"}}) + call();
             case formats::LightMapFamily::Ratio:
-            case formats::LightMapFamily::Zh3:
             case formats::LightMapFamily::Sh4:
                 return constants({{"range", Kind::Number}, {"scale", Kind::Array}, {"bias", Kind::Array}}) + texels({{"ratio", "ratio"}}) +
                        "t.l0 = " + fetch("l0", "0") + ";\n" + call();
@@ -79,6 +71,8 @@ public:
                 return texels({}) + eachTexture() + callWithoutConstants();
             case formats::LightMapFamily::Hdr:
                 return decodeHdr();
+            case formats::LightMapFamily::Halo3:
+                return constants({{"range", Kind::Array}}) + texels({{"first", "luvw_first"}, {"second", "luvw_second"}}) + call();
             case formats::LightMapFamily::Unreal:
                 return constants({{"scale0", Kind::Vector}, {"add0", Kind::Vector}, {"scale1", Kind::Vector}, {"add1", Kind::Vector}}) +
                        texels({}) + eachTexture() + call();
@@ -98,7 +92,7 @@ private:
     struct Array {
         const char *member, *role;
     };
-    /// Returns the layout's part of the shader's names: "LuvwLinear" for "luvw-linear".
+    /// Returns the layout's part of the shader's names: "MonoSh" for "mono-sh".
     std::string shaderName() const {
         std::string name;
         bool isFirst = true;
@@ -113,8 +107,7 @@ private:
             if (texture.name == role) return texture.layerCount;
         return 0;
     }
-    std::string constants(std::vector<Constant> members) const {
-        if (info_.isZonal) members.push_back({"luminance", Kind::Vector});
+    std::string constants(const std::vector<Constant>& members) const {
         std::string text = "Lc" + shaderName() + "Constants k;\n";
         for (const Constant& each : members) {
             const std::vector<float>& values = constants_.at(each.name);

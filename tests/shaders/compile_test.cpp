@@ -118,23 +118,9 @@ std::string useOf(const std::string& layout) {
         body +=
             "for (int i = 0; i < 9; ++i) { t.sh[i] = " + one + "; }\nk.range = 2.0;\nfor (int i = 0; i < 8; ++i) { k.bias[i] = -1.0; }\n";
     if (layout == "hdr-2") body += "for (int i = 0; i < 9; ++i) { t.second[i] = " + one + "; }\nk.share = 0.0625;\n";
-    if (layout == "luvw")
+    if (layout == "halo3")
         body += "for (int i = 0; i < 9; ++i) { t.first[i] = " + one + "; t.second[i] = " + one +
-                "; k.range[i] = 2.0; k.span[i] = 0.25; }\nk.neutral = " + one + ";\nk.root = 1.0;\n";
-    if (layout == "luvw-linear")
-        body += "for (int i = 0; i < 5; ++i) { t.first[i] = " + one + "; t.second[i] = " + one +
-                "; k.range[i] = 2.0; k.span[i] = 0.25; }\nk.neutral = " + one +
-                ";\nk.root = 1.0;\nk.luminance = vec3(0.2, 0.7, 0.1);\nLcSh first = lcLightMapLuvwLinearFirst(t, k);\nt.first[0] = "
-                "vec4(first.c[8].x, 0.5, 0.5, 1.0);\n";
-    if (layout.starts_with("halo3")) {
-        const std::string count = layout == "halo3" ? "9" : "5";
-        body += "for (int i = 0; i < " + count + "; ++i) { t.first[i] = " + one + "; t.second[i] = " + one + "; k.range[i] = 2.0; }\n" +
-                (layout == "halo3" ? "" : "k.luminance = vec3(0.2, 0.7, 0.1);\n") + "LcSh first = lcLightMap" + type +
-                "First(t, k);\nt.first[0] = vec4(first.c[8].x, 0.5, 0.5, 1.0);\n";
-    }
-    if (layout == "zh3")
-        body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < 4; ++i) { t.ratio[i] = " + one +
-                "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\nk.luminance = vec3(0.2, 0.7, 0.1);\n";
+                "; k.range[i] = 2.0; }\nLcSh first = lcLightMapHalo3First(t, k);\nt.first[0] = vec4(first.c[8].x, 0.5, 0.5, 1.0);\n";
     if (layout == "ratio" || layout == "sh4")
         body += "t.l0 = " + one + ";\nk.range = 2.0;\nfor (int i = 0; i < " + (layout == "sh4" ? "3" : "8") +
                 "; ++i) { t.ratio[i] = " + one + "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\n";
@@ -209,9 +195,9 @@ std::string dialectName(const testing::TestParamInfo<Dialect>& tested) {
 INSTANTIATE_TEST_SUITE_P(Dialects, Compile, testing::Values(Dialect::Glsl450, Dialect::GlslEs300, Dialect::Hlsl), dialectName);
 
 TEST(ShaderInclude, HoldsOnlyTheFamiliesAskedForInOneOrder) {
-    const std::vector<std::string> ratio = {"ratio"}, both = {"ratio", "luvw", "ratio"}, turned = {"luvw", "ratio"};
+    const std::vector<std::string> ratio = {"ratio"}, both = {"ratio", "halo3", "ratio"}, turned = {"halo3", "ratio"};
     EXPECT_NE(shaders::shaderInclude(ratio).find("lcLightMapRatio"), std::string::npos);
-    EXPECT_EQ(shaders::shaderInclude(ratio).find("lcLightMapLuvw"), std::string::npos);
+    EXPECT_EQ(shaders::shaderInclude(ratio).find("lcLightMapHalo3"), std::string::npos);
     EXPECT_EQ(shaders::shaderInclude(both), shaders::shaderInclude(turned));
     EXPECT_NE(shaders::shaderInclude({}).find("lcCookTorrance"), std::string::npos);
 }

@@ -347,30 +347,29 @@ TEST(ShaderSpecular, TheWholeCountsNoLightTwice) {
     }
 }
 
-TEST(ShaderSh, TheZonalBand2IsThatOfALightAlongTheAxisInAnyUnit) {
+TEST(ShaderSh, TheAxisOfBand1IsThatOfALightInAnyUnit) {
     Random random;
     const vec3 weights(0.2f, 0.7f, 0.1f);
     for (const float unit : {1e-38f, 1e-30f, 1e-6f, 1.0f, 1e30f, 3e37f})
         for (int i = 0; i < 50; ++i) {
             const vec3 n = random.direction(), color(random.number(0.1f, 1), random.number(0.1f, 1), random.number(0.1f, 1));
             const lighting::ShRgb light = lighting::projectDirectional(n, color);
-            LcSh bands{};
-            for (std::size_t c = 0; c < 4; ++c) bands.c[c] = unit * light[c];
-            const vec3 axis = shaders::lcLinearAxis(bands, weights);
-            expectNear(axis, n, unit < 1e-37f ? 1e-5f : 1e-6f);
-            bands.c[4] = 0.63078313f * color;
-            const LcSh sh = shaders::lcZonalBand2(bands, axis);
-            for (std::size_t c = 4; c < 9; ++c) expectNear(sh.c[c], light[c], 1e-5f);
+            LcSh sh{};
+            for (std::size_t c = 0; c < 4; ++c) sh.c[c] = unit * light[c];
+            expectNear(shaders::lcLinearAxis(sh, weights), n, unit < 1e-37f ? 1e-5f : 1e-6f);
         }
-    const LcSh none = shaders::lcZonalBand2(LcSh{}, shaders::lcLinearAxis(LcSh{}, weights));
-    for (const vec3& c : none.c) EXPECT_EQ(c, vec3(0));
+    EXPECT_EQ(shaders::lcLinearAxis(LcSh{}, weights), vec3(0));
 }
 
-TEST(ShaderLightMap, LuvwWithTheConstantsOfTheTalkIsItsFormula) {
+TEST(ShaderLightMap, Halo3IsTheFormulaOfItsTalk) {
+    shaders::LcHalo3Texels texels{};
+    shaders::LcHalo3Constants constants{};
     const glm::vec4 first(0.9f, 0.6f, 0.3f, 0.7f), second(0.5f, 0.8f, 0.4f, 0.6f);
-    const vec3 value = shaders::lcLuvw(first, second, 3.0f, 1.0f, vec3(0.5f));
+    texels.first[3] = first;
+    texels.second[3] = second;
+    constants.range[3] = 3;
     const vec3 uvw = (vec3(first) + vec3(second)) * 2.0f - 2.0f;
-    expectNear(value, 3.0f * 0.7f * 0.6f * uvw, 1e-6f);
+    expectNear(shaders::lcLightMapHalo3(texels, constants).c[3], 3.0f * 0.7f * 0.6f * uvw, 1e-6f);
 }
 
 TEST(ShaderLightMap, RatioOfABlackL0IsBlack) {

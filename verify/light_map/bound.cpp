@@ -5,7 +5,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "lighting/quadratic.h"
@@ -241,23 +240,6 @@ double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Respons
 
 double shadedAbout(const lighting::Sh& light, const lighting::ShBands& bands, const glm::dvec3& n) {
     return valueAt(light, Response{bands, {}}, n);
-}
-
-AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding) {
-    AxisCone cone{glm::vec3(0, 0, 1), std::numbers::sqrt3};
-    glm::dvec3 sum(0);
-    for (const glm::vec3& v : vectors) sum += glm::dvec3(v);
-    if (!(glm::length(sum) > 0)) return cone;
-    cone.axis = glm::vec3(glm::normalize(sum));
-    double slope = 0;
-    for (const glm::vec3& v : vectors) {
-        const double along = glm::dot(glm::dvec3(cone.axis), glm::dvec3(v));
-        const double across = glm::length(glm::dvec3(v) - along * glm::dvec3(cone.axis));
-        if (!(along > 2 * rounding)) return cone;
-        slope = std::max(slope, (across + 2 * rounding) / (along - 2 * rounding));
-    }
-    cone.deviation = std::numbers::sqrt3 * slope / std::sqrt(1 + slope * slope);
-    return cone;
 }
 
 bool cannotExceed(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,

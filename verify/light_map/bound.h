@@ -64,18 +64,6 @@ double shadedAbout(const lighting::Sh& light, const lighting::ShBands& bands, co
 double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
                        double atMost = std::numeric_limits<double>::infinity(), BoundPlace* place = nullptr);
 
-/// An axis, and the largest distance between the unit band 2 about it and about the axes that it stands for.
-struct AxisCone {
-    glm::vec3 axis{0};     ///< unit
-    double deviation = 0;  ///< at most sqrt 3
-};
-/// Returns a cone around the axes (unit vectors) of all means of these vectors.
-/// Unit bands 2, sqrt(4 pi / 5) Y_2m, about axes at angle a differ by a vector of squared length 2 - 2 P_2(cos a) = 3 sin^2 a (addition
-/// theorem). The cone around the vectors' mean that contains all vectors is convex below a right angle, so it contains the axes of all
-/// means. If there is no such cone, or a vector is 0, the deviation is sqrt 3, which holds for every axis, and for none.
-/// rounding  largest error of a vector's component
-AxisCone axisCone(std::span<const glm::vec3> vectors, double rounding);
-
 /// Returns true if localErrorBound is proven not to exceed `limit`; faster. False proves nothing.
 bool cannotExceed(std::span<const ErrorPair> pairs, std::span<const Response> responses, double floor, const lighting::ShBands& slack,
                   double limit);

@@ -117,7 +117,7 @@ private:
     std::vector<FormatTolerance> formats_;
 };
 
-/// Ratios: L (1, ratios), degree 2. For zonal layouts the bound is that of bands(), where the zonal coefficient is all of band 2.
+/// Ratios: L (1, ratios), degree 2.
 template <RatioFamily Layout>
 class CoarseBoundsOf<Layout> final : public CoarseBounds {
 public:
@@ -211,12 +211,12 @@ private:
     std::vector<FormatTolerance> formats_;
 };
 
-/// luvw: a0 a1 uvw, degree 3. For zonal layouts the bound is that of bands(), where the zonal coefficient is all of band 2.
-template <LuvwFamily Layout>
-class CoarseBoundsOf<Layout> final : public CoarseBounds {
+/// halo3: a0 a1 uvw, degree 3.
+template <>
+class CoarseBoundsOf<Halo3> final : public CoarseBounds {
 public:
-    CoarseBoundsOf(const Layout& layout, const std::vector<FormatTolerance>& formats) : k_(layout.k), isIdeal_(formats.empty()) {
-        static_assert(Layout::kDegree == 3);
+    CoarseBoundsOf(const Halo3& layout, const std::vector<FormatTolerance>& formats) : k_(layout.k), isIdeal_(formats.empty()) {
+        static_assert(Halo3::kDegree == 3);
         for (const FormatTolerance& format : formats) isKnown_ = isKnown_ && isUnsigned(format);
     }
     bool isKnown() const override { return isKnown_; }
@@ -227,41 +227,36 @@ public:
                 addCoefficient(t, i, glm::vec4(0), glm::vec4(0), curvature.c[i], off.c[i]);
             else
                 addCoefficient(t, i, tolerance.at(i), tolerance.at(kCount + i), curvature.c[i], off.c[i]);
-        if constexpr (Zonal<Layout>) {
-            curvature.c[4] *= detail::kLuvwLinearZonal;
-            off.c[4] *= detail::kLuvwLinearZonal;
-        }
         return {detail::lengthsOf(curvature), detail::lengthsOf(off)};
     }
 
 private:
-    static constexpr std::size_t kCount = Layout::kLayers / 2;
+    static constexpr std::size_t kCount = Halo3::kLayers / 2;
 
     void addCoefficient(const QuadTexels& t, std::size_t i, const glm::vec4& tolerance0, const glm::vec4& tolerance1, glm::vec3& curvature,
                         glm::vec3& tolerance) const {
         using detail::step;
         const auto first = detail::layerAt(t, i), second = detail::layerAt(t, kCount + i);
-        const float span = std::abs(2 * k_.span[i]), range = std::abs(k_.range[i]);
+        const float range = std::abs(k_.range[i]);
         // Largest factors: |uvw| over the boxes of both colours (xyz), a0 and a1 (w).
         const glm::vec4 low0 = glm::min(glm::min(first[0], first[1]), glm::min(first[2], first[3])),
                         high0 = glm::max(glm::max(first[0], first[1]), glm::max(first[2], first[3])),
                         low1 = glm::min(glm::min(second[0], second[1]), glm::min(second[2], second[3])),
                         high1 = glm::max(glm::max(second[0], second[1]), glm::max(second[2], second[3]));
-        const glm::vec4 middle = (low0 + high0) - 1.0f + k_.span[i] * ((low1 + high1) - 2.0f * k_.neutral);
-        const glm::vec4 uvw = glm::abs(middle) + (high0 - low0) + 0.5f * span * (high1 - low1);
+        const glm::vec4 uvw = glm::abs(low0 + high0 + low1 + high1 - 2.0f) + (high0 - low0) + (high1 - low1);
         const float a0 = std::max(std::abs(low0.w), std::abs(high0.w)), a1 = std::max(std::abs(low1.w), std::abs(high1.w));
         for (int axis = 0; axis < 2; ++axis) {
             const glm::vec4 step0 = step(first, axis), step1 = step(second, axis);
-            const glm::vec4 stepUvw = 2.0f * step0 + span * step1;
+            const glm::vec4 stepUvw = 2.0f * (step0 + step1);
             curvature +=
                 2 * detail::kCurvature3 * range * (step0.w * step1.w * glm::vec3(uvw) + (step0.w * a1 + a0 * step1.w) * glm::vec3(stepUvw));
         }
-        const glm::vec3 off = 2.0f * glm::vec3(tolerance0) + span * glm::vec3(tolerance1);
+        const glm::vec3 off = 2.0f * glm::vec3(tolerance0 + tolerance1);
         const float largest0 = a0 + tolerance0.w, largest1 = a1 + tolerance1.w;
         tolerance = range * (largest0 * largest1 * off + (largest0 * tolerance1.w + largest1 * tolerance0.w) * (glm::vec3(uvw) + off));
     }
 
-    decltype(Layout::k) k_;
+    shaders::LcHalo3Constants k_;
     bool isIdeal_, isKnown_ = true;
 };
 

@@ -21,7 +21,7 @@ struct Part {
     float u = 0, v = 0, size = 1;
 };
 
-/// Control vectors of what of a decode is a polynomial (MapDecoder::polynomial) over a part of a quad.
+/// Control vectors of a decode over a part of a quad.
 class QuadControls {
 public:
     static constexpr std::size_t kMostControls = (kMostDegree + 1) * (kMostDegree + 1);
@@ -84,7 +84,7 @@ private:
                 const float fu = place(part.u, u);
                 const std::size_t node = v * nodes_ + u;
                 filtered_[node] = blend(leftReference, rightReference, fu);
-                values_[node] = decoder.polynomial(blend(left.data(), right.data(), fu, layers).data(), cluster);
+                values_[node] = decoder.decode(blend(left.data(), right.data(), fu, layers).data(), cluster);
             }
         }
     }

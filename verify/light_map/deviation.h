@@ -33,9 +33,6 @@ inline glm::vec3 rgb(const glm::vec4& v) {
     return {v.x, v.y, v.z};
 }
 
-/// The factor of lcLuvwLinearBands between the luvw value and the zonal coefficient, rounded up.
-inline constexpr float kLuvwLinearZonal = 0.63078314f;
-
 }  // namespace detail
 
 inline shaders::LcSh deviationOf(const Raw& layout, const Boxes<9>& t) {
@@ -70,7 +67,7 @@ shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t)
     return out;
 }
 
-/// Ratios: c_0 = range l0, c_i = range l0 (scale_i ratio_i + bias_i). For zonal layouts, of bands().
+/// Ratios: c_0 = range l0, c_i = range l0 (scale_i ratio_i + bias_i).
 template <RatioFamily Layout>
 shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t) {
     const auto& k = layout.k;
@@ -106,24 +103,17 @@ shaders::LcSh deviationOf(const Layout&, const Boxes<Layout::kLayers>& t) {
     return out;
 }
 
-/// luvw: c_i = range_i a0 a1 uvw, where a0, a1 are the alphas and uvw is linear in both colours. For zonal layouts, of bands().
-template <LuvwFamily Layout>
-shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t) {
+/// halo3: c_i = range_i a0 a1 uvw, where a0, a1 are the alphas and uvw = 2 (rgb0 + rgb1 - 1).
+inline shaders::LcSh deviationOf(const Halo3& layout, const Boxes<18>& t) {
     using detail::rgb;
-    constexpr std::size_t kCount = Layout::kLayers / 2;
-    const auto& k = layout.k;
     shaders::LcSh out{};
-    const glm::vec3 centre = rgb(k.neutral);
-    for (std::size_t i = 0; i < kCount; ++i) {
-        const TexelBox &first = t[i], &second = t[kCount + i];
-        const float span = std::abs(2 * k.span[i]);
-        const glm::vec3 off = 2.0f * rgb(first.tolerance) + span * rgb(second.tolerance);
-        const glm::vec3 value = glm::abs(2.0f * rgb(first.centre) - 1.0f + 2 * k.span[i] * (rgb(second.centre) - centre)) +
-                                2.0f * rgb(first.half) + span * rgb(second.half) + off;
+    for (std::size_t i = 0; i < 9; ++i) {
+        const TexelBox &first = t[i], &second = t[9 + i];
+        const glm::vec3 off = 2.0f * (rgb(first.tolerance) + rgb(second.tolerance));
+        const glm::vec3 value = 2.0f * (glm::abs(rgb(first.centre) + rgb(second.centre) - 1.0f) + rgb(first.half) + rgb(second.half)) + off;
         const float a0 = first.largest().w, a1 = second.largest().w;
-        out.c[i] = std::abs(k.range[i]) * (a0 * a1 * off + (a0 * second.tolerance.w + a1 * first.tolerance.w) * value);
+        out.c[i] = std::abs(layout.k.range[i]) * (a0 * a1 * off + (a0 * second.tolerance.w + a1 * first.tolerance.w) * value);
     }
-    if constexpr (Zonal<Layout>) out.c[4] *= detail::kLuvwLinearZonal;
     return out;
 }
 
@@ -183,14 +173,14 @@ inline shaders::LcSh deviationOf(const UnrealHq& layout, const Boxes<2>& t) {
 }
 
 /// Returns the length of coefficient 0 that shows an exit radiance under every normal, rounded up.
-inline glm::vec3 zonalOfExit(const glm::vec3& exitRadiance) {
+inline glm::vec3 constantOfExit(const glm::vec3& exitRadiance) {
     return exitRadiance / 0.282094f;
 }
 
 /// Returns an upper bound of the difference between what a layout in tangent space shows and what its coefficients show, as a change of
 /// coefficient 0.
 inline glm::vec3 besideOf(const Rnm&, const Texels<3>& largest) {
-    return zonalOfExit(Rnm::kResidual * (detail::rgb(largest[0]) + detail::rgb(largest[1]) + detail::rgb(largest[2])));
+    return constantOfExit(Rnm::kResidual * (detail::rgb(largest[0]) + detail::rgb(largest[1]) + detail::rgb(largest[2])));
 }
 
 /// Directions in tangent space: linear in the texels. What is shown beside the coefficients counts as a change of coefficient 0.

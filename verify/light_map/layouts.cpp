@@ -23,13 +23,6 @@ std::optional<formats::Error> readConstant(const CookedLightMap& map, const std:
     return std::nullopt;
 }
 
-std::optional<formats::Error> readLuminance(const CookedLightMap& map, glm::vec3& out) {
-    std::array<float, 3> weights{};
-    if (auto error = readConstant(map, "luminance", weights)) return error;
-    out = glm::vec3(weights[0], weights[1], weights[2]);
-    return std::nullopt;
-}
-
 /// Layouts whose only constant is a range.
 template <class Layout>
 concept RangeOnly = sizeof(Layout::k) == sizeof(float);
@@ -53,27 +46,15 @@ std::optional<formats::Error> readConstants(const CookedLightMap&, Rnm&) {
     return std::nullopt;
 }
 
-template <LuvwFamily Luvw>
-std::optional<formats::Error> readConstants(const CookedLightMap& map, Luvw& layout) {
-    if (auto error = readConstant(map, "range", layout.k.range)) return error;
-    if constexpr (requires { layout.k.root; }) {
-        std::array<float, 4> neutral{};
-        if (auto error = readConstant(map, "span", layout.k.span)) return error;
-        if (auto error = readConstant(map, "neutral", neutral)) return error;
-        if (auto error = readConstant(map, "root", std::span(&layout.k.root, 1))) return error;
-        layout.k.neutral = glm::vec4(neutral[0], neutral[1], neutral[2], neutral[3]);
-    }
-    if constexpr (Zonal<Luvw>) return readLuminance(map, layout.k.luminance);
-    return std::nullopt;
+std::optional<formats::Error> readConstants(const CookedLightMap& map, Halo3& layout) {
+    return readConstant(map, "range", layout.k.range);
 }
 
 template <RatioFamily Ratio>
 std::optional<formats::Error> readConstants(const CookedLightMap& map, Ratio& layout) {
     if (auto error = readConstant(map, "range", std::span(&layout.k.range, 1))) return error;
     if (auto error = readConstant(map, "scale", layout.k.scale)) return error;
-    if (auto error = readConstant(map, "bias", layout.k.bias)) return error;
-    if constexpr (Zonal<Ratio>) return readLuminance(map, layout.k.luminance);
-    return std::nullopt;
+    return readConstant(map, "bias", layout.k.bias);
 }
 
 template <HdrFamily Hdr>

@@ -4,7 +4,6 @@
 // that row; the struct adds the shader's constants and functions:
 //   decode(texels)                          the shader's decode of one sample
 //   decodeEarly(stage, texels, reference)   the coefficients after an earlier stage, if the layout has more than one
-//   bands(texels)                           zonal layouts: the part of the decode that is a polynomial of the texels
 //   at(x, y)                                learned layouts: the decode of one texel, whose constants differ from cluster to cluster
 //   at(x, y), at(cluster)                   layouts in tangent space: the decode in the tangent frame of one texel
 //
@@ -55,8 +54,8 @@ template <LightMapLayout kId>
 struct LayoutRow {
     static constexpr LightMapLayout kLayout = kId;
     static constexpr auto kLayers = static_cast<std::size_t>(formats::info(kId).fetchCount());
-    /// Degree of the decode as a polynomial of the filtered texels; for zonal layouts the degree of bands(), for curved ones 1: that of the
-    /// bilinear blend which they are near to.
+    /// Degree of the decode as a polynomial of the filtered texels; for curved layouts 1: that of the bilinear blend which they are near
+    /// to.
     static constexpr int kDegree = std::max(formats::info(kId).decodeDegree, 1);
     static constexpr std::size_t kStages = formats::info(kId).stages.size();
     static constexpr std::size_t kEarlyStages = kStages - 1;
@@ -106,33 +105,9 @@ template <class Layout>
 concept FlatFamily = formats::info(Layout::kLayout)
 .isFlat();
 
-/// Layouts of the luvw family: two texels for each coefficient, [first..., second...].
-template <class Layout>
-concept LuvwFamily = formats::info(Layout::kLayout)
-.family == formats::LightMapFamily::Luvw;
-
-struct Luvw : LayoutRow<LightMapLayout::Luvw> {
-    shaders::LcLuvwConstants k{};
-
-    shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapLuvw(shaderTexels<shaders::LcLuvwTexels>(t), k); }
-    /// Returns the decode of the first texture alone.
-    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
-        return shaders::lcLightMapLuvwFirst(shaderTexels<shaders::LcLuvwTexels>(t), k);
-    }
-};
-
-/// Constants of family luvw for bounds, where the shader has some of them as literals: ShaderConstants and those of Halo 3.
-template <class ShaderConstants>
-struct Halo3Constants : ShaderConstants {
-    struct Ones {
-        constexpr float operator[](std::size_t) const { return 1; }
-    };
-    Ones span;
-    glm::vec4 neutral{0.5f, 0.5f, 0.5f, 1};
-};
-
+/// Two texels for each coefficient, [first..., second...].
 struct Halo3 : LayoutRow<LightMapLayout::Halo3> {
-    Halo3Constants<shaders::LcHalo3Constants> k{};
+    shaders::LcHalo3Constants k{};
 
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapHalo3(shaderTexels<shaders::LcHalo3Texels>(t), k); }
     /// Returns the decode of the first texture alone.
@@ -147,21 +122,15 @@ concept RatioFamily = requires {
     Layout::kRatioCount;
 };
 
-/// Members of every layout with ratios.
-template <LightMapLayout kId, class ShaderTexels, class Constants>
-struct RatioRow : LayoutRow<kId> {
-    static constexpr std::size_t kRatioCount = LayoutRow<kId>::kLayers - 1;
-    static_assert(sizeof(ShaderTexels) == sizeof(Texels<LayoutRow<kId>::kLayers>));
-    static_assert(std::extent_v<decltype(Constants::scale)> == kRatioCount && std::extent_v<decltype(Constants::bias)> == kRatioCount);
-    Constants k{};
-};
-
 /// Layouts of the ratio family: kDecode is the shader's decode of all coefficients.
 template <LightMapLayout kId, class ShaderTexels, class Constants, auto kDecode>
-struct RatioDecode : RatioRow<kId, ShaderTexels, Constants> {
+struct RatioDecode : LayoutRow<kId> {
     using LayerTexels = Texels<LayoutRow<kId>::kLayers>;
+    static constexpr std::size_t kRatioCount = LayoutRow<kId>::kLayers - 1;
+    static_assert(std::extent_v<decltype(Constants::scale)> == kRatioCount && std::extent_v<decltype(Constants::bias)> == kRatioCount);
+    Constants k{};
 
-    shaders::LcSh decode(const LayerTexels& t) const { return kDecode(shaderTexels<ShaderTexels>(t), this->k); }
+    shaders::LcSh decode(const LayerTexels& t) const { return kDecode(shaderTexels<ShaderTexels>(t), k); }
     /// Returns the decoded coefficient 0 and the reference's higher coefficients, which ideal ratios to it would restore.
     shaders::LcSh decodeEarly(std::size_t, const LayerTexels& t, const shaders::LcSh& reference) const {
         shaders::LcSh sh = reference;
@@ -239,43 +208,6 @@ struct Hdr2 : LayoutRow<LightMapLayout::Hdr2> {
     }
 };
 
-/// Layouts whose band 2 is a zonal lobe about the axis of their filtered band 1. The decode is not a polynomial of the texels, but
-/// decode = lcZonalBand2(bands, axis), where bands() is one of degree kDegree: bands 0 and 1, and the zonal coefficient in c[4].
-template <class Layout>
-concept Zonal = requires(const Layout& layout) {
-    layout.bands(Texels<Layout::kLayers>{});
-};
-
-struct LuvwLinear : LayoutRow<LightMapLayout::LuvwLinear> {
-    shaders::LcLuvwLinearConstants k{};
-
-    shaders::LcSh decode(const Texels<kLayers>& t) const {
-        return shaders::lcLightMapLuvwLinear(shaderTexels<shaders::LcLuvwLinearTexels>(t), k);
-    }
-    shaders::LcSh bands(const Texels<kLayers>& t) const {
-        return shaders::lcLuvwLinearBands(shaderTexels<shaders::LcLuvwLinearTexels>(t), k);
-    }
-    /// Returns the decode of the first texture alone.
-    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
-        return shaders::lcLightMapLuvwLinearFirst(shaderTexels<shaders::LcLuvwLinearTexels>(t), k);
-    }
-};
-
-struct Halo3Linear : LayoutRow<LightMapLayout::Halo3Linear> {
-    Halo3Constants<shaders::LcHalo3LinearConstants> k{};
-
-    shaders::LcSh decode(const Texels<kLayers>& t) const {
-        return shaders::lcLightMapHalo3Linear(shaderTexels<shaders::LcHalo3LinearTexels>(t), k);
-    }
-    shaders::LcSh bands(const Texels<kLayers>& t) const {
-        return shaders::lcHalo3LinearBands(shaderTexels<shaders::LcHalo3LinearTexels>(t), k);
-    }
-    /// Returns the decode of the first texture alone.
-    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
-        return shaders::lcLightMapHalo3LinearFirst(shaderTexels<shaders::LcHalo3LinearTexels>(t), k);
-    }
-};
-
 /// Layouts whose decode is no polynomial of the texels at all. In a part of a quad it is within curvatureOf() (curvature.h) of the bilinear
 /// blend of its values at the corners of the part.
 template <class Layout>
@@ -347,18 +279,6 @@ struct Rnm : LayoutRow<LightMapLayout::Rnm> {
     Decode at(int x, int y) const { return at(frames.clusterAt(x, y)); }
 };
 
-struct Zh3 : RatioRow<LightMapLayout::Zh3, shaders::LcZh3Texels, shaders::LcZh3Constants> {
-    shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapZh3(shaderTexels<shaders::LcZh3Texels>(t), k); }
-    shaders::LcSh bands(const Texels<kLayers>& t) const { return shaders::lcZh3Bands(shaderTexels<shaders::LcZh3Texels>(t), k); }
-    /// Returns the decoded coefficient 0 (stage 0) or bands 0 and 1 (stage 1), and the reference's higher coefficients.
-    shaders::LcSh decodeEarly(std::size_t stage, const Texels<kLayers>& t, const shaders::LcSh& reference) const {
-        const shaders::LcSh decoded = bands(t);
-        shaders::LcSh sh = reference;
-        for (int i = 0; i < (stage == 0 ? 1 : 4); ++i) sh.c[i] = decoded.c[i];
-        return sh;
-    }
-};
-
 /// Constants of the learned layouts "basis-K".
 struct BasisTables {
     std::vector<shaders::LcBasisFirst3> first3;                   ///< [cluster], for three codes; or
@@ -412,10 +332,9 @@ struct Basis : LayoutRow<kId> {
 };
 
 /// One alternative for each layout, in the order of the enumeration.
-using Layout = std::variant<Raw, Flat, Luvw, LuvwLinear, Ratio, Zh3, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>,
-                            Basis<LightMapLayout::Basis8>, Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>,
-                            Basis<LightMapLayout::Basis20>, Basis<LightMapLayout::Basis24>, Sh4, Godot, MonoSh, Bakery, Hdr, Hdr2, Halo3,
-                            Halo3Linear, HdrRgb9e5, Flat2, UnrealHq, Rnm>;
+using Layout = std::variant<Raw, Flat, Ratio, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>, Basis<LightMapLayout::Basis8>,
+                            Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Basis<LightMapLayout::Basis20>,
+                            Basis<LightMapLayout::Basis24>, Sh4, Godot, MonoSh, Bakery, Hdr, Hdr2, Halo3, HdrRgb9e5, Flat2, UnrealHq, Rnm>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

@@ -78,13 +78,11 @@ public:
 
     const formats::LightMapLayoutInfo& info() const { return info_; }
     std::size_t layers() const { return layers_; }
-    /// Degree of polynomial().
+    /// Degree of the decode as a polynomial of the filtered texels. Curved layouts: 1, which they are near to.
     int degree() const { return degree_; }
     /// Control vectors along each axis of a quad.
     std::size_t nodes() const { return static_cast<std::size_t>(degree_) + 1; }
     std::size_t stages() const { return info_.stages.size(); }
-    /// Band 2 is a zonal lobe about the axis of the filtered band 1 (layouts::Zonal).
-    bool isZonal() const { return info_.isZonal; }
     /// The decode is no polynomial of the texels at all (layouts::Curved).
     bool isCurved() const { return info_.decodeDegree == 0; }
     /// There are several clusters, and deviations have groups.
@@ -95,8 +93,6 @@ public:
     bool isInTangentSpace() const { return frames_ != nullptr; }
     /// The map is compared with the exit radiance at each texel's own normal (layouts::Flat).
     bool isOwnNormalOnly() const { return isOwnNormalOnly_; }
-    /// Zonal layouts: weights of the channels in the axis vector.
-    const glm::vec3& luminance() const { return luminance_; }
     /// 1 / key: converts light to units of the key.
     float perKey() const { return perKey_; }
     std::size_t clusterAt(int x, int y) const {
@@ -115,12 +111,9 @@ public:
     /// Layouts in tangent space: returns the light of the directions as coefficients 0 to 2, in the right-handed frame of tangent and
     /// normal.
     virtual LcSh directions(LayerTexels texels, std::size_t cluster) const = 0;
-    /// Returns what of the decode is a polynomial of the texels: all of it. Zonal layouts: bands 0 and 1, the zonal coefficient in c[4] and
-    /// the axis vector in c[5]. Curved layouts: the decode, which is near to one of degree 1.
-    virtual LcSh polynomial(LayerTexels texels, std::size_t cluster) const = 0;
 
     // Light in the units of the map.
-    /// Returns the deviation of polynomial() without the axis vector.
+    /// Returns the deviation of decode().
     /// boxes  one for each layer
     virtual Deviation deviation(std::span<const TexelBox> boxes, std::size_t cluster) const = 0;
     /// Returns the curvature of a curved layout over a rectangle with these corners; 0 for others.
@@ -143,7 +136,6 @@ protected:
     const layouts::BasisTables* tables_ = nullptr;    ///< learned layouts
     const layouts::TangentFrames* frames_ = nullptr;  ///< layouts in tangent space
     bool isOwnNormalOnly_ = false;
-    glm::vec3 luminance_{0};
 };
 
 /// Returns the decoder of a map of this layout, which must not be moved while the decoder lives.

@@ -24,7 +24,6 @@ public:
     LayoutDecoder(const Layout& layout, float perKey) : MapDecoder(formats::info(Layout::kLayout), perKey), layout_(layout) {
         if constexpr (Learned<Layout>) tables_ = layout.tables.get();
         if constexpr (layouts::FlatFamily<Layout>) isOwnNormalOnly_ = layout.isOwnNormalOnly;
-        if constexpr (layouts::Zonal<Layout>) luminance_ = layout.k.luminance;
         if constexpr (layouts::InTangentSpace<Layout>) frames_ = &layout.frames;
     }
 
@@ -64,15 +63,6 @@ public:
             return layouts::besideOf(layout_, largest);
         } else {
             return {};
-        }
-    }
-    LcSh polynomial(LayerTexels texels, std::size_t cluster) const override {
-        if constexpr (layouts::Zonal<Layout>) {
-            LcSh sh = scaled(layout_.bands(layersOf(texels)), perKey());
-            sh.c[5] = {glm::dot(luminance_, sh.c[3]), glm::dot(luminance_, sh.c[1]), glm::dot(luminance_, sh.c[2])};
-            return sh;
-        } else {
-            return decode(texels, cluster);
         }
     }
     Deviation deviation(std::span<const TexelBox> boxes, [[maybe_unused]] std::size_t cluster) const override {

@@ -83,18 +83,18 @@ private:
     void addCurvature(const std::array<FilteredTexels, 4>& corners, double factor, CellLight& out) const {
         addLengths(out.errorSlack, decoder_.curvature(pointersTo(corners)), factor * static_cast<double>(decoder_.perKey()));
     }
-    /// Returns a function that returns what of the decode is a polynomial, for fractions of a rectangle. In place of a curved decode that
+    /// Returns a function that returns the decode, for fractions of a rectangle. In place of a curved decode that
     /// is the blend of its corners, and its curvature is added to `out`.
     auto decodeOver(const PlaceRectangle& place, CellLight& out) const {
         std::array<LcSh, 4> ends;
         if (decoder_.isCurved()) {
             const std::array<FilteredTexels, 4> corners = cornersOf(place);
             addCurvature(corners, 1, out);
-            for (std::size_t i = 0; i < 4; ++i) ends[i] = decoder_.polynomial(corners[i].data(), cluster_);
+            for (std::size_t i = 0; i < 4; ++i) ends[i] = decoder_.decode(corners[i].data(), cluster_);
         }
         return [this, place, ends](const glm::vec2& at) {
             if (decoder_.isCurved()) return blend(blend(ends[0], ends[1], at.x), blend(ends[2], ends[3], at.x), at.y);
-            return decoder_.polynomial(quad_.texelsAt(place.low + place.size * at).data(), cluster_);
+            return decoder_.decode(quad_.texelsAt(place.low + place.size * at).data(), cluster_);
         };
     }
     /// Returns the control vectors over a rectangle with a size.
@@ -114,8 +114,7 @@ private:
             }
         controlsFromNodes(values, nodes);
         for (std::size_t k = 0; k < count; ++k) values[k] = scaled(values[k], 1 / weights[k]);
-        const double axisTolerance = addTolerance(place, out);
-        if (decoder_.isZonal()) takeZonal(values, axisTolerance, out);
+        addTolerance(place, out);
         for (std::size_t k = 0; k < count; ++k) values[k] = difference(values[k], references[k]);
         addRoundingOf(out, values, references, quad_.isCovered() ? 1 : kRimFactor);
         for (std::size_t k = 0; k < count; ++k) addVectors(out, values[k], references[k]);
@@ -134,23 +133,6 @@ private:
         controlsFromNodes(values, nodes);
         for (std::size_t k = 0; k < values.size(); ++k) out.directions.add(channelsOf(scaled(values[k], 1 / weights[k])));
     }
-    /// Turns bands() into coefficients about one axis, and adds how far other axes are.
-    static void takeZonal(std::span<LcSh> values, double axisTolerance, CellLight& out) {
-        std::vector<glm::vec3> vectors;
-        double largest = 0;
-        for (const LcSh& sh : values) {
-            vectors.push_back(sh.c[5]);
-            for (int i = 1; i < 4; ++i) largest = std::max(largest, static_cast<double>(glm::length(sh.c[i])));
-        }
-        const AxisCone cone = axisCone(vectors, kRimFactor * kControlRounding * largest + axisTolerance);
-        std::array<double, kChannels> zonal{};
-        for (LcSh& sh : values) {
-            for (std::size_t c = 0; c < kChannels; ++c)
-                zonal[c] = std::max(zonal[c], static_cast<double>(std::abs(sh.c[4][static_cast<int>(c)])));
-            sh = shaders::lcZonalBand2(sh, cone.axis);
-        }
-        for (std::size_t c = 0; c < kChannels; ++c) out.errorSlack[c][2] += cone.deviation * zonal[c];
-    }
     static void addRoundingOf(CellLight& out, std::span<const LcSh> errors, std::span<const LcSh> references, double factor) {
         // The evaluation rounds, and so does the rotation to the frame of the texel.
         const Squares error = largestSquares(errors), reference = largestSquares(references);
@@ -163,10 +145,9 @@ private:
                 out.isFinite = out.isFinite && std::isfinite(e) && std::isfinite(r);
             }
     }
-    /// Adds the sampler tolerance over a rectangle and a filter fraction around it, as far as the quad reaches. Returns the length by which
-    /// it moves the axis vector of a zonal layout.
-    double addTolerance(const PlaceRectangle& place, CellLight& out) const {
-        if (tolerance_.isNone()) return 0;
+    /// Adds the sampler tolerance over a rectangle and a filter fraction around it, as far as the quad reaches.
+    void addTolerance(const PlaceRectangle& place, CellLight& out) const {
+        if (tolerance_.isNone()) return;
         PlaceRectangle reach;
         reach.low = glm::max(place.low - kFractionTolerance, 0.0f);
         reach.size = glm::min(place.low + place.size + kFractionTolerance, 1.0f) - reach.low;
@@ -180,46 +161,31 @@ private:
                 out.deviations.add(local(moved));
                 addLengths(out.errorSlack, moved, kControlRounding);
             }
-        double axis = addFractions(reach, out);
-        if (decoder_.isZonal()) {
-            const glm::vec3 weights = glm::abs(decoder_.luminance());
-            const LcSh moved = scaled(off.absolute, decoder_.perKey());
-            axis += kOutward * static_cast<double>(glm::length(
-                                   glm::vec3(glm::dot(weights, moved.c[3]), glm::dot(weights, moved.c[1]), glm::dot(weights, moved.c[2]))));
-        }
-        return axis;
+        addFractions(reach, out);
     }
     /// Adds what filter fractions off by kFractionTolerance do: along an axis, at most degree / size times the largest difference of
     /// neighbouring control vectors.
-    double addFractions(const PlaceRectangle& reach, CellLight& out) const {
-        double axisTolerance = 0;
+    void addFractions(const PlaceRectangle& reach, CellLight& out) const {
         const std::size_t nodes = decoder_.nodes();
         const auto degree = static_cast<float>(decoder_.degree());
         std::array<LcSh, kMostNodes * kMostNodes> allValues;
         const std::span<LcSh> values(allValues.data(), nodes * nodes);
         for (std::size_t k = 0; k < values.size(); ++k) {
             const glm::vec2 at = reach.low + reach.size * (glm::vec2(k % nodes, k / nodes) / degree);
-            values[k] = decoder_.polynomial(quad_.texelsAt(at).data(), cluster_);
+            values[k] = decoder_.decode(quad_.texelsAt(at).data(), cluster_);
         }
         controlsFromNodes(values, nodes);
         for (int axis = 0; axis < 2; ++axis) {
             const double steepest = kOutward * static_cast<double>(kFractionTolerance / reach.size[axis]) * decoder_.degree();
             const std::size_t step = axis == 0 ? 1 : nodes;
             std::vector<LcSh> moved;
-            double axisStep = 0;
             for (std::size_t k = 0; k < values.size(); ++k) {
                 if ((axis == 0 ? k % nodes : k / nodes) == nodes - 1) continue;
                 moved.push_back(difference(values[k + step], values[k]));
-                if (decoder_.isZonal()) {
-                    axisStep = std::max(axisStep, static_cast<double>(glm::length(moved.back().c[5])));
-                    moved.back().c[5] = glm::vec3(0);
-                }
             }
             addLargestLengths(out.errorSlack, moved, steepest);
-            axisTolerance += steepest * axisStep;
         }
         if (decoder_.isInTangentSpace()) addMovedDirections(out);
-        return axisTolerance;
     }
 
     /// Adds what such fractions change of the light that is shown beside the coefficients: that of the differences of the texels.

@@ -26,7 +26,6 @@
 #include "verify/light_map/grouped_errors.h"
 #include "verify/light_map/quad_coarse_bound.h"
 #include "verify/light_map/tolerance.h"
-#include "verify/light_map/zonal_bounds.h"
 
 namespace lightcook::verify::lightmap {
 
@@ -36,11 +35,7 @@ public:
     using Corners = MapRows::Corners;
 
     QuadBounds(const MapRows& rows, const SamplerTolerance& tolerance, const BoundEvaluator& evaluator)
-        : rows_(rows),
-          tolerance_(tolerance),
-          evaluator_(evaluator),
-          zonal_(rows, tolerance, evaluator),
-          curved_(rows, tolerance, evaluator) {}
+        : rows_(rows), tolerance_(tolerance), evaluator_(evaluator), curved_(rows, tolerance, evaluator) {}
     const LargestBounds& largest() const { return largest_; }
     /// Limits the work of exact bounds (LargestBounds).
     void setMostWork(double work) { largest_.mostWork = work; }
@@ -83,7 +78,6 @@ public:
 
 private:
     void bound(const QuadTexels& texels, const QuadReferences& references, int x, int y, bool mayDefer) {
-        if (rows_.decoder().isZonal()) return zonal_.bound(texels, references, x, y, largest_);
         if (rows_.decoder().isCurved()) return curved_.bound(texels, references, x, y, largest_);
         for (int corner = 0; corner < 4; ++corner)
             if (rows_.isNewDecode(x, y, corner) && !boundDecode(texels, references, x, y, corner, mayDefer)) return;
@@ -203,7 +197,6 @@ private:
     const MapRows& rows_;
     const SamplerTolerance& tolerance_;
     const BoundEvaluator& evaluator_;
-    const ZonalBounds zonal_;
     const CurvedBounds curved_;
     LargestBounds largest_;
     std::vector<CoarselyBoundedQuad> coarselyBounded_;

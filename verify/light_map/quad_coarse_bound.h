@@ -9,7 +9,6 @@
 #pragma once
 
 #include <memory>
-#include <numbers>
 #include <span>
 #include <vector>
 
@@ -22,7 +21,7 @@ namespace lightcook::verify::lightmap {
 
 /// Band lengths of one texel, in units of the key.
 struct TexelLengths {
-    BandLengths error;  ///< under the texel's own decode; for zonal layouts, band 2 is the decoded zonal coefficient itself
+    BandLengths error;  ///< under the texel's own decode
     BandLengths reference;
 };
 
@@ -81,7 +80,7 @@ public:
         // |a - b| <= |a| + |b|: bound neighbour differences by their magnitudes.
         BandLengths slack{};
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            slack[lane] = (kFloatRounding + (hasFractions() ? 4 * kFractionTolerance : 0)) * light[lane];
+            slack[lane] = (kFloatRounding + (!isIdeal_ ? 4 * kFractionTolerance : 0)) * light[lane];
         Estimate estimate;
         for (int corner = 0; corner < 4; ++corner) {
             if (!rows_.isNewDecode(x, y, corner)) continue;
@@ -95,7 +94,7 @@ public:
             const auto quickBound = coarseBounds_->quickBound(corners.texels, cluster);
             if (!quickBound || !cannotExceed(*quickBound, slack)) {
                 const CoarseBound coarseBound = coarseBounds_->bound(corners.texels, cluster, {tolerance_, x, y});
-                if (!cannotExceed(coarseBound, slack) && hasFractions()) cannotExceed(coarseBound, slackOf(corners.references, light));
+                if (!cannotExceed(coarseBound, slack) && !isIdeal_) cannotExceed(coarseBound, slackOf(corners.references, light));
             }
             estimate.bound.raise(each.bound);
             estimate.priority.raise(each.priority);
@@ -125,26 +124,20 @@ public:
         }
         BandLengths slack{};
         for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            slack[lane] = kFloatRounding * light[lane] + (hasFractions() ? 2 * kFractionTolerance * lengths.step[lane] : 0);
+            slack[lane] = kFloatRounding * light[lane] + (!isIdeal_ ? 2 * kFractionTolerance * lengths.step[lane] : 0);
         if (isQuick)
-            if (const auto quickBound = coarseBounds_->quickBound(corners.texels, cluster)) return sumOf(error, *quickBound, slack, light);
-        return sumOf(error, coarseBounds_->bound(corners.texels, cluster, {tolerance_, quad.x, quad.y}), slack, light);
+            if (const auto quickBound = coarseBounds_->quickBound(corners.texels, cluster)) return sumOf(error, *quickBound, slack);
+        return sumOf(error, coarseBounds_->bound(corners.texels, cluster, {tolerance_, quad.x, quad.y}), slack);
     }
 
 private:
     /// Rounding of this bound's floats, and of those of the refined bound.
     static constexpr auto kFloatRounding = static_cast<float>(2.5 * kControlRounding);
 
-    /// Returns the error under the decode of a cluster; for zonal layouts, band 2 is the decoded zonal coefficient itself.
+    /// Returns the error under the decode of a cluster.
     LcSh errorUnder(std::size_t cluster, LayerTexels texels, const LcSh& reference) const {
-        LcSh error = decoder_.polynomial(texels, cluster);
-        if (!decoder_.isZonal()) return difference(error, reference);
-        for (std::size_t i = 0; i < 4; ++i) error.c[i] -= reference.c[i];
-        error.c[5] = glm::vec3(0);  // the axis vector
-        return error;
+        return difference(decoder_.decode(texels, cluster), reference);
     }
-    /// Returns true if inexact filter fractions move the reference. Zonal layouts count them in estimateOf.
-    bool hasFractions() const { return !isIdeal_ && !decoder_.isZonal(); }
     /// Returns the slack of rounding, and of filter fractions by the exact differences of neighbouring references.
     static BandLengths slackOf(const QuadReferences& references, const BandLengths& light) {
         const auto steps = [&](std::size_t a, std::size_t b, std::size_t c, std::size_t d) {
@@ -175,28 +168,20 @@ private:
         return error;
     }
     /// Returns the sum of all parts of the error.
-    BandLengths sumOf(const BandLengths& error, const CoarseBound& coarseBound, const BandLengths& slack, const BandLengths& light) const {
+    BandLengths sumOf(const BandLengths& error, const CoarseBound& coarseBound, const BandLengths& slack) const {
         const float perKey = rows_.perKey();
         const float fractions = isIdeal_ ? 0 : kFractionTolerance * 4 * static_cast<float>(decoder_.degree());
-        BandLengths own, moved;
-        for (std::size_t lane = 0; lane < kBandLanes; ++lane) own[lane] = moved[lane] = error[lane] + perKey * coarseBound.curvature[lane];
-        if (decoder_.isZonal())
-            for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
-                // Fractions move the decode itself, not only its error. Decoded band 2 is a number times a unit vector about an axis; the
-                // unit vector about another axis may be sqrt 3 away.
-                const bool isZonalBand = lane >= 2 * kChannels;
-                moved[lane] = isZonalBand ? own[lane] : own[lane] + light[lane];
-                if (isZonalBand) own[lane] = (1 + std::numbers::sqrt3_v<float>)*own[lane] + light[lane];
-            }
         BandLengths all;
-        for (std::size_t lane = 0; lane < kBandLanes; ++lane)
-            all[lane] = kOutwardFloat *
-                        ((1 + kFloatRounding) * own[lane] + fractions * moved[lane] + slack[lane] + perKey * coarseBound.tolerance[lane]);
+        for (std::size_t lane = 0; lane < kBandLanes; ++lane) {
+            const float own = error[lane] + perKey * coarseBound.curvature[lane];
+            // Fractions move the decode itself, not only its error.
+            all[lane] = kOutwardFloat * ((1 + kFloatRounding) * own + fractions * own + slack[lane] + perKey * coarseBound.tolerance[lane]);
+        }
         return all;
     }
     Estimate estimateOf(const BandLengths& error, const CoarseBound& coarseBound, const BandLengths& slack,
                         const BandLengths& light) const {
-        const BandLengths all = sumOf(error, coarseBound, slack, light);
+        const BandLengths all = sumOf(error, coarseBound, slack);
         Estimate estimate;
         for (std::size_t c = 0; c < kChannels; ++c) {
             const ErrorBound bound = evaluator_.errorBound(all, c);

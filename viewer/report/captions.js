@@ -12,7 +12,6 @@ const STAGES = {
   "l1": "linear band",
   "rnm": "light of three directions",
   "ratio": "directions, as ratios to the mean",
-  "zonal": "zonal part of band 2",
   "code": "directions, by learned bases",
   "residual 1": "first refinement",
   "residual 2": "second refinement",

@@ -146,11 +146,10 @@ Result<LightMapSource*> openBake(const ActionContext& context, const CookedAsset
 /// all directions, nine coefficients of an orthonormal basis that are off by half a step each miss by three of them.
 double roundingOfResidual(const std::string& name) {
     const auto layout = formats::lightMapLayoutFromName(name);
-    const bool hasNeutralCode =
-        !layout || formats::info(*layout).family != formats::LightMapFamily::Luvw || !formats::info(*layout).isForEngine;
+    const bool isHalo3 = layout && formats::info(*layout).family == formats::LightMapFamily::Halo3;
     constexpr double kHalfStep = 1.0 / 255;
     constexpr double kFirstStage = kHalfStep;  // that is not exact: light of one colour has 0.0122 where 3 half steps are 0.0118
-    return hasNeutralCode ? 0 : 3 * kHalfStep + kFirstStage;
+    return isHalo3 ? 3 * kHalfStep + kFirstStage : 0;
 }
 
 /// Returns true if stage `after` was measured on the surface, and does not add to the error of stage `before` there: a residual that is

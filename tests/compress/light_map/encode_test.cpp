@@ -84,7 +84,7 @@ TEST(EncodeLightMap, TheFirstTextureOfFlat2IsFlat) {
 
 TEST(EncodeLightMap, ValuesThatDoNotFitAreCounted) {
     compress::EncodeReport fits, ratios;
-    encode(Kind::Gradient, planOf(Kind::Gradient, LightMapLayout::Luvw, Target::Bc), kHeight, 0, &fits);
+    encode(Kind::Gradient, planOf(Kind::Gradient, LightMapLayout::Halo3, Target::Bc), kHeight, 0, &fits);
     EXPECT_EQ(fits.clampedHigh + fits.clampedNegative, 0);
     encode(Kind::NegativeBands, planOf(Kind::NegativeBands, LightMapLayout::Ratio, Target::Bc), kHeight, 0, &ratios);
     EXPECT_GT(ratios.clampedHigh, 0);

@@ -17,11 +17,9 @@ using synthetic::measureOf;
 using synthetic::planOf;
 
 TEST(LightMapPlan, SizesFollowFromTheLayout) {
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Luvw, Target::Bc).bitsPerTexel(), 144);
+    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Halo3, Target::Bc).bitsPerTexel(), 144);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Bc).bitsPerTexel(), 72);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Ratio, Target::Astc).bitsPerTexel(), 72);
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::LuvwLinear, Target::Bc).bitsPerTexel(), 80);
-    EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Zh3, Target::Bc).bitsPerTexel(), 40);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Sh4, Target::Bc).bitsPerTexel(), 32);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Hdr, Target::Bc).bitsPerTexel(), 72);
     EXPECT_DOUBLE_EQ(planOf(Kind::Gradient, LightMapLayout::Hdr2, Target::Astc).bitsPerTexel(), 144);

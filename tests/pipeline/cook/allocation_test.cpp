@@ -383,13 +383,13 @@ TEST(CookSceneSoak, ABudgetIsSharedOutOverTheExampleScene) {
 
 TEST(CookScene, ALightMapLayoutThatTheSceneNamesIsKept) {
     const SmallScene scene(Parts::LightMap);
-    scene.writeSceneFile("light_map_layout = \"luvw\"");
+    scene.writeSceneFile("light_map_layout = \"hdr-2\"");
     const Outcome outcome = BudgetedScene(scene.sceneFile(), scene / "cooked").cook(1 << 20);
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
-    EXPECT_EQ(assetOf(outcome.report, "map").at("layout"), "luvw");
+    EXPECT_EQ(assetOf(outcome.report, "map").at("layout"), "hdr-2");
     const Json& frontier = frontierOf(outcome);
     EXPECT_GT(frontier.size(), 2u) << "the dominant light is left to the program";
-    for (const Json& point : frontier) EXPECT_EQ(point.at("layouts").at(0).at("layout"), "luvw");
+    for (const Json& point : frontier) EXPECT_EQ(point.at("layouts").at(0).at("layout"), "hdr-2");
 }
 
 /// Light that bands 0 and 1 do not have at all: every layout without band 2 is far over the default of max_error.

@@ -64,13 +64,13 @@ void expectCooksInFull(const std::string& target, const std::string& layout) {
 
 TEST(CookScene, EveryTargetPassesAndIsDescribedInFull) {
     expectCooksInFull("bc", "ratio");
-    expectCooksInFull("astc", "luvw");
+    expectCooksInFull("astc", "halo3");
     expectCooksInFull("float", "raw");
 }
 
 TEST(CookSceneSoak, EveryLayoutAndTargetPassesAndIsDescribedInFull) {
     for (const char* target : {"bc", "astc", "float"})
-        for (const char* layout : {"ratio", "luvw", "raw"}) expectCooksInFull(target, layout);
+        for (const char* layout : {"ratio", "halo3", "raw"}) expectCooksInFull(target, layout);
 }
 
 /// Two lamps and a sky: where band 1 points there is no light.
@@ -181,9 +181,9 @@ TEST(CookScene, OnlyWhatChangedIsDoneAgain) {
     const Outcome first = cook(scene.optionsWithOwnCache());
     scene.writeSceneFile("light_map_layout = \"ratio\"", "[[material]]\nname = \"*\"\nm = [0.1, 0.5]\n");  // the tables' range as before
     EXPECT_EQ(cook(scene.optionsWithOwnCache()).actionsRun, 0);
-    scene.writeSceneFile("light_map_layout = \"luvw\"");
-    const Outcome luvw = cook(scene.optionsWithOwnCache());
-    EXPECT_EQ(luvw.actionsRun, 2) << "the light map and its verification";
+    scene.writeSceneFile("light_map_layout = \"hdr-2\"");
+    const Outcome hdr2 = cook(scene.optionsWithOwnCache());
+    EXPECT_EQ(hdr2.actionsRun, 2) << "the light map and its verification";
     EXPECT_FALSE(std::filesystem::exists(scene / "out" / "map_l0.ktx2")) << "what the manifest no longer names is gone";
     scene.writeSceneFile("light_map_layout = \"ratio\"");
     EXPECT_EQ(cook(scene.optionsWithOwnCache()).actionsRun, 0) << "the cache still knows the first layout";
@@ -424,7 +424,7 @@ TEST(CookScene, FilesOfTheManifestThatStaysAreNotRemoved) {
     std::filesystem::remove(scene / "out" / kShaderName);
     std::filesystem::create_directories(scene / "out" / kShaderName / "in the way");
     CookOptions other = scene.options();
-    other.given.set("output.light_map_layout", "luvw");
+    other.given.set("output.light_map_layout", "hdr-2");
     EXPECT_FALSE(cook(other).errors.empty());
     EXPECT_EQ(formats::contentOf(scene / "out" / kManifestName), manifest);
     for (const char* file : {"map_l0.ktx2", "map_ratio.ktx2"}) EXPECT_TRUE(std::filesystem::exists(scene / "out" / file)) << file;
@@ -448,7 +448,7 @@ TEST(CookScene, OutputsAppearTogetherWithTheirReportOrNotAtAll) {
     const auto before = digestsOf(scene / "out");
     std::filesystem::create_directories(scene / "out" / kReportHtmlName / "in the way");
     CookOptions other = scene.options();
-    other.given.set("output.light_map_layout", "luvw");
+    other.given.set("output.light_map_layout", "hdr-2");
     EXPECT_FALSE(cook(other).errors.empty());
     EXPECT_EQ(digestsOf(scene / "out"), before);
 }

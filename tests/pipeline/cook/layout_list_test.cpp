@@ -68,8 +68,8 @@ TEST_F(LayoutLists, AutoTakesTheBestOfTheListAndTheReportSaysWhatTheListCosts) {
 }
 
 TEST_F(LayoutLists, AListAloneAsksForAutoUnderTheDefaultLimit) {
-    const Outcome outcome = cook("layouts = [\"ratio\", \"luvw\"]");
-    EXPECT_EQ(candidatesOf(outcome, false), (std::set<std::string>{"ratio", "luvw"}));
+    const Outcome outcome = cook("layouts = [\"ratio\", \"hdr-2\"]");
+    EXPECT_EQ(candidatesOf(outcome, false), (std::set<std::string>{"ratio", "hdr-2"}));
     EXPECT_EQ(mapOf(outcome).at("limit").at("max_visible"), 5);
 }
 

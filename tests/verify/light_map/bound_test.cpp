@@ -110,48 +110,6 @@ TEST(LocalErrorBound, HoldsForEveryMeanOfThePairs) {
     }
 }
 
-TEST(AxisCone, HoldsTheBand2OfEveryMean) {
-    Random random;
-    const auto band2 = [](const glm::dvec3& axis) {
-        std::array<double, 5> out;
-        const lighting::ShDouble basis = lighting::evaluateBasis(axis);
-        for (std::size_t m = 0; m < out.size(); ++m) out[m] = std::sqrt(4 * std::numbers::pi / 5) * basis[4 + m];
-        return out;
-    };
-    double nearest = 1;
-    for (int i = 0; i < 300; ++i) {
-        const double spread = std::pow(10.0, -3 + 3.5 * random.uniform());
-        const glm::dvec3 centre = random.direction();
-        std::vector<glm::vec3> vectors;
-        for (int k = 0; k < 9; ++k) vectors.push_back(glm::vec3((0.1 + random.uniform()) * (centre + spread * random.direction())));
-        const verify::AxisCone cone = verify::axisCone(vectors, 0);
-        EXPECT_LE(cone.deviation, std::sqrt(3.0));
-        const auto about = band2(glm::dvec3(cone.axis));
-        double largest = 0;
-        for (int sample = 0; sample < 500; ++sample) {
-            glm::dvec3 mean(0);
-            for (const glm::vec3& v : vectors) mean += std::pow(random.uniform(), 12.0) * glm::dvec3(v);
-            const auto at = band2(glm::normalize(mean));
-            double squared = 0;
-            for (std::size_t m = 0; m < at.size(); ++m) squared += (at[m] - about[m]) * (at[m] - about[m]);
-            largest = std::max(largest, std::sqrt(squared));
-        }
-        ASSERT_LE(largest, cone.deviation * (1 + 1e-6) + 1e-6);
-        nearest = std::min(nearest, std::abs(1 - largest / cone.deviation));
-    }
-    EXPECT_LT(nearest, 0.05) << "and is not far above what is reached";
-}
-
-TEST(AxisCone, WithoutAnAxisTheDeviationIsTheLargest) {
-    const std::vector<glm::vec3> none = {glm::vec3(0)}, opposite = {glm::vec3(1, 0, 0), glm::vec3(-1, 0, 0.1f)},
-                                 vanishing = {glm::vec3(1, 0, 0), glm::vec3(0)}, one = {glm::vec3(0, 2, 0)};
-    for (const auto& vectors : {none, opposite, vanishing}) EXPECT_NEAR(verify::axisCone(vectors, 0).deviation, std::sqrt(3.0), 1e-12);
-    EXPECT_EQ(verify::axisCone(one, 0).deviation, 0);
-    EXPECT_EQ(verify::axisCone(one, 0).axis, glm::vec3(0, 1, 0));
-    EXPECT_GT(verify::axisCone(one, 0.1).deviation, 0.1);
-    EXPECT_NEAR(verify::axisCone(one, 1).deviation, std::sqrt(3.0), 1e-12);
-}
-
 TEST(LocalErrorBound, StaysWithinAgreesWithTheBound) {
     Random random;
     for (int i = 0; i < 100; ++i) {

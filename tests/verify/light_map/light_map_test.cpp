@@ -30,7 +30,7 @@ using synthetic::Kind;
 using test::kEveryLayout;
 constexpr int kMapWidth = 46, kMapHeight = 38;
 
-/// Returns true if the layout keeps band 2 as it is: zonal layouts approximate it, sh4 and most of those of engines drop it.
+/// Returns true if the layout keeps band 2: sh4 and most of those of engines drop it.
 bool keepsBand2(LightMapLayout layout) {
     return formats::info(layout).isFlat() || formats::info(layout).lacks.empty();
 }
@@ -198,7 +198,7 @@ TEST(LightMapVerifierSoak, GreyStaysGreyThroughEveryLayoutFromItsBytes) {
             // Texels of 8 bits have no 1/2: without constants, each component of L1 is off by 2 L0 / 255.
             const bool hasNoHalf = target == Target::Bc && (layout == LightMapLayout::MonoSh || layout == LightMapLayout::Bakery);
             // Halo 3's residual has no code for "nothing left", so that a root of L in 8 bits has to make up for it.
-            const bool isHalo3 = layout == LightMapLayout::Halo3 || layout == LightMapLayout::Halo3Linear;
+            const bool isHalo3 = layout == LightMapLayout::Halo3;
             const float most = 0.5e-3f + (hasNoHalf                            ? 0.5f * 2 * std::numbers::sqrt3_v<float> / 255
                                           : isHalo3 && target != Target::Float ? 0.5f / 255
                                                                                : 0.0f);
@@ -312,7 +312,7 @@ double shadedAs(const verify::ErrorPlace& place, const lighting::ShDouble& light
 }
 
 TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
-    for (const LightMapLayout layout : {LightMapLayout::Luvw, LightMapLayout::Basis4, LightMapLayout::Flat}) {
+    for (const LightMapLayout layout : {LightMapLayout::Halo3, LightMapLayout::Basis4, LightMapLayout::Flat}) {
         const Cooked cooked = cook(Kind::Gradient, layout);
         const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
         const std::vector<verify::StageError> stages = cooked.stages();
@@ -338,7 +338,7 @@ TEST(LightMapVerifier, TheWorstSampleIsFoundAgainAtItsPlace) {
 }
 
 TEST(LightMapVerifier, TheWorstBoundOfATexelIsReachedAtItsPlace) {
-    Cooked cooked = cook(Kind::Gradient, LightMapLayout::Luvw);
+    Cooked cooked = cook(Kind::Gradient, LightMapLayout::Halo3);
     cooked.map.formats.clear();  // an ideal sampler: the bound is exact if the reference is not negative
     const auto decoded = cooked.verifier().reconstruct(cooked.texels, 0, kMapHeight, 1, &cooked.reference);
     const std::vector<verify::StageError> stages = cooked.stages();
@@ -436,7 +436,7 @@ TEST(LightMapVerifier, NoMaterialInTheRangeExceedsTheSpecularBound) {
     std::mt19937 random(5);
     std::normal_distribution<double> gauss;
     std::uniform_real_distribution<double> uniform(0, 1);
-    const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Luvw);
+    const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Halo3);
     const double bound = *cooked.total().specular.maxBound;
     const Filtered filtered = filterAt(cooked, 200, random);
     for (int material = 0; material < 40; ++material) {
@@ -588,9 +588,9 @@ TEST(LightMapVerifier, RefusesBrokenTables) {
     EXPECT_TRUE(refused("index_runs", {0, std::numeric_limits<float>::quiet_NaN()}));
 }
 
-TEST(LightMapVerifier, TheSecondStageOfLuvwReducesTheErrorOfTheFirst) {
+TEST(LightMapVerifier, TheSecondStageOfHdr2ReducesTheErrorOfTheFirst) {
     for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::Night}) {
-        const std::vector<verify::StageError> stages = cook(kind, LightMapLayout::Luvw).stages();
+        const std::vector<verify::StageError> stages = cook(kind, LightMapLayout::Hdr2).stages();
         ASSERT_EQ(stages.size(), 3u);
         EXPECT_EQ(stages[0].name, "stage 1");
         EXPECT_EQ(stages[1].name, "stage 2");
@@ -602,17 +602,12 @@ TEST(LightMapVerifier, TheSecondStageOfLuvwReducesTheErrorOfTheFirst) {
     }
 }
 
-/// An engine has the constants of Halo 3 in its shader: the manifest need not say them, and our own spend codes better.
-TEST(LightMapVerifier, LayoutsOfHalo3HaveRangesAloneAndMoreErrorThanOurs) {
-    for (const auto& [engine, own] :
-         {std::pair(LightMapLayout::Halo3, LightMapLayout::Luvw), std::pair(LightMapLayout::Halo3Linear, LightMapLayout::LuvwLinear)}) {
-        const Cooked cooked = cook(Kind::Gradient, engine);
-        EXPECT_EQ(cooked.map.constants.size(), formats::info(engine).isZonal ? 2u : 1u);
-        EXPECT_EQ(cooked.map.constants.at("range").size(), static_cast<std::size_t>(formats::info(engine).textures[0].layerCount));
-        const verify::StageError total = cooked.total(), ours = cook(Kind::Gradient, own).total();
-        EXPECT_GT(total.diffuse.relRms, ours.diffuse.relRms) << formats::info(engine).name;
-        EXPECT_LT(total.diffuse.relRms, formats::info(engine).isZonal ? 0.12 : 0.03) << formats::info(engine).name;
-    }
+/// An engine has the constants of Halo 3 in its shader but for the ranges: the manifest need not say them.
+TEST(LightMapVerifier, Halo3HasRangesAlone) {
+    const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Halo3);
+    EXPECT_EQ(cooked.map.constants.size(), 1u);
+    EXPECT_EQ(cooked.map.constants.at("range").size(), 9u);
+    EXPECT_LT(cooked.total().diffuse.relRms, 0.03);
 }
 
 /// The decode of Halo 3 in the words of its talk, written again: L is the product of both alphas.
@@ -722,51 +717,13 @@ TEST(LightMapVerifierSoak, FloatTargetsAreFarMoreExactThanBlocks) {
         }
         const auto errorOf = [&](Target target) { return cook(Kind::Gradient, layout, target).stages(shading).back().diffuse.relRms; };
         const double floats = errorOf(Target::Float);
-        // For two light sources and a sky, band 2 is neither zonal nor zero: an error of the layout in any format, which blocks may
+        // For two light sources and a sky, band 2 is not zero: an error of the layout in any format, which blocks may
         // change a little either way.
         if (keepsBand2(layout)) {
             EXPECT_LT(floats, 1e-3) << formats::info(layout).name;
         }
         EXPECT_LE(floats, (keepsBand2(layout) ? 1 : 1.001) * errorOf(Target::Bc)) << formats::info(layout).name;
     }
-}
-
-/// Returns the largest diffuse bound of the quads of covered texels, for an ideal sampler.
-double largestBoundInside(Cooked& cooked) {
-    cooked.map.formats.clear();
-    const verify::LightMapVerifier verifier = cooked.verifier();
-    double largest = 0;
-    for (int y = 0; y + 1 < kMapHeight; ++y)
-        for (int x = 0; x + 1 < kMapWidth; ++x) {
-            const auto isCovered = [&](int i) { return cooked.reference.covered.at(x + i % 2, y + i / 2) != 0; };
-            if (isCovered(0) && isCovered(1) && isCovered(2) && isCovered(3))
-                largest = std::max(largest, verifier.boundQuad(cooked.texels, cooked.reference, x, y).diffuse);
-        }
-    return largest;
-}
-
-TEST(LightMapVerifierSoak, ZonalLayoutsAreExactForOneLightSource) {
-    formats::LightMapStrip reference = synthetic::makeBand(Kind::Gradient, kMapWidth, 0, kMapHeight);
-    for (int y = 0; y < kMapHeight; ++y)
-        for (int x = 0; x < kMapWidth; ++x) {
-            const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
-            const glm::vec3 towards = glm::normalize(glm::vec3(0.5f + 0.01f * fx, 0.7f, 0.2f - 0.02f * fy));
-            reference.sh.at(x, y) = lighting::projectDirectional(towards, (1 + 0.02f * fx) * glm::vec3(1.0f, 0.7f + 0.005f * fy, 0.4f));
-        }
-    for (const LightMapLayout layout : {LightMapLayout::LuvwLinear, LightMapLayout::Zh3})
-        for (const auto& [target, most] : {std::pair(Target::Float, 1e-3), std::pair(Target::Bc, 0.02)}) {
-            formats::LightMapStrip copy = synthetic::makeBand(Kind::Gradient, kMapWidth, 0, kMapHeight);
-            copy.sh = reference.sh.copy();
-            std::ranges::fill(copy.normal.texels(), glm::normalize(glm::vec3(0.5f, 0.7f, 0.2f)));
-            Cooked cooked = cook(std::move(copy), layout, target);
-            const verify::StageError total = cooked.idealTotal();
-            EXPECT_LT(total.atTexels->diffuse.relRms, most) << formats::info(layout).name;
-            EXPECT_LT(total.atTexels->specular.relRms, most) << formats::info(layout).name;
-            // The axis turns little within a quad. Without that knowledge the bound would be above 1.
-            if (target == Target::Float) {
-                EXPECT_LT(largestBoundInside(cooked), 0.2) << formats::info(layout).name;
-            }
-        }
 }
 
 TEST(LightMapVerifierSoak, NightIsCookedAsWellAsDay) {
@@ -859,7 +816,7 @@ TEST(LightMapVerifier, FindsAKnownError) {
 
 TEST(LightMapVerifier, ADefectBetweenTexelsIsSeenOnTheSurfaceAlone) {
     // Exact at every texel centre, wrong between them: L = a0 a1, with a0 and a1 exchanged from texel to texel.
-    Cooked cooked = cook(Kind::Grey, LightMapLayout::Luvw, Target::Float);
+    Cooked cooked = cook(Kind::Grey, LightMapLayout::Halo3, Target::Float);
     const auto at = [&](std::size_t texture, int x, int y) -> glm::vec4& { return cooked.texels.textures[texture][0].at(x, y); };
     for (int y = 0; y < kMapHeight; ++y)
         for (int x = 0; x < kMapWidth; ++x) {
@@ -914,7 +871,7 @@ TEST(LightMapScenesSoak, CornellCooksWithinOnePercent) {
     if (!std::filesystem::exists(file)) GTEST_SKIP() << "the shared scenes are not here";
     const auto reader = formats::LightMapReader::open(file, {});
     ASSERT_TRUE(reader.has_value()) << reader.error().line();
-    for (const LightMapLayout layout : {LightMapLayout::Luvw, LightMapLayout::Ratio}) {
+    for (const LightMapLayout layout : {LightMapLayout::Hdr2, LightMapLayout::Ratio}) {
         auto band = reader->read(0, reader->height());
         ASSERT_TRUE(band.has_value()) << band.error().line();
         const verify::StageError total = cook(std::move(*band), layout, Target::Bc).total();

@@ -449,11 +449,10 @@ TEST_P(TightBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, TightBoundsSoak,
                          testing::Combine(testing::ValuesIn(test::kPublicScenes),
-                                          testing::Values(LightMapLayout::Luvw, LightMapLayout::LuvwLinear, LightMapLayout::Ratio,
-                                                          LightMapLayout::Zh3, LightMapLayout::Sh4, LightMapLayout::Basis3,
+                                          testing::Values(LightMapLayout::Ratio, LightMapLayout::Sh4, LightMapLayout::Basis3,
                                                           LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis16,
                                                           LightMapLayout::Godot, LightMapLayout::MonoSh, LightMapLayout::Bakery,
-                                                          LightMapLayout::Halo3, LightMapLayout::Halo3Linear, LightMapLayout::UnrealHq)),
+                                                          LightMapLayout::Halo3, LightMapLayout::UnrealHq)),
                          test::nameOfSceneAndLayout);
 
 }  // namespace

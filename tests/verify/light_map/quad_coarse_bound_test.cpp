@@ -12,7 +12,6 @@
 #include "verify/assets/random.h"
 #include "verify/light_map/controls.h"
 #include "verify/light_map/curved_bounds.h"
-#include "verify/light_map/zonal_bounds.h"
 
 namespace lightcook {
 namespace {
@@ -53,18 +52,15 @@ struct Compared {
     std::vector<double> ratios;  ///< coarse over refined bound
 };
 
-/// Returns the bound by ZonalBounds or CurvedBounds, which may split the quad. Of other layouts: the bound by lengths of control vectors,
+/// Returns the bound by CurvedBounds, which may split the quad. Of other layouts: the bound by lengths of control vectors,
 /// as QuadBounds computes them under the decode of one corner.
 ErrorBound refinedBound(const verify::lightmap::MapRows& rows, const verify::lightmap::SamplerTolerance& tolerance,
                         const verify::lightmap::BoundEvaluator& evaluator, const verify::lightmap::MapRows::Corners& corners, int x, int y,
                         int corner) {
     using namespace verify::lightmap;
-    if (rows.decoder().isZonal() || rows.decoder().isCurved()) {
+    if (rows.decoder().isCurved()) {
         LargestBounds largest;
-        if (rows.decoder().isZonal())
-            ZonalBounds(rows, tolerance, evaluator).bound(corners.texels, corners.references, x, y, largest);
-        else
-            CurvedBounds(rows, tolerance, evaluator).bound(corners.texels, corners.references, x, y, largest);
+        CurvedBounds(rows, tolerance, evaluator).bound(corners.texels, corners.references, x, y, largest);
         return {static_cast<float>(kFloor * largest.diffuse.bound), static_cast<float>(kFloor * largest.specular.bound)};
     }
     const auto quad = QuadControls::ofErrors(rows.decoder(), rows.clusterOf(x, y, corner), corners.texels, corners.references, {});
@@ -144,7 +140,7 @@ TEST(LightMapCoarseBound, IsNeverBelowTheRefinedBound) {
 TEST(LightMapCoarseBoundSoak, IsNotFarAboveTheRefinedBound) {
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
         // Their refined bound is exact, not one by lengths, and much smaller.
-        if (layout.isZonal || layout.decodeDegree == 0) continue;
+        if (layout.decodeDegree == 0) continue;
         const test::Cooked cooked =
             test::cook(synthetic::makeBand(synthetic::Kind::Gradient, kQuadsWidth, 0, kQuadsHeight), layout.id, formats::Target::Bc, 1);
         Compared compared = compare(cooked, false);

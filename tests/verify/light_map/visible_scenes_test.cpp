@@ -255,7 +255,7 @@ TEST_P(TightVisibleBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, TightVisibleBoundsSoak,
                          testing::Combine(testing::Values("cornell", "interior"),
-                                          testing::Values(LightMapLayout::Luvw, LightMapLayout::Ratio, LightMapLayout::Basis4,
+                                          testing::Values(LightMapLayout::Halo3, LightMapLayout::Ratio, LightMapLayout::Basis4,
                                                           LightMapLayout::Raw, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5)),
                          test::nameOfSceneAndLayout);
 

@@ -186,7 +186,7 @@ TEST(LightMapKey, OfTheDisplayIsTheDefinition) {
 /// The verdict is that of the surface; figures of texel centres stand beside it, and the largest error is that of both.
 TEST(VisibleError, OfTheWholeIsThatOfTheSurface) {
     test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Spikes, kVisibleWidth, 0, kVisibleHeight),
-                                     formats::LightMapLayout::Luvw, formats::Target::Bc, 1);
+                                     formats::LightMapLayout::Hdr2, formats::Target::Bc, 1);
     const auto verifier = LightMapVerifier::create(cooked.map, {}, {}, cooked.key, Viewing{});
     ASSERT_TRUE(verifier.has_value());
     const LightMapErrors errors = verifier->verifyRows(cooked.texels, cooked.reference, 0, kVisibleHeight);
