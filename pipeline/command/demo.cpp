@@ -38,7 +38,7 @@ CommandFunction defineDemo(CLI::App& app) {
     options->cook.output = "demo.cooked";
     declareWritten(addFolderOption(app, "-o,--output", options->cook.output, "Output folder; default: demo.cooked"), Written::Folder);
     addOutputOptions(app, options->cook.given);
-    options->json.add(app, "the report of the verification");
+    options->json.add(app, "the report");
     return [options](Session& session) {
         options->json.prepare(session);
         options->cook.scene = demoScene();
@@ -47,14 +47,13 @@ CommandFunction defineDemo(CLI::App& app) {
         if (auto checked = session.paths.checkAgainstScene(*scene, options->cook.output); !checked) return session.finish(checked);
         const Outcome cooked = cookScene(std::move(*scene), options->cook, session.state);
         printCook(session, cooked);
-        if (!cooked.errors.empty()) return options->json.finish(session, cooked.report, cooked.errors);
-        const std::filesystem::path& folder = options->cook.output;
-        const Outcome verified = verifyCooked({folder, {}, {}}, session.state);
-        if (verified.report.is_object() && session.terminal.verbosity() != Verbosity::Quiet) printReport(session.terminal, verified.report);
-        if (verified.errors.empty() && session.terminal.verbosity() != Verbosity::Quiet)
-            session.terminal.say(fmt::format("cooked and verified; the report is {}",
-                                             std::filesystem::absolute(folder / kReportHtmlName).lexically_normal().string()));
-        return options->json.finish(session, verified.report, verified.errors);
+        if (cooked.errors.empty() && session.terminal.verbosity() != Verbosity::Quiet) {
+            if (!session.terminal.isInteractive()) printReport(session.terminal, cooked.report);
+            session.terminal.say(
+                fmt::format("cooked and verified; the report is {}",
+                            std::filesystem::absolute(options->cook.output / kReportHtmlName).lexically_normal().string()));
+        }
+        return options->json.finish(session, cooked.report, cooked.errors);
     };
 }
 
