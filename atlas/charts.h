@@ -43,7 +43,7 @@ inline constexpr double kPlaceRounding = 1.0 / 128;
 /// reach the same quad are of one chart: where bakers overlap or abut charts, these move together.
 /// Fails with ErrorCode::WrongShape, naming mesh and triangle, for a mesh without light-map UVs and for UVs outside [0, 1].
 /// names  of the meshes, for errors
-formats::Result<ChartSet> findCharts(std::span<const formats::TriangleMesh* const> meshes, std::span<const std::string> names, int width,
-                                     int height);
+formats::Result<ChartSet> findCharts(std::span<const formats::TriangleMesh* const> meshes, std::span<const formats::Subject> names,
+                                     int width, int height);
 
 }  // namespace lightcook::atlas

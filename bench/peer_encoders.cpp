@@ -50,13 +50,13 @@ Result<PeerEncoder> PeerEncoder::load(const fs::path& file) {
     library->handle = ::dlopen(fs::absolute(file).c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library->handle) {
         const char* reason = ::dlerror();
-        return failure(ErrorCode::FileUnreadable, file.string(),
+        return failure(ErrorCode::FileUnreadable, file,
                        fmt::format("the shared object does not load ({}); a peer is a *.so that exports the functions of encoder_peer.h",
                                    reason ? reason : "no reason given"));
     }
     const auto lacks = [&](const char* symbol) {
         return failure(
-            ErrorCode::FormatUnsupported, file.string(),
+            ErrorCode::FormatUnsupported, file,
             fmt::format("found no function {}; a peer exports the five functions of bench/encoder_peer.h with C linkage", symbol));
     };
     decltype(&lightcook_peer_interface) interface = nullptr;
@@ -67,7 +67,7 @@ Result<PeerEncoder> PeerEncoder::load(const fs::path& file) {
     if (!library->find("lightcook_peer_texels", library->texels)) return lacks("lightcook_peer_texels");
     if (!library->find("lightcook_peer_encode", library->encode)) return lacks("lightcook_peer_encode");
     if (const std::int32_t version = interface(); version != LIGHTCOOK_PEER_INTERFACE)
-        return failure(ErrorCode::FormatUnsupported, file.string(),
+        return failure(ErrorCode::FormatUnsupported, file,
                        fmt::format("found interface {}, expected {}; compile the peer with this bench/encoder_peer.h", version,
                                    LIGHTCOOK_PEER_INTERFACE));
     const char* const own = name();
@@ -124,7 +124,7 @@ Result<PeerTexels> PeerEncoder::convert(PixelFormat format, formats::ImageView<c
             break;
     }
     return failure(
-        ErrorCode::FormatUnsupported, library_->file.string(),
+        ErrorCode::FormatUnsupported, library_->file,
         fmt::format("found texel type {} for {}, expected a LIGHTCOOK_PEER_RGBA* of bench/encoder_peer.h", converted.type, formatName));
 }
 
@@ -133,7 +133,7 @@ Result<void> PeerEncoder::encode(PixelFormat format, int profile, const PeerTexe
     const std::int32_t status =
         library_->encode(formatName.c_str(), profile, texels.bytes.data(), texels.width, texels.height, blocks.data());
     if (status == 0) return {};
-    return failure(ErrorCode::Internal, library_->file.string(),
+    return failure(ErrorCode::Internal, library_->file,
                    fmt::format("lightcook_peer_encode returned {} for {}, profile {}, {} x {} texels; repair the peer, or leave the format "
                                "out with --formats",
                                status, formatName, profile, texels.width, texels.height));
@@ -144,9 +144,9 @@ Result<std::vector<PeerEncoder>> loadPeerEncoders(const fs::path& folder) {
     std::vector<fs::path> files;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
         if (entry->path().extension() == ".so") files.push_back(entry->path());
-    if (error) return failure(ErrorCode::FileUnreadable, folder.string(), error.message() + "; --peers takes a folder of shared objects");
+    if (error) return failure(ErrorCode::FileUnreadable, folder, error.message() + "; --peers takes a folder of shared objects");
     if (files.empty())
-        return failure(ErrorCode::FileUnreadable, folder.string(),
+        return failure(ErrorCode::FileUnreadable, folder,
                        "found no *.so; build a peer into it, for example bench/example_peers (docs/guide/benchmark-peers.md)");
     std::sort(files.begin(), files.end());
     std::vector<PeerEncoder> peers;

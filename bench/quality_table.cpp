@@ -83,7 +83,7 @@ std::string csvOf(const std::vector<QualityRow>& rows) {
 
 formats::Result<std::vector<QualityRow>> readQualityTable(const std::filesystem::path& file) {
     std::ifstream stream(file);
-    if (!stream) return formats::failure(formats::ErrorCode::FileUnreadable, file.string(), "found no file, expected the quality table");
+    if (!stream) return formats::failure(formats::ErrorCode::FileUnreadable, file, "found no file, expected the quality table");
     std::vector<QualityRow> rows;
     std::string line;
     for (int number = 1; std::getline(stream, line); ++number) {

@@ -93,8 +93,6 @@ struct BakeRecognition {
 
 /// Value of the scene key `bake` that chooses the format by the channels, names and sizes of the files.
 inline constexpr std::string_view kAutoBake = "auto";
-/// Beginning of the error of a file in which nothing belongs to a bake format. Other files have part of one, or fit several.
-inline constexpr std::string_view kBelongsToNoBakeFormat = "found no light map, expected that of a bake format";
 
 std::span<const BakeFormatInfo> allBakeFormats();
 /// Returns "auto" and the names of all bake formats: the values of the scene key `bake`.
@@ -118,7 +116,7 @@ std::string faultOfPictureSet(const std::filesystem::path& file, std::string_vie
 /// other names and for coefficients that are missing.
 /// names    "sh00" for a coefficient, "sh00.R" for one colour of it
 /// subject  names the list in errors
-Result<const BakeFormatInfo*> bakeFormatOfFiles(std::span<const std::string> names, const std::string& subject);
+Result<const BakeFormatInfo*> bakeFormatOfFiles(std::span<const std::string> names, const Subject& subject);
 /// Returns the name of a bake: that of its file without extension and without the ending that the files of its format have.
 /// bake  name of the bake format that it was recognised as
 std::string nameOfBake(const std::filesystem::path& file, std::string_view bake);

@@ -1,10 +1,13 @@
 // Errors of files, scenes and requests are values that name the place and the fault.
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
 #include <utility>
+#include <vector>
 
 namespace lightcook::formats {
 
@@ -12,12 +15,14 @@ enum class ErrorCode {
     InvalidRequest,     ///< fault in the command line or the scene file: exit code 2
     FileUnreadable,     ///< missing, truncated, not the format it claims to be: 3
     FormatUnsupported,  ///< readable, but not something that we read or write: 3
+    UnknownBake,        ///< an image that has nothing of a bake format: 3
     WrongShape,         ///< channels, size or faces differ from those required: 3
     ValueNotFinite,     ///< NaN or infinity: 3
     ValueOutOfRange,    ///< negative energy, beyond the format: 3
     Implausible,        ///< lint: a finding that is an error, or any finding with --strict: 3
     ColorSpace,         ///< unknown, or not linear where it has to be: 3
-    Verification,       ///< error over its limit, or content that differs from the cooked one: 4
+    Verification,       ///< content that differs from the cooked one: 4
+    OverLimit,          ///< figures of an asset that did not pass: each is a Failure of report.json: 4
     OverBudget,         ///< 5
     Interrupted,        ///< 6
     Internal,           ///< fault of lightcook or of the machine (disk full): 1
@@ -59,20 +64,68 @@ inline std::string withoutControls(std::string_view text) {
     return line;
 }
 
+/// What an error is about, as users read it: a file and a place in it, an option, or an asset.
+struct Subject {
+    Subject(const std::filesystem::path& about) : text(about.string()), file(about) {}
+    Subject(std::string words) : text(std::move(words)) {}
+    Subject(const char* words) : text(words) {}
+
+    /// Returns a line of a text file, and a column of it: "scene.toml:12:3".
+    static Subject inLine(const std::filesystem::path& file, int line, int column = 0) {
+        Subject place(file);
+        place.text += ":" + std::to_string(line) + (column > 0 ? ":" + std::to_string(column) : "");
+        place.lineNumber = line;
+        return place;
+    }
+    /// Returns a place in it: "lobby.exr, channel R"; itself without one.
+    Subject at(std::string_view place) const {
+        Subject inside = *this;
+        if (!place.empty()) inside.text.append(", ").append(place);
+        return inside;
+    }
+
+    std::string text;
+    std::filesystem::path file;          ///< empty: it is no file, or in none
+    std::optional<int> lineNumber = {};  ///< of a text file, from 1
+};
+
 /// Users read one line, "subject: detail". The detail says what was found and what was expected, or what to do.
 struct Error {
+    Error() = default;
+    Error(ErrorCode what, Subject about, std::string words)
+        : code(what), subject(std::move(about.text)), detail(std::move(words)), file(std::move(about.file)), lineNumber(about.lineNumber) {}
+
     ErrorCode code = ErrorCode::Internal;
     std::string subject;  ///< file and place: "lobby.exr, channel sh03.G, texel (12, 7)"
     std::string detail;   ///< "found NaN, expected a finite value"
+    // The same for programs.
+    std::string asset = {};              ///< that could not be cooked, or did not pass; empty: none, or not one alone
+    std::filesystem::path file = {};     ///< of the subject; empty: none
+    std::optional<int> lineNumber = {};  ///< of that file
 
     std::string line() const { return withoutControls(subject + ": " + detail); }
 };
 
+/// Appends an error unless there is one of the same line, and returns true then: one bad input can stop several actions.
+inline bool addOnce(std::vector<Error>& errors, const Error& error) {
+    for (const Error& each : errors)
+        if (each.line() == error.line()) return false;
+    errors.push_back(error);
+    return true;
+}
+
 template <class T>
 using Result = tl::expected<T, Error>;
 
-inline tl::unexpected<Error> failure(ErrorCode code, std::string subject, std::string detail) {
-    return tl::make_unexpected(Error{code, std::move(subject), std::move(detail)});
+/// Returns a result whose error, if it has one, names the asset that it stopped.
+template <class T>
+Result<T> ofAsset(const std::string& asset, Result<T> result) {
+    if (!result && result.error().asset.empty()) result.error().asset = asset;
+    return result;
+}
+
+inline tl::unexpected<Error> failure(ErrorCode code, Subject about, std::string detail) {
+    return tl::make_unexpected(Error(code, std::move(about), std::move(detail)));
 }
 
 }  // namespace lightcook::formats

@@ -22,6 +22,6 @@ std::vector<Firefly> findFireflies(const LightMapStrip& strip, double limit);
 
 /// Fails at the first firefly or, with `repair`, replaces each by the mean of its neighbours and counts it.
 /// placeOf  returns a texel's place in the file, for the error
-Result<void> checkFireflies(LightMapStrip& strip, double limit, bool repair, const std::function<std::string(const Firefly&)>& placeOf);
+Result<void> checkFireflies(LightMapStrip& strip, double limit, bool repair, const std::function<Subject(const Firefly&)>& placeOf);
 
 }  // namespace lightcook::formats

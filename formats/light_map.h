@@ -157,7 +157,7 @@ public:
     Result<LightMapStrip> read(int firstRow, int rowCount) const;
     /// Returns where a colour of a coefficient of texel (x, y) is stored, for errors: "map.exr, channel sh00.R, texel (3, 4)". Of one that
     /// is computed from several numbers, one of them.
-    std::string placeOf(std::size_t coefficient, int colour, int x, int y) const;
+    Subject placeOf(std::size_t coefficient, int colour, int x, int y) const;
 
 private:
     struct State;

@@ -37,7 +37,7 @@ inline std::uint64_t availableMemory() {
 }
 
 /// Refuses an input that needs more memory than there is. `subject`: the file, and the place in it that asks for so much.
-inline Result<void> checkMemory(std::uint64_t bytes, const std::string& subject) {
+inline Result<void> checkMemory(std::uint64_t bytes, const Subject& subject) {
     constexpr std::uint64_t kSmall = std::uint64_t{64} << 20;  // not worth asking
     if (bytes <= kSmall) return {};
     const std::uint64_t available = availableMemory();

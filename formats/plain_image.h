@@ -39,7 +39,7 @@ bool isPictureFile(const std::filesystem::path& file);
 Result<PlainImage> readImage(const std::filesystem::path& file);
 /// Brings an image whose file states `environment` to the directions and texel centres of environment.h, and forgets the statement. Fails
 /// for another shape than that of the environment. subject  names the image in errors
-Result<void> resampleEnvironment(PlainImage& image, const std::string& subject);
+Result<void> resampleEnvironment(PlainImage& image, const Subject& subject);
 
 /// The names of the channels of a flat OpenEXR file and its extent, without texels.
 struct ExrContent {

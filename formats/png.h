@@ -20,7 +20,7 @@ bool isPng(std::span<const std::byte> bytes);
 bool isPngFile(const std::filesystem::path& file);
 /// Reads a PNG as it is stored: without colour conversion or multiplication by alpha. Any number of bits becomes [0, 1].
 /// subject  names it in errors
-Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& subject);
+Result<PlainImage> decodePng(std::span<const std::byte> png, const Subject& subject);
 /// Does the same with a file.
 Result<PlainImage> readPng(const std::filesystem::path& file);
 

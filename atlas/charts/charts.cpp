@@ -70,7 +70,7 @@ private:
     std::vector<std::uint32_t> firstVertex_;
 };
 
-formats::Result<void> checkUvs(std::span<const TriangleMesh* const> meshes, std::span<const std::string> names) {
+formats::Result<void> checkUvs(std::span<const TriangleMesh* const> meshes, std::span<const formats::Subject> names) {
     for (std::size_t mesh = 0; mesh < meshes.size(); ++mesh) {
         const formats::MeshAttribute* uv = meshes[mesh]->find("TEXCOORD_1");
         if (uv == nullptr)
@@ -107,7 +107,7 @@ DisjointSets connect(const Triangles& triangles, const glm::ivec2& size) {
 
 }  // namespace
 
-formats::Result<ChartSet> findCharts(std::span<const TriangleMesh* const> meshes, std::span<const std::string> names, int width,
+formats::Result<ChartSet> findCharts(std::span<const TriangleMesh* const> meshes, std::span<const formats::Subject> names, int width,
                                      int height) {
     LC_CHECK(checkUvs(meshes, names));
     const glm::ivec2 size(width, height);

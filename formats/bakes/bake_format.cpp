@@ -186,7 +186,7 @@ constexpr std::array kBakeFormats = {
 };
 
 tl::unexpected<Error> wrongShape(const std::filesystem::path& file, std::string detail) {
-    return failure(ErrorCode::WrongShape, file.string(), std::move(detail));
+    return failure(ErrorCode::WrongShape, file, std::move(detail));
 }
 
 /// Returns "R, G, B": what a file holds, for errors.
@@ -233,8 +233,9 @@ tl::unexpected<Error> unknownFormat(const std::filesystem::path& file, const Exr
                                             layers.size() == 1 ? "layer" : "layers", oneLine(fmt::format("{}", fmt::join(layers, ", ")))));
     std::vector<std::string> known;
     for (const BakeFormatInfo& format : kBakeFormats) known.push_back(fmt::format("{} ({})", format.name, format.content));
-    return wrongShape(file,
-                      fmt::format("{}: {}; it holds {}{}", kBelongsToNoBakeFormat, fmt::join(known, ", "), heldBy(info), guessOf(info)));
+    return failure(ErrorCode::UnknownBake, file,
+                   fmt::format("found no light map, expected that of a bake format: {}; it holds {}{}", fmt::join(known, ", "),
+                               heldBy(info), guessOf(info)));
 }
 
 struct Candidate {
@@ -416,14 +417,14 @@ std::vector<std::filesystem::path> bakeFilesBeside(const std::filesystem::path& 
     return files;
 }
 
-Result<void> checkBakeName(const std::string& bake, const std::string& subject) {
+Result<void> checkBakeName(const std::string& bake, const Subject& subject) {
     if (bake == kAutoBake || findByName(allBakeFormats(), bake) != nullptr) return {};
-    return failure(ErrorCode::InvalidRequest, subject + ", bake",
+    return failure(ErrorCode::InvalidRequest, subject.at("bake"),
                    fmt::format("found \"{}\", expected {}", oneLine(bake), fmt::join(bakeNames(), " or ")));
 }
 
 Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::filesystem::path& file, const ExrInfo& info) {
-    LC_CHECK(checkBakeName(bake, file.string()));
+    LC_CHECK(checkBakeName(bake, file));
     std::vector<Candidate> candidates;
     for (const BakeFormatInfo& format : kBakeFormats) candidates.push_back({&format, format.match(file, info)});
     const bool isNamed = bake != kAutoBake;
@@ -440,38 +441,38 @@ Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::files
     return recognition;
 }
 
-Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format, const std::string& subject) {
+Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format, const Subject& subject) {
     if (encoding == LightEncoding::Auto || encoding == LightEncoding::None || format.takesEncoding) return {};
-    return failure(ErrorCode::InvalidRequest, subject + ", encoding",
+    return failure(ErrorCode::InvalidRequest, subject.at("encoding"),
                    fmt::format("found \"{}\" for bake format {}, expected none: it is for {}", nameOfConvention(encoding), format.name,
                                fmt::join(encodedBakeNames(), ", ")));
 }
 
-Result<void> checkImage(const std::string& image, const BakeFormatInfo& format, const std::string& subject) {
+Result<void> checkImage(const std::string& image, const BakeFormatInfo& format, const Subject& subject) {
     if (image.empty() || format.openGltf != nullptr) return {};
-    return failure(ErrorCode::InvalidRequest, subject + ", image",
+    return failure(ErrorCode::InvalidRequest, subject.at("image"),
                    fmt::format("found \"{}\" for bake format {}, expected none: it is for {}", oneLine(image), format.name,
                                fmt::join(gltfBakeNames(), ", ")));
 }
 
-Result<void> checkAxes(const BakeAxes& axes, const BakeFormatInfo& format, const std::string& subject) {
+Result<void> checkAxes(const BakeAxes& axes, const BakeFormatInfo& format, const Subject& subject) {
     if (axes.isIdentity() || format.takesAxes) return {};
-    return failure(ErrorCode::InvalidRequest, subject + ", axes",
+    return failure(ErrorCode::InvalidRequest, subject.at("axes"),
                    fmt::format("found \"{}\" for bake format {}, expected none: its directions are relative to the surfaces of the mesh",
                                axes.name(), format.name));
 }
 
-Result<void> checkLmbake(const std::filesystem::path& lmbake, const BakeFormatInfo& format, const std::string& subject) {
+Result<void> checkLmbake(const std::filesystem::path& lmbake, const BakeFormatInfo& format, const Subject& subject) {
     if (lmbake.empty() || format.takesLmbake) return {};
-    return failure(ErrorCode::InvalidRequest, subject + ", lmbake",
+    return failure(ErrorCode::InvalidRequest, subject.at("lmbake"),
                    fmt::format("found {} beside a light map of bake format {}, expected none: it is for those of Godot, {}",
                                lmbake.filename().string(), format.name, fmt::join(lmbakeBakeNames(), ", ")));
 }
 
-Result<LightMapDescription> withImplied(LightMapDescription description, const BakeFormatInfo& format, const std::string& subject) {
+Result<LightMapDescription> withImplied(LightMapDescription description, const BakeFormatInfo& format, const Subject& subject) {
     const BakeConventions& implied = format.implied;
     const auto refuse = [&](std::string_view key, std::string_view name) {
-        return failure(ErrorCode::InvalidRequest, fmt::format("{}, {}", subject, key),
+        return failure(ErrorCode::InvalidRequest, subject.at(key),
                        fmt::format("found another value than \"{}\", expected it: bake format {} implies that value", name, format.name));
     };
     if (!imply(description.phase, implied.phase)) return refuse("phase", nameOfConvention(description.phase));

@@ -30,13 +30,13 @@ struct Picture {
 
 Result<Picture> readPicture(const std::filesystem::path& file) {
     if (const auto found = whyNoFile(file))
-        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
+        return failure(ErrorCode::FileUnreadable, file, fmt::format("found {}, expected an image", *found));
     const Result<PlainImage> image = readImage(file);
     if (!image) return tl::make_unexpected(image.error());
     const auto& texels = image->texels;
     const auto isGrey = [](const glm::vec4& texel) { return texel.x == texel.y && texel.x == texel.z; };
     if (image->channelCount == 2 && !std::ranges::all_of(texels.texels(), isGrey))
-        return failure(ErrorCode::WrongShape, file.string(), "found two channels, expected R, G and B, or grey");
+        return failure(ErrorCode::WrongShape, file, "found two channels, expected R, G and B, or grey");
     Picture picture{Image<glm::vec3>(texels.width(), texels.height()), {}, image->chromaticities};
     std::ranges::transform(texels.texels(), picture.colours.texels().begin(), [](const glm::vec4& texel) { return glm::vec3(texel); });
     constexpr int kGreyWithAlpha = 2;
@@ -72,7 +72,7 @@ Result<BakeImage> BakeImage::open(const std::filesystem::path& file) {
     Result<ExrReader> exr = ExrReader::open(file);
     if (!exr && !whyNoFile(file) && isPictureFile(file))
         return failure(
-            ErrorCode::FormatUnsupported, file.string(),
+            ErrorCode::FormatUnsupported, file,
             "found a picture of integers, expected OpenEXR or Radiance HDR, or its encoding: \"none\" of linear values, \"srgb\" of "
             "display colours, \"rgbm\" or \"dldr\" of Unity. Set encoding (--encoding)");
     if (!exr) return tl::make_unexpected(textureForImage(file, "OpenEXR or Radiance HDR").value_or(exr.error()));
@@ -112,13 +112,13 @@ Result<BakeImage> BakeImage::openEncoded(const std::filesystem::path& file, Ligh
     const std::string_view name = nameOfConvention(encoding);
     const std::string extension = lowerExtension(file);
     if (extension == ".exr" || extension == ".hdr" || extension == ".pic")
-        return failure(ErrorCode::InvalidRequest, file.string(),
+        return failure(ErrorCode::InvalidRequest, file,
                        fmt::format("found HDR values, expected an 8-bit picture (PNG, TGA): encoding is \"{}\". Remove that key", name));
     Result<BakeImage> image = openPicture(file);
     if (!image) return image;
     const bool hasAlpha = image->alpha_.width() > 0;
     if (encoding == LightEncoding::Rgbm && !hasAlpha)
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        "found no alpha, expected the multiplier of RGBM in it. Double LDR? Set encoding = \"dldr\"");
     for (int y = 0; y < image->picture_.height(); ++y)
         for (int x = 0; x < image->picture_.width(); ++x) {
@@ -126,8 +126,7 @@ Result<BakeImage> BakeImage::openEncoded(const std::filesystem::path& file, Ligh
             const glm::vec4 stored(colour, hasAlpha ? image->alpha_.at(x, y) : 1);
             for (int c = 0; c < 4; ++c)
                 if (!(stored[c] >= 0 && stored[c] <= 1))
-                    return failure(ErrorCode::ValueOutOfRange,
-                                   fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGBA"[c], x, y),
+                    return failure(ErrorCode::ValueOutOfRange, Subject(file).at(fmt::format("channel {}, texel ({}, {})", "RGBA"[c], x, y)),
                                    fmt::format("found {}, expected 0 to 1 under encoding = \"{}\"", stored[c], name));
             colour = decodedLight(stored, encoding);
         }

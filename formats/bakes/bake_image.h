@@ -31,7 +31,7 @@ public:
 
     const std::filesystem::path& file() const { return file_; }
     /// Returns the file's name for errors.
-    std::string subject() const { return file_.string(); }
+    Subject subject() const { return file_; }
     const ExrInfo& info() const { return exr_ && !isGrey_ ? exr_->info() : pictureInfo_; }
     bool isEncoded() const { return isEncoded_; }
     /// Returns the number of rows that are cheap to read together.

@@ -36,7 +36,8 @@ struct RawStrip {
 
 /// A place in the files of a bake: it holds one number.
 struct StoredNumber {
-    std::string file, channel;
+    Subject file;
+    std::string channel;
     int x = 0, y = 0;
     std::optional<float> value = {};  ///< empty: it is the coefficient
 };
@@ -73,18 +74,18 @@ Result<BakeRecognition> findBakeFormat(const std::string& bake, const std::files
 /// Returns true if `file` may be of a format that needs a mesh, under a value of the scene key `bake`.
 bool mayNeedMesh(const std::filesystem::path& file, std::string_view bake);
 /// Fails if `bake` is neither "auto" nor the name of a bake format.
-Result<void> checkBakeName(const std::string& bake, const std::string& subject);
+Result<void> checkBakeName(const std::string& bake, const Subject& subject);
 /// Fails if the file is encoded but the format takes no encoding.
-Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format, const std::string& subject);
+Result<void> checkEncoding(LightEncoding encoding, const BakeFormatInfo& format, const Subject& subject);
 /// Fails if an image of a glTF is named but the format lies in none.
-Result<void> checkImage(const std::string& image, const BakeFormatInfo& format, const std::string& subject);
+Result<void> checkImage(const std::string& image, const BakeFormatInfo& format, const Subject& subject);
 /// Fails if axes are given but the format has none of its own.
-Result<void> checkAxes(const BakeAxes& axes, const BakeFormatInfo& format, const std::string& subject);
+Result<void> checkAxes(const BakeAxes& axes, const BakeFormatInfo& format, const Subject& subject);
 /// Fails if an lmbake is given but Godot does not write the format.
-Result<void> checkLmbake(const std::filesystem::path& lmbake, const BakeFormatInfo& format, const std::string& subject);
+Result<void> checkLmbake(const std::filesystem::path& lmbake, const BakeFormatInfo& format, const Subject& subject);
 
 /// Returns the description with the conventions that the format implies. Fails if the description has another one that is not the default:
 /// then the scene file contradicts the format.
-Result<LightMapDescription> withImplied(LightMapDescription description, const BakeFormatInfo& format, const std::string& subject);
+Result<LightMapDescription> withImplied(LightMapDescription description, const BakeFormatInfo& format, const Subject& subject);
 
 }  // namespace lightcook::formats

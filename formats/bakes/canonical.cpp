@@ -77,7 +77,7 @@ ShRgb CanonicalConversion::operator()(ShRgb sh, const glm::vec3& normal) const {
 }
 
 tl::unexpected<Error> Canonicalizer::refuse(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const {
-    return failure(code, fmt::format("{}, channel {}, texel ({}, {})", file_, channel, x, y), std::move(detail));
+    return failure(code, file_.at(fmt::format("channel {}, texel ({}, {})", channel, x, y)), std::move(detail));
 }
 
 StoredNumber Canonicalizer::placeOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const {
@@ -85,14 +85,14 @@ StoredNumber Canonicalizer::placeOf(std::size_t coefficient, int colour, int x, 
 }
 
 /// Returns the place of a run of numbers, by its first and its last.
-std::string placeOfRun(const StoredNumber& first, const StoredNumber& last) {
+Subject placeOfRun(const StoredNumber& first, const StoredNumber& last) {
     const auto texel = [](const StoredNumber& number) { return fmt::format("texel ({}, {})", number.x, number.y); };
-    const bool isOneTexel = first.file == last.file && texel(first) == texel(last);
+    const bool isOneTexel = first.file.text == last.file.text && texel(first) == texel(last);
     if (!isOneTexel)
-        return fmt::format("{}, channel {}, {} .. {}, channel {}, {}", first.file, first.channel, texel(first), last.file, last.channel,
-                           texel(last));
+        return first.file.at(
+            fmt::format("channel {}, {} .. {}, channel {}, {}", first.channel, texel(first), last.file.text, last.channel, texel(last)));
     const std::string channels = first.channel == last.channel ? first.channel : first.channel + " .. " + last.channel;
-    return fmt::format("{}, channel {}, {}", first.file, channels, texel(first));
+    return first.file.at(fmt::format("channel {}, {}", channels, texel(first)));
 }
 
 tl::unexpected<Error> Canonicalizer::refuseNumber(ErrorCode code, std::size_t coefficient, int colour, int x, int y, float value,
@@ -103,7 +103,7 @@ tl::unexpected<Error> Canonicalizer::refuseNumber(ErrorCode code, std::size_t co
     return failure(code, placeOfRun(place, place), fmt::format("found {}, expected {}", isAtFault ? *place.value : value, expected));
 }
 
-std::string Canonicalizer::nameOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const {
+Subject Canonicalizer::nameOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const {
     const StoredNumber place = placeOf(coefficient, colour, x, y, reader);
     return placeOfRun(place, place);
 }

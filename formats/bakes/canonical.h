@@ -42,7 +42,7 @@ class Canonicalizer {
 public:
     /// file          for errors
     /// normalAxes    of the normals that the reader gives, against those of the mesh
-    Canonicalizer(std::string file, const LightMapDescription& description, const LinearConversion& colors, const BakeAxes& normalAxes)
+    Canonicalizer(Subject file, const LightMapDescription& description, const LinearConversion& colors, const BakeAxes& normalAxes)
         : file_(std::move(file)),
           repairs_(description.repair),
           isCompressed_(description.isCompressed),
@@ -53,7 +53,7 @@ public:
     /// asks for repair or, of finite values, says that the map was compressed.
     Result<LightMapStrip> operator()(RawStrip raw, int firstRow, const BakeReader& reader) const;
     /// Returns where a colour of a coefficient of texel (x, y) of the map is stored, for errors: "map.exr, channel sh00.R, texel (3, 4)".
-    std::string nameOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const;
+    Subject nameOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const;
 
 private:
     Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
@@ -69,7 +69,7 @@ private:
                                        const std::string& expected, const BakeReader& reader) const;
     StoredNumber placeOf(std::size_t coefficient, int colour, int x, int y, const BakeReader& reader) const;
 
-    std::string file_;
+    Subject file_;
     bool repairs_ = false, isCompressed_ = false;
     BakeAxes normalAxes_;
     CanonicalConversion conversion_;

@@ -91,13 +91,13 @@ private:
     Result<void> addImage(const std::filesystem::path& file) {
         Result<BakeImage> image = BakeImage::open(file);
         if (!image && image.error().code == ErrorCode::FormatUnsupported && isPictureFile(file))
-            return failure(ErrorCode::FormatUnsupported, file.string(),
+            return failure(ErrorCode::FormatUnsupported, file,
                            "found a picture of integers, expected OpenEXR or Radiance HDR: coefficients have no encoding");
         if (!image) return tl::make_unexpected(image.error());
         images_.push_back(std::move(*image));
         const ExrInfo &first = images_.front().info(), &info = images_.back().info();
         if (info.width == first.width && info.height == first.height) return {};
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        fmt::format("found {} x {} texels, expected {} x {} as {} has", info.width, info.height, first.width, first.height,
                                    images_.front().file().filename().string()));
     }
@@ -109,7 +109,7 @@ private:
 
 }  // namespace
 
-Result<const BakeFormatInfo*> bakeFormatOfFiles(std::span<const std::string> names, const std::string& subject) {
+Result<const BakeFormatInfo*> bakeFormatOfFiles(std::span<const std::string> names, const Subject& subject) {
     const auto refuse = [&](std::string detail) { return failure(ErrorCode::InvalidRequest, subject, std::move(detail)); };
     const auto has = [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); };
     const std::vector<std::string> known = knownNames();

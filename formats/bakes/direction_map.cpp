@@ -40,7 +40,7 @@ public:
             for (int x = 0; x < width(); ++x)
                 if (!decode(raw, x, y))
                     return failure(
-                        ErrorCode::ValueOutOfRange, fmt::format("{}, texel ({}, {})", images()[1].subject(), x, firstRow + y),
+                        ErrorCode::ValueOutOfRange, images()[1].subject().at(fmt::format("texel ({}, {})", x, firstRow + y)),
                         fmt::format("found ({}), expected {} where {} has light. A texel outside the charts? Set the alpha of {} "
                                     "to 0 there",
                                     asText(storedAt(raw, x, y)), decode_.expected, colourFile(), colourFile()));

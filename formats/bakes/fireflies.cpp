@@ -79,7 +79,7 @@ std::vector<Firefly> findFireflies(const LightMapStrip& strip, double limit) {
     return found;
 }
 
-Result<void> checkFireflies(LightMapStrip& strip, double limit, bool repair, const std::function<std::string(const Firefly&)>& placeOf) {
+Result<void> checkFireflies(LightMapStrip& strip, double limit, bool repair, const std::function<Subject(const Firefly&)>& placeOf) {
     for (const Firefly& each : findFireflies(strip, limit)) {
         if (!repair)
             return failure(ErrorCode::ValueOutOfRange, placeOf(each),

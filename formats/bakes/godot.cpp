@@ -177,12 +177,12 @@ private:
 Result<std::unique_ptr<BakeReader>> openAs(Reading reading, BakeImage image) {
     const int slices = slicesOf(image.file(), image.info()), height = image.info().height;
     if (slices % kSlices != 0)
-        return failure(ErrorCode::WrongShape, importFile(image.file()).string(),
+        return failure(ErrorCode::WrongShape, importFile(image.file()),
                        fmt::format("found slices/vertical={}, expected a multiple of {}: L0 and three directions a page. A flat light map? "
                                    "Set bake = \"flat\"",
                                    slices, kSlices));
     if (const int columns = importedNumber(image.file(), "slices/horizontal=").value_or(1); columns != 1)
-        return failure(ErrorCode::WrongShape, importFile(image.file()).string(),
+        return failure(ErrorCode::WrongShape, importFile(image.file()),
                        fmt::format("found slices/horizontal={}, expected 1: slices from top to bottom", columns));
     if (height % slices != 0)
         return failure(ErrorCode::WrongShape, image.subject(),

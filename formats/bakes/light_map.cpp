@@ -43,7 +43,7 @@ Result<OpenBake> openImage(const std::filesystem::path& named, const LightMapDes
     Result<BakeImage> opened = BakeImage::openAs(file, description.encoding);
     if (!opened && opened.error().code == ErrorCode::FormatUnsupported && isPictureFile(file))
         if (const std::string fault = faultOfPictureSet(file, description.bake); !fault.empty())
-            return failure(ErrorCode::WrongShape, file.string(), fault);
+            return failure(ErrorCode::WrongShape, file, fault);
     if (!opened) return tl::make_unexpected(opened.error());
     const auto image = std::make_shared<BakeImage>(std::move(*opened));
     Result<BakeRecognition> recognition = findBakeFormat(description.bake, file, image->info());
@@ -67,8 +67,8 @@ Result<OpenBake> openGltf(const std::filesystem::path& file, const LightMapDescr
 }
 
 /// Opens a bake whose images the scene lists.
-Result<OpenBake> openParts(const LightMapDescription& description, const std::string& subject) {
-    const Result<const BakeFormatInfo*> format = bakeFormatOfFiles(description.parts, subject + ", files");
+Result<OpenBake> openParts(const LightMapDescription& description, const Subject& subject) {
+    const Result<const BakeFormatInfo*> format = bakeFormatOfFiles(description.parts, subject.at("files"));
     if (!format) return tl::make_unexpected(format.error());
     BakeRecognition recognition;
     recognition.format = *format;
@@ -81,7 +81,7 @@ Result<OpenBake> openParts(const LightMapDescription& description, const std::st
 }
 
 Result<OpenBake> openBake(const std::filesystem::path& file, const LightMapDescription& description) {
-    if (!description.parts.empty()) return openParts(description, file.string());
+    if (!description.parts.empty()) return openParts(description, file);
     return isGltfFile(file) ? openGltf(file, description) : openImage(file, description);
 }
 
@@ -153,17 +153,17 @@ private:
 };
 
 /// Fails for an lmbake whose meshes lie in other slices than those of the map: it is that of another bake.
-Result<void> checkSlices(const std::filesystem::path& lmbake, const BakeReader& reader, const std::string& subject) {
+Result<void> checkSlices(const std::filesystem::path& lmbake, const BakeReader& reader, const Subject& subject) {
     if (lmbake.empty()) return {};
     LC_TRY(places, readLmbake(lmbake));
     const int found = places->sliceCount();
     const std::optional<int> slices = reader.sliceCount();
-    if (found == 0) return failure(ErrorCode::WrongShape, lmbake.string(), "found no mesh in it, expected those of a bake");
+    if (found == 0) return failure(ErrorCode::WrongShape, lmbake, "found no mesh in it, expected those of a bake");
     if (slices ? found == *slices : reader.height() % found == 0) return {};
-    return failure(ErrorCode::WrongShape, lmbake.string(),
+    return failure(ErrorCode::WrongShape, lmbake,
                    fmt::format("found meshes in {} slices, expected {}, as {} has: the lmbake of the same bake. Several files of one bake "
                                "are not read as one",
-                               found, slices ? std::to_string(*slices) : "a divisor of the height", subject));
+                               found, slices ? std::to_string(*slices) : "a divisor of the height", subject.text));
 }
 
 /// Fails for a directional bake of Godot 4.0 to 4.3, by the lmbake that the description names, or else by that of the map's name.
@@ -175,7 +175,7 @@ Result<void> checkDirections(const std::filesystem::path& file, const LightMapDe
     if (!std::filesystem::is_regular_file(lmbake, code)) return {};
     const auto places = readLmbake(lmbake);  // where it is needed, its errors are reported
     if (!places || !places->hasOldDirections()) return {};
-    return failure(ErrorCode::FormatUnsupported, lmbake.string(),
+    return failure(ErrorCode::FormatUnsupported, lmbake,
                    fmt::format("found a directional bake without _uses_packed_directional, as Godot 4.0 to 4.3 writes it, expected one of "
                                "Godot 4.4 or later: bake {} again with it",
                                file.filename().string()));
@@ -291,7 +291,7 @@ const BakeRecognition& LightMapReader::recognition() const {
 }
 
 Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, const LightMapDescription& description) {
-    const std::string subject = file.string();
+    const Subject subject(file);
     LC_CHECK(checkBakeName(description.bake, subject));
     Result<OpenBake> bake = openBake(file, description);
     if (!bake) return tl::make_unexpected(bake.error());
@@ -338,14 +338,14 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
             return tl::make_unexpected(frames.error());
         if (takesTangents && !frames->hasTangents())
             return failure(
-                ErrorCode::WrongShape, complete->mesh.string(),
+                ErrorCode::WrongShape, complete->mesh,
                 "found no tangents, expected an attribute TANGENT, or texture coordinates TEXCOORD_0 that span an area: the layout "
                 "stores light relative to them");
         hasMeshNormals |= frames.has_value() && !(*reader)->hasNormals();
         if (frames) *reader = std::make_unique<OnMesh>(std::move(*reader), std::move(*frames), takesCoverage, takesTangents);
     }
     const Result<LinearConversion> colors = linearConversion(complete->colors, bake->chromaticities);
-    if (!colors) return failure(colors.error().code, fmt::format("{}, {}", subject, colors.error().subject), colors.error().detail);
+    if (!colors) return failure(colors.error().code, subject.at(colors.error().subject), colors.error().detail);
     std::optional<StatedPrimaries> primaries;
     if (bake->chromaticities) primaries = statedPrimaries(*bake->chromaticities, *colors);
     return LightMapReader(std::unique_ptr<State>(new State{std::move(bake->recognition), std::move(*reader), colors->luminanceWeights,
@@ -369,7 +369,7 @@ Result<LightMapStrip> LightMapReader::read(int firstRow, int rowCount) const {
     return state_->canonical(std::move(*raw), firstRow, *state_->reader);
 }
 
-std::string LightMapReader::placeOf(std::size_t coefficient, int colour, int x, int y) const {
+Subject LightMapReader::placeOf(std::size_t coefficient, int colour, int x, int y) const {
     return state_->canonical.nameOf(coefficient, colour, x, y, *state_->reader);
 }
 

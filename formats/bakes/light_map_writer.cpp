@@ -49,7 +49,7 @@ LightMapWriter::~LightMapWriter() = default;
 
 Result<LightMapWriter> LightMapWriter::create(const std::filesystem::path& file, int width, int height, SurfaceOutput surface) {
     if (width < 1 || height < 1 || width > kLargestExtent || height > kLargestExtent) {
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        fmt::format("found {} x {} texels, expected 1 to {} a side", width, height, kLargestExtent));
     }
     std::vector<std::string> channels = sh9Channels();

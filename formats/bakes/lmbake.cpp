@@ -378,7 +378,7 @@ private:
 
 /// Decompresses a file that begins with "RSCC".
 Result<std::vector<std::byte>> decompressedResource(const FileBytes& file) {
-    const std::string subject = file.path().string();
+    const Subject subject(file.path());
     const auto damaged = [&](std::string detail) { return failure(ErrorCode::FileUnreadable, subject, std::move(detail)); };
     constexpr std::uint64_t kHeader = 16;
     if (file.size() < kHeader) return damaged(fmt::format("found {} bytes, expected the {} of a header", file.size(), kHeader));
@@ -404,7 +404,7 @@ Result<std::vector<std::byte>> decompressedResource(const FileBytes& file) {
             return damaged(fmt::format("found {} bytes left for block {}, expected {}: truncated", file.size() - offset, i, length));
         const std::uint64_t size = std::min<std::uint64_t>(block, total - i * block);
         if (size > 0) {
-            LC_TRY(part, zstdDecompress(file, offset, length, size, fmt::format("{}, block {}", subject, i)));
+            LC_TRY(part, zstdDecompress(file, offset, length, size, subject.at(fmt::format("block {}", i))));
             bytes.insert(bytes.end(), part->begin(), part->end());
         }
         offset += length;
@@ -428,7 +428,7 @@ int Lmbake::sliceCount() const {
 
 Result<Lmbake> readLmbake(const std::filesystem::path& file) {
     LC_TRY(opened, FileBytes::openForReading(file));
-    const std::string subject = file.string();
+    const Subject subject(file);
     if (opened->size() > kMostResourceBytes)
         return failure(ErrorCode::FileUnreadable, subject,
                        fmt::format("found {} bytes, expected at most {}", opened->size(), kMostResourceBytes));
@@ -451,7 +451,7 @@ Result<Lmbake> readLmbake(const std::filesystem::path& file) {
     try {
         return ResourceReader(bytes).read(isCompressed ? 0 : kLetters);
     } catch (const ResourceDamage& damage) {
-        return failure(damage.code, damage.place.empty() ? subject : fmt::format("{}, {}", subject, damage.place), damage.detail);
+        return failure(damage.code, subject.at(damage.place), damage.detail);
     }
 }
 

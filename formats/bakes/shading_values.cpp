@@ -91,7 +91,7 @@ private:
         return value;
     }
     tl::unexpected<Error> refuse(int line, ErrorCode code, const std::string& found, const std::string& expected) const {
-        return failure(code, fmt::format("{}, line {}", file_.string(), line), fmt::format("found {}, expected {}", found, expected));
+        return failure(code, Subject(file_).at(fmt::format("line {}", line)), fmt::format("found {}, expected {}", found, expected));
     }
 
     const std::filesystem::path& file_;
@@ -106,7 +106,7 @@ Result<std::vector<ShadingValue>> readShadingValues(const std::filesystem::path&
     std::istringstream in(text->starts_with(kByteOrderMark) ? text->substr(kByteOrderMark.size()) : *text);
     std::string line;
     if (!std::getline(in, line) || withoutReturn(line) != kColumns)
-        return failure(ErrorCode::FileUnreadable, file.string() + ", line 1",
+        return failure(ErrorCode::FileUnreadable, Subject(file).at("line 1"),
                        fmt::format("found '{}', expected the columns {}", withoutReturn(line).substr(0, 80), kColumns));
     const Reader reader(file, width, height);
     std::vector<ShadingValue> values;
@@ -115,7 +115,7 @@ Result<std::vector<ShadingValue>> readShadingValues(const std::filesystem::path&
         LC_TRY(value, reader.read(withoutReturn(line), number));
         values.push_back(*value);
     }
-    if (values.empty()) return failure(ErrorCode::WrongShape, file.string(), "found no values, expected one a line");
+    if (values.empty()) return failure(ErrorCode::WrongShape, file, "found no values, expected one a line");
     return values;
 }
 

@@ -57,7 +57,7 @@ glm::vec3 decoded(const glm::vec4& colour, const glm::vec4& direction, const Epi
 class UnrealReader final : public BakeReader {
 public:
     /// subject  names the image
-    UnrealReader(std::string subject, int width, int height)
+    UnrealReader(Subject subject, int width, int height)
         : subject_(std::move(subject)), light_(width, height), covered_(width, height, 0) {}
 
     int width() const override { return light_.width(); }
@@ -94,7 +94,7 @@ public:
     void finish() { hasCoverage_ = std::ranges::find(covered_.texels(), std::uint8_t{0}) != covered_.texels().end(); }
 
 private:
-    std::string subject_;
+    Subject subject_;
     Image<glm::vec3> light_;
     Image<std::uint8_t> covered_;
     bool hasCoverage_ = false;
@@ -142,8 +142,8 @@ void checkOverlap(const GltfDocument& document, const std::vector<EpicPart>& par
 }
 
 /// Returns the name of an image in errors.
-std::string subjectOf(const GltfDocument& document, std::uint64_t image) {
-    return fmt::format("{}, image {}", document.file().string(), image);
+Subject subjectOf(const GltfDocument& document, std::uint64_t image) {
+    return Subject(document.file()).at(fmt::format("image {}", image));
 }
 
 /// Returns the image as stored.

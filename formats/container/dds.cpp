@@ -42,7 +42,7 @@ std::uint32_t legacyFourCc(const TextureShape& shape) {
 
 template <class Found>
 tl::unexpected<Error> refuse(const FileBytes& file, ErrorCode code, std::string_view field, const Found& found, std::string_view expected) {
-    return failure(code, fmt::format("{}, DDS header, {}", file.path().string(), field),
+    return failure(code, Subject(file.path()).at("DDS header, " + std::string(field)),
                    fmt::format("found {}, expected {}", found, expected));
 }
 
@@ -137,7 +137,7 @@ TextureFileLayout layOut(const TextureShape& shape, std::uint64_t headerBytes) {
 
 }  // namespace
 
-Result<TextureFileLayout> layOutDds(const TextureShape& shape, const TextureFileOptions& options, const std::string& subject) {
+Result<TextureFileLayout> layOutDds(const TextureShape& shape, const TextureFileOptions& options, const Subject& subject) {
     if (Result<void> checked = checkShape(shape, subject); !checked) return tl::make_unexpected(checked.error());
     if (info(shape.format).dxgiFormat == 0)
         return failure(ErrorCode::FormatUnsupported, subject,
@@ -209,16 +209,16 @@ tl::unexpected<Error> wrongSize(const FileBytes& file, const TextureFileLayout& 
     std::string text = fmt::format("found {} bytes, expected {} for what its header says: {} x {} texels of {}, {}, {}, {}", file.size(),
                                    layout.fileBytes(), shape.width, shape.height, info(shape.format).name, counted(shape.mipCount, "mip"),
                                    counted(shape.faceCount, "face"), counted(shape.layerCount, "layer"));
-    if (file.size() < layout.fileBytes()) return failure(ErrorCode::FileUnreadable, file.path().string(), std::move(text));
+    if (file.size() < layout.fileBytes()) return failure(ErrorCode::FileUnreadable, file.path(), std::move(text));
     for (TextureFileLayout other = layout; other.shape.mipCount < 17;) {
         ++other.shape.mipCount;
         if (!checkShape(other.shape, "")) break;
         if (layOut(other.shape, layout.levels.front().offset).fileBytes() == file.size())
-            return failure(ErrorCode::FileUnreadable, file.path().string(),
+            return failure(ErrorCode::FileUnreadable, file.path(),
                            fmt::format("{}. {} mips would fill it: correct dwMipMapCount (the 4 bytes at {})", text, other.shape.mipCount,
                                        kMipCountAt));
     }
-    return failure(ErrorCode::FileUnreadable, file.path().string(),
+    return failure(ErrorCode::FileUnreadable, file.path(),
                    fmt::format("{}. If the rest is no part of it, cut it off: truncate -s {} FILE", text, layout.fileBytes()));
 }
 
@@ -228,7 +228,7 @@ Result<TextureFileLayout> readDds(const FileBytes& file) {
     std::array<std::byte, kDx10Bytes> bytes{};
     const auto need = [&](std::size_t count) -> Result<void> {
         if (file.size() < count)
-            return failure(ErrorCode::FileUnreadable, file.path().string(),
+            return failure(ErrorCode::FileUnreadable, file.path(),
                            fmt::format("found {} bytes, expected a DDS header of {}", file.size(), count));
         return file.readAt(0, std::span(bytes).first(count));
     };
@@ -239,7 +239,7 @@ Result<TextureFileLayout> readDds(const FileBytes& file) {
     if (header->bytes == kDx10Bytes)
         if (Result<void> read = readDx10(file, bytes, *header); !read) return tl::make_unexpected(read.error());
     const std::vector<TextureShape> shapes = readings(*header);
-    if (Result<void> checked = checkShape(shapes.front(), file.path().string()); !checked) {
+    if (Result<void> checked = checkShape(shapes.front(), file.path()); !checked) {
         Error error = checked.error();
         error.code = ErrorCode::FileUnreadable;
         return tl::make_unexpected(error);

@@ -11,7 +11,7 @@ namespace lightcook::formats {
 
 /// Lays a file out: layer by layer, face by face, each with all its mips, largest first. DDS tells an array of one texture from no array
 /// as little as DXGI does: it reads back as no array. Refused: formats without a DXGI number (ASTC, rgb16f), and Zstandard.
-Result<TextureFileLayout> layOutDds(const TextureShape& shape, const TextureFileOptions& options, const std::string& subject);
+Result<TextureFileLayout> layOutDds(const TextureShape& shape, const TextureFileOptions& options, const Subject& subject);
 /// The header: legacy FourCC DXT1 and DXT5 for BC1 and BC3 that are not arrays (OpenImageIO 2.4 reads those in no other way), DX10
 /// otherwise.
 std::vector<std::byte> ddsPrefix(const TextureShape& shape);

@@ -40,8 +40,7 @@ bool isKtx1(const std::array<std::byte, kMagicBytes>& magic) {
 
 /// Returns the offset inside an image of the rows of blocks from firstBlockRow on. Fails unless `bytes` bytes are whole rows of the image:
 /// a mistake of the caller is never read or written.
-Result<std::uint64_t> rowsOffset(const TextureShape& shape, SubImage image, int firstBlockRow, std::size_t bytes,
-                                 const std::string& subject) {
+Result<std::uint64_t> rowsOffset(const TextureShape& shape, SubImage image, int firstBlockRow, std::size_t bytes, const Subject& subject) {
     const auto mistake = [&](std::string detail) { return failure(ErrorCode::Internal, subject, std::move(detail)); };
     if (image.mip < 0 || image.mip >= shape.mipCount || image.layer < 0 || image.layer >= shape.layerCount || image.face < 0 ||
         image.face >= shape.faceCount)
@@ -71,7 +70,7 @@ std::size_t TextureShape::gpuBytes() const {
     return mipChainBytes(*this) * static_cast<std::size_t>(layerCount) * static_cast<std::size_t>(faceCount);
 }
 
-Result<void> checkShape(const TextureShape& shape, const std::string& subject) {
+Result<void> checkShape(const TextureShape& shape, const Subject& subject) {
     const auto bad = [&](std::string_view what, int found, std::string_view expected) {
         return failure(ErrorCode::InvalidRequest, subject, fmt::format("found {} {}, expected {}", what, found, expected));
     };
@@ -126,7 +125,7 @@ struct TextureWriter::State {
     FileBytes texels;                    ///< the file of the two that block rows go to
     std::atomic<std::uint64_t> bytesWritten = 0;
 
-    const std::string subject() const { return pending.target().string(); }
+    Subject subject() const { return pending.target(); }
     Result<void> compressLevels();
 };
 
@@ -138,10 +137,10 @@ TextureWriter::~TextureWriter() = default;
 Result<TextureWriter> TextureWriter::create(const std::filesystem::path& file, const TextureShape& shape,
                                             const TextureFileOptions& options) {
     const bool isKtx2 = options.container == Container::Ktx2;
-    Result<TextureFileLayout> layout = isKtx2 ? layOutKtx2(shape, options, file.string()) : layOutDds(shape, options, file.string());
+    Result<TextureFileLayout> layout = isKtx2 ? layOutKtx2(shape, options, file) : layOutDds(shape, options, file);
     if (!layout) return tl::make_unexpected(layout.error());
     if (options.zstd)
-        if (Result<void> checked = checkZstdLevel(options.zstdLevel, file.string()); !checked) return tl::make_unexpected(checked.error());
+        if (Result<void> checked = checkZstdLevel(options.zstdLevel, file); !checked) return tl::make_unexpected(checked.error());
     Result<PendingFile> pending = PendingFile::create(file);
     if (!pending) return tl::make_unexpected(pending.error());
     std::optional<PendingFile> staging;
@@ -219,7 +218,7 @@ Result<std::span<const std::byte>> TextureReader::State::level(int mip) {
     if (!kept) {
         const LevelPlace& place = layout.levels[static_cast<std::size_t>(mip)];
         Result<std::vector<std::byte>> bytes = zstdDecompress(file, place.offset, place.length, place.uncompressedLength,
-                                                              fmt::format("{}, level {}", file.path().string(), mip));
+                                                              Subject(file.path()).at(fmt::format("level {}", mip)));
         if (!bytes) return tl::make_unexpected(bytes.error());
         kept = std::move(*bytes);
     }
@@ -237,7 +236,7 @@ std::optional<Container> containerOfContent(const std::filesystem::path& file) {
 std::optional<Error> textureForImage(const std::filesystem::path& file, const std::string& expected) {
     const std::optional<Container> container = containerOfContent(file);
     if (!container) return std::nullopt;
-    return Error{ErrorCode::FormatUnsupported, file.string(),
+    return Error{ErrorCode::FormatUnsupported, file,
                  fmt::format("found a GPU texture ({}), expected {}. Name the image that it was cooked from; `lightcook decode` writes a "
                              "texture as OpenEXR",
                              *container == Container::Ktx2 ? "KTX2" : "DDS", expected)};
@@ -253,11 +252,11 @@ Result<TextureReader> TextureReader::open(const std::filesystem::path& file) {
     if (!bytes) return tl::make_unexpected(bytes.error());
     std::array<std::byte, kMagicBytes> magic{};
     if (bytes->size() < magic.size())
-        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {} bytes, expected a KTX2 or DDS file", bytes->size()));
+        return failure(ErrorCode::FileUnreadable, file, fmt::format("found {} bytes, expected a KTX2 or DDS file", bytes->size()));
     if (Result<void> read = bytes->readAt(0, magic); !read) return tl::make_unexpected(read.error());
     const std::optional<Container> container = containerOf(magic);
     if (!container)
-        return failure(ErrorCode::FormatUnsupported, file.string(),
+        return failure(ErrorCode::FormatUnsupported, file,
                        isKtx1(magic) ? "found a file of KTX 1, expected KTX2 or DDS. Convert it: ktx2ktx2 in.ktx -o out.ktx2"
                                      : "found neither container's first bytes, expected a KTX2 or DDS file");
     Result<TextureFileLayout> layout = *container == Container::Ktx2 ? readKtx2(*bytes) : readDds(*bytes);
@@ -290,7 +289,7 @@ std::size_t TextureReader::fileBytes() const {
 }
 
 Result<void> TextureReader::readBlockRows(SubImage image, int firstBlockRow, std::span<std::byte> out) const {
-    const Result<std::uint64_t> rows = rowsOffset(shape(), image, firstBlockRow, out.size(), state_->file.path().string());
+    const Result<std::uint64_t> rows = rowsOffset(shape(), image, firstBlockRow, out.size(), state_->file.path());
     if (!rows) return tl::make_unexpected(rows.error());
     const std::uint64_t offset = state_->layout.imageOffset(image) + *rows;
     if (!state_->layout.zstd) return state_->file.readAt(offset, out);
@@ -303,10 +302,10 @@ Result<void> TextureReader::readBlockRows(SubImage image, int firstBlockRow, std
 
 Result<std::vector<std::byte>> TextureReader::readImage(SubImage image) const {
     if (image.mip < 0 || image.mip >= shape().mipCount)
-        return tl::make_unexpected(rowsOffset(shape(), image, 0, 0, state_->file.path().string()).error());
+        return tl::make_unexpected(rowsOffset(shape(), image, 0, 0, state_->file.path()).error());
     if (state_->layout.zstd)  // damage is found before there is memory for the image
         LC_CHECK(state_->level(image.mip));
-    LC_CHECK(checkMemory(shape().imageBytes(image.mip), state_->file.path().string()));
+    LC_CHECK(checkMemory(shape().imageBytes(image.mip), state_->file.path()));
     std::vector<std::byte> bytes(shape().imageBytes(image.mip));
     if (Result<void> read = readBlockRows(image, 0, bytes); !read) return tl::make_unexpected(read.error());
     return bytes;

@@ -169,7 +169,7 @@ std::vector<std::byte> keyValueBytes(const std::map<std::string, std::string>& m
     return bytes;
 }
 
-Result<void> checkMetadata(const TextureFileOptions& options, const std::string& subject) {
+Result<void> checkMetadata(const TextureFileOptions& options, const Subject& subject) {
     std::size_t total = 0;
     for (const auto& [key, value] : options.metadata) {
         if (key.empty() || key.find('\0') != std::string::npos || key.starts_with("KTX") || key.starts_with("ktx"))
@@ -207,8 +207,7 @@ private:
     template <class Value>
     tl::unexpected<Error> bad(std::string_view field, Value found, std::string_view expected,
                               ErrorCode code = ErrorCode::FileUnreadable) const {
-        return failure(code, fmt::format("{}, KTX2 {}", file_.path().string(), field),
-                       fmt::format("found {}, expected {}", found, expected));
+        return failure(code, Subject(file_.path()).at("KTX2 " + std::string(field)), fmt::format("found {}, expected {}", found, expected));
     }
     std::uint32_t field(std::size_t offset) const { return loadU32(header_, offset); }
 
@@ -237,7 +236,7 @@ private:
         shape.layerCount = std::max(1, static_cast<int>(layers));
         shape.faceCount = static_cast<int>(field(kFacesAt));
         shape.mipCount = std::max(1, static_cast<int>(levels));  // 0: one level, and a wish that the loader make the others
-        if (Result<void> checked = checkShape(shape, file_.path().string()); !checked) {
+        if (Result<void> checked = checkShape(shape, file_.path()); !checked) {
             Error error = checked.error();
             error.code = ErrorCode::FileUnreadable;
             return tl::make_unexpected(error);
@@ -404,7 +403,7 @@ std::vector<std::byte> ktx2DataFormatDescriptor(PixelFormat format) {
     return bytes;
 }
 
-Result<TextureFileLayout> layOutKtx2(const TextureShape& shape, const TextureFileOptions& options, const std::string& subject) {
+Result<TextureFileLayout> layOutKtx2(const TextureShape& shape, const TextureFileOptions& options, const Subject& subject) {
     if (Result<void> checked = checkShape(shape, subject); !checked) return tl::make_unexpected(checked.error());
     if (Result<void> checked = checkMetadata(options, subject); !checked) return tl::make_unexpected(checked.error());
     TextureFileLayout layout{.container = Container::Ktx2, .shape = shape, .zstd = false, .metadata = options.metadata, .levels = {}};

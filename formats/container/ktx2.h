@@ -15,7 +15,7 @@ namespace lightcook::formats {
 std::vector<std::byte> ktx2DataFormatDescriptor(PixelFormat format);
 
 /// Lays an uncompressed file out: levels smallest first, each aligned to lcm(block bytes, 4).
-Result<TextureFileLayout> layOutKtx2(const TextureShape& shape, const TextureFileOptions& options, const std::string& subject);
+Result<TextureFileLayout> layOutKtx2(const TextureShape& shape, const TextureFileOptions& options, const Subject& subject);
 /// Everything before the first level: header, index, descriptor, key-values ("KTXwriter" and "KTXorientation" are ours), zero padding not
 /// included. The level places of the layout are taken as they stand.
 std::vector<std::byte> ktx2Prefix(const TextureFileLayout& layout);

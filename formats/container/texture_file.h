@@ -15,7 +15,7 @@ inline constexpr int kMaxTextureExtent = 65536;
 inline constexpr int kMaxTextureLayers = 65536;
 
 /// Fails unless extent, mips, layers and faces are in range and agree: cube faces are square. `subject` names the file in the error.
-Result<void> checkShape(const TextureShape& shape, const std::string& subject);
+Result<void> checkShape(const TextureShape& shape, const Subject& subject);
 
 /// Returns the size of all layers and faces of one mip [bytes], uncompressed.
 std::uint64_t levelBytes(const TextureShape& shape, int mip);

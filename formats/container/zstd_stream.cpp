@@ -20,13 +20,13 @@ struct FreeContext {
     void operator()(ZSTD_DCtx* context) const { ZSTD_freeDCtx(context); }
 };
 
-tl::unexpected<Error> zstdFailure(ErrorCode code, const std::string& subject, std::size_t result) {
+tl::unexpected<Error> zstdFailure(ErrorCode code, const Subject& subject, std::size_t result) {
     return failure(code, subject, fmt::format("found \"{}\" (Zstandard), expected a good stream", ZSTD_getErrorName(result)));
 }
 
 }  // namespace
 
-Result<void> checkZstdLevel(int level, const std::string& subject) {
+Result<void> checkZstdLevel(int level, const Subject& subject) {
     if (level < 1 || level > ZSTD_maxCLevel())
         return failure(ErrorCode::InvalidRequest, subject,
                        fmt::format("found Zstandard level {}, expected 1 to {}", level, ZSTD_maxCLevel()));
@@ -35,7 +35,7 @@ Result<void> checkZstdLevel(int level, const std::string& subject) {
 
 Result<std::uint64_t> zstdCompress(const FileBytes& source, std::uint64_t sourceOffset, std::uint64_t sourceLength,
                                    const FileBytes& destination, std::uint64_t offset, int level) {
-    const std::string subject = destination.path().string();
+    const Subject subject(destination.path());
     const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
     if (!context) return failure(ErrorCode::Internal, subject, "found no memory for Zstandard, expected some");
     ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
@@ -67,7 +67,7 @@ Result<std::uint64_t> zstdCompress(const FileBytes& source, std::uint64_t source
 }
 
 Result<std::vector<std::byte>> zstdDecompress(const FileBytes& source, std::uint64_t offset, std::uint64_t length,
-                                              std::uint64_t expectedLength, const std::string& subject) {
+                                              std::uint64_t expectedLength, const Subject& subject) {
     const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
     if (!context) return failure(ErrorCode::Internal, subject, "found no memory for Zstandard, expected some");
     const auto wrongLength = [&](std::string_view found) {

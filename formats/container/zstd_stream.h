@@ -10,7 +10,7 @@
 
 namespace lightcook::formats {
 
-Result<void> checkZstdLevel(int level, const std::string& subject);
+Result<void> checkZstdLevel(int level, const Subject& subject);
 
 /// Compresses a range of `source` into one frame (content size and checksum in it) at `offset` of `destination`; returns its length
 /// [bytes]. The same bytes give the same frame: pieces are of one size, and there is one thread.
@@ -21,6 +21,6 @@ Result<std::uint64_t> zstdCompress(const FileBytes& source, std::uint64_t source
 /// file claims. Fails for a corrupt stream and for one that is too short, too long or followed by other bytes.
 /// subject  the place that the error names
 Result<std::vector<std::byte>> zstdDecompress(const FileBytes& source, std::uint64_t offset, std::uint64_t length,
-                                              std::uint64_t expectedLength, const std::string& subject);
+                                              std::uint64_t expectedLength, const Subject& subject);
 
 }  // namespace lightcook::formats

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kLargestTransfer = std::size_t{1} << 30;
 
 tl::unexpected<Error> readFailure(const std::filesystem::path& file, const char* step, int errorNumber) {
-    return failure(ErrorCode::FileUnreadable, file.string(),
+    return failure(ErrorCode::FileUnreadable, file,
                    fmt::format("found \"{}\" while {}, expected a readable file", std::strerror(errorNumber), step));
 }
 
@@ -55,7 +55,7 @@ Result<FileBytes> FileBytes::openForReading(const std::filesystem::path& file) {
     struct stat status {};
     if (::fstat(descriptor, &status) != 0) return readFailure(file, "asking for its size", errno);
     if (!S_ISREG(status.st_mode))
-        return failure(ErrorCode::FileUnreadable, file.string(),
+        return failure(ErrorCode::FileUnreadable, file,
                        fmt::format("found {}, expected a regular file", whyNoFile(file).value_or("something else")));
     opened.size_ = static_cast<std::uint64_t>(status.st_size);
     return opened;
@@ -73,7 +73,7 @@ Result<void> FileBytes::readAt(std::uint64_t offset, std::span<std::byte> out) c
         if (count < 0 && errno == EINTR) continue;
         if (count < 0) return readFailure(shownAs_, fmt::format("reading byte {}", offset).c_str(), errno);
         if (count == 0)
-            return failure(ErrorCode::FileUnreadable, shownAs_.string(),
+            return failure(ErrorCode::FileUnreadable, shownAs_,
                            fmt::format("found the end of the file at byte {}, expected {} bytes more", offset, out.size()));
         offset += static_cast<std::uint64_t>(count);
         out = out.subspan(static_cast<std::size_t>(count));

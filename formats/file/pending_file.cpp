@@ -50,8 +50,7 @@ Result<OutputPlace> findOutputPlace(const std::filesystem::path& file, OutputLin
     }
     const fs::file_status status = fs::symlink_status(path, code);
     if (status.type() == fs::file_type::none) return outputFailure(file, "looking it up", code.value());
-    if (fs::is_directory(status))
-        return failure(ErrorCode::InvalidRequest, file.string(), "found a folder, expected the name of a file to write");
+    if (fs::is_directory(status)) return failure(ErrorCode::InvalidRequest, file, "found a folder, expected the name of a file to write");
     return OutputPlace{path, false};
 }
 
@@ -59,13 +58,13 @@ Result<PendingFile> PendingFile::create(const std::filesystem::path& file, Outpu
     LC_TRY(place, findOutputPlace(file, link));
     LC_TRY(folder, place->isStream ? systemTemporaryFolder() : Result<std::filesystem::path>(place->path.parent_path()));
     auto temporary = Temporary::makeFile(*folder, file.extension());
-    if (!temporary) return failure(temporary.error().code, file.string(), temporary.error().detail);
+    if (!temporary) return failure(temporary.error().code, file, temporary.error().detail);
     return PendingFile(file, std::move(*place), std::move(*temporary));
 }
 
 Result<void> PendingFile::commit() {
     if (place_.isStream) {
-        if (areOutputsStopped()) return failure(ErrorCode::Interrupted, target_.string(), "interrupted");
+        if (areOutputsStopped()) return failure(ErrorCode::Interrupted, target_, "interrupted");
         return pour(temporary(), place_.path, target_);
     }
     if (!isSynced_) {
@@ -73,7 +72,7 @@ Result<void> PendingFile::commit() {
         LC_CHECK(opened->sync());
     }
     auto renamed = temporary_.renameTo(place_.path);
-    if (!renamed) return failure(renamed.error().code, target_.string(), renamed.error().detail);
+    if (!renamed) return failure(renamed.error().code, target_, renamed.error().detail);
     return {};
 }
 

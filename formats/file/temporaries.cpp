@@ -43,15 +43,14 @@ void removeEmpty(const std::vector<fs::path>& folders) {
 
 tl::unexpected<Error> outputFailure(const fs::path& file, const char* step, int errorNumber) {
     if (errorNumber == ENAMETOOLONG)
-        return failure(ErrorCode::InvalidRequest, file.string(),
-                       "found a name that is too long, expected at most 255 bytes a name and 4095 a path");
+        return failure(ErrorCode::InvalidRequest, file, "found a name that is too long, expected at most 255 bytes a name and 4095 a path");
     const bool isMistake = errorNumber == EISDIR || errorNumber == ELOOP;
     const bool isForbidden = errorNumber == EACCES || errorNumber == EPERM || errorNumber == EROFS;
     const bool isFull = errorNumber == ENOSPC || errorNumber == EDQUOT;
     const char* expected = isForbidden ? "a folder that this user may write to: change its permissions, or name another"
                            : isFull    ? "more free space, or another folder"
                                        : "a file system that takes it";
-    return failure(isMistake ? ErrorCode::InvalidRequest : ErrorCode::Internal, file.string(),
+    return failure(isMistake ? ErrorCode::InvalidRequest : ErrorCode::Internal, file,
                    fmt::format("found \"{}\" while {}, expected {}", std::strerror(errorNumber), step, expected));
 }
 
@@ -148,7 +147,7 @@ Temporary::~Temporary() {
 }
 
 Result<void> Temporary::renameTo(const fs::path& file) {
-    if (areOutputsStopped()) return failure(ErrorCode::Interrupted, file.string(), "interrupted");
+    if (areOutputsStopped()) return failure(ErrorCode::Interrupted, file, "interrupted");
     if (::rename(path_.c_str(), file.c_str()) != 0) return outputFailure(file, "renaming it into place", errno);
     const std::lock_guard lock(registry().mutex);
     registry().paths.erase(path_);

@@ -133,7 +133,7 @@ void GltfDocument::dropMeshopt(const char* name) {
 }
 
 void GltfDocument::fail(ErrorCode code, const std::string& place, const std::string& detail) const {
-    throw GltfFault({code, place.empty() ? file_.string() : fmt::format("{}, {}", file_.string(), place), detail});
+    throw GltfFault({code, Subject(file_).at(place), detail});
 }
 
 void GltfDocument::parse(std::span<const std::byte> bytes) {
@@ -386,13 +386,12 @@ void GltfDocument::applySparse(const Json& sparse, MeshAttribute& elements, cons
 }
 
 Error notGltf(const std::filesystem::path& file, const nlohmann::json::exception& exception) {
-    return {ErrorCode::WrongShape, file.string(),
-            fmt::format("found JSON of another shape (\"{}\"), expected glTF 2.0", oneLine(exception.what()))};
+    return {ErrorCode::WrongShape, file, fmt::format("found JSON of another shape (\"{}\"), expected glTF 2.0", oneLine(exception.what()))};
 }
 
 Result<void> checkGlbSize(std::uint64_t bytes, const std::filesystem::path& file) {
     if (bytes <= std::numeric_limits<std::uint32_t>::max()) return {};
-    return failure(ErrorCode::WrongShape, file.string(), fmt::format("found {} bytes, expected less than 4 GiB in a GLB", bytes));
+    return failure(ErrorCode::WrongShape, file, fmt::format("found {} bytes, expected less than 4 GiB in a GLB", bytes));
 }
 
 std::vector<std::byte> assembleGlb(const Json& json, std::span<const std::byte> buffer) {

@@ -246,7 +246,7 @@ std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& 
 Result<void> checkNoMorphTargets(const std::filesystem::path& file) {
     const auto place = resultOf(file, [&] { return placeOfMorphTargets(GltfDocument::withoutBuffers(file)); });
     if (!place || !*place) return {};
-    return failure(ErrorCode::FormatUnsupported, fmt::format("{}, {}", file.string(), **place), kFoundMorphTargets);
+    return failure(ErrorCode::FormatUnsupported, Subject(file).at(**place), kFoundMorphTargets);
 }
 
 Result<void> checkLightMapUvs(const std::filesystem::path& file) {
@@ -285,7 +285,7 @@ Result<void> checkAllLightMapUvs(const std::filesystem::path& file, const std::v
     for (std::size_t i = 0; i < std::min(faults->size(), kMostShown); ++i) list += (i > 0 ? ", " : "") + (*faults)[i];
     if (faults->size() > kMostShown) list += fmt::format(" and {} more", faults->size() - kMostShown);
     return failure(
-        ErrorCode::WrongShape, file.string(),
+        ErrorCode::WrongShape, file,
         fmt::format("found triangles without TEXCOORD_1 in {}, expected light-map UVs on all triangles: unwrap these too, put what no "
                     "light map lies on into a file of its own, or name the nodes that the light map lies on with "
                     "[[light_map.place]]",
@@ -293,7 +293,7 @@ Result<void> checkAllLightMapUvs(const std::filesystem::path& file, const std::v
 }
 
 Error withoutLightMapUvs(const std::filesystem::path& file) {
-    return {ErrorCode::WrongShape, file.string(),
+    return {ErrorCode::WrongShape, file,
             "found no triangles with TEXCOORD_1, expected the light-map UVs of the surfaces that the bake lies on"};
 }
 
@@ -426,7 +426,7 @@ Result<MeshSize> GltfScene::write(const std::filesystem::path& file, const GlbCh
 Result<MeshError> GltfScene::errorOf(const GltfScene& cooked) const {
     const std::vector<Primitive>& ours = state_->primitives;
     const std::vector<Primitive>& theirs = cooked.state_->primitives;
-    const std::string subject = cooked.state_->document.file().string();
+    const Subject subject(cooked.state_->document.file());
     if (ours.size() != theirs.size()) {
         return failure(ErrorCode::Verification, subject, fmt::format("found {} primitives, expected {}", theirs.size(), ours.size()));
     }
@@ -446,7 +446,7 @@ Result<MeshError> GltfScene::errorOf(const GltfScene& cooked) const {
                 addBits(theirs[i], *found, worst);
         }
         const auto match = matchTriangles(ours[i].geometry, theirs[i].geometry, step);
-        if (!match) return failure(ErrorCode::Verification, fmt::format("{}, {}", subject, theirs[i].place()), match.error());
+        if (!match) return failure(ErrorCode::Verification, subject.at(theirs[i].place()), match.error());
         worst.position = std::max(worst.position, match->position);
         worst.normalRadians = std::max(worst.normalRadians, match->normalRadians);
         worst.lightMapUv = std::max(worst.lightMapUv, match->lightMapUv);

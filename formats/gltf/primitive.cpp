@@ -108,8 +108,7 @@ private:
                 fmt::format("found primitives that hold {} MiB of vertices so far, expected at most {} MiB in a file of {} bytes",
                             geometryBytes_ >> 20, most >> 20, document_.fileBytes()));
         if (before / kStep == geometryBytes_ / kStep) return;
-        if (const auto fits = checkMemory(2 * kStep, fmt::format("{}, {}", document_.file().string(), primitive.place())); !fits)
-            throw GltfFault(fits.error());
+        if (const auto fits = checkMemory(2 * kStep, Subject(document_.file()).at(primitive.place())); !fits) throw GltfFault(fits.error());
     }
 
     static std::vector<std::uint32_t> usedVerticesOf(const TriangleMesh& mesh) {

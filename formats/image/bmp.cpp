@@ -58,7 +58,7 @@ std::optional<BmpHeader> readHeader(const FileBytes& file) {
 }
 
 Result<PlainImage> readTexels(const FileBytes& file, const BmpHeader& header) {
-    const std::string subject = file.path().string();
+    const Subject subject(file.path());
     LC_CHECK(checkExtent(header.width, header.height, 4, 8, subject));
     const std::size_t texelBytes = header.bits / 8, rowBytes = (static_cast<std::size_t>(header.width) * texelBytes + 3) / 4 * 4;
     const std::uint64_t end = header.texelsAt + std::uint64_t{rowBytes} * static_cast<std::uint64_t>(header.height);

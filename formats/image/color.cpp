@@ -170,7 +170,7 @@ Result<OCIO::ConstConfigRcPtr> openConfig(const ColorSpaces& spaces) {
         OCIO::ClearAllCaches();  // it keeps the files that a configuration refers to, which may have changed
         return OCIO::Config::CreateFromFile(spaces.config.c_str());
     } catch (const std::exception& exception) {
-        return failure(ErrorCode::FileUnreadable, spaces.config.string(),
+        return failure(ErrorCode::FileUnreadable, spaces.config,
                        fmt::format("found {}, expected an OpenColorIO config file", quotedLine(exception.what())));
     }
 }

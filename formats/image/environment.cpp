@@ -38,11 +38,11 @@ struct RgbImage {
 /// Reads the colours of an OpenEXR file. Takes grey for all three.
 Result<RgbImage> readExrColours(const ExrReader& reader, const std::filesystem::path& file) {
     const ExrInfo& info = reader.info();
-    LC_CHECK(checkExtent(info.width, info.height, 3, 3, file.string()));
-    const Result<ExrColours> colours = exrColours(info, file.string());
+    LC_CHECK(checkExtent(info.width, info.height, 3, 3, file));
+    const Result<ExrColours> colours = exrColours(info, file);
     if (!colours) return tl::make_unexpected(colours.error());
     if (!colours->hasRgb())
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        fmt::format("found the channel{} {}, expected R, G and B, or Y for grey", info.channels.size() == 1 ? "" : "s",
                                    oneLine(fmt::format("{}", fmt::join(info.channels, ", ")))));
     RgbImage image{Image<glm::vec3>(info.width, info.height), info.chromaticities, info.environment};
@@ -74,7 +74,7 @@ Result<RgbImage> readRgb(const std::filesystem::path& file) {
 tl::unexpected<Error> badTexel(const std::filesystem::path& file, int x, int y, int channel, float value, const char* when) {
     const bool finite = std::isfinite(value);
     return failure(finite ? ErrorCode::ValueOutOfRange : ErrorCode::ValueNotFinite,
-                   fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGB"[channel], x, y),
+                   Subject(file).at(fmt::format("channel {}, texel ({}, {})", "RGB"[channel], x, y)),
                    fmt::format("found {}{}, expected a {} value", value, when, finite ? "non-negative" : "finite"));
 }
 
@@ -108,7 +108,7 @@ glm::vec3 repaired(glm::vec3 texel, float largest) {
 Result<std::int64_t> makeCanonical(RgbImage& image, const std::filesystem::path& file, const EnvironmentOptions& options) {
     Image<glm::vec3>& texels = image.texels;
     const Result<LinearConversion> colors = linearConversion(options.colors, image.chromaticities);
-    if (!colors) return failure(colors.error().code, fmt::format("{}, {}", file.string(), colors.error().subject), colors.error().detail);
+    if (!colors) return failure(colors.error().code, Subject(file).at(colors.error().subject), colors.error().detail);
     // Stated primaries may hold colours that the working space lacks, which is no fault of the file.
     const bool limitsGamut = options.repair || options.colors.source == kStatedSource;
     const float largest = options.repair ? largestLight(texels) : 0.0f;
@@ -198,7 +198,7 @@ Result<LoadedEnvironment> loadFaces(const std::array<std::filesystem::path, kFac
         }
         if (texels.width() != size || texels.height() != size) {
             return failure(
-                ErrorCode::WrongShape, files[face].string(),
+                ErrorCode::WrongShape, files[face],
                 fmt::format("found {} x {} texels, expected {} x {}, as its first face has", texels.width(), texels.height(), size, size));
         }
         const Result<std::int64_t> repaired = makeCanonical(*image, files[face], options);
@@ -238,16 +238,16 @@ Result<LoadedEnvironment> loadEnvironment(const std::filesystem::path& file, con
         std::error_code code;
         for (const std::filesystem::path& face : faces)
             if (!std::filesystem::exists(face, code))
-                return failure(ErrorCode::FileUnreadable, face.string(),
+                return failure(ErrorCode::FileUnreadable, face,
                                fmt::format("found no such file, expected it: by its name the square image {} is one of six faces",
                                            file.filename().string()));
         std::array<std::filesystem::path, kFaceCount> files;
         std::copy(faces.begin(), faces.end(), files.begin());
         return loadFaces(files, options);
     }
-    if (image->environment) LC_CHECK(checkEnvironmentShape(width, height, *image->environment, file.string()));
+    if (image->environment) LC_CHECK(checkEnvironmentShape(width, height, *image->environment, file));
     if (!isEquirectangular && layout == nullptr) {
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        fmt::format("found {} x {} texels, expected 2:1 (equirectangular), 1:6 or 6:1 (six cube faces), 4:3 or 3:4 (a "
                                    "cross of faces), or one of six square files whose names end in px nx py ny pz nz",
                                    width, height));
@@ -274,7 +274,7 @@ Result<void> linearize(Image<glm::vec3>& texels, const std::filesystem::path& fi
             float& value = texels.at(x, 0)[channel];
             if (!(value > 0) || !std::isfinite(value)) continue;
             if (value > 1)
-                return failure(ErrorCode::ValueOutOfRange, fmt::format("{}, channel {}, texel ({}, 0)", file.string(), "RGB"[channel], x),
+                return failure(ErrorCode::ValueOutOfRange, Subject(file).at(fmt::format("channel {}, texel ({}, 0)", "RGB"[channel], x)),
                                fmt::format("found {}, expected 0 to 1 under the sRGB curve, or encoding = \"linear\"", value));
             value = static_cast<float>(linearFromSrgb(value));
         }
@@ -289,7 +289,7 @@ Result<PaintedGradient> loadPaintedGradient(const std::filesystem::path& file, c
     if (!image) return tl::make_unexpected(image.error());
     Image<glm::vec3>* const texels = &image->texels;
     if (texels->height() != 1) {
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        fmt::format("found {} x {} texels, expected N x 1 (an environment needs an axis to be averaged around)",
                                    texels->width(), texels->height()));
     }
@@ -303,7 +303,7 @@ Result<PaintedGradient> loadPaintedGradient(const std::filesystem::path& file, c
 namespace {
 
 /// Nine RGB from [[r, g, b], ...], or why not.
-Result<lighting::ShRgb> shFromJson(const nlohmann::json& rows, const std::string& subject) {
+Result<lighting::ShRgb> shFromJson(const nlohmann::json& rows, const Subject& subject) {
     const std::string expected = "expected nine rows of three finite numbers";
     if (!rows.is_array() || rows.size() != lighting::kShCount) {
         return failure(ErrorCode::WrongShape, subject, fmt::format("found {} rows, {}", rows.is_array() ? rows.size() : 0, expected));
@@ -334,25 +334,23 @@ Result<nlohmann::json> probeEntry(const std::filesystem::path& json, const std::
     constexpr int kDeepest = 16;  // a list of probes is 5 deep
     LC_TRY(text, readWholeText(json));
     if (const auto fault = faultOfStructure(*text, kDeepest))
-        return failure(ErrorCode::FileUnreadable, json.string(), fmt::format("found {}, expected a list of probes", *fault));
+        return failure(ErrorCode::FileUnreadable, json, fmt::format("found {}, expected a list of probes", *fault));
     const nlohmann::json document = nlohmann::json::parse(*text, nullptr, false);
-    if (document.is_discarded())
-        return failure(ErrorCode::FileUnreadable, json.string(), "found text that is not JSON, expected a list of probes");
+    if (document.is_discarded()) return failure(ErrorCode::FileUnreadable, json, "found text that is not JSON, expected a list of probes");
     if (!document.is_object() || !document.contains("probes") || !document["probes"].is_array()) {
-        return failure(ErrorCode::WrongShape, json.string(),
-                       "found no array \"probes\", expected one with \"file\" and \"sh\" of each probe");
+        return failure(ErrorCode::WrongShape, json, "found no array \"probes\", expected one with \"file\" and \"sh\" of each probe");
     }
     const nlohmann::json& probes = document["probes"];
     const nlohmann::json* entry = nullptr;
     for (const nlohmann::json& probe : probes) {
         if (!probe.is_object() || !probe.contains("file") || probe["file"] != probeFileName) continue;
         if (entry != nullptr && *entry != probe)
-            return failure(ErrorCode::WrongShape, json.string(),
+            return failure(ErrorCode::WrongShape, json,
                            fmt::format("found two different probes with the file \"{}\", expected one", oneLine(probeFileName)));
         entry = &probe;
     }
     if (entry == nullptr)
-        return failure(ErrorCode::WrongShape, json.string(),
+        return failure(ErrorCode::WrongShape, json,
                        fmt::format("found {} probes, none with the file \"{}\", expected it", probes.size(), oneLine(probeFileName)));
     return *entry;
 }
@@ -361,7 +359,7 @@ Result<nlohmann::json> probeEntry(const std::filesystem::path& json, const std::
 
 Result<lighting::ShRgb> loadProbeSh(const std::filesystem::path& json, const std::string& probeFileName) {
     LC_TRY(probe, probeEntry(json, probeFileName));
-    return shFromJson(probe->value("sh", nlohmann::json()), fmt::format("{}, sh of {}", json.string(), probeFileName));
+    return shFromJson(probe->value("sh", nlohmann::json()), Subject(json).at("sh of " + probeFileName));
 }
 
 Result<std::optional<glm::dvec3>> loadProbePosition(const std::filesystem::path& json, const std::string& probeFileName) {
@@ -370,7 +368,7 @@ Result<std::optional<glm::dvec3>> loadProbePosition(const std::filesystem::path&
     if (position == probe->end()) return std::optional<glm::dvec3>();
     const auto isFiniteNumber = [](const nlohmann::json& value) { return value.is_number() && std::isfinite(value.get<double>()); };
     if (!position->is_array() || position->size() != 3 || !std::ranges::all_of(*position, isFiniteNumber))
-        return failure(ErrorCode::WrongShape, fmt::format("{}, position of {}", json.string(), probeFileName),
+        return failure(ErrorCode::WrongShape, Subject(json).at("position of " + probeFileName),
                        fmt::format("found {}, expected three finite numbers", oneLine(position->dump())));
     return glm::dvec3((*position)[0].get<double>(), (*position)[1].get<double>(), (*position)[2].get<double>());
 }
@@ -380,7 +378,7 @@ Result<ProbePlace> loadProbePlace(const std::filesystem::path& json, const std::
     LC_TRY(probe, probeEntry(json, probeFileName));
     ProbePlace place{*position, std::nullopt, std::nullopt};
     const auto refuse = [&](const char* key, const std::string& expected) {
-        return failure(ErrorCode::WrongShape, fmt::format("{}, {} of {}", json.string(), key, probeFileName),
+        return failure(ErrorCode::WrongShape, Subject(json).at(fmt::format("{} of {}", key, probeFileName)),
                        fmt::format("found {}, expected {}", oneLine(probe->at(key).dump()), expected));
     };
     const auto isNumber = [](const nlohmann::json& value) { return value.is_number() && std::isfinite(value.get<double>()); };

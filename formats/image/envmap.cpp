@@ -56,7 +56,7 @@ Image<Texel> resampled(const Image<Texel>& texels, ExrEnvironment environment) {
 
 }  // namespace
 
-Result<void> checkEnvironmentShape(int width, int height, ExrEnvironment environment, const std::string& subject) {
+Result<void> checkEnvironmentShape(int width, int height, ExrEnvironment environment, const Subject& subject) {
     const bool isCube = environment == ExrEnvironment::Cube;
     if (isCube ? height == 6 * width : width == 2 * height) return {};
     return failure(ErrorCode::WrongShape, subject,

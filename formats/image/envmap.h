@@ -18,7 +18,7 @@ namespace lightcook::formats {
 
 /// Fails for an image that does not have the shape of its environment: 1:6 for a cube, 2:1 for a panorama.
 /// subject  names the image in errors
-Result<void> checkEnvironmentShape(int width, int height, ExrEnvironment environment, const std::string& subject);
+Result<void> checkEnvironmentShape(int width, int height, ExrEnvironment environment, const Subject& subject);
 
 /// Returns an image of the same size, resampled: a vertical strip of faces +X -X +Y -Y +Z -Z, or an equirectangular panorama.
 /// texels  of the shape that checkEnvironmentShape() asks for

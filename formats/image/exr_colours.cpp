@@ -42,7 +42,7 @@ std::optional<ExrColours> coloursOfLayer(const ExrInfo& info, const std::string&
 }
 
 /// Returns the colours of the only layer that has some. Empty: none has.
-Result<std::optional<ExrColours>> coloursOfLayers(const ExrInfo& info, const std::string& subject) {
+Result<std::optional<ExrColours>> coloursOfLayers(const ExrInfo& info, const Subject& subject) {
     std::map<std::string, ExrColours> found;
     std::vector<std::string> layers;
     for (const std::string& channel : info.channels) {
@@ -69,7 +69,7 @@ int ExrColours::channelCount() const {
     return static_cast<int>(std::ranges::count_if(channels, [](const std::string& name) { return !name.empty(); }));
 }
 
-Result<ExrColours> exrColours(const ExrInfo& info, const std::string& subject) {
+Result<ExrColours> exrColours(const ExrInfo& info, const Subject& subject) {
     std::optional<ExrColours> colours = coloursOfLayer(info, "");
     if (!colours && info.channels.size() == 1) {
         colours.emplace();

@@ -24,6 +24,6 @@ struct ExrColours {
 
 /// Fails for a file whose channels are those of no image, or of several layers.
 /// subject  names the file in errors
-Result<ExrColours> exrColours(const ExrInfo& info, const std::string& subject);
+Result<ExrColours> exrColours(const ExrInfo& info, const Subject& subject);
 
 }  // namespace lightcook::formats

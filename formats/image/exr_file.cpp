@@ -37,7 +37,7 @@ constexpr std::size_t kMostChannels = 1024;
 constexpr std::uintmax_t kLeastChunkBytes = 16;  // of a chunk: an entry of the offset table, its position and its length
 
 tl::unexpected<Error> unreadable(const std::filesystem::path& file, std::string detail) {
-    return failure(ErrorCode::FileUnreadable, file.string(), std::move(detail));
+    return failure(ErrorCode::FileUnreadable, file, std::move(detail));
 }
 tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::exception& exception) {
     return unreadable(file, fmt::format("found {}, expected a whole OpenEXR file", quotedLine(exception.what())));
@@ -62,7 +62,7 @@ Result<int> readVersion(std::ifstream& stream, const std::filesystem::path& file
     }
     const int version = word(4);
     if (Imf::getVersion(version) > Imf::EXR_VERSION || !Imf::supportsFlags(Imf::getFlags(version))) {
-        return failure(ErrorCode::FormatUnsupported, file.string(),
+        return failure(ErrorCode::FormatUnsupported, file,
                        fmt::format("found OpenEXR version word {:#x}, expected version 2 or older", version));
     }
     return version;
@@ -83,7 +83,7 @@ tl::unexpected<Error> severalParts(const std::vector<Imf::Header>& parts, const 
     constexpr std::size_t kMostParts = 16;
     const bool isDeep = std::ranges::any_of(parts, [](const Imf::Header& part) { return part.hasType() && Imf::isDeepData(part.type()); });
     if (isDeep && parts.size() == 1)
-        return failure(ErrorCode::FormatUnsupported, file.string(),
+        return failure(ErrorCode::FormatUnsupported, file,
                        fmt::format("found a deep image ({}), expected a flat one. Flatten it: oiiotool in.exr --flatten -o out.exr",
                                    namesOf(parts.front().channels())));
     std::vector<std::string> names;
@@ -93,7 +93,7 @@ tl::unexpected<Error> severalParts(const std::vector<Imf::Header>& parts, const 
                                     part.hasType() && Imf::isDeepData(part.type()) ? "deep: " : "", namesOf(part.channels())));
     }
     if (parts.size() > kMostParts) names.push_back("...");
-    return failure(ErrorCode::FormatUnsupported, file.string(),
+    return failure(ErrorCode::FormatUnsupported, file,
                    fmt::format("found {} part{}, {}, expected one flat image. Take one out: oiiotool in.exr --subimage {} -o out.exr",
                                parts.size(), parts.size() == 1 ? "" : "s", fmt::join(names, ", "), parts.front().hasName() ? "NAME" : "0"));
 }
@@ -139,10 +139,10 @@ Result<std::uintmax_t> readChannels(const Imf::ChannelList& channels, const std:
     for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
         if (channel.channel().xSampling != 1 || channel.channel().ySampling != 1) {
             if (channels.findChannel("Y") != nullptr && (channels.findChannel("RY") != nullptr || channels.findChannel("BY") != nullptr))
-                return failure(ErrorCode::FormatUnsupported, file.string(),
+                return failure(ErrorCode::FormatUnsupported, file,
                                fmt::format("found luminance and chroma ({}), expected R, G and B. Export it as RGB", namesOf(channels)));
             return failure(
-                ErrorCode::FormatUnsupported, fmt::format("{}, channel {}", file.string(), oneLine(channel.name())),
+                ErrorCode::FormatUnsupported, Subject(file).at("channel " + oneLine(channel.name())),
                 fmt::format("found a sampling of {} x {}, expected every texel", channel.channel().xSampling, channel.channel().ySampling));
         }
         info.channels.emplace_back(channel.name());
@@ -150,7 +150,7 @@ Result<std::uintmax_t> readChannels(const Imf::ChannelList& channels, const std:
         texelBytes += channel.channel().type == Imf::HALF ? 2 : 4;
     }
     if (info.channels.size() > kMostChannels)
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        fmt::format("found {} channels, expected at most {}", info.channels.size(), kMostChannels));
     return texelBytes;
 }
@@ -176,7 +176,7 @@ Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintma
     const ExrWindow window = windowOf(header.dataWindow());
     const std::int64_t width = window.width, height = window.height;
     if (width < 1 || height < 1 || width > kLargestExtent || height > kLargestExtent) {
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        fmt::format("found {} x {} texels, expected 1 to {} a side", width, height, kLargestExtent));
     }
     ExrInfo info;
@@ -193,7 +193,7 @@ Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintma
         const Imf::TileDescription& tile = header.tileDescription();
         if (tile.xSize < 1 || tile.ySize < 1 || std::uint64_t{tile.xSize} * tile.ySize > kLargestTile) {
             return failure(
-                ErrorCode::FormatUnsupported, file.string(),
+                ErrorCode::FormatUnsupported, file,
                 fmt::format("found tiles of {} x {} texels, expected at most {} texels a tile", tile.xSize, tile.ySize, kLargestTile));
         }
         info.tileHeight = static_cast<int>(tile.ySize);
@@ -205,7 +205,7 @@ Result<ExrInfo> checkedInfo(const Imf::Header& header, bool isTiled, std::uintma
         return unreadable(
             file, fmt::format("found {} bytes, expected more for {} x {} texels: truncated, or a broken header", fileBytes, width, height));
     }
-    LC_CHECK(checkMemory(2 * chunkTexels * *texelBytes, file.string()));
+    LC_CHECK(checkMemory(2 * chunkTexels * *texelBytes, file));
     return info;
 }
 
@@ -377,7 +377,7 @@ Result<void> ExrReader::readRows(int firstRow, int rowCount, std::span<const Exr
     if (rowCount == 0 || planes.empty()) return {};
     for (const ExrPlane& plane : planes)
         if (std::find(info.integerChannels.begin(), info.integerChannels.end(), plane.channel) != info.integerChannels.end())
-            return failure(ErrorCode::FormatUnsupported, fmt::format("{}, channel {}", state_->file.string(), plane.channel),
+            return failure(ErrorCode::FormatUnsupported, Subject(state_->file).at("channel " + plane.channel),
                            "found 32-bit integers (UINT), expected half or float");
     try {
         auto handle = state_->take();
@@ -392,8 +392,7 @@ Result<void> ExrReader::readRows(int firstRow, int rowCount, std::span<const Exr
         state_->giveBack(std::move(handle));
         return {};
     } catch (const std::exception& exception) {
-        return failure(ErrorCode::FileUnreadable,
-                       fmt::format("{}, rows {} to {}", state_->file.string(), firstRow, firstRow + rowCount - 1),
+        return failure(ErrorCode::FileUnreadable, Subject(state_->file).at(fmt::format("rows {} to {}", firstRow, firstRow + rowCount - 1)),
                        fmt::format("found {}, expected whole pixel data", quotedLine(exception.what())));
     }
 }
@@ -408,7 +407,7 @@ struct ExrWriter::State {
     std::unique_ptr<Imf::TiledOutputFile> tiles;
 
     Error fault(const char* found) const {
-        return {ErrorCode::Internal, pending.target().string(),
+        return {ErrorCode::Internal, pending.target(),
                 fmt::format("found {} while writing, expected room for the file", quotedLine(found))};
     }
 };
@@ -475,7 +474,7 @@ Result<void> ExrWriter::append(const float* texels, std::ptrdiff_t rowStride, in
 Result<void> ExrWriter::commit() {
     State& state = *state_;
     if (state.rowsWritten != state.height) {
-        return failure(ErrorCode::Internal, state.pending.target().string(),
+        return failure(ErrorCode::Internal, state.pending.target(),
                        fmt::format("found {} rows written, expected {}", state.rowsWritten, state.height));
     }
     state.tiles.reset();

@@ -28,7 +28,7 @@ inline Result<void> checkWindows(const std::filesystem::path& file, const ExrWin
     if (isInside && isAround) return {};
     const char* const relation = isInside ? "smaller than" : isAround ? "larger than" : "partly outside";
     const char* const remedy = isInside ? "Pad with black" : isAround ? "Crop" : "Crop and pad with black";
-    return failure(ErrorCode::WrongShape, file.string(),
+    return failure(ErrorCode::WrongShape, file,
                    fmt::format("found a data window of {}, {} the display window of {}, expected equal windows. {}: oiiotool in.exr "
                                "--croptofull -o out.exr",
                                data.text(), relation, display.text(), remedy));

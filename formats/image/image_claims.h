@@ -27,7 +27,7 @@ Result<void> checkClaims(const std::filesystem::path& file, const Result<ExrRead
 /// Inline, because the image module calls it and is not linked with formats.
 /// floatsPerTexel  of the memory that reading takes
 /// subject         names the image in errors
-inline Result<void> checkExtent(int width, int height, int channelCount, int floatsPerTexel, const std::string& subject) {
+inline Result<void> checkExtent(int width, int height, int channelCount, int floatsPerTexel, const Subject& subject) {
     if (width < 1 || height < 1 || channelCount < 1 || std::max(width, height) > kLargestExtent ||
         std::int64_t{width} * height > kMostTexels) {
         return failure(ErrorCode::WrongShape, subject,

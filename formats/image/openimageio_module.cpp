@@ -25,7 +25,7 @@ void quietImageIo() {
 }
 
 tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::string& library) {
-    return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected a whole image file", quotedLine(library)));
+    return failure(ErrorCode::FileUnreadable, file, fmt::format("found {}, expected a whole image file", quotedLine(library)));
 }
 
 /// Returns true if a format of OpenImageIO has this extension. A file of another one is opened if its content is that of an image.
@@ -38,7 +38,7 @@ bool isImageExtension(const std::string& extension) {
 tl::unexpected<Error> unopened(const std::filesystem::path& file) {
     const std::string library = OIIO::geterror(), extension = lowerExtension(file);
     if (isImageExtension(extension)) return unreadable(file, library);
-    return failure(ErrorCode::FileUnreadable, file.string(),
+    return failure(ErrorCode::FileUnreadable, file,
                    fmt::format("found a file {}, whose content is no image, expected an image such as .exr, .hdr or .png",
                                extension.empty() ? "without an extension" : "of the extension '" + oneLine(extension) + "'"));
 }
@@ -52,7 +52,7 @@ struct OpenedImage {
 
 Result<OpenedImage> openImage(const std::filesystem::path& file) {
     if (const auto found = whyNoFile(file))
-        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected an image", *found));
+        return failure(ErrorCode::FileUnreadable, file, fmt::format("found {}, expected an image", *found));
     quietImageIo();
     OIIO::ImageSpec hints;
     hints["oiio:UnassociatedAlpha"] = 1;  // colours as the file has them, not multiplied by alpha
@@ -64,12 +64,12 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
     image.height = spec.height;
     image.channelCount = spec.nchannels;
     image.channels = spec.channelnames;
-    LC_CHECK(checkExtent(spec.width, spec.height, spec.nchannels, kFloatsThroughLibrary, file.string()));
+    LC_CHECK(checkExtent(spec.width, spec.height, spec.nchannels, kFloatsThroughLibrary, file));
     if (spec.depth > 1 || spec.deep) {
-        return failure(ErrorCode::FormatUnsupported, file.string(), "found a volume or a deep image, expected a flat one");
+        return failure(ErrorCode::FormatUnsupported, file, "found a volume or a deep image, expected a flat one");
     }
     if (const int orientation = spec.get_int_attribute("Orientation", 1); orientation != 1) {
-        return failure(ErrorCode::FormatUnsupported, file.string(),
+        return failure(ErrorCode::FormatUnsupported, file,
                        fmt::format("found texels stored in orientation {}, expected row 0 on top and x to the right (1)", orientation));
     }
     return image;

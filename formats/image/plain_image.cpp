@@ -28,8 +28,8 @@ constexpr std::array<const char*, 4> kChannels = {"R", "G", "B", "A"};
 
 Result<PlainImage> readExr(const ExrReader& reader, const std::filesystem::path& file) {
     const ExrInfo& info = reader.info();
-    LC_CHECK(checkExtent(info.width, info.height, 4, 4, file.string()));
-    Result<ExrColours> colours = exrColours(info, file.string());
+    LC_CHECK(checkExtent(info.width, info.height, 4, 4, file));
+    Result<ExrColours> colours = exrColours(info, file);
     if (!colours) return tl::make_unexpected(colours.error());
     PlainImage image{.texels = Image<glm::vec4>(info.width, info.height, glm::vec4(0, 0, 0, 1)),
                      .channelCount = colours->channelCount(),
@@ -95,7 +95,7 @@ Result<PlainImage> readImage(const std::filesystem::path& file) {
     return readByOpenImageIo(file);
 }
 
-Result<void> resampleEnvironment(PlainImage& image, const std::string& subject) {
+Result<void> resampleEnvironment(PlainImage& image, const Subject& subject) {
     if (!image.environment) return {};
     LC_CHECK(checkEnvironmentShape(image.texels.width(), image.texels.height(), *image.environment, subject));
     image.texels = fromExrEnvironment(image.texels, *image.environment);
@@ -112,7 +112,7 @@ Result<ExrContent> exrContent(const std::filesystem::path& file) {
 Result<void> writeExr(const std::filesystem::path& file, ImageView<const glm::vec4> texels, int channelCount) {
     assert(1 <= channelCount && channelCount <= 4);
     if (texels.width < 1 || texels.height < 1 || texels.width > kLargestExtent || texels.height > kLargestExtent) {
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        fmt::format("found {} x {} texels, expected 1 to {} a side", texels.width, texels.height, kLargestExtent));
     }
     Result<ExrWriter> writer =

@@ -200,7 +200,7 @@ bool isPngFile(const std::filesystem::path& file) {
     return isPng(std::as_bytes(std::span(head)));
 }
 
-Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& subject) {
+Result<PlainImage> decodePng(std::span<const std::byte> png, const Subject& subject) {
     if (!isPng(png)) return failure(ErrorCode::FormatUnsupported, subject, "found an image of another kind, expected PNG");
     PngReading reading(png);
     const auto damaged = [&] {
@@ -226,7 +226,7 @@ Result<PlainImage> decodePng(std::span<const std::byte> png, const std::string& 
 }
 
 Result<PlainImage> readPng(const std::filesystem::path& file) {
-    return readWholeFile(file).and_then([&](const std::vector<std::byte>& bytes) { return decodePng(bytes, file.string()); });
+    return readWholeFile(file).and_then([&](const std::vector<std::byte>& bytes) { return decodePng(bytes, file); });
 }
 
 Result<std::vector<std::byte>> encodePng(ImageView<const glm::u8vec3> texels) {

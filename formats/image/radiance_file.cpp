@@ -142,7 +142,7 @@ Result<RadianceHeader> readHeader(Bytes& bytes, const std::filesystem::path& fil
         const std::string_view shown = line->substr(0, kLongestShown);
         if (line->starts_with(kFormat)) {
             if (line->substr(kFormat.size()) != kRgbe)
-                return failure(ErrorCode::FormatUnsupported, file.string(),
+                return failure(ErrorCode::FormatUnsupported, file,
                                fmt::format("found {}, expected {}{}", shown, kRgbe,
                                            line->substr(kFormat.size()) == kXyze ? ". Convert it: ra_xyze -r in.hdr out.hdr" : ""));
             isRgbe = true;
@@ -150,21 +150,21 @@ Result<RadianceHeader> readHeader(Bytes& bytes, const std::filesystem::path& fil
         if (line->starts_with(kPrimaries)) {
             header.chromaticities = chromaticitiesIn(line->substr(kPrimaries.size()));
             if (!header.chromaticities)
-                return failure(ErrorCode::ValueOutOfRange, file.string(),
+                return failure(ErrorCode::ValueOutOfRange, file,
                                fmt::format("found {}, expected 8 finite numbers: x and y of red, green, blue and white", shown));
         }
         for (const auto& [key, count] : kFactorLines) {
             if (!line->starts_with(key)) continue;
             const auto factors = factorsIn(line->substr(key.size()), count);
             if (!factors)
-                return failure(ErrorCode::ValueOutOfRange, file.string(),
+                return failure(ErrorCode::ValueOutOfRange, file,
                                fmt::format("found {}, expected {} positive finite number{}", shown, count, count == 1 ? "" : "s"));
             product *= *factors;
         }
     }
     for (int i = 0; i < 3; ++i)
         if (!(product[i] >= std::numeric_limits<float>::min() && product[i] <= std::numeric_limits<float>::max()))
-            return failure(ErrorCode::ValueOutOfRange, file.string(),
+            return failure(ErrorCode::ValueOutOfRange, file,
                            fmt::format("found {} as the product of EXPOSURE and COLORCORR, expected 1.2e-38 to 3.4e38", product[i]));
     header.factors = glm::vec3(product);
     if (line && isRgbe)

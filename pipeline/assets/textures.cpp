@@ -149,8 +149,7 @@ Result<formats::TextureReader> openTexture(const std::filesystem::path& folder, 
     LC_TRY(reader, formats::TextureReader::open(file));
     const formats::TextureShape& shape = reader->shape();
     const auto disagree = [&](const char* member, const auto& found, const auto& expected) {
-        return failure(ErrorCode::Verification, file.string(),
-                       fmt::format("found {} {}, expected {} as in the manifest", member, found, expected));
+        return failure(ErrorCode::Verification, file, fmt::format("found {} {}, expected {} as in the manifest", member, found, expected));
     };
     if (const auto format = formats::info(shape.format).name; format != entry->format) return disagree("format", format, entry->format);
     const std::initializer_list<std::tuple<const char*, int, int>> sizes = {{"width", shape.width, entry->width},

@@ -68,7 +68,8 @@ Result<void> checkFinite(const formats::PlainImage& image, std::span<const int> 
         for (int x = 0; x < texels.width(); ++x)
             for (const int c : channels)
                 if (const float value = texels.at(x, y)[c]; !std::isfinite(value))
-                    return failure(ErrorCode::ValueNotFinite, fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGBA"[c], x, y),
+                    return failure(ErrorCode::ValueNotFinite,
+                                   formats::Subject(file).at(fmt::format("channel {}, texel ({}, {})", "RGBA"[c], x, y)),
                                    fmt::format("found {}, expected a finite value", value));
     return {};
 }
@@ -123,7 +124,7 @@ Result<ChannelCounts> addImage(const std::filesystem::path& a, const std::filesy
     LC_TRY(first, readCompared(a, mip, layer, isSrgb), second = readCompared(b, mip, layer, isSrgb));
     if (!second) return tl::make_unexpected(second.error());
     if (first->texels.width() != second->texels.width() || first->texels.height() != second->texels.height())
-        return failure(ErrorCode::WrongShape, b.string(),
+        return failure(ErrorCode::WrongShape, b,
                        fmt::format("found {} x {} texels, expected {} x {} as in {}", second->texels.width(), second->texels.height(),
                                    first->texels.width(), first->texels.height(), a.string()));
     const ChannelCounts counts =
@@ -142,12 +143,12 @@ Result<Json> compareImages(const std::filesystem::path& a, const std::filesystem
     LC_TRY(first, imagesIn(a), second = imagesIn(b));
     if (!second) return tl::make_unexpected(second.error());
     if (first->layers != second->layers)
-        return failure(ErrorCode::WrongShape, b.string(),
+        return failure(ErrorCode::WrongShape, b,
                        fmt::format("found {} layer(s), expected {} as in {}. `lightcook decode --layer N` takes one out", second->layers,
                                    first->layers, a.string()));
     const bool areTextures = isTextureFile(a) && isTextureFile(b);
     if (areTextures && first->mips != second->mips)
-        return failure(ErrorCode::WrongShape, b.string(),
+        return failure(ErrorCode::WrongShape, b,
                        fmt::format("found {} mip(s), expected {} as in {}", second->mips, first->mips, a.string()));
     const int mips = areTextures ? first->mips : 1;  // a picture is the first mip of a texture
     ImageError error;
@@ -193,7 +194,7 @@ Result<ComparedFolder> readFolder(const std::filesystem::path& folder) {
     read.changed = checkDigests(folder, read.manifest);
     for (const formats::Error& error : read.changed)
         for (auto& [name, digest] : read.digests)
-            if (error.subject == (folder / name).string()) digest.clear();
+            if (error.file == folder / name) digest.clear();
     return read;
 }
 
@@ -305,14 +306,14 @@ Result<Comparison> compareFiles(const std::filesystem::path& a, const std::files
     const bool isFirst = std::filesystem::is_directory(a, code), isSecond = std::filesystem::is_directory(b, code);
     if (isFirst != isSecond) {
         const auto &folder = isFirst ? a : b, &other = isFirst ? b : a;
-        return failure(ErrorCode::FileUnreadable, other.string(),
+        return failure(ErrorCode::FileUnreadable, other,
                        fmt::format("found {}, expected a cooked folder as {} is",
                                    std::filesystem::exists(other, code) ? "a file" : "no such folder", folder.string()));
     }
     const ComparedMap first{a, ofA}, second{b, ofB};
     const bool areMaps = !isFirst && (isCertainLightMap(first) || isCertainLightMap(second));
     if (const std::string option = conventionOption(ofA, ofB); !areMaps && !option.empty())
-        return failure(ErrorCode::InvalidRequest, a.string(),
+        return failure(ErrorCode::InvalidRequest, a,
                        fmt::format("found {} with {}, expected light maps{}", isFirst ? "cooked folders" : "images or textures", option,
                                    isFirst ? "" : ": name the bake format of a picture that is one, as --bake flat"));
     if (isFirst) return compareScenes(a, b);

@@ -21,7 +21,7 @@ Result<LightMapSource*> open(LightMapSources& sources, const ComparedMap& map) {
     const auto known = formats::LightMapReader::recognize(map.file, map.description);
     if (known && known->format->needsMesh() && map.description.mesh.empty())
         return failure(
-            ErrorCode::FormatUnsupported, map.file.string(),
+            ErrorCode::FormatUnsupported, map.file,
             fmt::format("found bake format {}, whose light depends on a mesh, expected --mesh FILE; or cook it, and compare what "
                         "`lightcook reconstruct` writes",
                         known->format->name));
@@ -101,7 +101,7 @@ Result<Json> compareLightMaps(const ComparedMap& a, const ComparedMap& b, const 
     if (!found) return tl::make_unexpected(found.error());
     LightMapSource &bake = **reference, &other = **found;
     if (bake.width() != other.width() || bake.height() != other.height())
-        return failure(ErrorCode::WrongShape, b.file.string(),
+        return failure(ErrorCode::WrongShape, b.file,
                        fmt::format("found {} x {} texels, expected {} x {} as in {}", other.width(), other.height(), bake.width(),
                                    bake.height(), a.file.string()));
 
@@ -114,7 +114,7 @@ Result<Json> compareLightMaps(const ComparedMap& a, const ComparedMap& b, const 
         bake, [&](int index) { return maps.chunk(index); }, context);
     if (!key) return tl::make_unexpected(key.error());
     if (key->coveredTexels() == 0)
-        return failure(ErrorCode::WrongShape, a.file.string(), "found no covered texel, expected some: there is nothing to compare");
+        return failure(ErrorCode::WrongShape, a.file, "found no covered texel, expected some: there is nothing to compare");
     const verify::Viewing viewing{lighting::DisplaySettings{}.of(key->displayKey()), bake.bt2020FromWorking()};
     LC_TRY(score, verify::LightMapScore::create({}, key->key(), viewing));
     verify::ShadedErrors errors;

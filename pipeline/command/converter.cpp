@@ -173,7 +173,7 @@ bool isKnownToHaveConstants(AssetKind kind, const Scene& scene) {
 
 /// Copies the asset's only texture from the folder that it was cooked into to `output`.
 Outcome keepTexture(Outcome outcome, const std::filesystem::path& output) {
-    const auto refused = [&](std::string detail) { return outcomeOf({ErrorCode::InvalidRequest, output.string(), std::move(detail)}); };
+    const auto refused = [&](std::string detail) { return outcomeOf({ErrorCode::InvalidRequest, output, std::move(detail)}); };
     const auto manifest = readManifest(outcome.output);
     if (!manifest) return outcomeOf(manifest.error());
     if (manifest->at("assets").empty()) return refused("found nothing to write: the cook left the asset out");
@@ -293,7 +293,7 @@ Result<formats::LightMapDescription> describeBake(const std::filesystem::path& b
 }
 
 formats::Error constantsAreLost(const std::filesystem::path& output, const std::string& otherwise) {
-    return {ErrorCode::InvalidRequest, output.string(),
+    return {ErrorCode::InvalidRequest, output,
             fmt::format("found a DDS file, which cannot hold the constants that its texels are decoded with, expected {}", otherwise)};
 }
 

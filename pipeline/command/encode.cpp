@@ -77,7 +77,7 @@ Result<std::int64_t> checkTexels(Image<glm::vec4>& texels, const std::filesystem
                 if (!isBroken && !isNegative) continue;
                 if (!repair)
                     return failure(isBroken ? ErrorCode::ValueNotFinite : ErrorCode::ValueOutOfRange,
-                                   fmt::format("{}, channel {}, texel ({}, {})", file.string(), "RGBA"[c], x, y),
+                                   formats::Subject(file).at(fmt::format("channel {}, texel ({}, {})", "RGBA"[c], x, y)),
                                    isBroken
                                        ? fmt::format("found {}, expected a finite value (--repair makes it {})", value,
                                                      value > 0 ? fmt::format("{}, the largest of the format", largestOf(format)) : "zero")
@@ -136,7 +136,7 @@ Result<Image<float>> readSignificance(const std::filesystem::path& file, int wid
     LC_TRY(image, formats::readImage(file));
     const Image<glm::vec4>& texels = image->texels;
     if (texels.width() != width || texels.height() != height)
-        return failure(ErrorCode::WrongShape, file.string(),
+        return failure(ErrorCode::WrongShape, file,
                        fmt::format("found {} x {} texels, expected {} x {} as in the image to encode", texels.width(), texels.height(),
                                    width, height));
     float largest = 0;
@@ -145,7 +145,7 @@ Result<Image<float>> readSignificance(const std::filesystem::path& file, int wid
             const float weight = texels.at(x, y)[0];
             if (!std::isfinite(weight) || weight < 0)
                 return failure(std::isfinite(weight) ? ErrorCode::ValueOutOfRange : ErrorCode::ValueNotFinite,
-                               fmt::format("{}, texel ({}, {})", file.string(), x, y),
+                               formats::Subject(file).at(fmt::format("texel ({}, {})", x, y)),
                                fmt::format("found a significance of {}, expected a finite one of at least 0", weight));
             largest = std::max(largest, weight);
         }
@@ -287,10 +287,10 @@ Result<Json> encodeTexture(const EncodeCommand& command, int threads) {
     LC_TRY(image, readPicture(command.input));
     if (*format == PixelFormat::Rgba8Srgb && formats::isPictureFile(command.input)) decodeSrgb(*image);
     Image<glm::vec4>& texels = image->texels;
-    if (command.cube) LC_CHECK(formats::resampleEnvironment(*image, command.input.string()));
+    if (command.cube) LC_CHECK(formats::resampleEnvironment(*image, command.input));
     LC_TRY(prepared, prepareImage(*image, command, facts));
     if (command.cube && texels.height() != 6 * texels.width())
-        return failure(ErrorCode::WrongShape, command.input.string(),
+        return failure(ErrorCode::WrongShape, command.input,
                        fmt::format("found {} x {} texels, expected a vertical strip of six square faces", texels.width(), texels.height()));
 
     const formats::TextureShape shape = shapeOf(*format, texels, command.cube ? 6 : 1);

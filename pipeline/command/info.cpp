@@ -243,7 +243,7 @@ Result<Json> describeFile(const std::filesystem::path& file) {
     if (isTextureFile(file)) return formats::TextureReader::open(file).map(describeTexture);
     if (extension == ".toml") return readScene(file).map(describeScene);
     if (file.filename() == kManifestName || file.filename() == kReportName)
-        return formats::failure(formats::ErrorCode::FileUnreadable, file.string(),
+        return formats::failure(formats::ErrorCode::FileUnreadable, file,
                                 fmt::format("found a file of a cooked scene, expected its folder: {}",
                                             file.has_parent_path() ? file.parent_path().string() : "."));
     if (extension == ".glb" || extension == ".gltf") {
@@ -271,7 +271,7 @@ Result<Json> describeFile(const std::filesystem::path& file) {
         return describeAnyImage(file).map([&](Json json) {
             if (map)
                 json["as_light_map"] = describeLightMap(*map);
-            else if (!map.error().detail.starts_with(formats::kBelongsToNoBakeFormat))
+            else if (map.error().code != formats::ErrorCode::UnknownBake)
                 json["as_light_map"] = {{"error", map.error().line()}};
             return json;
         });

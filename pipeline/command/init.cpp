@@ -90,7 +90,7 @@ formats::Result<Json> writeScene(const InitOptions& options, Session& session) {
     const fs::path scene = sceneFileOf(options);
     std::error_code code;
     if (fs::exists(scene, code) && !options.force)
-        return formats::failure(formats::ErrorCode::InvalidRequest, scene.string(),
+        return formats::failure(formats::ErrorCode::InvalidRequest, scene,
                                 "found a file, expected none; --force replaces it, -o FILE writes another");
     LC_TRY(inputs, findInputs(options.inputs));
     LC_CHECK(session.paths.checkAgainst(filesNamedBy(*inputs), "an input"));

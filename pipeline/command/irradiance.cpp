@@ -52,7 +52,7 @@ Result<void> checkOutput(const std::filesystem::path& output) {
     const std::string extension = formats::lowerExtension(output);
     if (extension == ".ktx2") return {};
     if (extension == ".dds") return tl::make_unexpected(constantsAreLost(output, "a .ktx2 file"));
-    return failure(ErrorCode::InvalidRequest, output.string(),
+    return failure(ErrorCode::InvalidRequest, output,
                    fmt::format("found the extension \"{}\", expected .ktx2 for an irradiance cubemap", output.extension().string()));
 }
 
@@ -85,7 +85,7 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     LC_TRY(figures, verified(file, range, command.wrap, loaded->environment));
     if (!(figures->relRms <= command.maxError))
         return failure(
-            ErrorCode::Verification, command.output.string(),
+            ErrorCode::Verification, command.output,
             fmt::format("found an error of {:.4f} (rms) against brute force, expected at most {:.4g}", figures->relRms, command.maxError));
     const double verifySeconds = cpuSeconds() - converted;
     LC_CHECK(copyFile(file, command.output, OutputLink::Follow));
@@ -104,7 +104,7 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
 Result<Json> cookSh(const ShCommand& command) {
     if (command.output.extension() != ".json")
         return failure(
-            ErrorCode::InvalidRequest, command.output.string(),
+            ErrorCode::InvalidRequest, command.output,
             fmt::format("found the extension \"{}\", expected .json for nine coefficients", command.output.extension().string()));
     // The coefficients are converted in place of the texels: colours that the working space lacks have negative ones, which are exact.
     LC_TRY(conversion, formats::linearConversion(colorsOf(command.source), formats::statedChromaticities(command.input)));

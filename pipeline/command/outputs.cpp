@@ -77,12 +77,12 @@ constexpr std::size_t kLongestFileName = 255;
 Result<void> checkCanBeMade(const std::filesystem::path& path, bool isFolder) {
     for (const std::filesystem::path& name : path)
         if (name.native().size() > kLongestFileName)
-            return formats::failure(formats::ErrorCode::InvalidRequest, path.string(),
+            return formats::failure(formats::ErrorCode::InvalidRequest, path,
                                     fmt::format("found a name of {} bytes, expected at most {}", name.native().size(), kLongestFileName));
     std::error_code code;
     for (std::filesystem::path each = isFolder ? path : path.parent_path(); !each.empty(); each = each.parent_path()) {
         if (std::filesystem::is_symlink(each, code) && !std::filesystem::exists(each, code))
-            return formats::failure(formats::ErrorCode::InvalidRequest, each.string(),
+            return formats::failure(formats::ErrorCode::InvalidRequest, each,
                                     "found a symbolic link to nothing, expected a folder, or no such name");
         if (each == each.parent_path()) break;
     }
@@ -99,7 +99,7 @@ tl::unexpected<Error> samePlace(const std::string& output, const std::filesystem
 /// facts   that it found; null: none
 Json failureDocument(Json facts, const std::vector<Error>& errors) {
     Json list = Json::array();
-    for (const Error& error : errors) list.push_back(toJson(DocumentError{exitCode(error.code), error.subject, error.detail}));
+    for (const Error& error : errors) list.push_back(toJson(DocumentError::of(error)));
     if (facts.is_null()) facts = Json::object();
     if (!facts.is_object()) facts = {{"results", std::move(facts)}};
     facts["passed"] = false;
@@ -145,11 +145,10 @@ Result<void> CommandPaths::check(const Path& output) const {
                                 "found -, expected a folder: its files are not printed. ./- is a folder of that name");
     LC_CHECK(checkCanBeMade(output.path, isFolder));
     if (const std::filesystem::path file = fileInPlaceOfFolder(output.path); !file.empty())
-        return formats::failure(formats::ErrorCode::InvalidRequest, output.path.string(),
+        return formats::failure(formats::ErrorCode::InvalidRequest, output.path,
                                 fmt::format("found the file {} in place of a folder, expected a folder or nothing", file.string()));
     if (output.written == Written::File && isDirectory(output.path))
-        return formats::failure(formats::ErrorCode::InvalidRequest, output.path.string(),
-                                "found a folder, expected the name of a file to write");
+        return formats::failure(formats::ErrorCode::InvalidRequest, output.path, "found a folder, expected the name of a file to write");
     if (output.written == Written::Folder) LC_CHECK(checkFolderName(output.path));
     for (const Path& input : inputs_) {
         if (isSamePlace(output.path, input.path)) return samePlace(output.name, output.path, input.name);
@@ -240,7 +239,7 @@ Result<void> checkFolderName(const std::filesystem::path& folder, const std::str
     const std::string extension = formats::lowerExtension(folder);
     std::error_code code;
     if (std::ranges::find(kFileExtensions, extension) == kFileExtensions.end() || std::filesystem::exists(folder, code)) return {};
-    return formats::failure(formats::ErrorCode::InvalidRequest, folder.string(),
+    return formats::failure(formats::ErrorCode::InvalidRequest, folder,
                             fmt::format("found the extension '{}' of a file, expected a folder, such as {}{}{}", extension,
                                         (folder.parent_path() / folder.stem()).string(), otherwise.empty() ? "" : ", ", otherwise));
 }

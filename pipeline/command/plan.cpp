@@ -32,7 +32,7 @@ formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
                                 fmt::format("found '{}', expected a command in one line, without control characters", options.launcher));
     LC_TRY(scene, readScene(options.scene));
     if (const std::string why = whyNothing(*scene); !why.empty())
-        return formats::failure(formats::ErrorCode::InvalidRequest, options.scene.string(), why);
+        return formats::failure(formats::ErrorCode::InvalidRequest, options.scene, why);
     LC_TRY(program, formats::programFile());
     scene->file = absolutePath(options.scene);
     const std::filesystem::path output = cookedFolder(*scene, options.output);

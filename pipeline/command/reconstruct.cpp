@@ -29,11 +29,11 @@ bool isReadFor(const std::string& name, const CookedAsset& asset) {
 formats::Result<void> checkCookedFiles(const std::filesystem::path& folder, const std::string& name) {
     LC_TRY(manifest, loadManifest(folder));
     std::erase_if(manifest->assets, [&](const CookedAsset& asset) { return !isReadFor(name, asset); });
-    std::set<std::string> read = {(folder / kManifestName).string()};
+    std::set<std::filesystem::path> read = {folder / kManifestName};
     for (const CookedAsset& asset : manifest->assets)
-        for (const CookedTexture& texture : asset.textures) read.insert((folder / texture.file).string());
+        for (const CookedTexture& texture : asset.textures) read.insert(folder / texture.file);
     for (const formats::Error& error : checkDigests(folder, *manifest))
-        if (read.contains(error.subject)) return tl::make_unexpected(error);
+        if (read.contains(error.file)) return tl::make_unexpected(error);
     return {};
 }
 

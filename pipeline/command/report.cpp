@@ -46,7 +46,7 @@ Result<std::vector<CookedFolder>> readFolders(const std::vector<std::filesystem:
         LC_TRY(cooked, readCookedFolder(folder));
         const auto [place, isNew] = seen.try_emplace({cooked->report.scene, cooked->target}, folder);
         if (!isNew)
-            return failure(ErrorCode::InvalidRequest, folder.string(),
+            return failure(ErrorCode::InvalidRequest, folder,
                            fmt::format("found the scene '{}' for target '{}', which {} has too, expected each scene once for a target",
                                        cooked->report.scene, cooked->target, place->second.string()));
         read.push_back(std::move(*cooked));
@@ -95,7 +95,7 @@ Result<BaselineComparison> comparisonOf(const ReportOptions& options, const Cook
     const auto scene = std::ranges::find_if(*before, isSame);
     if (scene == before->end())
         return failure(
-            ErrorCode::FileUnreadable, file.string(),
+            ErrorCode::FileUnreadable, file,
             fmt::format("found {}, expected one named '{}' for target '{}'", scenesIn(*before), folder.report.scene, folder.target));
     BaselineComparison comparison = compareWithScene(folder.report, *scene, file.string(), options.failOver);
     addPictures(comparison.assets, scene->folder.empty() ? file.parent_path().string() : scene->folder, folder.folder.string());

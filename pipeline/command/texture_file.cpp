@@ -28,13 +28,13 @@ formats::Container containerOf(const std::filesystem::path& file) {
 
 Result<void> requireTextureFile(const std::filesystem::path& file) {
     if (isTextureFile(file)) return {};
-    return failure(ErrorCode::InvalidRequest, file.string(),
+    return failure(ErrorCode::InvalidRequest, file,
                    fmt::format("found the extension '{}', expected .ktx2 or .dds", file.extension().string()));
 }
 
 Result<void> requireExrFile(const std::filesystem::path& file) {
     if (lowerExtension(file) == ".exr") return {};
-    return failure(ErrorCode::InvalidRequest, file.string(),
+    return failure(ErrorCode::InvalidRequest, file,
                    fmt::format("found the extension '{}', expected .exr: the values are float", file.extension().string()));
 }
 
@@ -42,7 +42,7 @@ Result<formats::PlainImage> readPicture(const std::filesystem::path& file) {
     auto image = formats::readImage(file);
     if (image && image->channelCount > 4)
         return failure(
-            ErrorCode::WrongShape, file.string(),
+            ErrorCode::WrongShape, file,
             fmt::format("found {} channels, expected 1 to 4. A light map? Compress it with `lightcook lightmap`", image->channelCount));
     return image;
 }
@@ -57,14 +57,14 @@ Result<formats::PlainImage> readAnyImage(const std::filesystem::path& file, int 
     LC_TRY(texture, formats::TextureReader::open(file));
     const formats::TextureShape& shape = texture->shape();
     if (mip < 0 || mip >= shape.mipCount || layer < 0 || layer >= shape.layerCount)
-        return failure(ErrorCode::InvalidRequest, file.string(),
+        return failure(ErrorCode::InvalidRequest, file,
                        fmt::format("found a request for mip {} and layer {}, expected mip 0 to {} and layer 0 to {}", mip, layer,
                                    shape.mipCount - 1, shape.layerCount - 1));
     const int width = shape.mipWidth(mip), height = shape.mipHeight(mip);
     const std::uint64_t texels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
     // Blocks are decoded face by face into floats, beside the whole image.
     const std::uint64_t faces = static_cast<std::uint64_t>(shape.faceCount);
-    LC_CHECK(formats::checkMemory((faces + 1) * texels * sizeof(glm::vec4), file.string()));
+    LC_CHECK(formats::checkMemory((faces + 1) * texels * sizeof(glm::vec4), file));
     formats::PlainImage image;
     image.channelCount = formats::info(shape.format).channelCount;
     image.hasAlpha = image.channelCount == 4;

@@ -46,13 +46,13 @@ using Clock = std::chrono::steady_clock;
 
 /// Refuses scenes without anything to cook, and what cannot be written.
 Result<void> checkScene(const Scene& scene, const CookOptions& options, const std::filesystem::path& folder) {
-    if (const std::string why = whyNothing(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, scene.file.string(), why);
+    if (const std::string why = whyNothing(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, scene.file, why);
     for (const LightMapEntry& entry : scene.lightMaps)
         if (isSplit(scene.output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
             LC_CHECK(formats::checkNoMorphTargets(*entry.mesh));
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
-        return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or nothing");
+        return failure(ErrorCode::InvalidRequest, folder, "found a file, expected a folder or nothing");
     return {};
 }
 
@@ -137,8 +137,10 @@ private:
         if (options_.depfile) LC_CHECK(writeDepfile(*plan, needsGraph, contentGraph, planned, needs));
         cache_.prune();
         const GivenKey* const budget = options_.given.find("output.budget");
-        appendErrorsOf(*report, budget != nullptr ? budget->option : placeIn(scene_, "output", "", "budget", "[output]") + ", budget",
-                       outcome_.errors);
+        appendErrorsOf(
+            *report,
+            budget != nullptr ? formats::Subject(budget->option) : placeIn(scene_, "output", "", "budget", "[output]").at("budget"),
+            outcome_.errors);
         return {};
     }
 
@@ -276,7 +278,9 @@ private:
             const Outcome done = Cook(std::move(*scene), options, state_, layouts).run();
             outcome_.actionsRun += done.actionsRun;
             outcome_.actionsReused += done.actionsReused;
-            const auto isFault = [](const Error& error) { return error.code != ErrorCode::Verification; };
+            const auto isFault = [](const Error& error) {
+                return error.code != ErrorCode::OverLimit && error.code != ErrorCode::Verification;
+            };
             if (const auto fault = std::ranges::find_if(done.errors, isFault); fault != done.errors.end())
                 return tl::make_unexpected(*fault);
             outcome_.candidates.push_back(layout);
@@ -323,7 +327,7 @@ private:
         for (const FileRecord& file : result.files) names.emplace_back(file.name);
         for (const std::filesystem::path& name : names)
             if (inputs.contains(outcome_.output / name))
-                return failure(ErrorCode::InvalidRequest, (outcome_.output / name).string(),
+                return failure(ErrorCode::InvalidRequest, outcome_.output / name,
                                "found a file of the scene in the place of an output, expected another output folder");
         if (!state_.checkOutputs) return {};
         std::vector<std::filesystem::path> files;  // the report may be a document of the command
@@ -409,13 +413,10 @@ private:
         return rates;
     }
 
-    /// Adds the errors of some actions. Two actions that read one file fail with one line.
+    /// Adds the errors of some actions.
     void addErrors(const ExecutionResult& result) {
-        for (const Error& error : result.errors) {
-            if (std::ranges::find(outcome_.errors, error.line(), &Error::line) != outcome_.errors.end()) continue;
-            outcome_.errors.push_back(error);
-            failed_.push_back(error);
-        }
+        for (const Error& error : result.errors)
+            if (formats::addOnce(outcome_.errors, error)) failed_.push_back(error);
     }
 
     const CookOptions& options_;

@@ -67,7 +67,7 @@ std::optional<Error> warningOfDepfiles(const Scene& scene, const NinjaOptions& o
 formats::Result<void> checkNinjaPaths(const Scene& scene, const NinjaOptions& options) {
     for (const std::filesystem::path& path : {options.program, scene.file, options.output, options.cache})
         if (formats::withoutControls(path.string()) != path.string())
-            return formats::failure(ErrorCode::InvalidRequest, path.string(),
+            return formats::failure(ErrorCode::InvalidRequest, path,
                                     "found a control character in the path, expected none: a Ninja file cannot hold it");
     return {};
 }

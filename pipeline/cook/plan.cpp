@@ -121,7 +121,7 @@ public:
         planTables();
         if (!takenName_.empty())
             return formats::failure(
-                formats::ErrorCode::InvalidRequest, scene_.file.string(),
+                formats::ErrorCode::InvalidRequest, scene_.file,
                 fmt::format("found two assets that would both write '{}', expected names that keep their files apart", takenName_));
         if (mistake_) return tl::make_unexpected(*mistake_);
         return std::move(plan_);

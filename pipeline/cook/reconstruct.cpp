@@ -33,7 +33,7 @@ Result<const CookedAsset*> findLightMap(const Manifest& manifest, const std::fil
         if (asset.name == name) return &asset;
         known.push_back(asset.name);
     }
-    return failure(ErrorCode::InvalidRequest, folder.string(),
+    return failure(ErrorCode::InvalidRequest, folder,
                    fmt::format("found no light map '{}', expected one of: {}", name, fmt::join(known, ", ")));
 }
 
@@ -114,7 +114,7 @@ Result<ChartPlaces> chartPlacesOf(const CookedAsset& asset, const UnpackedBake& 
     if (mesh == sources->end())
         return failure(ErrorCode::Verification, asset.name, "found packed charts without a mesh, expected the folder as cooked");
     LC_TRY(scene, loadMesh(*sources, kMeshRole, bake.description.places));
-    return ChartPlaces::create(*scene, mesh->second.string(), bake);
+    return ChartPlaces::create(*scene, mesh->second, bake);
 }
 
 /// A cooked map whose charts were packed.

@@ -309,7 +309,7 @@ std::optional<IncompleteCook> SummaryWriter::incompleteOf(const Plan& plan) cons
     const auto addError = [&](const FailedAction& failed) {
         if (std::ranges::find(incomplete.errors, failed) == incomplete.errors.end()) incomplete.errors.push_back(failed);
     };
-    for (const formats::Error& error : failed_) addError({exitCode(error.code), error.subject, error.detail});
+    for (const formats::Error& error : failed_) addError({DocumentError::of(error)});
     if (!failed_.empty()) {
         std::ranges::for_each(plan.assets, add);
         std::ranges::for_each(plan.undecided, add);

@@ -24,18 +24,15 @@ std::vector<Error> verdictOf(const std::filesystem::path& folder, const Manifest
     std::vector<Error> errors = checkDigests(folder, manifest);
     appendErrorsOf(report, budgetPlace(folder), errors);
     if (errors.empty() && !report.passed)
-        errors.push_back({ErrorCode::Verification, (folder / kReportName).string(), "found passed: false, expected a folder that passed"});
+        errors.push_back({ErrorCode::Verification, folder / kReportName, "found passed: false, expected a folder that passed"});
     return errors;
 }
 
 }  // namespace
 
-void appendErrorsOf(const Report& report, const std::string& budgetPlace, std::vector<Error>& errors) {
+void appendErrorsOf(const Report& report, const formats::Subject& budgetPlace, std::vector<Error>& errors) {
     if (report.incomplete)
-        for (const FailedAction& failed : report.incomplete->errors) {
-            Error error{errorCodeFor(failed.exitCode), failed.subject, failed.detail};
-            if (std::ranges::find(errors, error.line(), &Error::line) == errors.end()) errors.push_back(std::move(error));
-        }
+        for (const FailedAction& failed : report.incomplete->errors) formats::addOnce(errors, failed.error());
     for (const ReportRow& row : report.assets)
         for (Error& error : errorsOf(row.failures)) errors.push_back(std::move(error));
     if (!report.budget.isKept())
@@ -44,17 +41,16 @@ void appendErrorsOf(const Report& report, const std::string& budgetPlace, std::v
              fmt::format("found {} bytes of GPU memory, expected at most {}", report.budget.usedBytes, *report.budget.limitBytes)});
 }
 
-std::string budgetPlace(const std::filesystem::path& folder) {
-    return (folder / kReportName).string() + ", budget";
+formats::Subject budgetPlace(const std::filesystem::path& folder) {
+    return formats::Subject(folder / kReportName).at("budget");
 }
 
 Result<CookedFolder> readCookedFolder(const std::filesystem::path& folder) {
     std::error_code code;
     if (std::filesystem::is_regular_file(folder, code))
-        return failure(ErrorCode::FileUnreadable, folder.string(), "found a file, expected the output folder of `lightcook cook`");
+        return failure(ErrorCode::FileUnreadable, folder, "found a file, expected the output folder of `lightcook cook`");
     if (!std::filesystem::exists(folder / kReportName, code))
-        return failure(ErrorCode::FileUnreadable, (folder / kReportName).string(),
-                       "found no report, expected " + expectedCookedFolder(folder));
+        return failure(ErrorCode::FileUnreadable, folder / kReportName, "found no report, expected " + expectedCookedFolder(folder));
     LC_TRY(json, readReport(folder / kReportName));
     LC_TRY(report, loadReport(folder / kReportName));
     LC_TRY(manifest, loadManifest(folder));

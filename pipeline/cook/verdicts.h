@@ -14,10 +14,10 @@ namespace lightcook::pipeline {
 /// Appends an error for each action that failed in the cook, if it is not there yet, then one for each failure of an asset, and one if the
 /// budget is exceeded.
 /// budgetPlace  file or option that the budget is of
-void appendErrorsOf(const Report& report, const std::string& budgetPlace, std::vector<formats::Error>& errors);
+void appendErrorsOf(const Report& report, const formats::Subject& budgetPlace, std::vector<formats::Error>& errors);
 
 /// Returns the place of the budget of a cooked folder: its report, which keeps it.
-std::string budgetPlace(const std::filesystem::path& folder);
+formats::Subject budgetPlace(const std::filesystem::path& folder);
 
 /// Reads the report of a cooked folder, with the errors of its cook and of files that were changed since. Fails without a manifest or a
 /// report that can be read.

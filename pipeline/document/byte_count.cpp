@@ -14,7 +14,7 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-Result<std::uint64_t> parseByteCount(std::string_view text, const std::string& subject) {
+Result<std::uint64_t> parseByteCount(std::string_view text, const formats::Subject& subject) {
     const auto refuse = [&] {
         return failure(ErrorCode::InvalidRequest, subject,
                        fmt::format("found '{}', expected a size such as \"4096\", \"512 KiB\", \"2 MiB\" or \"1.5 GB\"", text));

@@ -294,7 +294,7 @@ Json toJson(const T& value) {
 
 /// subject  the document, for the error, which names the place of the first value of a wrong shape
 template <Described T>
-formats::Result<T> fromJson(const Json& json, const std::string& subject) {
+formats::Result<T> fromJson(const Json& json, const formats::Subject& subject) {
     return checkedJson(json, subject, [](const JsonPlace& root) {
         T value{};
         readValue(root, value, FieldRule{});

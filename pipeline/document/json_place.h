@@ -63,16 +63,19 @@ private:
 
 /// Calls read(JsonPlace of the root) and returns its result, or the error of the first value of a wrong shape.
 template <class Read>
-auto checkedJson(const Json& json, const std::string& subject, Read read) -> formats::Result<decltype(read(JsonPlace(json, subject)))> {
+auto checkedJson(const Json& json, const formats::Subject& subject, Read read) -> formats::Result<decltype(read(JsonPlace(json, "")))> {
+    const JsonPlace root(json, subject.text);
     try {
-        if constexpr (std::is_void_v<decltype(read(JsonPlace(json, subject)))>) {
-            read(JsonPlace(json, subject));
+        if constexpr (std::is_void_v<decltype(read(root))>) {
+            read(root);
             return {};
         } else {
-            return read(JsonPlace(json, subject));
+            return read(root);
         }
     } catch (const JsonMistake& mistake) {
-        return tl::make_unexpected(mistake.error);
+        formats::Error error = mistake.error;
+        error.file = subject.file;
+        return tl::make_unexpected(std::move(error));
     }
 }
 

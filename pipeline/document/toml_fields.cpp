@@ -43,13 +43,14 @@ std::string tablesWith(std::span<const KeyTable> tables, std::string_view key) {
 
 }  // namespace
 
-std::string TomlDocument::placeOf(const toml::source_position& at) const {
-    return at.line == 0 ? file.string() : fmt::format("{}:{}:{}", file.string(), at.line, at.column);
+formats::Subject TomlDocument::placeOf(const toml::source_position& at) const {
+    if (at.line == 0) return file;
+    return formats::Subject::inLine(file, static_cast<int>(at.line), static_cast<int>(at.column));
 }
 
-std::string TomlDocument::placeOf(const toml::node& node) const {
+formats::Subject TomlDocument::placeOf(const toml::node& node) const {
     const auto option = given.find(&node);
-    return option == given.end() ? placeOf(node.source().begin) : option->second;
+    return option == given.end() ? placeOf(node.source().begin) : formats::Subject(option->second);
 }
 
 void TomlDocument::fail(const toml::node& node, const std::string& detail) const {

@@ -33,8 +33,8 @@ struct TomlDocument {
 
     bool isGiven(const toml::node& node) const { return given.contains(&node); }
     /// Returns the option that gave a value, or else file, line and column.
-    std::string placeOf(const toml::node& node) const;
-    std::string placeOf(const toml::source_position& at) const;
+    formats::Subject placeOf(const toml::node& node) const;
+    formats::Subject placeOf(const toml::source_position& at) const;
     [[noreturn]] void fail(const toml::node& node, const std::string& detail) const;
     /// Returns the table of a section, element `index` of an array of tables; nullptr without it. Of no section: the root.
     const toml::table* table(std::string_view section, std::size_t index = 0) const;
@@ -55,7 +55,7 @@ public:
         : document_(document), node_(node), name_(std::move(name)) {}
 
     const std::string& name() const { return name_; }
-    std::string place() const { return document_.placeOf(node_); }
+    formats::Subject place() const { return document_.placeOf(node_); }
     [[noreturn]] void fail(const std::string& detail) const { document_.fail(node_, detail); }
     /// Fails with "found <found> for <name>, expected <expected>", or with the text that an option gave.
     [[noreturn]] void refuse(std::string_view found, std::string_view expected) const;

@@ -29,9 +29,9 @@ std::ptrdiff_t lineOfLongKey(const std::string& toml) {
 
 formats::Result<std::string> readTomlText(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected) {
     const auto text = formats::readWholeText(file, mostBytes);
-    if (!text) return formats::failure(formats::ErrorCode::InvalidRequest, text.error().subject, text.error().detail);
+    if (!text) return formats::failure(formats::ErrorCode::InvalidRequest, file, text.error().detail);
     if (const auto line = lineOfLongKey(*text); line != 0)
-        return formats::failure(formats::ErrorCode::InvalidRequest, fmt::format("{}:{}", file.string(), line),
+        return formats::failure(formats::ErrorCode::InvalidRequest, formats::Subject::inLine(file, static_cast<int>(line)),
                                 fmt::format("found a key of more than {} parts, expected {}", kMostKeyParts, expected));
     return *text;
 }

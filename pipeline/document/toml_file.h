@@ -32,7 +32,8 @@ auto catchTomlMistakes(const std::filesystem::path& file, Read read) -> formats:
         return tl::make_unexpected(mistake.error);
     } catch (const toml::parse_error& mistake) {
         const toml::source_position at = mistake.source().begin;
-        return formats::failure(formats::ErrorCode::InvalidRequest, fmt::format("{}:{}:{}", file.string(), at.line, at.column),
+        return formats::failure(formats::ErrorCode::InvalidRequest,
+                                formats::Subject::inLine(file, static_cast<int>(at.line), static_cast<int>(at.column)),
                                 fmt::format("found a syntax error ({}), expected TOML", mistake.description()));
     }
 }

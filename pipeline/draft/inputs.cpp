@@ -41,15 +41,14 @@ Result<std::vector<Found>> filesOf(const std::vector<fs::path>& paths) {
     std::vector<Found> files;
     for (const fs::path& path : paths) {
         std::error_code code;
-        if (!fs::exists(path, code))
-            return failure(ErrorCode::FileUnreadable, path.string(), "found no such file, expected a file or a folder");
+        if (!fs::exists(path, code)) return failure(ErrorCode::FileUnreadable, path, "found no such file, expected a file or a folder");
         if (!fs::is_directory(path, code)) {
             files.push_back({path, true});
             continue;
         }
         for (const fs::directory_entry& entry : fs::directory_iterator(path, code))
             if (entry.is_regular_file(code) && !entry.path().filename().string().starts_with('.')) files.push_back({entry.path(), false});
-        if (code) return failure(ErrorCode::FileUnreadable, path.string(), fmt::format("could not be listed: {}", code.message()));
+        if (code) return failure(ErrorCode::FileUnreadable, path, fmt::format("could not be listed: {}", code.message()));
     }
     std::ranges::sort(files, {}, &Found::file);
     const auto isSame = [](const Found& a, const Found& b) { return a.file == b.file; };

@@ -53,7 +53,7 @@ public:
     Result<std::string> run() {
         for (const fs::path& file : allFiles())
             if (!isUtf8(file.string()))
-                return failure(ErrorCode::FileUnreadable, file.string(),
+                return failure(ErrorCode::FileUnreadable, file,
                                "found a name that is no UTF-8, expected one: scene files are UTF-8. Rename the file");
         writeHead();
         for (const DraftLightMap& map : inputs_.lightMaps) write(map);

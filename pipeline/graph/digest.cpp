@@ -41,16 +41,15 @@ Result<std::string> digestOfFile(const std::filesystem::path& file) {
     std::error_code code;
     const std::filesystem::file_status status = std::filesystem::status(file, code);
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))  // a pipe or a device may never end
-        return failure(ErrorCode::FileUnreadable, file.string(), "found something that is no file, expected a readable file");
+        return failure(ErrorCode::FileUnreadable, file, "found something that is no file, expected a readable file");
     std::ifstream stream(file, std::ios::binary);
-    if (!stream)
-        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected a readable file", std::strerror(errno)));
+    if (!stream) return failure(ErrorCode::FileUnreadable, file, fmt::format("found {}, expected a readable file", std::strerror(errno)));
     const std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state(XXH3_createState(), XXH3_freeState);
     XXH3_128bits_reset(state.get());
     std::vector<char> buffer(1 << 20);
     while (stream.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || stream.gcount() > 0)
         XXH3_128bits_update(state.get(), buffer.data(), static_cast<std::size_t>(stream.gcount()));
-    if (stream.bad()) return failure(ErrorCode::FileUnreadable, file.string(), "found a read error, expected a readable file");
+    if (stream.bad()) return failure(ErrorCode::FileUnreadable, file, "found a read error, expected a readable file");
     return hex(XXH3_128bits_digest(state.get()));
 }
 
@@ -96,7 +95,7 @@ Result<std::string> DigestMemo::of(const std::filesystem::path& file) {
                             : kind == std::filesystem::file_type::not_found ? "no such file"
                             : kind == std::filesystem::file_type::none      ? "a file that may not be looked at"
                                                                             : "something that is no file";
-        return failure(ErrorCode::FileUnreadable, file.string(), fmt::format("found {}, expected a readable file", found));
+        return failure(ErrorCode::FileUnreadable, file, fmt::format("found {}, expected a readable file", found));
     }
     const std::string path = keyOf(file);
     {
@@ -121,7 +120,7 @@ Result<std::string> DigestMemo::ofInput(const std::filesystem::path& file) {
     if (!digest) return digest;
     const std::lock_guard lock(mutex_);
     if (inputs_.try_emplace(keyOf(file), *digest).first->second == *digest) return digest;
-    return failure(ErrorCode::FileUnreadable, file.string(),
+    return failure(ErrorCode::FileUnreadable, file,
                    "found a file that changed while it was in use, expected the same content to the end: run the command again");
 }
 

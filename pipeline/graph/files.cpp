@@ -17,7 +17,7 @@ using formats::failure;
 using formats::Result;
 
 tl::unexpected<formats::Error> systemFailure(const std::filesystem::path& file, const char* what) {
-    return failure(ErrorCode::Internal, file.string(), fmt::format("found '{}', expected to {}", std::strerror(errno), what));
+    return failure(ErrorCode::Internal, file, fmt::format("found '{}', expected to {}", std::strerror(errno), what));
 }
 
 }  // namespace
@@ -27,7 +27,7 @@ Result<void> makeFolder(const std::filesystem::path& folder) {
     if (!folder.empty()) std::filesystem::create_directories(folder, code);
     if (code) {
         const bool isMistake = code == std::errc::filename_too_long;
-        return failure(isMistake ? ErrorCode::InvalidRequest : ErrorCode::Internal, folder.string(),
+        return failure(isMistake ? ErrorCode::InvalidRequest : ErrorCode::Internal, folder,
                        fmt::format("found '{}', expected to make this folder", code.message()));
     }
     return {};
@@ -39,7 +39,7 @@ Result<void> makeFoldersOf(const std::filesystem::path& folder, const std::files
         place /= part;
         std::error_code code;
         if (std::filesystem::is_symlink(place, code) && !std::filesystem::remove(place, code))
-            return failure(ErrorCode::Internal, place.string(), fmt::format("found '{}', expected to replace this link", code.message()));
+            return failure(ErrorCode::Internal, place, fmt::format("found '{}', expected to replace this link", code.message()));
     }
     return makeFolder(place);
 }
@@ -101,7 +101,7 @@ Result<void> copyFile(const std::filesystem::path& source, const std::filesystem
     std::error_code code;
     std::filesystem::copy_file(source, pending->temporary(), std::filesystem::copy_options::overwrite_existing, code);
     if (code)
-        return failure(ErrorCode::Internal, destination.string(),
+        return failure(ErrorCode::Internal, destination,
                        fmt::format("found '{}', expected to copy {} here", code.message(), source.string()));
     return pending->commit();
 }

@@ -82,7 +82,7 @@ std::vector<UnreadMaterial> unreadMaterialsOf(const formats::GltfScene& scene) {
 }
 
 /// Fails for a scene that shows no triangles.
-Result<void> checkShown(bool hasTriangles, bool isDrawn, const std::string& file) {
+Result<void> checkShown(bool hasTriangles, bool isDrawn, const std::filesystem::path& file) {
     using formats::ErrorCode, formats::failure;
     if (!hasTriangles) return failure(ErrorCode::WrongShape, file, "found no triangles, expected the mesh that was baked");
     if (!isDrawn)
@@ -286,7 +286,7 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
     facts.unreadMaterials = unreadMaterialsOf(*scene);
     const std::vector<const formats::TriangleMesh*> meshes = scene->triangleMeshes();
     const auto placed = scene->placedMeshes();
-    LC_CHECK(checkShown(!meshes.empty(), !placed.empty(), context.action.inputs.at(kMeshRole).string()));
+    LC_CHECK(checkShown(!meshes.empty(), !placed.empty(), context.action.inputs.at(kMeshRole)));
     facts.mostDrawn = scene->mostDrawn();
     std::set<const formats::TriangleMesh*> drawn;
     for (const auto& each : placed) drawn.insert(each.mesh);

@@ -137,17 +137,17 @@ Result<Manifest> loadManifest(const std::filesystem::path& folder) {
     if (!text) {
         std::error_code code;
         if (std::filesystem::is_regular_file(folder, code))
-            return failure(ErrorCode::FileUnreadable, folder.string(), "found a file, expected the output folder of `lightcook cook`");
+            return failure(ErrorCode::FileUnreadable, folder, "found a file, expected the output folder of `lightcook cook`");
         const bool isFolder = std::filesystem::is_directory(folder, code);
-        return failure(ErrorCode::FileUnreadable, file.string(),
+        return failure(ErrorCode::FileUnreadable, file,
                        fmt::format("found no {}, expected {}", isFolder ? "manifest" : "such folder", expectedCookedFolder(folder)));
     }
     const Json json = parseJson(*text);
     if (json.is_discarded() || !json.is_object() || !json.contains("assets"))
-        return failure(ErrorCode::FileUnreadable, file.string(), "found no manifest in it, expected what `lightcook cook` writes");
+        return failure(ErrorCode::FileUnreadable, file, "found no manifest in it, expected what `lightcook cook` writes");
     if (json.contains("schema") && json["schema"].is_number_integer() && json["schema"] != 1)
-        return failure(ErrorCode::FormatUnsupported, file.string(), fmt::format("found schema {}, expected 1", json["schema"].dump()));
-    return checkedJson(json, file.string(), readFinished);
+        return failure(ErrorCode::FormatUnsupported, file, fmt::format("found schema {}, expected 1", json["schema"].dump()));
+    return checkedJson(json, file, readFinished);
 }
 
 Result<Json> readManifest(const std::filesystem::path& folder) {
@@ -163,12 +163,16 @@ std::string shaderTextOf(const std::vector<CookedAsset>& assets, lighting::Specu
     return shaders::shaderInclude(formats::lightMapFamilies(layouts), isGgx ? shaders::Distribution::Ggx : shaders::Distribution::Beckmann);
 }
 
+std::vector<FileRecord> filesOf(const CookedAsset& asset) {
+    std::vector<FileRecord> files;
+    if (asset.file) files.push_back({*asset.file, asset.digest.value_or(""), 0});
+    for (const CookedTexture& texture : asset.textures) files.push_back({texture.file, texture.digest, 0});
+    return files;
+}
+
 std::vector<FileRecord> filesOf(const Manifest& manifest) {
     std::vector<FileRecord> files = {{manifest.shader.file, manifest.shader.digest, 0}};
-    for (const CookedAsset& asset : manifest.assets) {
-        if (asset.file) files.push_back({*asset.file, asset.digest.value_or(""), 0});
-        for (const CookedTexture& texture : asset.textures) files.push_back({texture.file, texture.digest, 0});
-    }
+    for (const CookedAsset& asset : manifest.assets) std::ranges::copy(filesOf(asset), std::back_inserter(files));
     for (const GltfFile& gltf : manifest.gltf) files.push_back({gltf.file, gltf.digest, 0});
     return files;
 }

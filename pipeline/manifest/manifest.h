@@ -108,7 +108,8 @@ formats::Result<Json> readManifest(const std::filesystem::path& folder);
 /// Returns the text of the shader include for the layouts and the lobe of a manifest.
 std::string shaderTextOf(const std::vector<CookedAsset>& assets, lighting::SpecularLobe lobe);
 
-/// Returns every file that the manifest names, relative to its folder.
+/// Return every file that the manifest names, and those of one asset, relative to its folder.
 std::vector<FileRecord> filesOf(const Manifest& manifest);
+std::vector<FileRecord> filesOf(const CookedAsset& asset);
 
 }  // namespace lightcook::pipeline

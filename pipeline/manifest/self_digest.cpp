@@ -22,7 +22,7 @@ std::string withSelfDigest(Json document) {
     return text;
 }
 
-formats::Result<void> checkSelfDigest(const std::string& text, const std::string& subject) {
+formats::Result<void> checkSelfDigest(const std::string& text, const formats::Subject& subject) {
     const Json document = parseJson(text);
     std::string stated;
     if (document.is_object() && document.contains(kKey) && document[kKey].is_string()) stated = document[kKey].get<std::string>();

@@ -13,6 +13,6 @@ namespace lightcook::pipeline {
 std::string withSelfDigest(Json document);
 
 /// Refuses a text that withSelfDigest() did not make, with code Verification.
-formats::Result<void> checkSelfDigest(const std::string& text, const std::string& subject);
+formats::Result<void> checkSelfDigest(const std::string& text, const formats::Subject& subject);
 
 }  // namespace lightcook::pipeline

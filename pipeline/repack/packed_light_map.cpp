@@ -82,8 +82,7 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
     auto made = repack(request, context.state, &context.action);
     if (!made) {
         formats::Error error = made.error();
-        if (error.code == ErrorCode::WrongShape && error.subject.starts_with(request.meshes.front().string()))
-            error.detail += meshAdvice(request.meshes.front());
+        if (error.code == ErrorCode::WrongShape && error.file == request.meshes.front()) error.detail += meshAdvice(request.meshes.front());
         return tl::make_unexpected(error);
     }
     PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), numbersOf(made->boxes), {}, {}, Json::object()};

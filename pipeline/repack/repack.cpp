@@ -55,7 +55,7 @@ struct MapTexels {
     static constexpr std::uint64_t kTexelBytes = sizeof(ShRgb) + sizeof(glm::vec3) + 1;
 };
 
-Result<MapTexels> readMap(LightMapSource& source, const std::string& name, const RunState& state) {
+Result<MapTexels> readMap(LightMapSource& source, const fs::path& name, const RunState& state) {
     const std::uint64_t texels = static_cast<std::uint64_t>(source.width()) * static_cast<std::uint64_t>(source.height());
     // The bake, its charts and what is written are in memory together.
     LC_CHECK(formats::checkMemory(3 * MapTexels::kTexelBytes * texels, name));
@@ -90,7 +90,7 @@ double keyOf(const MapTexels& map, const glm::vec3& luminanceWeights) {
 struct Meshes {
     std::vector<GltfScene> scenes;
     std::vector<const formats::TriangleMesh*> triangles;
-    std::vector<std::string> names;  ///< "room.glb, primitive 2" for each of `triangles`
+    std::vector<formats::Subject> names;  ///< "room.glb, primitive 2" for each of `triangles`
 };
 
 Result<Meshes> loadMeshes(const std::vector<fs::path>& files, const fs::path& lmbake, const std::vector<formats::NodePlace>& places) {
@@ -98,23 +98,23 @@ Result<Meshes> loadMeshes(const std::vector<fs::path>& files, const fs::path& lm
     for (const fs::path& file : files) {
         LC_TRY(scene, GltfScene::load(file, lmbake, places));
         if (const auto& match = scene->lmbakeMatch(); match && !match->unplaced.empty())
-            return failure(ErrorCode::WrongShape, file.string(),
+            return failure(ErrorCode::WrongShape, file,
                            fmt::format("found {}, expected all that Godot baked: leave the others out of the mesh",
                                        countOfNames(match->unplaced, "node(s) without a rectangle in " + lmbake.filename().string())));
         meshes.scenes.push_back(std::move(*scene));
         std::size_t primitive = 0;
         for (const formats::TriangleMesh* mesh : meshes.scenes.back().triangleMeshes()) {
             meshes.triangles.push_back(mesh);
-            meshes.names.push_back(fmt::format("{}, primitive {}", file.string(), primitive++));
+            meshes.names.push_back(formats::Subject(file).at(fmt::format("primitive {}", primitive++)));
         }
     }
-    if (meshes.triangles.empty()) return failure(ErrorCode::WrongShape, files.front().string(), "found no triangles, expected a mesh");
+    if (meshes.triangles.empty()) return failure(ErrorCode::WrongShape, files.front(), "found no triangles, expected a mesh");
     return meshes;
 }
 
 /// Keeps the requested part of the mesh; there is one mesh.
 Result<void> takePart(Meshes& meshes, const RepackRequest& request, const glm::ivec2& size) {
-    const std::string name = request.meshes.front().string();
+    const fs::path& name = request.meshes.front();
     LC_TRY(part, partOf(meshes.scenes.front(), name, *request.part, size, request.hasLines));
     meshes.scenes.front() = std::move(part->scene);
     meshes.triangles = meshes.scenes.front().triangleMeshes();
@@ -136,7 +136,7 @@ Result<RepackInput> readInput(const RepackRequest& request, LightMapSource& sour
     const glm::ivec2 size(source.width(), source.height());
     if (request.part) LC_CHECK(takePart(*meshes, request, size));
     LC_TRY(found, atlas::findCharts(meshes->triangles, meshes->names, size.x, size.y));
-    LC_TRY(map, readMap(source, request.map.string(), state));
+    LC_TRY(map, readMap(source, request.map, state));
     return RepackInput{std::move(*map), std::move(*meshes), std::move(*found)};
 }
 
@@ -152,7 +152,8 @@ std::string flatTriangleOf(const Meshes& meshes) {
                 return glm::cross(glm::dvec3(attribute.at(triangles.indices[i + 1])) - corner,
                                   glm::dvec3(attribute.at(triangles.indices[i + 2])) - corner);
             };
-            if (sides(*uv).z == 0 && sides(*position) != glm::dvec3(0)) return fmt::format("{}, triangle {}", meshes.names[mesh], i / 3);
+            if (sides(*uv).z == 0 && sides(*position) != glm::dvec3(0))
+                return meshes.names[mesh].at(fmt::format("triangle {}", i / 3)).text;
         }
     }
     return "";
@@ -176,7 +177,7 @@ Result<void> checkCoverage(const RepackInput& input, const std::vector<atlas::Re
     if (static_cast<double>(dark) > kMostDark * static_cast<double>(read)) {
         const atlas::Chart& chart = input.found.charts[firstDark];
         return failure(
-            ErrorCode::WrongShape, fmt::format("{}, triangle {}", input.meshes.names[chart.mesh], chart.triangle),
+            ErrorCode::WrongShape, input.meshes.names[chart.mesh].at(fmt::format("triangle {}", chart.triangle)),
             fmt::format("found no covered texel of {} in its chart, expected the mesh that was baked", file.filename().string()));
     }
     Image<std::uint8_t> unread = input.map.covered.copy();
@@ -249,7 +250,7 @@ Result<void> writeMap(const fs::path& file, const std::vector<PlacedChart>& plac
     LC_TRY(writer, formats::LightMapWriter::create(file, size.x, size.y, formats::SurfaceOutput::CoverageNormalsAndCharts));
     const atlas::MapView view = map.view();
     for (int row = 0; row < size.y; row += kChunkRows) {
-        if (state.interrupted) return failure(ErrorCode::Interrupted, file.string(), "interrupted");
+        if (state.interrupted) return failure(ErrorCode::Interrupted, file, "interrupted");
         const int rows = std::min(kChunkRows, size.y - row);
         const formats::SurfaceRows surface{view.covered.rows(row, rows), view.normal.rows(row, rows), charts.view().rows(row, rows)};
         LC_CHECK(writer->append(view.sh.rows(row, rows), surface));
@@ -273,12 +274,11 @@ Result<std::vector<fs::path>> filesToWrite(const RepackRequest& request) {
     std::set<fs::path> names;
     for (const fs::path& output : outputs) {
         if (!names.insert(output).second)
-            return failure(ErrorCode::InvalidRequest, output.string(), "found two inputs of this name, expected different ones");
+            return failure(ErrorCode::InvalidRequest, output, "found two inputs of this name, expected different ones");
         for (const fs::path& input : inputs) {
             std::error_code code;
             if (fs::equivalent(input, output, code))
-                return failure(ErrorCode::InvalidRequest, output.string(),
-                               "found an input, expected a folder other than that of the inputs");
+                return failure(ErrorCode::InvalidRequest, output, "found an input, expected a folder other than that of the inputs");
         }
     }
     return outputs;
@@ -293,7 +293,7 @@ Result<FileNames> earlierOutputs(const std::vector<fs::path>& files, const fs::p
         return fs::exists(fs::symlink_status(file, code));
     };
     const auto refuse = [](const fs::path& file) {
-        return failure(ErrorCode::InvalidRequest, file.string(),
+        return failure(ErrorCode::InvalidRequest, file,
                        "found a file that no repack wrote, expected none of this name: move it, or give another folder to --output");
     };
     if (!earlier && isThere(list)) return refuse(list);

@@ -114,7 +114,7 @@ Result<PlatformBudgets> readBudgets(const std::filesystem::path& file) {
     constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 20;
     std::error_code code;
     if (!std::filesystem::is_regular_file(file, code))
-        return failure(ErrorCode::InvalidRequest, file.string(),
+        return failure(ErrorCode::InvalidRequest, file,
                        fmt::format("found {}, expected the budgets of platforms (TOML)",
                                    std::filesystem::is_directory(file, code) ? "a folder" : "no such file"));
     return readToml(file, kMostBytes, "budgets, which are 3 deep", [&](const toml::table& root) {

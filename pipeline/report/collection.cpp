@@ -106,7 +106,7 @@ Result<std::vector<SceneSummary>> readBaselineScenes(const std::filesystem::path
         if (const auto manifest = loadManifest(named.parent_path())) scene.target = manifest->target;
         return std::vector{std::move(scene)};
     }
-    LC_TRY(collection, fromJson<CollectionReport>(json, named.string()));
+    LC_TRY(collection, fromJson<CollectionReport>(json, named));
     return std::move(collection->scenes);
 }
 

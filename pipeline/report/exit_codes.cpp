@@ -30,6 +30,7 @@ int exitCode(formats::ErrorCode code) {
             return 2;
         case ErrorCode::FileUnreadable:
         case ErrorCode::FormatUnsupported:
+        case ErrorCode::UnknownBake:
         case ErrorCode::WrongShape:
         case ErrorCode::ValueNotFinite:
         case ErrorCode::ValueOutOfRange:
@@ -37,6 +38,7 @@ int exitCode(formats::ErrorCode code) {
         case ErrorCode::ColorSpace:
             return 3;
         case ErrorCode::Verification:
+        case ErrorCode::OverLimit:
             return 4;
         case ErrorCode::OverBudget:
             return 5;

@@ -86,9 +86,9 @@ private:
 Result<void> checkKind(const std::filesystem::path& file) {
     std::error_code code;
     if (std::filesystem::is_directory(file, code))
-        return failure(ErrorCode::InvalidRequest, file.string(), "found a folder, expected the name of a history file");
+        return failure(ErrorCode::InvalidRequest, file, "found a folder, expected the name of a history file");
     if (std::filesystem::exists(file, code) && !std::filesystem::is_regular_file(file, code))
-        return failure(ErrorCode::InvalidRequest, file.string(), "found a device or a pipe, expected the name of a history file");
+        return failure(ErrorCode::InvalidRequest, file, "found a device or a pipe, expected the name of a history file");
     return {};
 }
 
@@ -97,7 +97,7 @@ Result<std::vector<HistoryLine>> linesOf(const std::string& text, const std::fil
     std::istringstream stream(text);
     std::string each;
     for (std::size_t number = 1; std::getline(stream, each); ++number) {
-        const std::string place = fmt::format("{}:{}", file.string(), number);
+        const formats::Subject place = formats::Subject::inLine(file, number);
         const Json json = parseJson(each);
         if (json.is_discarded() || !json.is_object() || !json.contains("lightcook") || (stream.eof() && !text.ends_with('\n')))
             return failure(ErrorCode::FileUnreadable, place,
@@ -142,8 +142,7 @@ Result<std::vector<HistoryLine>> appendHistory(const std::filesystem::path& file
     LC_CHECK(makeFolder(file.parent_path()));
     LockedFile locked(file);
     if (!locked.isOpen())
-        return failure(ErrorCode::Internal, file.string(),
-                       fmt::format("found '{}', expected to append to this file", std::strerror(errno)));
+        return failure(ErrorCode::Internal, file, fmt::format("found '{}', expected to append to this file", std::strerror(errno)));
     LC_TRY(history, readHistory(file));
     std::string text;
     for (const HistoryLine& line : lines) {
@@ -154,8 +153,7 @@ Result<std::vector<HistoryLine>> appendHistory(const std::filesystem::path& file
         history->push_back(line);
     }
     if (!text.empty() && !locked.append(text))
-        return failure(ErrorCode::Internal, file.string(),
-                       fmt::format("found '{}', expected to append to this file", std::strerror(errno)));
+        return failure(ErrorCode::Internal, file, fmt::format("found '{}', expected to append to this file", std::strerror(errno)));
     return history;
 }
 

@@ -6,6 +6,7 @@
 
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
+#include "pipeline/report/exit_codes.h"
 #include "pipeline/report/failures.h"
 
 namespace lightcook::pipeline {
@@ -20,8 +21,8 @@ Result<std::pair<Json, Report>> readBoth(const std::filesystem::path& file) {
     LC_TRY(text, readFile(file));
     Json json = parseJson(*text);
     if (json.is_discarded() || !json.is_object() || !json.contains("assets") || !json.contains("budget"))
-        return failure(ErrorCode::FileUnreadable, file.string(), "found no report in it, expected what `lightcook cook` writes");
-    LC_TRY(report, fromJson<Report>(json, file.string()));
+        return failure(ErrorCode::FileUnreadable, file, "found no report in it, expected what `lightcook cook` writes");
+    LC_TRY(report, fromJson<Report>(json, file));
     return std::pair(std::move(json), std::move(*report));
 }
 
@@ -59,6 +60,18 @@ Result<void> addVerification(const ActionRecord* record, std::optional<Figures>&
 }
 
 }  // namespace
+
+DocumentError DocumentError::of(const formats::Error& error) {
+    return {pipeline::exitCode(error.code), error.subject, error.detail, error.asset, error.file.string(), error.lineNumber};
+}
+
+formats::Error DocumentError::error() const {
+    formats::Error error(errorCodeFor(exitCode), subject, detail);
+    error.asset = asset;
+    error.file = file;
+    error.lineNumber = line;
+    return error;
+}
 
 Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records, LimitsFrom limitsFrom) {
     const ActionRecord &cooked = *records.cooked, &verified = *records.verified;

@@ -58,17 +58,35 @@ void describe(Fields& fields, Self& file) {
     fields.required("digest", file.digest, "XXH3-128 of the file");
 }
 
-/// An action that failed in a cook that went on with the others.
-struct FailedAction {
+/// A formats::Error in the JSON of a command that failed.
+struct DocumentError {
     int exitCode = 1;
-    std::string subject, detail;  ///< formats::Error
-    bool operator==(const FailedAction&) const = default;
+    std::string subject, detail, asset = {}, file = {};
+    std::optional<int> line = {};
+    bool operator==(const DocumentError&) const = default;
+
+    static DocumentError of(const formats::Error& error);
+    formats::Error error() const;
 };
+template <class Fields, class Self>
+void describeError(Fields& fields, Self& error, std::string_view keyOfCode) {
+    fields.required(keyOfCode, error.exitCode, between(1, 6), "exit code of this error");
+    fields.required("subject", error.subject, "file and place");
+    fields.required("detail", error.detail, "what was found, and what was expected");
+    fields.presentIf(!error.asset.empty(), "asset", error.asset, "asset that it stopped");
+    fields.presentIf(!error.file.empty(), "file", error.file, "file that it is about");
+    fields.optional("line", error.line, "line of that file");
+}
+template <class Fields, Is<DocumentError> Self>
+void describe(Fields& fields, Self& error) {
+    describeError(fields, error, "code");
+}
+
+/// The error of an action that failed in a cook that went on with the others.
+struct FailedAction : DocumentError {};
 template <class Fields, Is<FailedAction> Self>
 void describe(Fields& fields, Self& failed) {
-    fields.required("exit_code", failed.exitCode, between(1, 6), "exit code of this error");
-    fields.required("subject", failed.subject, "file and place");
-    fields.required("detail", failed.detail, "what was found, and what was expected");
+    describeError(fields, failed, "exit_code");
 }
 
 /// Assets that a cook with --keep-going left out, and the errors that stopped them.
@@ -81,18 +99,6 @@ template <class Fields, Is<IncompleteCook> Self>
 void describe(Fields& fields, Self& incomplete) {
     fields.required("assets", incomplete.assets, "assets of the scene that are not in the folder");
     fields.required("errors", incomplete.errors, "errors of that cook, the first one first");
-}
-
-/// An error in the JSON of a command that failed.
-struct DocumentError {
-    int code = 1;
-    std::string subject, detail;  ///< formats::Error
-};
-template <class Fields, Is<DocumentError> Self>
-void describe(Fields& fields, Self& error) {
-    fields.required("code", error.code, between(1, 6), "exit code of this error");
-    fields.required("subject", error.subject, "file and place");
-    fields.required("detail", error.detail, "what was found, and what was expected");
 }
 
 /// report.json.

@@ -131,9 +131,9 @@ void checkColors(const TomlDocument& document, const formats::ColorSpaces& color
         // The default of a key that is not there may be unknown to a config file.
         const toml::node* const given = document.find("color", 0, key);
         const toml::node& node = given != nullptr ? *given : *document.find("color", 0, "config");
-        const std::string place = document.placeOf(node);
+        const formats::Subject place = document.placeOf(node);
         throw TomlMistake{{ErrorCode::InvalidRequest,
-                           document.isGiven(node) ? place : fmt::format("{}, color.{}, {}", place, key, checked.error().subject),
+                           document.isGiven(node) ? place : place.at(fmt::format("color.{}, {}", key, checked.error().subject)),
                            checked.error().detail}};
     }
 }
@@ -194,6 +194,19 @@ int lineOf(const toml::node& node) {
     return static_cast<int>(node.source().begin.line);
 }
 
+/// Adds the lines of the texts of a table: those that name files are looked up.
+/// folder  that paths are relative to
+void addTexts(const toml::table& table, const std::filesystem::path& folder, SceneLines& lines) {
+    for (const auto& [key, node] : table) {
+        if (const auto text = node.value<std::string>(); text && lineOf(node) > 0)  // else an option gave it
+            lines.add(folder / *text, lineOf(node));
+        if (const toml::table* const inner = node.as_table()) addTexts(*inner, folder, lines);
+        if (const toml::array* const array = node.as_array())
+            for (const toml::node& element : *array)
+                if (const toml::table* const inner = element.as_table()) addTexts(*inner, folder, lines);
+    }
+}
+
 /// Adds the lines of a table and its keys.
 void addLines(const toml::table& table, std::string_view section, SceneLines& lines) {
     const std::string name = table["name"].value_or(std::string());
@@ -203,8 +216,9 @@ void addLines(const toml::table& table, std::string_view section, SceneLines& li
             lines.add(section, section.empty() ? "" : name, key.str(), static_cast<int>(key.source().begin.line));
 }
 
-SceneLines linesOf(const toml::table& root) {
+SceneLines linesOf(const toml::table& root, const std::filesystem::path& folder) {
     SceneLines lines;
+    addTexts(root, folder, lines);
     addLines(root, "", lines);
     for (const auto& [key, node] : root) {
         if (const toml::table* table = node.as_table()) addLines(*table, key.str(), lines);
@@ -217,10 +231,10 @@ SceneLines linesOf(const toml::table& root) {
 
 /// Completes what was read with what other settings imply.
 void complete(const TomlDocument& document, Scene& scene) {
+    if (!document.file.empty()) scene.lines = linesOf(document.root, document.directory);
     scene.file = document.file;
     scene.directory = document.directory;
     scene.document = jsonOfToml(document.root);
-    if (!document.file.empty()) scene.lines = linesOf(document.root);
     for (std::size_t i = 0; i < scene.lightMaps.size(); ++i) {
         LightMapEntry& entry = scene.lightMaps[i];
         formats::LightMapDescription& description = entry.description;
@@ -278,11 +292,11 @@ std::vector<std::string> roughnessAxisNames() {
     return axisNames(fit::roughnessMappings());
 }
 
-std::string placeIn(const Scene& scene, std::string_view section, std::string_view name, std::string_view key,
-                    const std::string& otherwise) {
+formats::Subject placeIn(const Scene& scene, std::string_view section, std::string_view name, std::string_view key,
+                         const std::string& otherwise) {
     if (scene.file.empty()) return otherwise;
     const auto line = scene.lines.find(section, name, key);
-    return line ? fmt::format("{}:{}", scene.file.string(), *line) : scene.file.string();
+    return line ? formats::Subject::inLine(scene.file, *line) : scene.file;
 }
 
 std::span<const KeyTable> sceneKeyTables() {
@@ -313,13 +327,13 @@ Result<Scene> readScene(const std::filesystem::path& file, const GivenKeys& give
     std::error_code code;
     const auto kind = std::filesystem::status(file, code).type();
     if (kind == std::filesystem::file_type::directory && std::filesystem::is_regular_file(file / "scene.toml", code))
-        return failure(ErrorCode::InvalidRequest, file.string(),
+        return failure(ErrorCode::InvalidRequest, file,
                        fmt::format("found a folder, expected a scene file (TOML), such as {}", (file / "scene.toml").string()));
     if (kind == std::filesystem::file_type::regular && looksBinary(file))
-        return failure(ErrorCode::InvalidRequest, file.string(),
+        return failure(ErrorCode::InvalidRequest, file,
                        "found a file that is no UTF-8 text, expected a scene file (TOML): `lightcook init` writes one for a bake");
     if (kind != std::filesystem::file_type::regular)
-        return failure(ErrorCode::InvalidRequest, file.string(),
+        return failure(ErrorCode::InvalidRequest, file,
                        fmt::format("found {}, expected a scene file (TOML)",
                                    kind == std::filesystem::file_type::directory ? "a folder"
                                    : kind == std::filesystem::file_type::not_found || kind == std::filesystem::file_type::none

@@ -621,7 +621,7 @@ std::string faultOfKey(const std::string& key, const std::string& value);
 std::span<const KeyTable> sceneKeyTables();
 
 /// Returns the place of a table or key in the scene file, "scene.toml:7"; without a scene file `otherwise`.
-std::string placeIn(const Scene& scene, std::string_view section, std::string_view name, std::string_view key,
-                    const std::string& otherwise);
+formats::Subject placeIn(const Scene& scene, std::string_view section, std::string_view name, std::string_view key,
+                         const std::string& otherwise);
 
 }  // namespace lightcook::pipeline

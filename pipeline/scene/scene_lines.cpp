@@ -21,4 +21,9 @@ std::optional<int> SceneLines::find(std::string_view section, std::string_view n
     return std::nullopt;
 }
 
+std::optional<int> SceneLines::findFile(const std::filesystem::path& file) const {
+    const auto found = linesOfFiles_.find(file.lexically_normal());
+    return found == linesOfFiles_.end() ? std::nullopt : std::optional(found->second);
+}
+
 }  // namespace lightcook::pipeline

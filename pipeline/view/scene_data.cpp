@@ -134,7 +134,7 @@ public:
         map.shading->f0.assign(parameters->shading.f0.begin(), parameters->shading.f0.end());
         LC_TRY(bake, openLightMap(context, *description));
         if (std::int64_t{(*bake)->width()} * (*bake)->height() > kMostReferenceTexels)
-            return failure(ErrorCode::ValueOutOfRange, action.inputs.at("source").string(),
+            return failure(ErrorCode::ValueOutOfRange, action.inputs.at("source"),
                            fmt::format("found {} x {} texels, the page takes bakes of up to {} texels", (*bake)->width(), (*bake)->height(),
                                        kMostReferenceTexels));
         LC_TRY(key, surveyKey(**bake, context));

@@ -61,10 +61,9 @@ bool liesInside(const fs::path& file, const fs::path& folder) {
 Result<void> checkExportPlace(const fs::path& folder) {
     std::error_code code;
     if (!fs::exists(folder, code)) return {};
-    if (!fs::is_directory(folder, code))
-        return failure(ErrorCode::InvalidRequest, folder.string(), "found a file, expected a folder or none");
+    if (!fs::is_directory(folder, code)) return failure(ErrorCode::InvalidRequest, folder, "found a file, expected a folder or none");
     if (fs::is_empty(folder, code) || fs::exists(folder / kSceneDataName, code) || fs::exists(folder / kFileListName, code)) return {};
-    return failure(ErrorCode::InvalidRequest, folder.string(),
+    return failure(ErrorCode::InvalidRequest, folder,
                    "found a folder with other files, expected none, an empty one, or an earlier export of view");
 }
 
@@ -78,7 +77,7 @@ Result<void> checkReplaced(const Site& site, const fs::path& folder, const std::
         std::error_code code;
         const fs::file_status status = fs::symlink_status(folder / name, code);
         if (fs::is_directory(status) || (fs::exists(status) && earlier && !earlier->contains(name)))
-            return failure(ErrorCode::InvalidRequest, (folder / name).string(),
+            return failure(ErrorCode::InvalidRequest, folder / name,
                            fmt::format("found a {} that no export wrote, expected a file of the page there: move it",
                                        fs::is_directory(status) ? "folder" : "file"));
     }
@@ -92,7 +91,7 @@ Result<void> removeExported(const fs::path& folder, const fs::path& name) {
     if (fs::is_directory(fs::symlink_status(folder / name, code))) return {};
     fs::remove(folder / name, code);
     if (code)
-        return failure(ErrorCode::Internal, (folder / name).string(),
+        return failure(ErrorCode::Internal, folder / name,
                        fmt::format("found '{}', expected to remove a file of the earlier export", code.message()));
     removeEmptyFoldersOf(folder, name);
     return {};
@@ -122,7 +121,7 @@ Result<void> requireKtx2(const fs::path& folder, const Manifest& manifest) {
     for (const CookedAsset& asset : manifest.assets)
         for (const CookedTexture& texture : asset.textures)
             if (fs::path(texture.file).extension() == ".dds")
-                return failure(ErrorCode::FormatUnsupported, (folder / texture.file).string(),
+                return failure(ErrorCode::FormatUnsupported, folder / texture.file,
                                "found a DDS texture, which the page does not read, expected KTX2: cook with container = \"ktx2\"");
     return {};
 }
@@ -147,7 +146,7 @@ std::string_view mediaTypeOf(std::string_view name) {
 Result<void> Site::addCooked(const fs::path& folder, const std::string& prefix, const std::string& name) {
     const fs::path file = folder / name;
     if (!liesInside(file, folder))
-        return failure(ErrorCode::FileUnreadable, file.string(), "found a symbolic link out of the folder, expected a file in it");
+        return failure(ErrorCode::FileUnreadable, file, "found a symbolic link out of the folder, expected a file in it");
     files_[prefix + name] = {fs::absolute(file), mediaTypeOf(name)};
     return {};
 }
@@ -263,8 +262,7 @@ Result<void> exportSite(const Site& site, const fs::path& asked, const RunState&
     if (exists) return replaceExport(site, fresh, folder, earlier);
     fs::rename(fresh, folder, code);
     if (code)
-        return failure(ErrorCode::Internal, folder.string(),
-                       fmt::format("found '{}', expected to move the finished export here", code.message()));
+        return failure(ErrorCode::Internal, folder, fmt::format("found '{}', expected to move the finished export here", code.message()));
     return {};
 }
 

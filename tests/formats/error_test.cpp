@@ -17,5 +17,26 @@ TEST(ErrorLine, EscapesControlsOfTheDirectionOfText) {
     EXPECT_EQ(withoutControls("\xe2\x80"), "\xe2\x80") << "a letter that was cut stays";
 }
 
+TEST(ErrorSubject, NamesItsFileAndLineForProgramsToo) {
+    const std::filesystem::path file = "maps/lobby.exr";
+    const Error inside = failure(ErrorCode::ValueNotFinite, Subject(file).at("channel R"), "found NaN").value();
+    EXPECT_EQ(inside.line(), "maps/lobby.exr, channel R: found NaN");
+    EXPECT_EQ(inside.file, file);
+    EXPECT_FALSE(inside.lineNumber);
+    const Error inText(ErrorCode::InvalidRequest, Subject::inLine("scene.toml", 12, 3), "found no key");
+    EXPECT_EQ(inText.subject, "scene.toml:12:3");
+    EXPECT_EQ(inText.file, "scene.toml");
+    EXPECT_EQ(inText.lineNumber, 12);
+    EXPECT_TRUE(Error(ErrorCode::InvalidRequest, "--only", "found 'x'").file.empty());
+}
+
+TEST(ErrorList, HasEachLineOnce) {
+    std::vector<Error> errors;
+    EXPECT_TRUE(addOnce(errors, {ErrorCode::Internal, "a", "b"}));
+    EXPECT_FALSE(addOnce(errors, {ErrorCode::Internal, "a", "b"}));
+    EXPECT_TRUE(addOnce(errors, {ErrorCode::Internal, "a", "c"}));
+    EXPECT_EQ(errors.size(), 2u);
+}
+
 }  // namespace
 }  // namespace lightcook::formats

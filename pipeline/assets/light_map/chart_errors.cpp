@@ -27,7 +27,7 @@ std::vector<const formats::TriangleMesh*> lightMapMeshes(const formats::GltfScen
 
 std::optional<MapCharts> MapCharts::of(std::span<const formats::TriangleMesh* const> meshes, int width, int height) {
     if (meshes.empty() || std::int64_t{width} * height > kMostTexels) return std::nullopt;
-    const std::vector<std::string> names(meshes.size());  // of errors, which nobody reads
+    const std::vector<formats::Subject> names(meshes.size(), "");  // of errors, which nobody reads
     auto found = atlas::findCharts(meshes, names, width, height);
     if (!found || found->charts.empty()) return std::nullopt;
     MapCharts charts;

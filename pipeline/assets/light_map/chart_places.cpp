@@ -29,7 +29,7 @@ void forEachReached(const atlas::Chart& chart, Visit visit) {
 
 }  // namespace
 
-Result<ChartPlaces> ChartPlaces::create(const formats::GltfScene& scene, const std::string& mesh, const UnpackedBake& bake) {
+Result<ChartPlaces> ChartPlaces::create(const formats::GltfScene& scene, const formats::Subject& mesh, const UnpackedBake& bake) {
     const glm::ivec2 before(bake.packing.widthBefore, bake.packing.heightBefore);
     std::optional<MeshPart> part;
     if (bake.part) {
@@ -111,7 +111,7 @@ std::uint32_t ChartPlaces::chartAt(const glm::dvec2& texel) const {
     });
 }
 
-Result<void> ChartPlaces::check(const formats::GltfScene& before, const formats::GltfScene& after, const std::string& mesh,
+Result<void> ChartPlaces::check(const formats::GltfScene& before, const formats::GltfScene& after, const formats::Subject& mesh,
                                 const glm::ivec2& size) const {
     const auto old = (part_ ? *part_ : before).triangleMeshes(), made = after.triangleMeshes();
     const auto refuse = [&](const std::string& found, const std::string& expected) {

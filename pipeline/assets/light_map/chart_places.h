@@ -28,7 +28,7 @@ class ChartPlaces {
 public:
     /// Finds the charts of the mesh as it was. Fails with ErrorCode::Verification where it has other charts than the record says.
     /// mesh  its file, for errors
-    static formats::Result<ChartPlaces> create(const formats::GltfScene& scene, const std::string& mesh, const UnpackedBake& bake);
+    static formats::Result<ChartPlaces> create(const formats::GltfScene& scene, const formats::Subject& mesh, const UnpackedBake& bake);
 
     /// Returns the place in the repacked map. Empty where no triangle comes near, and in charts of another part.
     /// texel  place in the bake; integers are texel centres
@@ -40,7 +40,7 @@ public:
     /// before  as create() had it
     /// mesh    file of `after`, for errors
     /// size    of the repacked map [texels]
-    formats::Result<void> check(const formats::GltfScene& before, const formats::GltfScene& after, const std::string& mesh,
+    formats::Result<void> check(const formats::GltfScene& before, const formats::GltfScene& after, const formats::Subject& mesh,
                                 const glm::ivec2& size) const;
 
 private:

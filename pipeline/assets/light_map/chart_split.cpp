@@ -350,7 +350,7 @@ ChartSplit chooseSplit(std::span<const CandidateByGroup> candidates, std::span<c
 Result<ActionOutcome> splitCharts(const ActionContext& context) {
     LC_TRY(parameters, parametersOf<SplitParameters>(context));
     LC_TRY(source, openLightMap(context, parameters->trial.description));
-    const std::string mesh = context.action.inputs.at(kMeshRole).string();
+    const std::filesystem::path& mesh = context.action.inputs.at(kMeshRole);
     LC_TRY(scene, formats::GltfScene::load(mesh));
     LC_TRY(found, chartsOf(*scene, mesh, {(*source)->width(), (*source)->height()}));
     if (!areAtPlaces(found->charts, *parameters))

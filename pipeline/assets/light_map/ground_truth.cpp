@@ -48,7 +48,7 @@ Result<GroundTruth> GroundTruth::open(const ActionContext& context, const LightM
     LC_TRY(colors, formats::linearConversion(withConfig(colorSpaces, context.action)));
     if (!colors->isIdentity)
         for (ShadingValue& value : *values) value.value = glm::dmat3(colors->workingFromSource) * value.value;
-    truth.file_ = file->second.string();
+    truth.file_ = file->second;
     truth.values_ = std::move(*values);
     std::ranges::stable_sort(truth.values_, {}, [](const ShadingValue& value) { return std::tuple(value.y, value.x); });
     return truth;
@@ -60,7 +60,7 @@ Result<std::span<const ShadingValue>> GroundTruth::within(const formats::LightMa
     for (auto value = first; value != last; ++value) {
         const int row = value->y - strip.firstRow;
         const auto refuse = [&](ErrorCode code, const std::string& detail) {
-            return failure(code, fmt::format("{}, line {}", file_, value->line), detail);
+            return failure(code, formats::Subject(file_).at(fmt::format("line {}", value->line)), detail);
         };
         if (strip.covered.at(value->x, row) == 0)
             return refuse(ErrorCode::WrongShape,

@@ -28,7 +28,7 @@ public:
     formats::Result<std::span<const formats::ShadingValue>> within(const formats::LightMapStrip& strip, int firstRow, int rowCount) const;
 
 private:
-    std::string file_;
+    std::filesystem::path file_;
     std::vector<formats::ShadingValue> values_;
 };
 

@@ -10,12 +10,12 @@ namespace lightcook::pipeline {
 
 using formats::Result;
 
-Result<atlas::ChartSet> chartsOf(const formats::GltfScene& scene, const std::string& file, const glm::ivec2& size) {
+Result<atlas::ChartSet> chartsOf(const formats::GltfScene& scene, const formats::Subject& file, const glm::ivec2& size) {
     const auto meshes = scene.triangleMeshes();
-    return atlas::findCharts(meshes, std::vector<std::string>(meshes.size(), file), size.x, size.y);
+    return atlas::findCharts(meshes, std::vector<formats::Subject>(meshes.size(), file), size.x, size.y);
 }
 
-Result<MeshPart> partOf(const formats::GltfScene& scene, const std::string& file, const ChartPart& part, const glm::ivec2& size,
+Result<MeshPart> partOf(const formats::GltfScene& scene, const formats::Subject& file, const ChartPart& part, const glm::ivec2& size,
                         bool hasLines) {
     LC_TRY(charts, chartsOf(scene, file, size));
     atlas::Tiles tiles(atlas::boxesOf(charts->charts), part.tileSide);

@@ -16,7 +16,7 @@ namespace lightcook::pipeline {
 /// Returns the charts of a light map from all meshes of a scene; see atlas::findCharts().
 /// file  of the scene, for errors
 /// size  of the light map [texels]
-formats::Result<atlas::ChartSet> chartsOf(const formats::GltfScene& scene, const std::string& file, const glm::ivec2& size);
+formats::Result<atlas::ChartSet> chartsOf(const formats::GltfScene& scene, const formats::Subject& file, const glm::ivec2& size);
 
 struct MeshPart {
     formats::GltfScene scene;            ///< the triangles of the part
@@ -30,7 +30,7 @@ struct MeshPart {
 /// file      of the mesh, for errors
 /// size      of the light map [texels]
 /// hasLines  lines and points of the mesh, too
-formats::Result<MeshPart> partOf(const formats::GltfScene& scene, const std::string& file, const ChartPart& part, const glm::ivec2& size,
-                                 bool hasLines);
+formats::Result<MeshPart> partOf(const formats::GltfScene& scene, const formats::Subject& file, const ChartPart& part,
+                                 const glm::ivec2& size, bool hasLines);
 
 }  // namespace lightcook::pipeline

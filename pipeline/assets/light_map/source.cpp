@@ -52,7 +52,7 @@ Result<LightMapSource*> LightMapSources::open(const std::filesystem::path& file,
     LC_TRY(reader, formats::LightMapReader::open(file, description));
     std::unique_ptr<LightMapSource> source(new LightMapSource(*this, std::make_shared<const formats::LightMapReader>(std::move(*reader)),
                                                               {description.fireflyLimit, description.repair}, description.places));
-    if (description.constantOf) LC_CHECK(source->makeConstant(*description.constantOf, file.string()));
+    if (description.constantOf) LC_CHECK(source->makeConstant(*description.constantOf, file));
     return sources_.emplace(key, std::move(source)).first->second.get();
 }
 
@@ -74,7 +74,7 @@ void LightMapSources::keep(LightMapSource& source, int index, std::size_t bytes)
     }
 }
 
-Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::string& file) {
+Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::filesystem::path& file) {
     if (size != glm::ivec2(reader_->width(), reader_->height()))
         return formats::failure(
             formats::ErrorCode::Verification, file,

@@ -97,7 +97,7 @@ private:
         return rows;
     }
     /// Reads the whole file, and refuses one of another size or with two kinds of light.
-    formats::Result<void> makeConstant(const glm::ivec2& size, const std::string& file);
+    formats::Result<void> makeConstant(const glm::ivec2& size, const std::filesystem::path& file);
 
     /// Reads rows of the file and checks them for fireflies.
     formats::Result<formats::LightMapStrip> readChunk(int index) const;

@@ -39,8 +39,8 @@ Result<ChartPlaces> openPlaces(const UnpackedBake& unpacked, const ActionContext
     LC_TRY(before, loadMesh(inputs, kUnpackedMeshRole, unpacked.description.places));
     LC_TRY(after, formats::GltfScene::load(made->second));
     const ChartPacking& packing = unpacked.packing;
-    LC_TRY(places, ChartPlaces::create(*before, old->second.string(), unpacked));
-    LC_CHECK(places->check(*before, *after, made->second.string(), {packing.width, packing.height}));
+    LC_TRY(places, ChartPlaces::create(*before, old->second, unpacked));
+    LC_CHECK(places->check(*before, *after, made->second, {packing.width, packing.height}));
     return places;
 }
 
@@ -147,7 +147,7 @@ Result<LightMapSource*> openUnpacked(const UnpackedBake& unpacked, const ActionC
     LC_TRY(opened, context.shared.get<LightMapSources>().open(file->second, withFiles(unpacked.description, inputs)));
     const glm::ivec2 found((*opened)->width(), (*opened)->height()), size(unpacked.packing.widthBefore, unpacked.packing.heightBefore);
     if (found != size)
-        return failure(ErrorCode::Verification, file->second.string(),
+        return failure(ErrorCode::Verification, file->second,
                        fmt::format("found {} x {} texels, expected {} x {} as packed", found.x, found.y, size.x, size.y));
     return opened;
 }

@@ -135,7 +135,7 @@ Result<LightMapPart> compareStrip(const Comparison& comparison, int index) {
 Result<LightMapSource*> openBake(const ActionContext& context, const CookedAsset& asset, const formats::LightMapDescription& description) {
     LC_TRY(source, openLightMap(context, description));
     if ((*source)->width() != asset.width || (*source)->height() != asset.height)
-        return failure(ErrorCode::Verification, context.action.inputs.at("source").string(),
+        return failure(ErrorCode::Verification, context.action.inputs.at("source"),
                        fmt::format("found {} x {} texels, expected {} x {} as cooked", (*source)->width(), (*source)->height(), asset.width,
                                    asset.height));
     return source;

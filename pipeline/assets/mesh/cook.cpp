@@ -77,7 +77,7 @@ Result<formats::GltfScene> loadLitMesh(const std::map<std::string, std::filesyst
         match && !match->unplaced.empty()
             ? countOfNames(match->unplaced, "node(s) without a rectangle in " + lmbakeOf(inputs, kMeshRole).filename().string())
             : "triangles without TEXCOORD_1";
-    return formats::failure(formats::ErrorCode::WrongShape, inputs.at(kMeshRole).string(),
+    return formats::failure(formats::ErrorCode::WrongShape, inputs.at(kMeshRole),
                             fmt::format("found {}, expected light-map UVs on all triangles", found));
 }
 

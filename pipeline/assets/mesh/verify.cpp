@@ -35,7 +35,7 @@ Result<void> verifyClusters(const ActionContext& context, const CookedAsset& mes
                             LightMapSource& bake) {
     LC_TRY(lightMap, upstreamAsset(context, 1));
     if (lightMap->width != bake.width() || lightMap->height != bake.height())
-        return formats::failure(formats::ErrorCode::Verification, context.action.inputs.at("source").string(),
+        return formats::failure(formats::ErrorCode::Verification, context.action.inputs.at("source"),
                                 fmt::format("found {} x {} texels, expected {} x {} as cooked", bake.width(), bake.height(),
                                             lightMap->width, lightMap->height));
     LC_TRY(map, clusterMapOf(*lightMap));

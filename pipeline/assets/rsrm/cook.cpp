@@ -33,7 +33,7 @@ AssetSource sourceOf(const RsrmParameters& parameters) {
 struct Gradient {
     std::vector<glm::vec3> zones;
     std::int64_t repairedTexels = 0;
-    std::string place;  ///< that messages name
+    formats::Subject place;  ///< that messages name
 };
 
 /// Reads a painted gradient, or averages an environment around an axis.
@@ -41,13 +41,13 @@ Result<Gradient> loadGradient(const std::filesystem::path& file, const AssetSour
     const formats::EnvironmentOptions options = environmentOptions(source, action);
     if (!source.axis) {
         LC_TRY(painted, formats::loadPaintedGradient(file, options, encodingOf(source.encoding.value_or("auto"))));
-        return Gradient{std::move(painted->zones), painted->repairedTexels, file.string()};
+        return Gradient{std::move(painted->zones), painted->repairedTexels, file};
     }
     LC_TRY(loaded, formats::loadEnvironment(file, options));
     const int zones = source.zones.value_or(0);
     LC_CHECK(fit::checkAzimuthalAverage(*source.axis, zones));
     return Gradient{fit::averageAroundAxis(loaded->environment, *source.axis, zones).gradient, loaded->repairedTexels,
-                    file.string() + ", averaged"};
+                    formats::Subject(file).at("averaged")};
 }
 
 /// Returns the scale below which errors of a floating-point format count as absolute ones: a tenth of the log-average light.
@@ -136,7 +136,7 @@ private:
                                fmt::format("found format \"{}\", expected {}", name, formats::listOfNames(allRsrmFormats())));
             const auto zone = format->id == RsrmFormat::Bc4 ? fit::firstZoneOfAnotherHue(gradient_.zones) : std::nullopt;
             if (zone && parameters_.formats.size() == 1)
-                return failure(ErrorCode::ValueOutOfRange, fmt::format("{}, zone {}", gradient_.place, *zone),
+                return failure(ErrorCode::ValueOutOfRange, gradient_.place.at(fmt::format("zone {}", *zone)),
                                "found a colour of its own, expected one colour for format \"bc4\" (or format \"bc7\")");
             if (!zone) usable.push_back(format);
         }
@@ -185,11 +185,8 @@ Result<fit::RsrmOptions> optionsOf(const RsrmParameters& parameters, const Gradi
     options.width = parameters.width;
     options.exponents = parameters.exponents;
     options.dither = parameters.dither;
-    if (auto usable = fit::checkRsrm(gradient.zones, options); !usable) {
-        formats::Error error = usable.error();
-        error.subject = gradient.place + ", " + error.subject;
-        return tl::make_unexpected(error);
-    }
+    if (const auto usable = fit::checkRsrm(gradient.zones, options); !usable)
+        return failure(usable.error().code, gradient.place.at(usable.error().subject), usable.error().detail);
     return options;
 }
 

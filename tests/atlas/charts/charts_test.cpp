@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 formats::Result<ChartSet> chartsOf(const std::vector<TriangleMesh>& meshes, int width, int height) {
     std::vector<const TriangleMesh*> pointers;
-    std::vector<std::string> names;
+    std::vector<formats::Subject> names;
     for (const TriangleMesh& mesh : meshes) {
         pointers.push_back(&mesh);
         names.push_back("mesh " + std::to_string(names.size()));

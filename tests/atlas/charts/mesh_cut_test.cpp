@@ -79,7 +79,7 @@ struct Cube {
         for (int i = 0; i < 6; ++i) meshes.push_back(face(i, n, static_cast<std::uint32_t>(100 * n + i)));
         std::vector<const TriangleMesh*> pointers;
         for (const TriangleMesh& mesh : meshes) pointers.push_back(&mesh);
-        auto charts = findCharts(pointers, std::vector<std::string>(6, "cube"), kMapSide, kMapSide);
+        auto charts = findCharts(pointers, std::vector<formats::Subject>(6, "cube"), kMapSide, kMapSide);
         EXPECT_TRUE(charts && charts->charts.size() == 6u);
         Tiles tiles(boxesOf(charts->charts), kTile);
         return {std::move(meshes), std::move(pointers), std::move(*charts), std::move(tiles)};
@@ -228,7 +228,7 @@ TriangleMesh texelRectangle(const glm::vec2& low, const glm::vec2& high) {
 
 ChartSet cutChartsOf(const TriangleMesh& mesh) {
     const std::vector<const TriangleMesh*> meshes = {&mesh};
-    auto charts = findCharts(meshes, std::vector<std::string>(1, "rectangle"), kMapSide, kMapSide);
+    auto charts = findCharts(meshes, std::vector<formats::Subject>(1, "rectangle"), kMapSide, kMapSide);
     EXPECT_TRUE(charts);
     return std::move(*charts);
 }
@@ -269,7 +269,7 @@ TEST(MeshCut, EdgesOnTexelCentresBesideALineAreNotCut) {
     const float centre = 10 + kTile;  // of the texel beside the first line
     const TriangleMesh left = texelRectangle({10.3f, 20.3f}, {centre, 40.7f}), right = texelRectangle({centre, 20.3f}, {60.7f, 40.7f});
     const std::vector<const TriangleMesh*> meshes = {&left, &right};
-    const auto charts = findCharts(meshes, std::vector<std::string>(2, "rectangle"), kMapSide, kMapSide);
+    const auto charts = findCharts(meshes, std::vector<formats::Subject>(2, "rectangle"), kMapSide, kMapSide);
     ASSERT_TRUE(charts && charts->charts.size() == 1u);
     const Tiles tiles(boxesOf(charts->charts), kTile);
     ASSERT_EQ(tiles.gridOf(0), glm::ivec2(3, 1));
@@ -285,7 +285,7 @@ TEST(MeshCut, TrianglesWithoutAreaGoWithTheirFirstCorner) {
     mesh.attributes = {attributeOf("POSITION", 3, {0, 0, 0, 1, 0, 0, 0, 1, 0}), attributeOf("TEXCOORD_1", 2, {a, a, b, b, b, b})};
     mesh.indices = {0, 1, 2};
     const std::vector<const TriangleMesh*> meshes = {&mesh};
-    const std::vector<std::string> names = {"line"};
+    const std::vector<formats::Subject> names = {"line"};
     const auto charts = findCharts(meshes, names, kMapSide, kMapSide);
     ASSERT_TRUE(charts);
     const Tiles tiles(boxesOf(charts->charts), kTile);

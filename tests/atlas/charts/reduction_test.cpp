@@ -37,7 +37,7 @@ struct ReducedMap {
             }
         const formats::TriangleMesh mesh = rectangle(glm::vec2(rim / kSize), glm::vec2((kSize - rim) / kSize));
         const formats::TriangleMesh* pointer = &mesh;
-        const std::string name = "mesh";
+        const formats::Subject name = "mesh";
         chart = findCharts({&pointer, 1}, {&name, 1}, kSize, kSize)->charts.front();
     }
     ReducedChart reduced(double maxVisible) const {

@@ -186,7 +186,7 @@ TEST(BakeryMonoSh, LightBeyondFloatsAndFirefliesAreNamedByTheirFile) {
     writeFirst(folder / "room_L0.exr", kBakeryHeight, 3.2e37f);
     const auto reader = LightMapReader::open(folder / "room_L0.exr", {});
     ASSERT_TRUE(reader) << reader.error().line();
-    EXPECT_THAT(reader->placeOf(0, 1, 3, 4), testing::EndsWith("room_L0.exr, channel G, texel (3, 4)"));
+    EXPECT_THAT(reader->placeOf(0, 1, 3, 4).text, testing::EndsWith("room_L0.exr, channel G, texel (3, 4)"));
     LightMapDescription description;
     description.lightUnits = LightUnits::Game;
     const Error error = refusal(folder / "room_L0.exr", description);

@@ -132,7 +132,7 @@ TEST(UnrealHq, ATexelIsNamedByTheImageThatHasItsLight) {
     const UnrealBake bake;
     const auto reader = LightMapReader::open(bake.write(), {});
     ASSERT_TRUE(reader) << reader.error().line();
-    EXPECT_THAT(reader->placeOf(0, 1, 3, 4), testing::EndsWith("level.gltf, image 0, channel A, texel (3, 4)"));
+    EXPECT_THAT(reader->placeOf(0, 1, 3, 4).text, testing::EndsWith("level.gltf, image 0, channel A, texel (3, 4)"));
 }
 
 TEST(UnrealHq, TheImageMayLieInAFileADataUriOrABuffer) {
