@@ -168,6 +168,7 @@ formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, 
                  fmt::format("found {} = {:.4g}, expected at least {}, the floor of this bake: {:.2g} % of its surface lies at "
                              "rims of charts, where a filter reads texels outside them, and no layout errs less there{}; {}",
                              key, *limit, words, 100 * floor->rimShare, at, remedyOf(scene, entry))});
+            errors.back().asset = entry.name;
         };
         hold("max_error", scene.output.limits[Limit::Error], floor->relRms, fmt::format("{:.4g}", floor->relRms));
         hold("max_visible", askedVisibleLimit(scene.output, entry), floor->visible, fmt::format("{:.3g}", floor->visible));

@@ -19,9 +19,9 @@ using formats::Result;
 /// Returns an error if a file has another digest.
 std::optional<Error> checkFile(const std::filesystem::path& file, const std::string& expected) {
     const auto digest = digestOfFile(file);
-    if (!digest) return Error{ErrorCode::Verification, file.string(), "found no readable file, expected the one that was cooked"};
+    if (!digest) return Error{ErrorCode::Verification, file, "found no readable file, expected the one that was cooked"};
     if (*digest == expected) return {};
-    return Error{ErrorCode::Verification, file.string(), fmt::format("found content {}, expected {} as cooked", *digest, expected)};
+    return Error{ErrorCode::Verification, file, fmt::format("found content {}, expected {} as cooked", *digest, expected)};
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ std::vector<Error> checkReportFiles(const StagedFolder& folder, const std::strin
         if (file != kManifestName) {
             if (auto error = checkFile(folder.of(file) / file, expected)) errors.push_back(std::move(*error));
         } else if (digestOfText(manifestText) != expected) {
-            errors.push_back({ErrorCode::Verification, (folder.folder / kReportName).string(),
+            errors.push_back({ErrorCode::Verification, folder.folder / kReportName,
                               fmt::format("found the report of manifest {}, expected that of {}", expected, digestOfText(manifestText))});
         }
     }
@@ -48,9 +48,15 @@ std::vector<Error> checkDigests(const std::filesystem::path& folder, const Manif
     };
     const auto text = readFile(folder / kManifestName);
     if (!text) return {text.error()};
-    add(checkSelfDigest(*text, (folder / kManifestName).string()));
-    for (const FileRecord& file : filesOf(manifest))
-        if (auto error = checkFile(folder / file.name, file.digest)) errors.push_back(std::move(*error));
+    add(checkSelfDigest(*text, folder / kManifestName));
+    for (const FileRecord& file : filesOf(manifest)) {
+        auto error = checkFile(folder / file.name, file.digest);
+        if (!error) continue;
+        for (const CookedAsset& asset : manifest.assets)
+            for (const FileRecord& own : filesOf(asset))
+                if (own.name == file.name) error->asset = asset.name;
+        errors.push_back(std::move(*error));
+    }
     std::error_code code;
     if (!std::filesystem::exists(folder / kReportName, code)) return errors;
     const auto reportText = readFile(folder / kReportName);
@@ -58,7 +64,7 @@ std::vector<Error> checkDigests(const std::filesystem::path& folder, const Manif
         errors.push_back(reportText.error());
         return errors;
     }
-    if (!add(checkSelfDigest(*reportText, (folder / kReportName).string()))) return errors;
+    if (!add(checkSelfDigest(*reportText, folder / kReportName))) return errors;
     const auto report = loadReport(folder / kReportName);
     if (!report) {
         errors.push_back(report.error());
@@ -77,7 +83,7 @@ Result<std::map<std::string, std::filesystem::path>> unchangedSources(const Cook
         LC_TRY(digest, digestOfFile(path));
         if (*digest != entry.digest)
             return failure(
-                ErrorCode::Verification, path.string(),
+                ErrorCode::Verification, path,
                 fmt::format("found content {}, expected {}: the source changed after {} was cooked", *digest, entry.digest, asset.name));
         sources[role] = path;
     }

@@ -66,7 +66,7 @@ std::optional<IncompleteCook> leftOut(const std::string& file, const Manifest& m
 /// Returns the error of a source with what to do if it is not there.
 Error withSourcesAdvice(Error error) {
     std::error_code code;
-    if (!std::filesystem::exists(error.subject, code))
+    if (!std::filesystem::exists(error.file, code))
         error.detail += ". Has the scene moved? --sources DIR names the folder of its scene file";
     return error;
 }
@@ -101,7 +101,7 @@ private:
             for (const CookedAsset& asset : manifest->assets)
                 state_.event(verifyAction(asset.name, asset.kind, {}, {}), ActionEvent::Planned, 0);
         for (const CookedAsset& asset : manifest->assets) {
-            LC_TRY(row, verifyAsset(*manifest, asset, scratch->path(), previous));
+            LC_TRY(row, formats::ofAsset(asset.name, verifyAsset(*manifest, asset, scratch->path(), previous)));
             rows.push_back(std::move(*row));
         }
         if (previous) compareAssets(*manifest, *previous);
@@ -121,7 +121,7 @@ private:
                                           manifest->partial},
                                          std::move(rows), {});
         for (Error& error : errorsOf(outcome_.findings)) outcome_.errors.push_back(std::move(error));
-        appendErrorsOf(report, manifestFile() + ", budget_bytes", outcome_.errors);
+        appendErrorsOf(report, formats::Subject(options_.folder / kManifestName).at("budget_bytes"), outcome_.errors);
         outcome_.report = toJson(report);
         return {};
     }
@@ -179,9 +179,9 @@ private:
         return reportRow(asset, records, manifest.sceneFile ? LimitsFrom::SceneFile : LimitsFrom::Converter);
     }
 
-    void complain(std::string place, const std::string& found, const std::string& expected) {
-        outcome_.errors.push_back(
-            {ErrorCode::Verification, std::move(place), fmt::format("found {}, expected {}: cook the scene again", found, expected)});
+    void complain(formats::Subject place, const std::string& found, const std::string& expected, const std::string& asset = "") {
+        const std::string detail = fmt::format("found {}, expected {}: cook the scene again", found, expected);
+        outcome_.errors.emplace_back(ErrorCode::Verification, std::move(place), detail).asset = asset;
     }
 
     /// Looks for assets of the cook's report that the manifest lacks.
@@ -198,7 +198,8 @@ private:
             for (const ReportRow& before : report.assets) {
                 if (before.name != row.name || before.kind != row.kind) continue;
                 const Json found = toJson(row.verdict).at("limit"), expected = toJson(before.verdict).at("limit");
-                if (found != expected) complain(row.name + ", verify", fmt::format("the limits {}", found.dump()), ofReport(expected));
+                if (found != expected)
+                    complain(row.name + ", verify", fmt::format("the limits {}", found.dump()), ofReport(expected), row.name);
             }
         const auto words = [](const std::optional<std::uint64_t>& bytes) { return bytes ? Json(*bytes) : Json(nullptr); };
         if (manifest.budgetBytes != report.budget.limitBytes)
@@ -223,11 +224,11 @@ private:
             const bool areNumbers = stated.is_number() && value.is_number();
             if (areNumbers ? std::abs(stated.get<double>() - value.get<double>()) <= kRounding * value.get<double>() : stated == value)
                 continue;
-            complain(fmt::format("{}, bound{}", file.string(), name), stated.dump(), value.dump() + " of its light map");
+            complain(formats::Subject(file).at("bound" + name), stated.dump(), value.dump() + " of its light map");
         }
         for (const auto& [name, value] : found.items())
             if (!expected.contains(name))
-                complain(fmt::format("{}, bound{}", file.string(), name), value.dump(), "no such error of its light map");
+                complain(formats::Subject(file).at("bound" + name), value.dump(), "no such error of its light map");
     }
 
     /// Compares the place of a probe with the scene file, which goes before the list of probes. A scene file that cannot be read may have
@@ -256,7 +257,7 @@ private:
             std::string words = "none, as no source states one";
             if (!expected.is_null())
                 words = fmt::format("{} of {}", expected.dump(), (stated.contains(key) ? statedIn : list->second).string());
-            complain(fmt::format("{}, probe/{}", asset.name, key), found.value(key, Json()).dump(), words);
+            complain(fmt::format("{}, probe/{}", asset.name, key), found.value(key, Json()).dump(), words, asset.name);
         }
         return {};
     }

@@ -124,8 +124,7 @@ private:
             if (std::filesystem::exists(place, code)) continue;
             LC_CHECK(makeFolder(place.parent_path()));
             std::filesystem::create_symlink(std::filesystem::absolute(options_.outputFolder / file.name), place, code);
-            if (code)
-                return failure(ErrorCode::Internal, place.string(), "found '" + code.message() + "', expected to link a cooked file here");
+            if (code) return failure(ErrorCode::Internal, place, "found '" + code.message() + "', expected to link a cooked file here");
         }
         return {};
     }
@@ -166,15 +165,13 @@ std::vector<std::vector<std::size_t>> waves(const std::vector<Action>& graph) {
     return result;
 }
 
-/// Collects the results of actions, in the order of the graph. One bad input can stop several actions: its error is kept once.
+/// Collects the results of actions, in the order of the graph.
 ExecutionResult collect(const std::vector<Action>& graph, std::vector<std::optional<Result<Execution::Done>>>& done, bool keepGoing) {
     ExecutionResult result;
     for (std::size_t index = 0; index < graph.size(); ++index) {
         if (!done[index]) continue;
         if (!*done[index]) {
-            const std::string line = done[index]->error().line();
-            const bool isKnown = std::ranges::any_of(result.errors, [&](const Error& each) { return each.line() == line; });
-            if (!isKnown && (keepGoing || result.errors.empty())) result.errors.push_back(done[index]->error());
+            if (keepGoing || result.errors.empty()) formats::addOnce(result.errors, done[index]->error());
             continue;
         }
         Execution::Done& each = **done[index];
@@ -222,7 +219,7 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
                 upstream.push_back(&(*dependency)->record);
             }
             announce(action, ActionEvent::Started, 0);
-            done[wave[i]] = execution.perform(action, upstream);
+            done[wave[i]] = formats::ofAsset(action.asset, execution.perform(action, upstream));
             const auto& outcome = *done[wave[i]];
             if (!outcome)
                 announce(action, ActionEvent::Failed, 0);

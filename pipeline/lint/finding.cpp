@@ -16,7 +16,11 @@ std::string detailOf(const Finding& finding) {
 std::vector<formats::Error> errorsOf(const std::vector<Finding>& findings) {
     std::vector<formats::Error> errors;
     for (const Finding& finding : findings)
-        if (finding.isFailure()) errors.push_back({formats::ErrorCode::Implausible, subjectOf(finding), detailOf(finding)});
+        if (finding.isFailure()) {
+            formats::Error& error = errors.emplace_back(formats::ErrorCode::Implausible, subjectOf(finding), detailOf(finding));
+            error.asset = finding.asset;
+            error.file = finding.file;
+        }
     return errors;
 }
 

@@ -32,6 +32,7 @@ public:
     std::vector<Error> check() && {
         checkShader();
         for (const CookedAsset& asset : manifest_.assets) {
+            const std::size_t first = errors_.size();
             checkConventions(asset);
             checkColors(asset);
             checkLobe(asset);
@@ -40,16 +41,17 @@ public:
                 for (Error& error : checkCubemapConstants(asset)) errors_.push_back(std::move(error));
             if (asset.file) checkFileSize(*asset.file, asset.bytesDisk.value_or(0), asset.name);
             for (const CookedTexture& texture : asset.textures) checkTexture(asset, texture);
+            for (std::size_t i = first; i < errors_.size(); ++i) errors_[i].asset = asset.name;
         }
         for (const GltfFile& gltf : manifest_.gltf) checkGltf(gltf);
         return std::move(errors_);
     }
 
 private:
-    void complain(std::string place, const std::string& found, const std::string& expected) {
+    void complain(formats::Subject place, const std::string& found, const std::string& expected) {
         errors_.push_back({ErrorCode::Verification, std::move(place), fmt::format("found {}, expected {}", found, expected)});
     }
-    void expectEqual(const std::string& place, const Json& found, const Json& expected) {
+    void expectEqual(const formats::Subject& place, const Json& found, const Json& expected) {
         if (found != expected) complain(place, found.dump(), expected.dump());
     }
 
@@ -59,7 +61,7 @@ private:
                 return;  // the verification of that asset reports it
         const std::filesystem::path file = folder_ / manifest_.shader.file;
         if (const auto text = readFile(file); !text || *text != shaderTextOf(manifest_.assets, manifest_.lobe))
-            complain(file.string(), "another shader", "the one that this version verifies with");
+            complain(file, "another shader", "the one that this version verifies with");
     }
 
     /// Checks that tables, cubemap prefilters and shaded surfaces have the one lobe of the scene.
@@ -213,28 +215,28 @@ private:
         const auto asset = std::ranges::find_if(
             manifest_.assets, [&](const CookedAsset& each) { return each.name == gltf.lightMap && each.kind == AssetKind::LightMap; });
         if (asset == manifest_.assets.end())
-            return complain(file.string(), fmt::format("the light map \"{}\"", gltf.lightMap), "one of the manifest");
+            return complain(file, fmt::format("the light map \"{}\"", gltf.lightMap), "one of the manifest");
         const auto expected = boundMapOf(*asset, manifest_.workingColor, manifest_.shader.file);
         if (!expected) return;  // the verification of that asset reports it
         const auto text = formats::boundLightMaps(file);
         if (!text) return errors_.push_back(text.error());
         const Json maps = parseJson(*text);
         if (!maps.is_array() || maps.size() != 1 || !maps[0].is_object())
-            return complain(file.string(), fmt::format("{} light maps", maps.is_array() ? maps.size() : 0), "one");
+            return complain(file, fmt::format("{} light maps", maps.is_array() ? maps.size() : 0), "one");
         for (const auto& [name, value] : maps[0].items())
-            if (name != "bound" && !expected->contains(name)) complain(fmt::format("{}, {}", file.string(), name), "it", "no such member");
+            if (name != "bound" && !expected->contains(name)) complain(formats::Subject(file).at(name), "it", "no such member");
         for (const auto& [name, value] : expected->items()) {
             const Json found = maps[0].value(name, Json());
-            const std::string place = fmt::format("{}, {}", file.string(), name);
+            const formats::Subject place = formats::Subject(file).at(name);
             if (name != "constants" || !found.is_object() || found.size() != value.size())
                 expectEqual(place, found, value);
             else  // each by itself: all together are a long line
                 for (const auto& [constant, numbers] : value.items())
-                    expectEqual(fmt::format("{}/{}", place, constant), found.value(constant, Json()), numbers);
+                    expectEqual(place.text + "/" + constant, found.value(constant, Json()), numbers);
         }
         const auto wrong = formats::wrongBinding(file);
         if (!wrong) return errors_.push_back(wrong.error());
-        if (*wrong) errors_.push_back({ErrorCode::Verification, file.string(), **wrong});
+        if (*wrong) errors_.push_back({ErrorCode::Verification, file, **wrong});
     }
 
     /// Checks the copy of the manifest's members inside a texture, which serves a loader without the manifest. It has no learned tables.

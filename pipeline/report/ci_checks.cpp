@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <map>
 
+#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/report.h"
@@ -33,24 +32,6 @@ Json propertiesOf(const Failure& failure) {
     return properties;
 }
 
-/// Returns the place of a subject "scene.toml:12:3".
-std::optional<SourceLine> placeOf(const std::string& subject) {
-    const std::size_t last = subject.rfind(':');
-    const std::size_t first = last == std::string::npos || last == 0 ? std::string::npos : subject.rfind(':', last - 1);
-    if (first == std::string::npos) return std::nullopt;
-    int line = 0;
-    const char *begin = subject.data() + first + 1, *end = subject.data() + last;
-    const auto [stop, error] = std::from_chars(begin, end, line);
-    if (error != std::errc() || stop != end || line < 1) return std::nullopt;
-    return SourceLine{subject.substr(0, first), line};
-}
-
-/// Returns true if an error line is about the file: its subject is the path, or begins with it.
-bool isAbout(const std::string& subject, const std::filesystem::path& file) {
-    const std::string path = file.string();
-    return subject.starts_with(path) && (subject.size() == path.size() || subject[path.size()] == ',' || subject[path.size()] == ':');
-}
-
 class RunBuilder {
 public:
     explicit RunBuilder(const CiInputs& inputs) : inputs_(inputs) {
@@ -71,6 +52,9 @@ public:
         addSceneSuite();
         if (manifest_)
             for (const CookedAsset& asset : manifest_->assets) addSuite(asset);
+        if (report_)
+            for (const ReportRow& row : report_->assets)
+                for (const Failure& failure : row.failures) addFailure(row, failure);
         for (const formats::Error& error : inputs_.errors) addError(error);
         return std::move(run_);
     }
@@ -92,28 +76,19 @@ private:
         return {scene_->file, scene_->lines.find(section, name, key).value_or(1)};
     }
 
-    /// Returns the name of the scene file's entry that an asset was cooked from: of those with its source, the one that its name begins
-    /// with.
-    template <class Entry>
-    std::string entryOf(const CookedAsset& asset, const std::vector<Entry>& entries) const {
-        std::string name;
-        const auto source = asset.source.files ? asset.source.files->find("source") : std::map<std::string, SourceFile>::const_iterator();
-        for (const Entry& entry : entries) {
-            if (asset.name == entry.name) return entry.name;
-            const bool hasSource =
-                asset.source.files && source != asset.source.files->end() &&
-                std::filesystem::proximate(entry.file, scene_->directory.empty() ? "." : scene_->directory) == source->second.file;
-            if (hasSource && (name.empty() || asset.name.starts_with(entry.name))) name = entry.name;
-        }
-        return name;
+    /// Returns the name of the scene file's entry that an asset was cooked from. The tables have none.
+    std::string entryOf(const CookedAsset& asset) const {
+        if (asset.kind == AssetKind::Lut) return "";
+        const std::string map = asset.lightMap.value_or(asset.name);
+        const auto cooked = std::ranges::find(manifest_->assets, map, &CookedAsset::name);
+        const auto unpacked = unpackedBakeOf(cooked == manifest_->assets.end() ? asset : *cooked);
+        return unpacked && *unpacked && (*unpacked)->part ? (*unpacked)->part->of : map;
     }
 
     SourceLine lineOf(const CookedAsset& asset) const {
         const std::string_view section = info(asset.kind).sceneSection;
         if (!scene_) return lineOf(section);
-        std::string entry = entryOf(asset, scene_->lightMaps);
-        if (entry.empty()) entry = entryOf(asset, scene_->probes);
-        if (entry.empty()) entry = entryOf(asset, scene_->gradients);
+        const std::string entry = entryOf(asset);
         // Tables without a section of their own exist because of the materials.
         if (!scene_->lines.find(section, entry) && !scene_->materials.empty()) return lineOf("material", scene_->materials.front().name);
         return lineOf(section, entry, asset.kind == AssetKind::Mesh ? "mesh" : "");
@@ -153,42 +128,23 @@ private:
     /// Adds an error to the check that it is about.
     void addError(const formats::Error& error) {
         if (run_.reasonNotDone.empty()) run_.reasonNotDone = error.line();
-        // Findings of lint have results of their own.
-        if (error.code == formats::ErrorCode::Implausible && run_.isLinted) return;
-        if (report_)
-            for (const ReportRow& row : report_->assets)
-                for (const Failure& failure : row.failures)
-                    if (failure.message == error.line()) return addFailure(row, failure);
-        CiSuite* suite = suiteOfFile(error.subject);
+        // Findings of lint have results of their own, and build() adds the failures of the report.
+        if (error.code == formats::ErrorCode::Implausible ? run_.isLinted : error.code == formats::ErrorCode::OverLimit && report_) return;
+        CiSuite* suite = suiteOf(error.asset);
         CiRule rule = pipeline::ruleOf(error.code);
-        if (suite == nullptr && (suite = suiteOf(error.subject.substr(0, error.subject.find(',')))) != nullptr) rule = CiRule::Contract;
-        if (suite == nullptr || !info(rule).isOfAsset) {
-            suite = &run_.suites.front();
-            if (rule == CiRule::Contract) rule = CiRule::UnchangedFiles;
-        }
+        if (suite != nullptr && error.file.empty() && rule != CiRule::Fault) rule = CiRule::Contract;
+        if (suite == nullptr || !info(rule).isOfAsset) suite = &run_.suites.front();
         CiCheck& check = checkOf(*suite, rule);
         check.isDone = true;
-        std::optional<SourceLine> place = placeOf(error.subject);
-        if (!place) place = lineOfInput(error.subject);
         check.findings.push_back(
-            {error.line(), "", Json::object(), place.value_or(rule == CiRule::MemoryBudget ? lineOf("output", "", "budget") : suite->at)});
+            {error.line(), "", Json::object(), placeOf(error, rule == CiRule::MemoryBudget ? lineOf("output", "", "budget") : suite->at)});
     }
 
-    /// Returns the line of the scene file that names the file of an error. An asset that could not be cooked is in no manifest.
-    std::optional<SourceLine> lineOfInput(const std::string& subject) const {
-        if (!scene_) return std::nullopt;
-        for (const LightMapEntry& entry : scene_->lightMaps) {
-            if (isAbout(subject, entry.file)) return lineOf("light_map", entry.name, "file");
-            if (entry.mesh && isAbout(subject, *entry.mesh)) return lineOf("light_map", entry.name, "mesh");
-            if (isAbout(subject, entry.description.lmbake)) return lineOf("light_map", entry.name, "lmbake");
-        }
-        for (const ProbeEntry& entry : scene_->probes) {
-            if (isAbout(subject, entry.file)) return lineOf("probe", entry.name, "file");
-            if (entry.sh && isAbout(subject, *entry.sh)) return lineOf("probe", entry.name, "sh");
-        }
-        for (const GradientEntry& entry : scene_->gradients)
-            if (isAbout(subject, entry.file)) return lineOf("gradient", entry.name, "file");
-        return std::nullopt;
+    /// Returns the line that an error names, or the line of the scene file that names its file; else `otherwise`.
+    SourceLine placeOf(const formats::Error& error, const SourceLine& otherwise) const {
+        if (error.lineNumber) return {error.file, *error.lineNumber};
+        const auto line = scene_ ? scene_->lines.findFile(error.file) : std::nullopt;
+        return line ? SourceLine{scene_->file, *line} : otherwise;
     }
 
     void addFailure(const ReportRow& row, const Failure& failure) {
@@ -198,23 +154,6 @@ private:
         CiCheck& check = checkOf(*suite, rule);
         check.isDone = true;
         check.findings.push_back({failure.message, failure.stage, propertiesOf(failure), suite->at});
-    }
-
-    /// Returns the asset whose file or source an error line is about.
-    CiSuite* suiteOfFile(const std::string& subject) {
-        if (!manifest_) return nullptr;
-        for (const CookedAsset& asset : manifest_->assets) {
-            bool isFound = asset.file && isAbout(subject, inputs_.folder / *asset.file);
-            for (const CookedTexture& texture : asset.textures) isFound = isFound || isAbout(subject, inputs_.folder / texture.file);
-            if (asset.source.files)
-                for (const auto& [role, source] : *asset.source.files) {
-                    const std::filesystem::path given =
-                        inputs_.sources.empty() ? inputs_.folder / manifest_->sceneDirectory : inputs_.sources;
-                    isFound = isFound || isAbout(subject, given / source.file) || isAbout(subject, sceneDirectory() / source.file);
-                }
-            if (isFound) return suiteOf(asset.name);
-        }
-        return nullptr;
     }
 
     const CiInputs& inputs_;

@@ -63,8 +63,7 @@ struct CiInputs {
     const std::vector<formats::Error>& errors;
     const std::vector<Finding>* findings = nullptr;  ///< of lint; null if the inputs were not looked at
 };
-/// Returns every check of the scene and its assets. Each error is a finding of one of them: those of an asset's figures as report.json has
-/// them, others by the files that they name.
+/// Returns every check of the scene and its assets. Each failure of report.json and each other error is a finding of one of them.
 CiRun ciRun(const CiInputs& inputs);
 
 }  // namespace lightcook::pipeline

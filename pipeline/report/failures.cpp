@@ -228,7 +228,7 @@ std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom) {
 
 std::vector<formats::Error> errorsOf(const std::vector<Failure>& failures) {
     std::vector<formats::Error> errors;
-    for (const Failure& each : failures) errors.push_back({formats::ErrorCode::Verification, each.subject, each.detail});
+    for (const Failure& each : failures) errors.emplace_back(formats::ErrorCode::OverLimit, each.subject, each.detail).asset = each.asset;
     return errors;
 }
 

@@ -25,7 +25,7 @@ std::string vectorWords(const Json& v);
 /// Returns the place, the steps, the light and, between two light maps, their names as text.
 std::string seamWords(const SeamPlace& seam);
 
-/// Returns one error of code Verification for each failure, in the same order.
+/// Returns one error of code OverLimit for each failure, in the same order.
 std::vector<formats::Error> errorsOf(const std::vector<Failure>& failures);
 
 }  // namespace lightcook::pipeline

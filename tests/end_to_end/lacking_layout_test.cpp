@@ -34,7 +34,7 @@ TEST_F(LackingLayout, FlatFailsItsLimitWhereMaterialsNeedDirections) {
     for (const auto& [normalMap, specular] : {std::pair(true, true), std::pair(true, false), std::pair(false, true)}) {
         const Outcome outcome = cook("max_error = 0.1\nlight_map_layout = \"flat\"\n", needs(normalMap, specular));
         ASSERT_FALSE(outcome.errors.empty()) << normalMap << specular;
-        EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
+        EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::OverLimit);
         EXPECT_EQ(outcome.errors.front().line(),
                   "map, layout flat: found a layout without directions: normal maps see one radiance a texel, specular light a grey sky, "
                   "expected a layout that has it, or materials that do not need it (normal_map = false, specular = false)");
@@ -68,7 +68,7 @@ TEST_F(LackingLayout, ABandThatIsMissingIsNamedWhereTheLimitIsMissed) {
         if (layout.isFlat() || layout.lacks.empty() || layout.isInTangentSpace) continue;
         const Outcome outcome = cook(fmt::format("max_error = 0.002\nlight_map_layout = \"{}\"\n", layout.name), needs(true, true));
         ASSERT_FALSE(outcome.errors.empty()) << layout.name;
-        EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
+        EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::OverLimit);
         EXPECT_THAT(outcome.errors.front().line(), HasSubstr(fmt::format("a layout without {}, expected", layout.lacks)));
     }
 }
@@ -88,7 +88,7 @@ TEST_F(LackingLayout, TheConverterTakesTheNeedsOfTheSurfaces) {
     const RunState state;
     Outcome outcome = convert(options, state);
     ASSERT_FALSE(outcome.errors.empty());
-    EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
+    EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::OverLimit);
     EXPECT_THAT(outcome.errors.front().line(), HasSubstr("layout flat: found a layout without directions"));
     for (const char* unneeded : {"material.normal_map", "material.specular"}) options.cook.given.set(unneeded, false);
     outcome = convert(options, state);

@@ -301,7 +301,7 @@ TEST_F(WholeLimitSoak, BesideALimitOfTheMapTakesAFinerLayoutWhereItMust) {
 TEST_F(WholeLimitSoak, OnRelRmsThatNothingKeepsIsRefusedByWhatWasFound) {
     const Outcome outcome = cookWithin(scene_, "max_whole_error = 0.000001");
     ASSERT_EQ(outcome.errors.size(), 1u);
-    EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::Verification);
+    EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::OverLimit);
     EXPECT_THAT(outcome.errors[0].line(),
                 testing::AllOf(HasSubstr("map, together with its dominant light: found rel_rms "), HasSubstr("expected at most 1e-06")));
     expectFindingOf(CiRule::SpecularError, outcome);
@@ -328,7 +328,7 @@ TEST_F(WholeLimit, IsHeldByVerifyToo) {
 TEST_F(WholeLimit, ThatNothingKeepsIsRefusedByWhatWasFound) {
     const Outcome outcome = cookWithin(scene_, "max_whole_visible = 0.0001");
     ASSERT_EQ(outcome.errors.size(), 1u);
-    EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::Verification);
+    EXPECT_EQ(outcome.errors[0].code, formats::ErrorCode::OverLimit);
     EXPECT_THAT(outcome.errors[0].line(), HasSubstr("expected at most 0.0001"));
     expectFindingOf(CiRule::VisibleError, outcome);
     EXPECT_EQ(chosenOn(frontierOf(outcome)), frontierOf(outcome).size() - 1) << "the least error that there is";
@@ -340,7 +340,7 @@ TEST_F(WholeLimit, BesideABudgetTakesTheSmallerOfBoth) {
     const Outcome tight = cookWithin(scene_, fmt::format("max_whole_visible = 0.0001\nbudget = \"{}\"", loose));
     EXPECT_LE(usedBytes(tight), loose);
     ASSERT_EQ(tight.errors.size(), 1u);
-    EXPECT_EQ(tight.errors[0].code, formats::ErrorCode::Verification);
+    EXPECT_EQ(tight.errors[0].code, formats::ErrorCode::OverLimit);
 }
 
 TEST_F(WholeLimit, DoesNotCountChartsWithFewerTexels) {
@@ -413,7 +413,7 @@ TEST(CookSceneSoak, ABudgetWithoutAnErrorLimitsNoError) {
     scene.writeSceneFile("light_map_layout = \"sh4\"\nbudget = \"1 MiB\"\nmax_error = 0.1");
     const Outcome limited = cookScene(scene.options(), RunState());
     ASSERT_FALSE(limited.errors.empty());
-    EXPECT_EQ(limited.errors.front().code, formats::ErrorCode::Verification);
+    EXPECT_EQ(limited.errors.front().code, formats::ErrorCode::OverLimit);
 
     scene.writeSceneFile("light_map_layout = \"sh4\"\nbudget = \"1 MiB\"\nmax_error = 2");
     const Outcome loose = cookScene(scene.options(), RunState()), verified = verifyCooked({scene / "out", {}, {}}, RunState());

@@ -614,7 +614,7 @@ TEST(CookScene, ABoundThatIsNotHeldFailsButIsReported) {
     options.given.set("output.max_error", 1e-7);
     const Outcome outcome = cook(options);
     ASSERT_FALSE(outcome.errors.empty());
-    EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverLimit);
     EXPECT_FALSE(outcome.report.at("passed").get<bool>());
     EXPECT_TRUE(std::filesystem::exists(scene / "out" / kReportName));
 }
@@ -714,7 +714,7 @@ TEST_F(TablesUnderABudget, HaveMoreViewsWhereALimitOfTheirsAsksForThem) {
     EXPECT_EQ(visible(limited), visible(smallest)) << "the smallest layouts are left";
     const Outcome within = cookWithin(scene, used(smallest));
     ASSERT_EQ(within.errors.size(), 1u);
-    EXPECT_EQ(within.errors[0].code, ErrorCode::Verification) << "within the budget, but not within the limit";
+    EXPECT_EQ(within.errors[0].code, ErrorCode::OverLimit) << "within the budget, but not within the limit";
 }
 
 TEST(CookScene, AnExceededBudgetFailsButIsReported) {

@@ -93,7 +93,7 @@ std::map<std::string, std::string> cookOneTexel(float value) {
         scene.writeSceneFile(fmt::format("light_map_layout = \"{}\"", layout), "firefly_limit = 0");
         const Outcome outcome = cook(scene.options());
         if (outcome.errors.empty()) continue;
-        EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification) << layout;
+        EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverLimit) << layout;
         lines[layout] = outcome.errors.front().line();
     }
     return lines;

@@ -52,7 +52,7 @@ TEST(CookScene, AnErrorThatNoLayoutKeepsFailsWithTheBestOne) {
     scene.writeSceneFile("max_error = 1e-9");
     const Outcome outcome = cook(scene.options());
     ASSERT_FALSE(outcome.errors.empty());
-    EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
+    EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::OverLimit);
     EXPECT_EQ(assetOf(outcome.report, "map").at("layout"), "raw");
 }
 

@@ -94,7 +94,7 @@ TEST_F(SeamLimit, TheReportHasTheSeamOfTwoMeshes) {
 TEST_F(SeamLimit, FailsAMapThatIsOverItAndNamesTheEdge) {
     const Outcome outcome = cook("light_map_layout = \"ratio\"\nmax_seam = 0.01");
     ASSERT_EQ(outcome.errors.size(), 1u);
-    EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverLimit);
     EXPECT_THAT(outcome.errors.front().line(),
                 AllOf(HasSubstr("map, seams, "), HasSubstr("found a seam of "),
                       HasSubstr("expected at most 0.01 (max_seam); worst at the edge from (2, "), HasSubstr("normal ("),
@@ -174,7 +174,7 @@ TEST_F(SeamLimit, FailsWhereNoPlaceOfAnEdgeCanBeMeasured) {
     EXPECT_EQ(mapOf(loose).at("seams").at("dark_places"), 73);
     const Outcome limited = cook("light_map_layout = \"ratio\"\nmax_seam = 50");
     ASSERT_EQ(limited.errors.size(), 1u);
-    EXPECT_EQ(limited.errors.front().code, ErrorCode::Verification);
+    EXPECT_EQ(limited.errors.front().code, ErrorCode::OverLimit);
     EXPECT_THAT(limited.errors.front().line(), AllOf(HasSubstr("seams: found no place of the 1 edges has a covered texel"),
                                                      HasSubstr("expected coverage that reaches the edges of charts")));
 }

@@ -36,7 +36,7 @@ protected:
 TEST_F(VisibleLimit, FailsAMapThatIsOverItAndNamesTheWorstPlace) {
     const Outcome outcome = cook("light_map_layout = \"ratio\"\nmax_visible = 0.01");
     ASSERT_FALSE(outcome.errors.empty());
-    EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverLimit);
     EXPECT_THAT(outcome.errors.front().line(), AllOf(HasSubstr("map, stage total, "), HasSubstr("found a visible error of "),
                                                      HasSubstr("(p99), expected at most 0.01 (max_visible); worst at texel ("),
                                                      HasSubstr("normal ("), HasSubstr("): found ("), HasSubstr("a difference of ")));
@@ -66,7 +66,7 @@ TEST_F(VisibleLimit, GetsTheSmallestLayoutThatKeepsItAndTheLimitOnTheRms) {
 TEST_F(VisibleLimit, OnTheProvenBoundFailsAMapAndNamesItsPlace) {
     const Outcome outcome = cook("light_map_layout = \"ratio\"\nmax_visible_bound = 0.02");
     ASSERT_FALSE(outcome.errors.empty());
-    EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+    EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverLimit);
     EXPECT_THAT(outcome.errors.front().line(),
                 AllOf(HasSubstr("(proven bound), expected at most 0.02 (max_visible_bound); largest at texel ("), HasSubstr("normal ("),
                       HasSubstr("found (")));
@@ -141,7 +141,7 @@ TEST_F(VisibleLimitOfOthers, FailsEachKindAndNamesThePlaceAndBothColours) {
                                       std::pair("lut", "worst at texel ("), std::pair("dominant", "worst at texel (")}) {
         const Outcome outcome = cook(kind, "light_map_layout = \"ratio\"\nmax_converter_visible = 0.0001");
         ASSERT_FALSE(outcome.errors.empty()) << kind;
-        EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+        EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverLimit);
         const std::string line = outcome.errors.back().line();
         EXPECT_THAT(line, AllOf(HasSubstr("found a visible error of "), HasSubstr("(p99), expected at most 0.0001 (max_"), HasSubstr(place),
                                 HasSubstr(": found ("), HasSubstr("expected ("), HasSubstr("a difference of ")))
@@ -158,7 +158,7 @@ TEST_F(VisibleLimitOfOthers, OnTheProvenBoundFailsEachKind) {
     for (const char* kind : {"cubemap", "rsrm", "lut", "dominant"}) {
         const Outcome outcome = cook(kind, "light_map_layout = \"ratio\"\nmax_converter_visible_bound = 0.0001");
         ASSERT_FALSE(outcome.errors.empty()) << kind;
-        EXPECT_EQ(outcome.errors.front().code, ErrorCode::Verification);
+        EXPECT_EQ(outcome.errors.front().code, ErrorCode::OverLimit);
         EXPECT_THAT(outcome.errors.back().line(),
                     AllOf(HasSubstr("found a visible error of up to "), HasSubstr("(proven bound), expected at most 0.0001 ("),
                           HasSubstr("max_converter_visible_bound); largest at ")))

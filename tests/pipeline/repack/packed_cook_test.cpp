@@ -118,7 +118,7 @@ TEST_F(PackedCook, FewerTexelsAreJudgedAgainstTheBake) {
     options_.given.set("output.max_error", found / 2);
     const Outcome failed = cook();
     ASSERT_FALSE(failed.errors.empty()) << found / 2;
-    EXPECT_EQ(failed.errors.front().code, ErrorCode::Verification);
+    EXPECT_EQ(failed.errors.front().code, ErrorCode::OverLimit);
 }
 
 TEST_F(PackedCookSoak, TheCookedMeshHasBothUvs) {

@@ -250,7 +250,7 @@ TEST_F(SplitCookSoak, SeamsBetweenMapsAreHeldToTheLimit) {
     const auto between = std::ranges::find_if(
         outcome.errors, [](const formats::Error& error) { return error.subject.starts_with("map, seams between its maps, diffuse"); });
     ASSERT_NE(between, outcome.errors.end()) << outcome.errors.front().line();
-    EXPECT_EQ(between->code, ErrorCode::Verification);
+    EXPECT_EQ(between->code, ErrorCode::OverLimit);
     EXPECT_THAT(between->line(),
                 testing::AllOf(HasSubstr("found a seam of "), HasSubstr("expected at most 0.001 (max_seam); worst at the edge from ("),
                                HasSubstr(" of 'map' and 'map_fine': found (")));

@@ -292,7 +292,7 @@ TEST_F(TwoSquares, AVisibleErrorAboveTheLimitNamesTheTriangleAndBothColours) {
     writeScene("light_map_layout = \"raw\"\nmax_error = 0.3\nmax_visible = 0.0001");
     const Outcome outcome = cook("room_mesh");
     ASSERT_EQ(outcome.errors.size(), 1u);
-    EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::Verification);
+    EXPECT_EQ(outcome.errors.front().code, formats::ErrorCode::OverLimit);
     EXPECT_THAT(outcome.errors.front().line(),
                 testing::AllOf(HasSubstr("room_mesh, stage quantize, diffuse: found a visible error of "),
                                HasSubstr("worst at primitive 0, triangle "), HasSubstr("): found ("), HasSubstr("a difference of ")));
