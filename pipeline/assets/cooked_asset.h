@@ -165,9 +165,7 @@ struct CookedAsset {
     AssetSource source;
     std::optional<VertexBasis> basis;
     std::optional<std::string> digest;     ///< of `file`
-    std::optional<Json> verify;            ///< parameters of the verify action
-    std::optional<Json> verifyWhole;       ///< of a light map: parameters of the action that verifies it and its dominant light together
-    std::optional<Json> verifySplitSeams;  ///< of the first map of a split: parameters of the action that verifies the seams between them
+    std::optional<Json> verify;  ///< parameters of the verify action
 
     /// Return the GPU memory and the size on disk [bytes] of the textures and of everything beside them.
     std::uint64_t totalBytesGpu() const;
@@ -221,11 +219,6 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("basis", asset.basis, "learned bases that the vertices of a mesh name");
     fields.optional("digest", asset.digest, "XXH3-128 of `file`");
     fields.optional("verify", asset.verify, "parameters of the verification: `max_error`, `shading`, `samples`");
-    fields.optional("verify_whole", asset.verifyWhole,
-                    "of a light map that a budget or a limit on the whole chose: parameters of its verification together with its dominant "
-                    "light");
-    fields.optional("verify_split_seams", asset.verifySplitSeams,
-                    "of the first map of a split light map: parameters of the verification of the seams between its maps");
 }
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-// Needs of a scene: the kinds of light and the ranges that its materials use. Everything else is not cooked.
+// Needs of a scene: the kinds of light and the ranges that its materials use, and what its files hold. Everything else is not cooked.
 #pragma once
 
 #include <map>
@@ -8,10 +8,17 @@
 
 #include "pipeline/assets/light_map/content.h"
 #include "pipeline/assets/mesh/mesh.h"
+#include "pipeline/document/json_fields.h"
 #include "pipeline/scene/scene.h"
 #include "verify/light_map.h"
 
 namespace lightcook::pipeline {
+
+template <class Fields, Is<Range> Self>
+void describe(Fields& fields, Self& range) {
+    fields.required("low", range.low, "the least");
+    fields.required("high", range.high, "the largest");
+}
 
 struct Needs {
     bool specular = true;
@@ -26,6 +33,17 @@ struct Needs {
     /// Returns true if the materials show where light comes from.
     bool needsDirections() const { return normalMap || specular; }
 };
+template <class Fields, Is<Needs> Self>
+void describe(Fields& fields, Self& needs) {
+    fields.required("specular", needs.specular, "true if a material is specular");
+    fields.required("normal_map", needs.normalMap, "true if a material has a normal map");
+    fields.required("normal_map_tilt", needs.normalMapTilt, "largest angle of a normal map's normal [degrees]");
+    fields.required("m", needs.m, "roughness of the materials");
+    fields.required("f0", needs.f0, "their reflectance at normal incidence");
+    fields.required("is_roughness_known", needs.isRoughnessKnown, "true if a material states its roughness");
+    fields.presentIf(!needs.contents.empty(), "contents", needs.contents, "what the light maps hold, by name");
+    fields.presentIf(!needs.unusedProbes.empty(), "unused_probes", needs.unusedProbes, "probes that no surface uses");
+}
 
 /// Returns the union of the needs of all materials: those of the meshes, overridden by the scene's own list. "*" overrides every material.
 /// If there is no material, everything is needed, over the default ranges.

@@ -67,7 +67,7 @@ public:
           scene_(std::move(scene)),
           asked_(scene_),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
-          planOptions_{options.only, options.onlyKind, options.repair, options.samples, std::move(layouts)} {}
+          planOptions_{options.only, options.onlyKind, options.repair, options.samples, {std::move(layouts)}} {}
 
     Outcome run() {
         if (auto done = tryRun(); !done) outcome_.errors.insert(outcome_.errors.begin(), done.error());
@@ -132,7 +132,7 @@ private:
         if (isStopped(result)) return {};
         shared_.reset();
         if (options_.only) sceneAssets_ = assetsOfScene(*plan, planned, needs);
-        LC_TRY(report, publishWithSummaries(*plan, result));
+        LC_TRY(report, publishWithSummaries(*plan, needs, result));
         LC_CHECK(cookAlternatives());
         if (options_.depfile) LC_CHECK(writeDepfile(*plan, needsGraph, contentGraph, planned, needs));
         cache_.prune();
@@ -162,16 +162,8 @@ private:
     Result<void> lint(const Plan& plan, const ExecutionResult& materials) {
         std::set<std::string> assets(plan.assets.begin(), plan.assets.end());
         assets.insert(plan.undecided.begin(), plan.undecided.end());
-        for (const LightMapEntry& entry : scene_.lightMaps)
-            if (assets.contains(dominantNameOf(entry.name))) assets.insert(entry.name);
-        // The parts of a split map have the same inputs: lint looks at them once, under the name in the scene.
-        for (const LightMapEntry& entry : scene_.lightMaps)
-            if (assets.contains(entry.name) && entry.name != entry.nameInScene()) {
-                assets.erase(entry.name);
-                assets.insert(entry.nameInScene());
-            }
-        linted_ = assets;
-        ExecutionResult facts = execute(planLint(scene_, options_.repair, assets));
+        linted_ = inputsOf(scene_, std::move(assets));
+        ExecutionResult facts = execute(planLint(scene_, options_.repair, linted_));
         addErrors(facts);
         facts.records.insert(materials.records.begin(), materials.records.end());
         LC_TRY(findings, judgeScene(scene_, facts.records, options_.strict));
@@ -226,9 +218,9 @@ private:
                                ExecutionResult& result) {
         LC_TRY(decision, LayoutDecision::create(scene_, open, result, materials));
         while (true) {
-            planOptions_.layouts = decision->choose();
-            planOptions_.unlimited = decision->unlimited();
-            planOptions_.tableViews = decision->tableViews();
+            planOptions_.decisions.layouts = decision->choose();
+            planOptions_.decisions.unlimited = decision->unlimited();
+            planOptions_.decisions.tableViews = decision->tableViews();
             LC_TRY(plan, planScene(planned, needs, planOptions_));
             ExecutionResult chosen = execute(actionsOf(*plan, result));
             for (const auto& [id, record] : result.records) chosen.reused.erase(id);  // it ran before in this cook
@@ -253,7 +245,7 @@ private:
             others.bytes += cooked->asset.totalBytesGpu();
         }
         const bool areFine = choiceWithin({others}, *open.openTables, *scene_.output.budgetBytes, 0).areTablesFine;
-        planOptions_.tableViews = areFine ? kFineViewCount : kLeastViewCount;
+        planOptions_.decisions.tableViews = areFine ? kFineViewCount : kLeastViewCount;
         auto plan = planScene(planned, needs, planOptions_);
         if (plan) result.add(execute(actionsOf(*plan, result)));
         return plan;
@@ -299,9 +291,10 @@ private:
                 split.insert(action.dependencies.begin(), action.dependencies.end());
             }
         std::vector<Action> rest;
+        const Decisions& decisions = planOptions_.decisions;
         for (const Action& action : plan.actions) {
             const bool isChosen =
-                planOptions_.layouts.contains(lightMapOf(plan, action.asset)) || (planOptions_.tableViews && action.asset == kTablesName);
+                decisions.layouts.contains(lightMapOf(plan, action.asset)) || (decisions.tableViews && action.asset == kTablesName);
             const bool hasWaited = isChosen && !result.records.contains(action.id);
             if (hasWaited || split.contains(action.id)) rest.push_back(action);
         }
@@ -347,7 +340,7 @@ private:
 
     /// Publishes files, manifest and report together: an interrupt comes before or after all, and so does a full disk, since all are
     /// written before the first gets its name.
-    Result<Report> publishWithSummaries(const Plan& plan, const ExecutionResult& result) {
+    Result<Report> publishWithSummaries(const Plan& plan, const Needs& needs, const ExecutionResult& result) {
         warnOfOtherScene();
         LC_TRY(transaction, formats::OutputTransaction::begin());
         LC_CHECK(checkOutputs(result));
@@ -358,6 +351,7 @@ private:
         writer.addFailed(failed_);
         writer.setSceneAssets(sceneAssets_);
         writer.setLinted(linted_);
+        writer.setCook({asked_.document, plan.wanted, options_.repair, options_.samples, needs, planOptions_.decisions});
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);

@@ -42,6 +42,15 @@ std::string splitWords(const LightMapEntry& entry, const TriedSplit& split, cons
     return areSmaller(bytes, bytesOfOne) ? words + further : "no, " + words;
 }
 
+/// Puts the maps of a split in the place of the light map, if the scene has it.
+void putSplit(const std::string& lightMap, const ChosenSplit& chosen, Scene& scene) {
+    const auto place = std::ranges::find(scene.lightMaps, lightMap, &LightMapEntry::name);
+    if (place == scene.lightMaps.end()) return;
+    const std::vector<LightMapEntry> parts = partsOf(*place, chosen.split, chosen.displayKey);
+    *place = parts.front();
+    scene.lightMaps.insert(place + 1, parts.begin() + 1, parts.end());
+}
+
 }  // namespace
 
 ExecutionResult MapPreparation::run(const std::vector<Action>& graph, const std::filesystem::path& folder) {
@@ -97,6 +106,12 @@ Result<Needs> MapPreparation::withContents(const Scene& packed, Needs needs) {
 
 /// Puts two or three maps in place of each light map whose charts are to be split, where that takes fewer bytes.
 Result<void> MapPreparation::split(Scene& scene, const Needs& needs) {
+    if (options_.assets) {
+        for (LightMapEntry& entry : scene.lightMaps)
+            if (isSplit(scene.output, entry)) entry.charts.mode = ChartMode::Pack;
+        for (const auto& [lightMap, chosen] : options_.decisions.splits) putSplit(lightMap, chosen, scene);
+        return {};
+    }
     const Scene maps = onlyMapsToSplit(scene, options_);
     if (maps.lightMaps.empty()) return {};
     LC_TRY(whole, pack(maps, packActions(maps), folder_ / "whole"));
@@ -142,10 +157,7 @@ Result<void> MapPreparation::trySplits(Scene& scene, const Scene& maps, const Li
         {note_keys::kSplit, best != nullptr ? splitWords(entry, *best, least, bytesOfOne)
                                             : fmt::format("no, one layout for all {} charts takes the fewest bytes", packing.charts)}};
     if (!areSmaller(least, bytesOfOne)) return {};
-    const std::vector<LightMapEntry> parts = partsOf(entry, *best, found.displayKey);
-    const auto place = std::ranges::find(scene.lightMaps, entry.name, &LightMapEntry::name);
-    *place = parts.front();
-    scene.lightMaps.insert(place + 1, parts.begin() + 1, parts.end());
+    putSplit(entry.name, options_.decisions.splits[entry.name] = {*best, found.displayKey}, scene);
     return {};
 }
 

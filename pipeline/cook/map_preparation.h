@@ -21,7 +21,7 @@ public:
     /// Runs the actions of a graph, whose files go to a folder; an empty path: they make none.
     using Run = std::function<ExecutionResult(const std::vector<Action>& graph, const std::filesystem::path& folder)>;
 
-    /// options  get the packed light maps
+    /// options  get the packed light maps and the splits; those of a cook that is planned again have the splits
     /// folder   for packed bakes and meshes, which no output has
     MapPreparation(PlanOptions& options, bool keepGoing, const RunState& state, std::filesystem::path folder, Run run)
         : options_(options), keepGoing_(keepGoing), state_(state), folder_(std::move(folder)), run_(std::move(run)) {}

@@ -98,12 +98,6 @@ bool isMeshWanted(const Scene& scene, const PlanOptions& options, const LightMap
 constexpr int kTableTexelBytes = 24;
 constexpr int kTableRows = 16;
 
-/// Holds what the actions of an asset get only if it belongs to a light map.
-struct OfLightMap {
-    std::optional<UnpackedBake> unpacked = {};   ///< parameter of the verification, of a repacked light map
-    std::vector<std::string> dependencies = {};  ///< ids of actions that both actions wait for
-};
-
 /// Plans the assets of a scene, kind by kind.
 class ScenePlanner {
 public:
@@ -135,7 +129,7 @@ private:
     bool wanted(const std::string& asset, AssetKind kind, const Parent& parent) {
         const bool isWanted = wants(asset, kind, parent);
         knownNames_.push_back(asset);
-        if (!isWanted) plan_.unwanted.insert(asset);
+        (isWanted ? plan_.wanted : plan_.unwanted).insert(asset);
         return isWanted;
     }
     bool wants(const std::string& asset, AssetKind kind, const std::string& parent) const {
@@ -143,7 +137,7 @@ private:
     }
     /// The assets of a light map whose charts are packed anew are wanted together: textures and UVs of different packings do not match.
     bool wants(const std::string& asset, AssetKind kind, const LightMapEntry& entry) const {
-        if (packedOf(entry) == nullptr) return isWanted(options_, asset, kind, entry);
+        if (packedOf(entry) == nullptr || options_.assets) return isWanted(options_, asset, kind, entry);
         return (!options_.onlyKind || *options_.onlyKind == info(kind).name) && isAnyWanted(scene_, options_, entry);
     }
 
@@ -165,23 +159,22 @@ private:
     }
 
     /// Adds the actions that cook and verify an asset.
+    /// dependencies  ids of actions that both wait for
     template <Described Parameters, Described VerifyParameters>
     void add(const std::string& asset, AssetKind kind, const Parameters& parameters, Inputs inputs,
-             const VerifyParameters& verifyParameters, const Inputs& verifyInputs, const OfLightMap& ofLightMap = {}) {
+             const VerifyParameters& verifyParameters, const Inputs& verifyInputs, const std::vector<std::string>& dependencies = {}) {
         addAsset(asset, kind);
-        plan_.actions.push_back({actionId(ActionStep::Cook, asset), std::string(info(kind).name), asset, toJson(parameters),
-                                 std::move(inputs), ofLightMap.dependencies});
-        Json verification = toJson(verifyParameters);
-        if (ofLightMap.unpacked) verification[kUnpackedKey] = toJson(*ofLightMap.unpacked);
-        Action verify = verifyAction(asset, kind, verifyInputs, std::move(verification));
-        verify.dependencies.insert(verify.dependencies.end(), ofLightMap.dependencies.begin(), ofLightMap.dependencies.end());
+        plan_.actions.push_back(
+            {actionId(ActionStep::Cook, asset), std::string(info(kind).name), asset, toJson(parameters), std::move(inputs), dependencies});
+        Action verify = verifyAction(asset, kind, verifyInputs, toJson(verifyParameters));
+        verify.dependencies.insert(verify.dependencies.end(), dependencies.begin(), dependencies.end());
         plan_.actions.push_back(std::move(verify));
     }
 
     /// Returns the limits that a light map and its mesh are held to.
     Limits limitsOfMap(const LightMapEntry& entry) const {
         Limits limits = limitsOf(scene_.output, entry);
-        if (options_.unlimited.contains(entry.name)) limits[Limit::Visible].reset();
+        if (options_.decisions.unlimited.contains(entry.name)) limits[Limit::Visible].reset();
         return limits;
     }
 
@@ -194,8 +187,8 @@ private:
         std::string layout = reduction.layout;
         const std::optional<JointTrial> joint = jointTrialOf(entry, reduction);
         if (isAnyWanted(scene_, options_, entry)) plan_.lightMaps.push_back(entry.nameInScene());
-        const bool isDecided = (layout != kAutoLayout && !joint) || options_.layouts.contains(entry.name);
-        if (layout == kAutoLayout && isDecided) layout = options_.layouts.at(entry.name);
+        const bool isDecided = (layout != kAutoLayout && !joint) || options_.decisions.layouts.contains(entry.name);
+        if (layout == kAutoLayout && isDecided) layout = options_.decisions.layouts.at(entry.name);
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
         const PackedLightMap* packed = packedOf(entry);
         const bool hasMesh = entry.mesh && (scene_.output.draco || mayBeLearned || packed != nullptr) &&
@@ -257,24 +250,28 @@ private:
             if (std::ranges::find(plan_.assets, dominant) != plan_.assets.end())
                 dependencies.push_back(actionId(ActionStep::Cook, dominant));
         }
-        plan_.actions.push_back(
-            wholeAction(entry.name, bakeInputs(entry.file, entry.description), toJson(parameters), std::move(dependencies)));
+        plan_.actions.push_back({actionId(ActionStep::Whole, entry.name), kVerifyWholeKind, entry.name, toJson(parameters),
+                                 bakeInputs(entry.file, entry.description), std::move(dependencies)});
     }
 
     /// Adds the verification of the seams between the maps of a split, with the first of them, where all of them are cooked.
     void addSplitSeams(const LightMapEntry& first) {
         if (!first.part || first.name != first.part->of) return;
         SplitSeamsParameters parameters{{shading_, displayOf(scene_, first)}, {}, limitsOf(scene_.output, first)};
-        std::vector<const PackedLightMap*> maps;
+        Inputs inputs;
         std::vector<std::string> dependencies;
         for (const LightMapEntry& entry : scene_.lightMaps) {
             if (!entry.part || entry.part->of != first.name) continue;
             if (std::ranges::find(plan_.assets, entry.name) == plan_.assets.end()) return;
+            const std::size_t map = parameters.maps.size();
+            for (const auto& [role, file] : packedOf(entry)->files)
+                inputs[role == kSourceRole ? splitBakeRole(map) : role == kMeshRole ? splitMeshRole(map) : role] = file;
             parameters.maps.push_back(entry.name);
-            maps.push_back(packedOf(entry));
             dependencies.push_back(actionId(ActionStep::Cook, entry.name));
         }
-        if (maps.size() > 1) plan_.actions.push_back(splitSeamsAction(first.name, maps, toJson(parameters), std::move(dependencies)));
+        if (parameters.maps.size() > 1)
+            plan_.actions.push_back({actionId(ActionStep::SplitSeams, first.name), kVerifySplitSeamsKind, first.name, toJson(parameters),
+                                     std::move(inputs), std::move(dependencies)});
     }
 
     void addTrial(const LightMapEntry& entry, const LightMapReduction& reduction, const std::optional<JointTrial>& joint) {
@@ -296,8 +293,8 @@ private:
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
         add(entry.name, AssetKind::LightMap,
             LightMapParameters{description, layout, scene_.output.target, textures_, visible, hasMips(scene_.output, entry)},
-            hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs,
-            {.unpacked = packed != nullptr ? std::optional(packed->bake) : std::nullopt});
+            hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
+        if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);
         const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
         if (reduction.constantOf)
@@ -341,25 +338,14 @@ private:
             limits[Limit::Error].reset();
         add(dominant, AssetKind::Dominant, parameters, bakeInputs(entry.file, entry.description),
             DominantVerifyParameters{{shading_, displayOf(scene_, entry)}, limits},
-            description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry),
-            {.unpacked = bakeWithoutPlaces(entry)});
-    }
-
-    /// Returns what the verification of a dominant light or a mesh needs to find the sources of a repacked light map again; nothing for
-    /// others.
-    std::optional<UnpackedBake> bakeWithoutPlaces(const LightMapEntry& entry) const {
-        const PackedLightMap* packed = packedOf(entry);
-        if (packed == nullptr) return std::nullopt;
-        UnpackedBake bake = packed->bake;
-        bake.places.clear();
-        return bake;
+            description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry));
     }
 
     /// Returns the layout of a dominant light: that of the scene file or the chosen one, else the first.
     std::string dominantLayoutOf(const LightMapEntry& entry) const {
         if (entry.dominantLayout) return *entry.dominantLayout;
-        const auto chosen = options_.layouts.find(dominantNameOf(entry.name));
-        return chosen == options_.layouts.end() ? std::string(allDominantLayouts().front().name) : chosen->second;
+        const auto chosen = options_.decisions.layouts.find(dominantNameOf(entry.name));
+        return chosen == options_.decisions.layouts.end() ? std::string(allDominantLayouts().front().name) : chosen->second;
     }
 
     /// Returns the inputs of a verification with traced light, which no cook reads.
@@ -386,9 +372,9 @@ private:
         VisibleParameters visible{displayOf(scene_, entry), limitsOfMap(entry)};
         visible.limits[Limit::Error] = errorLimit(scene_.output);
         const MeshParameters parameters{description, scene_.output.draco, visible, entry.name};
-        OfLightMap ofLightMap{.unpacked = bakeWithoutPlaces(entry)};
-        if (hasLearnedBases(layout)) ofLightMap.dependencies = {actionId(ActionStep::Cook, entry.name)};
-        add(asset, AssetKind::Mesh, parameters, scene_.output.draco ? verifyInputs : inputs, visible, verifyInputs, ofLightMap);
+        std::vector<std::string> dependencies;
+        if (hasLearnedBases(layout)) dependencies = {actionId(ActionStep::Cook, entry.name)};
+        add(asset, AssetKind::Mesh, parameters, scene_.output.draco ? verifyInputs : inputs, visible, verifyInputs, dependencies);
         plan_.meshes[asset] = entry.name;
     }
 
@@ -524,8 +510,8 @@ private:
     void planTables() {
         if ((scene_.lightMaps.empty() && scene_.materials.empty()) || !wanted(kTablesName, AssetKind::Lut, kTablesName)) return;
         const TableSettings& tables = scene_.tables;
-        const bool doesBudgetChoose = areViewsOpen(tables, scene_.output), areOpen = doesBudgetChoose && !options_.tableViews;
-        const int viewCount = doesBudgetChoose ? options_.tableViews.value_or(kLeastViewCount) : viewCountOf(tables);
+        const bool doesBudgetChoose = areViewsOpen(tables, scene_.output), areOpen = doesBudgetChoose && !options_.decisions.tableViews;
+        const int viewCount = doesBudgetChoose ? options_.decisions.tableViews.value_or(kLeastViewCount) : viewCountOf(tables);
         const auto skipRows = [&](std::string what, std::string why, int rows) {
             const int texels = rows * viewCount;
             skip(kTablesName, std::move(what), std::move(why), static_cast<std::uint64_t>(texels * kTableTexelBytes),
@@ -611,6 +597,7 @@ std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2
 }
 
 bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const std::string& parent) {
+    if (options.assets) return options.assets->contains(asset);
     if (options.onlyKind && *options.onlyKind != info(kind).name) return false;
     return !options.only || *options.only == asset || *options.only == parent;
 }
@@ -645,30 +632,29 @@ std::vector<Action> planNeeds(const Scene& scene) {
     return actions;
 }
 
-Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std::string, std::filesystem::path>& sources,
-                    Json parameters) {
+Action verifyAction(const std::string& asset, AssetKind kind, const RoleFiles& sources, Json parameters) {
     return {
         actionId(ActionStep::Verify, asset), std::string(kVerifyKindPrefix).append(info(kind).name), asset, std::move(parameters), sources,
         {actionId(ActionStep::Cook, asset)}};
 }
 
-Action wholeAction(const std::string& lightMap, const std::map<std::string, std::filesystem::path>& sources, Json parameters,
-                   std::vector<std::string> dependencies) {
-    return {actionId(ActionStep::Whole, lightMap), kVerifyWholeKind, lightMap, std::move(parameters), sources, std::move(dependencies)};
+const Action& actionOf(const Plan& plan, const std::string& id) {
+    return *std::ranges::find(plan.actions, id, &Action::id);
 }
 
-Action splitSeamsAction(const std::string& lightMap, const std::vector<const PackedLightMap*>& maps, Json parameters,
-                        std::vector<std::string> dependencies) {
-    Inputs inputs;
-    for (std::size_t i = 0; i < maps.size(); ++i)
-        for (const auto& [role, file] : maps[i]->files)
-            inputs[role == kSourceRole ? splitBakeRole(i) : role == kMeshRole ? splitMeshRole(i) : role] = file;
-    return {actionId(ActionStep::SplitSeams, lightMap),
-            kVerifySplitSeamsKind,
-            lightMap,
-            std::move(parameters),
-            std::move(inputs),
-            std::move(dependencies)};
+RoleFiles sourcesOf(const Plan& plan, const std::string& asset) {
+    if (const auto packed = plan.packed.find(asset); packed != plan.packed.end()) return packed->second.sources;
+    RoleFiles sources = actionOf(plan, actionId(ActionStep::Verify, asset)).inputs;
+    const Inputs& ofCook = actionOf(plan, actionId(ActionStep::Cook, asset)).inputs;
+    sources.insert(ofCook.begin(), ofCook.end());
+    return sources;
+}
+
+std::set<std::string> inputsOf(const Scene& scene, std::set<std::string> assets) {
+    // The parts of a split map have the same inputs: lint looks at them once, under the name in the scene.
+    for (const LightMapEntry& entry : scene.lightMaps)
+        if (assets.erase(entry.name) > 0 || assets.contains(dominantNameOf(entry.name))) assets.insert(entry.nameInScene());
+    return assets;
 }
 
 formats::Result<Plan> planScene(const Scene& scene, const Needs& needs, const PlanOptions& options) {

@@ -12,6 +12,7 @@
 #include "pipeline/assets/needs.h"
 #include "pipeline/cook/allocation.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/manifest/cook_record.h"
 #include "pipeline/repack/packed_light_map.h"
 #include "pipeline/report/skip.h"
 #include "pipeline/scene/scene.h"
@@ -23,11 +24,9 @@ struct PlanOptions {
     std::optional<std::string> onlyKind;  ///< cook assets of this kind, as the single converters do
     bool repair = false;
     int samples = 1;  ///< random positions per texel quad
-    /// Layouts of light maps whose layout is "auto", by name, as their trials chose them. A map that is not here gets a trial instead.
-    std::map<std::string, std::string> layouts = {};
+    Decisions decisions = {};
     std::map<std::string, PackedLightMap> packed = {};  ///< light maps of the scene whose charts were packed, by name
-    std::set<std::string> unlimited = {};               ///< light maps that are held to no default limit (LayoutDecision::unlimited)
-    std::optional<int> tableViews = {};                 ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
+    std::optional<std::set<std::string>> assets = {};   ///< of a cook that is planned again: CookRecord::assets, in place of `only`
 };
 
 struct Plan {
@@ -38,7 +37,7 @@ struct Plan {
     std::vector<std::string> undecided;                 ///< light maps whose layout is chosen after action "trial/<name>"
     std::map<std::string, PackedLightMap> packed = {};  ///< by asset: the repacked light map that it belongs to
     std::map<std::string, Json> notes = {};             ///< for the report, by asset
-    std::set<std::string> unwanted = {};                ///< assets of the scene that the options do not want
+    std::set<std::string> wanted = {}, unwanted = {};   ///< assets of the scene that the options want, and do not want
     std::vector<std::string> lightMaps = {};            ///< light maps of the scene file of which the options want an asset
     std::optional<TableBytes> openTables = {};          ///< of tables that wait for the choice of their views: an asset without actions
 };
@@ -74,13 +73,13 @@ inline constexpr const char* kTablesName = "specular";
 std::string dominantNameOf(const std::string& lightMap);
 
 /// Returns the verify action of an asset. sources: by role, as the manifest names them.
-Action verifyAction(const std::string& asset, AssetKind kind, const std::map<std::string, std::filesystem::path>& sources, Json parameters);
-/// Returns the action that verifies a light map and its dominant light together, "whole/a" of light map "a".
-Action wholeAction(const std::string& lightMap, const std::map<std::string, std::filesystem::path>& sources, Json parameters,
-                   std::vector<std::string> dependencies);
-/// Returns the action that verifies the seams between the maps of a split light map, "split-seams/a" of light map "a".
-/// maps  in the order of the split, as its parameters name them
-Action splitSeamsAction(const std::string& lightMap, const std::vector<const PackedLightMap*>& maps, Json parameters,
-                        std::vector<std::string> dependencies);
+Action verifyAction(const std::string& asset, AssetKind kind, const RoleFiles& sources, Json parameters);
+
+/// Returns an action of a plan. It is there.
+const Action& actionOf(const Plan& plan, const std::string& id);
+/// Returns the files of the user's that a planned asset is cooked and verified from, by role.
+RoleFiles sourcesOf(const Plan& plan, const std::string& asset);
+/// Returns what lint looks at for some assets: these, with the light maps that they belong to by the names of the scene file.
+std::set<std::string> inputsOf(const Scene& scene, std::set<std::string> assets);
 
 }  // namespace lightcook::pipeline

@@ -35,10 +35,6 @@ bool isPlanned(const Plan& plan, const std::string& asset) {
     return std::ranges::find(plan.assets, asset) != plan.assets.end();
 }
 
-const Action& actionOf(const Plan& plan, const std::string& id) {
-    return *std::ranges::find(plan.actions, id, &Action::id);
-}
-
 /// Returns the light map that an asset belongs to, or is. Empty: none.
 std::string lightMapOf(const CookedAsset& asset) {
     return asset.kind == AssetKind::LightMap ? asset.name : asset.lightMap.value_or("");
@@ -161,6 +157,32 @@ void describeSources(const PackedLightMap& packed, const CookedAsset& asset, Rep
     (*row.notes)[note_keys::kPacking] = packingWords(packed.bake.packing, packed.bake.part.has_value(), asset);
 }
 
+/// Adds to the record of a cook the assets of an earlier one, and what was found and decided for them. Returns false if that cooked another
+/// scene.
+bool takeOver(const CookRecord& old, CookRecord& current) {
+    const auto sceneOf = [](CookRecord cook) {
+        cook.assets.clear();
+        cook.needs.contents.clear();
+        cook.needs.unusedProbes.clear();
+        cook.decisions = {};
+        return toJson(cook);
+    };
+    if (sceneOf(old) != sceneOf(current)) return false;
+    const auto take = [&](const auto& from, auto& to) {
+        for (const auto& each : from)
+            if (!current.assets.contains(each.first)) to.insert(each);
+    };
+    take(old.needs.contents, current.needs.contents);
+    take(old.decisions.layouts, current.decisions.layouts);
+    take(old.decisions.splits, current.decisions.splits);
+    if (!current.assets.contains(kTablesName)) current.decisions.tableViews = old.decisions.tableViews;
+    for (const auto& [from, to] : {std::pair(&old.decisions.unlimited, &current.decisions.unlimited),
+                                   std::pair(&old.needs.unusedProbes, &current.needs.unusedProbes)})
+        std::ranges::copy_if(*from, std::inserter(*to, to->end()), [&](const auto& name) { return !current.assets.contains(name); });
+    current.assets.insert(old.assets.begin(), old.assets.end());
+    return true;
+}
+
 }  // namespace
 
 std::string whyNotLeft(const Scene& scene, const Plan& plan, const std::filesystem::path& folder) {
@@ -173,11 +195,13 @@ std::string whyNotLeft(const Scene& scene, const Plan& plan, const std::filesyst
             "found '{}' of the scene '{}' in {}, expected assets of '{}' alone: cook into another folder, or the whole scene, "
             "without --only, which replaces them",
             other->name, old->scene, folder.string(), scene.name);
+    std::set<std::string> packed;
+    for (const CookedAsset& asset : old->assets)
+        if (asset.verify && asset.verify->contains(kUnpackedKey)) packed.insert(asset.name);
     std::erase_if(old->assets, [&](const CookedAsset& asset) { return !plan.unwanted.contains(asset.name); });
     if (old->assets.empty()) return {};
     for (const CookedAsset& asset : old->assets)
-        if (std::ranges::find(plan.lightMaps, lightMapOf(asset)) != plan.lightMaps.end() && asset.verify &&
-            asset.verify->contains(kUnpackedKey))
+        if (std::ranges::find(plan.lightMaps, lightMapOf(asset)) != plan.lightMaps.end() && packed.contains(lightMapOf(asset)))
             return fmt::format("found '{}' of an earlier cook with packed charts, expected the whole light map to be cooked: --only {}",
                                asset.name, plan.lightMaps.front());
     const std::string left = std::exchange(old->assets, {}).front().name;
@@ -223,7 +247,7 @@ Result<Report> SummaryWriter::prepare(const Plan& plan, const ExecutionResult& r
     frame.incomplete = incompleteOf(plan);
     frame.partial = leftOut(frame.incomplete);
     frame.findings = withKeptFindings(std::move(frame.findings));
-    LC_CHECK(prepareManifest(frame));
+    LC_CHECK(prepareManifest(plan, frame));
     if (!isAnythingRun && isReportCurrent(frame, staging)) return *oldReport_;
     addRunsOfKeptRows(frame.runs);
     std::vector<Skip> skips = keptSkips(plan, frame.partial);
@@ -383,19 +407,14 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
                verified = result.records.find(actionId(ActionStep::Verify, name));
     if (cooked == result.records.end() || verified == result.records.end()) return {};
     const auto packed = plan.packed.find(name);
-    Action cook = actionOf(plan, actionId(ActionStep::Cook, name)), verify = actionOf(plan, actionId(ActionStep::Verify, name));
-    if (packed != plan.packed.end()) {
-        cook.inputs.clear();
-        verify.inputs = packed->second.sources;
-    }
-    LC_TRY(asset, manifestAsset(cook, verify, cooked->second, scene_.directory, digests_));
+    LC_TRY(asset, manifestAsset(cooked->second, sourcesOf(plan, name), scene_.directory, digests_));
+    asset->verify = actionOf(plan, verified->first).parameters;
     if (packed != plan.packed.end()) LC_CHECK(describeSource(packed->second, *asset));
-    const auto whole = result.records.find(actionId(ActionStep::Whole, name));
-    if (whole != result.records.end()) asset->verifyWhole = actionOf(plan, whole->first).parameters;
-    const auto splitSeams = result.records.find(actionId(ActionStep::SplitSeams, name));
-    if (splitSeams != result.records.end()) asset->verifySplitSeams = actionOf(plan, splitSeams->first).parameters;
-    const auto recordOf = [&](const auto& found) { return found == result.records.end() ? nullptr : &found->second; };
-    LC_TRY(row, reportRow(*asset, {&cooked->second, &verified->second, recordOf(whole), recordOf(splitSeams)},
+    const auto recordOf = [&](ActionStep step) {
+        const auto found = result.records.find(actionId(step, name));
+        return found == result.records.end() ? nullptr : &found->second;
+    };
+    LC_TRY(row, reportRow(*asset, {&cooked->second, &verified->second, recordOf(ActionStep::Whole), recordOf(ActionStep::SplitSeams)},
                           scene_.file.empty() ? LimitsFrom::Converter : LimitsFrom::SceneFile));
     if (packed != plan.packed.end()) describeSources(packed->second, *asset, *row);
     if (const auto record = result.records.find(actionId(ActionStep::Trial, name)); record != result.records.end()) {
@@ -414,9 +433,23 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
     return {};
 }
 
-Result<void> SummaryWriter::prepareManifest(const ReportFrame& frame) {
+/// Returns the earlier cooks whose assets are still there, and this one, the last. Cooks of the same scene are one.
+std::vector<CookRecord> SummaryWriter::cooksOf(const Plan& plan) const {
+    std::vector<CookRecord> cooks;
+    CookRecord current = cook_;
+    for (CookRecord old : isPartial_ ? oldManifest_->cooks : std::vector<CookRecord>()) {
+        std::erase_if(old.assets, [&](const std::string& name) { return plan.wanted.contains(name) || isPlanned(plan, name); });
+        if (std::ranges::none_of(old.assets, [&](const std::string& name) { return isInFolder(name); })) continue;
+        if (!takeOver(old, current)) cooks.push_back(std::move(old));
+    }
+    cooks.push_back(std::move(current));
+    return cooks;
+}
+
+Result<void> SummaryWriter::prepareManifest(const Plan& plan, const ReportFrame& frame) {
     const std::string shader = shaderTextOf(assets_, scene_.lobe);
     Manifest manifest = makeManifest(scene_, folder_, assets_, gltf_, digestOfText(shader));
+    manifest.cooks = cooksOf(plan);
     if (frame.incomplete) manifest.incomplete = frame.incomplete->assets;
     manifest.partial = frame.partial;
     manifestText_ = withSelfDigest(toJson(manifest));

@@ -43,6 +43,8 @@ public:
     void setSceneAssets(std::vector<std::string> assets) { sceneAssets_ = std::move(assets); }
     /// Says which inputs lint has looked at, in a cook of some assets: the findings on the others stay.
     void setLinted(std::set<std::string> assets) { linted_ = std::move(assets); }
+    /// Says what `verify` plans again, for the manifest.
+    void setCook(CookRecord cook) { cook_ = std::move(cook); }
     /// Writes manifest, shader and report under temporary names, so that a full disk ends the cook before any output has changed. Returns
     /// the report. That of an earlier cook stays if nothing was run and it says the same.
     /// staging  folder of the files that publish() will move; the page of the report embeds pictures from there
@@ -65,7 +67,8 @@ private:
     void addRunsOfKeptRows(std::vector<RunRecord>& runs) const;
     formats::Result<void> prepareFile(const char* name, const std::string& content);
     formats::Result<void> prepareFileIfChanged(const char* name, const std::string& content);
-    formats::Result<void> prepareManifest(const ReportFrame& frame);
+    std::vector<CookRecord> cooksOf(const Plan& plan) const;
+    formats::Result<void> prepareManifest(const Plan& plan, const ReportFrame& frame);
     bool isReportCurrent(const ReportFrame& frame, const std::filesystem::path& staging) const;
     formats::Result<Report> prepareReport(Report report, const std::filesystem::path& staging);
 
@@ -82,6 +85,7 @@ private:
     std::vector<formats::Error> failed_;
     std::vector<std::string> sceneAssets_;
     std::set<std::string> linted_;
+    CookRecord cook_;
     std::string manifestText_;
     std::optional<Manifest> manifest_;           ///< the new one
     std::vector<formats::PendingFile> pending_;  ///< in the order of their appearance

@@ -13,8 +13,8 @@
 //
 // `Fields` is one of three visitors: FieldWriter, FieldReader and FieldSchema (json_schema.h), from which the reference is made. Keys keep
 // the order of the list. A field may be text, a boolean, a number, an enumeration with a table of names, a type with a FieldText, a glm
-// vector, a described struct, or Json where its shape is open; and a std::vector, std::array, std::map<std::string, ...> or std::optional
-// of these.
+// vector, a described struct, or Json where its shape is open; and a std::vector, std::array, std::set, std::map<std::string, ...> or
+// std::optional of these.
 #pragma once
 
 #include <algorithm>
@@ -25,6 +25,7 @@
 #include <glm/glm.hpp>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -92,6 +93,10 @@ template <class T>
 struct IsArray : std::false_type {};
 template <class T, std::size_t N>
 struct IsArray<std::array<T, N>> : std::true_type {};
+template <class T>
+struct IsSet : std::false_type {};
+template <class T>
+struct IsSet<std::set<T>> : std::true_type {};
 template <class T>
 struct IsMap : std::false_type {};
 template <class T>
@@ -222,7 +227,7 @@ Json jsonOf(const T& value) {
         Json list = Json::array();
         for (glm::length_t i = 0; i < T::length(); ++i) list.push_back(jsonOf(value[i]));
         return list;
-    } else if constexpr (IsVector<T>::value || IsArray<T>::value) {
+    } else if constexpr (IsVector<T>::value || IsArray<T>::value || IsSet<T>::value) {
         Json list = Json::array();
         for (const auto& each : value) list.push_back(jsonOf(each));
         return list;
@@ -270,6 +275,10 @@ void readValue(const JsonPlace& place, T& value, const FieldRule& rule) {
     } else if constexpr (IsVector<T>::value) {
         value.resize(place.count(rule.leastCount));
         for (std::size_t i = 0; i < value.size(); ++i) readValue(place.element(i), value[i], rule);
+    } else if constexpr (IsSet<T>::value) {
+        std::vector<typename T::value_type> list;
+        readValue(place, list, rule);
+        value = {list.begin(), list.end()};
     } else if constexpr (IsMap<T>::value) {
         value.clear();
         place.eachMember([&](const std::string& key, const JsonPlace& member) { readValue(member, value[key], rule); });

@@ -153,7 +153,7 @@ Json schemaOfType(const FieldRule& rule, SchemaDefinitions& definitions) {
         return list(schemaOfType<typename T::value_type>(rule, definitions), T::length(), T::length());
     } else if constexpr (IsArray<T>::value) {
         return list(schemaOfType<typename T::value_type>(rule, definitions), std::tuple_size_v<T>, std::tuple_size_v<T>);
-    } else if constexpr (IsVector<T>::value) {
+    } else if constexpr (IsVector<T>::value || IsSet<T>::value) {
         return list(schemaOfType<typename T::value_type>(rule, definitions), rule.leastCount, 0);
     } else if constexpr (IsMap<T>::value) {
         return {{"type", "object"}, {"additionalProperties", schemaOfType<typename T::mapped_type>(rule, definitions)}};

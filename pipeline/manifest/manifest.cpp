@@ -2,14 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <set>
 
-#include "formats/bake_format.h"
-#include "formats/light_map.h"
 #include "formats/light_map_layout.h"
-#include "pipeline/assets/light_map/shading.h"
-#include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/cooked_folder.h"
@@ -21,46 +16,6 @@ namespace {
 using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
-
-constexpr double kLargestSampleCount = 1000000;  ///< that the command line takes
-
-/// Parameters of a verification, as far as they have to be in range before an action reads them.
-struct ShadingLimits {
-    bool specular = false;
-    int views = 1, normals = 1;
-    std::vector<double> m, f0;
-    std::optional<double> normalMapTilt;
-};
-struct VerifyLimits {
-    std::optional<double> maxError;
-    std::optional<int> samples;
-    std::optional<ShadingLimits> shading;
-    std::optional<lighting::DisplaySettings> display;
-};
-template <class Fields, Is<ShadingLimits> Self>
-void describe(Fields& fields, Self& shading) {
-    constexpr FieldRule kUnit = {.low = 0, .high = 1, .leastCount = 1}, kCount = between(1, kLargestCount);
-    fields.required("specular", shading.specular, "true if area specular is shaded");
-    fields.required("m", shading.m, kUnit, "roughness");
-    fields.required("f0", shading.f0, kUnit, "reflectance at normal incidence");
-    fields.required("views", shading.views, kCount, "views of each texel");
-    fields.required("normals", shading.normals, kCount, "normals of each texel");
-    fields.optional("normal_map_tilt", shading.normalMapTilt, between(0, 90), "largest angle of a normal map's normal [degrees]");
-}
-template <class Fields, Is<VerifyLimits> Self>
-void describe(Fields& fields, Self& limits) {
-    fields.optional("max_error", limits.maxError, between(0, 1e30), "limit on rel_rms; absent: none");
-    fields.optional("samples", limits.samples, between(0, kLargestSampleCount), "random positions of each texel quad");
-    fields.optional("shading", limits.shading, "materials that are shaded");
-    fields.optional("display", limits.display, "display that visible errors are judged on");
-}
-
-/// Refuses a bake format that this version does not know, and a limit on fireflies that no scene may have.
-void checkDescription(const JsonPlace& description) {
-    description["bake"].oneOf(formats::bakeNames());
-    const JsonPlace limit = description["firefly_limit"];
-    if (!formats::isFireflyLimit(limit.number(-HUGE_VAL, HUGE_VAL))) limit.fail("a number from 1, or 0 for no check");
-}
 
 /// Reads a manifest. Members that a cook action leaves open, and the manifest fills in, have to be there; two assets of one name may not.
 Manifest readFinished(const JsonPlace& root) {
@@ -74,11 +29,6 @@ Manifest readFinished(const JsonPlace& root) {
         for (std::size_t texture = 0; texture < manifest.assets[i].textures.size(); ++texture)
             asset["textures"].element(texture)["digest"].text();
         if (manifest.assets[i].file) asset["digest"].text();
-        VerifyLimits limits;
-        readValue(asset["verify"], limits, {});
-        for (const char* key : {"verify_whole", "verify_split_seams"})
-            if (asset.has(key)) readValue(asset[key], limits, {});
-        if (asset["source"].has("description")) checkDescription(asset["source"]["description"]);
         const JsonPlace files = asset["source"]["files"];
         files.object();
         if (kind != AssetKind::Lut) files["source"].object();
@@ -92,9 +42,9 @@ Manifest readFinished(const JsonPlace& root) {
 
 }  // namespace
 
-Result<CookedAsset> manifestAsset(const Action& cook, const Action& verify, const ActionRecord& cooked,
+Result<CookedAsset> manifestAsset(const ActionRecord& cooked, const std::map<std::string, std::filesystem::path>& sources,
                                   const std::filesystem::path& sceneDirectory, DigestMemo& digests) {
-    LC_TRY(asset, fromJson<CookedAsset>(cooked.result.value("asset", Json()), cook.id));
+    LC_TRY(asset, fromJson<CookedAsset>(cooked.result.value("asset", Json()), cooked.id));
     const auto digestOf = [&](const std::string& file) {
         for (const FileRecord& each : cooked.files)
             if (each.name == file) return each.digest;
@@ -102,13 +52,10 @@ Result<CookedAsset> manifestAsset(const Action& cook, const Action& verify, cons
     };
     for (CookedTexture& texture : asset->textures) texture.digest = digestOf(texture.file);
     if (asset->file) asset->digest = digestOf(*asset->file);
-    std::map<std::string, std::filesystem::path> sources = verify.inputs;
-    sources.insert(cook.inputs.begin(), cook.inputs.end());
     auto& files = asset->source.files.emplace();
     for (const auto& [role, path] : sources)
         files[role] = {std::filesystem::proximate(path, sceneDirectory.empty() ? "." : sceneDirectory).generic_string(),
                        digests.ofInputAsRead(path)};
-    asset->verify = verify.parameters;
     return asset;
 }
 
@@ -125,8 +72,6 @@ Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFol
     manifest.up = scene.up;
     manifest.gltf = std::move(gltf);
     manifest.shader = {kShaderName, shaderDigest};
-    manifest.allowances = scene.allowances;
-    manifest.budgetBytes = scene.output.budgetBytes;
     manifest.assets = std::move(assets);
     return manifest;
 }

@@ -10,6 +10,7 @@
 #include "pipeline/document/enum_names.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/digest.h"
+#include "pipeline/manifest/cook_record.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -62,11 +63,10 @@ struct Manifest {
     UpAxis up = UpAxis::Y;
     ShaderFile shader;
     std::vector<GltfFile> gltf;
-    std::vector<Allowance> allowances;
-    std::optional<std::uint64_t> budgetBytes;
     std::optional<std::vector<std::string>> incomplete;
     std::vector<std::string> partial = {};
     std::vector<CookedAsset> assets;
+    std::vector<CookRecord> cooks = {};
 };
 template <class Fields, Is<Manifest> Self>
 void describe(Fields& fields, Self& manifest) {
@@ -82,21 +82,20 @@ void describe(Fields& fields, Self& manifest) {
     fields.presentIf(true, "up_axis", manifest.up, "axis of world space that points up");
     fields.required("shader", manifest.shader, "decode and shading, as the verifier ran them");
     fields.presentIf(!manifest.gltf.empty(), "gltf", manifest.gltf, "the scene as glTF: of `cook --gltf`");
-    fields.presentIf(!manifest.allowances.empty(), "allow", manifest.allowances, "warnings of lint that the scene file allows");
-    fields.optional("budget_bytes", manifest.budgetBytes, between(0, kLargestBytes),
-                    "GPU memory that the scene may take [bytes]; absent without a budget");
     fields.optional("incomplete", manifest.incomplete, "assets that `cook --keep-going` could not cook; absent if the folder is complete");
     fields.presentIf(!manifest.partial.empty(), "partial", manifest.partial, kPartialCaption);
     fields.required("assets", manifest.assets, "assets, in the order of the report");
+    fields.required("cooks", manifest.cooks, atLeast(1),
+                    "what `verify` plans the assets again from: one cook, or several of which the later ones had `--only`");
 }
 
-/// Returns the entry of one asset: the result of its cook action, the digests of its files and sources, and the parameters of its
-/// verification.
+/// Returns the entry of one asset: the result of its cook action, and the digests of its files and sources.
+/// sources          by role
 /// sceneDirectory   sources are named relative to it, so that a manifest means the same on another machine
-formats::Result<CookedAsset> manifestAsset(const Action& cook, const Action& verify, const ActionRecord& cooked,
+formats::Result<CookedAsset> manifestAsset(const ActionRecord& cooked, const std::map<std::string, std::filesystem::path>& sources,
                                            const std::filesystem::path& sceneDirectory, DigestMemo& digests);
 
-/// Returns the manifest of a cooked scene, without `incomplete` and `partial`.
+/// Returns the manifest of a cooked scene, without `incomplete`, `partial` and `cooks`.
 Manifest makeManifest(const Scene& scene, const std::filesystem::path& outputFolder, std::vector<CookedAsset> assets,
                       std::vector<GltfFile> gltf, const std::string& shaderDigest);
 

@@ -39,6 +39,7 @@ public:
             if (each.at("name") == asset) kept.push_back(each);
         if (kept.size() != 1) throw std::runtime_error("no asset " + asset);
         manifest_["assets"] = std::move(kept);
+        manifest_["cooks"][0]["assets"] = {asset};
         const Manifest whole = valueOf(loadManifest(cooked));
         std::vector<CookedAsset> left;
         for (const CookedAsset& each : whole.assets)

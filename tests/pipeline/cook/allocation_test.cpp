@@ -314,8 +314,7 @@ TEST_F(WholeLimit, IsHeldByVerifyToo) {
     EXPECT_TRUE(verified.errors.empty());
     EXPECT_EQ(wholeOf(verified), wholeOf(cooked));
     Json manifest = parseJson(formats::contentOf(scene_ / "out" / kManifestName));
-    for (Json& asset : manifest["assets"])
-        if (asset.at("name") == "map") asset.at("verify_whole").at("max_visible") = 0.5 * wholeOf(cooked);
+    manifest["cooks"][0]["scene"]["output"]["max_whole_visible"] = 0.5 * wholeOf(cooked);
     writeManifestAndDigests(scene_ / "out", manifest);
     const Outcome failed = verifyCooked({scene_ / "out", {}, {}}, state);
     ASSERT_EQ(failed.errors.size(), 1u);

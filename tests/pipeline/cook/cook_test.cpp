@@ -731,7 +731,7 @@ TEST(CookScene, AnExceededBudgetFailsButIsReported) {
         const Outcome verified = verifyCooked({scene / "out", {}, {}}, RunState());
         ASSERT_EQ(verified.errors.size(), 1u);
         EXPECT_EQ(verified.errors[0].code, ErrorCode::OverBudget);
-        EXPECT_THAT(verified.errors[0].line(), HasSubstr("cooked.json, budget_bytes: found "));
+        EXPECT_THAT(verified.errors[0].line(), HasSubstr("cooked.json, budget: found "));
         EXPECT_EQ(verified.report.at("passed"), false);
         std::filesystem::remove(scene / "out" / kReportName);
     }

@@ -137,7 +137,7 @@ TEST(PlanScene, TablesUnderABudgetWaitForTheirViews) {
     EXPECT_TRUE(hasAsset(open, "specular"));
     EXPECT_EQ(std::ranges::count(open.actions, "specular", &Action::asset), 0);
     PlanOptions options;
-    options.tableViews = kFineViewCount;
+    options.decisions.tableViews = kFineViewCount;
     const Plan chosen = planned(options);
     EXPECT_FALSE(chosen.openTables);
     const auto action = std::ranges::find(chosen.actions, "cook/specular", &Action::id);

@@ -201,11 +201,14 @@ TEST_F(SeamLimitSoak, KeepsTheUvsOfTheMeshWhereTheyAreMeasured) {
     EXPECT_LE(shiftOf(limited), 1.0 / 64);
     EXPECT_GT(shiftOf(cookWith("")), 1.0 / 64) << "the limits on errors allow that";
     Json manifest = parseJson(formats::contentOf(scene_ / "out" / kManifestName));
-    (*std::ranges::find_if(manifest.at("assets"), isMesh)).at("verify")["max_seam"] = 50;
+    manifest["cooks"][0]["scene"]["output"]["max_seam"] = 50;
     writeManifestAndDigests(scene_ / "out", manifest);
     const Outcome verified = verifyCooked({scene_ / "out", {}, {}}, RunState());
     ASSERT_FALSE(verified.errors.empty());
-    EXPECT_THAT(verified.errors.front().line(), HasSubstr("at most 0.01562: max_seam is judged at the UVs of the source"));
+    std::string lines;
+    for (const formats::Error& error : verified.errors) lines += error.line() + "\n";
+    EXPECT_THAT(lines, HasSubstr("verify/max_seam: found nothing, expected 50.0 of its scene: cook the scene again"));
+    EXPECT_THAT(lines, HasSubstr("at most 0.01562: max_seam is judged at the UVs of the source"));
 }
 
 TEST_F(SeamLimit, MistakesAreNamed) {

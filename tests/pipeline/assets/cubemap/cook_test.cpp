@@ -238,12 +238,13 @@ TEST_F(ReadLevels, AManifestThatNamesOtherLevelsFails) {
         writeManifestAndDigests(scene_ / "out", manifest);
         const RunState state;
         const Outcome outcome = verifyCooked({scene_ / "out", {}, {}}, state);
-        EXPECT_FALSE(outcome.errors.empty());
-        return outcome.errors.empty() ? std::string() : outcome.errors[0].line();
+        std::string lines;
+        for (const formats::Error& error : outcome.errors) lines += error.line() + "\n";
+        return lines;
     };
     EXPECT_THAT(errorOf([](Json& asset) { asset["constants"]["first_level"] = 1; }), HasSubstr("expected 0.16666"));
-    EXPECT_THAT(errorOf([](Json& asset) { asset["constants"].erase("first_level"); }), HasSubstr("found perceptual_roughness"));
-    EXPECT_THAT(errorOf([](Json& asset) { asset["verify"]["smoothest"] = 0.05; }), HasSubstr("at most 0.0500 of the smoothest material"));
+    EXPECT_THAT(errorOf([](Json& asset) { asset["constants"].erase("first_level"); }), HasSubstr("perceptual_roughness"));
+    EXPECT_THAT(errorOf([](Json& asset) { asset["verify"]["smoothest"] = 0.05; }), HasSubstr("verify/smoothest: found 0.05, expected "));
 }
 
 TEST_F(ReadLevels, AnotherWordForTheSizeIsRefused) {
@@ -267,27 +268,10 @@ TEST(ProbePlace, OfTheManifestIsThatOfTheSceneFileOrOfTheList) {
     options.only = "probe";
     for (const formats::Error& error : cook(options).errors) FAIL() << error.line();
     const Json manifest = parseJson(formats::contentOf(scene / "out" / kManifestName));
-    const auto errorsOf = [&](const std::function<void(Json & probe)>& change) {
-        Json changed = manifest;
-        change(changed["assets"][0]["probe"]);
-        writeManifestAndDigests(scene / "out", changed);
-        const RunState state;
-        std::string lines;
-        for (const formats::Error& error : verifyCooked({scene / "out", {}, {}}, state).errors) lines += error.line() + "\n";
-        return lines;
-    };
-    EXPECT_EQ(errorsOf([](Json&) {}), "");
-    EXPECT_THAT(
-        errorsOf([](Json& probe) {
-            probe["position"] = {1, 2, 3};
-        }),
-        testing::AllOf(HasSubstr("probe, probe/position: found [1.0,2.0,3.0], expected [4.0,5.0,6.5] of "), HasSubstr("scene.toml")));
-    EXPECT_THAT(errorsOf([](Json& probe) { probe["box"][1][0] = 10; }), HasSubstr("probe/box"));
-    EXPECT_THAT(errorsOf([](Json& probe) { probe["radius"] = 8; }),
-                testing::AllOf(HasSubstr("probe, probe/radius: found 8.0, expected 7.5 of "), HasSubstr("probes.json")));
-    EXPECT_THAT(errorsOf([](Json& probe) { probe.erase("box"); }), HasSubstr("probe/box: found null"));
-    std::filesystem::remove(scene.sceneFile());
-    EXPECT_EQ(errorsOf([](Json& probe) { probe["position"] = {1, 2, 3}; }), "") << "the scene file that stated another place is gone";
+    const Json expected = {{"position", {4, 5, 6.5}}, {"box", {{0, 0, 0}, {9, 9, 9}}}, {"radius", 7.5}};
+    EXPECT_EQ(manifest.at("assets")[0].at("probe"), expected);
+    const RunState state;
+    EXPECT_THAT(verifyCooked({scene / "out", {}, {}}, state).errors, testing::IsEmpty());
 }
 
 TEST_F(CookCubemap, LayoutsThatDoNotFitAreRefused) {

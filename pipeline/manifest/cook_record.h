@@ -1,0 +1,63 @@
+// What cooked.json keeps of a cook, so that `verify` plans the same again: the scene with the options of the command line, what was read
+// before the plan, and what trials decided.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "pipeline/assets/light_map/chart_split.h"
+#include "pipeline/assets/needs.h"
+#include "pipeline/document/json_fields.h"
+
+namespace lightcook::pipeline {
+
+/// The maps that a light map was split into.
+struct ChosenSplit {
+    TriedSplit split;
+    double displayKey = 0;  ///< see SplitResult
+};
+template <class Fields, Is<ChosenSplit> Self>
+void describe(Fields& fields, Self& chosen) {
+    describe(fields, chosen.split);
+    fields.required("display_key", chosen.displayKey, "key of the whole map, for the display");
+}
+
+/// What trials decide before or between the actions of a plan.
+struct Decisions {
+    /// Layouts of light maps whose layout is "auto", by name, and of dominant lights that are chosen with them. A map that is not here
+    /// gets a trial instead.
+    std::map<std::string, std::string> layouts = {};
+    std::set<std::string> unlimited = {};            ///< light maps that are held to no default limit (LayoutDecision::unlimited)
+    std::optional<int> tableViews = {};              ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
+    std::map<std::string, ChosenSplit> splits = {};  ///< by light map of the scene
+};
+template <class Fields, Is<Decisions> Self>
+void describe(Fields& fields, Self& decisions) {
+    fields.presentIf(!decisions.layouts.empty(), "layouts", decisions.layouts, "layouts that trials chose, by asset");
+    fields.presentIf(!decisions.unlimited.empty(), "unlimited", decisions.unlimited,
+                     "light maps that no layout keeps within the default limit: they are held to none");
+    fields.optional("table_views", decisions.tableViews, "views of the Cook-Torrance tables that the budget leaves room for");
+    fields.presentIf(!decisions.splits.empty(), "splits", decisions.splits, "light maps whose charts were split between maps, by name");
+}
+
+struct CookRecord {
+    Json scene;                    ///< its keys: Scene::document
+    std::set<std::string> assets;  ///< that were asked for, with those that the plan left out
+    bool repair = false;           ///< see CookOptions
+    int samples = 1;               ///< see CookOptions
+    Needs needs;
+    Decisions decisions;
+};
+template <class Fields, Is<CookRecord> Self>
+void describe(Fields& fields, Self& cook) {
+    fields.required("scene", cook.scene, "keys of the scene file, with those of the command line in their place");
+    fields.required("assets", cook.assets, "assets that were asked for");
+    fields.required("repair", cook.repair, "true if unusable texels were replaced");
+    fields.required("samples", cook.samples, "random positions of each texel quad");
+    fields.required("needs", cook.needs, "what materials, meshes and light maps ask for");
+    fields.required("decisions", cook.decisions, "what trials decided");
+}
+
+}  // namespace lightcook::pipeline
