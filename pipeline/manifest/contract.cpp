@@ -3,20 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <glm/geometric.hpp>
 
 #include "formats/gltf_light_map.h"
 #include "formats/gpu_texture.h"
 #include "formats/light_map_layout.h"
-#include "pipeline/assets/cubemap/cubemap.h"
 #include "pipeline/assets/gltf/gltf.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/textures.h"
+#include "pipeline/document/json_difference.h"
 #include "pipeline/graph/files.h"
-#include "pipeline/scene/cubemap_layout.h"
-#include "pipeline/scene/up_axis.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -24,7 +19,7 @@ namespace {
 using formats::Error;
 using formats::ErrorCode;
 
-/// Compares a manifest with the table of asset kinds, the shader, the files and the sources.
+/// Compares a manifest with the bytes of its files.
 class Contract {
 public:
     Contract(const std::filesystem::path& folder, const Manifest& manifest) : folder_(folder), manifest_(manifest) {}
@@ -33,12 +28,6 @@ public:
         checkShader();
         for (const CookedAsset& asset : manifest_.assets) {
             const std::size_t first = errors_.size();
-            checkConventions(asset);
-            checkColors(asset);
-            checkLobe(asset);
-            checkKind(asset);
-            if (asset.kind == AssetKind::Cubemap)
-                for (Error& error : checkCubemapConstants(asset)) errors_.push_back(std::move(error));
             if (asset.file) checkFileSize(*asset.file, asset.bytesDisk.value_or(0), asset.name);
             for (const CookedTexture& texture : asset.textures) checkTexture(asset, texture);
             for (std::size_t i = first; i < errors_.size(); ++i) errors_[i].asset = asset.name;
@@ -52,7 +41,12 @@ private:
         errors_.push_back({ErrorCode::Verification, std::move(place), fmt::format("found {}, expected {}", found, expected)});
     }
     void expectEqual(const formats::Subject& place, const Json& found, const Json& expected) {
-        if (found != expected) complain(place, found.dump(), expected.dump());
+        if (found != expected) complain(place, found.dump(), expected.is_null() ? "no such member" : expected.dump());
+    }
+    /// what  goes before the path of a member
+    void expectSame(const formats::Subject& place, const std::string& what, const Json& found, const Json& expected) {
+        eachDifference(found, expected,
+                       [&](const std::string& path, const Json& is, const Json& was) { expectEqual(place.at(what + path), is, was); });
     }
 
     void checkShader() {
@@ -62,93 +56,6 @@ private:
         const std::filesystem::path file = folder_ / manifest_.shader.file;
         if (const auto text = readFile(file); !text || *text != shaderTextOf(manifest_.assets, manifest_.lobe))
             complain(file, "another shader", "the one that this version verifies with");
-    }
-
-    /// Checks that tables, cubemap prefilters and shaded surfaces have the one lobe of the scene.
-    void checkLobe(const CookedAsset& asset) {
-        const std::string expected(formats::info(manifest_.lobe).name);
-        if (asset.kind == AssetKind::Lut) expectEqual(asset.name + ", distribution", asset.distribution.value_or(""), expected);
-        if (!formats::info(manifest_.lobe).distribution) return;  // tables alone have Phong lobes
-        if (asset.kind == AssetKind::Cubemap && asset.constants)
-            expectEqual(asset.name + ", constants/kernel", asset.constants->value("kernel", Json()), expected);
-        const Json shading = asset.verify && asset.verify->is_object() ? asset.verify->value("shading", Json()) : Json();
-        if (shading.is_object()) expectEqual(asset.name + ", verify/shading/lobe", shading.value("lobe", Json()), expected);
-    }
-
-    void checkConventions(const CookedAsset& asset) {
-        const AssetConventions& expected = info(asset.kind).conventions;
-        const auto check = [&](const char* key, const std::optional<std::string>& found, std::string_view value) {
-            if (!value.empty())
-                expectEqual(fmt::format("{}, {}", asset.name, key), found ? Json(*found) : Json(nullptr), std::string(value));
-        };
-        check("units", asset.units, expected.units);
-        check("phase", asset.phase, expected.phase);
-        check("frame", asset.frame, expected.frame);
-    }
-
-    /// Checks the members that follow from the kind and the layout alone, and the memory of a texel, by which layouts are compared.
-    void checkKind(const CookedAsset& asset) {
-        const auto stated = [](const auto& member) { return member ? Json(*member) : Json(nullptr); };
-        std::string_view quantity = info(asset.kind).quantity;
-        if (asset.kind == AssetKind::Cubemap) {
-            const CubemapLayoutInfo* const layout = cubemapLayoutFromName(asset.layout);
-            quantity = layout != nullptr ? layout->quantity : std::string_view();
-        }
-        if (!quantity.empty()) expectEqual(asset.name + ", quantity", stated(asset.quantity), std::string(quantity));
-        if (asset.kind == AssetKind::Rsrm && asset.axis) checkAxis(asset);
-        const auto layout = formats::lightMapLayoutFromName(asset.layout);
-        if (asset.kind != AssetKind::LightMap || !layout) return;  // the verification of the asset reports an unknown layout
-        expectEqual(asset.name + ", decode_degree", stated(asset.decodeDegree), formats::info(*layout).decodeDegree);
-        const double expected = bitsPerTexel(asset), found = asset.bitsPerTexel.value_or(0);
-        constexpr double kRounding = 1e-9;
-        if (!(std::abs(found - expected) <= kRounding * expected))
-            complain(asset.name + ", bits_per_texel", fmt::format("{}", found), fmt::format("{} of its textures", expected));
-    }
-
-    /// Checks that the first column of a reflection map looks along the axis of its source, that of a painted gradient upwards.
-    void checkAxis(const CookedAsset& asset) {
-        const glm::dvec3 expected = glm::normalize(asset.source.axis.value_or(info(manifest_.up).direction)), found = *asset.axis;
-        constexpr double kRounding = 1e-6;
-        if (!(glm::distance(found, expected) <= kRounding))
-            complain(asset.name + ", axis", fmt::format("{}, {}, {}", found.x, found.y, found.z),
-                     fmt::format("{}, {}, {} of its source", expected.x, expected.y, expected.z));
-    }
-
-    /// Returns the GPU memory of a texel of a light map [bits]: bits of the pixel formats, times the share that mip levels add. The sizes
-    /// are those of the manifest, which checkTexture() and the verification hold against the files.
-    static double bitsPerTexel(const CookedAsset& asset) {
-        const double texels = static_cast<double>(asset.width) * asset.height;
-        double bits = 8.0 * static_cast<double>(asset.vertexBytes.value_or(0)) / texels;
-        for (const CookedTexture& texture : asset.textures) {
-            const auto bytes = 8.0 * static_cast<double>(texture.bytesGpu);
-            const auto known = formats::pixelFormatFromName(texture.format);
-            if (isLookupRole(texture.role) || !known) {
-                bits += bytes / texels;
-                continue;
-            }
-            const formats::PixelFormatInfo& format = formats::info(*known);
-            const auto first = static_cast<double>(formats::bytesPerImage(*known, asset.width, asset.height));
-            bits += bytes / first * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
-        }
-        return bits;
-    }
-
-    /// Checks that blocks are those of the target, which says what a device must support.
-    void checkTarget(const formats::PixelFormatInfo& format, const std::string& place) {
-        if (format.blockWidth == 1) return;  // every device samples these
-        const bool isAstc = format.name.starts_with("astc");
-        const formats::Target expected = isAstc ? formats::Target::Astc : formats::Target::Bc;
-        if (manifest_.target != formats::info(expected).name)
-            complain(place + ", format", fmt::format("{} in a folder of target {}", format.name, manifest_.target), "blocks of the target");
-    }
-
-    /// Checks that sources are converted to the working space that the manifest names.
-    void checkColors(const CookedAsset& asset) {
-        Json working;
-        if (asset.source.description && asset.source.description->is_object())
-            working = asset.source.description->value("color_working", Json());
-        if (asset.source.colors) working = asset.source.colors->working;
-        if (!working.is_null()) expectEqual(asset.name + ", color/working", manifest_.workingColor, working);
     }
 
     void checkFileSize(const std::string& file, std::uint64_t expected, const std::string& place) {
@@ -185,7 +92,6 @@ private:
         if (texture.isArray) expectEqual(place + ", array", *texture.isArray, reader->shape().isArray);
         if (texture.apiFormats)
             expectEqual(place + ", api_formats", toJson(*texture.apiFormats), toJson(formats::apiFormats(reader->shape().format)));
-        checkTarget(formats::info(reader->shape().format), place);
         expectEqual(place + ", bytes_gpu", texture.bytesGpu, std::uint64_t{reader->shape().gpuBytes()});
         const glm::ivec2 size = isLookup ? lookupSize(asset, texture) : glm::ivec2(asset.width, asset.height);
         expectEqual(place + ", width of its asset", size.x, texture.width);
@@ -196,17 +102,19 @@ private:
                      fmt::format("that of {}, as cooked", formats::info(reader->shape().format).name));
         const auto metadata = reader->metadata().find(kMetadataKey);
         if (metadata == reader->metadata().end()) return complain(place, "no metadata", fmt::format("the key \"{}\"", kMetadataKey));
-        checkMetadata(parseJson(metadata->second), asset, texture, place);
+        expectSame(place, "metadata ", parseJson(metadata->second), metadataOf(asset, texture));
     }
 
-    /// Returns the constants that the metadata of a texture holds: those of a light map are without learned tables and long lists.
-    static Json metadataConstants(const CookedAsset& asset) {
-        Json constants = asset.constants.value_or(Json::object());
-        if (asset.kind != AssetKind::LightMap || !constants.is_object()) return constants;
-        Json kept = Json::object();
+    /// Returns the copy of the manifest's members inside a texture, which serves a loader without the manifest. Its constants are without
+    /// learned tables and long lists.
+    static Json metadataOf(const CookedAsset& asset, const CookedTexture& texture) {
+        Json constants = asset.constants.value_or(Json::object()), kept = Json::object();
         for (const auto& [name, value] : constants.items())
-            if (name != kTablesRole && value.size() <= kLargestMetadataConstant) kept[name] = value;
-        return kept;
+            if (asset.kind != AssetKind::LightMap || (name != kTablesRole && value.size() <= kLargestMetadataConstant)) kept[name] = value;
+        Json metadata = {{"kind", info(asset.kind).name}, {"layout", asset.layout}, {"role", texture.role}, {"constants", kept}};
+        if (asset.distribution) metadata["distribution"] = *asset.distribution;
+        if (asset.normalization) metadata["normalization"] = *asset.normalization;
+        return metadata;
     }
 
     /// Checks the copy of the manifest's members inside a glTF with the light map bound, and the binding of its nodes.
@@ -220,49 +128,14 @@ private:
         if (!expected) return;  // the verification of that asset reports it
         const auto text = formats::boundLightMaps(file);
         if (!text) return errors_.push_back(text.error());
-        const Json maps = parseJson(*text);
+        Json maps = parseJson(*text);
         if (!maps.is_array() || maps.size() != 1 || !maps[0].is_object())
             return complain(file, fmt::format("{} light maps", maps.is_array() ? maps.size() : 0), "one");
-        for (const auto& [name, value] : maps[0].items())
-            if (name != "bound" && !expected->contains(name)) complain(formats::Subject(file).at(name), "it", "no such member");
-        for (const auto& [name, value] : expected->items()) {
-            const Json found = maps[0].value(name, Json());
-            const formats::Subject place = formats::Subject(file).at(name);
-            if (name != "constants" || !found.is_object() || found.size() != value.size())
-                expectEqual(place, found, value);
-            else  // each by itself: all together are a long line
-                for (const auto& [constant, numbers] : value.items())
-                    expectEqual(place.text + "/" + constant, found.value(constant, Json()), numbers);
-        }
+        maps[0].erase("bound");  // the verification of the light map has it
+        expectSame(file, "", maps[0], *expected);
         const auto wrong = formats::wrongBinding(file);
         if (!wrong) return errors_.push_back(wrong.error());
         if (*wrong) errors_.push_back({ErrorCode::Verification, file, **wrong});
-    }
-
-    /// Checks the copy of the manifest's members inside a texture, which serves a loader without the manifest. It has no learned tables.
-    void checkMetadata(const Json& metadata, const CookedAsset& asset, const CookedTexture& texture, const std::string& place) {
-        const Json copies = metadata.is_object() ? metadata.value("constants", Json()) : Json();
-        if (!copies.is_object()) return complain(place, "metadata of another shape", "its layout and constants");
-        const Json constants = metadataConstants(asset);
-        if (!constants.is_object()) return;  // the verification of the asset reports it
-        for (const auto& [name, value] : constants.items())
-            expectEqual(fmt::format("{}, metadata constants/{}", place, name), copies.value(name, Json()), value);
-        for (const auto& [name, value] : copies.items())
-            if (!constants.contains(name))
-                complain(fmt::format("{}, metadata constants/{}", place, name), value.dump(), "no such constant");
-        constexpr std::array<std::string_view, 6> kMembers = {"kind", "layout", "role", "constants", "distribution", "normalization"};
-        for (const auto& [name, value] : metadata.items())
-            if (std::ranges::find(kMembers, name) == kMembers.end())
-                complain(fmt::format("{}, metadata {}", place, name), value.dump(), "no such member");
-        const auto check = [&](const char* key, const Json& expected) {
-            expectEqual(fmt::format("{}, metadata {}", place, key), metadata.value(key, Json()), expected);
-        };
-        const auto orNull = [](const std::optional<std::string>& word) { return word ? Json(*word) : Json(nullptr); };
-        check("kind", info(asset.kind).name);
-        check("layout", asset.layout);
-        check("role", texture.role);
-        check("distribution", orNull(asset.distribution));
-        check("normalization", orNull(asset.normalization));
     }
 
     const std::filesystem::path& folder_;

@@ -1,4 +1,4 @@
-// The contract of a manifest with an engine, beside the texels: conventions, samplers, sizes, the shader.
+// What a manifest says of its files beside their texels: samplers, sizes, the shader, and the copies of it inside textures and glTF files.
 #pragma once
 
 #include <filesystem>
@@ -9,9 +9,8 @@
 
 namespace lightcook::pipeline {
 
-/// Returns an error for each statement of the manifest that the shader, the files or the sources contradict: conventions that the shader
-/// does not follow, samplers that the verifier does not use, sizes of files, constants inside textures, another shader than the program's
-/// own.
+/// Returns an error for each statement of the manifest that the files contradict: samplers that the verifier does not use, sizes, constants
+/// inside textures and glTF files, another shader than the program's own.
 std::vector<formats::Error> checkContract(const std::filesystem::path& folder, const Manifest& manifest);
 
 }  // namespace lightcook::pipeline

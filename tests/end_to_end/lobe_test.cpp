@@ -86,9 +86,9 @@ TEST(LobeSoak, OfOneAssetThatDiffersFromTheScenesIsRefused) {
     };
     refused([](Json& m) { m["lobe"] = "beckmann"; }, "found another shader");
     refused([&](Json& m) { named(m, "probe")["constants"]["kernel"] = "beckmann"; },
-            "probe, constants/kernel: found \"beckmann\", expected \"ggx\"");
+            "probe, texture cubemap, metadata constants/kernel: found \"ggx\", expected \"beckmann\"");
     refused([&](Json& m) { named(m, "specular")["distribution"] = "beckmann"; },
-            "specular, distribution: found \"beckmann\", expected \"ggx\"");
+            "specular, texture c0236, metadata distribution: found \"ggx\", expected \"beckmann\"");
     refused([&](Json& m) { named(m, "map_dominant")["verify"]["shading"]["lobe"] = "beckmann"; },
             "map_dominant, verify/shading/lobe: found \"beckmann\", expected \"ggx\"");
 }

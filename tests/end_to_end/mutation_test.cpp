@@ -296,8 +296,6 @@ TEST(Mutation, OfWhatALoaderReadsIsCaught) {
               content[descriptor + 14] = 2;
               formats::writeContent(c.file("ratio"), content);
           }},
-         {"a bit a texel", "map", Digests::Rewritten, 4, "bits_per_texel", [](CookedCopy& c) { c.asset()["bits_per_texel"] = 1.0; }},
-         {"a decode of degree 1", "map", Digests::Rewritten, 4, "decode_degree", [](CookedCopy& c) { c.asset()["decode_degree"] = 1; }},
          {"irradiance", "map", Digests::Rewritten, 4, "quantity", [](CookedCopy& c) { c.asset()["quantity"] = "irradiance"; }},
          {"blocks of another target", "map", Digests::Rewritten, 4, "target", [](CookedCopy& c) { c.manifest()["target"] = "astc"; }}});
 }

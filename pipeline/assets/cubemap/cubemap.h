@@ -93,7 +93,4 @@ formats::Result<ActionOutcome> cookCubemap(const ActionContext& context);
 /// Verifies a cooked cubemap against a brute-force prefilter of its source.
 formats::Result<ActionOutcome> verifyCubemap(const ActionContext& context);
 
-/// Returns the faults of a manifest's constants: an engine picks the mip by perceptual roughness, the kernel has its square.
-std::vector<formats::Error> checkCubemapConstants(const CookedAsset& asset);
-
 }  // namespace lightcook::pipeline

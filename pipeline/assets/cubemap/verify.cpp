@@ -190,6 +190,22 @@ private:
     std::vector<verify::Violation>& violations_;
 };
 
+/// Checks the roughness of each level: an engine picks the level by perceptual roughness, whose square the kernel has.
+void checkRoughness(const CubemapConstants& constants, std::vector<verify::Violation>& violations) {
+    const double last = static_cast<double>(constants.mips.size()) - 1 + constants.firstLevel;
+    for (std::size_t mip = 0; mip < constants.mips.size(); ++mip) {
+        const double perceptual = constants.mips[mip].perceptualRoughness, m = constants.mips[mip].m;
+        const auto complain = [&](const std::string& expected) {
+            violations.push_back({fmt::format("mip {}, perceptual_roughness", mip), fmt::format("{}", perceptual), expected});
+        };
+        if (!(std::abs(perceptual * perceptual - m) <= 1e-6)) complain(fmt::format("the square root of m {}", m));
+        // An engine finds the level of a roughness without this list, so the levels must be evenly spaced.
+        const double level = static_cast<double>(mip) + constants.firstLevel;
+        if (m > 0 && !(std::abs(perceptual * last - level) <= 1e-6 * last))
+            complain(fmt::format("{} of level {} of 0 to {}", level / last, level, last));
+    }
+}
+
 /// Checks that a map whose largest levels were left out has a level for the smoothest material.
 void checkFirstLevel(const verify::CookedCubemap& map, double smoothest, std::vector<verify::Violation>& violations) {
     constexpr double kTolerance = 1e-6;
@@ -228,9 +244,10 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     const std::vector<verify::CubemapErrors> errors = levels.errors();
     std::vector<verify::Violation> violations;
     checkBands(*map, violations);
+    LC_TRY(constants, fromJson<CubemapConstants>(asset->constants.value_or(Json()), asset->name + ", constants"));
+    checkRoughness(*constants, violations);
     if (map->isDivided) {
         LC_TRY(incident, incidentShOf(reference, context.action));
-        LC_TRY(constants, fromJson<CubemapConstants>(asset->constants.value_or(Json()), asset->name + ", constants"));
         DivisorCheck(*constants, violations).check(*incident);
     }
     if (parameters->smoothest) checkFirstLevel(*map, *parameters->smoothest, violations);
@@ -238,26 +255,6 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
                                  visible.limits, watch, std::move(violations));
     result.light = lightOf(*map, errors);
     return outcomeWithPreview(std::move(result), levels.preview(), context);
-}
-
-std::vector<formats::Error> checkCubemapConstants(const CookedAsset& asset) {
-    const auto constants = fromJson<CubemapConstants>(asset.constants.value_or(Json()), asset.name + ", constants");
-    if (!constants) return {constants.error()};
-    std::vector<formats::Error> errors;
-    for (std::size_t mip = 0; mip < constants->mips.size(); ++mip) {
-        const double perceptual = constants->mips[mip].perceptualRoughness, m = constants->mips[mip].m;
-        if (!(std::abs(perceptual * perceptual - m) <= 1e-6))
-            errors.push_back({ErrorCode::Verification, fmt::format("{}, constants/mips/{}", asset.name, mip),
-                              fmt::format("found perceptual_roughness {} with m {}, expected m to be its square", perceptual, m)});
-        // An engine finds the level of a roughness without this list, so the levels must be evenly spaced.
-        const double level = static_cast<double>(mip) + constants->firstLevel,
-                     last = static_cast<double>(constants->mips.size()) - 1 + constants->firstLevel;
-        if (m > 0 && !(std::abs(perceptual * last - level) <= 1e-6 * last))
-            errors.push_back(
-                {ErrorCode::Verification, fmt::format("{}, constants/mips/{}", asset.name, mip),
-                 fmt::format("found perceptual_roughness {}, expected {} of level {} of 0 to {}", perceptual, level / last, level, last)});
-    }
-    return errors;
 }
 
 }  // namespace lightcook::pipeline
