@@ -28,7 +28,6 @@ struct AssetKindInfo {
     std::string_view quantity;      ///< stored in the textures
     AssetConventions conventions;
     std::string_view filter;                    ///< that its textures are sampled and verified with: linear or trilinear
-    bool isHeldToMaxError;                      ///< by `max_error`; else by the limit of converters, see OutputSettings
     std::string_view sceneSection;              ///< table of the scene file that its assets come from
     std::vector<std::string> (*fileEndings)();  ///< of its files' names, after the asset's name: "_l0"
 };

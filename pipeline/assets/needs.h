@@ -16,8 +16,8 @@ namespace lightcook::pipeline {
 
 template <class Fields, Is<Range> Self>
 void describe(Fields& fields, Self& range) {
-    fields.required("low", range.low, "the least");
-    fields.required("high", range.high, "the largest");
+    fields.required("low", range.low, between(0, 1), "the least");
+    fields.required("high", range.high, between(0, 1), "the largest");
 }
 
 struct Needs {
@@ -37,7 +37,7 @@ template <class Fields, Is<Needs> Self>
 void describe(Fields& fields, Self& needs) {
     fields.required("specular", needs.specular, "true if a material is specular");
     fields.required("normal_map", needs.normalMap, "true if a material has a normal map");
-    fields.required("normal_map_tilt", needs.normalMapTilt, "largest angle of a normal map's normal [degrees]");
+    fields.required("normal_map_tilt", needs.normalMapTilt, between(0, 90), "largest angle of a normal map's normal [degrees]");
     fields.required("m", needs.m, "roughness of the materials");
     fields.required("f0", needs.f0, "their reflectance at normal incidence");
     fields.required("is_roughness_known", needs.isRoughnessKnown, "true if a material states its roughness");

@@ -42,10 +42,10 @@ std::string splitWords(const LightMapEntry& entry, const TriedSplit& split, cons
     return areSmaller(bytes, bytesOfOne) ? words + further : "no, " + words;
 }
 
-/// Puts the maps of a split in the place of the light map, if the scene has it.
+/// Puts the maps of a split in the place of the light map, if the scene has it. A manifest may have any number of maps.
 void putSplit(const std::string& lightMap, const ChosenSplit& chosen, Scene& scene) {
     const auto place = std::ranges::find(scene.lightMaps, lightMap, &LightMapEntry::name);
-    if (place == scene.lightMaps.end()) return;
+    if (place == scene.lightMaps.end() || chosen.split.maps.empty() || chosen.split.maps.size() > kMostMaps) return;
     const std::vector<LightMapEntry> parts = partsOf(*place, chosen.split, chosen.displayKey);
     *place = parts.front();
     scene.lightMaps.insert(place + 1, parts.begin() + 1, parts.end());

@@ -345,7 +345,8 @@ private:
     std::string dominantLayoutOf(const LightMapEntry& entry) const {
         if (entry.dominantLayout) return *entry.dominantLayout;
         const auto chosen = options_.decisions.layouts.find(dominantNameOf(entry.name));
-        return chosen == options_.decisions.layouts.end() ? std::string(allDominantLayouts().front().name) : chosen->second;
+        const bool isKnown = chosen != options_.decisions.layouts.end() && dominantLayoutFromName(chosen->second) != nullptr;
+        return !isKnown ? std::string(allDominantLayouts().front().name) : chosen->second;
     }
 
     /// Returns the inputs of a verification with traced light, which no cook reads.

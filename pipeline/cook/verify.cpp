@@ -192,6 +192,8 @@ private:
         for (const char* key : {"description", "colors", "repair", "encoding", "axis", "zones"})
             if (cook.parameters.contains(key) && !plan.packed.contains(asset.name)) source[key] = cook.parameters.at(key);
         planned["source"] = std::move(source);
+        if (cook.parameters.contains("light_map")) planned["light_map"] = cook.parameters.at("light_map");
+        if (kind == AssetKind::Mesh && !cook.dependencies.empty()) planned["basis"]["light_map"] = planned["light_map"];
         if (cook.parameters.contains("north")) planned["axis"] = cook.parameters.at("north");
         planned["verify"] = verify.parameters;
         return planned;

@@ -42,6 +42,8 @@ void describe(Fields& fields, Self& decisions) {
     fields.presentIf(!decisions.splits.empty(), "splits", decisions.splits, "light maps whose charts were split between maps, by name");
 }
 
+inline constexpr double kMostSamples = 1000000;  ///< that the command line takes
+
 struct CookRecord {
     Json scene;                    ///< its keys: Scene::document
     std::set<std::string> assets;  ///< that were asked for, with those that the plan left out
@@ -55,7 +57,7 @@ void describe(Fields& fields, Self& cook) {
     fields.required("scene", cook.scene, "keys of the scene file, with those of the command line in their place");
     fields.required("assets", cook.assets, "assets that were asked for");
     fields.required("repair", cook.repair, "true if unusable texels were replaced");
-    fields.required("samples", cook.samples, "random positions of each texel quad");
+    fields.required("samples", cook.samples, between(0, kMostSamples), "random positions of each texel quad");
     fields.required("needs", cook.needs, "what materials, meshes and light maps ask for");
     fields.required("decisions", cook.decisions, "what trials decided");
 }

@@ -129,14 +129,4 @@ RoleFiles unpackedInputs(const PackedLightMap& packed) {
     return inputs;
 }
 
-RoleFiles verifyInputsOf(AssetKind kind, const PackedLightMap& packed) {
-    RoleFiles inputs = packed.files;
-    if (kind == AssetKind::Mesh) return inputs;
-    inputs.erase(kMeshRole);
-    if (kind != AssetKind::LightMap) return inputs;
-    inputs[kSurfaceRole] = packed.files.at(kMeshRole);
-    inputs.merge(unpackedInputs(packed));
-    return inputs;
-}
-
 }  // namespace lightcook::pipeline

@@ -72,7 +72,5 @@ formats::Result<PackedLightMap> packedLightMap(const Action& action, const Actio
 LightMapEntry packedEntry(LightMapEntry entry, const PackedLightMap& packed);
 /// Returns the inputs by which the verification of a light map finds the bake and the mesh as they were.
 RoleFiles unpackedInputs(const PackedLightMap& packed);
-/// Returns the inputs of a verification of an asset of a repacked light map.
-RoleFiles verifyInputsOf(AssetKind kind, const PackedLightMap& packed);
 
 }  // namespace lightcook::pipeline

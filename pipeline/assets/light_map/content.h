@@ -37,8 +37,8 @@ struct LightMapContent {
 };
 template <class Fields, Is<LightMapContent> Self>
 void describe(Fields& fields, Self& content) {
-    fields.required("width", content.width, "width [texels]");
-    fields.required("height", content.height, "height [texels]");
+    fields.required("width", content.width, between(1, kLargestSide), "width [texels]");
+    fields.required("height", content.height, between(1, kLargestSide), "height [texels]");
     fields.required("covered", content.covered, "covered texels");
     fields.required("is_constant", content.isConstant, "true if every covered texel holds the same light");
     fields.required("is_black", content.isBlack, "true if that is none");
