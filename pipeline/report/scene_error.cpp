@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "pipeline/assets/light_map/unpacked_errors.h"
+#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/assets/lut/light_moments.h"
 #include "pipeline/report/words.h"
 

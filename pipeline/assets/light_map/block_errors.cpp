@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "lighting/radiometry.h"
+#include "pipeline/assets/light_map/checked_light_map.h"
 #include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/scene/settings.h"
@@ -95,6 +96,11 @@ void WorstBlock::merge(const VisibleBlocks& rows) {
 void WorstBlock::merge(const WorstBlock& other) {
     glare_.merge(other.glare_);
     if (other.figures_.visible > figures_.visible || !figures_.isKnown()) figures_ = other.figures_;
+}
+
+Result<void> checkBlocks(CheckedLightMap& map) {
+    map.texels.block.check("", map.parameters.limits, map.total(), map.violations());
+    return {};
 }
 
 void WorstBlock::check(const std::string& image, const Limits& limits, const verify::StageError& total,

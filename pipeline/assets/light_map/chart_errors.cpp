@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "pipeline/assets/light_map/checked_light_map.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -110,6 +112,12 @@ ChartSummary ChartErrors::summary(const MapCharts& charts, std::uint64_t bytes, 
     }
     std::ranges::stable_sort(summary.largest, std::ranges::greater{}, &ChartFigures::texels);
     return summary;
+}
+
+formats::Result<void> checkCharts(CheckedLightMap& map) {
+    const std::int64_t mapTexels = std::int64_t{map.bake.width()} * map.bake.height();
+    map.result.charts = map.texels.charts.summary(*map.charts, map.asset.totalBytesGpu(), mapTexels);
+    return {};
 }
 
 }  // namespace lightcook::pipeline

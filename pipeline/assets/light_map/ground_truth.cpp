@@ -8,6 +8,7 @@
 
 #include "fit/light_search.h"
 #include "formats/color.h"
+#include "pipeline/assets/light_map/checked_light_map.h"
 #include "pipeline/assets/source_colors.h"
 
 namespace lightcook::pipeline {
@@ -138,6 +139,11 @@ Json toJson(const verify::DominantTruth& truth) {
     return {{"values", sumOf(truth.oneLight).count()},
             {"specular", specular},
             {"fit_is_largest", one.model > area.model && one.model > one.cooking}};
+}
+
+Result<void> checkGroundTruth(CheckedLightMap& map) {
+    map.result.groundTruth = toJson(verify::lightMapTruth(map.texels.truthPlaces, map.parameters.shading.lobe, map.viewing));
+    return {};
 }
 
 }  // namespace lightcook::pipeline

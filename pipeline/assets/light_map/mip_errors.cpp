@@ -1,16 +1,16 @@
-#include "pipeline/assets/light_map/mip_errors.h"
-
+// Verification of the mip levels of a cooked light map. Each level from 1 on is decoded from the file and held against the bake's mean over
+// its texels, at texel centres and at places between them, with the certified bounds of level 0. All limits on the error hold for each
+// level. Places between the texels of two charts count nowhere: no surface lies there (atlas/mips.h). So do the limits on sampled errors
+// between two levels, where a trilinear sampler mixes the texels of both.
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "formats/chart_clusters.h"
-#include "pipeline/assets/light_map/block_errors.h"
-#include "pipeline/assets/light_map/cooked_light_map.h"
+#include "pipeline/assets/light_map/checked_light_map.h"
 #include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/mesh/mesh.h"
-#include "pipeline/assets/verdict.h"
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
@@ -22,10 +22,10 @@ using formats::Result;
 
 /// Returns the clusters of the blocks of level 0, from the texture "index" or from the runs that the mesh was made from. Empty for layouts
 /// that are not learned.
-Result<std::vector<std::uint8_t>> clustersOfLevel0(const MippedLightMap& map) {
-    auto clusters = clustersOfBlocks(map.folder, map.asset);
+Result<std::vector<std::uint8_t>> clustersOfLevel0(const CheckedLightMap& map) {
+    auto clusters = clustersOfBlocks(map.context.upstreamFolder, map.asset);
     if (!clusters || !clusters->empty()) return clusters;
-    LC_TRY(constants, constantsOf(map.folder, map.asset));
+    LC_TRY(constants, constantsOf(map.context.upstreamFolder, map.asset));
     const auto runs = constants->find(kIndexRuns);
     if (runs == constants->end()) return clusters;
     auto found = formats::ClusterMap::fromRuns(map.asset.width, map.asset.height, runs->second);
@@ -76,12 +76,10 @@ Result<MipPart> compareStrip(const Level& larger, const Level& level, const veri
 
 }  // namespace
 
-Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReader& level0, std::vector<verify::Violation>& violations,
-                            const ActionContext& context) {
-    MipErrors errors;
-    int count = 1;
-    for (const CookedTexture& texture : map.asset.textures) count = std::max(count, texture.mips);
-    if (count == 1) return errors;
+/// Levels are called "mip 1" and on; the mix of each with the larger one before it "mip 0 to 1" and on.
+Result<void> checkMips(CheckedLightMap& map) {
+    const ActionContext& context = map.context;
+    const int count = map.mipCount();
     LC_TRY(survey, map.bake.mipSurvey(context));
     if (count > (*survey)->count)
         return failure(ErrorCode::Verification, map.asset.name,
@@ -95,32 +93,31 @@ Result<MipErrors> mipErrors(const MippedLightMap& map, const CookedLightMapReade
         LightMapSource& bake = map.bake.mip(mip);
         auto ofTexels =
             clusters->empty() ? std::vector<std::uint8_t>() : clustersOfMip(**survey, mip, map.asset.width, map.asset.height, *clusters);
-        LC_TRY(cooked, CookedLightMapReader::openMip(map.folder, map.asset, mip, std::move(ofTexels),
+        LC_TRY(cooked, CookedLightMapReader::openMip(context.upstreamFolder, map.asset, mip, std::move(ofTexels),
                                                      {map.parameters.shading, sampling, map.key, map.viewing}));
-        const Level larger{mip == 1 ? map.bake : map.bake.mip(mip - 1), readers.empty() ? level0 : readers.back()};
+        const Level larger{mip == 1 ? map.bake : map.bake.mip(mip - 1), readers.empty() ? map.cooked : readers.back()};
         const Level level{bake, *cooked};
         MipPart whole{cooked->verifier().noErrors(), {}, {}};
-        const auto compared = foldInOrder<MipPart>(
+        LC_CHECK(foldInOrder<MipPart>(
             bake.stripCount(), context, fmt::format("verify mip {} of {}", mip, context.action.asset),
             [&](int index) { return compareStrip(larger, level, map.viewing, map.key, index); },
             [&](const MipPart& part) {
                 whole.errors.merge(part.errors);
                 whole.blend.merge(part.blend);
                 whole.block.merge(part.block);
-            });
-        if (!compared) return tl::make_unexpected(compared.error());
+            }));
         verify::StageError total = whole.errors.figures().back();
         total.name = fmt::format("mip {}", mip);
-        whole.block.check(total.name + ", ", map.parameters.limits, total, violations);
+        whole.block.check(total.name + ", ", map.parameters.limits, total, map.violations());
         if (const auto& limit = map.parameters.limits[Limit::VisibleBound]; limit && !hasVisibleBound(total))
-            violations.push_back(unknownBound(total.name, *limit));
-        errors.levels.push_back(std::move(total));
+            map.violations().push_back(unknownBound(total.name, *limit));
+        map.result.mips.push_back(std::move(total));
         if (map.parameters.samples > 0)
-            errors.blends.push_back(
+            map.result.mipBlends.push_back(
                 {fmt::format("mip {} to {}", mip - 1, mip), whole.blend.diffuseFigures(), whole.blend.specularFigures()});
         readers.push_back(std::move(*cooked));
     }
-    return errors;
+    return {};
 }
 
 }  // namespace lightcook::pipeline

@@ -10,6 +10,7 @@
 #include <map>
 #include <utility>
 
+#include "pipeline/assets/light_map/checked_light_map.h"
 #include "pipeline/assets/light_map/rendered_view.h"
 #include "pipeline/graph/parallel_for.h"
 
@@ -274,14 +275,16 @@ Result<SeamFigures> measureEdges(const verify::SplitEdges& edges, std::span<cons
     return figures;
 }
 
-}  // namespace
-
+/// Measures the seams of a surface with one light map. Places are lit strip by strip, in batches of a bounded size, so that a map or mesh
+/// of any size takes the memory of one batch. The result is the same on any number of threads.
 Result<SeamFigures> measureSeams(const LitSurface& surface, bool hasMesh, const ActionContext& context) {
     const verify::SplitEdges edges = splitEdgesOf(surface);
     LC_TRY(figures, measureEdges(edges, surface.maps, surface.maps.front().cooked.verifier().noSeamErrors(), context));
     if (const std::string why = whyNot(hasMesh, surface.triangles, edges); !why.empty()) figures->note = why;
     return figures;
 }
+
+}  // namespace
 
 Result<SeamFigures> measureSeamsBetween(const LitSurface& surface, const ActionContext& context) {
     verify::SplitEdges edges = splitEdgesOf(surface);
@@ -306,6 +309,22 @@ Result<std::vector<RenderedView>> writeSeamViews(const SeamFigures& seams, const
         views.push_back(std::move(**view));
     }
     return views;
+}
+
+Result<void> checkSeams(CheckedLightMap& map) {
+    const std::array maps = {map.compared()};
+    const LitSurface surface{maps, map.triangles, map.viewing};
+    LC_TRY(seams, measureSeams(surface, map.hasMesh, map.context));
+    const bool isConstant = map.bake.constantTexels().has_value();
+    if (isConstant) seams->note = "all texels hold the same light: no edge can have a step";
+    if (map.parameters.limits[Limit::Seam] && seams->isUnmeasured() && !isConstant)
+        map.violations().push_back({"seams", *seams->note,
+                                    seams->edges > 0 ? "coverage that reaches the edges of charts: max_seam limits the steps there"
+                                                     : "a mesh with light-map UVs: max_seam limits the steps at its edges"});
+    LC_TRY(views, writeSeamViews(*seams, surface, map.context, map.context.action.asset + "_seam"));
+    map.seamViews = std::move(*views);
+    map.result.seams = std::move(*seams);
+    return {};
 }
 
 }  // namespace lightcook::pipeline

@@ -11,11 +11,6 @@
 
 namespace lightcook::pipeline {
 
-/// Measures the seams of a surface with one light map. Places are lit strip by strip, in batches of a bounded size, so that a map or mesh
-/// of any size takes the memory of one batch. The result is the same on any number of threads.
-/// hasMesh  false: the map has no mesh, or one that cannot be read
-formats::Result<SeamFigures> measureSeams(const LitSurface& surface, bool hasMesh, const ActionContext& context);
-
 /// Measures the seams between light maps: the edges whose sides lie in different ones. There is one stage, "total": the maps may have
 /// stages of their own. The result is the same on any number of threads.
 formats::Result<SeamFigures> measureSeamsBetween(const LitSurface& surface, const ActionContext& context);

@@ -9,6 +9,8 @@
 #include <limits>
 #include <utility>
 
+#include "pipeline/assets/light_map/checked_light_map.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -108,6 +110,12 @@ std::vector<FewTexels> fewTexelsOf(const verify::StageError& stage, std::span<co
         if (const auto texels = fewTexelsAt(triangles, vertices, size, {at.x, at.y})) few.push_back({shading, *texels});
     }
     return few;
+}
+
+/// The triangles are those of the cooked mesh: where charts were packed, the places of the last stage lie in the bake as it was before.
+formats::Result<void> checkSmallCharts(CheckedLightMap& map) {
+    map.result.charts->few = fewTexelsOf(map.total(), map.triangles, {map.bake.width(), map.bake.height()});
+    return {};
 }
 
 }  // namespace lightcook::pipeline

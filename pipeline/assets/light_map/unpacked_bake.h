@@ -88,4 +88,7 @@ inline formats::Result<std::optional<UnpackedBake>> unpackedBakeOf(const CookedA
 inline constexpr const char* kUnpackedRole = "unpacked";
 inline constexpr const char* kUnpackedMeshRole = "unpacked_mesh";
 
+/// Stage of a repacked map with the figures against the repacked bake; "total" is against the bake.
+inline constexpr const char* kRepackedStage = "repacked";
+
 }  // namespace lightcook::pipeline

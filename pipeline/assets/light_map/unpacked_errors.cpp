@@ -1,24 +1,21 @@
-#include "pipeline/assets/light_map/unpacked_errors.h"
-
-#include <fmt/format.h>
-
+// Errors of a cooked light map whose charts were packed, against the bake as it was before.
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
-#include <map>
 #include <optional>
 #include <random>
 #include <span>
-#include <string_view>
 #include <utility>
 
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/light_map/bake_filter.h"
 #include "pipeline/assets/light_map/chart_places.h"
+#include "pipeline/assets/light_map/checked_light_map.h"
 #include "pipeline/assets/light_map/packed_reading.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
@@ -66,9 +63,8 @@ std::optional<ShRgb> filtered(const LightMapStrip& rows, const glm::dvec2& texel
 /// Judges some rows of the bake.
 class RowJudge {
 public:
-    RowJudge(const BakePair& bakes, const ChartPlaces& charts, const CookedLightMapReader& cooked, const verify::LightMapScore& score,
-             const ActionContext& context)
-        : bake_(bakes.bake), reading_{charts, cooked, &bakes.repacked, bakes.key}, score_(score), context_(context) {}
+    RowJudge(const CheckedLightMap& map, const ChartPlaces& charts, const verify::LightMapScore& score)
+        : bake_(map.before->source), reading_{charts, map.cooked, &map.bake, map.key}, score_(score), context_(map.context) {}
 
     /// Adds the errors of rows [firstRow, firstRow + rowCount).
     Result<void> add(int firstRow, int rowCount, int placesPerTexel) {
@@ -131,41 +127,48 @@ private:
     const ActionContext& context_;
 };
 
-}  // namespace
-
-Result<LightMapSource*> openUnpacked(const UnpackedBake& unpacked, const ActionContext& context) {
-    std::map<std::string, std::filesystem::path> inputs;
-    for (const auto& [role, file] : context.action.inputs) {
-        if (role == kUnpackedRole || role.starts_with(std::string(kUnpackedRole) + "-"))
-            inputs[kSourceRole + role.substr(std::string_view(kUnpackedRole).size())] = file;
-        if (!role.starts_with(kSourceRole) && !role.starts_with(kUnpackedRole)) inputs[role] = file;
+/// Adds the verdict against the bake from before its charts were packed. Where charts were moved only, the light of the repacked bake at
+/// every place of the surface is that of the bake, and so are the bounds, also at the bake's texels. Else nothing bounds the errors against
+/// the bake (docs/guide/memory-budgets.md).
+void addUnpackedStage(std::vector<verify::StageError>& stages, verify::StageError total, bool isMovedOnly) {
+    verify::StageError& repacked = stages.back();
+    const auto takeBound = [&](verify::ErrorFigures& figures, const verify::ErrorFigures& known) {
+        figures.maxBound = isMovedOnly ? known.maxBound : std::nullopt;
+    };
+    const auto takeBounds = [&](verify::ErrorFigures& figures, const verify::ErrorFigures& known) {
+        takeBound(figures, known);
+        if (isMovedOnly && figures.visible && known.visible) figures.visible->bound = known.visible->bound;
+    };
+    takeBounds(total.diffuse, repacked.diffuse);
+    takeBounds(total.specular, repacked.specular);
+    if (total.atTexels) {
+        takeBound(total.atTexels->diffuse, repacked.diffuse);
+        takeBound(total.atTexels->specular, repacked.specular);
     }
-    const auto file = inputs.find(kSourceRole);
-    if (file == inputs.end())
-        return failure(ErrorCode::Verification, context.action.asset,
-                       "found no bake from before its charts were packed, expected its file");
-    LC_TRY(opened, context.shared.get<LightMapSources>().open(file->second, withFiles(unpacked.description, inputs)));
-    const glm::ivec2 found((*opened)->width(), (*opened)->height()), size(unpacked.packing.widthBefore, unpacked.packing.heightBefore);
-    if (found != size)
-        return failure(ErrorCode::Verification, file->second,
-                       fmt::format("found {} x {} texels, expected {} x {} as packed", found.x, found.y, size.x, size.y));
-    return opened;
+    total.name = std::exchange(repacked.name, kRepackedStage);
+    stages.push_back(std::move(total));
 }
 
-Result<UnpackedErrors> unpackedErrors(const BakePair& bakes, const UnpackedBake& unpacked, const LightMapVerifyParameters& parameters,
-                                      const CookedLightMapReader& cooked, const ActionContext& context) {
-    LC_TRY(charts, openPlaces(unpacked, context));
-    LC_TRY(score, verify::LightMapScore::create(parameters.shading, bakes.key, bakes.viewing));
-    LightMapSource& bake = bakes.bake;
-    RowJudge judge(bakes, *charts, cooked, *score, context);
+}  // namespace
+
+/// Measures the errors at the covered texel centres of the bake that triangles read, and at random places of their footprints on the
+/// surface, where the bake is filtered between covered texels alone.
+Result<void> checkPacking(CheckedLightMap& map) {
+    const UnpackedBake& unpacked = map.before->unpacked;
+    LC_TRY(charts, openPlaces(unpacked, map.context));
+    LC_TRY(score, verify::LightMapScore::create(map.parameters.shading, map.key, map.viewing));
+    LightMapSource& bake = map.before->source;
+    RowJudge judge(map, *charts, *score);
     const int rowsAtOnce = std::max(1, kPlacesAtOnce / bake.width());
     for (int row = 0; row < bake.height(); row += rowsAtOnce)
-        LC_CHECK(judge.add(row, std::min(rowsAtOnce, bake.height() - row), parameters.samples));
+        LC_CHECK(judge.add(row, std::min(rowsAtOnce, bake.height() - row), map.parameters.samples));
     std::vector<verify::LightMapErrors::Stage> centres;
     centres.push_back({"centres", std::move(judge.centres)});
     verify::LightMapErrors errors(std::move(centres));
     errors.surface = std::move(judge.surface);
-    return UnpackedErrors{errors.figures().back(), judge.unread};
+    map.result.measures = Json{{note_keys::kUnreadTexels, judge.unread}};
+    addUnpackedStage(map.result.verdict.stages, errors.figures().back(), unpacked.packing.reducedCharts == 0);
+    return {};
 }
 
 }  // namespace lightcook::pipeline

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <glm/gtc/type_precision.hpp>
 #include <iterator>
 
 #include "formats/png.h"
+#include "pipeline/assets/light_map/checked_light_map.h"
 #include "pipeline/assets/light_map/lit_row.h"
 #include "pipeline/assets/light_map/rendered_view.h"
 #include "pipeline/assets/preview.h"
@@ -80,9 +82,15 @@ std::vector<WorstTexel> WorstTexels::apart(std::size_t count, int distance) cons
     return chosen;
 }
 
-Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, const LitSurface& surface, const ActionContext& context) {
-    std::vector<WorstPlacePicture> places;
-    for (const WorstTexel& texel : worst.apart(kPlaces, kCropSide)) {
+/// Writes pictures into the action's folder: 24 x 24 texels of the bake, of the cooked map, and of the visible error between them, side by
+/// side, at the exposure of the display; with triangles also a rendered view of each place. Errors below half of a just noticeable
+/// difference get none.
+Result<void> drawWorstPlaces(CheckedLightMap& map) {
+    const ActionContext& context = map.context;
+    const std::array maps = {map.compared()};
+    const LitSurface surface{maps, map.triangles, map.viewing};
+    std::vector<WorstPlacePicture>& places = map.worstPlaces;
+    for (const WorstTexel& texel : map.texels.worst.apart(kPlaces, kCropSide)) {
         if (texel.visible < kLeastShown) break;
         WorstPlacePicture place;
         place.file = fmt::format("preview/{}_worst_{}.png", context.action.asset, places.size() + 1);
@@ -92,14 +100,13 @@ Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst
         LC_TRY(png, formats::encodePng(picture->view()));
         LC_CHECK(writeFile(context.folder / place.file, *png));
         if (!surface.triangles.empty()) {
-            auto view = writeRenderedView(surface, {0, {texel.x, texel.y}}, context,
-                                          fmt::format("{}_view_{}", context.action.asset, places.size() + 1));
-            if (!view) return tl::make_unexpected(view.error());
+            LC_TRY(view, writeRenderedView(surface, {0, {texel.x, texel.y}}, context,
+                                           fmt::format("{}_view_{}", context.action.asset, places.size() + 1)));
             place.view = std::move(*view);
         }
         places.push_back(std::move(place));
     }
-    return places;
+    return {};
 }
 
 }  // namespace lightcook::pipeline

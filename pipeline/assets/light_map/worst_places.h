@@ -1,11 +1,7 @@
-// The texels of a light map with the largest visible errors, and pictures of what lies around them.
+// The texels of a light map with the largest visible errors.
 #pragma once
 
 #include <vector>
-
-#include "pipeline/assets/light_map/compared_map.h"
-#include "pipeline/assets/results.h"
-#include "pipeline/graph/action.h"
 
 namespace lightcook::pipeline {
 
@@ -45,11 +41,5 @@ private:
     int firstRow_ = 0, across_ = 0;
     std::vector<WorstTexel> texels_;  ///< [square], or those that were merged
 };
-
-/// Writes pictures of the worst places into the action's folder: 24 x 24 texels of the bake, of the cooked map, and of the visible error
-/// between them, side by side, at the exposure of the display; with triangles also a rendered view of each place. Errors below half of a
-/// just noticeable difference get none.
-formats::Result<std::vector<WorstPlacePicture>> writeWorstPlaces(const WorstTexels& worst, const LitSurface& surface,
-                                                                 const ActionContext& context);
 
 }  // namespace lightcook::pipeline
