@@ -227,12 +227,14 @@ std::string commandReference(const ProgramDoc& program) {
         "`lightmap`, `dominant`, `cubemap`, `lut` and `rsrm` convert one asset and verify it like a scene: `--max-error` is the limit of "
         "that asset.",
         kMarkdownColumns);
-    text += "\n" + wrapped(
-                       "A fraction is a number or a percentage: `0.02` or `2%`. Every command has `--json F`; `-` is standard output, and "
-                       "what is meant for people then goes to standard error. The JSON of a command that failed has `passed` "
-                       "(false), `exit_code` and `errors`, a list of `code`, `subject` and `detail`. A mistake on the command line is "
-                       "reported in the order typed, with the nearest known name, and in the file of `--json` too.",
-                       kMarkdownColumns);
+    text += "\n" +
+            wrapped(
+                "A fraction is a number or a percentage: `0.02` or `2%`. Every command has `--json F`; `-` is standard output, and "
+                "what is meant for people then goes to standard error. The JSON of a command that failed has `passed` "
+                "(false), `exit_code` and `errors`, a list of `code`, `subject` and `detail`, and of the `asset`, `file` and `line` that "
+                "an error is about, where it has them. A mistake on the command line is reported in the order typed, with the nearest "
+                "known name, and in the file of `--json` too.",
+                kMarkdownColumns);
     text += "\n| command | does |\n| --- | --- |\n";
     for (const CommandDoc& command : program.commands)
         text += fmt::format("| [`{}`](#{}) | {} |\n", command.name, command.name, command.summary);

@@ -86,7 +86,7 @@ TEST(BakeFormat, ReaderSaysWhichFormatItChose) {
 TEST(BakeFormat, UnknownFilesAreRefusedWithTheirChannelsAndTheKnownFormats) {
     const auto found = findBakeFormat("auto", "lobby.exr", fileOf({"depth.Z", "sh.0"}));
     ASSERT_FALSE(found);
-    EXPECT_EQ(found.error().code, ErrorCode::WrongShape);
+    EXPECT_EQ(found.error().code, ErrorCode::UnknownBake);
     EXPECT_THAT(found.error().line(),
                 testing::AllOf(HasSubstr("lobby.exr: found no light map, expected that of a bake format: sh9 (sh00.R .. "
                                          "sh08.B), sh-baker ("),

@@ -59,6 +59,20 @@ protected:
         return names;
     }
 
+    /// Expects one finding, at the line of the scene file that has a text.
+    void expectOneFindingAt(const CiRun& run, const std::string& text) const {
+        const std::string scene = formats::contentOf(scene_.sceneFile());
+        const auto line = 1 + std::count(scene.begin(), scene.begin() + static_cast<std::ptrdiff_t>(scene.find(text)), '\n');
+        int findings = 0;
+        for (const CiSuite& suite : run.suites)
+            for (const CiCheck& check : suite.checks)
+                for (const CiFinding& finding : check.findings) {
+                    EXPECT_EQ(finding.at.line, line) << finding.message;
+                    ++findings;
+                }
+        EXPECT_EQ(findings, 1);
+    }
+
     SmallScene scene_{SmallScene::Parts::All};
     RunState state_;
     Outcome outcome_;
@@ -143,6 +157,7 @@ TEST_F(CiReport, AChangedSourceIsTheFaultOfItsAsset) {
     std::filesystem::copy_file(scene_ / "map.exr", scene_ / "probe.exr", std::filesystem::copy_options::overwrite_existing);
     verify();
     EXPECT_THAT(failed(run(), "probe"), ElementsAre("unchanged-files"));
+    expectOneFindingAt(run(), "file = \"probe.exr\"");
 }
 
 /// An asset that was never cooked is in no manifest: the scene file says where its input is named.
@@ -154,16 +169,15 @@ TEST_F(CiReport, AnUnreadableInputIsAtTheLineThatNamesIt) {
     outcome_ = cookScene(options, state_);
     ASSERT_FALSE(outcome_.errors.empty());
     const CiRun run = ciRun({"cook", scene_ / "out", scene_.sceneFile(), {}, outcome_.report, outcome_.errors, &outcome_.findings});
-    const std::string text = formats::contentOf(scene_.sceneFile());
-    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.find("file = \"sky.exr\"")), '\n');
-    int findings = 0;
-    for (const CiSuite& suite : run.suites)
-        for (const CiCheck& check : suite.checks)
-            for (const CiFinding& finding : check.findings) {
-                EXPECT_EQ(finding.at.line, line) << finding.message;
-                ++findings;
-            }
-    EXPECT_EQ(findings, 1);
+    expectOneFindingAt(run, "file = \"sky.exr\"");
+}
+
+TEST_F(CiReport, AMistakeOfTheSceneFileIsAtItsLine) {
+    scene_.writeSceneFile("effort = 11");
+    outcome_ = cookScene(scene_.options(), state_);
+    const CiRun run = ciRun({"cook", scene_ / "out", scene_.sceneFile(), {}, outcome_.report, outcome_.errors, &outcome_.findings});
+    EXPECT_THAT(failed(run, kSceneSuite), ElementsAre("request"));
+    expectOneFindingAt(run, "effort = 11");
 }
 
 TEST_F(CiReport, EscapesNames) {
