@@ -25,7 +25,6 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/explained_light.h"
 #include "pipeline/scene/asset_name.h"
-#include "pipeline/scene/checks.h"
 #include "pipeline/scene/cubemap_layout.h"
 #include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/rsrm_format.h"
@@ -65,12 +64,13 @@ KeyOption lobeOption() {
             withCaptions("Specular lobe of the engine's materials", formats::sceneLobes())};
 }
 
-/// Returns the layouts of a dominant light that have textures.
-std::vector<std::string> dominantLayouts() {
-    std::vector<std::string> names;
-    for (const DominantLayoutInfo& each : allDominantLayouts())
-        if (each.divisor > 0) names.emplace_back(each.name);
-    return names;
+/// Returns the option of the layout of a dominant light: one that has textures.
+KeyOption dominantLayoutOption() {
+    std::vector<DominantLayoutInfo> layouts(allDominantLayouts().begin(), allDominantLayouts().end());
+    std::erase_if(layouts, [](const DominantLayoutInfo& each) { return each.divisor == 0; });
+    const std::span<const DominantLayoutInfo> rows = layouts;
+    return {"light_map.dominant_layout", "layout", formats::namesOf(rows),
+            withCaptions("Size and number of the textures, the first by default", rows)};
 }
 
 const std::vector<ConverterInfo>& allConverters() {
@@ -96,7 +96,7 @@ const std::vector<ConverterInfo>& allConverters() {
                  converterLimitOptions(),
                  {sourceOption()},
                  conventionOptions(),
-                 {{"light_map.dominant_fit", "fit"}, {"light_map.dominant_layout", "layout", dominantLayouts()}, lobeOption()}})},
+                 {{"light_map.dominant_fit", "fit"}, dominantLayoutOption(), lobeOption()}})},
         {"cubemap", "probe", AssetKind::Cubemap, "The environment", "A folder, or a .ktx2 or (--filter sh) .json file",
          Written::FileOrFolder, "or a .ktx2 file, or a .json file with --filter sh",
          joined({textureOptions(), converterLimitOptions(), {sourceOption(), lobeOption(), {"probe.layout"}, {"probe.sh"}}}),
@@ -280,15 +280,36 @@ formats::ColorSpaces colorsOf(const std::optional<std::string>& source) {
 }
 
 std::vector<KeyOption> conventionOptions() {
-    return {{"light_map.bake"},     {"light_map.phase"},       {"light_map.frame"},    {"light_map.axes"},
-            {"light_map.quantity"}, {"light_map.light_units"}, {"light_map.encoding"}, {"light_map.coverage"},
-            {"light_map.image"},    {"light_map.surfaces"},    {"light_map.lmbake"},   {"light_map.firefly_limit"}};
+    return {{"light_map.bake"},
+            {"light_map.phase"},
+            {"light_map.frame"},
+            {"light_map.axes"},
+            {"light_map.quantity"},
+            {"light_map.light_units"},
+            {"light_map.encoding"},
+            {"light_map.coverage"},
+            {"light_map.image"},
+            {"light_map.surfaces",
+             "",
+             {},
+             fmt::format("The glTF whose surfaces the bake lies on: for normals that the bake lacks, --coverage mesh, and {}",
+                         fmt::join(formats::meshBakeNames(), ", "))},
+            {"light_map.lmbake"},
+            {"light_map.firefly_limit"}};
 }
 
-Result<formats::LightMapDescription> describeBake(const std::filesystem::path& bake, const GivenKeys& given) {
-    LC_TRY(scene, readNamed("bake", converterOf("lightmap"), bake, given));
+Result<formats::LightMapDescription> describeBake(const std::filesystem::path& bake, const GivenKeys& given,
+                                                  const std::vector<std::filesystem::path>& meshes) {
+    const std::string surfaces = "light_map.surfaces";
+    const bool isGiven = given.find(surfaces) != nullptr;
+    GivenKeys keys = given;
+    if (!isGiven && !meshes.empty()) keys.set(surfaces, meshes.front().string(), "meshes");
+    LC_TRY(scene, readNamed(assetNameOf(bake), converterOf("lightmap"), bake, keys));
     formats::LightMapDescription& description = scene->lightMaps.front().description;
-    LC_CHECK(checkSurfaces(description));
+    if (isGiven) LC_CHECK(checkSurfaces(description));
+    if (!isGiven && meshes.size() > 1) description.mesh.clear();
+    description.hasNoLmbake = false;  // there is none then, which says all
+    description.colors = {};          // nothing is converted
     return std::move(description);
 }
 
@@ -306,9 +327,9 @@ struct ConverterCommand : Conversion {
 
 /// Adds what all converters have.
 /// facts  that --json writes
-void define(CLI::App& app, ConverterCommand& command, const std::string& facts) {
-    command.command = app.get_name();
-    const ConverterInfo& converter = converterOf(command.command);
+void define(CLI::App& app, ConverterCommand& command, std::string_view name, const std::string& facts) {
+    const ConverterInfo& converter = converterOf(name);
+    command.command = name;
     if (converter.input != nullptr) addFileOption(app, "input", command.input, converter.input)->required();
     CLI::Option* const output = converter.written == Written::Folder ? addFolderOption(app, "output", command.output, converter.output)
                                                                      : addFileOption(app, "output", command.output, converter.output);
@@ -430,7 +451,10 @@ Result<void> giveExponents(const std::vector<double>& exponents, GivenKeys& give
     if (name != formats::info(lighting::SpecularLobe::PhongPower).name)
         return refuse(kOption, fmt::format("found the lobe {}, expected --lobe phong-power, or --m", name));
     if (given.find("material.m") != nullptr) return refuse(kOption, "found --m beside it, expected one of them");
-    LC_CHECK(checkOption(kOption, objectionToRange(exponents, 0, 1e8)));
+    constexpr double kMostExponent = 1e8;
+    if (!(exponents[0] >= 0 && exponents[0] <= exponents[1] && exponents[1] <= kMostExponent))
+        return refuse(kOption, fmt::format("found '{}', expected [low, high] with 0 <= low <= high <= {:g}", fmt::join(exponents, ","),
+                                           kMostExponent));
     const auto roughnessOf = [](double exponent) { return std::sqrt(2 / (exponent + 2)); };
     given.set("material.m", fmt::format("{},{}", roughnessOf(exponents[1]), roughnessOf(exponents[0])), kOption);
     return {};
@@ -451,7 +475,7 @@ void printAsymmetry(Session& session, const Json& report) {
 
 CommandFunction defineLightmap(CLI::App& app) {
     const auto command = std::make_shared<ConverterCommand>();
-    define(app, *command, "the report");
+    define(app, *command, "lightmap", "the report");
     return [command](Session& session) {
         command->json.prepare(session);
         return finishCook(session, command->json, convert(*command, session.state));
@@ -463,7 +487,7 @@ CommandFunction defineDominant(CLI::App& app) {
         bool isExplained = false;
     };
     const auto command = std::make_shared<DominantCommand>();
-    define(app, *command, "the report, and with --report \"explanation\",");
+    define(app, *command, "dominant", "the report, and with --report \"explanation\",");
     app.add_flag("--report", command->isExplained, "Print where one light cannot represent the map, and what a second light would gain");
     app.footer(R"(--report prints, for the closed form, the best single light and two lights: the fraction of energy
 (squares of all SH coefficients) that is not explained; median and 99th percentile of the residual
@@ -481,7 +505,7 @@ hold one light.)");
 
 CommandFunction defineCubemap(CLI::App& app) {
     const auto command = std::make_shared<CubemapCommand>();
-    define(app, *command, "the report, or with another --filter what was written,");
+    define(app, *command, "cubemap", "the report, or with another --filter what was written,");
     app.add_option("--filter", command->filter,
                    "specular: prefiltered levels; irradiance: diffuse light, one level in one file; sh: nine coefficients "
                    "as JSON")
@@ -523,7 +547,7 @@ CommandFunction defineLut(CLI::App& app) {
         std::vector<double> exponents;
     };
     const auto command = std::make_shared<LutCommand>();
-    define(app, *command, "the report");
+    define(app, *command, "lut", "the report");
     app.add_option("--exponents", command->exponents, "The range of roughness as cosine powers, for --lobe phong-power")
         ->delimiter(',')
         ->expected(2)
@@ -557,7 +581,7 @@ local relative error, which is large where the harmonics of the light cancel.)")
 
 CommandFunction defineRsrm(CLI::App& app) {
     const auto command = std::make_shared<ConverterCommand>();
-    define(app, *command, "the report");
+    define(app, *command, "rsrm", "the report");
     app.footer(R"(With --axis the command prints the fraction of the light's energy that is not symmetric around the
 axis; with --log json as {"asymmetric_energy": 0.7}. If it is large, a reflection map cannot represent
 the environment.)");

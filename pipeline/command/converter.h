@@ -32,8 +32,10 @@ formats::ColorSpaces colorsOf(const std::optional<std::string>& source);
 
 /// Returns the options of the conventions of a baked light map.
 std::vector<KeyOption> conventionOptions();
-/// Returns the conventions that such options give for a bake. Fails for a mesh that is none with light-map UVs.
-formats::Result<formats::LightMapDescription> describeBake(const std::filesystem::path& bake, const GivenKeys& given);
+/// Returns the conventions that such options give for a bake. Fails for a --mesh that is none with light-map UVs.
+/// meshes  that the command has beside --mesh; a single one stands in its place
+formats::Result<formats::LightMapDescription> describeBake(const std::filesystem::path& bake, const GivenKeys& given,
+                                                           const std::vector<std::filesystem::path>& meshes = {});
 
 /// Returns the error of a DDS file for a texture with constants of the decode: DDS has no place for them, and no manifest lies beside it.
 /// otherwise   outputs that keep the constants

@@ -362,8 +362,13 @@ CommandFunction defineEncode(CLI::App& app) {
     addFileOption(app, "input", options->input, "EXR, HDR, or any image that OpenImageIO reads")->required();
     declareWritten(addFileOption(app, "output", options->output, "The .ktx2 or .dds file to write"), Written::File)->required();
     app.add_option("--format", options->format, "Pixel format of the texture")->required()->check(CLI::IsMember(pixelFormatNames()));
-    addKeyOption(app, options->given, {"output.effort"});
-    addKeyOption(app, options->given, {"output.rdo"});
+    addKeyOption(app, options->given, {"output.effort", "", {}, "Effort of the block encoders, 0 (fastest) to 9 (best); default: 5"});
+    addKeyOption(app, options->given,
+                 {"output.rdo",
+                  "",
+                  {},
+                  "Rate-distortion optimization of BC blocks: the fraction by which the error of a row of blocks may grow so that the "
+                  "compressed file shrinks, such as 2%"});
     app.add_option("--metric", options->metricName, "Error that the encoders of BC6H and RGB9E5 minimize")
         ->check(CLI::IsMember({"log", "linear", "relative"}))
         ->default_str("log");

@@ -96,12 +96,12 @@ CLI::Option* addKeyOption(CLI::App& app, GivenKeys& given, const KeyOption& opti
         return app.add_flag_function(name, set, option.text.empty() ? helpOf(row, isNegated) : option.text);
     }
     const std::vector<std::string>& names = option.names.empty() ? row.rule.names : option.names;
-    const auto check = [key, names = option.names,
-                        isText = row.shape == KeyShape::Text || row.shape == KeyShape::Texts](const std::string& value) {
-        if (isText && value.empty()) return std::string("found '', expected a value");
+    const auto check = [key, names = option.names, isList = row.shape == KeyShape::Texts](const std::string& value) {
         if (!names.empty() && std::ranges::find(names, value) == names.end())
             return fmt::format("found '{}', expected one of: {}{}", value, fmt::join(names, ", "), formats::nearestHint(value, names));
-        return faultOfKey(key, value);
+        if (value.empty() && isList) return std::string("found '', expected names");
+        const std::string fault = faultOfKey(key, value);
+        return value.empty() && fault.empty() ? "found '', expected a value" : fault;
     };
     const auto [placeholder, values] = valueOf(row, names);
     const bool hasOwnDefault = hasDefault && option.text.empty() && row.fallback != "none";

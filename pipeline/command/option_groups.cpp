@@ -78,10 +78,4 @@ void addSamplesOption(CLI::App& app, std::optional<int>& samples) {
         ->check(CLI::Range(0, 1000000));
 }
 
-formats::Result<void> checkOption(const char* option, const Objection& objection) {
-    if (!objection) return {};
-    return formats::failure(formats::ErrorCode::InvalidRequest, option,
-                            fmt::format("found {}, expected {}", objection->found, objection->expected));
-}
-
 }  // namespace lightcook::pipeline

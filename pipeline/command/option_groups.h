@@ -6,9 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "formats/error.h"
-#include "pipeline/document/keys.h"
-
 namespace CLI {  // NOLINT(readability-identifier-naming): name of the library
 class App;
 class Option;
@@ -46,8 +43,5 @@ CLI::Option* addPercentOption(CLI::App& app, const std::string& names, std::opti
 void addStrictOption(CLI::App& app, bool& strict);
 void addRepairOption(CLI::App& app, bool& repair);
 void addSamplesOption(CLI::App& app, std::optional<int>& samples);
-
-/// Returns the objection to an option's value as an error of the command line.
-formats::Result<void> checkOption(const char* option, const Objection& objection);
 
 }  // namespace lightcook::pipeline

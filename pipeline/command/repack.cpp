@@ -61,15 +61,11 @@ Charts that keep their resolution keep their texels bit for bit, and the light b
 repack into the same folder replaces the files that repacked.json lists there; any other file of the
 same name is refused.)");
     return [options](Session& session) {
-        const std::string surfaces = "light_map.surfaces";
-        const bool isOneMesh = options->given.find(surfaces) != nullptr || options->meshes.size() == 1;
-        if (options->given.find(surfaces) == nullptr) options->given.set(surfaces, options->meshes.front().string(), "meshes");
-        auto description = describeBake(options->map, options->given);
+        auto description = describeBake(options->map, options->given, options->meshes);
         if (!description) return session.finish(description);
         options->description = std::move(*description);
         options->description.repair = options->isRepaired;
         options->lmbake = options->description.lmbake;
-        if (!isOneMesh) options->description.mesh.clear();
         options->keepsOthers = true;
         options->json.prepare(session);
         const auto made = repack(*options, session.state);

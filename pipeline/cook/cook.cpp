@@ -262,8 +262,9 @@ private:
             options.depfile = {};
             LC_CHECK(makeFoldersOf(outcome_.output, candidateFolder({}, layout) / kManifestName));
             Json document = asked_.document;
-            for (const char* whole : {"budget", "max_whole_visible", "max_whole_error"}) document["output"].erase(whole);
-            document["output"]["light_map_layout"] = layoutAsked(asked_.output);  // as the limits had it
+            Json& output = document["output"];
+            output["light_map_layout"] = layoutAsked(asked_.output);  // as the limits had it
+            for (const char* whole : {"budget", "max_whole_visible", "max_whole_error"}) output.erase(whole);
             LC_TRY(scene, readSceneDocument(document, asked_.directory));
             scene->file = asked_.file;
             scene->lines = asked_.lines;

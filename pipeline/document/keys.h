@@ -80,9 +80,6 @@ struct KeyRule {
     bool isAllowed(double value) const {
         return std::isfinite(value) && value >= low && value <= high && (allows == nullptr || allows(value));
     }
-    Objection objectionTo(double value) const {
-        return isAllowed(value) ? std::nullopt : Objection(ValueError{fmt::format("{}", value), expected});
-    }
 };
 
 inline KeyRule within(double low, double high) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "formats/vocabulary.h"
+#include "pipeline/document/given_keys.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -49,9 +50,7 @@ const LimitInfo& converterLimit(Limit held) {
 }
 
 std::string optionOf(const LimitInfo& limit) {
-    std::string name = "--" + std::string(limit.name);
-    std::ranges::replace(name, '_', '-');
-    return name;
+    return optionNamed(limit.name);
 }
 
 double Check::share() const {

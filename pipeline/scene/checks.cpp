@@ -31,11 +31,6 @@ bool isReservedOnWindows(std::string_view name) {
     return isPort || std::ranges::find(kDevices, stem) != kDevices.end();
 }
 
-Objection objectionToRange(const std::vector<double>& range, double lowest, double highest) {
-    if (range.size() == 2 && lowest <= range[0] && range[0] <= range[1] && range[1] <= highest) return std::nullopt;
-    return ValueError{inBrackets(range), fmt::format("[low, high] with {} <= low <= high <= {}", lowest, highest)};
-}
-
 Objection objectionToExponents(const std::vector<double>& exponents) {
     bool isUsable = !exponents.empty() && exponents.size() <= 256;
     for (std::size_t i = 0; isUsable && i < exponents.size(); ++i)
@@ -60,12 +55,6 @@ glm::dvec3 directionOfAxis(const std::vector<double>& axis) {
 Objection objectionToProbeSize(std::int64_t size) {
     if (size >= kLeastProbeSize && size <= kMostProbeSize && (size & (size - 1)) == 0) return std::nullopt;
     return ValueError{fmt::format("{}", size), fmt::format("a power of two from {} to {}", kLeastProbeSize, kMostProbeSize)};
-}
-
-Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe) {
-    if (normalization == "energy" || formats::info(lobe).distribution) return std::nullopt;
-    return ValueError{fmt::format("\"{}\" with the lobe \"{}\"", normalization, formats::info(lobe).name),
-                      "\"energy\", the only one of Phong lobes"};
 }
 
 }  // namespace lightcook::pipeline

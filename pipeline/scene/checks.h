@@ -1,4 +1,4 @@
-// Checks of single settings that the scene file and the command line share.
+// Checks of single settings of a scene.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "formats/light_map.h"
-#include "formats/specular_lobe.h"
 #include "pipeline/document/keys.h"
 
 namespace lightcook::pipeline {
@@ -37,8 +36,6 @@ inline const KeyRule kVisibleLimit = {.allows = [](double limit) { return limit 
 inline const KeyRule kFireflyLimit = {
     .allows = formats::isFireflyLimit, .expected = "a number from 1, or 0 for no check", .type = "number from 1, or 0"};
 
-/// A range is two numbers with lowest <= low <= high <= highest.
-Objection objectionToRange(const std::vector<double>& range, double lowest, double highest);
 /// 1 to 256 increasing Phong exponents from 1 to 65536, one for each row of a reflection map.
 Objection objectionToExponents(const std::vector<double>& exponents);
 /// An axis is a direction [x, y, z] other than zero.
@@ -50,7 +47,5 @@ inline constexpr int kLeastProbeSize = 16, kMostProbeSize = 2048;
 Objection objectionToProbeSize(std::int64_t size);
 /// A normal map turns normals by at most 1 to 90 degrees from the surface's own.
 inline constexpr double kLeastNormalMapTilt = 1, kMostNormalMapTilt = 90;
-/// Phong lobes have one normalization only.
-Objection objectionToNormalization(const std::string& normalization, lighting::SpecularLobe lobe);
 
 }  // namespace lightcook::pipeline

@@ -210,9 +210,9 @@ void addTexts(const toml::table& table, const std::filesystem::path& folder, Sce
 /// Adds the lines of a table and its keys.
 void addLines(const toml::table& table, std::string_view section, SceneLines& lines) {
     const std::string name = table["name"].value_or(std::string());
-    lines.add(section, section.empty() ? "" : name, "", std::max(1, lineOf(table)));
+    if (section.empty() || lineOf(table) > 0) lines.add(section, section.empty() ? "" : name, "", std::max(1, lineOf(table)));
     for (const auto& [key, node] : table)
-        if (key.source().begin.line > 0)  // else an option gave it
+        if (key.source().begin.line > 0)  // options have none
             lines.add(section, section.empty() ? "" : name, key.str(), static_cast<int>(key.source().begin.line));
 }
 

@@ -206,8 +206,9 @@ TEST_F(CommandLineSoak, ConvertersKeepABudgetAndRefuseWhatWouldNotAct) {
                       2, {"--max-visible: found it with --filter ", "expected --filter specular"});
     for (const char* target : {"astc", "float"})
         expectRefused(fmt::format("cubemap probe.exr x.ktx2 --filter irradiance --rdo 1% --target {}", target), 2,
-                      {"--rdo: found a target other than bc"});
-    expectRefused("rsrm probe.exr x --axis 0,1,0 --encoding srgb", 2, {"--encoding: found it beside --axis", "painted gradients alone"});
+                      {"--rdo: found output.rdo with target"});
+    expectRefused("rsrm probe.exr x --axis 0,1,0 --encoding srgb", 2,
+                  {"--encoding: found gradient.encoding beside an axis", "painted gradients alone"});
     // The bake has normals: no action would read the mesh.
     for (const char* command : {"lightmap", "dominant"}) {
         expectRefused(fmt::format("{} map.exr x --mesh nowhere.glb", command), 3, {"nowhere.glb: found \"No such file or directory\""});

@@ -95,8 +95,8 @@ public:
         const RunState state;
         const Outcome outcome = cookScene(options, state);
         const std::string words =
-            fmt::format("{}, {}, {}, effort {}, {}, materials {}", cell.kind, cell.layout, formats::info(cell.target).name, *options.effort,
-                        cell.setting / 3 % 2 == 0 ? "visible" : "energy", cell.setting / 6);
+            fmt::format("{}, {}, {}, effort {}, {}, materials {}", cell.kind, cell.layout, formats::info(cell.target).name,
+                        kEfforts[cell.setting % 3], cell.setting / 3 % 2 == 0 ? "visible" : "energy", cell.setting / 6);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << words << ": " << error.line();
         std::vector<Finding> warnings = outcome.findings;
         std::erase_if(warnings, [](const Finding& finding) { return finding.severity == LintSeverity::Note; });

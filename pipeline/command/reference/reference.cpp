@@ -255,10 +255,10 @@ std::string sceneFileReference() {
         "A scene is one TOML file. Paths are relative to it. [examples/cornell/scene.toml](../../examples/cornell/scene.toml) is a "
         "complete example with comments, and [from a baker to a scene](../guide/from-a-baker-to-a-scene.md) explains the choices. Unknown "
         "keys are refused, with the nearest known key. Every mistake is one line with file, line and column, actual and expected value, "
-        "and exit code 2. On the command line, `--target`, `--layout`, `--objective`, `--container`, `--max-error`, "
-        "`--max-converter-error`, `--max-visible`, `--max-visible-bound`, `--max-whole-visible`, `--max-whole-error`, "
-        "`--max-converter-visible`, `--max-converter-visible-bound`, `--max-seam`, `--budget`, `--effort`, `--rdo`, `--zstd`, `--charts`, "
-        "`--charts-max-visible`, `--gltf` and `--mips` override keys of `[output]`.\n" +
+        "and exit code 2. Each key of `[output]` is an option of `cook`, such as "
+        "`--max-error` for `max_error` (`--layout` for `light_map_layout`, and `--no-draco`), which goes before the file and before what "
+        "its "
+        "light maps, probes, gradients and tables have of their own.\n" +
         keyTables(sceneKeyTables()));
 }
 

@@ -221,15 +221,15 @@ TEST_F(PackedCookSoak, LayoutsAndBudgetsAreChosenForTheRepackedMap) {
 
 TEST_F(PackedCook, WhatCannotBePackedIsRefused) {
     writeScene("charts = \"pack\"", "");
-    EXPECT_THAT(mistake(), HasSubstr("light map 'map': found charts to pack without a mesh, expected mesh = \"FILE\""));
+    EXPECT_THAT(mistake(), HasSubstr("found charts of 'map' to pack without a mesh, expected mesh = \"FILE\""));
     writeScene("charts = \"pack\"", "mesh = \"cornell.glb\"\nground_truth = \"traced.csv\"\n");
-    EXPECT_THAT(mistake(), HasSubstr("found charts to pack beside ground_truth"));
+    EXPECT_THAT(mistake(), HasSubstr("found charts of 'map' to pack beside ground_truth"));
     writeScene("charts = \"pack\"\ncharts_max_visible = 1\nmax_visible_bound = 9");
     EXPECT_THAT(mistake(), HasSubstr("expected charts_max_visible = 0"));
     writeScene("charts = \"pack\"\ncharts_max_visible = -1");
     EXPECT_THAT(mistake(), HasSubstr("found -1 for output.charts_max_visible, expected a number from 0"));
     writeScene("charts_max_visible = 1");
-    EXPECT_THAT(mistake(), HasSubstr("scene.toml:5: found charts_max_visible where no charts are packed, expected charts = \"pack\" or"));
+    EXPECT_THAT(mistake(), HasSubstr("scene.toml:5:22: found charts_max_visible where no charts are packed, expected charts = \"pack\" or"));
     writeScene("charts = \"pack\"", "mesh = \"cornell.glb\"\ncharts = \"keep\"\ncharts_max_visible = 1\n");
     EXPECT_THAT(mistake(), HasSubstr("found charts_max_visible where no charts are packed"));
     writeScene("charts = \"packed\"");
