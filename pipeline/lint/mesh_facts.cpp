@@ -255,7 +255,7 @@ Result<void> fitToMap(const ActionContext& context, const formats::LightMapDescr
 }
 
 /// Returns the covered texels of a light map.
-Result<TexelSet> coverageOf(LightMapSource& source, const ActionContext& context) {
+Result<TexelSet> texelsOf(LightMapSource& source, const ActionContext& context) {
     TexelSet covered(source.width(), source.height());
     using Chunk = std::shared_ptr<const formats::LightMapStrip>;
     const auto read = foldInOrder<Chunk>(
@@ -293,7 +293,7 @@ Result<ActionOutcome> lintMesh(const ActionContext& context) {
     facts.hasUvs = std::ranges::all_of(meshes, [](const auto* mesh) { return mesh->find("TEXCOORD_1") != nullptr; });
     if (!facts.hasUvs) return outcomeWith(facts);
     LC_TRY(source, openLightMap(context, parameters->description));
-    LC_TRY(covered, coverageOf(**source, context));
+    LC_TRY(covered, texelsOf(**source, context));
     const int width = (*source)->width(), height = (*source)->height();
     UvRaster raster(width, height);
     for (const auto& each : placed) {
