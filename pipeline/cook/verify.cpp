@@ -89,7 +89,7 @@ private:
         if (auto report = loadReport(options_.folder / kReportName)) previous_ = std::move(*report);
         outcome_.errors = checkContract(options_.folder, manifest_);
         for (const CookedAsset& asset : manifest_.assets)
-            if (const auto sources = unchangedSources(asset, sceneFolder()); !sources)
+            if (const auto sources = formats::ofAsset(asset.name, unchangedSources(asset, sceneFolder())); !sources)
                 return tl::make_unexpected(withSourcesAdvice(sources.error()));
         LC_TRY(scratch, TemporaryFolder::create());
         scratch_ = scratch->path();

@@ -205,12 +205,7 @@ TEST(Contents, AConstantTakesALayoutWithinItsLimits) {
 /// Every code of the second texture is off by half a step there, each in its own direction, with no other block to make up for it.
 TEST(Contents, AConstantKeepsTheSecondTextureOfHalo3) {
     const SmallScene scene(SmallScene::Parts::LightMap, colouredAxes);
-    EXPECT_EQ(assetOf(cook(scene, "max_error = 0.2
-                                  light_map_layout = \"halo3\"")
-                          .report,
-                      "map")
-                  .at("passed"),
-              true);
+    EXPECT_EQ(assetOf(cook(scene, "max_error = 0.2\nlight_map_layout = \"halo3\"").report, "map").at("passed"), true);
 }
 
 TEST(ContentsSoak, ANamedLayoutAndKeepUnusedOverrideWhatIsNotVisible) {
