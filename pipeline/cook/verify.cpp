@@ -88,11 +88,11 @@ private:
         if (!outcome_.errors.empty()) return {};
         if (auto report = loadReport(options_.folder / kReportName)) previous_ = std::move(*report);
         outcome_.errors = checkContract(options_.folder, manifest_);
+        LC_TRY(scratch, TemporaryFolder::create());
+        scratch_ = scratch->path();
         for (const CookedAsset& asset : manifest_.assets)
             if (const auto sources = formats::ofAsset(asset.name, unchangedSources(asset, sceneFolder())); !sources)
                 return tl::make_unexpected(withSourcesAdvice(sources.error()));
-        LC_TRY(scratch, TemporaryFolder::create());
-        scratch_ = scratch->path();
         for (const CookRecord& cook : manifest_.cooks) LC_CHECK(planAgain(cook));
         comparePlans();
         if (state_.event)
@@ -193,7 +193,7 @@ private:
             if (cook.parameters.contains(key) && !plan.packed.contains(asset.name)) source[key] = cook.parameters.at(key);
         planned["source"] = std::move(source);
         if (cook.parameters.contains("light_map")) planned["light_map"] = cook.parameters.at("light_map");
-        if (kind == AssetKind::Mesh && !cook.dependencies.empty()) planned["basis"]["light_map"] = planned["light_map"];
+        if (asset.basis) planned["basis"]["light_map"] = planned["light_map"];
         if (cook.parameters.contains("north")) planned["axis"] = cook.parameters.at("north");
         planned["verify"] = verify.parameters;
         return planned;

@@ -40,7 +40,7 @@ struct SettingsRule {
     bool isBroken = false;
     std::string words;
     std::string_view beside = {};  ///< key that it contradicts, which is named where only that one is an option
-    bool isIdle = false;           ///< `key` has no effect then, which is no mistake of a file that an option overrides
+    bool isIdle = false;  ///< `key` has no effect then, which is no mistake where one of the two is an option and the other in the file
 };
 
 /// A range of numbers.

@@ -524,7 +524,7 @@ TEST_F(Engines, JsonOfAFailedCookKeepsTheReportSchema) {
 }
 
 TEST_F(Engines, GltfNeedsAMeshAndKtx2) {
-    expectRefused("cook scene.toml -o out --gltf", 2, {"--gltf", "no light map with a mesh", "add `mesh`"});
+    expectRefused("cook scene.toml -o out --gltf", 2, {"--gltf", "where no light map has a mesh", "expected mesh = "});
     expectRefused("cook scene.toml -o out --gltf --container dds", 2, {"--gltf", "expected container ktx2"});
     scene_.writeSceneFile("gltf = true\ncontainer = \"dds\"");
     expectRefused("cook scene.toml -o out", 2, {"scene.toml:5", "expected container ktx2"});

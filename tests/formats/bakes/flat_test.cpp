@@ -180,7 +180,7 @@ TEST(Flat, ARadiancePictureIsReadAsItsTexels) {
 TEST(Flat, AStripOfSixFacesIsReadOnlyIfNamed) {
     const MapFile map(picture(4, 24));
     const Error error = refusal(map.path);
-    EXPECT_EQ(error.code, ErrorCode::WrongShape);
+    EXPECT_EQ(error.code, ErrorCode::UnknownBake);
     EXPECT_THAT(error.line(), AllOf(HasSubstr("it holds R, G, B"), HasSubstr("The six faces of a probe?"), HasSubstr("bake = \"flat\"")));
     LightMapDescription description;
     description.bake = "flat";

@@ -462,20 +462,20 @@ TEST_F(SplitCookSoak, LinesNeedNoLightMapUvs) {
 TEST_F(SplitCook, WhatCannotBeSplitIsRefused) {
     writeMap(smoothLight, hardLight);
     writeScene("charts = \"split\"\nlight_map_layout = \"ratio\"");
-    EXPECT_THAT(mistake(), HasSubstr("light map 'map': found charts to split without a limit within which each map gets a layout"));
+    EXPECT_THAT(mistake(), HasSubstr("found charts of 'map' to split without a limit within which each map gets a layout"));
     writeScene("charts = \"split\"\nlight_map_layout = \"auto\"\nbudget = \"1 MiB\"");
     EXPECT_THAT(mistake(), testing::EndsWith("expected max_visible or max_error"));
     writeScene("charts = \"split\"\nbudget = \"1 MiB\"");
     EXPECT_THAT(mistake(), HasSubstr("expected max_visible or max_error"));
     writeScene("charts = \"split\"\nmax_visible = 3\ncost = \"taps\"");
-    EXPECT_THAT(mistake(), HasSubstr("found charts to split beside cost = \"taps\", expected cost = \"bytes\""));
+    EXPECT_THAT(mistake(), HasSubstr("found charts of 'map' to split beside cost = \"taps\", expected cost = \"bytes\""));
     writeScene("charts = \"split\"\nmax_visible = 3", "");
     EXPECT_THAT(mistake(), HasSubstr("without a mesh"));
     writeScene("charts = \"split\"\nmax_visible = 3",
                "mesh = \"walls.gltf\"\n[[light_map]]\nname = \"map_fine\"\nfile = \"map.exr\"\ncharts = \"keep\"\n");
-    EXPECT_THAT(mistake(), HasSubstr("found charts to split beside a light map 'map_fine', expected another name for that one"));
+    EXPECT_THAT(mistake(), HasSubstr("found charts of 'map' to split beside a light map 'map_fine', expected another name for that one"));
     writeScene("charts = \"split\"\nmax_visible = 3", "mesh = \"walls.gltf\"\n[[gradient]]\nname = \"map_fine\"\nfile = \"sky.png\"\n");
-    EXPECT_THAT(mistake(), HasSubstr("found charts to split beside a gradient 'map_fine', expected another name for that one"));
+    EXPECT_THAT(mistake(), HasSubstr("found charts of 'map' to split beside a gradient 'map_fine', expected another name for that one"));
     EXPECT_FALSE(fs::exists(options_.output));
 }
 
