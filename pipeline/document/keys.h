@@ -34,13 +34,17 @@ struct ValueError {
 /// The error of a value that is not allowed; empty for one that is.
 using Objection = std::optional<ValueError>;
 
+/// Whether a key without effect is a mistake: always; not in a file that an option overrides; or not either where it is an option itself
+/// and the file has what it contradicts, as an option for all scenes is.
+enum class Idle { Refused, InFile, Either };
+
 /// A combination of settings that is refused, at one of their keys: "mips" of the same table, "output.charts", ".lobe" of the root.
 struct SettingsRule {
     std::string_view key;  ///< it holds in documents that give the key
     bool isBroken = false;
     std::string words;
     std::string_view beside = {};  ///< key that it contradicts, which is named where only that one is an option
-    bool isIdle = false;  ///< `key` has no effect then, which is no mistake where one of the two is an option and the other in the file
+    Idle idle = Idle::Refused;     ///< `key` has no effect then
 };
 
 /// A range of numbers.

@@ -79,9 +79,11 @@ void TomlDocument::hold(std::string_view section, std::size_t index, const std::
         const toml::node* const node = rule.isBroken ? findForRule(section, index, rule.key) : nullptr;
         if (node == nullptr) continue;
         const toml::node* const beside = rule.beside.empty() ? nullptr : findForRule(section, index, rule.beside);
-        const bool isMixed = beside != nullptr && isGiven(*node) != isGiven(*beside);
-        if (isMixed && rule.isIdle) continue;
-        fail(isMixed && isGiven(*beside) ? *beside : *node, rule.words);
+        const bool isBesideByOption = beside != nullptr && isGiven(*beside) && !isGiven(*node);
+        const bool isKeyByOption = beside != nullptr && isGiven(*node) && !isGiven(*beside);
+        if (rule.idle != Idle::Refused && isBesideByOption) continue;
+        if (rule.idle == Idle::Either && isKeyByOption) continue;
+        fail(isBesideByOption ? *beside : *node, rule.words);
     }
 }
 

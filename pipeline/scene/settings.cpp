@@ -144,7 +144,8 @@ std::vector<SettingsRule> rulesOf(const OutputSettings& output) {
     const char* const decodeKey = output.decode.maxFetches ? "max_fetches" : output.decode.maxDecodeOps ? "max_decode_ops" : "layouts";
     return {
         {"effort", output.target == Target::Float,
-         "found output.effort with target = \"float\", whose texels are not encoded, expected target = \"bc\" or \"astc\"", "target", true},
+         "found output.effort with target = \"float\", whose texels are not encoded, expected target = \"bc\" or \"astc\"", "target",
+         Idle::Either},
         {"container", output.target == Target::Astc && isDds,
          "found container dds with target astc, expected container ktx2: DDS has no ASTC formats", "target"},
         {"zstd", output.zstd && isDds,
@@ -154,9 +155,9 @@ std::vector<SettingsRule> rulesOf(const OutputSettings& output) {
         {decodeKey, !decode.empty(), decode, "light_map_layout"},
         {"gltf", output.gltf && isDds, "found glTF with container dds, expected container ktx2", "container"},
         {"cost", !isAuto, "found output.cost where the layout is named, expected light_map_layout = \"auto\" with max_error or max_visible",
-         "light_map_layout", true},
+         "light_map_layout", Idle::InFile},
         {"cost", output.budgetBytes && !output.isErrorLimited(),
-         "found output.cost where a budget chooses the layouts, expected max_error or max_visible as well", "budget", true},
+         "found output.cost where a budget chooses the layouts, expected max_error or max_visible as well", "budget", Idle::InFile},
     };
 }
 
@@ -205,7 +206,7 @@ std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry
         {"layouts", !layouts.empty(), layouts, "output.light_map_layout"},
         {charts, !packed.empty(), packed},
         {charts, !split.empty(), split},
-        {"charts_max_visible", !isPacked(output, entry), kNoneIsPacked, charts, true},
+        {"charts_max_visible", !isPacked(output, entry), kNoneIsPacked, charts, Idle::InFile},
     };
 }
 
@@ -230,7 +231,7 @@ std::vector<SettingsRule> rulesOf(const Scene& scene) {
              "found a limit on seams where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]: seams are at its edges"},
             {"output.gltf", scene.output.gltf && !hasMesh,
              "found output.gltf where no light map has a mesh, expected mesh = \"FILE\" in a [[light_map]]"},
-            {"output.charts_max_visible", !isAnyPacked, kNoneIsPacked, "output.charts", true},
+            {"output.charts_max_visible", !isAnyPacked, kNoneIsPacked, "output.charts", Idle::InFile},
             {"lobe", isPhong && !(scene.lightMaps.empty() && scene.probes.empty()),
              fmt::format(
                  "found \"{0}\" for lobe, expected {1}: cubemaps and dominant lights have no Phong lobe (lightcook lut --lobe {0} makes "

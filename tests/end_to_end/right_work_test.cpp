@@ -89,7 +89,7 @@ public:
         options.cache = folder_ / "cache";
         options.onlyKind = "light-map";
         options.given.set("output.target", std::string(formats::info(cell.target).name));
-        options.given.set("output.effort", kEfforts[cell.setting % 3]);
+        if (cell.target != formats::Target::Float) options.given.set("output.effort", kEfforts[cell.setting % 3]);
         options.given.set("output.objective", cell.setting / 3 % 2 == 0 ? "visible" : "energy");
         if (cell.layout != kAutoLayout) options.given.set("output.light_map_layout", cell.layout);
         const RunState state;

@@ -94,6 +94,7 @@ TEST_F(GivenKeysOverAFile, NameTheOptionThatBreaksARule) {
     // Without effect there, which is the aim of the option.
     EXPECT_EQ(mistake(effort, keys({{"output.target", "float"}})), "");
     EXPECT_EQ(mistake(cost, keys({{"output.light_map_layout", "ratio"}})), "");
+    EXPECT_EQ(mistake("[output]\ntarget = \"float\"\n", keys({{"output.effort", "3"}})), "") << "scripts give it to all scenes";
     EXPECT_THAT(mistake("", keys({{"output.target", "float"}, {"output.effort", "9"}})), StartsWith("--effort: found output.effort with"));
     EXPECT_EQ(mistake(zstd + "container = \"dds\"\n", keys({{"output.container", "ktx2"}})), "") << "an option may mend a file";
     EXPECT_THAT(mistake("[[gradient]]\nname = \"g\"\nfile = \"g.exr\"\nformat = \"bc7\"\n", keys({{"output.target", "astc"}})),
