@@ -164,8 +164,8 @@ struct CookedAsset {
     std::vector<CookedTexture> textures;
     AssetSource source;
     std::optional<VertexBasis> basis;
-    std::optional<std::string> digest;     ///< of `file`
-    std::optional<Json> verify;  ///< parameters of the verify action
+    std::optional<std::string> digest;  ///< of `file`
+    std::optional<Json> verify;         ///< parameters of the verify action
 
     /// Return the GPU memory and the size on disk [bytes] of the textures and of everything beside them.
     std::uint64_t totalBytesGpu() const;

@@ -264,7 +264,7 @@ private:
         tables_[at_].keys.push_back(std::move(row));
     }
     /// Returns the default of a key: of one that goes before another, that one.
-    static std::string fallbackOf(std::string_view key, const KeyRule& rule, std::string otherwise) {
+    static std::string fallbackOf(std::string_view key, const KeyRule& rule, const std::string& otherwise) {
         if (!rule.fallback.empty() || rule.of.empty()) return rule.fallback.empty() ? otherwise : rule.fallback;
         const std::string_view name = rule.of.substr(rule.of.find('.') + 1);
         return name == key ? "that of `[output]`" : fmt::format("`{}` of `[output]`", name);

@@ -229,7 +229,8 @@ TEST_F(PackedCook, WhatCannotBePackedIsRefused) {
     writeScene("charts = \"pack\"\ncharts_max_visible = -1");
     EXPECT_THAT(mistake(), HasSubstr("found -1 for output.charts_max_visible, expected a number from 0"));
     writeScene("charts_max_visible = 1");
-    EXPECT_THAT(mistake(), HasSubstr("scene.toml:5:22: found charts_max_visible where no charts are packed, expected charts = \"pack\" or"));
+    EXPECT_THAT(mistake(),
+                HasSubstr("scene.toml:5:22: found charts_max_visible where no charts are packed, expected charts = \"pack\" or"));
     writeScene("charts = \"pack\"", "mesh = \"cornell.glb\"\ncharts = \"keep\"\ncharts_max_visible = 1\n");
     EXPECT_THAT(mistake(), HasSubstr("found charts_max_visible where no charts are packed"));
     writeScene("charts = \"packed\"");

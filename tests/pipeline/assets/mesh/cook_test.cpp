@@ -375,7 +375,8 @@ TEST_F(TwoSquares, AManifestThatNamesNoSuchLightMapIsRefused) {
             if (each.contains("basis")) each["basis"][key] = value;
         };
     };
-    EXPECT_THAT(verifiedWith(ofMesh("light_map", "sky")).line(), HasSubstr("room_mesh, basis/light_map: found \"sky\", expected \"map\" of its scene"));
+    EXPECT_THAT(verifiedWith(ofMesh("light_map", "sky")).line(),
+                HasSubstr("room_mesh, basis/light_map: found \"sky\", expected \"map\" of its scene"));
     EXPECT_EQ(verifiedWith(ofMesh("light_map", "sky")).code, formats::ErrorCode::Verification);
     EXPECT_EQ(verifiedWith(ofMesh("light_map", 7)).code, formats::ErrorCode::FileUnreadable);
     for (const Json& runs : {Json{0, 5}, Json{0, 1e30}, Json{300, 768}, Json::array()})
