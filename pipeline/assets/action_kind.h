@@ -15,11 +15,9 @@ inline constexpr const char* kContentKind = "light-map-content";
 inline constexpr const char* kFloorKind = "light-map-floor";
 inline constexpr const char* kProbeUseKind = "probe-use";
 inline constexpr const char* kPackChartsKind = "pack-charts";
-inline constexpr const char* kSplitChartsKind = "split-charts";
 inline constexpr const char* kLightMapTrialKind = "light-map-trial";
 inline constexpr const char* kJointTrialKind = "joint-trial";
 inline constexpr const char* kVerifyWholeKind = "verify-whole";
-inline constexpr const char* kVerifySplitSeamsKind = "verify-split-seams";
 inline constexpr const char* kGltfKind = "gltf";
 inline constexpr const char* kLintLightMapKind = "lint-light-map";
 inline constexpr const char* kLintMeshKind = "lint-mesh";
@@ -35,12 +33,10 @@ enum class ActionStep {
     Content,
     Floor,
     Pack,
-    Split,
     Trial,
     Cook,
     Verify,
     Whole,
-    SplitSeams,
     Gltf,
     LintLightMap,
     LintMesh,
@@ -49,9 +45,9 @@ enum class ActionStep {
 };
 
 /// Prefixes of ids, in the order of ActionStep.
-inline constexpr std::array<std::string_view, 15> kActionIdPrefixes = {
-    "materials/", "content/",     "floor/", "pack/",           "split/",     "trial/",      "cook/",         "verify/",
-    "whole/",     "split-seams/", "gltf/",  "lint/light-map/", "lint/mesh/", "lint/probe/", "lint/gradient/"};
+inline constexpr std::array<std::string_view, 13> kActionIdPrefixes = {
+    "materials/", "content/", "floor/",          "pack/",      "trial/",      "cook/",         "verify/",
+    "whole/",     "gltf/",    "lint/light-map/", "lint/mesh/", "lint/probe/", "lint/gradient/"};
 static_assert(kActionIdPrefixes.size() == static_cast<std::size_t>(ActionStep::LintGradient) + 1);
 
 constexpr std::string_view actionIdPrefix(ActionStep step) {

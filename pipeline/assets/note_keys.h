@@ -13,7 +13,6 @@ inline constexpr const char* kRepairedFireflies = "repaired_fireflies";
 inline constexpr const char* kNegativeAfterGamut = "negative_after_gamut";
 inline constexpr const char* kClampedLight = "clamped_light";
 inline constexpr const char* kPacking = "packing";
-inline constexpr const char* kSplit = "split";
 inline constexpr const char* kUnreadTexels = "unread_texels";
 inline constexpr const char* kWholeVisible = "whole_visible";
 

@@ -1,4 +1,4 @@
-// Seams of a light map, and between the maps of a split one, as reports have them. docs/theory/visible.md defines the figures.
+// Seams of a light map, as reports have them. docs/theory/visible.md defines the figures.
 #pragma once
 
 #include <algorithm>
@@ -117,22 +117,6 @@ void describe(Fields& fields, Self& seams) {
     fields.optional("bake_specular", seams.bakeSpecular, "steps of the bake itself, area-specular shading");
     fields.presentIf(!seams.worstOfBake.empty(), "worst_of_bake", seams.worstOfBake, "largest steps of the bake itself");
     fields.presentIf(!seams.worst.empty(), "worst", seams.worst, "edges with the largest added steps, the worst first");
-}
-
-/// Seams between the maps of a split light map: result of action "verify-split-seams".
-struct SplitSeams {
-    std::vector<std::string> maps;         ///< in the order of the split
-    SeamFigures seams;                     ///< `edges` are those between maps; the other counts are of the triangles of all maps together
-    Limits limits;                         ///< on the largest added step
-    std::vector<RenderedView> views = {};  ///< of SeamFigures::worst, in their order
-    std::vector<Check> checks() const { return judge(seams.figures(), limits); }
-};
-template <class Fields, Is<SplitSeams> Self>
-void describe(Fields& fields, Self& split) {
-    fields.required("maps", split.maps, "light maps, in the order of the split");
-    describe(fields, split.seams);
-    describe(fields, split.limits, {Limit::Seam});
-    fields.presentIf(!split.views.empty(), "views", split.views, "the mesh around the worst seams, in their order");
 }
 
 }  // namespace lightcook::pipeline

@@ -4,7 +4,6 @@
 #include <memory>
 #include <set>
 
-#include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/info.h"
 #include "pipeline/command/option_groups.h"
@@ -17,18 +16,10 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// Returns true if a light map is read to reconstruct another: it is that map, or holds the charts that were split off it.
-bool isReadFor(const std::string& name, const CookedAsset& asset) {
-    if (asset.kind != AssetKind::LightMap) return false;
-    if (asset.name == name) return true;
-    const auto unpacked = unpackedBakeOf(asset);
-    return unpacked && *unpacked && (*unpacked)->part && (*unpacked)->part->of == name;
-}
-
 /// Fails unless the manifest and the textures of a light map are those that were cooked. Other files of the folder are not read.
 formats::Result<void> checkCookedFiles(const std::filesystem::path& folder, const std::string& name) {
     LC_TRY(manifest, loadManifest(folder));
-    std::erase_if(manifest->assets, [&](const CookedAsset& asset) { return !isReadFor(name, asset); });
+    std::erase_if(manifest->assets, [&](const CookedAsset& asset) { return asset.kind != AssetKind::LightMap || asset.name != name; });
     std::set<std::filesystem::path> read = {folder / kManifestName};
     for (const CookedAsset& asset : manifest->assets)
         for (const CookedTexture& texture : asset.textures) read.insert(folder / texture.file);

@@ -10,12 +10,10 @@
 #include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/dominant/dominant.h"
 #include "pipeline/assets/gltf/gltf.h"
-#include "pipeline/assets/light_map/chart_split.h"
 #include "pipeline/assets/light_map/content.h"
 #include "pipeline/assets/light_map/floor.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
-#include "pipeline/assets/light_map/split_seams.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/light_map/whole_errors.h"
 #include "pipeline/assets/lut/lut.h"
@@ -49,14 +47,12 @@ struct PlanAction {
     std::string_view kind;
     ActionFunction function;
 };
-constexpr std::array kPlanActions = {PlanAction{kMaterialsKind, readMaterials},     PlanAction{kSplitChartsKind, splitCharts},
-                                     PlanAction{kPackChartsKind, packCharts},       PlanAction{kGltfKind, cookGltf},
-                                     PlanAction{kLightMapTrialKind, tryLightMap},   PlanAction{kJointTrialKind, tryJointly},
-                                     PlanAction{kVerifyWholeKind, verifyWhole},     PlanAction{kVerifySplitSeamsKind, verifySplitSeams},
-                                     PlanAction{kContentKind, readLightMapContent}, PlanAction{kFloorKind, measureFloor},
-                                     PlanAction{kProbeUseKind, findUnusedProbes},   PlanAction{kLintLightMapKind, lintLightMap},
-                                     PlanAction{kLintMeshKind, lintMesh},           PlanAction{kLintProbeKind, lintProbe},
-                                     PlanAction{kLintGradientKind, lintGradient}};
+constexpr std::array kPlanActions = {
+    PlanAction{kMaterialsKind, readMaterials},     PlanAction{kPackChartsKind, packCharts}, PlanAction{kGltfKind, cookGltf},
+    PlanAction{kLightMapTrialKind, tryLightMap},   PlanAction{kJointTrialKind, tryJointly}, PlanAction{kVerifyWholeKind, verifyWhole},
+    PlanAction{kContentKind, readLightMapContent}, PlanAction{kFloorKind, measureFloor},    PlanAction{kProbeUseKind, findUnusedProbes},
+    PlanAction{kLintLightMapKind, lintLightMap},   PlanAction{kLintMeshKind, lintMesh},     PlanAction{kLintProbeKind, lintProbe},
+    PlanAction{kLintGradientKind, lintGradient}};
 
 formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {
     return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,

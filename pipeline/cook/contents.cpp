@@ -50,7 +50,7 @@ Action contentAction(const Scene& scene, const LightMapEntry& entry, const verif
 std::optional<Action> floorAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading,
                                   const PlanOptions& options) {
     if (!scene.output.limits[Limit::Error] && !askedVisibleLimit(scene.output, entry)) return std::nullopt;
-    LightMapFloorParameters parameters{entry.description, shading, displayOf(scene, entry)};
+    LightMapFloorParameters parameters{entry.description, shading, scene.display};
     parameters.description.repair = options.repair;
     return Action{actionId(ActionStep::Floor, entry.name),   kFloorKind, entry.name, toJson(parameters),
                   bakeInputs(entry.file, entry.description), {}};
@@ -127,7 +127,7 @@ std::vector<Action> planContents(const Scene& scene, const Needs& needs, const P
     std::vector<Action> actions;
     const verify::LightMapShading shading = shadingOf(scene, needs);
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (isWanted(options, entry.name, AssetKind::LightMap, entry))
+        if (isWanted(options, entry.name, AssetKind::LightMap, entry.name))
             if (auto floor = floorAction(scene, entry, shading, options)) actions.push_back(std::move(*floor));
     if (scene.output.keepUnused) return actions;
     for (const LightMapEntry& entry : scene.lightMaps)

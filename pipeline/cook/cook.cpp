@@ -8,7 +8,6 @@
 #include <memory>
 #include <set>
 
-#include "formats/gltf_scene.h"
 #include "formats/temporaries.h"
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/asset_kind.h"
@@ -21,7 +20,6 @@
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/cook/map_preparation.h"
 #include "pipeline/cook/plan.h"
-#include "pipeline/cook/split_maps.h"
 #include "pipeline/cook/summary.h"
 #include "pipeline/cook/verdicts.h"
 #include "pipeline/graph/cache.h"
@@ -45,11 +43,8 @@ using formats::Result;
 using Clock = std::chrono::steady_clock;
 
 /// Refuses scenes without anything to cook, and what cannot be written.
-Result<void> checkScene(const Scene& scene, const CookOptions& options, const std::filesystem::path& folder) {
+Result<void> checkScene(const Scene& scene, const std::filesystem::path& folder) {
     if (const std::string why = whyNothing(scene); !why.empty()) return failure(ErrorCode::InvalidRequest, scene.file, why);
-    for (const LightMapEntry& entry : scene.lightMaps)
-        if (isSplit(scene.output, entry) && entry.mesh && options.only.value_or(entry.name) == entry.name)
-            LC_CHECK(formats::checkNoMorphTargets(*entry.mesh));
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder, "found a file, expected a folder or nothing");
@@ -65,7 +60,6 @@ public:
           state_(state),
           start_(Clock::now()),
           scene_(std::move(scene)),
-          asked_(scene_),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
           planOptions_{options.only, options.onlyKind, options.repair, options.samples, {std::move(layouts)}} {}
 
@@ -77,7 +71,7 @@ public:
 private:
     Result<void> tryRun() {
         outcome_.output = cookedFolder(scene_, options_.output);
-        LC_CHECK(checkScene(scene_, options_, outcome_.output));
+        LC_CHECK(checkScene(scene_, outcome_.output));
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
         // Inside the output, so that finished files are renamed. A folder that is made for it goes with it unless the cook leaves files.
@@ -102,7 +96,7 @@ private:
         if (isStopped(materials)) return {};
         LC_TRY(known, needsOf(materials));
         Needs needs = std::move(*known);
-        LC_TRY(prepared, prepareMaps(needs));
+        LC_TRY(prepared, packCharts());
         if (isStopped()) return {};
         const Scene& planned = *prepared;
         const std::vector<Action> contentGraph = planContents(planned, needs, planOptions_);
@@ -174,17 +168,14 @@ private:
     }
 
     /// Packs the charts of the light maps that ask for it, and returns the scene with the new maps.
-    Result<Scene> prepareMaps(Needs& needs) {
-        MapPreparation preparation(planOptions_, options_.keepGoing, state_, packedFolder(), [this](const auto& graph, const auto& folder) {
-            return folder.empty() ? execute(graph) : executeInto(folder, graph);
-        });
-        auto prepared = preparation.prepare(scene_, needs);
-        packGraph_ = preparation.graph();
-        preparationNotes_ = preparation.notes();
-        addErrors(preparation.result());
-        outcome_.actionsRun += preparation.result().actionsRun;
-        outcome_.actionsReused += preparation.result().actionsReused;
-        return prepared;
+    Result<Scene> packCharts() {
+        const auto runInto = [this](const auto& graph, const auto& folder) { return executeInto(folder, graph); };
+        LC_TRY(prepared, prepareMaps(scene_, planOptions_, packedFolder(), runInto));
+        packGraph_ = std::move(prepared->graph);
+        addErrors(prepared->result);
+        outcome_.actionsRun += prepared->result.actionsRun;
+        outcome_.actionsReused += prepared->result.actionsReused;
+        return std::move(prepared->scene);
     }
 
     /// Refuses options that the plan shows to be impossible.
@@ -261,13 +252,13 @@ private:
             options.keepCandidates = false;
             options.depfile = {};
             LC_CHECK(makeFoldersOf(outcome_.output, candidateFolder({}, layout) / kManifestName));
-            Json document = asked_.document;
+            Json document = scene_.document;
             Json& output = document["output"];
-            output["light_map_layout"] = layoutAsked(asked_.output);  // as the limits had it
+            output["light_map_layout"] = layoutAsked(scene_.output);  // as the limits had it
             for (const char* whole : {"budget", "max_whole_visible", "max_whole_error"}) output.erase(whole);
-            LC_TRY(scene, readSceneDocument(document, asked_.directory));
-            scene->file = asked_.file;
-            scene->lines = asked_.lines;
+            LC_TRY(scene, readSceneDocument(document, scene_.directory));
+            scene->file = scene_.file;
+            scene->lines = scene_.lines;
             const Outcome done = Cook(std::move(*scene), options, state_, layouts).run();
             outcome_.actionsRun += done.actionsRun;
             outcome_.actionsReused += done.actionsReused;
@@ -278,26 +269,18 @@ private:
                 return tl::make_unexpected(*fault);
             outcome_.candidates.push_back(layout);
         }
-        removeCandidates(outcome_.output, {outcome_.candidates.begin(), outcome_.candidates.end()}, NamedPlaces(asked_));
+        removeCandidates(outcome_.output, {outcome_.candidates.begin(), outcome_.candidates.end()}, NamedPlaces(scene_));
         return {};
     }
 
-    /// Returns the actions of the assets that waited for a layout, less those that ran before; but with all that the seams between maps of
-    /// a split depend on, one of which may have waited where another did not.
+    /// Returns the actions of the assets that waited for a layout, less those that ran before.
     std::vector<Action> actionsOf(const Plan& plan, const ExecutionResult& result) const {
-        std::set<std::string> split;  // actions on seams between maps, and those that they depend on
-        for (const Action& action : plan.actions)
-            if (isOfStep(action.id, ActionStep::SplitSeams) && !result.records.contains(action.id)) {
-                split.insert(action.id);
-                split.insert(action.dependencies.begin(), action.dependencies.end());
-            }
         std::vector<Action> rest;
         const Decisions& decisions = planOptions_.decisions;
         for (const Action& action : plan.actions) {
             const bool isChosen =
                 decisions.layouts.contains(lightMapOf(plan, action.asset)) || (decisions.tableViews && action.asset == kTablesName);
-            const bool hasWaited = isChosen && !result.records.contains(action.id);
-            if (hasWaited || split.contains(action.id)) rest.push_back(action);
+            if (isChosen && !result.records.contains(action.id)) rest.push_back(action);
         }
         return rest;
     }
@@ -346,13 +329,12 @@ private:
         LC_TRY(transaction, formats::OutputTransaction::begin());
         LC_CHECK(checkOutputs(result));
         SummaryWriter writer(scene_, outcome_.output, options_.only.has_value(), *digests_);
-        writer.addNotes(preparationNotes_);
         writer.addNotes(notes_);
         writer.addNotes(plan.notes);
         writer.addFailed(failed_);
         writer.setSceneAssets(sceneAssets_);
         writer.setLinted(linted_);
-        writer.setCook({asked_.document, plan.wanted, options_.repair, options_.samples, needs, planOptions_.decisions});
+        writer.setCook({scene_.document, plan.wanted, options_.repair, options_.samples, needs, planOptions_.decisions});
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
@@ -418,8 +400,7 @@ private:
     const RunState& state_;
     Clock::time_point start_;
     std::string at_ = timeNow();
-    Scene scene_;
-    const Scene asked_;  ///< as scene_ was before the cook put several maps in place of those that are split
+    const Scene scene_;
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
@@ -428,7 +409,6 @@ private:
     std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map
     std::vector<FrontierPoint> frontier_;                                     ///< of such a scene
     std::map<std::string, std::map<std::string, std::string>> alternatives_;  ///< to cook as well: LayoutDecision::alternatives
-    std::map<std::string, Json> preparationNotes_;                            ///< by light map
     std::vector<Action> packGraph_;
     std::vector<std::string> sceneAssets_;  ///< of the whole scene, in a cook with --only
     std::set<std::string> linted_;          ///< assets whose inputs lint looked at

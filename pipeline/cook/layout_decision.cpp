@@ -157,7 +157,6 @@ std::map<std::string, std::map<std::string, std::string>> LayoutDecision::altern
 }
 
 Result<bool> LayoutDecision::learnFrom(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
-    LC_CHECK(noteSplitSeams(chosen));
     const auto isMapRefuted = noteVerifiedMaps(chosen);
     if (!isMapRefuted || choices_.empty()) return isMapRefuted;
     LC_CHECK(noteFailedDominants(chosen));
@@ -177,34 +176,12 @@ Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
         const auto record = chosen.records.find(actionId(ActionStep::Verify, map));
         if (record == chosen.records.end()) continue;
         LC_TRY(verified, fromJson<VerifyResult>(record->second.result, record->second.id));
-        const double found = std::max(verifiedUse(*verified, layoutLimitsOf(scene_, map)), splitUse_[map][layout]);
+        const double found = verifiedUse(*verified, layoutLimitsOf(scene_, map));
         LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
         if (found > 1 && candidate.usedOfLimits <= 1) isRefuted = true;
         candidate.usedOfLimits = found;
     }
     return isRefuted;
-}
-
-/// Notes edges between maps of a split that are over the limit on seams. The map with the larger visible error at the worst edge needs a
-/// better layout, if its layout was left open.
-Result<void> LayoutDecision::noteSplitSeams(const ExecutionResult& chosen) {
-    for (const auto& [id, record] : chosen.records) {
-        if (!isOfStep(id, ActionStep::SplitSeams)) continue;
-        LC_TRY(split, fromJson<SplitSeams>(record.result, id));
-        const double share = mostUsedShare(split->checks());
-        if (share <= 1 || split->seams.worst.empty()) continue;
-        const SeamPlace& worst = split->seams.worst.front();
-        if (!worst.maps || !worst.errors) continue;
-        const std::size_t first = (*worst.errors)[1] > (*worst.errors)[0] ? 1 : 0;
-        for (const std::size_t side : {first, 1 - first}) {
-            const std::string& map = (*worst.maps)[side];
-            if (!candidates_.contains(map)) continue;
-            double& used = splitUse_[map][chosen_.at(map)];
-            used = std::max(used, share);
-            break;
-        }
-    }
-    return {};
 }
 
 /// Notes dominant lights that failed their verification, so that they are chosen last.

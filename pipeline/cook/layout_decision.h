@@ -75,7 +75,6 @@ private:
     AllocationChoices allowedChoices() const;
     std::size_t pointOfLimits() const;
     formats::Result<bool> noteVerifiedMaps(const ExecutionResult& chosen);
-    formats::Result<void> noteSplitSeams(const ExecutionResult& chosen);
     formats::Result<void> noteFailedDominants(const ExecutionResult& chosen);
     formats::Result<void> noteFailedTables(const ExecutionResult& chosen);
     formats::Result<void> noteFailedWholes(const ExecutionResult& chosen);
@@ -87,9 +86,6 @@ private:
     LightMapCandidates candidates_;
     AllocationChoices choices_;  ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole), without meshes
     std::map<std::string, MeshMemory> meshes_;  ///< of maps whose layout is open, by light map
-    /// Largest part of the limit on seams that an edge between maps of a split used, by light map and layout. What was found stays: the
-    /// layout on the other side may have been chosen anew for it, and so no choice comes back.
-    std::map<std::string, std::map<std::string, double>> splitUse_;
     std::uint64_t otherBytes_ = 0;          ///< GPU memory of assets without a choice, meshes at their upper bound, open tables left out
     std::optional<TableBytes> openTables_;  ///< Plan::openTables
     bool areLeastTablesRefuted_ = false;    ///< they missed a limit of theirs

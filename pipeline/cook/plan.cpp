@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <glm/geometric.hpp>
 #include <set>
 #include <type_traits>
@@ -21,7 +20,6 @@
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
-#include "pipeline/assets/light_map/split_seams.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/light_map/whole_errors.h"
 #include "pipeline/assets/lut/lut.h"
@@ -77,23 +75,6 @@ std::vector<std::string> fileNames(const std::string& asset, AssetKind kind) {
     return names;
 }
 
-/// Returns the name of the mesh of a light map. Parts of a split map count once if `nameOf` returns the same name for them.
-/// nameOf  name of a light map
-template <class NameOf>
-std::string meshNameAmong(const Scene& scene, const LightMapEntry& entry, NameOf nameOf) {
-    std::set<std::string> sharing;
-    for (const LightMapEntry& other : scene.lightMaps)
-        if (other.mesh && other.mesh->stem() == entry.mesh->stem()) sharing.insert(std::invoke(nameOf, other));
-    const std::string name = entry.mesh->stem().string() + "_mesh";
-    return sharing.size() > 1 ? std::invoke(nameOf, entry) + "_" + name : name;
-}
-
-/// Returns true if the options want the mesh of a light map, by its name or by the one that it would have if no map were split.
-bool isMeshWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry) {
-    return isWanted(options, meshAssetName(scene, entry), AssetKind::Mesh, entry) ||
-           isWanted(options, meshNameAmong(scene, entry, &LightMapEntry::nameInScene), AssetKind::Mesh, entry);
-}
-
 /// GPU memory of the whole Cook-Torrance tables: three textures of 8 bytes a texel.
 constexpr int kTableTexelBytes = 24;
 constexpr int kTableRows = 16;
@@ -109,7 +90,6 @@ public:
     /// Call it once: it moves the plan out.
     formats::Result<Plan> plan() {
         for (const LightMapEntry& entry : scene_.lightMaps) planLightMap(entry);
-        for (const LightMapEntry& entry : scene_.lightMaps) addSplitSeams(entry);
         for (const ProbeEntry& entry : scene_.probes) planProbe(entry);
         for (const GradientEntry& entry : scene_.gradients) planGradient(entry);
         planTables();
@@ -137,7 +117,7 @@ private:
     }
     /// The assets of a light map whose charts are packed anew are wanted together: textures and UVs of different packings do not match.
     bool wants(const std::string& asset, AssetKind kind, const LightMapEntry& entry) const {
-        if (packedOf(entry) == nullptr || options_.assets) return isWanted(options_, asset, kind, entry);
+        if (packedOf(entry) == nullptr || options_.assets) return isWanted(options_, asset, kind, entry.name);
         return (!options_.onlyKind || *options_.onlyKind == info(kind).name) && isAnyWanted(scene_, options_, entry);
     }
 
@@ -186,7 +166,7 @@ private:
         const LightMapReduction reduction = reductionOf(scene_, needs_, entry, lightMapLayoutFor(scene_, needs_, entry));
         std::string layout = reduction.layout;
         const std::optional<JointTrial> joint = jointTrialOf(entry, reduction);
-        if (isAnyWanted(scene_, options_, entry)) plan_.lightMaps.push_back(entry.nameInScene());
+        if (isAnyWanted(scene_, options_, entry)) plan_.lightMaps.push_back(entry.name);
         const bool isDecided = (layout != kAutoLayout && !joint) || options_.decisions.layouts.contains(entry.name);
         if (layout == kAutoLayout && isDecided) layout = options_.decisions.layouts.at(entry.name);
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
@@ -242,7 +222,7 @@ private:
     /// Adds the verification of a light map and its dominant light together, where that chose their layouts.
     void addWhole(const LightMapEntry& entry, const LightMapReduction& reduction) {
         if (!scene_.output.isChosenByWhole() || reduction.constantOf || !wants(entry.name, AssetKind::LightMap, entry)) return;
-        WholeVerifyParameters parameters{{shading_, displayOf(scene_, entry)}, {}, wholeLimits(scene_.output)};
+        WholeVerifyParameters parameters{{shading_, scene_.display}, {}, wholeLimits(scene_.output)};
         std::vector<std::string> dependencies = {actionId(ActionStep::Cook, entry.name)};
         if (isDominantShown(entry, reduction)) {
             parameters.fit = entry.dominantFit;
@@ -252,26 +232,6 @@ private:
         }
         plan_.actions.push_back({actionId(ActionStep::Whole, entry.name), kVerifyWholeKind, entry.name, toJson(parameters),
                                  bakeInputs(entry.file, entry.description), std::move(dependencies)});
-    }
-
-    /// Adds the verification of the seams between the maps of a split, with the first of them, where all of them are cooked.
-    void addSplitSeams(const LightMapEntry& first) {
-        if (!first.part || first.name != first.part->of) return;
-        SplitSeamsParameters parameters{{shading_, displayOf(scene_, first)}, {}, limitsOf(scene_.output, first)};
-        Inputs inputs;
-        std::vector<std::string> dependencies;
-        for (const LightMapEntry& entry : scene_.lightMaps) {
-            if (!entry.part || entry.part->of != first.name) continue;
-            if (std::ranges::find(plan_.assets, entry.name) == plan_.assets.end()) return;
-            const std::size_t map = parameters.maps.size();
-            for (const auto& [role, file] : packedOf(entry)->files)
-                inputs[role == kSourceRole ? splitBakeRole(map) : role == kMeshRole ? splitMeshRole(map) : role] = file;
-            parameters.maps.push_back(entry.name);
-            dependencies.push_back(actionId(ActionStep::Cook, entry.name));
-        }
-        if (parameters.maps.size() > 1)
-            plan_.actions.push_back({actionId(ActionStep::SplitSeams, first.name), kVerifySplitSeamsKind, first.name, toJson(parameters),
-                                     std::move(inputs), std::move(dependencies)});
     }
 
     void addTrial(const LightMapEntry& entry, const LightMapReduction& reduction, const std::optional<JointTrial>& joint) {
@@ -285,9 +245,8 @@ private:
                      const LightMapReduction& reduction) {
         description.constantOf = reduction.constantOf;
         std::optional<SceneView> visible;
-        if (scene_.output.objective == formats::Objective::Visible && hasObjective(layout))
-            visible = SceneView{shading_, displayOf(scene_, entry)};
-        const LightMapVerifyParameters verification{shading_, options_.samples, displayOf(scene_, entry), limitsOfMap(entry)};
+        if (scene_.output.objective == formats::Objective::Visible && hasObjective(layout)) visible = SceneView{shading_, scene_.display};
+        const LightMapVerifyParameters verification{shading_, options_.samples, scene_.display, limitsOfMap(entry)};
         Inputs verifyInputs = reduction.constantOf ? bakeInputs(entry.file, entry.description) : viewedInputs(entry);
         const PackedLightMap* packed = packedOf(entry);
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
@@ -337,7 +296,7 @@ private:
         if ((parameters.layout || scene_.output.isChosenByWhole()) && !scene_.output.limits[Limit::ConverterError])
             limits[Limit::Error].reset();
         add(dominant, AssetKind::Dominant, parameters, bakeInputs(entry.file, entry.description),
-            DominantVerifyParameters{{shading_, displayOf(scene_, entry)}, limits},
+            DominantVerifyParameters{{shading_, scene_.display}, limits},
             description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry));
     }
 
@@ -370,7 +329,7 @@ private:
         const Inputs inputs = meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake);
         Inputs verifyInputs = bakeInputs(entry.file, entry.description);
         verifyInputs.insert(inputs.begin(), inputs.end());
-        VisibleParameters visible{displayOf(scene_, entry), limitsOfMap(entry)};
+        VisibleParameters visible{scene_.display, limitsOfMap(entry)};
         visible.limits[Limit::Error] = errorLimit(scene_.output);
         const MeshParameters parameters{description, scene_.output.draco, visible, entry.name};
         std::vector<std::string> dependencies;
@@ -603,20 +562,16 @@ bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind ki
     return !options.only || *options.only == asset || *options.only == parent;
 }
 
-bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const LightMapEntry& entry) {
-    return isWanted(options, asset, kind, entry.name) || isWanted(options, asset, kind, entry.nameInScene());
-}
-
 bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry) {
-    return std::ranges::any_of(scene.lightMaps, [&](const LightMapEntry& each) {
-        return each.nameInScene() == entry.nameInScene() && (isWanted(options, each.name, AssetKind::LightMap, each) ||
-                                                             isWanted(options, dominantNameOf(each.name), AssetKind::Dominant, each) ||
-                                                             (each.mesh && isMeshWanted(scene, options, each)));
-    });
+    return isWanted(options, entry.name, AssetKind::LightMap, entry.name) ||
+           isWanted(options, dominantNameOf(entry.name), AssetKind::Dominant, entry.name) ||
+           (entry.mesh && isWanted(options, meshAssetName(scene, entry), AssetKind::Mesh, entry.name));
 }
 
 std::string meshAssetName(const Scene& scene, const LightMapEntry& entry) {
-    return meshNameAmong(scene, entry, &LightMapEntry::name);
+    const auto isSharing = [&](const LightMapEntry& other) { return other.mesh && other.mesh->stem() == entry.mesh->stem(); };
+    const std::string name = entry.mesh->stem().string() + "_mesh";
+    return std::ranges::count_if(scene.lightMaps, isSharing) > 1 ? entry.name + "_" + name : name;
 }
 
 std::vector<Action> planNeeds(const Scene& scene) {
@@ -652,9 +607,8 @@ RoleFiles sourcesOf(const Plan& plan, const std::string& asset) {
 }
 
 std::set<std::string> inputsOf(const Scene& scene, std::set<std::string> assets) {
-    // The parts of a split map have the same inputs: lint looks at them once, under the name in the scene.
     for (const LightMapEntry& entry : scene.lightMaps)
-        if (assets.erase(entry.name) > 0 || assets.contains(dominantNameOf(entry.name))) assets.insert(entry.nameInScene());
+        if (assets.contains(dominantNameOf(entry.name))) assets.insert(entry.name);
     return assets;
 }
 

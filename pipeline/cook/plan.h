@@ -55,11 +55,7 @@ std::string meshAssetName(const Scene& scene, const LightMapEntry& entry);
 
 /// Returns true if the options want an asset: by its name or that of the entry which it derives from, and by its kind.
 bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const std::string& parent);
-/// The same of an asset of a light map, which the light map of the scene file names, too.
-bool isWanted(const PlanOptions& options, const std::string& asset, AssetKind kind, const LightMapEntry& entry);
-
-/// Returns true if the options want an asset of a light map of the scene file: itself, its dominant light or its mesh, of either part if it
-/// is split.
+/// Returns true if the options want an asset of a light map: itself, its dominant light or its mesh.
 bool isAnyWanted(const Scene& scene, const PlanOptions& options, const LightMapEntry& entry);
 
 /// Returns the actions that run before the plan: they read the materials of the meshes.
@@ -79,7 +75,7 @@ Action verifyAction(const std::string& asset, AssetKind kind, const RoleFiles& s
 const Action& actionOf(const Plan& plan, const std::string& id);
 /// Returns the files of the user's that a planned asset is cooked and verified from, by role.
 RoleFiles sourcesOf(const Plan& plan, const std::string& asset);
-/// Returns what lint looks at for some assets: these, with the light maps that they belong to by the names of the scene file.
+/// Returns what lint looks at for some assets: these, and the light maps whose dominant lights are among them.
 std::set<std::string> inputsOf(const Scene& scene, std::set<std::string> assets);
 
 }  // namespace lightcook::pipeline

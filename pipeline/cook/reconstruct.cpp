@@ -117,46 +117,10 @@ Result<ChartPlaces> chartPlacesOf(const CookedAsset& asset, const UnpackedBake& 
     return ChartPlaces::create(*scene, mesh->second, bake);
 }
 
-/// A cooked map whose charts were packed.
-struct PackedMap {
-    ChartPlaces charts;
-    CookedLightMapReader cooked;
-    std::optional<lighting::ShRgb> constant;  ///< of every texel
-};
-
-/// Opens a light map of the manifest.
-Result<PackedMap> openPacked(const Manifest& manifest, const std::filesystem::path& folder, const CookedAsset& asset,
-                             const UnpackedBake& unpacked) {
-    LC_TRY(description, descriptionOf(asset));
-    LC_TRY(charts, chartPlacesOf(asset, unpacked, folder / manifest.sceneDirectory));
-    LC_TRY(cooked, CookedLightMapReader::open(folder, asset, {}));
-    PackedMap map{std::move(*charts), std::move(*cooked), {}};
-    if (description->constantOf) {
-        LC_TRY(texels, map.cooked.read(0, map.cooked.height()));
-        map.constant = map.cooked.verifier().reconstruct(*texels, 0, map.cooked.height()).at(0, 0);
-    }
-    return map;
-}
-
-/// Returns the maps that hold the charts of a packed light map: itself and, where its charts were split, the other.
-Result<std::vector<PackedMap>> openPackedMaps(const Manifest& manifest, const std::filesystem::path& folder, const CookedAsset& lightMap) {
-    std::vector<PackedMap> maps;
-    for (const CookedAsset& asset : manifest.assets) {
-        if (asset.kind != AssetKind::LightMap) continue;
-        LC_TRY(unpacked, unpackedBakeOf(asset));
-        if (!*unpacked) continue;
-        const bool isPart = (*unpacked)->part && (*unpacked)->part->of == lightMap.name;
-        if (asset.name != lightMap.name && !isPart) continue;
-        LC_TRY(map, openPacked(manifest, folder, asset, **unpacked));
-        maps.push_back(std::move(*map));
-    }
-    return maps;
-}
-
-/// Appends maps whose charts were packed, at the texels of their bake.
+/// Appends a map whose charts were packed, at the texels of its bake.
 /// size  [texels of the output]
-Result<void> appendUnpacked(const std::vector<PackedMap>& maps, const glm::ivec2& size, int placesPerTexel, ReconstructionWriter& writer,
-                            const RunState& state) {
+Result<void> appendUnpacked(const ChartPlaces& charts, const CookedLightMapReader& cooked, const glm::ivec2& size, int placesPerTexel,
+                            ReconstructionWriter& writer, const RunState& state) {
     SharedObjects shared;
     const Action action{"", "", "reconstruct", {}, {}, {}};
     const ActionContext context{action, {}, {}, {}, shared, state};
@@ -167,13 +131,9 @@ Result<void> appendUnpacked(const std::vector<PackedMap>& maps, const glm::ivec2
         places.reserve(rows.texels().size());
         for (int y = row; y < row + rows.height(); ++y)
             for (int x = 0; x < size.x; ++x) places.push_back((glm::dvec2(x, y) + 0.5) / static_cast<double>(placesPerTexel) - 0.5);
-        for (const PackedMap& map : maps) {
-            const auto decoded =
-                map.constant ? Result<std::vector<lighting::ShRgb>>() : decodedAt(places, {map.charts, map.cooked}, context);
-            if (!decoded) return tl::make_unexpected(decoded.error());
-            for (std::size_t i = 0; i < places.size(); ++i)
-                if (map.charts.packed(places[i])) rows.texels()[i] = map.constant ? *map.constant : (*decoded)[i];
-        }
+        LC_TRY(decoded, decodedAt(places, {charts, cooked}, context));
+        for (std::size_t i = 0; i < places.size(); ++i)
+            if (charts.packed(places[i])) rows.texels()[i] = (*decoded)[i];
         LC_CHECK(writer.append(rows.view()));
     }
     return {};
@@ -220,7 +180,7 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
                         (*asset)->layout));
     LC_TRY(unpacked, unpackedBakeOf(**asset));
     LC_TRY(description, descriptionOf(**asset));
-    const bool isUnpacked = *unpacked && (!description->constantOf || (*unpacked)->part);
+    const bool isUnpacked = *unpacked && !description->constantOf;
     LC_TRY(cooked, CookedLightMapReader::open(folder, **asset, {}));
     const glm::ivec2 size = isUnpacked ? glm::ivec2((*unpacked)->packing.widthBefore, (*unpacked)->packing.heightBefore)
                                        : description->constantOf.value_or(glm::ivec2(cooked->width(), cooked->height()));
@@ -230,8 +190,8 @@ Result<void> reconstructLightMap(const std::filesystem::path& folder, const std:
     const auto append = [&]() -> Result<void> {
         if (!isUnpacked && description->constantOf) return appendConstant(*cooked, placesPerTexel * size, *writer, state);
         if (!isUnpacked) return appendTexels(*cooked, placesPerTexel, *writer, state);
-        LC_TRY(maps, openPackedMaps(*manifest, folder, **asset));
-        return appendUnpacked(*maps, placesPerTexel * size, placesPerTexel, *writer, state);
+        LC_TRY(charts, chartPlacesOf(**asset, **unpacked, folder / manifest->sceneDirectory));
+        return appendUnpacked(*charts, *cooked, placesPerTexel * size, placesPerTexel, *writer, state);
     };
     LC_CHECK(append());
     return writer->commit();

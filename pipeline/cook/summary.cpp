@@ -18,7 +18,6 @@
 #include "pipeline/assets/note_keys.h"
 #include "pipeline/cook/integrity.h"
 #include "pipeline/cook/layout_decision.h"
-#include "pipeline/cook/split_maps.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/self_digest.h"
 #include "pipeline/report/exit_codes.h"
@@ -40,16 +39,9 @@ std::string lightMapOf(const CookedAsset& asset) {
     return asset.kind == AssetKind::LightMap ? asset.name : asset.lightMap.value_or("");
 }
 
-/// Returns true if an asset belongs to a light map that a plan cooks, or to a further map that one had with other `charts`.
-bool isOfCookedMap(const Plan& plan, const CookedAsset& asset) {
-    const std::string map = lightMapOf(asset);
-    const auto isMapOf = [&](const std::string& cooked) { return std::ranges::count(splitNamesOf(cooked), map) > 0; };
-    return isPlanned(plan, map) || (!plan.unwanted.contains(map) && std::ranges::any_of(plan.assets, isMapOf));
-}
-
 /// Returns true if a cook leaves an asset of an earlier one in the folder. It removes what no longer belongs to a light map that it cooks.
 bool isLeft(const Plan& plan, const CookedAsset& asset) {
-    return !isPlanned(plan, asset.name) && (plan.unwanted.contains(asset.name) || !isOfCookedMap(plan, asset));
+    return !isPlanned(plan, asset.name) && (plan.unwanted.contains(asset.name) || !isPlanned(plan, lightMapOf(asset)));
 }
 
 /// Removes the files of an earlier cook that the new manifest does not name. One that is an input of the scene now stays.
@@ -101,9 +93,8 @@ Result<void> describeSource(const PackedLightMap& packed, CookedAsset& asset) {
 }
 
 /// Says what packing the charts saved in the textures of an asset.
-/// isPart  some of the charts were packed, and not a whole map: they moved in any case
-std::string packingWords(const ChartPacking& packing, bool isPart, const CookedAsset& asset) {
-    const bool isUnmoved = !isPart && packing.width == packing.widthBefore && packing.height == packing.heightBefore;
+std::string packingWords(const ChartPacking& packing, const CookedAsset& asset) {
+    const bool isUnmoved = packing.width == packing.widthBefore && packing.height == packing.heightBefore;
     if (isUnmoved) return fmt::format("no: {} charts stay where they are, since the map would get no smaller", packing.charts);
     const double scaleX = static_cast<double>(packing.widthBefore) / packing.width,
                  scaleY = static_cast<double>(packing.heightBefore) / packing.height;
@@ -144,17 +135,15 @@ void addTrial(TrialResult trial, const Limits& limits, ReportRow& row) {
 void describeSources(const PackedLightMap& packed, const CookedAsset& asset, ReportRow& row) {
     const std::string role = row.kind == AssetKind::Mesh ? "mesh" : "source";
     row.bytesIn = 0;
-    // Several maps of one bake: the first of them counts it.
-    const bool isFurtherPart = packed.bake.part && packed.bake.part->of != lightMapOf(asset);
     for (const auto& [name, file] : packed.sources) {
         std::error_code code;
         const auto bytes = std::filesystem::file_size(file, code);
-        if (!isFurtherPart && name.starts_with(role) && !code) row.bytesIn += bytes;
+        if (name.starts_with(role) && !code) row.bytesIn += bytes;
     }
     if (row.kind == AssetKind::Mesh) return;
     if (!row.notes) row.notes = Json::object();
     if (row.kind == AssetKind::LightMap) row.notes->update(packed.notes);
-    (*row.notes)[note_keys::kPacking] = packingWords(packed.bake.packing, packed.bake.part.has_value(), asset);
+    (*row.notes)[note_keys::kPacking] = packingWords(packed.bake.packing, asset);
 }
 
 /// Adds to the record of a cook the assets of an earlier one, and what was found and decided for them. Returns false if that cooked another
@@ -174,7 +163,6 @@ bool takeOver(const CookRecord& old, CookRecord& current) {
     };
     take(old.needs.contents, current.needs.contents);
     take(old.decisions.layouts, current.decisions.layouts);
-    take(old.decisions.splits, current.decisions.splits);
     if (!current.assets.contains(kTablesName)) current.decisions.tableViews = old.decisions.tableViews;
     for (const auto& [from, to] : {std::pair(&old.decisions.unlimited, &current.decisions.unlimited),
                                    std::pair(&old.needs.unusedProbes, &current.needs.unusedProbes)})
@@ -414,7 +402,7 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
         const auto found = result.records.find(actionId(step, name));
         return found == result.records.end() ? nullptr : &found->second;
     };
-    LC_TRY(row, reportRow(*asset, {&cooked->second, &verified->second, recordOf(ActionStep::Whole), recordOf(ActionStep::SplitSeams)},
+    LC_TRY(row, reportRow(*asset, {&cooked->second, &verified->second, recordOf(ActionStep::Whole)},
                           scene_.file.empty() ? LimitsFrom::Converter : LimitsFrom::SceneFile));
     if (packed != plan.packed.end()) describeSources(packed->second, *asset, *row);
     if (const auto record = result.records.find(actionId(ActionStep::Trial, name)); record != result.records.end()) {

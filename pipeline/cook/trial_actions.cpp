@@ -12,7 +12,7 @@ TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const 
     const OutputSettings& output = scene.output;
     TrialParameters parameters{
         entry.description,         output.target,           TextureSettings{output.container, output.zstd, output.effort, output.rdo},
-        shadingOf(scene, needs),   displayOf(scene, entry), output.objective,
+        shadingOf(scene, needs),   scene.display,           output.objective,
         reduction.isFlatTried,     reduction.hasDirections, output.decode,
         layoutsFor(output, entry), hasMips(output, entry)};
     parameters.description.repair = repair;

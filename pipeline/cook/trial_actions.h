@@ -24,6 +24,6 @@ std::map<std::string, std::filesystem::path> learnedInputsOf(const LightMapEntry
 
 /// Returns the trial of a light map, "trial/" and its name.
 /// joint  chooses the layout of the dominant light, too; empty: the trial is of the light map alone
-Action trialAction(const LightMapEntry& entry, const TrialParameters& parameters, const std::optional<JointTrial>& joint = std::nullopt);
+Action trialAction(const LightMapEntry& entry, const TrialParameters& parameters, const std::optional<JointTrial>& joint);
 
 }  // namespace lightcook::pipeline

@@ -64,7 +64,7 @@ Error withSourcesAdvice(Error error) {
 
 /// A cook of the manifest, planned again.
 struct PlannedCook {
-    Scene scene;  ///< as the user made it, but for maps that were split
+    Scene scene;  ///< as the user made it
     Plan plan;
     bool repair = false;
 };
@@ -130,7 +130,7 @@ private:
         PlanOptions options{{}, {}, cook.repair, cook.samples, cook.decisions, {}, cook.assets};
         const std::filesystem::path folder = scratch_ / fmt::format("charts{}", cooks_.size());
         const bool isIncomplete = manifest_.incomplete.has_value();
-        MapPreparation preparation(options, isIncomplete, state_, folder, [this](const auto& graph, const auto& into) {
+        const auto runInto = [this](const std::vector<Action>& graph, const std::filesystem::path& into) {
             ExecutionResult result;
             for (const Action& action : graph) {
                 auto record = run(action, {}, into);
@@ -138,11 +138,11 @@ private:
                 if (record) result.records[action.id] = std::move(*record);
             }
             return result;
-        });
-        LC_TRY(packed, preparation.prepare(*scene, cook.needs));
-        const std::vector<Error>& errors = preparation.result().errors;
+        };
+        LC_TRY(prepared, prepareMaps(*scene, options, folder, runInto));
+        const std::vector<Error>& errors = prepared->result.errors;
         if (isEndedBy(errors, isIncomplete, state_)) return tl::make_unexpected(errors.front());
-        LC_TRY(plan, planScene(*packed, cook.needs, options));
+        LC_TRY(plan, planScene(prepared->scene, cook.needs, options));
         cooks_.push_back({std::move(*scene), std::move(*plan), cook.repair});
         return {};
     }
@@ -222,7 +222,7 @@ private:
     Result<std::optional<ReportRow>> verifyAsset(const CookedAsset& asset) {
         const Plan* plan = planOf(asset.name);
         std::map<ActionStep, ActionRecord> records;
-        for (const ActionStep step : {ActionStep::Verify, ActionStep::Whole, ActionStep::SplitSeams}) {
+        for (const ActionStep step : {ActionStep::Verify, ActionStep::Whole}) {
             if (plan == nullptr) continue;
             const auto planned = std::ranges::find(plan->actions, actionId(step, asset.name), &Action::id);
             if (planned == plan->actions.end()) continue;
@@ -242,7 +242,7 @@ private:
         if (!records.contains(ActionStep::Verify)) return std::optional<ReportRow>();
         const ActionRecord cooked = cookedRecord(*plan, asset);
         const auto recordOf = [&](ActionStep step) { return records.contains(step) ? &records[step] : nullptr; };
-        LC_TRY(row, reportRow(asset, {&cooked, recordOf(ActionStep::Verify), recordOf(ActionStep::Whole), recordOf(ActionStep::SplitSeams)},
+        LC_TRY(row, reportRow(asset, {&cooked, recordOf(ActionStep::Verify), recordOf(ActionStep::Whole)},
                               manifest_.sceneFile ? LimitsFrom::SceneFile : LimitsFrom::Converter));
         return std::optional(std::move(*row));
     }

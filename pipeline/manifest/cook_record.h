@@ -7,31 +7,18 @@
 #include <set>
 #include <string>
 
-#include "pipeline/assets/light_map/chart_split.h"
 #include "pipeline/assets/needs.h"
 #include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {
-
-/// The maps that a light map was split into.
-struct ChosenSplit {
-    TriedSplit split;
-    double displayKey = 0;  ///< see SplitResult
-};
-template <class Fields, Is<ChosenSplit> Self>
-void describe(Fields& fields, Self& chosen) {
-    describe(fields, chosen.split);
-    fields.required("display_key", chosen.displayKey, "key of the whole map, for the display");
-}
 
 /// What trials decide before or between the actions of a plan.
 struct Decisions {
     /// Layouts of light maps whose layout is "auto", by name, and of dominant lights that are chosen with them. A map that is not here
     /// gets a trial instead.
     std::map<std::string, std::string> layouts = {};
-    std::set<std::string> unlimited = {};            ///< light maps that are held to no default limit (LayoutDecision::unlimited)
-    std::optional<int> tableViews = {};              ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
-    std::map<std::string, ChosenSplit> splits = {};  ///< by light map of the scene
+    std::set<std::string> unlimited = {};  ///< light maps that are held to no default limit (LayoutDecision::unlimited)
+    std::optional<int> tableViews = {};    ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
 };
 template <class Fields, Is<Decisions> Self>
 void describe(Fields& fields, Self& decisions) {
@@ -39,7 +26,6 @@ void describe(Fields& fields, Self& decisions) {
     fields.presentIf(!decisions.unlimited.empty(), "unlimited", decisions.unlimited,
                      "light maps that no layout keeps within the default limit: they are held to none");
     fields.optional("table_views", decisions.tableViews, "views of the Cook-Torrance tables that the budget leaves room for");
-    fields.presentIf(!decisions.splits.empty(), "splits", decisions.splits, "light maps whose charts were split between maps, by name");
 }
 
 inline constexpr double kMostSamples = 1000000;  ///< that the command line takes

@@ -57,7 +57,7 @@ std::string meshAdvice(const fs::path& mesh) {
 }  // namespace
 
 Action packAction(const LightMapEntry& entry, double maxVisible, bool repair) {
-    PackParameters parameters{entry.description, maxVisible, entry.part};
+    PackParameters parameters{entry.description, maxVisible};
     parameters.description.repair = repair;
     RoleFiles inputs = bakeInputs(entry.file, entry.description);
     inputs.merge(meshInputs(kMeshRole, *entry.mesh, entry.description.lmbake));
@@ -75,17 +75,13 @@ Result<ActionOutcome> packCharts(const ActionContext& context) {
     request.lmbake = lmbakeOf(inputs, kMeshRole);
     request.folder = context.folder / context.action.asset;
     request.maxVisible = parameters->maxVisible;
-    if (parameters->part) {
-        request.part = parameters->part;
-        request.hasLines = parameters->part->of == context.action.asset;
-    }
     auto made = repack(request, context.state, &context.action);
     if (!made) {
         formats::Error error = made.error();
         if (error.code == ErrorCode::WrongShape && error.file == request.meshes.front()) error.detail += meshAdvice(request.meshes.front());
         return tl::make_unexpected(error);
     }
-    PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), numbersOf(made->boxes), {}, {}, Json::object()};
+    PackResult result{packingOf(*made, parameters->maxVisible), numbersOf(made->places), {}, {}, Json::object()};
     result.map = context.action.asset + "/" + made->map.filename().string();
     result.mesh = context.action.asset + "/" + made->meshes.front().filename().string();
     result.notes = {{note_keys::kRepairedNotFinite, made->repairs.notFinite},
@@ -104,8 +100,7 @@ Result<PackedLightMap> packedLightMap(const Action& action, const ActionRecord& 
     packed.files = {{kSourceRole, folder / result->map}, {kMeshRole, folder / result->mesh}};
     for (const auto& input : action.inputs)
         if (isColorConfigRole(input.first)) packed.files.insert(input);
-    packed.bake = {parameters->description, result->packing, result->places, parameters->part};
-    packed.boxes = result->boxes;
+    packed.bake = {parameters->description, result->packing, result->places};
     packed.packed = writtenDescription(withFiles(parameters->description, action.inputs));
     packed.notes = result->notes;
     return packed;

@@ -23,19 +23,16 @@ using RoleFiles = std::map<std::string, std::filesystem::path>;
 struct PackParameters {
     formats::LightMapDescription description;
     double maxVisible = 0;
-    std::optional<ChartPart> part = {};  ///< absent: the whole mesh
 };
 template <class Fields, Is<PackParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("description", parameters.description, "conventions of the bake");
     fields.required("max_visible", parameters.maxVisible, "visible error that fewer texels may add");
-    fields.optional("part", parameters.part, "what is packed; absent: all charts");
 }
 
 struct PackResult {
     ChartPacking packing;
     std::vector<int> places;  ///< see UnpackedBake
-    std::vector<int> boxes;   ///< of each chart in the bake: x and y of its lowest quad, width and height in quads
     std::string map, mesh;    ///< files, relative to the folder
     Json notes;               ///< counts of the bake, as a light map's cook has them
 };
@@ -43,7 +40,6 @@ template <class Fields, Is<PackResult> Self>
 void describe(Fields& fields, Self& result) {
     fields.required("packing", result.packing, "how the charts were packed");
     fields.required("places", result.places, "places of the charts");
-    fields.required("boxes", result.boxes, "boxes of the charts in the bake");
     fields.required("map", result.map, kFileInFolder, "the repacked bake");
     fields.required("mesh", result.mesh, kFileInFolder, "the mesh with the new UVs");
     fields.required("notes", result.notes, "counts of the bake");
@@ -54,7 +50,6 @@ struct PackedLightMap {
     RoleFiles sources;                    ///< the user's: inputs of the action
     RoleFiles files;                      ///< "source" and "mesh" of the repacked one, and the configuration of its colours
     UnpackedBake bake;                    ///< how the user's is read, and where its charts are now
-    std::vector<int> boxes;               ///< see PackResult
     formats::LightMapDescription packed;  ///< how the repacked one is read
     Json notes;
 };

@@ -18,7 +18,6 @@
 #include "formats/memory.h"
 #include "formats/temporaries.h"
 #include "lighting/radiometry.h"
-#include "pipeline/assets/light_map/mesh_part.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/graph/file_list.h"
@@ -112,16 +111,6 @@ Result<Meshes> loadMeshes(const std::vector<fs::path>& files, const fs::path& lm
     return meshes;
 }
 
-/// Keeps the requested part of the mesh; there is one mesh.
-Result<void> takePart(Meshes& meshes, const RepackRequest& request, const glm::ivec2& size) {
-    const fs::path& name = request.meshes.front();
-    LC_TRY(part, partOf(meshes.scenes.front(), name, *request.part, size, request.hasLines));
-    meshes.scenes.front() = std::move(part->scene);
-    meshes.triangles = meshes.scenes.front().triangleMeshes();
-    meshes.names.assign(meshes.triangles.size(), name);
-    return {};
-}
-
 /// The bake and its meshes, with the charts that the triangles make.
 struct RepackInput {
     MapTexels map;
@@ -134,7 +123,6 @@ struct RepackInput {
 Result<RepackInput> readInput(const RepackRequest& request, LightMapSource& source, const RunState& state) {
     LC_TRY(meshes, loadMeshes(request.meshes, request.lmbake, request.description.places));
     const glm::ivec2 size(source.width(), source.height());
-    if (request.part) LC_CHECK(takePart(*meshes, request, size));
     LC_TRY(found, atlas::findCharts(meshes->triangles, meshes->names, size.x, size.y));
     LC_TRY(map, readMap(source, request.map, state));
     return RepackInput{std::move(*map), std::move(*meshes), std::move(*found)};
@@ -367,17 +355,15 @@ struct ChartArrangement {
     std::vector<glm::ivec2> places;  ///< [chart] first texel
 };
 
-/// Packs reduced charts. Those of a whole mesh stay where they are, with all of their texels, if the map would take no fewer blocks
-/// otherwise.
-/// isWhole  false: a part of the mesh, whose charts have to move
-/// limit    that the charts were reduced within
-Result<ChartArrangement> placeCharts(const RepackInput& input, std::vector<atlas::ReducedChart> reduced, bool isWhole,
-                                     const atlas::ReductionLimit& limit, const ActionContext& context) {
+/// Packs reduced charts. They stay where they are, with all of their texels, if the map would take no fewer blocks otherwise.
+/// limit  that the charts were reduced within
+Result<ChartArrangement> placeCharts(const RepackInput& input, std::vector<atlas::ReducedChart> reduced, const atlas::ReductionLimit& limit,
+                                     const ActionContext& context) {
     std::vector<formats::ImageView<const std::uint8_t>> isRead;
     for (const atlas::ReducedChart& chart : reduced) isRead.push_back(chart.isRead.view());
     auto packing = atlas::packCharts(isRead, context.state.interrupted);
     if (!packing) return tl::make_unexpected(interrupted(context).value());
-    if (!isWhole || blocksOf(packing->size) < blocksOf(input.size()))
+    if (blocksOf(packing->size) < blocksOf(input.size()))
         return ChartArrangement{packing->size, std::move(reduced), std::move(packing->places)};
     if (std::ranges::any_of(reduced, [](const atlas::ReducedChart& chart) { return chart.step != glm::ivec2(1); })) {
         reduced.clear();  // before the others are in memory
@@ -399,7 +385,7 @@ std::int64_t readInside(const atlas::ReducedChart& chart, const glm::ivec2& plac
 }
 
 /// Sets the places of the charts, and the sums and errors over all of them.
-void addFigures(const atlas::ChartSet& found, const ChartArrangement& arrangement, Repacked& result) {
+void addFigures(const ChartArrangement& arrangement, Repacked& result) {
     verify::VisibleAccumulator visible;
     double squaredError = 0, squaredLight = 0;
     for (std::size_t i = 0; i < arrangement.charts.size(); ++i) {
@@ -413,7 +399,6 @@ void addFigures(const atlas::ChartSet& found, const ChartArrangement& arrangemen
         result.reducedCharts += chart.step != glm::ivec2(1) ? 1 : 0;
     }
     result.charts = arrangement.charts.size();
-    result.boxes = atlas::boxesOf(found.charts);
     result.visible = visible.figures();
     result.relRms = squaredLight > 0 ? std::sqrt(squaredError / squaredLight) : 0;
 }
@@ -458,9 +443,8 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
     const ActionContext context{action != nullptr ? *action : own, {}, {}, {}, shared, state};
     const atlas::ReductionLimit limit = limitOf(request, input->map, **source);
     LC_TRY(reduced, reduceCharts(*input, limit, context));
-    const bool isWhole = !request.part;
-    if (isWhole) LC_CHECK(checkCoverage(*input, *reduced, request.map));
-    LC_TRY(arrangement, placeCharts(*input, std::move(*reduced), isWhole, limit, context));
+    LC_CHECK(checkCoverage(*input, *reduced, request.map));
+    LC_TRY(arrangement, placeCharts(*input, std::move(*reduced), limit, context));
 
     const std::vector<fs::path>& files = outputs->files;
     Repacked result{.map = files.front(),
@@ -470,7 +454,7 @@ Result<Repacked> repack(const RepackRequest& request, const RunState& state, con
                     .repairs = input->map.repairs,
                     .negativeAfterGamut = input->map.negativeAfterGamut,
                     .uvBefore = input->meshes.scenes.front().oldUvsAttribute()};
-    addFigures(input->found, *arrangement, result);
+    addFigures(*arrangement, result);
     LC_CHECK(writeOutputs(request.folder, *outputs, *input, *arrangement, state));
     return result;
 }

@@ -8,11 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "atlas/tiles.h"
 #include "formats/light_map.h"
 #include "pipeline/assets/light_map/chart_places.h"
 #include "pipeline/graph/action.h"
-#include "pipeline/scene/chart_settings.h"
 #include "verify/visible.h"
 
 namespace lightcook::pipeline {
@@ -24,9 +22,6 @@ struct RepackRequest {
     std::filesystem::path lmbake = {};          ///< where the nodes of the meshes lie in the map; empty: where TEXCOORD_1 says
     std::filesystem::path folder;               ///< gets the bake as EXR and each mesh as GLB, by the names that they have
     double maxVisible = 1;                      ///< of 99 % of each chart's samples [Delta E ITP]; 0: charts are moved only
-    /// The tiles to write, of a single mesh; empty: all. Only a whole mesh is checked to belong to the bake.
-    std::optional<ChartPart> part = {};
-    bool hasLines = true;  ///< with `part`: lines and points of the mesh are written, too
     /// The folder may hold files of the user. Those of an earlier repack, which kRepackedListName lists, are replaced; a file of another
     /// origin is refused.
     bool keepsOthers = false;
@@ -38,10 +33,9 @@ struct Repacked {
     glm::ivec2 sizeBefore{0}, size{0};      ///< [texels]
     std::int64_t readBefore = 0, read = 0;  ///< texels that filters read
     std::size_t charts = 0, reducedCharts = 0;
-    verify::VisibleFigures visible = {};      ///< of exit radiance, against the bake (atlas/reduction.h says where)
-    double relRms = 0;                        ///< of exit radiance, over the same samples
-    std::vector<ChartPlace> places = {};      ///< of each chart, in the order of atlas::findCharts
-    std::vector<atlas::ChartBox> boxes = {};  ///< of each chart in the bake
+    verify::VisibleFigures visible = {};  ///< of exit radiance, against the bake (atlas/reduction.h says where)
+    double relRms = 0;                    ///< of exit radiance, over the same samples
+    std::vector<ChartPlace> places = {};  ///< of each chart, in the order of atlas::findCharts
     formats::LightMapRepairs repairs = {};
     std::int64_t negativeAfterGamut = 0;  ///< see formats::LightMapStrip
     std::string uvBefore = {};            ///< attribute of the first mesh with the UVs that it had
@@ -55,11 +49,10 @@ inline constexpr const char* kRepackedListName = "repacked.json";
 /// Largest share of the covered texels of a bake that its meshes may leave unread.
 inline constexpr double kMostUnread = 0.1;
 
-/// Reads the bake, and writes the repacked one and its meshes. Charts of a whole mesh stay where they are, with all of their texels, if the
-/// map would take no fewer blocks otherwise. Nothing is written if it fails. Holds the bake in memory.
-/// Fails with ErrorCode::Verification for tiles that the mesh does not have; and with ErrorCode::WrongShape, naming mesh and triangle, for
-/// meshes without light-map UVs, UVs outside [0, 1], and meshes that do not belong to the bake: they read charts without a covered
-/// texel, or leave more than kMostUnread of the covered texels unread.
+/// Reads the bake, and writes the repacked one and its meshes. Charts stay where they are, with all of their texels, if the map would take
+/// no fewer blocks otherwise. Nothing is written if it fails. Holds the bake in memory.
+/// Fails with ErrorCode::WrongShape, naming mesh and triangle, for meshes without light-map UVs, UVs outside [0, 1], and meshes that do not
+/// belong to the bake: they read charts without a covered texel, or leave more than kMostUnread of the covered texels unread.
 /// Fails with ErrorCode::InvalidRequest for an output that would replace an input, or a file that `keepsOthers` protects.
 /// action  that progress is reported for; null: one of its own
 formats::Result<Repacked> repack(const RepackRequest& request, const RunState& state, const Action* action = nullptr);

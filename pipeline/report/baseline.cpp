@@ -50,8 +50,6 @@ AssetFigures figuresOf(const ReportRow& row) {
     if (hasShading(stages, &verify::StageError::specular)) figures.specular = stages.back().specular.relRms;
     figures.visible = visibleP99(row.verdict.stages.back());
     if (row.seams && !row.seams->stages.empty()) figures.seam = row.seams->largestAdded();
-    if (row.splitSeams && !row.splitSeams->seams.stages.empty())
-        figures.seam = std::max(figures.seam.value_or(0), row.splitSeams->seams.largestAdded());
     return figures;
 }
 

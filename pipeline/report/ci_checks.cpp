@@ -79,10 +79,7 @@ private:
     /// Returns the name of the scene file's entry that an asset was cooked from. The tables have none.
     std::string entryOf(const CookedAsset& asset) const {
         if (asset.kind == AssetKind::Lut) return "";
-        const std::string map = asset.lightMap.value_or(asset.name);
-        const auto cooked = std::ranges::find(manifest_->assets, map, &CookedAsset::name);
-        const auto unpacked = unpackedBakeOf(cooked == manifest_->assets.end() ? asset : *cooked);
-        return unpacked && *unpacked && (*unpacked)->part ? (*unpacked)->part->of : map;
+        return asset.lightMap.value_or(asset.name);
     }
 
     SourceLine lineOf(const CookedAsset& asset) const {

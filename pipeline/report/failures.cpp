@@ -145,9 +145,9 @@ void addNotFinite(const ReportRow& row, const Level& level, std::vector<Failure>
 }
 
 /// Appends a failure of each limit on seams that is exceeded.
-/// subject  without the asset's name
+/// checks  of all limits
 void addSeam(const ReportRow& row, const SeamFigures& seams, const std::vector<Check>& checks, const std::string& name,
-             const std::string& subject, std::vector<Failure>& failures) {
+             std::vector<Failure>& failures) {
     for (const Check& check : checks) {
         if (check.figure.limit != Limit::Seam || check.isKept()) continue;
         Failure failure = failureOf(check, name);
@@ -155,7 +155,7 @@ void addSeam(const ReportRow& row, const SeamFigures& seams, const std::vector<C
             failure.seamAt = seams.worst.front();
             failure.detail += "; worst at " + seamWords(seams.worst.front());
         }
-        complete(failure, row, check.figure.shading.empty() ? subject : subject + ", " + check.figure.shading, {});
+        complete(failure, row, check.figure.shading.empty() ? "seams" : "seams, " + check.figure.shading, {});
         failures.push_back(std::move(failure));
     }
 }
@@ -214,9 +214,7 @@ std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom) {
         // A level that is not finite has its failure. A bound alone may be infinite too.
         if (isFinite(level->figures(check.figure.shading))) addOver(row, *level, check, nameOf(check.figure.limit), failures);
     }
-    if (row.seams) addSeam(row, *row.seams, checks, nameOf(Limit::Seam), "seams", failures);
-    if (row.splitSeams)
-        addSeam(row, row.splitSeams->seams, row.splitSeams->checks(), nameOf(Limit::Seam), "seams between its maps", failures);
+    if (row.seams) addSeam(row, *row.seams, checks, nameOf(Limit::Seam), failures);
     for (const Check& check : row.whole ? row.whole->checks() : std::vector<Check>()) {
         if (check.isKept()) continue;
         Failure failure = failureOf(check, nameOf(check.figure.limit));

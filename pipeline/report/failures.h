@@ -11,7 +11,7 @@
 namespace lightcook::pipeline {
 
 /// Returns the failures of an asset, in this order: its violations; each stage and kind of shading that is over the limit or not finite;
-/// its worst seam, if that is over its limit; and, on the first map of a split, the worst seam between the maps, likewise.
+/// and its worst seam, if that is over its limit.
 /// The text of a failure names the key of its limit, or the option of the command that converted the asset.
 std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom);
 

@@ -33,7 +33,6 @@ std::optional<LimitUse> mostUsedLimit(const ReportRow& row) {
         return isMip(check.figure.stage) ? check.figure.stage + " " + figure : figure;
     };
     take(row.checks(row.verdict.limits), nameOf);
-    if (row.splitSeams) take(row.splitSeams->checks(), [](const Check&) { return std::string("seam between maps"); });
     if (row.whole) take(row.whole->checks(), nameOf);
     return most;
 }

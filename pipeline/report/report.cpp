@@ -83,7 +83,6 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& record
     if (!cooked.run.empty()) row.cookedAt = cooked.run;
     if (!verified.run.empty()) row.verifiedAt = verified.run;
     LC_CHECK(addVerification(records.whole, row.whole, row));
-    LC_CHECK(addVerification(records.splitSeams, row.splitSeams, row));
     if (!row.verdict.passed) row.failures = failuresOf(row, limitsFrom);
     // Lights and meshes are matched to their light map by these.
     const bool hasBake = row.kind == AssetKind::LightMap || row.kind == AssetKind::Dominant || row.kind == AssetKind::Mesh;

@@ -152,8 +152,7 @@ void describe(Fields& fields, Self& report) {
 /// Results of the actions of an asset; null where there was no such action.
 struct AssetRecords {
     const ActionRecord *cooked, *verified;
-    const ActionRecord* whole = nullptr;       ///< verification of a light map and its dominant light together
-    const ActionRecord* splitSeams = nullptr;  ///< verification of the seams between the maps of a split
+    const ActionRecord* whole = nullptr;  ///< verification of a light map and its dominant light together
 };
 
 /// Returns the row of an asset: its manifest entry, the results of its cook and its verification, and the time of each.

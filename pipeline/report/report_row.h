@@ -90,9 +90,8 @@ struct ReportRow : VerifyResult {
     std::string layout;
     double seconds = 0, verifySeconds = 0;
     std::vector<ReportTexture> textures;
-    std::optional<std::string> mipsEnd;    ///< CookedAsset::mipsEnd
-    std::optional<Json> notes;             ///< see CookResult
-    std::optional<SplitSeams> splitSeams;  ///< of the first map of a split
+    std::optional<std::string> mipsEnd;  ///< CookedAsset::mipsEnd
+    std::optional<Json> notes;           ///< see CookResult
     std::optional<WholeFigures> whole;
     std::vector<Failure> failures;  ///< of an asset that did not pass
     std::optional<std::vector<TrialCandidate>> trialCandidates;
@@ -101,11 +100,7 @@ struct ReportRow : VerifyResult {
     std::optional<std::string> cookedAt, verifiedAt;  ///< RunRecord::at
 
     /// Returns the files of all pictures.
-    std::vector<std::string> pictures() const {
-        std::vector<std::string> files = preview ? preview->all() : std::vector<std::string>();
-        if (splitSeams) appendFiles(splitSeams->views, files);
-        return files;
-    }
+    std::vector<std::string> pictures() const { return preview ? preview->all() : std::vector<std::string>(); }
 };
 template <class Fields, Is<ReportRow> Self>
 void describe(Fields& fields, Self& row) {
@@ -127,8 +122,6 @@ void describe(Fields& fields, Self& row) {
     fields.optional("notes", row.notes, "counts and facts of the cook");
     std::conditional_t<std::is_const_v<Self>, const VerifyResult, VerifyResult>& verified = row;
     describe(fields, verified);
-    fields.optional("split_seams", row.splitSeams,
-                    "of the first map of a split light map: steps of light at edges between its maps; its limit is `max_seam` there");
     fields.optional("whole", row.whole,
                     "of a light map that a budget or a limit on the whole chose: what a pixel shows of it and its dominant light together");
     fields.presentIf(!row.verdict.passed, "failures", row.failures, "reasons of an asset that did not pass");

@@ -1,5 +1,4 @@
-// Choices for the charts of a light map: kept, packed, or split between maps. One table, from which scene file, command line and
-// documents derive.
+// Choices for the charts of a light map: kept or packed. One table, from which scene file, command line and documents derive.
 #pragma once
 
 #include <array>
@@ -13,7 +12,7 @@
 
 namespace lightcook::pipeline {
 
-enum class ChartMode { Keep, Pack, Split };
+enum class ChartMode { Keep, Pack };
 
 struct ChartModeInfo {
     ChartMode id;
@@ -24,12 +23,8 @@ struct ChartModeInfo {
 inline constexpr std::array kChartModes = {
     ChartModeInfo{ChartMode::Keep, "keep", "the light-map UVs of the mesh stay as they are"},
     ChartModeInfo{ChartMode::Pack, "pack", "charts are packed anew, and the cooked mesh gets the UVs that go with it"},
-    ChartModeInfo{
-        ChartMode::Split, "split",
-        "charts are packed anew into two or three maps, each with a mesh and the smallest layout of its own, where that takes fewer bytes "
-        "than one"},
 };
-static_assert(formats::isCompleteTable(kChartModes, ChartMode::Split));
+static_assert(formats::isCompleteTable(kChartModes, ChartMode::Pack));
 
 /// Returns every mode, the default first.
 inline std::span<const ChartModeInfo> allChartModes() {

@@ -129,8 +129,8 @@ void describeKeys(Keys& keys, OutputSettings& output) {
                   "limit on the [proven bound](../theory/bounds.md#visible-errors) of the visible error of light maps and meshes, in just "
                   "noticeable differences: no place, normal or view is above it; else verification fails (exit code 4)");
     keys.optional("max_seam", output.limits[Limit::Seam], kVisibleLimit,
-                  "limit on the [seams](../theory/visible.md#seams) that cooking adds where charts of a light map meet on its mesh, also "
-                  "between maps of `charts = \"split\"`, in just noticeable differences; above it verification fails (exit code 4)");
+                  "limit on the [seams](../theory/visible.md#seams) that cooking adds where charts of a light map meet on its mesh, "
+                  "in just noticeable differences; above it verification fails (exit code 4)");
     keys.optional(
         "max_whole_visible", output.limits[Limit::WholeVisible], kVisibleLimit,
         "limit on the visible error (p99) of what a pixel shows of a light map and its dominant light together. Their layouts are "
@@ -180,8 +180,7 @@ void describeKeys(Keys& keys, OutputSettings& output) {
         "([meshes](../guide/into-an-engine.md#meshes)). Without it a mesh is written only under a learned layout, unchanged except "
         "for the added attribute");
     keys.optional("charts", output.charts.mode, {.fallback = inCode(allChartModes().front().name)},
-                  withCaptions("[charts](../guide/memory-budgets.md#fewer-texels) of the light maps. Every mode but `\"keep\"` needs their "
-                               "meshes",
+                  withCaptions("[charts](../guide/memory-budgets.md#fewer-texels) of the light maps; `\"pack\"` needs their meshes",
                                allChartModes()));
     keys.optional(
         "charts_max_visible", output.charts.maxVisible, kChartsVisible.otherwise("0"),
@@ -210,11 +209,6 @@ struct LightMapEntry {
     formats::LayoutList layouts = {};                  ///< that "auto" may take; empty: those of the output
     std::optional<bool> mips = {};                     ///< overrides that of the output
     ChartSettings charts = {};                         ///< override those of the output
-    std::optional<ChartPart> part = {};                ///< set by a cook that splits the charts: those that this map has
-    std::optional<double> white = {};  ///< set with `part`: exit radiance that a display shows as diffuse white, by the key of all charts
-
-    /// Returns the name that the light map has in the scene file.
-    const std::string& nameInScene() const { return part ? part->of : name; }
 };
 template <class Keys>
 void describePlace(Keys& keys, formats::NodePlace& place) {

@@ -53,10 +53,6 @@ std::string whyNotLayouts(const OutputSettings& output, const LightMapEntry& ent
         entry.name, asked);
 }
 
-ChartMode chartModeOf(const OutputSettings& output, const LightMapEntry& entry) {
-    return entry.charts.mode ? *entry.charts.mode : output.charts.mode.value_or(ChartMode::Keep);
-}
-
 /// Returns what is wrong with packing the charts of a light map beside its other settings, or an empty text.
 std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entry) {
     if (!isPacked(output, entry)) return "";
@@ -84,34 +80,6 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
     return "";
 }
 
-/// Returns the kind of the asset that a scene lists by a name. Empty: it lists none.
-std::string_view kindOfAsset(const Scene& scene, const std::string& name) {
-    const auto has = [&](const auto& entries, auto nameOf) { return std::ranges::find(entries, name, nameOf) != entries.end(); };
-    if (has(scene.lightMaps, &LightMapEntry::name)) return "light map";
-    if (has(scene.probes, &ProbeEntry::name)) return "probe";
-    if (has(scene.gradients, &GradientEntry::name)) return "gradient";
-    return "";
-}
-
-/// Returns what is wrong with splitting the charts of a light map beside its other settings, or an empty text.
-std::string whyNotSplit(const Scene& scene, const LightMapEntry& entry) {
-    const OutputSettings& output = scene.output;
-    if (!isSplit(output, entry)) return "";
-    for (const std::string& name : splitNamesOf(entry.name))
-        if (const std::string_view kind = name == entry.name ? "" : kindOfAsset(scene, name); !kind.empty())
-            return fmt::format(
-                "found charts of '{}' to split beside a {} '{}', expected another name for that one: a map of the split has it", entry.name,
-                kind, name);
-    if (layoutAsked(output) != kAutoLayout || !(output.limits[Limit::Error] || visibleLimit(output, entry)))
-        return fmt::format(
-            "found charts of '{}' to split without a limit within which each map gets a layout, expected max_visible or max_error{}",
-            entry.name, layoutAsked(output) == kAutoLayout ? "" : ", and light_map_layout = \"auto\" or none");
-    if (output.cost != formats::LayoutCost::Bytes)
-        return fmt::format("found charts of '{}' to split beside cost = \"{}\", expected cost = \"bytes\": more maps save bytes alone",
-                           entry.name, formats::info(output.cost).name);
-    return "";
-}
-
 /// Returns the reason why the format of a reflection map is not possible for a target; empty if it is possible.
 std::string whyNotFormat(const GradientEntry& entry, Target target) {
     const RsrmFormatInfo* const format = rsrmFormatFromName(entry.format);
@@ -123,7 +91,7 @@ std::string whyNotFormat(const GradientEntry& entry, Target target) {
                        formats::info(target).name, possible);
 }
 
-constexpr const char* kNoneIsPacked = "found charts_max_visible where no charts are packed, expected charts = \"pack\" or \"split\"";
+constexpr const char* kNoneIsPacked = "found charts_max_visible where no charts are packed, expected charts = \"pack\"";
 
 }  // namespace
 
@@ -175,7 +143,7 @@ std::vector<SettingsRule> rulesOf(const formats::ColorSpaces& colors) {
 std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry) {
     const OutputSettings& output = scene.output;
     const formats::LightMapDescription& description = entry.description;
-    const std::string layouts = whyNotLayouts(output, entry), packed = whyNotPacked(output, entry), split = whyNotSplit(scene, entry);
+    const std::string layouts = whyNotLayouts(output, entry), packed = whyNotPacked(output, entry);
     const char* const charts = entry.charts.mode ? "charts" : "output.charts";
     const bool hasSurfaces = !description.mesh.empty();
     const DominantLayoutInfo* const dominant = dominantLayoutFromName(entry.dominantLayout.value_or(""));
@@ -205,7 +173,6 @@ std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry
                      entry.dominantLayout.value_or(""))},
         {"layouts", !layouts.empty(), layouts, "output.light_map_layout"},
         {charts, !packed.empty(), packed},
-        {charts, !split.empty(), split},
         {"charts_max_visible", !isPacked(output, entry), kNoneIsPacked, charts, Idle::InFile},
     };
 }
@@ -312,22 +279,12 @@ std::optional<double> visibleLimit(const OutputSettings& output, const LightMapE
     return isByDefault(output, entry) ? std::optional(kDefaultMaxVisible) : askedVisibleLimit(output, entry);
 }
 
-lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry) {
-    lighting::DisplaySettings display = scene.display;
-    if (!display.white) display.white = entry.white;
-    return display;
-}
-
 bool hasMips(const OutputSettings& output, const LightMapEntry& entry) {
     return entry.mips.value_or(output.mips);
 }
 
 bool isPacked(const OutputSettings& output, const LightMapEntry& entry) {
-    return chartModeOf(output, entry) != ChartMode::Keep;
-}
-
-bool isSplit(const OutputSettings& output, const LightMapEntry& entry) {
-    return chartModeOf(output, entry) == ChartMode::Split;
+    return entry.charts.mode.value_or(output.charts.mode.value_or(ChartMode::Keep)) != ChartMode::Keep;
 }
 
 double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry) {

@@ -63,10 +63,8 @@ bool takesTangents(const OutputSettings& output, const LightMapEntry& entry);
 
 /// Returns true if a light map gets mip levels.
 bool hasMips(const OutputSettings& output, const LightMapEntry& entry);
-/// Returns true if the charts of a light map are packed anew, into one map or two.
+/// Returns true if the charts of a light map are packed anew.
 bool isPacked(const OutputSettings& output, const LightMapEntry& entry);
-/// Returns true if the charts of a light map are split between maps where that takes fewer bytes.
-bool isSplit(const OutputSettings& output, const LightMapEntry& entry);
 /// Returns the visible error that fewer texels of its charts may add.
 double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry);
 
@@ -74,9 +72,6 @@ double chartsMaxVisible(const OutputSettings& output, const LightMapEntry& entry
 bool areViewsOpen(const TableSettings& tables, const OutputSettings& output);
 /// Returns the views of the tables where no budget chooses them: their own or, without, kFineViewCount.
 int viewCountOf(const TableSettings& tables);
-
-/// Returns the display that a light map and its assets are judged on.
-lighting::DisplaySettings displayOf(const Scene& scene, const LightMapEntry& entry);
 
 /// Returns the folder that a scene is cooked to: the one that was given, or without one (empty) that of its name.
 std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given);

@@ -124,7 +124,7 @@ public:
         LC_TRY(sources, unchangedSources(asset, folders_.sceneDirectory));
         LC_TRY(description, descriptionOf(asset));
         LC_TRY(unpacked, unpackedBakeOf(asset));
-        if (*unpacked) description->constantOf = {};  // may be true of one map of a split alone
+        if (*unpacked) description->constantOf = {};  // may be true of the texels of its charts alone
         if (const auto config = sources->find(kColorConfigRole); config != sources->end()) description->colors.config = config->second;
         const Action action = verifyAction(asset.name, asset.kind, *sources, asset.verify.value_or(Json::object()));
         const ActionContext context{action, folders_.bakes, folders_.cooked, {}, shared_, state_};

@@ -168,7 +168,6 @@ class Report(unittest.TestCase):
         view = {key: light_map['preview']['worst'][0]['view'][key] for key in light_map['preview']['worst'][0]['view']}
         self.assertIn('note', light_map['seams'])
         light_map['seams'], light_map['preview']['seams'] = seams, [view]
-        light_map['split_seams'] = dict(seams, maps=['map', 'map_fine'], worst=[dict(place, maps=['map', 'map_fine'])], views=[view])
         light_map['mips'] = [dict(stage, name='mip 1')]
         light_map['mip_blends'] = [dict(stage, name='mip 0 to 1')]
         light_map['mips_end'] = 'charts would touch'
@@ -187,7 +186,6 @@ class Report(unittest.TestCase):
         self.show_report(report)
         self.assert_in_order(self.section('Seams, in'), '1,234 places of 7 edges that two charts share; 6 edges', 'bake', '1.50', '20.25', 'cooked, whole asset', 'added, whole asset',
                              'Largest steps that cooking adds', 'diffuse, at (1, 2, 3)', '(1.5, 2) | (3, 4)', 'the mesh around the seam diffuse, at (1, 2, 3)', 'Largest steps of the bake itself')
-        self.assert_in_order(self.section("Seams between the maps 'map', 'map_fine'"), 'whose sides lie in two of the maps', "diffuse, at (1, 2, 3), between 'map' and 'map_fine'")
         self.assert_in_order(self.section('Mip levels'), 'mip 0 to 1', 'mip 1', '2 levels with level 0; no further one: charts would touch.')
         notes = self.section('Notes')
         self.assert_in_order(notes, 'Texels inside charts', '812,345', 'Errors of the format bc7', '0.500')

@@ -79,8 +79,7 @@ function mipTable(asset) {
 
 // Seams
 
-const mapsText = ({ maps }) => (maps ? `between '${maps[0]}' and '${maps[1]}'` : "");
-const seamName = (seam) => `${seam.shading}, at ${vectorText(seam.position)}${seam.maps ? `, ${mapsText(seam)}` : ""}`;
+const seamName = (seam) => `${seam.shading}, at ${vectorText(seam.position)}`;
 
 function seamTables(seams, views) {
   const shadings = "bake_specular" in seams ? ["diffuse", "specular"] : ["diffuse"], sides = (pair, text) => pair.map((side) => vectorText(side, text)).join(" | ");
@@ -99,16 +98,13 @@ function seamTables(seams, views) {
   ];
 }
 
-function seamParts({ seams, split_seams: split, preview }) {
-  const content = (figures, views, words) => (figures.note ? soft(`Not measured: ${figures.note}.`) : [soft(words), seamTables(figures, views)]);
-  const count = (figures, key) => countText(figures[key]);
-  return [
-    seams && part("Seams, in just noticeable differences", content(seams, preview?.seams, `${count(seams, "places")} places of ${count(seams, "edges")} edges that two charts share; ${
-      count(seams, "joined_edges")} edges are inside charts, ${count(seams, "hard_edges")} are hard, ${count(seams, "open_edges")} belong to one triangle alone.`)),
-    split && part(`Seams between the maps ${split.maps.map((map) => `'${map}'`).join(", ")}, in just noticeable differences`, content(split, split.views,
-      `${count(split, "places")} places of ${count(split, "edges")} edges whose sides lie in two of the maps. Of the edges of all maps together ${
-        count(split, "hard_edges")} are hard, ${count(split, "open_edges")} belong to one triangle alone.`)),
-  ];
+/** Makes the section of the seams; nothing without. */
+function seamPart({ seams, preview }) {
+  const count = (key) => countText(seams[key]);
+  return seams && part("Seams, in just noticeable differences", seams.note ? soft(`Not measured: ${seams.note}.`) : [
+    soft(`${count("places")} places of ${count("edges")} edges that two charts share; ${count("joined_edges")} edges are inside charts, ${
+      count("hard_edges")} are hard, ${count("open_edges")} belong to one triangle alone.`),
+    seamTables(seams, preview?.seams)]);
 }
 
 // Places, candidates, notes
@@ -195,6 +191,6 @@ export function assetSection(asset, id) {
   const lists = [textureTable(asset), notes(asset)];
   return make("section", { class: "card asset", id },
     make("div", { class: "title" }, make("h2", {}, asset.name), verdict(asset.passed)), facts(asset), comparison(asset), worstPlaces(asset),
-    stageTable(asset), visibleTable(asset), wholeError(asset), mipTable(asset), seamParts(asset), chartPart(asset), worstTable(asset),
+    stageTable(asset), visibleTable(asset), wholeError(asset), mipTable(asset), seamPart(asset), chartPart(asset), worstTable(asset),
     groundTruth(asset), candidates(asset), make("div", { class: "pair" }, lists));
 }

@@ -28,7 +28,6 @@ const STAGES = {
 const NOTES = {
   covered_texels: "Texels inside charts",
   packing: "Charts packed anew",
-  split: "Charts split between maps",
   unread_texels: "Texels inside charts that no triangle reads: left out of the packed map",
   unread_levels: "Largest levels that no material is smooth enough to read",
   unread_bytes: "Memory of these levels [bytes]",

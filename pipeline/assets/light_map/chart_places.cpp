@@ -19,57 +19,27 @@ using formats::Result;
 /// Largest distance of a vertex from its place [texels]: UVs are floats.
 constexpr double kUvRounding = 1.0 / 256;
 
-/// Calls visit(quad) for the quads that a chart reaches.
-template <class Visit>
-void forEachReached(const atlas::Chart& chart, Visit visit) {
-    for (int y = 0; y < chart.quads.y; ++y)
-        for (int x = 0; x < chart.quads.x; ++x)
-            if (chart.reaches(x, y)) visit(chart.first + glm::ivec2(x, y));
-}
-
 }  // namespace
 
 Result<ChartPlaces> ChartPlaces::create(const formats::GltfScene& scene, const formats::Subject& mesh, const UnpackedBake& bake) {
     const glm::ivec2 before(bake.packing.widthBefore, bake.packing.heightBefore);
-    std::optional<MeshPart> part;
-    if (bake.part) {
-        LC_TRY(cut, partOf(scene, mesh, *bake.part, before, true));
-        part = std::move(*cut);
-    }
-    LC_TRY(charts, chartsOf(part ? part->scene : scene, mesh, before));
+    const auto meshes = scene.triangleMeshes();
+    LC_TRY(charts, atlas::findCharts(meshes, std::vector<formats::Subject>(meshes.size(), mesh), before.x, before.y));
     std::vector<ChartPlace> places = placesOf(bake.places);
     if (charts->charts.size() != places.size())
         return failure(ErrorCode::Verification, mesh,
                        fmt::format("found {} charts, expected {} as packed: cook the scene again", charts->charts.size(), places.size()));
-    ChartPlaces made(std::move(*charts), std::move(places), before);
-    if (part) made.restrictTo(std::move(*part));
-    return made;
+    return ChartPlaces(std::move(*charts), std::move(places), before);
 }
 
 ChartPlaces::ChartPlaces(ChartSet charts, std::vector<ChartPlace> places, const glm::ivec2& before)
-    : charts_(std::move(charts)),
-      places_(std::move(places)),
-      before_(before),
-      owners_(before.x + 1, before.y + 1, ChartSet::kNoChart),
-      isRead_(before.x + 1, before.y + 1, 0) {
-    for (std::size_t i = 0; i < charts_.charts.size(); ++i)
-        forEachReached(charts_.charts[i], [&](const glm::ivec2& quad) {
-            owners_.at(quad.x + 1, quad.y + 1) = static_cast<std::uint32_t>(i);
-            isRead_.at(quad.x + 1, quad.y + 1) = 1;
-        });
-}
-
-/// Keeps only the quads of a part as owned by its charts: its triangles reach a little beyond them.
-void ChartPlaces::restrictTo(MeshPart part) {
-    Image<std::uint8_t> isOwn(before_.x + 1, before_.y + 1, 0);
-    for (std::size_t i = 0; i < part.charts.charts.size(); ++i)
-        forEachReached(part.charts.charts[i], [&](const glm::ivec2& quad) {
-            isRead_.at(quad.x + 1, quad.y + 1) = 1;
-            if (part.isChosen[static_cast<std::size_t>(part.tiles.ofQuad(i, quad))] != 0) isOwn.at(quad.x + 1, quad.y + 1) = 1;
-        });
-    for (std::size_t i = 0; i < isOwn.texels().size(); ++i)
-        if (isOwn.texels()[i] == 0) owners_.texels()[i] = ChartSet::kNoChart;
-    part_ = std::move(part.scene);
+    : charts_(std::move(charts)), places_(std::move(places)), before_(before), owners_(before.x + 1, before.y + 1, ChartSet::kNoChart) {
+    for (std::size_t i = 0; i < charts_.charts.size(); ++i) {
+        const atlas::Chart& chart = charts_.charts[i];
+        for (int y = 0; y < chart.quads.y; ++y)
+            for (int x = 0; x < chart.quads.x; ++x)
+                if (chart.reaches(x, y)) owners_.at(chart.first.x + x + 1, chart.first.y + y + 1) = static_cast<std::uint32_t>(i);
+    }
 }
 
 glm::dvec2 ChartPlaces::moved(std::size_t chart, const glm::dvec2& texel) const {
@@ -83,27 +53,15 @@ std::optional<glm::dvec2> ChartPlaces::packed(const glm::dvec2& texel) const {
     return moved(chart, texel);
 }
 
-template <class Visit>
-void ChartPlaces::forEachQuadAt(const glm::dvec2& texel, Visit visit) const {
+std::uint32_t ChartPlaces::chartAt(const glm::dvec2& texel) const {
+    // A place lies in one quad, or on the sides of up to four. It has the chart of most of them, the first of equal ones.
     const glm::dvec2 floor = glm::floor(texel);
     const glm::ivec2 high(floor), low(high - glm::ivec2(texel.x == floor.x ? 1 : 0, texel.y == floor.y ? 1 : 0));
-    for (int y = std::max(low.y, -1); y <= std::min(high.y, before_.y - 1); ++y)
-        for (int x = std::max(low.x, -1); x <= std::min(high.x, before_.x - 1); ++x) visit(glm::ivec2(x + 1, y + 1));
-}
-
-bool ChartPlaces::isRead(const glm::dvec2& texel) const {
-    bool isAnyRead = false;
-    forEachQuadAt(texel, [&](const glm::ivec2& quad) { isAnyRead = isAnyRead || isRead_.at(quad.x, quad.y) != 0; });
-    return isAnyRead;
-}
-
-std::uint32_t ChartPlaces::chartAt(const glm::dvec2& texel) const {
-    // The chart of most quads has a place on their sides, the first of equal ones.
     std::array<std::uint32_t, 4> owners{};
     std::size_t count = 0;
-    forEachQuadAt(texel, [&](const glm::ivec2& quad) {
-        if (const std::uint32_t owner = owners_.at(quad.x, quad.y); owner != ChartSet::kNoChart) owners[count++] = owner;
-    });
+    for (int y = std::max(low.y, -1); y <= std::min(high.y, before_.y - 1); ++y)
+        for (int x = std::max(low.x, -1); x <= std::min(high.x, before_.x - 1); ++x)
+            if (const std::uint32_t owner = owners_.at(x + 1, y + 1); owner != ChartSet::kNoChart) owners[count++] = owner;
     if (count == 0) return ChartSet::kNoChart;
     const auto end = owners.begin() + static_cast<std::ptrdiff_t>(count);
     return *std::max_element(owners.begin(), end, [&](std::uint32_t a, std::uint32_t b) {
@@ -113,7 +71,7 @@ std::uint32_t ChartPlaces::chartAt(const glm::dvec2& texel) const {
 
 Result<void> ChartPlaces::check(const formats::GltfScene& before, const formats::GltfScene& after, const formats::Subject& mesh,
                                 const glm::ivec2& size) const {
-    const auto old = (part_ ? *part_ : before).triangleMeshes(), made = after.triangleMeshes();
+    const auto old = before.triangleMeshes(), made = after.triangleMeshes();
     const auto refuse = [&](const std::string& found, const std::string& expected) {
         return failure(ErrorCode::Verification, mesh, fmt::format("found {}, expected {}", found, expected));
     };
@@ -147,19 +105,6 @@ std::vector<ChartPlace> placesOf(std::span<const int> numbers) {
     for (std::size_t i = 0; i + 3 < numbers.size(); i += 4)
         places.push_back({{std::max(1, numbers[i]), std::max(1, numbers[i + 1])}, {numbers[i + 2], numbers[i + 3]}});
     return places;
-}
-
-std::vector<int> numbersOf(std::span<const atlas::ChartBox> boxes) {
-    std::vector<int> numbers;
-    for (const atlas::ChartBox& box : boxes) numbers.insert(numbers.end(), {box.first.x, box.first.y, box.quads.x, box.quads.y});
-    return numbers;
-}
-
-std::vector<atlas::ChartBox> boxesOf(std::span<const int> numbers) {
-    std::vector<atlas::ChartBox> boxes;
-    for (std::size_t i = 0; i + 3 < numbers.size(); i += 4)
-        boxes.push_back({{numbers[i], numbers[i + 1]}, {numbers[i + 2], numbers[i + 3]}});
-    return boxes;
 }
 
 }  // namespace lightcook::pipeline

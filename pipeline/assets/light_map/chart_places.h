@@ -11,7 +11,6 @@
 #include "atlas/charts.h"
 #include "formats/gltf_scene.h"
 #include "formats/image.h"
-#include "pipeline/assets/light_map/mesh_part.h"
 #include "pipeline/assets/light_map/unpacked_bake.h"
 
 namespace lightcook::pipeline {
@@ -30,11 +29,9 @@ public:
     /// mesh  its file, for errors
     static formats::Result<ChartPlaces> create(const formats::GltfScene& scene, const formats::Subject& mesh, const UnpackedBake& bake);
 
-    /// Returns the place in the repacked map. Empty where no triangle comes near, and in charts of another part.
+    /// Returns the place in the repacked map. Empty where no triangle comes near.
     /// texel  place in the bake; integers are texel centres
     std::optional<glm::dvec2> packed(const glm::dvec2& texel) const;
-    /// Returns true where a chart of the mesh lies, be it of this part or of another.
-    bool isRead(const glm::dvec2& texel) const;
 
     /// Fails with ErrorCode::Verification, naming mesh and vertex, unless the UVs of the repacked mesh lie where its charts do.
     /// before  as create() had it
@@ -45,26 +42,17 @@ public:
 
 private:
     ChartPlaces(atlas::ChartSet charts, std::vector<ChartPlace> places, const glm::ivec2& before);
-    void restrictTo(MeshPart part);
     glm::dvec2 moved(std::size_t chart, const glm::dvec2& texel) const;
-    /// Calls visit(quad) for the quads that a place lies in: one, or up to four on their sides. Quads of the map, from 0 on.
-    template <class Visit>
-    void forEachQuadAt(const glm::dvec2& texel, Visit visit) const;
     std::uint32_t chartAt(const glm::dvec2& texel) const;
 
     atlas::ChartSet charts_;
     std::vector<ChartPlace> places_;  ///< [chart]
     glm::ivec2 before_;
-    formats::Image<std::uint32_t> owners_;         ///< chart of each quad, from quad (-1, -1) on; without quads of another part
-    formats::Image<std::uint8_t> isRead_;          ///< 1 for quads that a triangle of any part reaches
-    std::optional<formats::GltfScene> part_ = {};  ///< triangles of the part; empty: the whole mesh
+    formats::Image<std::uint32_t> owners_;  ///< chart of each quad, from quad (-1, -1) on
 };
 
 /// Return places as parameters of an action have them, four numbers a chart, and back.
 std::vector<int> numbersOf(std::span<const ChartPlace> places);
 std::vector<ChartPlace> placesOf(std::span<const int> numbers);
-/// Return boxes of charts likewise: x and y of the lowest quad, width and height.
-std::vector<int> numbersOf(std::span<const atlas::ChartBox> boxes);
-std::vector<atlas::ChartBox> boxesOf(std::span<const int> numbers);
 
 }  // namespace lightcook::pipeline

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <set>
 
@@ -155,12 +154,7 @@ std::size_t lastStageOf(const formats::LightMapLayoutInfo& layout, const std::ve
 /// Errors of every stage of a plan, and the light of its layouts.
 struct TriedPlan {
     std::vector<verify::StageError> stages;
-    std::vector<std::vector<float>> samples;            ///< [layout of the group]
-    std::vector<std::vector<verify::ShadedSums>> sums;  ///< [stage][group of places]
-
-    const std::vector<verify::ShadedSums>& sumsOf(const formats::LightMapLayoutInfo& layout) const {
-        return sums[std::min(lastStageOf(layout, stages), sums.size() - 1)];
-    }
+    std::vector<std::vector<float>> samples;  ///< [layout of the group]
 };
 struct TriedStrip {
     verify::LightMapErrors errors;
@@ -168,14 +162,12 @@ struct TriedStrip {
 };
 
 /// Returns the errors of every stage of a plan on the surface of a map.
-/// places  groups that errors are summed by
 Result<TriedPlan> tryPlan(const TriedMap& map, const compress::LightMapPlan& plan, const GroupShader& shader,
-                          const verify::PlaceGroups& places, const ActionContext& context) {
+                          const ActionContext& context) {
     const std::string layout(formats::info(plan.layout).name);
     const compress::EncodeOptions options = map.parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
     sampling.figures = verify::LightMapFigures::Trial;
-    sampling.groups = places;
     LC_TRY(verifier, verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, map.parameters.shading, sampling,
                                                       plan.key, map.viewing));
     verify::LightMapErrors errors = verifier->noErrors();
@@ -204,7 +196,6 @@ Result<TriedPlan> tryPlan(const TriedMap& map, const compress::LightMapPlan& pla
         });
     if (!verified) return tl::make_unexpected(verified.error());
     tried.stages = errors.figures();
-    for (verify::LightMapErrors::Stage& stage : errors.stages) tried.sums.push_back(std::move(stage.groups));
     return tried;
 }
 
@@ -246,15 +237,8 @@ std::optional<compress::LightMapObjective> objectiveOf(const TrialParameters& pa
     return objectiveFor({parameters.shading, parameters.display}, displayKey, source.bt2020FromWorking());
 }
 
-/// Groups of places, and the layouts as a trial finds them there.
-struct GroupCandidates {
-    verify::PlaceGroups places;
-    std::vector<CandidateByGroup> found = {};
-};
-
 /// Tries the layouts of a light map, with `joint` those of its dominant light too.
-/// byGroup  gets the sums by group, of the whole map; null: they are not wanted
-Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint, GroupCandidates* byGroup,
+Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint,
                                     const ActionContext& context) {
     LC_TRY(source, openLightMap(context, parameters.description));
     const std::vector<LayoutGroup> groups =
@@ -263,24 +247,20 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
         std::ranges::any_of(groups, [](const LayoutGroup& group) { return compress::needsSharedExit(group.planned); });
     LC_TRY(measured, measureLightMap(**source, hasSharedExit, context));
     const double displayKey = measured->key.displayKey();
-    const TriedMap map{**source,
-                       spreadStrips(**source, byGroup != nullptr ? std::numeric_limits<std::int64_t>::max() : kTrialTexels),
-                       parameters,
-                       {parameters.display.of(displayKey), (*source)->bt2020FromWorking()}};
+    const TriedMap map{
+        **source, spreadStrips(**source, kTrialTexels), parameters, {parameters.display.of(displayKey), (*source)->bt2020FromWorking()}};
     LC_TRY(mipCount, mipCountOf(**source, parameters.mips, context));
     LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure,
                             objectiveOf(parameters, **source, displayKey), *mipCount, context);
     LC_TRY(whole, startJointTrial(map, joint, context));
-    const verify::PlaceGroups places = byGroup != nullptr ? byGroup->places : verify::PlaceGroups{};
     JointTrialResult result;
     for (const LayoutGroup& group : groups) {
         LC_TRY(plan, planner.plan(std::string(formats::info(group.planned).name)));
         LC_TRY(shader, GroupShader::create(group, *plan, parameters.shading, *whole ? &**whole : nullptr));
-        LC_TRY(tried, tryPlan(map, *plan, *shader, places, context));
+        LC_TRY(tried, tryPlan(map, *plan, *shader, context));
         for (std::size_t i = 0; i < group.layouts.size(); ++i) {
             const auto& [layout, isExcluded] = group.layouts[i];
-            const TrialCandidate& candidate = result.trial.candidates.emplace_back(candidateOf(group.layouts[i], *plan, tried->stages));
-            if (byGroup != nullptr && !isExcluded) byGroup->found.push_back({candidate, tried->sumsOf(*layout)});
+            result.trial.candidates.push_back(candidateOf(group.layouts[i], *plan, tried->stages));
             if (*whole && !isExcluded) (*whole)->add(std::string(layout->name), std::move(tried->samples[i]));
         }
     }
@@ -298,21 +278,14 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
 
 Result<ActionOutcome> tryLightMap(const ActionContext& context) {
     LC_TRY(parameters, parametersOf<TrialParameters>(context));
-    LC_TRY(result, tryLayouts(*parameters, std::nullopt, nullptr, context));
+    LC_TRY(result, tryLayouts(*parameters, std::nullopt, context));
     return outcomeWith(result->trial);
 }
 
 Result<ActionOutcome> tryJointly(const ActionContext& context) {
     LC_TRY(parameters, parametersOf<JointTrialParameters>(context));
-    LC_TRY(result, tryLayouts(parameters->trial, parameters->joint, nullptr, context));
+    LC_TRY(result, tryLayouts(parameters->trial, parameters->joint, context));
     return outcomeWith(*result);
-}
-
-Result<std::vector<CandidateByGroup>> tryLayoutsByGroup(const TrialParameters& parameters, const verify::PlaceGroups& places,
-                                                        const ActionContext& context) {
-    GroupCandidates candidates{places};
-    LC_TRY(result, tryLayouts(parameters, std::nullopt, &candidates, context));
-    return std::move(candidates.found);
 }
 
 Result<JointTrialResult> trialIn(const ActionRecord& record) {

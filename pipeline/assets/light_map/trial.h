@@ -67,12 +67,6 @@ void describe(Fields& fields, Self& candidate) {
     fields.presentIf(candidate.isExcluded, "excluded", candidate.isExcluded, "true if the scene's list of layouts lacks it");
 }
 
-/// A layout with its errors on each group of places.
-struct CandidateByGroup {
-    TrialCandidate whole;
-    std::vector<verify::ShadedSums> sums;  ///< [group]
-};
-
 struct TrialResult {
     std::vector<TrialCandidate> candidates;  ///< by bytes
     double share = 1;                        ///< part of the map that was tried
@@ -87,9 +81,5 @@ void describe(Fields& fields, Self& result) {
 /// the scene lists layouts, the others are measured too if that is cheap: on small maps, and where the trial of a listed one has them as
 /// stages.
 formats::Result<ActionOutcome> tryLightMap(const ActionContext& context);
-
-/// Tries every layout that the parameters let "auto" take, on the whole map however large it is, and sums its errors by group of places.
-formats::Result<std::vector<CandidateByGroup>> tryLayoutsByGroup(const TrialParameters& parameters, const verify::PlaceGroups& places,
-                                                                 const ActionContext& context);
 
 }  // namespace lightcook::pipeline

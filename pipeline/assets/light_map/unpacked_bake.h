@@ -10,7 +10,6 @@
 
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/document/json_fields.h"
-#include "pipeline/scene/chart_settings.h"
 
 namespace lightcook::pipeline {
 
@@ -41,30 +40,16 @@ void describe(Fields& fields, Self& packing) {
     fields.required("uv_before", packing.uvBefore, "vertex attribute of the cooked mesh with the light-map UVs that it had: `TEXCOORD_2`");
 }
 
-template <class Fields, Is<ChartPart> Self>
-void describe(Fields& fields, Self& part) {
-    fields.required("of", part.of, "light map of the scene file");
-    fields.presentIf(part.tileSide > 0, "tile_side", part.tileSide,
-                     "side of the tiles that charts of the source mesh are cut into [texels]; absent: charts are whole");
-    fields.required(
-        "tiles", part.tiles,
-        "tiles that this map has, numbered from 0. Charts come in the order of their first triangles, tiles of a chart row by row");
-    fields.presentIf(!part.otherTiles.empty(), "other_tiles", part.otherTiles,
-                     "with three maps: tiles that one of the other two has; the third one has the rest");
-}
-
 struct UnpackedBake {
     formats::LightMapDescription description;
     ChartPacking packing;
-    std::vector<int> places;        ///< of each chart of the map: step in x and y, first texel's x and y (ChartPlace)
-    std::optional<ChartPart> part;  ///< absent: the whole mesh
+    std::vector<int> places;  ///< of each chart of the map: step in x and y, first texel's x and y (ChartPlace)
 };
 template <class Fields, Is<UnpackedBake> Self>
 void describe(Fields& fields, Self& bake) {
     fields.required("description", bake.description, "conventions of the bake");
     fields.required("packing", bake.packing, "how its charts were packed");
     fields.required("places", bake.places, "of each chart: texels of the bake for each texel in x and y, and x and y of its first texel");
-    fields.optional("part", bake.part, "what this map has, where charts were split between maps; absent: all charts");
 }
 
 /// The parameter of a verification, beside those of the asset's kind. Absent: no charts were packed.

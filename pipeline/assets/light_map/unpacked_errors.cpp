@@ -76,7 +76,7 @@ public:
                 if (rows->covered.at(x, y - before) == 0) continue;
                 if (reading_.charts.packed({x, y}))
                     texels.emplace_back(x, y);
-                else if (!reading_.charts.isRead({x, y}))
+                else
                     ++unread;
             }
         std::vector<glm::dvec2> places(texels.begin(), texels.end());

@@ -38,16 +38,6 @@ std::string seamWord(const ReportRow& row) {
     return row.seams && !row.seams->stages.empty() ? fmt::format("{:.2f}", row.seams->largestAdded()) : "-";
 }
 
-/// Returns a line for the seams between the maps of a split.
-std::string splitSeamLine(const SplitSeams& split) {
-    std::string line = fmt::format("  seams between '{}'", fmt::join(split.maps, "', '"));
-    if (split.seams.stages.empty()) return line + fmt::format(": not measured, {}", split.seams.note.value_or("all places are dark"));
-    line += fmt::format(": {} edges, {:.2f} added at most", split.seams.edges, split.seams.largestAdded());
-    if (!split.seams.worst.empty() && split.seams.worst.front().maps)
-        line += fmt::format(" (between '{}')", fmt::join(*split.seams.worst.front().maps, "' and '"));
-    return split.limits[Limit::Seam] ? line + fmt::format(", limit {:.3g}", *split.limits[Limit::Seam]) : line;
-}
-
 /// Returns a line for the mip levels of a light map: their number, why there are no more, and their largest errors.
 std::string mipLine(const ReportRow& row) {
     std::string line = fmt::format("  {}: {} mip level{}", row.name, row.mips.size() + 1, row.mips.empty() ? "" : "s");
@@ -142,13 +132,9 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
         return terminal.jsonDetail(summary.dump(-1, ' ', false, Json::error_handler_t::replace));
     }
     printFrontier(terminal, report.budget.frontier);
-    for (const ReportRow& row : report.assets) {
-        if (!row.notes) continue;
-        if (row.notes->contains(note_keys::kSplit))
-            terminal.say(fmt::format("charts of {} split: {}", row.name, (*row.notes)[note_keys::kSplit].get<std::string>()));
-        if (row.notes->contains(note_keys::kPacking))
+    for (const ReportRow& row : report.assets)
+        if (row.notes && row.notes->contains(note_keys::kPacking))
             terminal.say(fmt::format("charts of {} packed anew: {}", row.name, (*row.notes)[note_keys::kPacking].get<std::string>()));
-    }
     // On a terminal the table has said it.
     if (!report.partial.empty() && !terminal.isInteractive()) terminal.say(partialLine(report.scene, report.partial));
     if (!outcome.candidates.empty()) terminal.say(fmt::format("candidates kept for view: {}", fmt::join(outcome.candidates, ", ")));
@@ -206,7 +192,6 @@ void printReport(Terminal& terminal, const Report& report) {
             percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error), seamWord(row));
         terminal.say(StyledLine{{Style::Plain, figures}, verdictWord(row.verdict.passed)});
         if (row.mipsEnd) terminal.say(mipLine(row));
-        if (row.splitSeams) terminal.say(splitSeamLine(*row.splitSeams));
     }
     const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
     // Results from the cache keep the time of the run that made them.

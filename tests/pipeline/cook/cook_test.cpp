@@ -561,7 +561,7 @@ TEST(CookScene, RefusesALimitOnPackedChartsWhereNoneArePacked) {
         ASSERT_EQ(outcome.errors.size(), 1u);
         EXPECT_EQ(outcome.errors[0].code, ErrorCode::InvalidRequest);
         EXPECT_EQ(outcome.errors[0].line(),
-                  "--charts-max-visible: found charts_max_visible where no charts are packed, expected charts = \"pack\" or \"split\"");
+                  "--charts-max-visible: found charts_max_visible where no charts are packed, expected charts = \"pack\"");
         EXPECT_EQ(outcome.actionsRun, 0);
     }
     options.given.set("output.charts", "pack");

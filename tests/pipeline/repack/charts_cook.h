@@ -1,4 +1,4 @@
-// Cooks of scenes whose charts are packed or split, in a folder of their own.
+// Cooks of scenes whose charts are packed, in a folder of their own.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -110,13 +110,11 @@ TEST_F(GivenKeysOverAFile, PhongLobesAreThoseOfTablesAlone) {
 }
 
 TEST_F(GivenKeysOverAFile, ChartsHaveToFitTheScene) {
-    const std::string output = "[output]\ncharts = \"split\"\nmax_error = 0.05\n", mesh = "mesh = \"map.glb\"\n";
+    const std::string output = "[output]\ncharts = \"pack\"\nmax_error = 0.05\n", mesh = "mesh = \"map.glb\"\n";
     EXPECT_EQ(mistake(output + kMap + mesh), "");
     EXPECT_EQ(mistake(output + "charts_max_visible = 1\n" + kMap + mesh), "");
     EXPECT_THAT(mistake(output + kMap), StartsWith("scene.toml:4:10: found charts of 'map' to pack without a mesh"));
     EXPECT_THAT(mistake(kMap, keys({{"output.charts", "pack"}})), StartsWith("--charts: found charts of 'map' to pack without a mesh"));
-    EXPECT_THAT(mistake(output + "light_map_layout = \"ratio\"\n" + kMap + mesh),
-                HasSubstr("scene.toml:4:10: found charts of 'map' to split without a limit"));
     EXPECT_THAT(mistake(output + "light_map_layout = \"rnm\"\n" + kMap + mesh), HasSubstr("to pack with a layout in tangent space"));
     const char* const unused = "found charts_max_visible where no charts are packed";
     EXPECT_THAT(mistake(std::string("[output]\ncharts_max_visible = 1\n") + kMap), StartsWith(fmt::format("scene.toml:4:22: {}", unused)));
