@@ -265,9 +265,6 @@ public:
     /// Returns the steps of light between both sides of these places, which are in the order of their edges. Pure; safe to call from
     /// several threads. Without viewing there are none.
     SeamErrors seamErrors(std::span<const LitSeamPlace> places) const;
-    /// The same with other stages than those of the layout, as where both sides are of different layouts: stage i has light 1 + i.
-    /// none  errors of no places, with these stages
-    SeamErrors seamErrors(std::span<const LitSeamPlace> places, SeamErrors none) const;
     /// Returns errors of no places, to merge into.
     SeamErrors noSeamErrors() const;
 

@@ -1,5 +1,5 @@
 // Seams of light maps: edges that two triangles share in space but not in a map. Each side of such an edge reads texels of its own, so
-// that light steps from one side to the other (docs/theory/visible.md). The sides may lie in different maps, each with a layout of its own.
+// that light steps from one side to the other (docs/theory/visible.md).
 //
 // Use:
 //   1. SeamFinder over the triangles of the mesh                      -> SplitEdges
@@ -26,7 +26,6 @@ struct SurfaceTriangle {
     std::array<glm::dvec3, 3> position;
     std::array<glm::vec3, 3> normal;  ///< (0, 0, 0): that of the triangle
     std::array<glm::dvec2, 3> uv;     ///< of the light map: (0, 0) is the first corner of the first texel
-    std::uint8_t map = 0;             ///< number of the light map
 };
 
 /// An edge whose two sides read different places of a light map.
@@ -34,16 +33,13 @@ struct SplitEdge {
     std::array<glm::dvec3, 2> position;           ///< [end]
     std::array<std::array<glm::dvec2, 2>, 2> uv;  ///< [side][end]
     std::array<glm::vec3, 2> normal;              ///< [end] unit; mean of both sides
-    std::array<std::uint8_t, 2> map{};            ///< [side] number of the light map
-    bool isBetweenMaps() const { return map[0] != map[1]; }
     /// Returns the place of one side at a fraction of the edge [texels]; integers are texel centres.
     glm::dvec2 texelAt(std::size_t side, double along, const glm::dvec2& size) const;
     glm::dvec3 positionAt(double along) const;
     glm::vec3 normalAt(double along) const;
     /// Returns the number of places that are measured: both ends, and at least one place for each texel of the longer side.
-    /// sizes  of the light map of each side [texels]
-    int placeCount(const std::array<glm::dvec2, 2>& sizes) const;
-    int placeCount(const glm::dvec2& size) const { return placeCount(std::array{size, size}); }
+    /// size  of the light map [texels]
+    int placeCount(const glm::dvec2& size) const;
 };
 
 struct SplitEdges {
@@ -67,8 +63,6 @@ public:
 
     /// size  of the light map [texels]
     explicit SeamFinder(const glm::dvec2& size);
-    /// sizes  of each light map, by its number [texels]
-    explicit SeamFinder(std::vector<glm::dvec2> sizes);
     SeamFinder(SeamFinder&&) noexcept;
     SeamFinder& operator=(SeamFinder&&) noexcept;
     ~SeamFinder();
@@ -99,7 +93,6 @@ struct SeamStep {
     glm::dvec3 normal{0}, view{0};  ///< view: specular light only, as are m and f0
     double m = 0, f0 = 0;
     std::array<glm::dvec3, 2> bake{}, cooked{};  ///< light of each side
-    std::array<double, 2> error{};               ///< Delta E ITP between these two, of each side
     double bakeStep = -1, cookedStep = -1;       ///< Delta E ITP between both sides; negative: no step is known
     double added = -1;                           ///< max(0, cookedStep - bakeStep)
     bool isKnown() const { return bakeStep >= 0; }

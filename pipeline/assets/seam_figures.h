@@ -58,8 +58,6 @@ struct SeamPlace {
     std::optional<glm::dvec3> view;
     std::optional<double> m, f0;
     std::array<glm::dvec3, 2> reference{}, found{};  ///< light of each side
-    std::optional<std::array<std::string, 2>> maps;  ///< light map of each side, where they are not the same
-    std::optional<std::array<double, 2>> errors;     ///< visible error of each side, where there are maps; not of the bake's own steps
 };
 template <class Fields, Is<SeamPlace> Self>
 void describe(Fields& fields, Self& place) {
@@ -76,8 +74,6 @@ void describe(Fields& fields, Self& place) {
     fields.optional("f0", place.f0, "reflectance at normal incidence");
     fields.required("reference", place.reference, kNumberOrNull, "light of the bake on each side: red, green, blue");
     fields.required("found", place.found, kNumberOrNull, "light of the cooked map on each side: red, green, blue");
-    fields.optional("maps", place.maps, "light map of each side, where the edge lies between two");
-    fields.optional("errors", place.errors, kNumberOrNull, "visible error of each side of an edge between two light maps");
 }
 
 struct SeamFigures {

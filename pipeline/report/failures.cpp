@@ -175,8 +175,7 @@ std::string seamWords(const SeamPlace& seam) {
     const auto sides = [&](const char* key) { return vectorWords(place[key][0]) + " and " + vectorWords(place[key][1]); };
     std::string words = fmt::format("the edge from {} to {}, {}: a step of {:.3g} where the bake has {:.3g}", vectorWords(place["edge"][0]),
                                     vectorWords(place["edge"][1]), placeWords(place), seam.cookedStep, seam.bakeStep);
-    const std::string maps = seam.maps ? fmt::format(" of '{}' and '{}'", (*seam.maps)[0], (*seam.maps)[1]) : "";
-    return words + fmt::format("; at texels {}{}: found {}, expected {}", sides("texels"), maps, sides("found"), sides("reference"));
+    return words + fmt::format("; at texels {}: found {}, expected {}", sides("texels"), sides("found"), sides("reference"));
 }
 
 std::string placeWords(const Json& at) {

@@ -4,7 +4,6 @@
 // max(0, cooked - bake): it is at most the sum of the visible errors of both sides, because
 //   |c_A - c_B| - |b_A - b_B| <= |(c_A - b_A) - (c_B - b_B)| <= |c_A - b_A| + |c_B - b_B|.
 #include <algorithm>
-#include <cmath>
 #include <glm/vec2.hpp>
 #include <tuple>
 #include <utility>
@@ -111,20 +110,6 @@ private:
         }
         visibleDifferences(out.sides[0].itp.data(), out.sides[1].itp.data(), matrix_.stride(), out.steps.data());
     }
-    /// Returns the visible error of each side at a row.
-    std::array<double, 2> errorsOf(const ShownSides& cooked, std::size_t row) const {
-        std::array<double, 2> errors{};
-        for (std::size_t side = 0; side < 2; ++side) {
-            double sum = 0;
-            for (std::size_t c = 0; c < 3; ++c) {
-                const std::size_t at = c * matrix_.stride() + row;
-                const double difference = static_cast<double>(cooked.sides[side].itp[at] - bake_.sides[side].itp[at]);
-                sum += difference * difference;
-            }
-            errors[side] = std::sqrt(sum);
-        }
-        return errors;
-    }
     std::array<glm::dvec3, 2> coloursOf(const ShownSides& shown, std::size_t row) const {
         std::array<glm::dvec3, 2> colours{};
         for (std::size_t side = 0; side < 2; ++side)
@@ -142,7 +127,6 @@ private:
         step.f0 = way.f0;
         step.bake = coloursOf(bake_, row);
         step.cooked = coloursOf(cooked, row);
-        step.error = errorsOf(cooked, row);
         step.bakeStep = static_cast<double>(bake_.steps[row]);
         step.cookedStep = static_cast<double>(cooked.steps[row]);
         step.added = std::max(0.0, step.cookedStep - step.bakeStep);
@@ -225,11 +209,7 @@ SeamErrors LightMapVerifier::noSeamErrors() const {
 }
 
 SeamErrors LightMapVerifier::seamErrors(std::span<const LitSeamPlace> places) const {
-    return seamErrors(places, noSeamErrors());
-}
-
-SeamErrors LightMapVerifier::seamErrors(std::span<const LitSeamPlace> places, SeamErrors none) const {
-    SeamErrors errors = std::move(none);
+    SeamErrors errors = noSeamErrors();
     if (!state_->setup.matrices.visible) return errors;
     const VisibleShading& visible = *state_->setup.matrices.visible;
     const double unit = 1 / static_cast<double>(state_->perKey);

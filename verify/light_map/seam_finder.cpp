@@ -51,7 +51,6 @@ struct Side {
     std::array<glm::vec3, 2> normal;
     glm::vec3 inward;  ///< unit, from the edge into the triangle
     std::uint64_t order;
-    std::uint8_t map;
 };
 
 using OpenEdges = std::unordered_map<EdgeKey, std::vector<Side>, HashOfEdge>;
@@ -101,22 +100,21 @@ glm::vec3 SplitEdge::normalAt(double along) const {
     return unitOr(glm::mix(normal[0], normal[1], static_cast<float>(along)), normal[0]);
 }
 
-int SplitEdge::placeCount(const std::array<glm::dvec2, 2>& sizes) const {
+int SplitEdge::placeCount(const glm::dvec2& size) const {
     double length = 0;
-    for (std::size_t side = 0; side < 2; ++side)
-        length = std::max(length, glm::length(texelAt(side, 1, sizes.at(side)) - texelAt(side, 0, sizes.at(side))));
+    for (std::size_t side = 0; side < 2; ++side) length = std::max(length, glm::length(texelAt(side, 1, size) - texelAt(side, 0, size)));
     return std::max(1, static_cast<int>(std::ceil(length))) + 1;
 }
 
 struct SeamFinder::State {
-    std::vector<glm::dvec2> sizes;  ///< [map]
+    glm::dvec2 size;  ///< of the light map [texels]
     double largestCoordinate = 0;
     std::uint64_t sides = 0;
     OpenEdges open;
     SplitEdges found;
     std::vector<std::pair<std::uint64_t, SplitEdge>> split;  ///< with the order of the second side
 
-    explicit State(std::vector<glm::dvec2> mapSizes) : sizes(std::move(mapSizes)) {}
+    explicit State(const glm::dvec2& mapSize) : size(mapSize) {}
 
     /// Returns true if light may go on smoothly from one side to the other.
     static bool isSmooth(const Side& a, const Side& b) {
@@ -126,8 +124,8 @@ struct SeamFinder::State {
         return glm::dot(a.normal[0], b.normal[0]) >= kLeastCosine && glm::dot(a.normal[1], b.normal[1]) >= kLeastCosine;
     }
     bool hasSameTexels(const Side& a, const Side& b) const {
-        const auto isClose = [&](std::size_t end) { return glm::length((a.uv[end] - b.uv[end]) * sizes[a.map]) <= kSameTexels; };
-        return a.map == b.map && isClose(0) && isClose(1);
+        const auto isClose = [&](std::size_t end) { return glm::length((a.uv[end] - b.uv[end]) * size) <= kSameTexels; };
+        return isClose(0) && isClose(1);
     }
     /// Returns the waiting side that continues this one: if several do, one that reads the same texels.
     std::vector<Side>::iterator partnerOf(const Side& side, std::vector<Side>& waiting) const {
@@ -151,7 +149,7 @@ struct SeamFinder::State {
         if (hasSameTexels(side, *partner)) {
             ++found.joined;
         } else {
-            SplitEdge edge{key, {partner->uv, side.uv}, {}, {partner->map, side.map}};
+            SplitEdge edge{key, {partner->uv, side.uv}, {}};
             for (std::size_t end = 0; end < 2; ++end) edge.normal[end] = glm::normalize(partner->normal[end] + side.normal[end]);
             split.emplace_back(side.order, edge);
         }
@@ -161,8 +159,7 @@ struct SeamFinder::State {
     void matchLooseEdges();
 };
 
-SeamFinder::SeamFinder(const glm::dvec2& size) : SeamFinder(std::vector{size}) {}
-SeamFinder::SeamFinder(std::vector<glm::dvec2> sizes) : state_(std::make_unique<State>(std::move(sizes))) {}
+SeamFinder::SeamFinder(const glm::dvec2& size) : state_(std::make_unique<State>(size)) {}
 SeamFinder::SeamFinder(SeamFinder&&) noexcept = default;
 SeamFinder& SeamFinder::operator=(SeamFinder&&) noexcept = default;
 SeamFinder::~SeamFinder() = default;
@@ -189,7 +186,6 @@ void SeamFinder::add(const SurfaceTriangle& triangle) {
         const glm::dvec3 across = inward - glm::dot(inward, edge) / glm::dot(edge, edge) * edge;
         side.inward = unitOr(glm::vec3(across / std::max(glm::length(across), std::numeric_limits<double>::min())), glm::vec3(0));
         side.order = state_->sides++;
-        side.map = triangle.map;
         state_->match(key, side, state_->open);
     }
 }

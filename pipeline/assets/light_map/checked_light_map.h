@@ -8,14 +8,16 @@
 
 #include "pipeline/assets/light_map/block_errors.h"
 #include "pipeline/assets/light_map/chart_errors.h"
-#include "pipeline/assets/light_map/compared_map.h"
+#include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/assets/light_map/worst_places.h"
 #include "pipeline/assets/lut/light_moments.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/assets/verification.h"
+#include "verify/seams.h"
 
 namespace lightcook::pipeline {
 
@@ -63,7 +65,6 @@ struct CheckedLightMap {
     std::vector<RenderedView> seamViews = {};
     std::vector<WorstPlacePicture> worstPlaces = {};
 
-    ComparedMap compared() const { return {context.action.asset, bake, cooked}; }
     verify::StageError& total() { return result.verdict.stages.back(); }
     std::vector<verify::Violation>& violations() { return result.verdict.violations; }
     int mipCount() const {

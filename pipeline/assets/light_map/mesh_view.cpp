@@ -95,12 +95,11 @@ std::vector<Corner> clipped(const std::array<Corner, 3>& corners, double nearest
 /// The picture and its depths.
 class Canvas {
 public:
-    explicit Canvas(int side) : shown_(side, side), depth_(side, side, HUGE_VAL) {}
+    explicit Canvas(int side) : uvs_(side, side, glm::dvec2(std::numeric_limits<double>::quiet_NaN())), depth_(side, side, HUGE_VAL) {}
 
     /// slope  of the camera
-    /// map    number of the triangle's light map
-    void draw(const Corner& a, const Corner& b, const Corner& c, double slope, std::uint8_t map) {
-        const double half = 0.5 * shown_.width();
+    void draw(const Corner& a, const Corner& b, const Corner& c, double slope) {
+        const double half = 0.5 * uvs_.width();
         const std::array<const Corner*, 3> corners = {&a, &b, &c};
         std::array<glm::dvec2, 3> places;
         glm::dvec2 low(HUGE_VAL), high(-HUGE_VAL);
@@ -125,13 +124,13 @@ public:
                 }
                 if (!(1 / inverse < depth_.at(x, y))) continue;
                 depth_.at(x, y) = 1 / inverse;
-                shown_.at(x, y) = {uv / inverse, map};
+                uvs_.at(x, y) = uv / inverse;
             }
     }
-    formats::Image<ShownPlace> take() { return std::move(shown_); }
+    formats::Image<glm::dvec2> take() { return std::move(uvs_); }
 
 private:
-    formats::Image<ShownPlace> shown_;
+    formats::Image<glm::dvec2> uvs_;
     formats::Image<double> depth_;
 };
 
@@ -159,13 +158,11 @@ std::vector<verify::SurfaceTriangle> litTriangles(const formats::GltfScene& scen
     return triangles;
 }
 
-std::optional<MeshPlace> placeAt(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size,
-                                 std::uint8_t map) {
+std::optional<MeshPlace> placeAt(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size) {
     const verify::SurfaceTriangle* nearest = nullptr;
     glm::dvec2 nearestUv(0);
     double least = 1;  // [texels squared]
     for (const verify::SurfaceTriangle& triangle : triangles) {
-        if (triangle.map != map) continue;
         const auto weights = weightsAt(triangle.uv, uv);
         if (!weights) continue;
         if (isInside(*weights)) {
@@ -201,7 +198,7 @@ MeshCamera cameraInFrontOf(std::span<const verify::SurfaceTriangle> triangles, c
     return camera;
 }
 
-formats::Image<ShownPlace> rasterized(std::span<const verify::SurfaceTriangle> triangles, const MeshCamera& camera, int side) {
+formats::Image<glm::dvec2> rasterized(std::span<const verify::SurfaceTriangle> triangles, const MeshCamera& camera, int side) {
     Canvas canvas(side);
     for (const verify::SurfaceTriangle& triangle : triangles) {
         std::array<Corner, 3> corners;
@@ -210,7 +207,7 @@ formats::Image<ShownPlace> rasterized(std::span<const verify::SurfaceTriangle> t
             corners[i] = {{glm::dot(to, camera.right), glm::dot(to, camera.up), glm::dot(to, camera.forward)}, triangle.uv[i]};
         }
         const std::vector<Corner> polygon = clipped(corners, camera.nearest);
-        for (std::size_t i = 2; i < polygon.size(); ++i) canvas.draw(polygon[0], polygon[i - 1], polygon[i], camera.slope, triangle.map);
+        for (std::size_t i = 2; i < polygon.size(); ++i) canvas.draw(polygon[0], polygon[i - 1], polygon[i], camera.slope);
     }
     return canvas.take();
 }

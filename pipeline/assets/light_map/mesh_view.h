@@ -4,10 +4,8 @@
 // as GPUs do. Both sides of a triangle are drawn.
 #pragma once
 
-#include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -29,9 +27,7 @@ struct MeshPlace {
 /// Returns the place with some UVs, on the first triangle that holds them. If none does, as at the rim of a chart, the nearest place of
 /// a triangle that is less than one texel away. Empty if there is none.
 /// size  of the light map [texels]
-/// map   number of the light map; triangles of other maps do not count
-std::optional<MeshPlace> placeAt(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size,
-                                 std::uint8_t map = 0);
+std::optional<MeshPlace> placeAt(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size);
 
 struct MeshCamera {
     glm::dvec3 eye{0}, right{0}, up{0}, forward{0};  ///< orthonormal
@@ -43,12 +39,7 @@ struct MeshCamera {
 /// distance  receives that of the camera [scene units]
 MeshCamera cameraInFrontOf(std::span<const verify::SurfaceTriangle> triangles, const MeshPlace& place, double radius, double& distance);
 
-/// The place of a light map that a pixel shows.
-struct ShownPlace {
-    glm::dvec2 uv{std::numeric_limits<double>::quiet_NaN()};  ///< NaN where the view shows no surface
-    std::uint8_t map = 0;                                     ///< number of the light map
-};
-/// Returns the places that the pixels of a view show, from the top left.
-formats::Image<ShownPlace> rasterized(std::span<const verify::SurfaceTriangle> triangles, const MeshCamera& camera, int side);
+/// Returns the light-map UVs that the pixels of a view show, from the top left; NaN where the view shows no surface.
+formats::Image<glm::dvec2> rasterized(std::span<const verify::SurfaceTriangle> triangles, const MeshCamera& camera, int side);
 
 }  // namespace lightcook::pipeline

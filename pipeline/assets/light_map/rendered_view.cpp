@@ -5,13 +5,13 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_precision.hpp>
-#include <iterator>
 #include <map>
 
 #include "formats/png.h"
 #include "lighting/display.h"
 #include "lighting/radiometry.h"
 #include "pipeline/assets/light_map/bake_filter.h"
+#include "pipeline/assets/light_map/checked_light_map.h"
 #include "pipeline/assets/light_map/mesh_view.h"
 #include "pipeline/assets/preview.h"
 #include "pipeline/graph/files.h"
@@ -77,29 +77,30 @@ BakedPlace bakedAt(const formats::LightMapStrip& strip, const glm::dvec2& at) {
     return place;
 }
 
-/// Returns the pixels that show a place of one of the maps, by their rows of texels.
-/// map, size  number and size [texels] of the map
-std::map<int, std::vector<LitPixel>> pixelsByRow(const formats::Image<ShownPlace>& shown, std::size_t map, const glm::ivec2& size) {
+/// Returns the pixels that show a place of the map, by their rows of texels.
+/// uvs   of the pixels
+/// size  of the map [texels]
+std::map<int, std::vector<LitPixel>> pixelsByRow(const formats::Image<glm::dvec2>& uvs, const glm::ivec2& size) {
     std::map<int, std::vector<LitPixel>> rows;
-    for (int y = 0; y < shown.height(); ++y)
-        for (int x = 0; x < shown.width(); ++x) {
-            if (shown.at(x, y).map != map) continue;
-            const glm::dvec2 at = shown.at(x, y).uv * glm::dvec2(size);
+    for (int y = 0; y < uvs.height(); ++y)
+        for (int x = 0; x < uvs.width(); ++x) {
+            const glm::dvec2 at = uvs.at(x, y) * glm::dvec2(size);
             if (!(at.x >= 0 && at.y >= 0 && at.x < size.x && at.y < size.y)) continue;
             rows[static_cast<int>(at.y)].push_back({x, y, at});
         }
     return rows;
 }
 
-/// A view lit by the bakes and by the cooked maps.
+/// A view lit by the bake and by the cooked map.
 struct LitView {
     formats::Image<glm::u8vec3> reference{kSide, kSide, kOutside}, found{kSide, kSide, kOutside};
 };
 
-/// Draws the pixels that show places of one of the maps.
+/// Lights the pixels that show places of a map.
 /// centreRow  row of the map around which places are the finer ones
-Result<void> drawMap(const ComparedMap& map, const std::map<int, std::vector<LitPixel>>& pixelsOfRows, int centreRow, double key,
-                     LitView& view) {
+Result<LitView> lightView(const CheckedLightMap& map, const std::map<int, std::vector<LitPixel>>& pixelsOfRows, int centreRow) {
+    const double key = shownKey(map.viewing);
+    LitView view;
     CookedPlaces places(map.cooked);
     for (const auto& [row, pixels] : pixelsOfRows) {
         const int first = std::max(0, row - 1);
@@ -118,7 +119,7 @@ Result<void> drawMap(const ComparedMap& map, const std::map<int, std::vector<Lit
             view.found.at(pixel.x, pixel.y) = shown(decoded->at(x, y));
         }
     }
-    return {};
+    return view;
 }
 
 Result<void> writePng(const formats::Image<glm::u8vec3>& picture, const std::filesystem::path& file) {
@@ -132,30 +133,19 @@ double shownKey(const verify::Viewing& viewing) {
     return lighting::kKeyOfDiffuseWhite * lighting::kDiffuseWhite / viewing.display.nitsPerUnit;
 }
 
-Result<std::optional<RenderedView>> writeRenderedView(const LitSurface& surface, const MapTexel& texel, const ActionContext& context,
-                                                      const std::string& name) {
-    const auto sizeOf = [&](std::size_t map) { return glm::ivec2(surface.maps[map].bake.width(), surface.maps[map].bake.height()); };
-    const glm::dvec2 size(sizeOf(texel.map));
-    const auto place = placeAt(surface.triangles, (glm::dvec2(texel.texel) + 0.5) / size, size, static_cast<std::uint8_t>(texel.map));
+Result<std::optional<RenderedView>> writeRenderedView(const CheckedLightMap& map, const glm::ivec2& texel, const std::string& name) {
+    const glm::ivec2 size(map.bake.width(), map.bake.height());
+    const auto place = placeAt(map.triangles, (glm::dvec2(texel) + 0.5) / glm::dvec2(size), size);
     if (!place) return std::optional<RenderedView>();
     RenderedView view;
-    const MeshCamera camera = cameraInFrontOf(surface.triangles, *place, kRadiusTexels * place->texelSide, view.distance);
-    const formats::Image<ShownPlace> shown = rasterized(surface.triangles, camera, kSide);
-    LitView lit;
-    for (std::size_t map = 0; map < surface.maps.size(); ++map) {
-        const auto pixels = pixelsByRow(shown, map, sizeOf(map));
-        if (pixels.empty()) continue;
-        // Another map is seen around the place: the middle one of its rows is the nearest.
-        const auto middle = std::next(pixels.begin(), static_cast<std::ptrdiff_t>(pixels.size() / 2));
-        const int centreRow = map == texel.map ? texel.texel.y : middle->first;
-        LC_CHECK(drawMap(surface.maps[map], pixels, centreRow, shownKey(surface.viewing), lit));
-    }
+    const MeshCamera camera = cameraInFrontOf(map.triangles, *place, kRadiusTexels * place->texelSide, view.distance);
+    LC_TRY(lit, lightView(map, pixelsByRow(rasterized(map.triangles, camera, kSide), size), texel.y));
     view.reference = "preview/" + name + "_bake.png";
     view.cooked = "preview/" + name + "_cooked.png";
     view.position = place->position;
     view.normal = place->normal;
-    LC_CHECK(writePng(lit.reference, context.folder / view.reference));
-    LC_CHECK(writePng(lit.found, context.folder / view.cooked));
+    LC_CHECK(writePng(lit->reference, map.context.folder / view.reference));
+    LC_CHECK(writePng(lit->found, map.context.folder / view.cooked));
     return std::optional(std::move(view));
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <glm/gtc/type_precision.hpp>
 #include <iterator>
@@ -37,19 +36,18 @@ void drawRow(const LitRow& lit, const formats::LightMapStrip& reference, int lef
 }
 
 /// Draws the surroundings of a texel, and sets the light there.
-Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, const LitSurface& surface, WorstPlacePicture& place) {
-    const auto& [name, bake, cooked] = surface.maps.front();
-    const verify::Viewing& viewing = surface.viewing;
+Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, const CheckedLightMap& map, WorstPlacePicture& place) {
+    LightMapSource& bake = map.bake;
     const int width = std::min(kCropSide, bake.width()), height = std::min(kCropSide, bake.height());
     const int left = std::clamp(texel.x - width / 2, 0, bake.width() - width),
               top = std::clamp(texel.y - height / 2, 0, bake.height() - height);
     LC_TRY(reference, bake.rows(top, height));
     const int firstRead = top / kRowAlignment * kRowAlignment;
-    LC_TRY(texels, cooked.read(firstRead, top + height - firstRead));
-    const auto seen = cooked.verifier().reconstruct(*texels, top, height, 1, &*reference);
-    const double key = shownKey(viewing);
+    LC_TRY(texels, map.cooked.read(firstRead, top + height - firstRead));
+    const auto seen = map.cooked.verifier().reconstruct(*texels, top, height, 1, &*reference);
+    const double key = shownKey(map.viewing);
     formats::Image<glm::u8vec3> picture(kPanels * width + (kPanels - 1) * kGap, height, kOutside);
-    LitRow lit(width, viewing);
+    LitRow lit(width, map.viewing);
     for (int y = 0; y < height; ++y) {
         for (int x = left; x < left + width; ++x)
             if (reference->covered.at(x, y) != 0) lit.set(x - left, reference->sh.at(x, y), seen.at(x, y), reference->normal.at(x, y));
@@ -87,8 +85,6 @@ std::vector<WorstTexel> WorstTexels::apart(std::size_t count, int distance) cons
 /// difference get none.
 Result<void> drawWorstPlaces(CheckedLightMap& map) {
     const ActionContext& context = map.context;
-    const std::array maps = {map.compared()};
-    const LitSurface surface{maps, map.triangles, map.viewing};
     std::vector<WorstPlacePicture>& places = map.worstPlaces;
     for (const WorstTexel& texel : map.texels.worst.apart(kPlaces, kCropSide)) {
         if (texel.visible < kLeastShown) break;
@@ -96,12 +92,11 @@ Result<void> drawWorstPlaces(CheckedLightMap& map) {
         place.file = fmt::format("preview/{}_worst_{}.png", context.action.asset, places.size() + 1);
         place.texel = {texel.x, texel.y};
         place.visible = static_cast<double>(texel.visible);
-        LC_TRY(picture, draw(texel, surface, place));
+        LC_TRY(picture, draw(texel, map, place));
         LC_TRY(png, formats::encodePng(picture->view()));
         LC_CHECK(writeFile(context.folder / place.file, *png));
-        if (!surface.triangles.empty()) {
-            LC_TRY(view, writeRenderedView(surface, {0, {texel.x, texel.y}}, context,
-                                           fmt::format("{}_view_{}", context.action.asset, places.size() + 1)));
+        if (!map.triangles.empty()) {
+            LC_TRY(view, writeRenderedView(map, {texel.x, texel.y}, fmt::format("{}_view_{}", context.action.asset, places.size() + 1)));
             place.view = std::move(*view);
         }
         places.push_back(std::move(place));

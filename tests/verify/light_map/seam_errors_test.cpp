@@ -246,29 +246,6 @@ TEST(SeamErrors, PlacesWithoutLightAreNotMeasured) {
     EXPECT_TRUE(meter.verifier.lightAt(charts.cooked, charts.bake, {8.9, 5}, light));
 }
 
-/// Sides of two layouts have their last stages alone to compare, and each an error of its own.
-TEST(SeamErrors, StagesMayBeOthersThanThoseOfTheLayout) {
-    const Meter meter;
-    const glm::vec3 made = 1.1f * kGrey;
-    const auto lit = [&](const glm::vec3& bake, const glm::vec3& cooked) {
-        std::vector<lighting::ShRgb> light = {constant(bake), constant(cooked)};
-        for (lighting::ShRgb& each : light)
-            for (glm::vec3& coefficient : each) coefficient /= static_cast<float>(meter.key);  // in units of the key
-        return light;
-    };
-    const auto exact = lit(kGrey, kGrey), off = lit(kGrey, made);
-    LitSeamPlace place{0, 0, {0, 0, 1}, {}, {exact, off}};
-    const SeamErrors errors = meter.verifier.seamErrors(std::array{place}, SeamErrors(std::vector<SeamErrors::Stage>{{"total", {}, {}}}));
-    ASSERT_EQ(errors.stages.size(), 1u);
-    EXPECT_EQ(errors.stages.front().name, "total");
-    ASSERT_EQ(errors.worstDiffuse.size(), 1u);
-    const SeamStep& step = errors.worstDiffuse.front();
-    EXPECT_GT(step.added, 1);
-    EXPECT_EQ(step.bakeStep, 0);
-    EXPECT_EQ(step.error[0], 0);
-    EXPECT_NEAR(step.error[1], step.added, 1e-4) << "all of the step is the error of the second side";
-}
-
 TEST(SeamErrors, MergingKeepsOneEntryForEachEdge) {
     TwoCharts charts;
     charts.setBake([](int, int, int) { return constant(kGrey); });

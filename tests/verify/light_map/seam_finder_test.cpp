@@ -59,24 +59,6 @@ TEST(SeamFinder, EdgesWithTwoPlacesInTheMapAreSplit) {
     EXPECT_NEAR(middle.y, 0.3 * 32 - 0.5, 1e-12);
 }
 
-/// The maps of a split: both sides of a cut may have the same UVs, and yet read other texels.
-TEST(SeamFinder, EdgesBetweenMapsAreSplit) {
-    SurfaceTriangle left = flat(kLeft, {0, 0}), right = flat(kRight, {0, 0}), other = flat({{{2, 0}, {3, 0}, {1, 1}}}, {0, 0});
-    right.map = other.map = 1;
-    constexpr glm::dvec2 kOtherSize(16, 160);
-    SeamFinder finder(std::vector{kMapSize, kOtherSize});
-    for (const SurfaceTriangle& triangle : {left, right, other}) finder.add(triangle);
-    const SplitEdges found = std::move(finder).finish();
-    ASSERT_EQ(found.edges.size(), 1u);
-    EXPECT_EQ(found.joined, 1) << "the edge of both triangles of the second map";
-    EXPECT_EQ(found.open, 5);
-    const SplitEdge& edge = found.edges.front();
-    EXPECT_TRUE(edge.isBetweenMaps());
-    EXPECT_EQ(edge.map, (std::array<std::uint8_t, 2>{0, 1}));
-    // 3.2 texels of the first map, 16 of the second.
-    EXPECT_EQ(edge.placeCount(std::array{kMapSize, kOtherSize}), 17);
-}
-
 TEST(SeamFinder, EdgesInsideAChartAreJoined) {
     const std::array triangles = {flat(kLeft, {0, 0}), flat(kRight, {0.001 / 64, 0})};
     const SplitEdges found = edgesOf(triangles);
