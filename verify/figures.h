@@ -66,11 +66,6 @@ struct StageError {
     std::optional<CentreFigures> atTexels = std::nullopt;  ///< where diffuse and specular are those of the surface
 };
 
-/// Sums of the squares of some samples.
-struct SquareSums {
-    double error = 0, reference = 0;
-};
-
 /// Accumulates one kind of error. Merge strips in a fixed order for reproducible bits.
 /// The 99th percentile comes from a histogram of 256 equal bins an octave (0.2 to 0.4 % wide) with exact counts. The figure is the upper
 /// edge of its bin, at most maxSampled. Results that are not finite count as the largest double, so that they pass no limit.
@@ -93,8 +88,8 @@ public:
     /// Adds a batch of float samples, given as reference and error = result - reference of the same length: the inner loop of light maps.
     void addErrors(std::span<const float> reference, std::span<const float> error);
     static constexpr std::size_t kLanes = 16;
-    /// Adds the first `count` samples, and returns their squares. Both spans are padded with zeros up to a multiple of kLanes.
-    SquareSums addPaddedErrors(std::span<const float> reference, std::span<const float> error, std::size_t count);
+    /// Adds the first `count` samples. Both spans are padded with zeros up to a multiple of kLanes.
+    void addPaddedErrors(std::span<const float> reference, std::span<const float> error, std::size_t count);
     /// Adds `count` samples of no light, without an error.
     void addDark(std::size_t count);
     /// Raises maxBound to a proven bound of local relative errors.
@@ -115,7 +110,7 @@ private:
         (kHighestExponent - kLowestExponent) * kBinsPerOctave + 2;  ///< and one bin each for smaller and larger values
     static std::size_t binOf(double local);
     static std::int32_t floatBinOf(float local);
-    SquareSums addPiece(const float* reference, const float* error, std::size_t count);
+    void addPiece(const float* reference, const float* error, std::size_t count);
 
     double key_;
     double squaredError_ = 0, squaredReference_ = 0, maxSampled_ = 0, maxBound_ = 0;

@@ -13,7 +13,6 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
-#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -59,17 +58,6 @@ struct LightMapShading {
     bool needsDirections() const { return specular || normalCount > 1; }
 };
 
-/// Groups of the places of a map, whose errors a trial sums apart from each other.
-struct PlaceGroups {
-    static constexpr std::uint32_t kNone = UINT32_MAX;
-    /// Group of each texel of the map, or kNone. A place is of the group of its nearest texel. Outlives the verifier.
-    formats::ImageView<const std::uint32_t> ofTexel = {};
-    std::size_t count = 0;                                 ///< groups; 0: no sums by group
-    float maxVisible = std::numeric_limits<float>::max();  ///< limit that samples of visible errors are counted above
-
-    std::uint32_t at(int x, int y) const { return count > 0 ? ofTexel.at(x, y) : kNone; }
-};
-
 /// A verifier computes these figures of a map.
 enum class LightMapFigures {
     All,      ///< errors at texel centres and at places on the surface, and bounds
@@ -81,7 +69,6 @@ struct LightMapSampling {
     std::uint64_t seed = 1;
     int placesPerTexel = 1;  ///< random places on the surface of each covered texel, in the mean; 0: none
     LightMapFigures figures = LightMapFigures::All;
-    PlaceGroups groups = {};  ///< of a trial
 
     bool hasBounds() const { return figures == LightMapFigures::All; }
     bool isForTrial() const { return figures == LightMapFigures::Trial; }
@@ -144,20 +131,6 @@ struct ShadedErrors {
     ErrorFigures specularFigures() const;
 };
 
-/// Sums of errors of shaded light at some places: enough to judge any union of groups of places.
-struct ShadedSums {
-    struct Light {
-        std::int64_t count = 0;                     ///< samples of visible errors
-        std::int64_t above = 0;                     ///< of these, samples above PlaceGroups::maxVisible
-        double squaredError = 0, squaredLight = 0;  ///< over directions and channels
-
-        void merge(const Light& other);
-    };
-    Light diffuse, specular;
-
-    void merge(const ShadedSums& other);
-};
-
 /// Squares of diffuse light, summed over places, all normals of the sphere and channels.
 struct DiffuseSquares {
     double error = 0, reference = 0;
@@ -173,8 +146,7 @@ public:
     struct Stage {
         std::string name;
         ShadedErrors errors;
-        DiffuseSquares surface = {};          ///< at places on the surface; none in a trial
-        std::vector<ShadedSums> groups = {};  ///< by group of places; of a trial with PlaceGroups
+        DiffuseSquares surface = {};  ///< at places on the surface; none in a trial
     };
     explicit LightMapErrors(std::vector<Stage> empty = {}) : stages(std::move(empty)) {}
     void merge(const LightMapErrors& other);

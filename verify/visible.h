@@ -102,8 +102,6 @@ public:
     /// Returns the place of the largest difference.
     const VisiblePlace& maxAt() const { return maxAt_; }
     std::int64_t sampleCount() const { return sampleCount_; }
-    /// Returns the number of samples above a difference of at least 0.001, rounded up to the edge of its bin.
-    std::int64_t countAbove(double difference) const;
     VisibleFigures figures() const;
 
 private:

@@ -67,15 +67,10 @@ void ErrorAccumulator::addErrors(std::span<const float> reference, std::span<con
     }
 }
 
-SquareSums ErrorAccumulator::addPaddedErrors(std::span<const float> reference, std::span<const float> error, std::size_t count) {
+void ErrorAccumulator::addPaddedErrors(std::span<const float> reference, std::span<const float> error, std::size_t count) {
     assert(reference.size() == error.size() && reference.size() >= (count + kLanes - 1) / kLanes * kLanes);
-    SquareSums sums;
-    for (std::size_t start = 0; start < count; start += kPiece) {
-        const SquareSums piece = addPiece(reference.data() + start, error.data() + start, std::min(kPiece, count - start));
-        sums.error = finiteOrLargest(sums.error + piece.error);
-        sums.reference += piece.reference;
-    }
-    return sums;
+    for (std::size_t start = 0; start < count; start += kPiece)
+        addPiece(reference.data() + start, error.data() + start, std::min(kPiece, count - start));
 }
 
 void ErrorAccumulator::addDark(std::size_t count) {
@@ -83,7 +78,7 @@ void ErrorAccumulator::addDark(std::size_t count) {
     sampleCount_ += static_cast<std::int64_t>(count);
 }
 
-SquareSums ErrorAccumulator::addPiece(const float* reference, const float* error, std::size_t count) {
+void ErrorAccumulator::addPiece(const float* reference, const float* error, std::size_t count) {
     // Each lane has its own sums, which are added up in a fixed order: the bits are the same at any vector width. With 8 lanes, GCC's -O3
     // unrolls the loop first and generates scalar code.
     const std::size_t whole = (count + kLanes - 1) / kLanes * kLanes;
@@ -116,7 +111,6 @@ SquareSums ErrorAccumulator::addPiece(const float* reference, const float* error
         for (std::size_t i = 0; i < count; ++i) maxSampled_ = std::max(maxSampled_, finiteOrLargest(static_cast<double>(locals[i])));
     maxSampled_ = finiteOrLargest(maxSampled_);
     sampleCount_ += static_cast<std::int64_t>(count);
-    return {pieceError, pieceReference};
 }
 
 void ErrorAccumulator::addBound(double bound, const ErrorPlace& place) {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <glm/matrix.hpp>
 #include <limits>
-#include <numeric>
 
 #include "verify/error/perceptual_quantizer.h"
 
@@ -108,11 +107,6 @@ void VisibleAccumulator::add(std::span<const float> differences) {
 void VisibleAccumulator::addExact(std::size_t count) {
     histogram_.front() += static_cast<std::int64_t>(count);
     sampleCount_ += static_cast<std::int64_t>(count);
-}
-
-std::int64_t VisibleAccumulator::countAbove(double difference) const {
-    const auto next = static_cast<std::ptrdiff_t>(binOf(static_cast<float>(difference))) + 1;
-    return std::accumulate(histogram_.begin() + next, histogram_.end(), std::int64_t{0});
 }
 
 void VisibleAccumulator::addBound(double bound, const VisiblePlace& place) {

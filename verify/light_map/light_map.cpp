@@ -96,18 +96,6 @@ ErrorFigures ShadedErrors::specularFigures() const {
     return figuresOf(specular, visibleSpecular);
 }
 
-void ShadedSums::Light::merge(const Light& other) {
-    count += other.count;
-    above += other.above;
-    squaredError += other.squaredError;
-    squaredLight += other.squaredLight;
-}
-
-void ShadedSums::merge(const ShadedSums& other) {
-    diffuse.merge(other.diffuse);
-    specular.merge(other.specular);
-}
-
 void DiffuseSquares::merge(const DiffuseSquares& other) {
     error += other.error;
     reference += other.reference;
@@ -126,8 +114,6 @@ void LightMapErrors::merge(const LightMapErrors& other) {
     for (std::size_t i = 0; i < stages.size(); ++i) {
         stages[i].errors.merge(other.stages[i].errors);
         stages[i].surface.merge(other.stages[i].surface);
-        assert(stages[i].groups.size() == other.stages[i].groups.size());
-        for (std::size_t group = 0; group < stages[i].groups.size(); ++group) stages[i].groups[group].merge(other.stages[i].groups[group]);
     }
     surface.merge(other.surface);
 }
@@ -199,7 +185,6 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
                                 "found " + std::to_string(map.width) + "x" + std::to_string(map.height) + " texels, expected at least 1x1");
     if (auto error = checkShading(shading)) return tl::make_unexpected(*error);
     LC_TRY(layout, layouts::layoutOf(map));
-    assert(sampling.groups.count == 0 || (sampling.groups.ofTexel.width == map.width && sampling.groups.ofTexel.height == map.height));
 
     auto state = std::make_unique<State>();
     state->map = map;
@@ -237,8 +222,7 @@ const std::vector<LightMapVerifier::TextureNeed>& LightMapVerifier::textures() c
 
 LightMapErrors LightMapVerifier::noErrors() const {
     std::vector<LightMapErrors::Stage> stages;
-    for (const std::string_view name : layouts::infoOf(state_->layout).stages)
-        stages.push_back({std::string(name), {}, {}, std::vector<ShadedSums>(state_->sampling.groups.count)});
+    for (const std::string_view name : layouts::infoOf(state_->layout).stages) stages.push_back({std::string(name), {}, {}});
     return LightMapErrors(std::move(stages));
 }
 

@@ -2,8 +2,7 @@
 //
 //   1. Every covered texel: each stage is decoded at its centre, shaded, compared with the reference and bounded.
 //   2. Every quad with a covered texel: random places on the surface are decoded, shaded and compared. A place that is nearest to a texel
-//      outside charts is on no surface, so each covered texel has as many places as another. A trial adds each place to the sums of its
-//      group too, if there are groups.
+//      outside charts is on no surface, so each covered texel has as many places as another.
 //   3. Every quad is bounded (quad_bounds.h, rim_bounds.h), beginning with those that had the worst samples: large bounds found early save
 //      refinements.
 #include "verify/light_map/verified_rows.h"
@@ -29,7 +28,7 @@ public:
           quads_(rows_, tolerance_, evaluator_),
           errors_(std::move(errors)),
           largest_(stages()),
-          shader_(inputs.setup.matrices, 1 / static_cast<double>(rows_.perKey()), inputs.sampling.groups.maxVisible) {}
+          shader_(inputs.setup.matrices, 1 / static_cast<double>(rows_.perKey())) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
         const double mostWork = kWorkOfStrip + kWorkPerTexel * static_cast<double>(rows_.width()) * rowCount;
@@ -193,12 +192,8 @@ private:
         shader_.setReference(reference, rows_.normalAt(x, y), quad.inMap(glm::dvec2(at)));
         const ShownLight shown = shownBy(texels.data(), x, y);
         if (sampling_.isForTrial()) {
-            const std::uint32_t group = sampling_.groups.at(x, y);
-            forEachStage(texels.data(), reference, x, y, [&](std::size_t stage, const LcSh& error) {
-                LightMapErrors::Stage& tried = errors_.stages[stage];
-                const ShadedSums sums = shader_.add(error, tried.errors, shown);
-                if (group != PlaceGroups::kNone) tried.groups[group].merge(sums);
-            });
+            forEachStage(texels.data(), reference, x, y,
+                         [&](std::size_t stage, const LcSh& error) { shader_.add(error, errors_.stages[stage].errors, shown); });
             return;
         }
         ShadedErrors& errors = errors_.surface;

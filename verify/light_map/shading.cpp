@@ -316,15 +316,14 @@ const ShadingMatrix& capOf(const ShadingMatrices& matrices) {
 ErrorShader::Shaded::Shaded(const ShadingMatrix& matrix) : reference(kChannels * matrix.stride()), error(reference.size()) {}
 ErrorShader::Shown::Shown(const ShadingMatrix& matrix) : reference(kChannels * matrix.stride()), found(reference.size()) {}
 
-ErrorShader::ErrorShader(const ShadingMatrices& matrices, double unit, float maxVisible)
+ErrorShader::ErrorShader(const ShadingMatrices& matrices, double unit)
     : matrices_(matrices),
       diffuse_(matrices.diffuse),
       specular_(matrices.specular),
       cap_(capOf(matrices)),
       shownCap_(capOf(matrices)),
       shownSpecular_(matrices.specular),
-      unit_(unit),
-      maxVisible_(maxVisible) {}
+      unit_(unit) {}
 
 namespace {
 /// Shades the channels of a light in the rows of a matrix.
@@ -369,46 +368,37 @@ void ErrorShader::shadeDiffuse(const std::array<lighting::Sh, 3>& local, const S
     }
 }
 
-ShadedSums ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown) {
-    ShadedSums sums;
+void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown) {
     // Light that is shown beside the coefficients is 0 where they are.
     const bool isExact = isZero(error) && (!shown || isZero(*reference_));
-    if (isExact) addUnseen(errors, sums);
+    if (isExact) addUnseen(errors);
     if (isExact && isZero(*reference_)) {
         errors.diffuse.addDark(kChannels * matrices_.diffuse.count());
         errors.specular.addDark(kChannels * matrices_.specular.count());
-        return sums;
+        return;
     }
     const auto local = channelsOf(shaders::lcLocalSh(error, frame_[0], frame_[1], frame_[2]));
     shadeDiffuse(local, matrices_.diffuse, shown, diffuse_);
     shade(local, matrices_.specular, specular_.error);
-    addEnergy(matrices_.diffuse, diffuse_, errors.diffuse, sums.diffuse);
-    addEnergy(matrices_.specular, specular_, errors.specular, sums.specular);
-    if (isExact || !matrices_.visible) return sums;
+    addEnergy(matrices_.diffuse, diffuse_, errors.diffuse);
+    addEnergy(matrices_.specular, specular_, errors.specular);
+    if (isExact || !matrices_.visible) return;
     shadeDiffuse(local, matrices_.visible->cap, shown, cap_);
-    addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse, sums.diffuse);
-    addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular, sums.specular);
-    return sums;
+    addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse);
+    addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular);
 }
 
-void ErrorShader::addUnseen(ShadedErrors& errors, ShadedSums& sums) const {
+void ErrorShader::addUnseen(ShadedErrors& errors) const {
     if (!matrices_.visible) return;
-    const auto addExact = [](const ShadingMatrix& matrix, VisibleAccumulator& accumulator, ShadedSums::Light& sum) {
-        accumulator.addExact(matrix.count());
-        sum.count = static_cast<std::int64_t>(matrix.count());
-    };
-    addExact(matrices_.visible->cap, errors.visibleDiffuse, sums.diffuse);
-    addExact(matrices_.specular, errors.visibleSpecular, sums.specular);
+    errors.visibleDiffuse.addExact(matrices_.visible->cap.count());
+    errors.visibleSpecular.addExact(matrices_.specular.count());
 }
 
-void ErrorShader::addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator,
-                            ShadedSums::Light& sums) const {
+void ErrorShader::addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator) const {
     const double before = accumulator.maxSampled();
     const auto addRows = [&](std::size_t first, std::size_t stride, std::size_t count) {
-        const SquareSums squares = accumulator.addPaddedErrors(std::span(shaded.reference).subspan(first, stride),
-                                                               std::span(shaded.error).subspan(first, stride), count);
-        sums.squaredError += squares.error;
-        sums.squaredLight += squares.reference;
+        accumulator.addPaddedErrors(std::span(shaded.reference).subspan(first, stride), std::span(shaded.error).subspan(first, stride),
+                                    count);
     };
     if (matrix.count() == matrix.stride())  // channels are contiguous
         addRows(0, kChannels * matrix.stride(), kChannels * matrix.count());
@@ -417,8 +407,7 @@ void ErrorShader::addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, E
     if (accumulator.maxSampled() > before) accumulator.setSampledAt(worstOf(matrix, shaded));
 }
 
-void ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator,
-                             ShadedSums::Light& sums) {
+void ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator) {
     if (matrix.count() == 0) return;
     found_.resize(shaded.error.size());
     differences_.resize(matrix.stride());
@@ -428,8 +417,6 @@ void ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, 
     const double before = accumulator.largest();
     const auto measured = std::span<const float>(differences_).first(matrix.count());
     accumulator.add(measured);
-    sums.count = static_cast<std::int64_t>(measured.size());
-    sums.above = std::ranges::count_if(measured, [this](float difference) { return difference > maxVisible_; });
     if (!(accumulator.largest() > before)) return;
     const auto largest = std::ranges::max_element(measured);
     VisiblePlace place = visibleAt(matrix, shaded, static_cast<std::size_t>(largest - measured.begin()));

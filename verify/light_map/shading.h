@@ -8,7 +8,6 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -87,16 +86,15 @@ using ShownLight = std::function<glm::vec3(const glm::vec3& normal)>;
 /// Shades the error of one texel after another in all rows of two matrices. Light in units of the key.
 class ErrorShader {
 public:
-    /// matrices    must outlive this object
-    /// unit        light of the map per unit of light here, the key
-    /// maxVisible  limit of ShadedSums
-    ErrorShader(const ShadingMatrices& matrices, double unit, float maxVisible = std::numeric_limits<float>::max());
+    /// matrices  must outlive this object
+    /// unit      light of the map per unit of light here, the key
+    ErrorShader(const ShadingMatrices& matrices, double unit);
     /// Sets the texel of the errors that follow, at `place` in the map [texels]. Keeps the frame if the normal is the same.
     void setReference(const shaders::LcSh& reference, const glm::vec3& normal, const glm::dvec2& place);
-    /// Adds the shaded error, with the place of the largest, and returns its sums.
+    /// Adds the shaded error, with the place of the largest.
     /// error  result - reference, of coefficients
     /// shown  the result's diffuse light
-    ShadedSums add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown = {});
+    void add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown = {});
 
 private:
     /// Light in the rows of a matrix, by channel.
@@ -112,11 +110,10 @@ private:
 
     /// Shades an error in the rows of a matrix of exit radiance.
     void shadeDiffuse(const std::array<lighting::Sh, 3>& local, const ShadingMatrix& matrix, const ShownLight& shown, Shaded& out) const;
-    void addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator, ShadedSums::Light& sums) const;
-    void addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator,
-                    ShadedSums::Light& sums);
+    void addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator) const;
+    void addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator);
     /// Adds visible errors of 0 in all rows.
-    void addUnseen(ShadedErrors& errors, ShadedSums& sums) const;
+    void addUnseen(ShadedErrors& errors) const;
     /// Returns the place of the largest error.
     ErrorPlace worstOf(const ShadingMatrix& matrix, const Shaded& shaded) const;
     VisiblePlace visibleAt(const ShadingMatrix& matrix, const Shaded& shaded, std::size_t row) const;
@@ -130,7 +127,6 @@ private:
     glm::vec3 normal_{0};
     std::array<glm::vec3, 3> frame_{};
     double unit_;
-    float maxVisible_;
     glm::dvec2 place_{0};
 };
 

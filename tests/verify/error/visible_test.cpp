@@ -118,23 +118,6 @@ TEST(VisibleAccumulator, HistogramCountsOctaves) {
     EXPECT_TRUE(VisibleAccumulator().figures().histogram.empty());
 }
 
-TEST(VisibleAccumulator, CountsWhatIsAboveADifference) {
-    VisibleAccumulator errors;
-    for (int i = 0; i < 1000; ++i) {
-        const float difference = 0.01f * static_cast<float>(i);
-        errors.add({&difference, 1});
-    }
-    errors.addExact(50);
-    for (const double above : {0.005, 1.0, 2.5, 7.77}) {
-        const auto wanted = static_cast<std::int64_t>(std::ceil(1000 - 100 * above - 1));
-        // A bin is up to 0.4 % wide.
-        EXPECT_LE(errors.countAbove(above), wanted + 1) << above;
-        EXPECT_GE(errors.countAbove(above), wanted - 1 - static_cast<std::int64_t>(0.4 * above)) << above;
-    }
-    EXPECT_EQ(errors.countAbove(10), 0);
-    EXPECT_EQ(errors.countAbove(1e30), 0);
-}
-
 TEST(VisibleAccumulator, AnExactAssetHasNoError) {
     VisibleAccumulator accumulator;
     EXPECT_EQ(accumulator.figures().max, 0);
