@@ -59,12 +59,6 @@ struct MeshError {
     std::map<std::string, std::set<int>> dracoBits = {};
 };
 
-/// The triangles of a part of a scene.
-struct TrianglePart {
-    std::vector<CutMesh> meshes;  ///< in place of each of GltfScene::triangleMeshes()
-    bool hasLines = true;         ///< lines and points, too
-};
-
 struct BuiltGlb;
 struct GlbChanges;
 
@@ -113,11 +107,6 @@ public:
     Result<MeshSize> writeLightMapUvs(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs) const;
     /// Returns the attribute that writeLightMapUvs() keeps the old UVs in.
     std::string oldUvsAttribute() const;
-    /// Returns the scene with other triangles, in memory. The mesh of each triangle primitive is cut() of the one that it had; Draco
-    /// streams become plain. Primitives and meshes without triangles are left out, and nodes draw none in their place. All else is kept.
-    /// Images beside this scene are still found there when the part is written. Fails with ErrorCode::FormatUnsupported for morph targets,
-    /// and for skins with a mixed vertex.
-    Result<GltfScene> part(const TrianglePart& part) const;
     /// Returns the triangle primitives in the order of the file; they live as long as the scene.
     std::vector<const TriangleMesh*> triangleMeshes() const;
     /// A triangle primitive in the world. Meshes that several nodes draw come several times; those that no node draws are left out.
@@ -138,7 +127,8 @@ public:
 private:
     struct State;
     explicit GltfScene(std::unique_ptr<State> state);
-    /// Returns the scene with its Draco streams decoded.
+    /// Returns the scene with its Draco streams decoded. Images beside it are still found there. Fails with ErrorCode::FormatUnsupported
+    /// for streams whose vertices have to keep their order (Primitive::canCompress).
     Result<GltfScene> plain() const;
     /// Returns the scene after change(document), without Draco streams.
     template <class Change>
@@ -153,9 +143,6 @@ enum class GltfFiles { All, Geometry };  ///< buffers and images, or buffers alo
 /// Returns the existing files beside a glTF that hold its buffers and images, each once, in the order of the file. They are inputs of a
 /// cook like the scene itself. Empty for a scene that cannot be read; load() says why.
 std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& file, GltfFiles which = GltfFiles::All);
-/// Fails for a glTF whose triangles have morph targets, as GltfScene::part() does. Reads no buffers. Succeeds for a scene that cannot be
-/// read; load() says why.
-Result<void> checkNoMorphTargets(const std::filesystem::path& file);
 /// Fails for a file that is no glTF, and for one without triangles that a bake can lie on: none that a node draws has TEXCOORD_1. Reads no
 /// buffers.
 Result<void> checkLightMapUvs(const std::filesystem::path& file);

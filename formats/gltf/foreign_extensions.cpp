@@ -81,12 +81,12 @@ std::set<std::uint64_t> foreignAccessors(const Json& gltf) {
     return numbers;
 }
 
-std::optional<std::string> orderedExtension(const Json& primitive) {
+bool hasOrderedExtension(const Json& primitive) {
     const auto extensions = primitive.find("extensions");
-    if (extensions == primitive.end() || !extensions->is_object()) return std::nullopt;
+    if (extensions == primitive.end() || !extensions->is_object()) return false;
     for (const auto& [name, extension] : extensions->items())
-        if (!beginsWithAny(name, kUnordered)) return oneLine(name);
-    return std::nullopt;
+        if (!beginsWithAny(name, kUnordered)) return true;
+    return false;
 }
 
 void renumberForeignMeshes(const GltfDocument& document, Json& gltf, const std::vector<std::size_t>& newIndexOf) {

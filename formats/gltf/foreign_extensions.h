@@ -7,9 +7,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <set>
-#include <string>
 
 #include "formats/gltf/gltf_document.h"
 
@@ -21,8 +19,8 @@ std::set<std::uint64_t> foreignIntegers(const Json& gltf);
 /// Returns the accessors that extensions name or may name: these whole numbers, and those of EXT_mesh_gpu_instancing.
 std::set<std::uint64_t> foreignAccessors(const Json& gltf);
 
-/// Returns the extension of a primitive that may depend on the order of its vertices or triangles; nothing if none does.
-std::optional<std::string> orderedExtension(const Json& primitive);
+/// Returns true if an extension of a primitive may depend on the order of its vertices or triangles.
+bool hasOrderedExtension(const Json& primitive);
 
 /// Gives the meshes that extensions name as "mesh" their new indices.
 /// newIndexOf  the new index of each mesh, or kNoMesh

@@ -160,7 +160,7 @@ public:
         : document_(document),
           primitives_(primitives),
           clusters_(changes.clusters),
-          part_(changes.part),
+          isWithoutDraco_(changes.isWithoutDraco),
           oldUvs_(freeUv(primitives)),
           foreign_(foreignIntegers(document.json())),
           json_(document.json()),
@@ -182,10 +182,9 @@ public:
             }
         }
         if (std::any_of(coded.begin(), coded.end(), [](const auto& mesh) { return mesh.has_value(); })) declareDraco();
-        if (part_ != nullptr) removeEmpty(plain);
-        if (part_ != nullptr || !uvs_.empty()) forgetDraco();
+        if (isWithoutDraco_ || !uvs_.empty()) forgetDraco();
         emptyFreeAccessors();
-        if (part_ == nullptr) views_.embedImages(json_);
+        if (!isWithoutDraco_) views_.embedImages(json_);
         checkNoForeignBuffers(document_, json_);
         const std::vector<std::byte> buffer = views_.pack(json_, foreign_);
         if (buffer.empty()) {
@@ -340,13 +339,13 @@ private:
 
     Json& jsonOf(const Primitive& primitive) { return json_["meshes"][primitive.mesh]["primitives"][primitive.index]; }
 
-    /// Finds the accessors that only primitives used which are written anew or left out. New accessors take their places, and none is
+    /// Finds the accessors that only primitives used which are written anew. New accessors take their places, and none is
     /// removed: extensions that we do not know may refer to accessors by index.
     void findFreeAccessors(const std::vector<std::optional<DracoMesh>>& coded) {
         std::set<std::uint64_t> used, kept = foreignAccessors(document_.json());
         for (std::size_t i = 0; i < primitives_.size(); ++i) {
             const Json& primitive = jsonOf(primitives_[i]);
-            std::set<std::uint64_t>& users = coded[i] || isPlain(primitives_[i]) || isLeftOut(primitives_[i]) ? used : kept;
+            std::set<std::uint64_t>& users = coded[i] || isPlain(primitives_[i]) ? used : kept;
             for (const Json& accessor : primitive["attributes"]) users.insert(accessor.get<std::uint64_t>());
             if (primitive.contains("indices")) users.insert(primitive["indices"].get<std::uint64_t>());
             for (const Json& target : primitive.value("targets", Json::array())) {
@@ -418,48 +417,21 @@ private:
         json["extensions"][kDracoExtension] = {{"bufferView", views_.add(coded.bytes)}, {"attributes", std::move(ids)}};
     }
 
-    /// Returns true for primitives that are written anew without Draco: all of a part, and Draco streams that get other light-map UVs,
-    /// since an encoder would change the order of their vertices.
+    /// Returns true for Draco streams that are written plain: all of them, or those that get other light-map UVs, since an encoder would
+    /// change the order of their vertices.
     bool isPlain(const Primitive& primitive) const {
-        if (!primitive.isTriangles) return false;
-        return part_ != nullptr || (!uvs_.empty() && primitive.dracoView && primitive.canCompress);
+        return (isWithoutDraco_ || !uvs_.empty()) && primitive.dracoView && primitive.canCompress;
     }
-
-    /// Returns true for lines and points that are left out.
-    bool isLeftOut(const Primitive& primitive) const { return part_ != nullptr && !part_->hasLines && !primitive.isTriangles; }
 
     /// Writes these primitives. Returns the geometry that each primitive has then.
     std::vector<TriangleMesh> writePlain() {
         std::vector<TriangleMesh> written;
-        std::size_t next = 0;
         for (const Primitive& primitive : primitives_) {
-            TriangleMesh& mesh = written.emplace_back();
-            if (part_ != nullptr && primitive.isTriangles) {
-                mesh = cutOf(primitive, part_->meshes[next++]);
-                if (mesh.indices.empty()) continue;
-            } else if (isPlain(primitive)) {
-                mesh = changed(primitive);
-            } else if (!isLeftOut(primitive)) {
-                mesh = primitive.geometry;
-            }
-            if (isPlain(primitive)) replace(primitive, mesh);
+            if (isWithoutDraco_ && primitive.dracoView && !primitive.canCompress) failToCode(primitive);
+            written.push_back(isPlain(primitive) ? changed(primitive) : primitive.geometry);
+            if (isPlain(primitive)) replace(primitive, written.back());
         }
         return written;
-    }
-
-    TriangleMesh cutOf(const Primitive& primitive, const CutMesh& triangles) const {
-        if (primitive.orderedExtension)
-            document_.fail(
-                ErrorCode::FormatUnsupported, primitive.place(),
-                fmt::format("found extension {}, which may depend on the order of vertices and triangles, expected none in a mesh "
-                            "whose charts are split: charts = \"pack\" keeps it",
-                            *primitive.orderedExtension));
-        if (!primitive.canCompress) document_.fail(ErrorCode::FormatUnsupported, primitive.place(), kFoundMorphTargets);
-        // The joints of a mixed vertex are those of all its vertices, more than JOINTS_0 has place for.
-        if (primitive.geometry.find("JOINTS_0") != nullptr && std::ranges::any_of(triangles.vertices, &CutVertex::isMixed))
-            document_.fail(ErrorCode::FormatUnsupported, primitive.place(),
-                           "found a skin, expected none in a mesh whose triangles are cut: charts = \"pack\" keeps them whole");
-        return cut(primitive.geometry, triangles);
     }
 
     /// Writes the geometry of a primitive plain.
@@ -489,26 +461,6 @@ private:
         if (json["extensions"].empty()) json.erase("extensions");
     }
 
-    /// Removes the primitives and meshes without geometry, and what nodes say of such meshes.
-    void removeEmpty(const std::vector<TriangleMesh>& parts) {
-        for (std::size_t i = primitives_.size(); i-- > 0;)
-            if (parts[i].vertexCount() == 0) json_["meshes"][primitives_[i].mesh]["primitives"].erase(primitives_[i].index);
-        std::vector<std::size_t> newIndexOf;
-        Json meshes = Json::array();
-        for (Json& mesh : json_["meshes"]) {
-            newIndexOf.push_back(meshes.size());
-            if (!mesh["primitives"].empty())
-                meshes.push_back(std::move(mesh));
-            else
-                newIndexOf.back() = kNoMesh;
-        }
-        json_["meshes"] = std::move(meshes);
-        if (json_["meshes"].empty()) json_.erase("meshes");
-        if (json_.contains("nodes"))
-            for (Json& node : json_["nodes"]) renumberMesh(node, newIndexOf);
-        renumberForeignMeshes(document_, json_, newIndexOf);
-    }
-
     /// Removes Draco from the extensions that are used if no primitive has it.
     void forgetDraco() {
         for (const Json& mesh : json_.value("meshes", Json::array()))
@@ -519,17 +471,6 @@ private:
             std::erase(json_[list].get_ref<Json::array_t&>(), kDracoExtension);
             if (json_[list].empty()) json_.erase(list);
         }
-    }
-
-    static void renumberMesh(Json& node, const std::vector<std::size_t>& newIndexOf) {
-        if (!node.contains("mesh")) return;
-        const std::size_t mesh = newIndexOf[node["mesh"].get<std::size_t>()];
-        if (mesh != kNoMesh) {
-            node["mesh"] = mesh;
-            return;
-        }
-        for (const char* ofMesh : {"mesh", "skin", "weights"}) node.erase(ofMesh);
-        if (node.contains("extensions")) node["extensions"].erase("EXT_mesh_gpu_instancing");
     }
 
     /// Adds the bounds of the stored values: of normalized integers the integers (glTF 2.0, section 3.6.2.5).
@@ -562,8 +503,8 @@ private:
     const GltfDocument& document_;
     const std::vector<Primitive>& primitives_;
     const ClusterMap* clusters_;  ///< none: vertices get no cluster
-    const TrianglePart* part_;    ///< none: the triangles of the document
-    std::string oldUvs_;          ///< attribute that keeps light-map UVs which are replaced
+    bool isWithoutDraco_;
+    std::string oldUvs_;  ///< attribute that keeps light-map UVs which are replaced
     /// New light-map UVs of triangle primitives; empty: they stay. Ordered as the primitives, which lie in one array.
     std::map<const Primitive*, const std::vector<glm::vec2>*> uvs_;
     std::set<std::uint64_t> foreign_;  ///< possible indices in extensions

@@ -25,8 +25,8 @@ struct GlbChanges {
     /// Replaces TEXCOORD_1 of the triangle primitives, in the order of the file, and removes that of lines and points. Draco streams are
     /// written plain. Not beside draco.
     const std::vector<std::vector<glm::vec2>>* lightMapUvs = nullptr;
-    /// Replaces the triangles, and writes them plain. Images beside the scene are not embedded. Not beside other changes.
-    const TrianglePart* part = nullptr;
+    /// Writes Draco streams plain. Images beside the scene are not embedded. Not beside other changes.
+    bool isWithoutDraco = false;
 };
 
 /// Builds the GLB. Accessors and buffer views that nothing refers to any more are left out of the buffer; no other reference moves.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
@@ -243,12 +242,6 @@ std::vector<std::filesystem::path> gltfFilesBeside(const std::filesystem::path& 
     return files.value_or(std::vector<std::filesystem::path>());
 }
 
-Result<void> checkNoMorphTargets(const std::filesystem::path& file) {
-    const auto place = resultOf(file, [&] { return placeOfMorphTargets(GltfDocument::withoutBuffers(file)); });
-    if (!place || !*place) return {};
-    return failure(ErrorCode::FormatUnsupported, Subject(file).at(**place), kFoundMorphTargets);
-}
-
 Result<void> checkLightMapUvs(const std::filesystem::path& file) {
     const auto hasUvs = resultOf(file, [&] {
         const GltfDocument document = GltfDocument::withoutBuffers(file);
@@ -339,13 +332,9 @@ const std::vector<std::string>& GltfScene::nodesWithoutPlace() const {
 }
 
 Result<GltfScene> GltfScene::plain() const {
-    TrianglePart whole;
-    for (const TriangleMesh* mesh : triangleMeshes()) {
-        CutMesh& all = whole.meshes.emplace_back();
-        all.indices = mesh->indices;
-        for (std::uint32_t vertex = 0; vertex < mesh->vertexCount(); ++vertex) all.vertices.push_back({{vertex, 0, 0}, {1, 0, 0}});
-    }
-    return part(whole);
+    const std::filesystem::path& file = state_->document.file();
+    LC_TRY(glb, build({.isWithoutDraco = true}, file));
+    return resultOf(file, [&] { return GltfScene(std::make_unique<State>(GltfDocument(state_->document, glb->bytes))); });
 }
 
 const std::optional<LmbakeMatch>& GltfScene::lmbakeMatch() const {
@@ -401,13 +390,6 @@ Result<MeshSize> GltfScene::writePlain(const std::filesystem::path& file, const 
 
 Result<MeshSize> GltfScene::writeLightMapUvs(const std::filesystem::path& file, const std::vector<std::vector<glm::vec2>>& uvs) const {
     return write(file, {.lightMapUvs = &uvs});
-}
-
-Result<GltfScene> GltfScene::part(const TrianglePart& part) const {
-    assert(part.meshes.size() == triangleMeshes().size());
-    const std::filesystem::path& file = state_->document.file();
-    LC_TRY(glb, build({.part = &part}, file));
-    return resultOf(file, [&] { return GltfScene(std::make_unique<State>(GltfDocument(state_->document, glb->bytes))); });
 }
 
 Result<BuiltGlb> GltfScene::build(const GlbChanges& changes, const std::filesystem::path& file) const {

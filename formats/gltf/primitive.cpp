@@ -71,8 +71,7 @@ private:
         const std::string place = primitive.place();
         const std::uint64_t mode = document_.number(json, "mode", kTriangles, place);
         primitive.isTriangles = areTriangles(mode);
-        primitive.orderedExtension = orderedExtension(json);
-        primitive.canCompress = primitive.isTriangles && !hasMorphTargets(json) && !primitive.orderedExtension;
+        primitive.canCompress = primitive.isTriangles && !hasMorphTargets(json) && !hasOrderedExtension(json);
         const Json attributes = json.value("attributes", Json::object());
         if (!attributes.contains("POSITION")) document_.fail(ErrorCode::WrongShape, place, "found no POSITION, expected one");
         bool isChain = mode != kTriangles && primitive.isTriangles;  // strip or fan
@@ -230,14 +229,6 @@ void visitTriangles(const GltfDocument& document, Visit visit) {
 }
 
 }  // namespace
-
-std::optional<std::string> placeOfMorphTargets(const GltfDocument& document) {
-    std::optional<std::string> place;
-    visitTriangles(document, [&](const Primitive& primitive, const Json& json) {
-        if (!place && hasMorphTargets(json)) place = primitive.place();
-    });
-    return place;
-}
 
 std::set<std::uint64_t> meshesWithLightMapUvs(const GltfDocument& document) {
     std::set<std::uint64_t> meshes;

@@ -25,7 +25,6 @@ struct Primitive {
     bool isTriangles = false;     ///< triangles, or a strip or fan of them, whose indices are those of single triangles here
     /// Triangles without morph targets and without an extension that may depend on the order of vertices, which must be kept.
     bool canCompress = false;
-    std::optional<std::string> orderedExtension = {};  ///< that extension
     std::optional<std::uint64_t> dracoView;
     std::map<std::string, int> dracoIds;      ///< unique ids of the attributes in the Draco stream, by semantic
     std::vector<std::uint32_t> usedVertices;  ///< for triangles, the index in the accessors of each vertex of the geometry
@@ -33,11 +32,6 @@ struct Primitive {
     std::string place() const { return fmt::format("mesh {}, primitive {}", mesh, index); }
 };
 
-/// Detail of the error of morph targets where a mesh is cut.
-inline constexpr const char* kFoundMorphTargets =
-    "found morph targets, expected none in a mesh whose charts are split: charts = \"pack\" keeps them";
-/// Returns the place of the first triangle primitive that has morph targets.
-std::optional<std::string> placeOfMorphTargets(const GltfDocument& document);
 /// Returns the meshes, by their indices, that have triangles with light-map UVs (light_map_uvs.h). Reads no buffers.
 std::set<std::uint64_t> meshesWithLightMapUvs(const GltfDocument& document);
 /// Returns the meshes, by their indices, that have triangles without light-map UVs. Reads no buffers.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
@@ -25,19 +24,6 @@ double componentAt(const std::byte* bytes, bool isNormalized) {
         if (isNormalized) return std::max(number / static_cast<double>(std::numeric_limits<Component>::max()), -1.0);
     }
     return number;
-}
-
-template <class Component>
-void storeComponent(double value, bool isNormalized, std::byte* bytes) {
-    Component stored{};
-    if constexpr (std::is_integral_v<Component>) {
-        constexpr double kMost = static_cast<double>(std::numeric_limits<Component>::max());
-        constexpr double kLeast = static_cast<double>(std::numeric_limits<Component>::lowest());
-        stored = static_cast<Component>(std::clamp(std::round(isNormalized ? value * kMost : value), kLeast, kMost));
-    } else {
-        stored = static_cast<Component>(value);
-    }
-    std::memcpy(bytes, &stored, sizeof stored);
 }
 
 /// Calls visit(zero) with a zero of the type of a component, and returns what it returns; 0 for a type of no known number.
@@ -63,34 +49,6 @@ auto visitType(ComponentType type, Visit visit) {
 /// Returns the place of one component of a vertex in the values of an attribute [bytes].
 std::size_t offsetOf(const MeshAttribute& attribute, std::size_t vertex, int index) {
     return vertex * attribute.bytesPerVertex() + static_cast<std::size_t>(index) * componentBytes(attribute.componentType);
-}
-
-/// Returns true for attributes whose values have a mean: not those of ids.
-bool hasMean(const MeshAttribute& attribute) {
-    const std::string& semantic = attribute.semantic;
-    return attribute.isFloat() || attribute.isNormalized || semantic == "POSITION" || semantic.starts_with("TEXCOORD_");
-}
-
-/// Sets vertex `target` of `result` to the mean of the vertices of `source` that `vertex` names.
-void interpolate(const MeshAttribute& source, const CutVertex& vertex, std::size_t target, MeshAttribute& result) {
-    const bool isTangent = source.semantic == "TANGENT";
-    std::array<double, 4> mean{};
-    for (std::size_t i = 0; i < vertex.from.size(); ++i) {
-        if (!(vertex.weight[i] > 0)) continue;
-        for (int component = 0; component < source.componentCount; ++component)
-            mean[static_cast<std::size_t>(component)] += vertex.weight[i] * source.component(vertex.from[i], component);
-    }
-    if (isTangent || source.semantic == "NORMAL") {
-        const double length = glm::length(glm::dvec3(mean[0], mean[1], mean[2]));
-        for (std::size_t axis = 0; axis < 3 && length > 0; ++axis) mean[axis] /= length;
-    }
-    if (isTangent) mean[3] = source.componentCount > 3 ? source.component(vertex.nearest(), 3) : 0;
-    for (int component = 0; component < source.componentCount; ++component) {
-        visitType(source.componentType, [&](auto zero) {
-            storeComponent<decltype(zero)>(mean[static_cast<std::size_t>(component)], source.isNormalized,
-                                           result.values.data() + offsetOf(result, target, component));
-        });
-    }
 }
 
 /// The corners of one triangle, for comparison.
@@ -263,41 +221,6 @@ TriangleMesh withoutUnusedVertices(const TriangleMesh& mesh) {
     }
     for (const std::uint32_t index : mesh.indices) used.indices.push_back(newIndex[index]);
     return used;
-}
-
-bool CutVertex::isMixed() const {
-    return std::ranges::count_if(weight, [](double each) { return each > 0; }) > 1;
-}
-
-std::uint32_t CutVertex::nearest() const {
-    return from[static_cast<std::size_t>(std::ranges::max_element(weight) - weight.begin())];
-}
-
-TriangleMesh cut(const TriangleMesh& mesh, const CutMesh& triangles) {
-    assert(triangles.indices.size() % 3 == 0);
-    assert(std::ranges::all_of(triangles.indices, [&](std::uint32_t index) { return index < triangles.vertices.size(); }));
-    [[maybe_unused]] const auto isOfMesh = [&](const CutVertex& vertex) {
-        for (std::size_t i = 0; i < vertex.from.size(); ++i)
-            if (vertex.weight[i] > 0 && vertex.from[i] >= mesh.vertexCount()) return false;
-        return true;
-    };
-    assert(std::ranges::all_of(triangles.vertices, isOfMesh));
-    TriangleMesh result{{}, triangles.indices};
-    for (const MeshAttribute& source : mesh.attributes) {
-        MeshAttribute& made = result.attributes.emplace_back(
-            MeshAttribute{source.semantic, source.componentType, source.componentCount, source.isNormalized, {}});
-        const std::size_t bytes = source.bytesPerVertex();
-        made.values.resize(triangles.vertices.size() * bytes);
-        for (std::size_t i = 0; i < triangles.vertices.size(); ++i) {
-            const CutVertex& vertex = triangles.vertices[i];
-            if (vertex.isMixed() && hasMean(source)) {
-                interpolate(source, vertex, i, made);
-            } else {
-                std::memcpy(made.values.data() + i * bytes, source.values.data() + vertex.nearest() * bytes, bytes);
-            }
-        }
-    }
-    return withoutUnusedVertices(result);
 }
 
 tl::expected<TriangleMatch, std::string> matchTriangles(const TriangleMesh& original, const TriangleMesh& coded, double positionStep) {

@@ -1,7 +1,6 @@
 // Triangle meshes in memory: attributes by their glTF names, and three indices a triangle.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -49,25 +48,6 @@ struct TriangleMesh {
 
 /// Returns the mesh with only the vertices that triangles use, in their old order.
 TriangleMesh withoutUnusedVertices(const TriangleMesh& mesh);
-
-/// A vertex of a cut mesh: a vertex of the source, or a point between up to three of them.
-struct CutVertex {
-    std::array<std::uint32_t, 3> from{};       ///< vertices of the source; ignored where the weight is 0
-    std::array<double, 3> weight = {1, 0, 0};  ///< from 0, with the sum 1
-    bool isMixed() const;                      ///< more than one weight is above 0; if not, the vertex is kept bit for bit
-    std::uint32_t nearest() const;             ///< vertex of the largest weight; the first of equal ones
-};
-/// Triangles in place of those of a mesh.
-struct CutMesh {
-    std::vector<CutVertex> vertices;
-    std::vector<std::uint32_t> indices;  ///< three for each triangle; empty: the mesh has none
-};
-/// Returns the triangles of `triangles`, with the attributes of `mesh` at its vertices. Vertices that no triangle uses are left out.
-///
-/// A mixed vertex has the sum of each component times its weight, as double, over the weights above 0 in their order. Floats are rounded
-/// to float, integers to the nearest that their type holds. NORMAL and the xyz of TANGENT are normalized. TANGENT.w, and integers that are
-/// neither normalized nor of POSITION or TEXCOORD_n, such as ids, are those of the nearest vertex.
-TriangleMesh cut(const TriangleMesh& mesh, const CutMesh& triangles);
 
 /// The largest differences between matched corners.
 struct TriangleMatch {

@@ -173,8 +173,19 @@ TEST_F(LightMapUvSets, DracoStreamsAreTransformedToo) {
     json out = json::parse(bytes.substr(20, length));
     out["textures"] = json::array({json::object()});
     out["materials"][0]["occlusionTexture"] = {{"index", 0}, {"texCoord", 1}, {"extensions", transform({0, 0}, {2, 2})}};
+    out["images"] = json::array({{{"uri", "beside.png"}}});
+    writeContent(folder_ / "beside.png", "\x89PNG of sorts");
     writeContent(folder_ / "scene.glb", glbOf(out.dump(), bytes.substr(28 + length)));
-    EXPECT_THAT(boxesOf(GltfScene::load(folder_ / "scene.glb")), testing::ElementsAre("0.200 0.400 to 0.400 0.800"));
+    const auto scene = GltfScene::load(folder_ / "scene.glb");
+    EXPECT_THAT(boxesOf(scene), testing::ElementsAre("0.200 0.400 to 0.400 0.800"));
+    const TemporaryFolder elsewhere;
+    ASSERT_TRUE(scene->writePlain(elsewhere / "scene.glb", nullptr));
+    EXPECT_THAT(contentOf(elsewhere / "scene.glb"), HasSubstr("\x89PNG of sorts")) << "an image beside the source";
+
+    out["meshes"][0]["primitives"][0]["targets"] = json::array({{{"POSITION", 0}}});
+    writeContent(folder_ / "scene.glb", glbOf(out.dump(), bytes.substr(28 + length)));
+    EXPECT_THAT(boxesOf(GltfScene::load(folder_ / "scene.glb")),
+                testing::ElementsAre(HasSubstr("mesh 0, primitive 0: found a Draco stream that cannot be coded anew")));
 }
 
 }  // namespace
