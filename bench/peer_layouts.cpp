@@ -374,8 +374,9 @@ Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::Ligh
         verify::DecodedLightMapRows texels{firstRow, {}};
         for (std::size_t t = 0; t < rows.textures.size(); ++t) {
             auto& layers = texels.textures.emplace_back();
+            const glm::ivec2 size = plan.textures[t].sizeFor(plan.width, rowCount);
             for (const auto& bytes : rows.textures[t].layers)
-                verify::decodeRows(plan.textures[t].format, bytes, layers.emplace_back(plan.width, rowCount).view());
+                verify::decodeRows(plan.textures[t].format, bytes, layers.emplace_back(size.x, size.y).view());
         }
         const Image<ShRgb> seen = verifier->reconstruct(texels, firstRow, rowCount);
         std::ranges::copy(seen.texels(), out.view().row(firstRow));

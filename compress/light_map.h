@@ -17,6 +17,9 @@
 //   bakery        exit radiance = L0 (1 + n . L1), L0 = l0, L1 = 4 (l1 - 1/2) along each axis; no constants
 //   mono-sh       as bakery, with one L1 for the three colours
 //   unreal-hq     exit radiance = (2^LogL - 0.01858136) (rgb0^2 SCALE0 + ADD0) (SH . n + ADD1.a), LogL and SH linear in alphas and rgb1
+//   lit           lambda_0 = RANGE l0, lambda_i = rest (SCALE_i rest_i + BIAS_i) + I Y_i(direction), I = RANGE light, rest = lambda_0 - I
+//   Y_0;
+//                 lit-half and lit-quarter have rest_i at a half and a quarter of the size. Decoded at the texels, then filtered
 //   rnm           exit radiance = sum_i max(0, b_i . n) rnm_i, n in tangent space; no constants. Strips have tangents
 // The same with bits a texel and reasons: docs/theory/layouts.md.
 //
@@ -31,6 +34,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <map>
@@ -193,11 +197,16 @@ struct LightMapObjective {
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
 };
 
-/// One texture of a layout: a 2-D array of layerCount layers (a plain texture if layerCount is 1), as large as the map, with mips.
+/// One texture of a layout: a 2-D array of layerCount layers (a plain texture if layerCount is 1), as large as the map over `side`, with
+/// mips.
 struct LightMapTexture {
     std::string name;
     formats::PixelFormat format = formats::PixelFormat::Rgba16f;
     int layerCount = 1;
+    int side = 1;  ///< formats::LightMapTextureInfo::side
+
+    /// Returns the size of level 0 for a map of this size [texels].
+    glm::ivec2 sizeFor(int mapWidth, int mapHeight) const;
 };
 
 struct BasisModel;
@@ -219,7 +228,11 @@ struct LightMapPlan {
     int blockHeight() const;       ///< [texels] strips must be cut at multiples of it
     double bitsPerTexel() const;   ///< of all textures and layers, tables, and the index or the vertex attribute
     std::size_t gpuBytes() const;  ///< the same in bytes, with all mip levels
-    std::size_t layerBytes(formats::PixelFormat format) const;  ///< of a layer of a texture, with all mip levels
+    std::size_t layerBytes(const LightMapTexture& texture) const;  ///< of a layer, with all mip levels
+    /// The map has a texture "coverage" (formats::kCoverageRole): its filter is LightMapFilter::Decoded.
+    bool hasCoverage() const;
+    glm::ivec2 coverageSize() const;    ///< of that texture [texels]
+    std::size_t coverageBytes() const;  ///< with all mip levels; 0 without
     /// Returns gpuBytes() of a layout that is this one, or this one without its last layers.
     std::size_t gpuBytesAs(formats::LightMapLayout shorter) const;
     std::size_t tableBytes() const { return tableBytesAs(layout); }  ///< of a learned decode's factors: texture "tables"
@@ -285,5 +298,10 @@ struct EncodedLightMapRows {
 /// report counts values that do not fit: negative L0 in an unsigned format, and ratios beyond the plan's range.
 EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::LightMapStrip& strip, int firstRow, int rowCount,
                                        const EncodeOptions& options);
+
+/// Returns the texels of texture "coverage" for the rows [firstRow, firstRow + rowCount) of a map, which the strip must hold: RGBA8, 8 x 4
+/// texels of the map in each (shaders/filter.glsl).
+/// firstRow  a multiple of formats::kCoverageRows
+std::vector<std::byte> coverageTexels(const formats::LightMapStrip& strip, int firstRow, int rowCount);
 
 }  // namespace lightcook::compress

@@ -38,11 +38,27 @@ enum class LightMapLayout {
     HdrRgb9e5,
     Flat2,
     UnrealHq,
-    Rnm
+    Rnm,
+    Lit,
+    LitHalf,
+    LitQuarter
 };
 
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
-enum class LightMapFamily { Raw, Flat, Ratio, Basis, Sh4, Godot, Bakery, Hdr, Halo3, Unreal, Rnm };
+enum class LightMapFamily { Raw, Flat, Ratio, Basis, Sh4, Godot, Bakery, Hdr, Halo3, Unreal, Rnm, Lit };
+
+/// How light between texels follows from theirs.
+enum class LightMapFilter {
+    Hardware,  ///< the sampler filters texels, the shader decodes the result
+    Decoded    ///< the shader decodes the four texels around a place and mixes the light of those that are covered (shaders/filter.glsl)
+};
+struct LightMapFilterInfo {
+    LightMapFilter id;
+    std::string_view name;  ///< in the manifest
+};
+inline constexpr std::array kLightMapFilters = {LightMapFilterInfo{LightMapFilter::Hardware, "hardware"},
+                                                LightMapFilterInfo{LightMapFilter::Decoded, "decoded"}};
+static_assert(isCompleteTable(kLightMapFilters, LightMapFilter::Decoded));
 
 /// Selects the format of a target that holds the texels of a texture.
 enum class TexelRole {
@@ -58,7 +74,21 @@ struct LightMapTextureInfo {
     std::string_view name;  ///< in manifest and shader: "l0"
     int layerCount;         ///< of the 2-D array
     TexelRole role;
+    int side = 1;  ///< of the square of the map's texels that read one of its texels [texels]
 };
+
+/// Returns the width or height of a texture for that of the map [texels]. One that is not that of the map is a multiple of a block's, as
+/// graphics APIs demand of compressed textures.
+/// side  LightMapTextureInfo::side
+constexpr int textureExtent(int mapExtent, int side) {
+    constexpr int kBlock = 4;
+    return side == 1 ? mapExtent : ((mapExtent + side - 1) / side + kBlock - 1) / kBlock * kBlock;
+}
+
+/// Texels of the map in a texel of texture "coverage", a bit each: channel c has row c, its lowest bit the first column.
+inline constexpr int kCoverageColumns = 8, kCoverageRows = 4;
+/// Texture of a map whose filter is LightMapFilter::Decoded: which texels are covered.
+inline constexpr std::string_view kCoverageRole = "coverage";
 
 struct LightMapFamilyInfo {
     LightMapFamily id;
@@ -84,9 +114,12 @@ struct LightMapLayoutInfo {
     bool isForEngine = false;
     /// Light is stored relative to the tangents of a mesh: LightMapDescription::takesTangents.
     bool isInTangentSpace = false;
+    LightMapFilter filter = LightMapFilter::Hardware;
 
     /// The textures hold exit radiance at the texel's own normal.
     constexpr bool isFlat() const { return family == LightMapFamily::Flat; }
+    /// Each texel has one directional light of its own, beside which no dominant light is needed.
+    constexpr bool holdsLight() const { return family == LightMapFamily::Lit; }
     /// The decode is fitted to the map.
     constexpr bool isLearned() const { return codeCount > 0; }
     /// The encoder has an objective to minimize: visible errors or energy.
@@ -94,15 +127,17 @@ struct LightMapLayoutInfo {
     /// Coefficient 0 is stored more exactly than in one texture of TargetInfo::hdr, which is what `flat` has.
     constexpr bool refinesCoefficient0() const {
         const TexelRole first = textures.front().role;
-        const bool hasSecondHdr = textures.size() > 1 && textures[1].role == TexelRole::Hdr;
+        const bool hasSecondHdr = textures.size() > 1 && textures[1].role == TexelRole::Hdr && !holdsLight();
         return first == TexelRole::Half || first == TexelRole::HdrFine || hasSecondHdr || residualCount() > 0;
     }
-    /// Texture fetches of a sample: one a layer.
-    constexpr int fetchCount() const {
-        int fetches = 0;
-        for (const LightMapTextureInfo& texture : textures) fetches += texture.layerCount;
-        return fetches;
+    /// Layers of all textures.
+    constexpr int layerCount() const {
+        int layers = 0;
+        for (const LightMapTextureInfo& texture : textures) layers += texture.layerCount;
+        return layers;
     }
+    /// Texture fetches of a sample: one a layer, or one a layer and one of the coverage for each of four texels.
+    constexpr int fetchCount() const { return filter == LightMapFilter::Hardware ? layerCount() : 4 * (layerCount() + 1); }
     /// RGB factors of one cluster of charts, each a texel of texture "tables" of a learned layout: first quadratic polynomials of the codes
     /// for eight coefficients, then four directions of nine coefficients for each residual layer.
     constexpr int codeFactors() const { return isLearned() ? (codeCount + 1) * (codeCount + 2) / 2 * 8 : 0; }
@@ -120,9 +155,9 @@ inline constexpr std::array kLightMapFamilies = {
     LightMapFamilyInfo{LightMapFamily::Sh4, "sh4"},       LightMapFamilyInfo{LightMapFamily::Godot, "godot"},
     LightMapFamilyInfo{LightMapFamily::Bakery, "bakery"}, LightMapFamilyInfo{LightMapFamily::Hdr, "hdr"},
     LightMapFamilyInfo{LightMapFamily::Halo3, "halo3"},   LightMapFamilyInfo{LightMapFamily::Unreal, "unreal"},
-    LightMapFamilyInfo{LightMapFamily::Rnm, "rnm"},
+    LightMapFamilyInfo{LightMapFamily::Rnm, "rnm"},       LightMapFamilyInfo{LightMapFamily::Lit, "lit"},
 };
-static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Rnm));
+static_assert(isCompleteTable(kLightMapFamilies, LightMapFamily::Lit));
 
 namespace layout_tables {
 
@@ -144,6 +179,9 @@ inline constexpr std::array kHdrFine = {Texture{"sh", 9, TexelRole::HdrFine}};
 inline constexpr std::array kUnrealHq = {Texture{"lightmap0", 1, TexelRole::LdrAlpha}, Texture{"lightmap1", 1, TexelRole::LdrAlpha}};
 inline constexpr std::array kRnm = {Texture{"rnm0", 1, TexelRole::Hdr}, Texture{"rnm1", 1, TexelRole::Hdr},
                                     Texture{"rnm2", 1, TexelRole::Hdr}};
+template <int kSide>
+inline constexpr std::array kLit = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"light", 1, TexelRole::Hdr},
+                                    Texture{"direction", 1, TexelRole::Ldr}, Texture{"rest", 8, TexelRole::Ldr, kSide}};
 inline constexpr std::array kBasis3 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::LdrRgb}};
 inline constexpr std::array kBasis4 = {Texture{"l0", 1, TexelRole::Hdr}, Texture{"code", 1, TexelRole::Ldr}};
 template <int kResiduals>
@@ -156,6 +194,7 @@ inline constexpr std::array<std::string_view, 2> kTwoStages = {"stage 1", "stage
 inline constexpr std::array<std::string_view, 2> kRatioStages = {"l0", "ratio"};
 inline constexpr std::array<std::string_view, 2> kBandStages = {"l0", "l1"};  // bands 0 and 1
 inline constexpr std::array<std::string_view, 1> kRnmStages = {"rnm"};
+inline constexpr std::array<std::string_view, 3> kLitStages = {"l0", "light", "rest"};
 inline constexpr std::array<std::string_view, 7> kBasisStages = {"l0",         "code",       "residual 1", "residual 2",
                                                                  "residual 3", "residual 4", "residual 5"};
 
@@ -377,8 +416,41 @@ inline constexpr std::array kLightMapLayouts = {
                        .lacks = "directions other than the three of its basis",
                        .isForEngine = true,
                        .isInTangentSpace = true},
+    LightMapLayoutInfo{.id = LightMapLayout::Lit,
+                       .name = "lit",
+                       .family = LightMapFamily::Lit,
+                       .caption = "coefficient 0, one light, and the ratios of the rest: decoded at the texels, then filtered",
+                       .textures = layout_tables::kLit<1>,
+                       .stages = layout_tables::kLitStages,
+                       .decodeDegree = 1,
+                       .decodeOps = 560,
+                       .trialLayout = LightMapLayout::Lit,
+                       .trialStage = "total",
+                       .filter = LightMapFilter::Decoded},
+    LightMapLayoutInfo{.id = LightMapLayout::LitHalf,
+                       .name = "lit-half",
+                       .family = LightMapFamily::Lit,
+                       .caption = "lit with the rest at half the size: decoded at the texels, then filtered",
+                       .textures = layout_tables::kLit<2>,
+                       .stages = layout_tables::kLitStages,
+                       .decodeDegree = 1,
+                       .decodeOps = 560,
+                       .trialLayout = LightMapLayout::LitHalf,
+                       .trialStage = "total",
+                       .filter = LightMapFilter::Decoded},
+    LightMapLayoutInfo{.id = LightMapLayout::LitQuarter,
+                       .name = "lit-quarter",
+                       .family = LightMapFamily::Lit,
+                       .caption = "lit with the rest at a quarter of the size: decoded at the texels, then filtered",
+                       .textures = layout_tables::kLit<4>,
+                       .stages = layout_tables::kLitStages,
+                       .decodeDegree = 1,
+                       .decodeOps = 560,
+                       .trialLayout = LightMapLayout::LitQuarter,
+                       .trialStage = "total",
+                       .filter = LightMapFilter::Decoded},
 };
-static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::Rnm));
+static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::LitQuarter));
 
 /// Returns every layout, in the order of the enumeration.
 constexpr std::span<const LightMapLayoutInfo> allLightMapLayouts() {
@@ -392,6 +464,10 @@ constexpr const LightMapLayoutInfo& info(LightMapLayout layout) {
 constexpr std::optional<LightMapLayout> lightMapLayoutFromName(std::string_view name) {
     const LightMapLayoutInfo* row = findByName(allLightMapLayouts(), name);
     return row == nullptr ? std::nullopt : std::optional(row->id);
+}
+
+constexpr std::span<const LightMapFilterInfo> allLightMapFilters() {
+    return kLightMapFilters;
 }
 
 /// Returns true for the name of a layout of exit radiance.
@@ -437,13 +513,14 @@ constexpr PixelFormat formatFor(TexelRole role, const TargetInfo& target) {
     return target.ldrAlpha;
 }
 
-/// Returns the GPU memory of a texel in a layout's textures, without tables and what names the clusters [bits].
+/// Returns the GPU memory of a texel of the map in a layout's textures, without tables and what names the clusters [bits].
 inline int textureBits(const LightMapLayoutInfo& layout, const TargetInfo& target) {
     int bits = 0;
     for (const LightMapTextureInfo& texture : layout.textures) {
         const PixelFormatInfo& format = info(formatFor(texture.role, target));
-        bits += 8 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
+        bits += 8 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight * texture.side * texture.side);
     }
+    if (layout.filter == LightMapFilter::Decoded) ++bits;  // of the coverage
     return bits;
 }
 

@@ -43,6 +43,7 @@ inline vec4 lcTableTexel(const LcTables& tables, int column, int row) {
 // clang-format off
 #include "shaders/prelude.glsl"
 #include "shaders/sh.glsl"
+#include "shaders/filter.glsl"
 #include "shaders/light_map_raw.glsl"
 #include "shaders/light_map_flat.glsl"
 #include "shaders/light_map_ratio.glsl"
@@ -54,6 +55,7 @@ inline vec4 lcTableTexel(const LcTables& tables, int column, int row) {
 #include "shaders/light_map_halo3.glsl"
 #include "shaders/light_map_unreal.glsl"
 #include "shaders/light_map_rnm.glsl"
+#include "shaders/light_map_lit.glsl"
 #include "shaders/specular.glsl"
 #include "shaders/environment.glsl"
 #include "shaders/rsrm.glsl"

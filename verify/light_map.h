@@ -101,11 +101,14 @@ private:
 };
 
 /// Rows [firstRow, firstRow + height of the images) of every texture, decoded by decodeRows, in the order of LightMapVerifier::textures().
+/// Textures with a `side` have a texel for each square of that side: firstRow is a multiple of it.
 struct DecodedLightMapRows {
     int firstRow = 0;
     std::vector<std::vector<formats::Image<glm::vec4>>> textures;  ///< [texture][layer]
     /// blockSpans of each layer, or empty images for formats without them. Decoders may differ in the texels between a block's endpoints.
     std::vector<std::vector<formats::Image<glm::vec4>>> spans = {};  ///< [texture][layer]; empty: no sampler tolerance by span
+    /// 1 where texture "coverage" says that a texel is covered: of maps that have it (formats::LightMapFilter::Decoded).
+    formats::Image<std::uint8_t> covered = {};
 };
 
 /// Some rows of a cooked map, and of its bake.
@@ -169,6 +172,7 @@ public:
     struct TextureNeed {
         std::string name;
         int layerCount = 1;
+        int side = 1;  ///< formats::LightMapTextureInfo::side
     };
 
     /// Creates a verifier. Fails for unknown layouts, constants that are missing, of wrong size or not finite, and a wrong number of

@@ -50,8 +50,9 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
     assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapContextRows));
     rows::Source source = rows::makeSource(plan, strip, firstRow, rowCount);
     // The fit assumes filters of light and of ratios. Family unreal filters logarithms, for which the mean of the neighbours is better.
-    if (formats::info(plan.layout).family != LightMapFamily::Unreal) rows::fitToFilter(plan, strip, firstRow, source);
-    rows::dropFarPadding(source, plan.blockHeight());
+    if (!plan.hasCoverage() && formats::info(plan.layout).family != LightMapFamily::Unreal)
+        rows::fitToFilter(plan, strip, firstRow, source);
+    if (!plan.hasCoverage()) rows::dropFarPadding(source, plan.blockHeight());
     switch (formats::info(plan.layout).family) {
         case LightMapFamily::Raw:
             return encodeRaw(plan, source, options);
@@ -71,10 +72,25 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
             return rows::encodeUnreal(plan, strip, source, options);
         case LightMapFamily::Rnm:
             return rows::encodeRnm(plan, strip, source, options);
+        case LightMapFamily::Lit:
+            return rows::encodeLit(plan, source, options);
         case LightMapFamily::Basis:
             return rows::encodeBasis(plan, strip, source, options);
     }
     return {};
+}
+
+std::vector<std::byte> coverageTexels(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
+    using formats::kCoverageColumns, formats::kCoverageRows;
+    const int width = strip.covered.width(), across = (width + kCoverageColumns - 1) / kCoverageColumns;
+    std::vector<std::byte> texels(static_cast<std::size_t>(4 * across * ((rowCount + kCoverageRows - 1) / kCoverageRows)));
+    for (int y = 0; y < rowCount; ++y)
+        for (int x = 0; x < width; ++x) {
+            if (strip.covered.at(x, firstRow - strip.firstRow + y) == 0) continue;
+            const int texel = y / kCoverageRows * across + x / kCoverageColumns;
+            texels[static_cast<std::size_t>(4 * texel + y % kCoverageRows)] |= std::byte{1} << (x % kCoverageColumns);
+        }
+    return texels;
 }
 
 }  // namespace lightcook::compress

@@ -23,6 +23,8 @@ void planHdrCoefficients(LightMapPlan& plan, const LightMapMeasure& measure);
 void planHalo3(LightMapPlan& plan, const LightMapMeasure& measure);
 /// Adds the constants of family unreal.
 void planUnreal(LightMapPlan& plan, const LightMapMeasure& measure);
+/// Adds the constants of family lit.
+void planLit(LightMapPlan& plan, const LightMapMeasure& measure);
 
 EncodedLightMapRows encodeRatio(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 EncodedLightMapRows encodeHalo3(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
@@ -35,6 +37,7 @@ EncodedLightMapRows encodeUnreal(const LightMapPlan& plan, const formats::LightM
 /// strip  the rows that `source` was made of, with tangents
 EncodedLightMapRows encodeRnm(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                               const EncodeOptions& options);
+EncodedLightMapRows encodeLit(const LightMapPlan& plan, const Source& source, const EncodeOptions& options);
 EncodedLightMapRows encodeBasis(const LightMapPlan& plan, const formats::LightMapStrip& strip, const Source& source,
                                 const EncodeOptions& options);
 

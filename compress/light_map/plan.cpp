@@ -22,7 +22,7 @@ LightMapPlan emptyPlan(formats::LightMapLayout layout, const MeasuredLightMap& m
     plan.key = map.measure.key();
     for (const formats::LightMapTextureInfo& texture : formats::info(layout).textures)
         plan.textures.push_back(
-            {std::string(texture.name), formats::formatFor(texture.role, formats::info(map.target)), texture.layerCount});
+            {std::string(texture.name), formats::formatFor(texture.role, formats::info(map.target)), texture.layerCount, texture.side});
     return plan;
 }
 
@@ -47,29 +47,55 @@ std::size_t clusterBytes(const LightMapPlan& plan) {
 
 int LightMapPlan::blockHeight() const {
     int largest = 1;
-    for (const LightMapTexture& texture : textures) largest = std::max(largest, formats::info(texture.format).blockHeight);
-    return largest;
+    for (const LightMapTexture& texture : textures) largest = std::max(largest, texture.side * formats::info(texture.format).blockHeight);
+    return hasCoverage() ? std::max(largest, formats::kCoverageRows) : largest;
 }
 
-std::size_t LightMapPlan::layerBytes(formats::PixelFormat format) const {
+glm::ivec2 LightMapTexture::sizeFor(int mapWidth, int mapHeight) const {
+    return {formats::textureExtent(mapWidth, side), formats::textureExtent(mapHeight, side)};
+}
+
+std::size_t LightMapPlan::layerBytes(const LightMapTexture& texture) const {
+    const glm::ivec2 size = texture.sizeFor(width, height);
     std::size_t bytes = 0;
-    for (int mip = 0; mip < mipCount; ++mip) bytes += formats::bytesPerImage(format, std::max(1, width >> mip), std::max(1, height >> mip));
+    for (int mip = 0; mip < mipCount; ++mip)
+        bytes += formats::bytesPerImage(texture.format, std::max(1, size.x >> mip), std::max(1, size.y >> mip));
+    return bytes;
+}
+
+bool LightMapPlan::hasCoverage() const {
+    return formats::info(layout).filter == formats::LightMapFilter::Decoded;
+}
+
+glm::ivec2 LightMapPlan::coverageSize() const {
+    return {(width + formats::kCoverageColumns - 1) / formats::kCoverageColumns,
+            (height + formats::kCoverageRows - 1) / formats::kCoverageRows};
+}
+
+std::size_t LightMapPlan::coverageBytes() const {
+    if (!hasCoverage()) return 0;
+    std::size_t bytes = 0;
+    for (int mip = 0; mip < mipCount; ++mip)
+        bytes += formats::bytesPerImage(formats::PixelFormat::Rgba8Unorm, std::max(1, coverageSize().x >> mip),
+                                        std::max(1, coverageSize().y >> mip));
     return bytes;
 }
 
 std::size_t LightMapPlan::gpuBytes() const {
-    std::size_t bytes = tableBytes() + clusterBytes(*this);
-    for (const LightMapTexture& texture : textures) bytes += static_cast<std::size_t>(texture.layerCount) * layerBytes(texture.format);
+    std::size_t bytes = tableBytes() + clusterBytes(*this) + coverageBytes();
+    for (const LightMapTexture& texture : textures) bytes += static_cast<std::size_t>(texture.layerCount) * layerBytes(texture);
     return bytes;
 }
 
 double LightMapPlan::bitsPerTexel() const {
-    double bits = 8.0 * static_cast<double>(tableBytes() + clusterBytes(*this)) / (static_cast<double>(width) * height);
+    double bits = 8.0 * static_cast<double>(tableBytes() + clusterBytes(*this) + coverageBytes()) / (static_cast<double>(width) * height);
     for (const LightMapTexture& texture : textures) {
         const formats::PixelFormatInfo& format = formats::info(texture.format);
+        const glm::ivec2 size = texture.sizeFor(width, height);
         const double mips =
-            static_cast<double>(layerBytes(texture.format)) / static_cast<double>(formats::bytesPerImage(texture.format, width, height));
-        bits += mips * 8.0 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight);
+            static_cast<double>(layerBytes(texture)) / static_cast<double>(formats::bytesPerImage(texture.format, size.x, size.y));
+        bits +=
+            mips * 8.0 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight * texture.side * texture.side);
     }
     return bits;
 }
@@ -139,6 +165,9 @@ LightMapPlan planLightMap(formats::LightMapLayout layout, const MeasuredLightMap
             break;
         case LightMapFamily::Unreal:
             rows::planUnreal(plan, measure);
+            break;
+        case LightMapFamily::Lit:
+            rows::planLit(plan, measure);
             break;
         case LightMapFamily::Basis:
             assert(false && "a learned layout needs planLearnedLightMap");

@@ -27,12 +27,12 @@ constexpr float kFarLight = 8;
 
 /// The knee of the weights, as a share of the key: above it errors count by their ratio to the light, below it by their size. Learned
 /// layouts need the smaller one, because the same tables decode all light levels, and errors in dark texels would hardly count. So do
-/// family hdr and flat-2, whose dark texels share blocks with lit ones.
+/// families hdr and lit and flat-2, whose dark texels share blocks with lit ones.
 constexpr float kKnee = 1.0f, kSmallKnee = 0.1f;
 
 float kneeOf(const formats::LightMapLayoutInfo& layout) {
     const bool isLinear = layout.family == formats::LightMapFamily::Hdr || layout.id == formats::LightMapLayout::Flat2;
-    return layout.isLearned() || isLinear ? kSmallKnee : kKnee;
+    return layout.isLearned() || isLinear || layout.family == formats::LightMapFamily::Lit ? kSmallKnee : kKnee;
 }
 
 /// Sets `out` to the values of one texel that layouts store: nine coefficients, or the exit radiance.
@@ -158,7 +158,7 @@ Source makeSource(const LightMapPlan& plan, const formats::LightMapStrip& strip,
             if (strip.covered.at(x, stripRow) != 0) {
                 texelValues(strip, isFlat, x, stripRow, values);
                 owner = {x, firstRow + y};
-            } else if (padTexel(strip, isFlat, x, stripRow, values, owner)) {
+            } else if (!plan.hasCoverage() && padTexel(strip, isFlat, x, stripRow, values, owner)) {
                 const bool isBeside = std::max(std::abs(owner.x - x), std::abs(owner.y - firstRow - y)) == 1;
                 coverage = isBeside ? kPaddingSignificance : kSecondSignificance;
             } else {

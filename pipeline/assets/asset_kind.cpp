@@ -19,7 +19,8 @@ std::vector<std::string> lightMapEndings() {
         for (const formats::LightMapTextureInfo& texture : layout.textures)
             if (const std::string ending = fmt::format("_{}", texture.name); std::ranges::find(endings, ending) == endings.end())
                 endings.push_back(ending);
-    for (const char* role : {kIndexRole, kTablesRole}) endings.push_back(fmt::format("_{}", role));
+    for (const std::string_view role : {std::string_view(kIndexRole), std::string_view(kTablesRole), formats::kCoverageRole})
+        endings.push_back(fmt::format("_{}", role));
     return endings;
 }
 std::vector<std::string> dominantEndings() {

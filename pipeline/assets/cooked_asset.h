@@ -9,6 +9,7 @@
 
 #include "formats/api_formats.h"
 #include "formats/color.h"
+#include "formats/light_map_layout.h"
 #include "formats/probe_place.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/document/json_fields.h"
@@ -59,6 +60,7 @@ struct CookedTexture {
     int width = 0, height = 0;
     std::optional<formats::ApiFormats> apiFormats;
     int mips = 1, layers = 1, faces = 1;
+    int side = 1;  ///< formats::LightMapTextureInfo::side
     std::optional<bool> isArray;
     std::uint64_t bytesGpu = 0, bytesDisk = 0;
     Sampler sampler;
@@ -73,6 +75,8 @@ void describe(Fields& fields, Self& texture) {
     fields.optional("api_formats", texture.apiFormats, "the format's number in the graphics APIs");
     fields.required("width", texture.width, kSide, "width [texels]");
     fields.required("height", texture.height, kSide, "height [texels]");
+    fields.presentIf(texture.side != 1, "side", texture.side,
+                     "of the square of the light map's texels that reads one of its texels: texel (x / side, y / side); 1 if absent");
     fields.required("mips", texture.mips, kCount, "number of mip levels; of a light map from level 0 to the last that keeps charts apart");
     fields.required("layers", texture.layers, kCount, "number of array layers");
     fields.optional("array", texture.isArray, "true for an array texture, which a shader samples by layer");
@@ -150,7 +154,8 @@ struct CookedAsset {
     std::optional<double> bitsPerTexel;
     std::optional<std::string> quantity, distribution, normalization, units, phase, frame;
     std::optional<int> decodeDegree;
-    std::optional<std::string> mipsEnd;  ///< of a light map that was asked for mip levels
+    std::optional<formats::LightMapFilter> filter;  ///< of a light map
+    std::optional<std::string> mipsEnd;             ///< of a light map that was asked for mip levels
     std::optional<bool> dither;
     std::optional<std::string> file;                   ///< of a mesh
     std::optional<std::string> lightMap;               ///< of a mesh or a dominant light
@@ -200,6 +205,9 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("frame", asset.frame, "frame of directions");
     fields.optional("decode_degree", asset.decodeDegree,
                     "degree of the decode as a polynomial of the filtered texels; 0: it is no polynomial");
+    fields.optional("filter", asset.filter,
+                    "how the light between texels of a light map follows from theirs: `hardware`: the sampler filters texels, the shader "
+                    "decodes the result; `decoded`: the shader decodes four texels and mixes the light of those that are covered");
     fields.optional("mips_end", asset.mipsEnd, "of a light map with `mips = true`: why its textures have no further mip level");
     fields.optional("dither", asset.dither, "true if the codes of a reflection map are dithered");
     fields.optional("light_map", asset.lightMap, "light map that a mesh is lit by, or that a dominant light belongs to");

@@ -64,6 +64,7 @@ struct TexturePlan {
     formats::TextureShape shape;
     Json constants;                ///< of the decode, as the metadata of the file holds them
     std::string_view filter = {};  ///< of its sampler; empty: that of the asset's kind
+    int side = 1;                  ///< CookedTexture::side
 };
 
 /// Asset of a texture as the metadata of the file names it: with the words of the manifest.

@@ -46,10 +46,26 @@ Action contentAction(const Scene& scene, const LightMapEntry& entry, const verif
             {}};
 }
 
-/// Returns the action that measures the floor of a light map. Empty: no limit was given that a floor could be above.
+/// Returns true if a light map may take a layout: the lists of layouts have it, and the engine can decode it.
+bool mayTake(const Scene& scene, const LightMapEntry& entry, const formats::LightMapLayoutInfo& layout) {
+    return formats::mayTake(layoutsFor(scene.output, entry), layout) && scene.output.decode.allow(layout);
+}
+
+/// Returns true if a light map may be cooked in a layout whose texels are decoded before they are filtered: it loses nothing at rims.
+bool mayBeDecoded(const Scene& scene, const LightMapEntry& entry) {
+    const auto asked = formats::lightMapLayoutFromName(layoutAsked(scene.output));
+    return std::ranges::any_of(formats::allLightMapLayouts(), [&](const formats::LightMapLayoutInfo& layout) {
+        const bool isTaken = asked ? *asked == layout.id : mayTake(scene, entry, layout);
+        return isTaken && layout.filter == formats::LightMapFilter::Decoded;
+    });
+}
+
+/// Returns the action that measures the floor of a light map: of what a filter of the hardware loses at rims. Empty: no limit was given
+/// that it could be above, or another filter may be taken.
 std::optional<Action> floorAction(const Scene& scene, const LightMapEntry& entry, const verify::LightMapShading& shading,
                                   const PlanOptions& options) {
     if (!scene.output.limits[Limit::Error] && !askedVisibleLimit(scene.output, entry)) return std::nullopt;
+    if (mayBeDecoded(scene, entry)) return std::nullopt;
     LightMapFloorParameters parameters{entry.description, shading, scene.display};
     parameters.description.repair = options.repair;
     return Action{actionId(ActionStep::Floor, entry.name),   kFloorKind, entry.name, toJson(parameters),
@@ -59,7 +75,10 @@ std::optional<Action> floorAction(const Scene& scene, const LightMapEntry& entry
 /// Returns what to do about a floor.
 std::string remedyOf(const Scene& scene, const LightMapEntry& entry) {
     const std::string pack = entry.mesh && !isPacked(scene.output, entry) ? ", or charts = \"pack\" lays them out anew" : "";
-    return fmt::format("leave two texels or more between the charts of the bake{}, or raise the limit", pack);
+    return fmt::format(
+        "take a layout that is decoded before the filter, such as lit-half, leave two texels or more between the charts of the "
+        "bake{}, or raise the limit",
+        pack);
 }
 
 /// Returns the action that finds unused probes, if there are enough probes that a place may do without one.
@@ -90,11 +109,6 @@ std::optional<Action> probeUseAction(const Scene& scene) {
 /// Returns true if bands of this error may be left out although nobody asked for it.
 bool isInvisible(const std::optional<double>& error, const OutputSettings& output) {
     return error && *error <= std::min(kInvisibleError, kInvisibleShare * errorLimit(output));
-}
-
-/// Returns true if a light map may take a layout: the lists of layouts have it, and the engine can decode it.
-bool mayTake(const Scene& scene, const LightMapEntry& entry, const formats::LightMapLayoutInfo& layout) {
-    return formats::mayTake(layoutsFor(scene.output, entry), layout) && scene.output.decode.allow(layout);
 }
 
 /// Returns why a light map needs no more than a layout without some bands. Empty: they are seen, or no list has the layout.
@@ -166,7 +180,7 @@ formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, 
             errors.push_back(
                 {formats::ErrorCode::Verification, entry.name,
                  fmt::format("found {} = {:.4g}, expected at least {}, the floor of this bake: {:.2g} % of its surface lies at "
-                             "rims of charts, where a filter reads texels outside them, and no layout errs less there{}; {}",
+                             "rims of charts, where a filter reads texels outside them, and no layout that it reads errs less there{}; {}",
                              key, *limit, words, 100 * floor->rimShare, at, remedyOf(scene, entry))});
             errors.back().asset = entry.name;
         };

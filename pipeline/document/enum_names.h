@@ -4,6 +4,7 @@
 #include "formats/gpu_texture.h"
 #include "formats/layout_cost.h"
 #include "formats/light_map_conventions.h"
+#include "formats/light_map_layout.h"
 #include "formats/light_map_objective.h"
 #include "formats/specular_lobe.h"
 #include "formats/target.h"
@@ -20,6 +21,11 @@ struct EnumNames<formats::Target> {
 template <>
 struct EnumNames<formats::Objective> {
     static std::vector<std::string> all() { return formats::namesOf(formats::allObjectives()); }
+};
+
+template <>
+struct EnumNames<formats::LightMapFilter> {
+    static std::vector<std::string> all() { return formats::namesOf(formats::allLightMapFilters()); }
 };
 
 template <>

@@ -64,9 +64,10 @@ private:
         if (!code) expectEqual(place + ", bytes_disk", expected, std::uint64_t{bytes});
     }
 
-    /// Returns the size that a texture of an index or of tables must have.
+    /// Returns the size that a texture beside those of the layout must have.
     glm::ivec2 lookupSize(const CookedAsset& asset, const CookedTexture& texture) {
         if (texture.role == kIndexRole) return {indexWidth(asset.width), indexHeight(asset.height)};
+        if (texture.role == formats::kCoverageRole) return coverageSize(asset.width, asset.height);
         const auto layout = formats::lightMapLayoutFromName(asset.layout);
         const Json constants = asset.constants.value_or(Json());
         expectEqual(asset.name + ", constants/tables", constants.is_object() ? constants.value(kTablesRole, Json()) : Json(),
@@ -81,7 +82,10 @@ private:
         const std::string place = fmt::format("{}, texture {}", asset.name, texture.role);
         const bool isLookup = asset.kind == AssetKind::LightMap && isLookupRole(texture.role);
         const bool hasMips = asset.kind == AssetKind::LightMap && texture.mips > 1;
-        const Sampler sampler{isLookup ? "nearest" : hasMips ? "trilinear" : std::string(info(asset.kind).filter), "clamp"};
+        const Sampler sampler{isLookup || asset.filter == formats::LightMapFilter::Decoded ? "nearest"
+                              : hasMips                                                    ? "trilinear"
+                                                                                           : std::string(info(asset.kind).filter),
+                              "clamp"};
         expectEqual(place + ", sampler", toJson(texture.sampler), toJson(sampler));
         checkFileSize(texture.file, texture.bytesDisk, place);
         const auto reader = formats::TextureReader::open(folder_ / texture.file);
@@ -93,7 +97,7 @@ private:
         if (texture.apiFormats)
             expectEqual(place + ", api_formats", toJson(*texture.apiFormats), toJson(formats::apiFormats(reader->shape().format)));
         expectEqual(place + ", bytes_gpu", texture.bytesGpu, std::uint64_t{reader->shape().gpuBytes()});
-        const glm::ivec2 size = isLookup ? lookupSize(asset, texture) : glm::ivec2(asset.width, asset.height);
+        const glm::ivec2 size = isLookup ? lookupSize(asset, texture) : layerSize(asset.width, asset.height, texture.side);
         expectEqual(place + ", width of its asset", size.x, texture.width);
         expectEqual(place + ", height of its asset", size.y, texture.height);
         if (reader->container() != formats::Container::Ktx2) return;  // DDS has no metadata

@@ -1,7 +1,7 @@
 // Quads with at least one covered texel: all places where a surface may read a map, rims of charts included. Private to verify/.
 //
-// The filter of a GPU reaches all four cooked texels. The reference is that of the covered ones alone: with bilinear weights w_i over them,
-// R = (sum of w_i r_i) / (sum of w_i).
+// The filter of a GPU reaches all four cooked texels; filter "decoded" mixes the light of the covered ones alone. So does the reference:
+// with bilinear weights w_i over them, R = (sum of w_i r_i) / (sum of w_i).
 // A quad that holds no surface (formats::mayHoldSurface) counts as not covered.
 #pragma once
 
@@ -18,12 +18,13 @@ struct CoveredQuad {
     int x = 0, y = 0;                 ///< of texel (0, 0), which may lie one texel outside of the map: texels are repeated there
     int mapWidth = 0, mapHeight = 0;  ///< [texels]
     std::size_t layers = 0;
+    bool isMixed = false;  ///< MapDecoder::isMixed
     MapRows::Corners corners;
     std::array<bool, 4> covered{};
 
     /// above, below  rows y and y + 1, clamped to the map, from column firstX on
     CoveredQuad(const MapRows& rows, const MapRows::Row& above, const MapRows::Row& below, int quadX, int quadY, int firstX = 0)
-        : x(quadX), y(quadY), mapWidth(rows.width()), mapHeight(rows.height()), layers(above.layers) {
+        : x(quadX), y(quadY), mapWidth(rows.width()), mapHeight(rows.height()), layers(above.layers), isMixed(rows.decoder().isMixed()) {
         std::array<std::uint32_t, 4> charts{};
         for (int corner = 0; corner < 4; ++corner) {
             const MapRows::Row& row = corner < 2 ? above : below;
@@ -56,19 +57,37 @@ struct CoveredQuad {
     }
 
     // Places are fractions of the quad.
-    FilteredTexels texelsAt(const glm::vec2& place) const { return blend(corners.texels, place, layers); }
-    /// Returns the filtered reference and the sum of the weights of covered texels.
-    std::pair<LcSh, float> referenceAt(const glm::vec2& p) const {
-        const auto& r = corners.references;
-        if (isCovered()) return {blend(blend(*r[0], *r[1], p.x), blend(*r[2], *r[3], p.x), p.y), 1.0f};
+    FilteredTexels texelsAt(const glm::vec2& place) const {
+        if (!isMixed || isCovered()) return blend(corners.texels, place, layers);
+        const std::array<float, 4> weights = coveredWeights(place);
+        FilteredTexels out;
+        for (std::size_t layer = 0; layer < layers; ++layer) {
+            out[layer] = glm::vec4(0);
+            for (std::size_t i = 0; i < 4; ++i)
+                if (covered[i]) out[layer] += weights[i] * corners.texels[i][layer];
+        }
+        return out;
+    }
+    /// Returns the bilinear weights of covered texels over their sum.
+    std::array<float, 4> coveredWeights(const glm::vec2& p, float* sumOfAll = nullptr) const {
         std::array<float, 4> weights = {(1 - p.x) * (1 - p.y), p.x * (1 - p.y), (1 - p.x) * p.y, p.x * p.y};
         for (std::size_t i = 0; i < 4; ++i)
             if (!covered[i]) weights[i] = 0;
         const float sum = weights[0] + weights[1] + weights[2] + weights[3];
+        for (float& weight : weights) weight /= sum;
+        if (sumOfAll != nullptr) *sumOfAll = sum;
+        return weights;
+    }
+    /// Returns the filtered reference and the sum of the weights of covered texels.
+    std::pair<LcSh, float> referenceAt(const glm::vec2& p) const {
+        const auto& r = corners.references;
+        if (isCovered()) return {blend(blend(*r[0], *r[1], p.x), blend(*r[2], *r[3], p.x), p.y), 1.0f};
+        float sum = 0;
+        const std::array<float, 4> weights = coveredWeights(p, &sum);
         LcSh out{};
         for (std::size_t i = 0; i < 4; ++i)
             if (covered[i])
-                for (std::size_t k = 0; k < kCoefficients; ++k) out.c[k] += weights[i] / sum * r[i]->c[k];
+                for (std::size_t k = 0; k < kCoefficients; ++k) out.c[k] += weights[i] * r[i]->c[k];
         return {out, sum};
     }
     /// Returns a place of the quad in the map [texels]: beyond the edge the light is that at the edge.

@@ -50,7 +50,11 @@ std::optional<formats::Error> readConstants(const CookedLightMap& map, Halo3& la
     return readConstant(map, "range", layout.k.range);
 }
 
-template <RatioFamily Ratio>
+/// Layouts with ratios of coefficients.
+template <class Layout>
+concept WithRatios = RatioFamily<Layout> || DecodedBeforeFilter<Layout>;
+
+template <WithRatios Ratio>
 std::optional<formats::Error> readConstants(const CookedLightMap& map, Ratio& layout) {
     if (auto error = readConstant(map, "range", std::span(&layout.k.range, 1))) return error;
     if (auto error = readConstant(map, "scale", layout.k.scale)) return error;
@@ -181,7 +185,7 @@ formats::Result<Layout> layoutOf(const CookedLightMap& map) {
 std::vector<LightMapVerifier::TextureNeed> texturesOf(const Layout& layout) {
     std::vector<LightMapVerifier::TextureNeed> needs;
     for (const formats::LightMapTextureInfo& texture : infoOf(layout).textures)
-        needs.push_back({std::string(texture.name), texture.layerCount});
+        needs.push_back({std::string(texture.name), texture.layerCount, texture.side});
     return needs;
 }
 

@@ -53,7 +53,7 @@ ShaderTexels shaderTexels(const Texels<kLayers>& texels) {
 template <LightMapLayout kId>
 struct LayoutRow {
     static constexpr LightMapLayout kLayout = kId;
-    static constexpr auto kLayers = static_cast<std::size_t>(formats::info(kId).fetchCount());
+    static constexpr auto kLayers = static_cast<std::size_t>(formats::info(kId).layerCount());
     /// Degree of the decode as a polynomial of the filtered texels; for curved layouts 1: that of the bilinear blend which they are near
     /// to.
     static constexpr int kDegree = std::max(formats::info(kId).decodeDegree, 1);
@@ -279,6 +279,29 @@ struct Rnm : LayoutRow<LightMapLayout::Rnm> {
     Decode at(int x, int y) const { return at(frames.clusterAt(x, y)); }
 };
 
+/// Layouts of one light and the rest: [l0, light, direction, rest...]. Their texels are decoded before they are mixed.
+template <LightMapLayout kId>
+struct LitDecode : LayoutRow<kId> {
+    using LayerTexels = Texels<LayoutRow<kId>::kLayers>;
+    shaders::LcLitConstants k{};
+
+    shaders::LcSh decode(const LayerTexels& t) const { return shaders::lcLightMapLit(shaderTexels<shaders::LcLitTexels>(t), k); }
+    /// Returns, for stage 0, the decoded coefficient 0 and the reference's higher coefficients; for stage 1, those of the light in their
+    /// place.
+    shaders::LcSh decodeEarly(std::size_t stage, const LayerTexels& t, const shaders::LcSh& reference) const {
+        const shaders::LcLitConstants lightAlone{k.range, {}, {}};
+        const shaders::LcSh light = shaders::lcLightMapLit(shaderTexels<shaders::LcLitTexels>(t), lightAlone);
+        if (stage > 0) return light;
+        shaders::LcSh sh = reference;
+        sh.c[0] = light.c[0];
+        return sh;
+    }
+};
+/// Layouts whose texels are decoded before they are mixed.
+template <class Layout>
+concept DecodedBeforeFilter = formats::info(Layout::kLayout)
+.filter == formats::LightMapFilter::Decoded;
+
 /// Constants of the learned layouts "basis-K".
 struct BasisTables {
     std::vector<shaders::LcBasisFirst3> first3;                   ///< [cluster], for three codes; or
@@ -334,7 +357,8 @@ struct Basis : LayoutRow<kId> {
 /// One alternative for each layout, in the order of the enumeration.
 using Layout = std::variant<Raw, Flat, Ratio, Basis<LightMapLayout::Basis3>, Basis<LightMapLayout::Basis4>, Basis<LightMapLayout::Basis8>,
                             Basis<LightMapLayout::Basis12>, Basis<LightMapLayout::Basis16>, Basis<LightMapLayout::Basis20>,
-                            Basis<LightMapLayout::Basis24>, Sh4, Godot, MonoSh, Bakery, Hdr, Hdr2, Halo3, HdrRgb9e5, Flat2, UnrealHq, Rnm>;
+                            Basis<LightMapLayout::Basis24>, Sh4, Godot, MonoSh, Bakery, Hdr, Hdr2, Halo3, HdrRgb9e5, Flat2, UnrealHq, Rnm,
+                            LitDecode<LightMapLayout::Lit>, LitDecode<LightMapLayout::LitHalf>, LitDecode<LightMapLayout::LitQuarter>>;
 
 /// Returns true if the variant has one alternative for each row of the table, in its order.
 template <std::size_t... kIndices>

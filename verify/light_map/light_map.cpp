@@ -137,11 +137,11 @@ std::vector<StageError> LightMapErrors::figures() const {
 
 namespace {
 
-/// Returns the tolerance of each layer of a map's textures. None without formats.
-formats::Result<std::vector<FormatTolerance>> tolerancesOf(const CookedLightMap& map,
+/// Returns the tolerance of each layer of a map's textures. None without formats, and where the shader filters.
+formats::Result<std::vector<FormatTolerance>> tolerancesOf(const CookedLightMap& map, const formats::LightMapLayoutInfo& layout,
                                                            const std::vector<LightMapVerifier::TextureNeed>& textures) {
     std::vector<FormatTolerance> tolerances;
-    if (map.formats.empty()) return tolerances;
+    if (map.formats.empty() || layout.filter == formats::LightMapFilter::Decoded) return tolerances;
     if (map.formats.size() != textures.size())
         return formats::failure(
             formats::ErrorCode::WrongShape, "light map layout " + map.layout,
@@ -193,7 +193,7 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
     state->perKey = key > 0 ? static_cast<float>(1 / key) : 1.0f;
     state->layout = *layout;
     state->textures = layouts::texturesOf(*layout);
-    LC_TRY(tolerances, tolerancesOf(map, state->textures));
+    LC_TRY(tolerances, tolerancesOf(map, layouts::infoOf(state->layout), state->textures));
     const bool isOwnNormalOnly = layouts::infoOf(state->layout).isFlat() && !shading.needsDirections();
     std::visit(
         [&](auto& each) {
@@ -201,6 +201,7 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
         },
         state->layout);
     state->decoder = lightmap::mapDecoder(state->layout, state->perKey);
+    if (layouts::infoOf(state->layout).filter == formats::LightMapFilter::Decoded) state->decoder = lightmap::mixedDecoder(state->decoder);
     state->setup = shadingSetup(shading, sampling.hasBounds(), isOwnNormalOnly, 1 / static_cast<double>(state->perKey), viewing);
     state->setup.tolerance = std::move(*tolerances);
     return LightMapVerifier(std::move(state));
@@ -262,17 +263,50 @@ formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLight
             weight = at - below;
         }
     };
-    const bool isInTangentSpace = layouts::infoOf(state_->layout).isInTangentSpace;
+    const bool isInTangentSpace = layouts::infoOf(state_->layout).isInTangentSpace, isMixed = state_->decoder->isMixed();
     assert(!isInTangentSpace || surface != nullptr);
+    assert(!isMixed || texels.covered.width() > 0);
     // In the units of the map.
     const std::shared_ptr<const lightmap::MapDecoder> decoder =
         isInTangentSpace ? lightmap::tangentDecoder(state_->layout, 1, *surface) : lightmap::mapDecoder(state_->layout, 1);
     lightmap::FilteredTexels filtered;
+    const auto decodedAt = [&](int x, int y) {
+        std::size_t layer = 0;
+        for (std::size_t texture = 0; texture < texels.textures.size(); ++texture) {
+            const int side = state_->textures[texture].side;
+            for (const formats::Image<glm::vec4>& image : texels.textures[texture])
+                filtered[layer++] = image.at(x / side, (y - texels.firstRow) / side);
+        }
+        return decoder->decode(filtered.data(), decoder->clusterAt(x, y));
+    };
+    // The light of the covered texels around a place; of all where none is.
+    const auto mixedAt = [&](const Between& x, const Between& y) {
+        const std::array<glm::ivec2, 4> at = {{{x.first, y.first}, {x.second, y.first}, {x.first, y.second}, {x.second, y.second}}};
+        const glm::vec4 all((1 - x.weight) * (1 - y.weight), x.weight * (1 - y.weight), (1 - x.weight) * y.weight, x.weight * y.weight);
+        glm::vec4 weights = all;
+        for (int i = 0; i < 4; ++i)
+            if (texels.covered.at(at[static_cast<std::size_t>(i)].x, at[static_cast<std::size_t>(i)].y - texels.firstRow) == 0)
+                weights[i] = 0;
+        const float sum = weights.x + weights.y + weights.z + weights.w;
+        weights = sum > 0 ? weights / sum : all;
+        shaders::LcSh mix{};
+        for (int i = 0; i < 4; ++i) {
+            if (!(weights[i] > 0)) continue;
+            const shaders::LcSh each = decodedAt(at[static_cast<std::size_t>(i)].x, at[static_cast<std::size_t>(i)].y);
+            for (std::size_t k = 0; k < lighting::kShCount; ++k) mix.c[k] += weights[i] * each.c[k];
+        }
+        return mix;
+    };
     for (int row = 0; row < out.height(); ++row) {
         const int placeY = placesPerTexel * firstRow + row;
         const Between y(placeY, placesPerTexel, height);
         for (int column = 0; column < out.width(); ++column) {
             const Between x(column, placesPerTexel, width);
+            if (isMixed) {
+                const shaders::LcSh sh = placesPerTexel == 1 ? decodedAt(x.first, y.first) : mixedAt(x, y);
+                std::copy_n(sh.c, lighting::kShCount, out.at(column, row).begin());
+                continue;
+            }
             std::size_t layer = 0;
             for (const auto& texture : texels.textures)
                 for (const formats::Image<glm::vec4>& image : texture) {

@@ -33,8 +33,14 @@ constexpr std::size_t mostOfLayouts(Property property) {
         most = std::max(most, static_cast<std::size_t>(property(info)));
     return most;
 }
-inline constexpr std::size_t kMostLayers = mostOfLayouts([](const formats::LightMapLayoutInfo& info) { return info.fetchCount(); });
 inline constexpr std::size_t kMostStages = mostOfLayouts([](const formats::LightMapLayoutInfo& info) { return info.stages.size(); });
+/// Layers of mixedDecoder() for a layout.
+constexpr std::size_t mixedLayers(const formats::LightMapLayoutInfo& info) {
+    return lighting::kShCount * info.stages.size();
+}
+inline constexpr std::size_t kMostLayers = mostOfLayouts([](const formats::LightMapLayoutInfo& info) {
+    return info.filter == formats::LightMapFilter::Decoded ? mixedLayers(info) : static_cast<std::size_t>(info.layerCount());
+});
 inline constexpr std::size_t kMostDegree = mostOfLayouts([](const formats::LightMapLayoutInfo& info) { return info.decodeDegree; });
 
 /// Filtered texels of a place: those beyond the layers of the layout are not set.
@@ -91,6 +97,9 @@ public:
     bool hasClusters() const { return isLearned() || isInTangentSpace(); }
     /// Diffuse light is exitRadiance(), which is at most besideSh() from what the decode shows (layouts::InTangentSpace).
     bool isInTangentSpace() const { return frames_ != nullptr; }
+    /// The layers are light that ofTexels() decoded. A place mixes that of covered texels alone (mixedDecoder).
+    bool isMixed() const { return ofTexels_ != nullptr; }
+    const MapDecoder* ofTexels() const { return ofTexels_.get(); }
     /// The map is compared with the exit radiance at each texel's own normal (layouts::Flat).
     bool isOwnNormalOnly() const { return isOwnNormalOnly_; }
     /// 1 / key: converts light to units of the key.
@@ -126,8 +135,8 @@ public:
     virtual std::unique_ptr<const CoarseBounds> coarseBounds(const std::vector<FormatTolerance>& formats) const = 0;
 
 protected:
-    MapDecoder(const formats::LightMapLayoutInfo& info, float perKey)
-        : info_(info), layers_(static_cast<std::size_t>(info.fetchCount())), degree_(std::max(info.decodeDegree, 1)), perKey_(perKey) {}
+    MapDecoder(const formats::LightMapLayoutInfo& info, std::size_t layers, float perKey)
+        : info_(info), layers_(layers), degree_(std::max(info.decodeDegree, 1)), perKey_(perKey) {}
 
     const formats::LightMapLayoutInfo& info_;
     std::size_t layers_;
@@ -136,11 +145,15 @@ protected:
     const layouts::BasisTables* tables_ = nullptr;    ///< learned layouts
     const layouts::TangentFrames* frames_ = nullptr;  ///< layouts in tangent space
     bool isOwnNormalOnly_ = false;
+    std::shared_ptr<const MapDecoder> ofTexels_;  ///< of mixedDecoder()
 };
 
 /// Returns the decoder of a map of this layout, which must not be moved while the decoder lives.
 /// perKey  1 / key
 std::unique_ptr<const MapDecoder> mapDecoder(const layouts::Layout& layout, float perKey);
+/// Returns the decoder of light that `ofTexels` decoded: nine layers for each stage, the last stage first, in units of the key. Their mixes
+/// are the light between texels, without a sampler's tolerance: the weights are floats of the shader.
+std::shared_ptr<const MapDecoder> mixedDecoder(std::shared_ptr<const MapDecoder> ofTexels);
 /// Returns the decoder of a layout in tangent space on the texels of a strip, which has their tangents and outlives it.
 std::shared_ptr<const MapDecoder> tangentDecoder(layouts::Layout layout, float perKey, const formats::LightMapStrip& strip);
 

@@ -21,7 +21,8 @@ concept Learned = requires {
 template <class Layout>
 class LayoutDecoder final : public MapDecoder {
 public:
-    LayoutDecoder(const Layout& layout, float perKey) : MapDecoder(formats::info(Layout::kLayout), perKey), layout_(layout) {
+    LayoutDecoder(const Layout& layout, float perKey)
+        : MapDecoder(formats::info(Layout::kLayout), Layout::kLayers, perKey), layout_(layout) {
         if constexpr (Learned<Layout>) tables_ = layout.tables.get();
         if constexpr (layouts::FlatFamily<Layout>) isOwnNormalOnly_ = layout.isOwnNormalOnly;
         if constexpr (layouts::InTangentSpace<Layout>) frames_ = &layout.frames;
@@ -65,8 +66,10 @@ public:
             return {};
         }
     }
-    Deviation deviation(std::span<const TexelBox> boxes, [[maybe_unused]] std::size_t cluster) const override {
-        if constexpr (Learned<Layout>)
+    Deviation deviation([[maybe_unused]] std::span<const TexelBox> boxes, [[maybe_unused]] std::size_t cluster) const override {
+        if constexpr (layouts::DecodedBeforeFilter<Layout>)
+            return {};  // no filter reads these texels
+        else if constexpr (Learned<Layout>)
             return layouts::deviationOf<Layout::kCodeCount>(*layout_.tables, cluster, boxes);
         else if constexpr (layouts::InTangentSpace<Layout>)
             return {layouts::deviationOf(layout_, cluster, boxes.template first<Layout::kLayers>()), {}};
@@ -79,8 +82,10 @@ public:
         else
             return {};
     }
-    std::unique_ptr<const CoarseBounds> coarseBounds(const std::vector<FormatTolerance>& formats) const override {
-        if constexpr (Learned<Layout>)
+    std::unique_ptr<const CoarseBounds> coarseBounds([[maybe_unused]] const std::vector<FormatTolerance>& formats) const override {
+        if constexpr (layouts::DecodedBeforeFilter<Layout>)
+            return nullptr;
+        else if constexpr (Learned<Layout>)
             return std::make_unique<layouts::BasisCoarseBounds<Layout::kCodeCount>>(*layout_.tables, formats);
         else
             return std::make_unique<layouts::CoarseBoundsOf<Layout>>(layout_, formats);
@@ -106,6 +111,42 @@ private:
     const Layout& layout_;
 };
 
+/// Light of texels: any mix of it is between theirs.
+class MixBounds final : public CoarseBounds {
+public:
+    bool isKnown() const override { return true; }
+    CoarseBound bound(const QuadTexels&, std::size_t, const QuadTolerance&) const override { return {}; }
+};
+
+class MixedDecoder final : public MapDecoder {
+public:
+    explicit MixedDecoder(std::shared_ptr<const MapDecoder> ofTexels)
+        : MapDecoder(ofTexels->info(), mixedLayers(ofTexels->info()), ofTexels->perKey()) {
+        degree_ = 1;
+        isOwnNormalOnly_ = ofTexels->isOwnNormalOnly();
+        ofTexels_ = std::move(ofTexels);
+    }
+    LcSh decode(LayerTexels texels, std::size_t) const override { return lightAt(texels); }
+    void decodeStages(LayerTexels texels, const LcSh&, std::size_t, std::span<LcSh> out) const override {
+        for (std::size_t stage = 0; stage < stages(); ++stage) out[stage] = lightAt(texels + lighting::kShCount * (stages() - 1 - stage));
+    }
+    glm::vec3 exitRadiance(LayerTexels, std::size_t, const glm::vec3&) const override { return {}; }
+    LcSh directions(LayerTexels, std::size_t) const override { return {}; }
+    Deviation deviation(std::span<const TexelBox>, std::size_t) const override { return {}; }
+    LcSh curvature(const QuadTexels&) const override { return {}; }
+    glm::vec3 besideSh(const QuadTexels&) const override { return {}; }
+    std::unique_ptr<const CoarseBounds> coarseBounds(const std::vector<FormatTolerance>&) const override {
+        return std::make_unique<MixBounds>();
+    }
+
+private:
+    static LcSh lightAt(LayerTexels texels) {
+        LcSh sh;
+        for (std::size_t i = 0; i < lighting::kShCount; ++i) sh.c[i] = glm::vec3(texels[i]);
+        return sh;
+    }
+};
+
 }  // namespace
 
 std::unique_ptr<const MapDecoder> mapDecoder(const layouts::Layout& layout, float perKey) {
@@ -114,6 +155,10 @@ std::unique_ptr<const MapDecoder> mapDecoder(const layouts::Layout& layout, floa
             return std::make_unique<LayoutDecoder<Layout>>(each, perKey);
         },
         layout);
+}
+
+std::shared_ptr<const MapDecoder> mixedDecoder(std::shared_ptr<const MapDecoder> ofTexels) {
+    return std::make_shared<MixedDecoder>(std::move(ofTexels));
 }
 
 std::shared_ptr<const MapDecoder> tangentDecoder(layouts::Layout layout, float perKey, const formats::LightMapStrip& strip) {

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -45,8 +46,11 @@ public:
     MapRows(const MapDecoder& decoder, const CookedLightMap& map, const DecodedLightMapRows& texels,
             const formats::LightMapStrip& reference)
         : decoder_(decoder), map_(map), texels_(texels), reference_(reference) {
-        for (const auto& texture : texels_.textures)
-            for (const formats::Image<glm::vec4>& image : texture) layers_.push_back(&image);
+        for (std::size_t texture = 0; texture < texels_.textures.size(); ++texture)
+            for (const formats::Image<glm::vec4>& image : texels_.textures[texture]) {
+                layers_.push_back(&image);
+                sides_.push_back(decoder.info().textures[texture].side);
+            }
     }
 
     const MapDecoder& decoder() const { return decoder_; }
@@ -156,23 +160,38 @@ private:
     void loadTexels(int firstX, int count, int y, Row& row) const {
         row.covered.resize(index(count));
         row.reference.resize(index(count));
-        row.layers = layers_.size();
+        row.layers = decoder_.layers();
         row.texels.resize(row.layers * index(count));
         const int stripRow = y - reference_.firstRow, texelRow = y - texels_.firstRow;
         if (reference_.chart.width() > 0) {
             const std::uint32_t* const charts = reference_.chart.view().row(stripRow) + firstX;
             row.chart.assign(charts, charts + count);
         }
-        // Filters reach uncovered texels too.
-        for (std::size_t layer = 0; layer < row.layers; ++layer) {
+        // Filters of the hardware reach uncovered texels too.
+        for (std::size_t layer = 0; layer < row.layers && !decoder_.isMixed(); ++layer) {
             const glm::vec4* const texels = layers_[layer]->view().row(texelRow) + firstX;
             for (std::size_t i = 0; i < index(count); ++i) row.texels[row.layers * i + layer] = texels[i];
         }
         for (int i = 0; i < count; ++i) {
             const int x = firstX + i;
             row.covered[index(i)] = reference_.covered.at(x, stripRow);
-            if (row.covered[index(i)] != 0) row.reference[index(i)] = referenceAt(x, stripRow);
+            if (row.covered[index(i)] == 0) continue;
+            row.reference[index(i)] = referenceAt(x, stripRow);
+            if (decoder_.isMixed())
+                decodeTexel(x, y, row.reference[index(i)], std::span(row.texels).subspan(row.layers * index(i), row.layers));
         }
+    }
+    /// Sets the layers of mixedDecoder() for texel (x, y).
+    void decodeTexel(int x, int y, const LcSh& reference, std::span<glm::vec4> out) const {
+        const MapDecoder& decoder = *decoder_.ofTexels();
+        FilteredTexels texel;
+        for (std::size_t layer = 0; layer < layers_.size(); ++layer)
+            texel[layer] = layers_[layer]->at(x / sides_[layer], (y - texels_.firstRow) / sides_[layer]);
+        std::array<LcSh, kMostStages> light;
+        decoder.decodeStages(texel.data(), reference, decoder.clusterAt(x, y), light);
+        auto layer = out.begin();
+        for (std::size_t stage = decoder.stages(); stage-- > 0;)
+            for (const glm::vec3& coefficient : light[stage].c) *layer++ = glm::vec4(coefficient, 0);
     }
     LcSh referenceAt(int x, int stripRow) const {
         LcSh out{};
@@ -189,6 +208,7 @@ private:
     const DecodedLightMapRows& texels_;
     const formats::LightMapStrip& reference_;
     std::vector<const formats::Image<glm::vec4>*> layers_;
+    std::vector<int> sides_;  ///< [layer], of their textures
 };
 
 }  // namespace lightcook::verify::lightmap

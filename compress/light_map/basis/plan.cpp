@@ -71,7 +71,7 @@ std::size_t LightMapPlan::gpuBytesAs(formats::LightMapLayout shorter) const {
     for (std::size_t i = 0; i < textures.size(); ++i) {
         const auto kept = formats::info(shorter).textures;
         const int layers = textures[i].layerCount - (i < kept.size() ? kept[i].layerCount : 0);
-        dropped += static_cast<std::size_t>(layers) * layerBytes(textures[i].format);
+        dropped += static_cast<std::size_t>(layers) * layerBytes(textures[i]);
     }
     return gpuBytes() - dropped - (tableBytes() - tableBytesAs(shorter));
 }

@@ -43,12 +43,14 @@ Result<Json> boundMapOf(const CookedAsset& asset, const std::string& workingColo
         return formats::failure(formats::ErrorCode::Verification, asset.name,
                                 fmt::format("found the layout \"{}\", expected a known one", asset.layout));
     Json textures = Json::array();
-    for (const CookedTexture& texture : asset.textures)
-        textures.push_back({{"role", texture.role},
-                            {"uri", texture.file},
-                            {"mimeType", "image/ktx2"},
-                            {"array", texture.isArray.value_or(false)},
-                            {"sampler", toJson(texture.sampler)}});
+    for (const CookedTexture& texture : asset.textures) {
+        Json& bound = textures.emplace_back(Json{{"role", texture.role},
+                                                 {"uri", texture.file},
+                                                 {"mimeType", "image/ktx2"},
+                                                 {"array", texture.isArray.value_or(false)},
+                                                 {"sampler", toJson(texture.sampler)}});
+        if (texture.side != 1) bound["side"] = texture.side;
+    }
     Json constants = asset.constants.value_or(Json::object());
     constants.erase(kIndexRuns);  // the vertices name the clusters
     Json map = {{"version", 1},
@@ -64,6 +66,7 @@ Result<Json> boundMapOf(const CookedAsset& asset, const std::string& workingColo
                 {"textures", std::move(textures)},
                 {"constants", std::move(constants)},
                 {"shader", {{"uri", shader}, {"functions", decodeFunctions(formats::info(*layout))}}}};
+    if (asset.filter) map["filter"] = jsonOf(*asset.filter);
     if (hasClustersInMesh(asset)) map["basis"] = {{"attribute", formats::kBasisAttribute}};
     return map;
 }
@@ -80,7 +83,7 @@ std::vector<std::string> decodeFunctions(const formats::LightMapLayoutInfo& layo
     }
     std::string name = "lcLightMap";
     bool isFirst = true;
-    for (const char c : layout.name) {
+    for (const char c : layout.holdsLight() ? formats::nameOf(layout.family) : layout.name) {
         if (c != '-') name += isFirst ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
         isFirst = c == '-';
     }

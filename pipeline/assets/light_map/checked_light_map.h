@@ -29,12 +29,14 @@ struct TexelErrors {
     LightMoments light = {};
     WorstTexels worst = {};
     ChartErrors charts = {};
+    std::optional<glm::ivec2> otherCoverage = {};  ///< first texel at which texture "coverage" is not that of the bake
     void merge(const TexelErrors& other) {
         errors.merge(other.errors);
         block.merge(other.block);
         light.merge(other.light);
         worst.merge(other.worst);
         charts.merge(other.charts);
+        if (!otherCoverage) otherCoverage = other.otherCoverage;
         truthPlaces.insert(truthPlaces.end(), other.truthPlaces.begin(), other.truthPlaces.end());
     }
 };

@@ -38,16 +38,27 @@ Json metadataConstants(const compress::LightMapPlan& plan) {
 Result<AssetTextures> createTextures(const ActionContext& context, const compress::LightMapPlan& plan, const TextureSettings& settings) {
     AssetTextures textures(context, settings, {AssetKind::LightMap, std::string(formats::info(plan.layout).name)});
     for (const compress::LightMapTexture& texture : plan.textures) {
+        const glm::ivec2 size = texture.sizeFor(plan.width, plan.height);
         formats::TextureShape shape;
         shape.format = texture.format;
-        shape.width = plan.width;
-        shape.height = plan.height;
+        shape.width = size.x;
+        shape.height = size.y;
         shape.mipCount = plan.mipCount;
         shape.layerCount = texture.layerCount;
         shape.isArray = texture.layerCount > 1;
-        LC_TRY(created, textures.create({texture.name, context.action.asset + "_" + texture.name, shape, metadataConstants(plan),
-                                         plan.mipCount > 1 ? "trilinear" : ""}));
+        const char* const filter = plan.hasCoverage() ? "nearest" : plan.mipCount > 1 ? "trilinear" : "";
+        LC_TRY(created, textures.create({texture.name, context.action.asset + "_" + texture.name, shape, metadataConstants(plan), filter,
+                                         texture.side}));
     }
+    if (!plan.hasCoverage()) return textures;
+    const glm::ivec2 size = coverageSize(plan.width, plan.height);
+    formats::TextureShape shape;
+    shape.format = formats::PixelFormat::Rgba8Unorm;
+    shape.width = size.x;
+    shape.height = size.y;
+    shape.mipCount = plan.mipCount;
+    const std::string role(formats::kCoverageRole);
+    LC_TRY(created, textures.create({role, fmt::format("{}_{}", context.action.asset, role), shape, metadataConstants(plan), "nearest"}));
     return textures;
 }
 
@@ -85,11 +96,16 @@ Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compre
         const int firstRow = source.stripFirstRow(index);
         const auto rows = compress::encodeLightMapRows(plan, *strip, firstRow, source.stripRows(index), options);
         for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
-            const int firstBlockRow = firstRow / formats::info(plan.textures[texture].format).blockHeight;
+            const auto& [name, format, layerCount, side] = plan.textures[texture];
+            const int firstBlockRow = firstRow / (side * formats::info(format).blockHeight);
             const auto& layers = rows.textures[texture].layers;
             for (std::size_t layer = 0; layer < layers.size(); ++layer)
                 LC_CHECK(textures.writer(texture).writeBlockRows({mip, static_cast<int>(layer), 0}, firstBlockRow, layers[layer]));
         }
+        if (plan.hasCoverage())
+            LC_CHECK(textures.writer(plan.textures.size())
+                         .writeBlockRows({mip, 0, 0}, firstRow / formats::kCoverageRows,
+                                         compress::coverageTexels(*strip, firstRow, source.stripRows(index))));
         return rows.report;
     };
     Report total;
@@ -117,6 +133,7 @@ CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan&
     CookedAsset asset = makeCookedAsset(name, AssetKind::LightMap, std::string(formats::info(plan.layout).name), plan.width, plan.height);
     asset.bitsPerTexel = plan.bitsPerTexel();
     asset.decodeDegree = formats::info(plan.layout).decodeDegree;
+    asset.filter = formats::info(plan.layout).filter;
     asset.constants = Json::object();
     for (const auto& [constant, values] : plan.constants)
         if (isInManifest(plan, constant)) (*asset.constants)[constant] = values;
@@ -166,7 +183,7 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     CookedAsset asset = manifestEntry(context.action.asset, *plan, *parameters);
     if (parameters->mips) {
         LC_TRY(survey, (*source)->mipSurvey(context));
-        asset.mipsEnd = (*survey)->end;
+        asset.mipsEnd = plan->mipCount < (*survey)->count ? coverageEnd(plan->width, plan->height, plan->mipCount) : (*survey)->end;
     }
     return textures->finish({std::move(asset), bakeBytes(context.action), notesOf(*measured, *plan, *report)});
 }

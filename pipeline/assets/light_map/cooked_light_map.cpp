@@ -102,38 +102,78 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
     for (const auto& need : *needs) {
         LC_TRY(texture, openTexture(folder, asset, need.name));
         const formats::TextureShape& shape = texture->shape();
-        if (shape.layerCount != need.layerCount || shape.width != asset.width || shape.height != asset.height)
+        const glm::ivec2 size = layerSize(asset.width, asset.height, need.side);
+        if (shape.layerCount != need.layerCount || shape.width != size.x || shape.height != size.y)
             return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, need.name),
                            fmt::format("found {} x {} with {} layers, expected {} x {} with {}", shape.width, shape.height,
-                                       shape.layerCount, asset.width, asset.height, need.layerCount));
+                                       shape.layerCount, size.x, size.y, need.layerCount));
         if (shape.mipCount <= mip)
             return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, need.name),
                            fmt::format("found {} mip levels, expected at least {}, as its other textures have", shape.mipCount, mip + 1));
         map.formats.push_back(shape.format);
         textures.push_back(std::move(*texture));
     }
+    std::optional<formats::TextureReader> coverage;
+    if (formats::info(*formats::lightMapLayoutFromName(asset.layout)).filter == formats::LightMapFilter::Decoded) {
+        LC_TRY(texture, openTexture(folder, asset, std::string(formats::kCoverageRole)));
+        const formats::TextureShape& shape = texture->shape();
+        const glm::ivec2 size = coverageSize(asset.width, asset.height);
+        if (shape.width != size.x || shape.height != size.y || shape.format != formats::PixelFormat::Rgba8Unorm || shape.mipCount <= mip)
+            return failure(
+                ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, formats::kCoverageRole),
+                fmt::format("found {} x {} texels of {} with {} mip levels, expected {} x {} of rgba8-unorm with {} or more", shape.width,
+                            shape.height, formats::info(shape.format).name, shape.mipCount, size.x, size.y, mip + 1));
+        coverage = std::move(*texture);
+    }
     LC_TRY(verifier, verify::LightMapVerifier::create(map, settings.shading, settings.sampling, settings.key, settings.viewing));
-    return CookedLightMapReader(std::move(*verifier), std::move(textures), map.width, map.height, mip);
+    return CookedLightMapReader(std::move(*verifier), std::move(textures), std::move(coverage), map.width, map.height, mip);
+}
+
+/// Reads the bits of texture "coverage", as the shader does.
+Result<formats::Image<std::uint8_t>> CookedLightMapReader::readCoverage(int firstRow, int rowCount) const {
+    const int across = coverageSize(width_, height_).x, firstTexelRow = firstRow / formats::kCoverageRows,
+              texelRows = (firstRow + rowCount + formats::kCoverageRows - 1) / formats::kCoverageRows - firstTexelRow;
+    std::vector<std::byte> bytes(formats::bytesPerBlockRow(formats::PixelFormat::Rgba8Unorm, across) * static_cast<std::size_t>(texelRows));
+    LC_CHECK(coverage_->readBlockRows({mip_, 0, 0}, firstTexelRow, bytes));
+    formats::Image<glm::vec4> texels(across, texelRows);
+    verify::decodeRows(formats::PixelFormat::Rgba8Unorm, bytes, texels.view());
+    formats::Image<std::uint8_t> covered(width_, rowCount);
+    for (int y = 0; y < rowCount; ++y)
+        for (int x = 0; x < width_; ++x) {
+            const glm::vec2 texel(x, firstRow + y);
+            const glm::ivec2 at(shaders::lcCoverageTexel(texel));
+            covered.at(x, y) = static_cast<std::uint8_t>(shaders::lcCovered(texels.at(at.x, at.y - firstTexelRow), texel));
+        }
+    return covered;
 }
 
 Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int rowCount) const {
     verify::DecodedLightMapRows rows;
     rows.firstRow = firstRow;
-    for (const formats::TextureReader& texture : textures_) {
+    // Textures of squares of the map have their rows too.
+    const int last = std::min(firstRow + rowCount, height_);
+    for (std::size_t i = 0; i < textures_.size(); ++i) {
+        const formats::TextureReader& texture = textures_[i];
+        const int side = verifier_.textures()[i].side;
+        const glm::ivec2 size = layerSize(width_, height_, side);
         const formats::PixelFormat format = texture.shape().format;
-        const int blockHeight = formats::info(format).blockHeight;
-        const int blockRows = formats::blocksDown(format, std::min(rowCount, height_ - firstRow));
-        const int texelRows = std::min(blockRows * blockHeight, height_ - firstRow);
-        std::vector<std::byte> blocks(formats::bytesPerBlockRow(format, width_) * static_cast<std::size_t>(blockRows));
+        const int blockHeight = formats::info(format).blockHeight, firstTexelRow = firstRow / side;
+        const int blockRows = formats::blocksDown(format, (last + side - 1) / side - firstTexelRow);
+        const int texelRows = std::min(blockRows * blockHeight, size.y - firstTexelRow);
+        std::vector<std::byte> blocks(formats::bytesPerBlockRow(format, size.x) * static_cast<std::size_t>(blockRows));
         std::vector<formats::Image<glm::vec4>> layers, spans;
         for (int layer = 0; layer < texture.shape().layerCount; ++layer) {
-            LC_CHECK(texture.readBlockRows({mip_, layer, 0}, firstRow / blockHeight, blocks));
-            layers.emplace_back(width_, texelRows);
+            LC_CHECK(texture.readBlockRows({mip_, layer, 0}, firstTexelRow / blockHeight, blocks));
+            layers.emplace_back(size.x, texelRows);
             verify::decodeRows(format, blocks, layers.back().view());
-            spans.push_back(verify::blockSpans(format, blocks, width_));
+            spans.push_back(verify::blockSpans(format, blocks, size.x));
         }
         rows.textures.push_back(std::move(layers));
         rows.spans.push_back(std::move(spans));
+    }
+    if (coverage_) {
+        LC_TRY(covered, readCoverage(firstRow, last - firstRow));
+        rows.covered = std::move(*covered);
     }
     return rows;
 }

@@ -40,13 +40,21 @@ public:
     formats::Result<verify::DecodedLightMapRows> read(int firstRow, int rowCount) const;
 
 private:
-    CookedLightMapReader(verify::LightMapVerifier verifier, std::vector<formats::TextureReader> textures, int width, int height, int mip)
-        : verifier_(std::move(verifier)), textures_(std::move(textures)), width_(width), height_(height), mip_(mip) {}
+    CookedLightMapReader(verify::LightMapVerifier verifier, std::vector<formats::TextureReader> textures,
+                         std::optional<formats::TextureReader> coverage, int width, int height, int mip)
+        : verifier_(std::move(verifier)),
+          textures_(std::move(textures)),
+          coverage_(std::move(coverage)),
+          width_(width),
+          height_(height),
+          mip_(mip) {}
+    formats::Result<formats::Image<std::uint8_t>> readCoverage(int firstRow, int rowCount) const;
     /// map  without formats
     static formats::Result<CookedLightMapReader> openMap(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
                                                          verify::CookedLightMap map, const VerifierSettings& settings);
     verify::LightMapVerifier verifier_;
     std::vector<formats::TextureReader> textures_;
+    std::optional<formats::TextureReader> coverage_;  ///< of a map whose filter is LightMapFilter::Decoded
     int width_, height_, mip_;
 };
 

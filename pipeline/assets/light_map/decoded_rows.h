@@ -17,7 +17,8 @@ inline verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& pla
     for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
         out.textures.emplace_back();
         for (const auto& bytes : rows.textures[texture].layers) {
-            out.textures.back().emplace_back(plan.width, rowCount);
+            const glm::ivec2 size = plan.textures[texture].sizeFor(plan.width, rowCount);
+            out.textures.back().emplace_back(size.x, size.y);
             verify::decodeRows(plan.textures[texture].format, bytes, out.textures.back().back().view());
         }
     }

@@ -1,6 +1,7 @@
 // Light maps: cooked into the textures of a layout, and verified from the bytes on disk. docs/theory/layouts.md describes the layouts.
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <optional>
 #include <string_view>
 
@@ -27,9 +28,20 @@ inline int indexHeight(int mapHeight) {
 /// Texture of a learned layout with the factors of its decode: RGBA16F, a row for each cluster (shaders/light_map_basis.glsl). The constant
 /// of this name holds its file.
 inline constexpr const char* kTablesRole = "tables";
-/// Returns true for the textures of a light map that are fetched texel by texel, and are not as large as the map.
+/// Returns true for the textures of a light map that are not of its layout's table: they are fetched texel by texel, and have sizes of
+/// their own.
 inline bool isLookupRole(std::string_view role) {
-    return role == kIndexRole || role == kTablesRole;
+    return role == kIndexRole || role == kTablesRole || role == formats::kCoverageRole;
+}
+/// Returns the size of texture "coverage" for a light map: RGBA8, 8 x 4 texels of the map in each (shaders/filter.glsl).
+inline glm::ivec2 coverageSize(int mapWidth, int mapHeight) {
+    return {(mapWidth + formats::kCoverageColumns - 1) / formats::kCoverageColumns,
+            (mapHeight + formats::kCoverageRows - 1) / formats::kCoverageRows};
+}
+/// Returns the size of a texture of a layout whose texels are those of squares of the map.
+/// side  formats::LightMapTextureInfo::side
+inline glm::ivec2 layerSize(int mapWidth, int mapHeight, int side) {
+    return {formats::textureExtent(mapWidth, side), formats::textureExtent(mapHeight, side)};
 }
 
 /// Returns true if a layout has learned bases for each cluster of charts: then a mesh names the cluster of each vertex.

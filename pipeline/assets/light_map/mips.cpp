@@ -14,12 +14,15 @@ namespace {
 using atlas::CoveredRun;
 using formats::Result;
 
+/// Returns the words for a map whose levels end for the size of the next one, a multiple of `step`.
+std::string sizeWords(int width, int height, int count, int step) {
+    const int last = count - 1;
+    return fmt::format("half of the {} x {} texels of level {} would be no multiple of {}", width >> last, height >> last, last, step);
+}
+
 /// Returns why a map has no more levels.
 std::string endWords(const atlas::MipLevels& levels, int width, int height) {
-    const int last = levels.count - 1;
-    if (levels.end == atlas::MipLevels::End::Size)
-        return fmt::format("half of the {} x {} texels of level {} would be no multiple of {}", width >> last, height >> last, last,
-                           atlas::kLevelStep);
+    if (levels.end == atlas::MipLevels::End::Size) return sizeWords(width, height, levels.count, atlas::kLevelStep);
     return fmt::format("level {} would mix charts, at its texel ({}, {})", levels.count, levels.texel.x, levels.texel.y);
 }
 
@@ -60,6 +63,19 @@ Result<int> mipCountOf(LightMapSource& source, bool isWanted, const ActionContex
     if (!isWanted) return 1;
     LC_TRY(found, source.mipSurvey(context));
     return (*found)->count;
+}
+
+int coverageLevels(int width, int height, int count) {
+    const auto isWhole = [&](int level) {
+        return (width >> level) % kCoverageLevelStep == 0 && (height >> level) % kCoverageLevelStep == 0;
+    };
+    int levels = 1;
+    while (levels < count && isWhole(levels)) ++levels;
+    return levels;
+}
+
+std::string coverageEnd(int width, int height, int count) {
+    return sizeWords(width, height, count, kCoverageLevelStep);
 }
 
 formats::Image<std::uint32_t> chartsOfMip(const MipSurvey& survey, int level, int width, int firstRow, int rowCount) {

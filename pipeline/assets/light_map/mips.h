@@ -33,6 +33,13 @@ formats::Result<MipSurvey> surveyMips(LightMapSource& source, const ActionContex
 /// isWanted  false: level 0 alone, and the coverage is not read
 formats::Result<int> mipCountOf(LightMapSource& source, bool isWanted, const ActionContext& context);
 
+/// Sides of levels of a map with a texture "coverage" are multiples of this [texels], so that its levels have whole texels too.
+inline constexpr int kCoverageLevelStep = 8;
+/// Returns how many of the first `count` levels such a map may have.
+int coverageLevels(int width, int height, int count);
+/// Returns why it has no more than `count`.
+std::string coverageEnd(int width, int height, int count);
+
 /// Returns the chart of each covered texel of rows [firstRow, firstRow + rowCount) of a level.
 formats::Image<std::uint32_t> chartsOfMip(const MipSurvey& survey, int level, int width, int firstRow, int rowCount);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "formats/gltf_scene.h"
+#include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/graph/parallel_for.h"
@@ -36,7 +37,7 @@ LightMapPlanner::LightMapPlanner(LightMapSource& source, formats::Target target,
 
 Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout) {
     auto plan = planLevel0(layout);
-    if (plan) plan->mipCount = mipCount_;
+    if (plan) plan->mipCount = plan->hasCoverage() ? coverageLevels(plan->width, plan->height, mipCount_) : mipCount_;
     return plan;
 }
 

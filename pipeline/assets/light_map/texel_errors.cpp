@@ -1,5 +1,8 @@
 // The pass over all texels of a cooked light map: their errors, by block, by chart and the worst of them, and the light that they are a
 // part of.
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -33,6 +36,15 @@ LightFigures lightOf(const LightMapSource& bake, const verify::LightMapErrors& e
 std::optional<double> comparedTilt(const verify::LightMapShading& shading, bool isFlat) {
     const bool hasNormalMaps = shading.normalCount > 1 && shading.normalMapTilt > 0 && !isFlat;
     return hasNormalMaps ? std::optional(shading.normalMapTilt) : std::nullopt;
+}
+
+/// Returns the first texel of a strip at which texture "coverage" is not that of the bake. Empty for maps without it.
+std::optional<glm::ivec2> otherCoverage(const CookedStrip& strip) {
+    const formats::Image<std::uint8_t>& covered = strip.texels.covered;
+    for (int y = 0; y < std::min(strip.rowCount, covered.height()); ++y)
+        for (int x = 0; x < covered.width(); ++x)
+            if ((covered.at(x, y) != 0) != (strip.reference.covered.at(x, y) != 0)) return glm::ivec2(x, strip.firstRow + y);
+    return std::nullopt;
 }
 
 /// Compares one strip of a cooked map with the bake.
@@ -77,7 +89,8 @@ Result<TexelErrors> compareStrip(CheckedLightMap& map, const std::optional<doubl
                        lightMapPlaces(*traced, reference, seen, firstRow),
                        light,
                        worst,
-                       std::move(chartErrors)};
+                       std::move(chartErrors),
+                       otherCoverage(*strip)};
 }
 
 }  // namespace
@@ -88,6 +101,9 @@ Result<void> checkTexels(CheckedLightMap& map) {
         map.bake.stripCount(), map.context, "verify " + map.context.action.asset, [&](int index) { return compareStrip(map, tilt, index); },
         [&](const TexelErrors& part) { map.texels.merge(part); }));
     map.result.verdict.stages = map.texels.errors.figures();
+    if (const auto& texel = map.texels.otherCoverage)
+        map.violations().push_back({fmt::format("texture {} at texel ({}, {})", formats::kCoverageRole, texel->x, texel->y),
+                                    "another coverage", "that of the bake"});
     if (map.texels.block.figures().isKnown()) map.result.worstBlock = map.texels.block.figures();
     map.result.light = lightOf(map.bake, map.texels.errors, map.key, map.texels.light);
     return {};
