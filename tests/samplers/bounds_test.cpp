@@ -103,7 +103,8 @@ struct Verified {
             const auto reader = valueOf(pipeline::openTexture(
                 scene.folder(), valueOf(pipeline::fromJson<pipeline::CookedAsset>(asset, "manifest")), texture.at("role")));
             for (int layer = 0; layer < reader.shape().layerCount; ++layer)
-                texels.spans.back().push_back(verify::blockSpans(map.formats.back(), valueOf(reader.readImage({0, layer, 0})), map.width));
+                texels.spans.back().push_back(
+                    verify::blockSpans(map.formats.back(), valueOf(reader.readImage({0, layer, 0})), reader.shape().width));
         }
         layout_ = valueOf(verify::layouts::layoutOf(map));
         verify::LightMapKey measure;
@@ -160,7 +161,7 @@ void CertifiedBounds::expectInside(const CookedScene& scene, const std::string& 
     ASSERT_FALSE(cooked.quads.empty());
     int unit = 0;
     for (const Json& texture : asset.at("textures"))
-        if (!pipeline::isLookupRole(texture.at("role").get<std::string>())) {
+        if (LayoutGlsl::hasUnit(texture.at("role").get<std::string>())) {
             ASSERT_TRUE(gl_->upload(unit++, scene.ktx2(texture)));
         }
 

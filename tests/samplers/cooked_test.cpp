@@ -39,6 +39,85 @@ float texelSlack(const std::string& format) {
     return format == "bc7" || format == "rgba8-unorm" ? 2.0f / 255 : 0.0f;
 }
 
+/// What a place of a map shows, and how far a device may be off.
+struct Shown {
+    vec3 light, allowed;
+};
+
+/// The decoded textures of a light map. Each layer has the tolerance of its texels, and the side of the squares of the map that read them.
+struct MapTexels {
+    int width = 0, height = 0;
+    std::vector<Image> layers;
+    std::vector<float> slack;
+    std::vector<int> sides;
+    Image coverage;  ///< of a map whose filter is decoded
+
+    /// Reads a bit of texture "coverage".
+    bool isCovered(const glm::ivec2& texel) const {
+        const float stored = coverage.at(texel.x / 8, texel.y / 4)[texel.y % 4];
+        return (static_cast<int>(std::lround(255 * stored)) >> texel.x % 8 & 1) != 0;
+    }
+};
+
+/// To first order, the tolerance is the sum of the effects of each channel of each texel; half more for products of two.
+/// off  of each texel
+template <class Texels, class Shade>
+Shown shownWithin(const Texels& texels, const Texels& off, const Shade& shade) {
+    Shown shown{shade(texels), {}};
+    shown.allowed = 1e-5f * glm::abs(shown.light) + 1e-7f;
+    for (std::size_t layer = 0; layer < texels.size(); ++layer)
+        for (int channel = 0; channel < 4; ++channel) {
+            Texels moved = texels;
+            moved[layer][channel] += off[layer][channel];
+            shown.allowed += 1.5f * glm::abs(shade(moved) - shown.light);
+        }
+    return shown;
+}
+
+/// Shades the filtered texels of a place.
+template <class Layout>
+Shown shadeFiltered(const Layout& layout, const MapTexels& map, const glm::dvec2& uv, const vec3& normal) {
+    verify::layouts::Texels<Layout::kLayers> texels{}, off{};
+    const glm::ivec2 texel(static_cast<int>(uv.x * map.width), static_cast<int>(uv.y * map.height));
+    for (std::size_t layer = 0; layer < texels.size(); ++layer) {
+        const auto sample = [&](const glm::dvec2& at) { return verify::sampleBilinear(map.layers[layer].view(), at); };
+        texels[layer] = sample(uv);
+        off[layer] = filterSlack(sample, uv, {1.0 / map.width, 1.0 / map.height}) + map.slack[layer];
+    }
+    return shownWithin(texels, off, [&](const auto& moved) {
+        return shaders::lcExitRadiance(verify::layouts::decodeAt(layout, texel.x, texel.y).decode(moved), normal);
+    });
+}
+
+/// Mixes what the covered texels around a place show.
+template <class Layout>
+Shown shadeMixed(const Layout& layout, const MapTexels& map, const glm::dvec2& uv, const vec3& normal) {
+    const glm::dvec2 place = uv * glm::dvec2(map.width, map.height) - 0.5, low = glm::floor(place), f = place - low;
+    Shown sums[2] = {};  // of all texels, and of the covered ones
+    double weights[2] = {};
+    for (int corner = 0; corner < 4; ++corner) {
+        const glm::ivec2 texel =
+            glm::clamp(glm::ivec2(low) + glm::ivec2(corner % 2, corner / 2), glm::ivec2(0), glm::ivec2(map.width, map.height) - 1);
+        const double weight = (corner % 2 ? f.x : 1 - f.x) * (corner / 2 ? f.y : 1 - f.y);
+        verify::layouts::Texels<Layout::kLayers> texels{}, off{};
+        for (std::size_t layer = 0; layer < texels.size(); ++layer) {
+            texels[layer] = map.layers[layer].at(texel.x / map.sides[layer], texel.y / map.sides[layer]);
+            off[layer] = vec4(map.slack[layer]);
+        }
+        const Shown shown = shownWithin(texels, off, [&](const auto& moved) {
+            return shaders::lcExitRadiance(verify::layouts::decodeAt(layout, texel.x, texel.y).decode(moved), normal);
+        });
+        for (int i = 0; i < (map.isCovered(texel) ? 2 : 1); ++i) {
+            weights[i] += weight;
+            sums[i].light += static_cast<float>(weight) * shown.light;
+            // The weights of the shader are floats of places up to 100 texels from the origin.
+            sums[i].allowed += static_cast<float>(weight) * shown.allowed + 1e-5f * glm::abs(shown.light);
+        }
+    }
+    const int i = weights[1] > 0 ? 1 : 0;
+    return {sums[i].light / static_cast<float>(weights[i]), sums[i].allowed / static_cast<float>(weights[i])};
+}
+
 void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::string& name, const std::string& label) {
     const Json& asset = scene.asset(name);
     verify::CookedLightMap map;
@@ -48,15 +127,21 @@ void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::st
     map.height = asset.at("height").get<int>();
     map.clusterOfBlock = scene.clusters(asset);
     const auto layout = valueOf(verify::layouts::layoutOf(map));
-    std::vector<Image> layers;
-    std::vector<float> slack;
+    MapTexels texels{map.width, map.height, {}, {}, {}, {}};
     int unit = 0;
     for (const Json& texture : asset.at("textures")) {
-        if (pipeline::isLookupRole(texture.at("role").get<std::string>())) continue;  // the clusters come with the places
+        const std::string role = texture.at("role").get<std::string>();
+        if (!LayoutGlsl::hasUnit(role)) continue;
         ASSERT_TRUE(gl_->upload(unit++, scene.ktx2(texture)));
-        for (Image& image : scene.decoded(asset, texture.at("role").get<std::string>())) {
-            layers.push_back(std::move(image));
-            slack.push_back(texelSlack(texture.at("format").get<std::string>()));
+        std::vector<Image> layers = scene.decoded(asset, role);
+        if (role == formats::kCoverageRole) {
+            texels.coverage = std::move(layers[0]);
+            continue;
+        }
+        for (Image& image : layers) {
+            texels.layers.push_back(std::move(image));
+            texels.slack.push_back(texelSlack(texture.at("format").get<std::string>()));
+            texels.sides.push_back(formats::findByName(verify::layouts::infoOf(layout).textures, role)->side);
         }
     }
     const auto clusterAt = [&](const glm::dvec2& uv) {
@@ -83,39 +168,22 @@ void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::st
     double squares = 0, errors = 0, most = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
         const glm::dvec2 uv(places[i]);
-        const glm::ivec2 texel(static_cast<int>(uv.x * map.width), static_cast<int>(uv.y * map.height));
-        std::visit(
+        const auto [ours, allowed] = std::visit(
             [&](const auto& each) {
-                using Texels = verify::layouts::Texels<std::decay_t<decltype(each)>::kLayers>;
-                const auto shade = [&](const Texels& texels) {
-                    return shaders::lcExitRadiance(verify::layouts::decodeAt(each, texel.x, texel.y).decode(texels), vec3(normals[i]));
-                };
-                Texels texels{};
-                std::array<vec4, std::tuple_size_v<Texels>> off{};
-                for (std::size_t layer = 0; layer < texels.size(); ++layer) {
-                    const auto sample = [&](const glm::dvec2& at) { return verify::sampleBilinear(layers[layer].view(), at); };
-                    texels[layer] = sample(uv);
-                    off[layer] = filterSlack(sample, uv, {1.0 / map.width, 1.0 / map.height}) + slack[layer];
-                }
-                const vec3 ours = shade(texels);
-                // To first order, the sum of the effects of each channel of each texel; half more for products of two.
-                vec3 allowed = 1e-5f * glm::abs(ours) + 1e-7f;
-                for (std::size_t layer = 0; layer < texels.size(); ++layer)
-                    for (int channel = 0; channel < 4; ++channel) {
-                        Texels moved = texels;
-                        moved[layer][channel] += off[layer][channel];
-                        allowed += 1.5f * glm::abs(shade(moved) - ours);
-                    }
-                for (int channel = 0; channel < 3; ++channel) {
-                    agreement.add(ours[channel], shaded[i][channel], static_cast<double>(allowed[channel]),
-                                  fmt::format("place ({}, {}), channel {}", uv.x * map.width, uv.y * map.height, channel));
-                    squares += static_cast<double>(ours[channel]) * static_cast<double>(ours[channel]);
-                    const double error = static_cast<double>(ours[channel]) - static_cast<double>(shaded[i][channel]);
-                    errors += error * error;
-                    most += static_cast<double>(allowed[channel]) * static_cast<double>(allowed[channel]);
-                }
+                if constexpr (verify::layouts::DecodedBeforeFilter<std::decay_t<decltype(each)>>)
+                    return shadeMixed(each, texels, uv, vec3(normals[i]));
+                else
+                    return shadeFiltered(each, texels, uv, vec3(normals[i]));
             },
             layout);
+        for (int channel = 0; channel < 3; ++channel) {
+            agreement.add(ours[channel], shaded[i][channel], static_cast<double>(allowed[channel]),
+                          fmt::format("place ({}, {}), channel {}", uv.x * map.width, uv.y * map.height, channel));
+            squares += static_cast<double>(ours[channel]) * static_cast<double>(ours[channel]);
+            const double error = static_cast<double>(ours[channel]) - static_cast<double>(shaded[i][channel]);
+            errors += error * error;
+            most += static_cast<double>(allowed[channel]) * static_cast<double>(allowed[channel]);
+        }
     }
     const double share = std::sqrt(errors / most);
     std::printf("figures %-24s rms of the difference %.3g %%, largest %.3g, %.2f of what is allowed, the whole %.2f\n", label.c_str(),
@@ -155,8 +223,11 @@ TEST_F(BrowserLightMaps, ShadeAsOursBetweenTexels) {
     expectShadedInABrowserAsOurs({"bc", "basis-8"});
 }
 TEST_F(BrowserLightMapsSoak, OfEveryLayoutShadeAsOursBetweenTexels) {
-    for (const LightMapCase& each : lightMapCases())
-        if (each.target != "float") expectShadedInABrowserAsOurs(each);  // float has 16-bit unorms
+    for (const LightMapCase& each : lightMapCases()) {
+        if (each.target == "float") continue;           // 16-bit unorms
+        if (each.layout.starts_with("lit-")) continue;  // sides that are no multiples of 4: WebGL2 takes none in BC formats
+        expectShadedInABrowserAsOurs(each);
+    }
 }
 
 /// Returns the cases that CI runs, a layout of each family and `float` once, or those that it leaves to the soak.

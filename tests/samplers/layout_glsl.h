@@ -34,10 +34,13 @@ public:
     /// constants  those of the asset (pipeline::constantsOf)
     LayoutGlsl(const pipeline::Json& asset, pipeline::LightMapConstants constants)
         : info_(formats::info(formats::lightMapLayoutFromName(asset.at("layout").get<std::string>()).value())),
-          constants_(std::move(constants)) {
+          constants_(std::move(constants)),
+          mapSize_(fmt::format("vec2({}.0, {}.0)", asset.at("width").get<int>(), asset.at("height").get<int>())) {
         for (const pipeline::Json& texture : asset.at("textures"))
-            if (!pipeline::isLookupRole(texture.at("role").get<std::string>())) units_.push_back(texture.at("role").get<std::string>());
+            if (hasUnit(texture.at("role").get<std::string>())) units_.push_back(texture.at("role").get<std::string>());
     }
+    /// Returns true for the textures that the shader reads, in the order of their units. Clusters come with the places, and tables apart.
+    static bool hasUnit(const std::string& role) { return !pipeline::isLookupRole(role) || role == formats::kCoverageRole; }
     std::string samplers() const {
         std::string text;
         for (std::size_t unit = 0; unit < units_.size(); ++unit)
@@ -52,7 +55,30 @@ public:
         values.insert(values.end(), residual.begin(), residual.end());
         return values;
     }
-    std::string decode() const {
+    std::string decode() const { return isMixed() ? decodeMixed() : decodeAtPlace(); }
+
+private:
+    enum class Kind { Number, Array, Vector };
+    struct Constant {
+        const char* name;
+        Kind kind;
+    };
+    struct Array {
+        const char *member, *role;
+    };
+    bool isMixed() const { return info_.filter == formats::LightMapFilter::Decoded; }
+    /// Returns the decode of the covered texels around a place, and the mix of their light.
+    std::string decodeMixed() const {
+        return "LcQuad q = lcQuad(place.xy, " + mapSize_ +
+               ");\nvec2 corners[4] = vec2[4](q.texel00, q.texel10, q.texel01, q.texel11);\nvec4 covered;\nLcSh lights[4];\n"
+               "for (int corner = 0; corner < 4; ++corner) {\nvec2 at = corners[corner];\n"
+               "covered[corner] = lcCovered(texelFetch(t_coverage, ivec3(lcCoverageTexel(at), 0), 0), at);\nivec2 texel = ivec2(at);\n" +
+               decodeAtPlace() +
+               "lights[corner] = sh;\n}\n"
+               "LcSh sh = lcMix(lights[0], lights[1], lights[2], lights[3], lcCoveredQuad(q, covered).weights);\n";
+    }
+    /// Returns the decode of what fetch() reads.
+    std::string decodeAtPlace() const {
         switch (info_.family) {
             case formats::LightMapFamily::Raw:
                 return constants({{"range", Kind::Number}}) + texels({{"sh", "sh"}}) + call();
@@ -76,6 +102,9 @@ public:
             case formats::LightMapFamily::Unreal:
                 return constants({{"scale0", Kind::Vector}, {"add0", Kind::Vector}, {"scale1", Kind::Vector}, {"add1", Kind::Vector}}) +
                        texels({}) + eachTexture() + call();
+            case formats::LightMapFamily::Lit:
+                return constants({{"range", Kind::Number}, {"scale", Kind::Array}, {"bias", Kind::Array}}) + texels({{"rest", "rest"}}) +
+                       eachTexture({"l0", "light", "direction"}) + call();
             case formats::LightMapFamily::Rnm:  // needs the tangents of a mesh
             case formats::LightMapFamily::Basis:
                 break;
@@ -83,29 +112,19 @@ public:
         return decodeBasis();
     }
 
-private:
-    enum class Kind { Number, Array, Vector };
-    struct Constant {
-        const char* name;
-        Kind kind;
-    };
-    struct Array {
-        const char *member, *role;
-    };
-    /// Returns the layout's part of the shader's names: "MonoSh" for "mono-sh".
+    /// Returns the layout's part of the shader's names: "MonoSh" for "mono-sh". The layouts "lit" differ in a size alone.
     std::string shaderName() const {
         std::string name;
         bool isFirst = true;
-        for (const char c : info_.name) {
+        for (const char c : info_.family == formats::LightMapFamily::Lit ? std::string_view("lit") : info_.name) {
             if (c != '-') name += isFirst ? static_cast<char>(std::toupper(static_cast<unsigned char>(c))) : c;
             isFirst = c == '-';
         }
         return name;
     }
     int layerCount(std::string_view role) const {
-        for (const formats::LightMapTextureInfo& texture : info_.textures)
-            if (texture.name == role) return texture.layerCount;
-        return 0;
+        const auto* const row = formats::findByName(info_.textures, role);
+        return row == nullptr ? 0 : row->layerCount;
     }
     std::string constants(const std::vector<Constant>& members) const {
         std::string text = "Lc" + shaderName() + "Constants k;\n";
@@ -119,7 +138,10 @@ private:
         }
         return text;
     }
-    static std::string fetch(const std::string& role, const std::string& layer) {
+    /// Returns a filtered texel of `place`, or the one that `texel` of the map reads.
+    std::string fetch(const std::string& role, const std::string& layer) const {
+        if (isMixed())
+            return fmt::format("texelFetch(t_{}, ivec3(texel / {}, {}), 0)", role, formats::findByName(info_.textures, role)->side, layer);
         return fmt::format("textureLod(t_{}, vec3(place.xy, {}), 0.0)", role, layer);
     }
     std::string texels(const std::vector<Array>& arrays) const {
@@ -164,12 +186,12 @@ private:
             name, size, first);
     }
     /// Fetches textures of one layer, each the texel member of its name.
-    std::string eachTexture() const {
+    std::string eachTexture(const std::vector<std::string>& roles) const {
         std::string text;
-        for (const formats::LightMapTextureInfo& texture : info_.textures)
-            text += fmt::format("t.{} = {};\n", texture.name, fetch(std::string(texture.name), "0"));
+        for (const std::string& role : roles) text += fmt::format("t.{} = {};\n", role, fetch(role, "0"));
         return text;
     }
+    std::string eachTexture() const { return eachTexture(formats::namesOf(info_.textures)); }
     std::string callWithoutConstants() const { return "LcSh sh = lcLightMap" + shaderName() + "(t);\n"; }
     std::string call() const { return "LcSh sh = lcLightMap" + shaderName() + "(t, k);\n"; }
     static std::string result(const std::string& call) {
@@ -178,6 +200,7 @@ private:
 
     const formats::LightMapLayoutInfo& info_;
     pipeline::LightMapConstants constants_;
+    std::string mapSize_;  ///< GLSL
     std::vector<std::string> units_;
 };
 

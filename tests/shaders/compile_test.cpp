@@ -100,11 +100,20 @@ std::string useOf(const std::string& layout) {
                "(one, one, b, 2.0);\nsh = lcLightMapBasisAdd(sh, one, one, r, 2.0, 0.5);\nresult = lcExitRadiance(sh, vec3(0.0, 0.0, "
                "1.0));\n";
     }
+    const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
+    if (layout.starts_with("lit"))
+        return "LcLitTexels t;\nLcLitConstants k;\nt.l0 = t.light = t.direction = " + one +
+               ";\nk.range = 2.0;\nfor (int i = 0; i < 8; ++i) { t.rest[i] = " + one +
+               "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\nLcSh whole = lcLightMapLit(t, k);\n"
+               "LcSh dimmed = lcLightMapLitDimmed(t, k, lcGrey(0.5));\nLcQuad q = lcQuad(vec2(0.3, 0.4), vec2(40.0, 72.0));\n"
+               "vec4 bits = vec4(lcCoverageTexel(q.texel11), lcQuadTexel(q, 0.3));\n"
+               "q = lcCoveredQuad(q, vec4(lcCovered(bits, q.texel00), lcCovered(bits, q.texel10), lcCovered(bits, q.texel01), "
+               "lcCovered(bits, q.texel11)));\nLcSh sh = lcMix(whole, dimmed, dimmed, whole, q.weights);\n"
+               "result = lcExitRadiance(sh, lcLitDirection(t.direction)) + lcLitIntensity(t.light, k);\n";
     std::string type;
     for (std::size_t at = 0; at < layout.size(); ++at)
         if (layout[at] != '-')
             type += at == 0 || layout[at - 1] == '-' ? static_cast<char>(std::toupper(static_cast<unsigned char>(layout[at]))) : layout[at];
-    const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
     const formats::LightMapFamily family = formats::info(formats::lightMapLayoutFromName(layout).value()).family;
     const bool isRnm = family == formats::LightMapFamily::Rnm;
     const bool hasConstants = family != formats::LightMapFamily::Godot && family != formats::LightMapFamily::Bakery && !isRnm;

@@ -62,6 +62,80 @@ TEST(ShaderSh, EvaluatesAsLightingDoes) {
     }
 }
 
+TEST(ShaderFilter, MixesTheCoveredTexelsAroundAPlace) {
+    using shaders::vec2, shaders::vec4;
+    const vec2 size(10, 6);
+    shaders::LcQuad q = shaders::lcQuad(vec2(3.75f, 2.25f) / size, size);
+    EXPECT_EQ(q.texel00, vec2(3, 1));
+    EXPECT_EQ(q.texel10, vec2(4, 1));
+    EXPECT_EQ(q.texel01, vec2(3, 2));
+    EXPECT_EQ(q.texel11, vec2(4, 2));
+    const vec4 expected(0.75f * 0.25f, 0.25f * 0.25f, 0.75f * 0.75f, 0.25f * 0.75f);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(q.weights[i], expected[i], 1e-5f);
+    const shaders::LcQuad corner = shaders::lcQuad(vec2(1, 0), size);
+    EXPECT_EQ(corner.texel00, vec2(9, 0));
+    EXPECT_EQ(corner.texel11, vec2(9, 0));
+    const vec4 two = shaders::lcCoveredQuad(q, vec4(1, 0, 0, 1)).weights;
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(two[i], i == 0 || i == 3 ? 0.5f : 0.0f, 1e-5f);
+    EXPECT_EQ(shaders::lcCoveredQuad(q, vec4(0)).weights, q.weights);
+    LcSh lights[4];
+    for (int i = 0; i < 4; ++i) std::fill_n(lights[i].c, 9, vec3(static_cast<float>(i)));
+    expectNear(shaders::lcMix(lights[0], lights[1], lights[2], lights[3], vec4(0.5f, 0, 0, 0.5f)).c[8], vec3(1.5f), 1e-6f);
+    // One texel, as often as it weighs.
+    q.weights = vec4(0.25f, 0.5f, 0, 0.25f);
+    EXPECT_EQ(shaders::lcQuadTexel(q, 0), q.texel00);
+    EXPECT_EQ(shaders::lcQuadTexel(q, 0.3f), q.texel10);
+    EXPECT_EQ(shaders::lcQuadTexel(q, 0.74f), q.texel10);
+    EXPECT_EQ(shaders::lcQuadTexel(q, 0.75f), q.texel11);
+}
+
+TEST(ShaderFilter, ReadsEveryBitOfTheCoverage) {
+    for (int bit = 0; bit < 32; ++bit) {
+        shaders::vec4 texel(0);
+        texel[bit / 8] = static_cast<float>(1 << bit % 8) / 255;
+        for (int y = 0; y < 4; ++y)
+            for (int x = 0; x < 8; ++x) {
+                const shaders::vec2 at(16 + x, 8 + y);
+                EXPECT_EQ(shaders::lcCoverageTexel(at), shaders::vec2(2, 2));
+                EXPECT_EQ(shaders::lcCovered(texel, at), 8 * y + x == bit ? 1 : 0);
+                EXPECT_EQ(shaders::lcCovered(shaders::vec4(1) - texel, at), 8 * y + x == bit ? 0 : 1);
+            }
+    }
+}
+
+TEST(ShaderLit, LightIsTheSumOfOneLightAndTheRest) {
+    Random random;
+    for (int i = 0; i < 50; ++i) {
+        // Octahedral projection, both halves.
+        const vec3 towards = random.direction();
+        vec3 p = towards / (std::abs(towards.x) + std::abs(towards.y) + std::abs(towards.z));
+        if (p.z < 0) p = vec3((1 - std::abs(p.y)) * (p.x < 0 ? -1.0f : 1.0f), (1 - std::abs(p.x)) * (p.y < 0 ? -1.0f : 1.0f), p.z);
+        shaders::LcLitTexels t{};
+        shaders::LcLitConstants k{2, {}, {}};
+        t.direction = shaders::vec4(0.5f * p.x + 0.5f, 0.5f * p.y + 0.5f, 0, 0);
+        expectNear(shaders::lcLitDirection(t.direction), towards, 1e-5f);
+        t.light = shaders::vec4(0.1f, 0.2f, 0.3f, 0);
+        t.l0 = shaders::vec4(0.5f, 0.6f, 0.7f, 0);
+        for (int c = 0; c < 8; ++c) {
+            k.scale[c] = 2;
+            k.bias[c] = -1;
+            t.rest[c] = shaders::vec4(random.number(0, 1), random.number(0, 1), random.number(0, 1), 0);
+        }
+        const lighting::Sh y = lighting::evaluateBasis(towards);
+        for (const float dim : {0.0f, 0.25f, 1.0f}) {
+            const LcSh sh = shaders::lcLightMapLitDimmed(t, k, vec3(dim));
+            const vec3 light = 2.0f * vec3(t.light), rest = 2.0f * vec3(t.l0) - y[0] * light;
+            expectNear(sh.c[0], rest + dim * y[0] * light, 1e-5f);
+            for (int c = 0; c < 8; ++c) {
+                const vec3 ratio = 2.0f * vec3(t.rest[c]) - 1.0f;
+                expectNear(sh.c[c + 1], rest * ratio + dim * y[static_cast<std::size_t>(c) + 1] * light, 1e-5f);
+            }
+        }
+        const LcSh whole = shaders::lcLightMapLit(t, k), undimmed = shaders::lcLightMapLitDimmed(t, k, vec3(1));
+        for (int c = 0; c < 9; ++c) expectNear(whole.c[c], undimmed.c[c], 0);
+    }
+}
+
 TEST(ShaderSh, ConstantGreyLeavesAWhiteSurfaceAsGrey) {
     LcSh sh{};
     sh.c[0] = vec3(0.5f * std::sqrt(4 * std::numbers::pi_v<float>));

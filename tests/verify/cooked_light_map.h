@@ -57,8 +57,9 @@ inline Cooked cook(formats::LightMapStrip reference, formats::LightMapLayout lay
         cooked.texels.spans.emplace_back();
         cooked.map.formats.push_back(plan.textures[t].format);
         for (const auto& bytes : rows.textures[t].layers) {
-            cooked.texels.spans.back().push_back(verify::blockSpans(plan.textures[t].format, bytes, width));
-            cooked.texels.textures.back().emplace_back(width, height);
+            const glm::ivec2 size = plan.textures[t].sizeFor(width, height);
+            cooked.texels.spans.back().push_back(verify::blockSpans(plan.textures[t].format, bytes, size.x));
+            cooked.texels.textures.back().emplace_back(size.x, size.y);
             verify::decodeRows(plan.textures[t].format, bytes, cooked.texels.textures.back().back().view());
         }
     }
@@ -70,6 +71,7 @@ inline Cooked cook(formats::LightMapStrip reference, formats::LightMapLayout lay
     cooked.map.constants = plan.constants;
     cooked.map.width = width;
     cooked.map.height = height;
+    if (plan.hasCoverage()) cooked.texels.covered = reference.covered.copy();
     cooked.reference = std::move(reference);
     return cooked;
 }

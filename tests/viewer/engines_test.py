@@ -80,9 +80,12 @@ specular = false
         if asset['layout'].startswith('basis'):
             self.assertGreater(len(np.unique(surfaces.cluster)), 1)
             return lighting.learned_sh(asset['constants'], decoded_textures(cooked, asset, exr), surfaces.uv, surfaces.cluster)
-        # The decode of "hdr" is linear, so that filtered coefficients are the coefficients of filtered texels.
         run(LIGHTCOOK, 'reconstruct', cooked, 'lightmap', exr)
-        return lighting.bilinear(lighting.sh_of(lighting.read_exr(exr)), *surfaces.uv)
+        sh = lighting.sh_of(lighting.read_exr(exr))
+        if asset['filter'] == 'decoded':
+            return lighting.bilinear_of_covered(sh, lighting.read_exr(self.bake)['coverage.Y'] > 0, *surfaces.uv)
+        # The decode of "hdr" is linear, so that filtered coefficients are the coefficients of filtered texels.
+        return lighting.bilinear(sh, *surfaces.uv)
 
     def mesh_of(self, name):
         return next(path.name for path in (self.site / name).glob('*_mesh.glb'))
@@ -174,10 +177,11 @@ class Engines(Scene):
 
 
 class EnginesSoak(Engines):
-    """The same for the ways that Engines leaves out."""
-    drawn = (('babylon', 'hdr.ktx2'), ('three', 'basis-4.ktx2'))
-    drawn_decoded = (('playcanvas', 'basis-4.ktx2'), ('three', 'hdr.ktx2'))
-    drawn_by_opengl = ('hdr.ktx2', 'hdr.dds')
+    """The same for the ways that Engines leaves out, and filter "decoded"."""
+    layouts = (*Engines.layouts, 'lit-half')
+    drawn = (('babylon', 'hdr.ktx2'), ('three', 'basis-4.ktx2'), ('babylon', 'lit-half.ktx2', 'lightmap_scene.glb'), ('playcanvas', 'lit-half.ktx2'))
+    drawn_decoded = (('playcanvas', 'basis-4.ktx2'), ('three', 'hdr.ktx2'), ('three', 'lit-half.ktx2'))
+    drawn_by_opengl = ('hdr.ktx2', 'hdr.dds', 'lit-half.ktx2')
 
     @classmethod
     def setUpClass(cls):

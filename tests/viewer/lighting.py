@@ -76,6 +76,14 @@ def bilinear(image, u, v):
     return (1 - fy) * ((1 - fx) * image[y0, x0] + fx * image[y0, x1]) + fy * ((1 - fx) * image[y1, x0] + fx * image[y1, x1])
 
 
+def bilinear_of_covered(image, covered, u, v):
+    """The same of the covered texels alone, as filter "decoded" has it; of all where none is covered. covered [height, width]."""
+    mask = covered.astype(float)
+    weight = bilinear(mask, u, v).reshape((-1,) + (1,) * (image.ndim - 2))
+    inside = bilinear(image * mask.reshape(mask.shape + (1,) * (image.ndim - 2)), u, v) / np.maximum(weight, 1e-9)
+    return np.where(weight > 0, inside, bilinear(image, u, v))
+
+
 def learned_sh(constants, images, uv, clusters):
     """Coefficients of a learned layout with a code of four numbers and one residual layer or none (docs/theory/layouts.md).
     images: decoded textures by role; uv [2, n]; clusters [n]."""

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 import { adviceOf, alternativesOf, bytesOutsideCharts } from "../../viewer/report/advice.js";
-import { noteCaption, stageCaption } from "../../viewer/report/captions.js";
+import { noteCaption, stageCaption, textureCaption } from "../../viewer/report/captions.js";
 import { formats, kinds, lastStage, placeText, shadingsOf, sizeText } from "../../viewer/report/parts.js";
 import { trendPoints } from "../../viewer/report/plots.js";
 import { errorColor, errorRanges, treemap } from "../../viewer/src/treemap.js";
@@ -30,6 +30,7 @@ test("figures are text for people", () => {
 test("names have captions, and others stand as they are", () => {
   assert.equal(stageCaption("l0"), "mean light");
   assert.equal(stageCaption("no such stage"), "no such stage");
+  assert.deepEqual(["light", "coverage", "no such texture"].map(textureCaption), ["one directional light", "texels inside charts, one bit each", ""]);
   assert.equal(noteCaption("covered_texels"), "Texels inside charts");
   assert.equal(noteCaption("a_new_note"), "a new note");
   assert.equal(placeText({ texel: [12.5, 31], channel: "green", f0: 0.04, local: 3 }), "texel (12.5, 31), green, F0 0.04");
@@ -112,7 +113,7 @@ test("charts are packed only where the scene may do it", () => {
   assert.match(adviceOf(report([hall]))[0], /textures: 2\.00 KiB\. charts = "pack" packs the light-map UVs/);
   assert.deepEqual(adviceOf(report([{ ...hall, ground_truth: {} }])), []);
   assert.deepEqual(adviceOf(report([{ ...hall, notes: { ...hall.notes, packing: "8 x 8 texels of 16 x 16" } }])), []);
-  assert.equal(bytesOutsideCharts(hall, { role: "tables", bytes_gpu: 4096 }), 0);
+  for (const role of ["tables", "coverage"]) assert.equal(bytesOutsideCharts(hall, { role, bytes_gpu: 4096 }), 0);
 });
 
 test("cubemaps of one size share a sentence", () => {

@@ -39,7 +39,7 @@ from lighting import SpecularTables  # noqa: E402
 
 LIGHTCOOK = sys.argv[1] if len(sys.argv) > 1 else 'lightcook'
 CACHE = pathlib.Path(LIGHTCOOK).resolve().parent / 'test_cache'  # that of the other tests
-LAYOUTS = re.findall(r'^  "([a-z0-9-]+)": (?:\{|basis)', (VIEWER / 'loaders' / 'core' / 'light_map.js').read_text(), re.M)
+LAYOUTS = re.findall(r'^  "([a-z0-9-]+)": (?:\{|basis|lit)', (VIEWER / 'loaders' / 'core' / 'light_map.js').read_text(), re.M)
 BAKE = ROOT / 'examples' / 'cornell' / 'cornell_lightmap.exr'
 
 
@@ -191,29 +191,35 @@ class LayoutsSoak(PageSuite):
     products = {'halo3': 32, 'unreal': 8}  # beginnings of layouts whose textures are BC3, and codes that a device may be off
 
     def test_every_layout_is_decoded_as_reconstruct_does(self):
-        channels = lighting.read_exr(BAKE)
-        covered = channels['coverage.Y'] > 0
-        size = 48
-        # The window with most texels of charts and most light in it.
-        places = [(y, x) for y in range(0, 256 - size, 16) for x in range(0, 256 - size, 16)]
-        top, left = max(places, key=lambda at: covered[at[0]:at[0] + size, at[1]:at[1] + size].sum())
-        window = {name: values[top:top + size, left:left + size] for name, values in channels.items()}
-        lighting.write_exr(self.folder / 'map.exr', window, 'half')
-        bake, inside = lighting.sh_of(window), window['coverage.Y'] > 0
+        # Most texels of charts; and, for filter "decoded", rims of charts. There, sides of the smallest texture of lit-quarter are no multiples
+        # of 4, which WebGL2 takes in no BC format.
+        self.write_window('map', 48, 1)
+        self.write_window('rims', 40, 0.8)
         dist = self.bundle()
         self.browser = self.browse(width=500, height=900)
         for layout, target in self.cases:
             with self.subTest(layout=layout, target=target):
                 # A device may round the palettes of S3TC to 8 bits, which halo3 and unreal-hq multiply.
                 codes = next((codes for name, codes in self.products.items() if layout.startswith(name) and target == 'bc'), 1)
-                self.check_layout(layout, target, dist, bake, inside, codes)
+                self.check_layout(layout, target, dist, codes)
         if self.decoded_here:
             self.browser.without_extensions(['WEBGL_compressed_texture_s3tc'])
         for layout in self.decoded_here:
             with self.subTest(layout=layout, decoder='JavaScript'):
-                self.check_layout(layout, 'bc', dist, bake, inside, 1)
+                self.check_layout(layout, 'bc', dist, 1)
 
-    def check_layout(self, layout, target, dist, bake, inside, codes):
+    def write_window(self, name, size, share):
+        """Writes a square of the bake, about `share` of whose texels lie in charts."""
+        channels = lighting.read_exr(BAKE)
+        covered = channels['coverage.Y'] > 0
+        places = [(y, x) for y in range(0, 256 - size, 16) for x in range(0, 256 - size, 16)]
+        top, left = min(places, key=lambda at: abs(covered[at[0]:at[0] + size, at[1]:at[1] + size].mean() - share))
+        lighting.write_exr(self.folder / f'{name}.exr', {name: values[top:top + size, left:left + size] for name, values in channels.items()}, 'half')
+
+    def check_layout(self, layout, target, dist, codes):
+        source = 'rims' if layout.startswith('lit') else 'map'
+        window = lighting.read_exr(self.folder / f'{source}.exr')
+        bake, inside = lighting.sh_of(window), window['coverage.Y'] > 0
         name = f'{layout}.{target}'
         scene, cooked, site = self.folder / f'{name}.toml', self.folder / name, self.folder / f'{name}.site'
         scene.write_text(f'''schema = 1
@@ -225,7 +231,7 @@ max_error = 10
 {'' if target == 'float' else 'effort = 1'}
 [[light_map]]
 name = "map"
-file = "map.exr"
+file = "{source}.exr"
 [[material]]
 name = "*"
 normal_map = {str(not layout.startswith('flat')).lower()}
@@ -240,8 +246,10 @@ specular = false
         height, width = inside.shape
         fine = lighting.sh_of(lighting.read_exr(self.folder / 'fine.exr'))
         places, normals, views = shading_points(width, height, 600, 3)
-        # Places of the finer grid that lie among covered texels.
+        # Places of the finer grid, and those of them that lie among covered texels.
         grid = (2 * places + np.random.default_rng(5).integers(0, 2, places.shape)).astype(int)
+        if layout.startswith('lit'):
+            self.check_filter_decoded(grid, fine, normals, views)
         around = np.array([inside[max(y // 2 - 1, 0):y // 2 + 2, max(x // 2 - 1, 0):x // 2 + 2].all() for x, y in grid])
         grid, normals, views = grid[around], normals[around], views[around]
         self.assertGreater(len(grid), 100)
@@ -263,16 +271,29 @@ specular = false
         error = lighting.visible_error(values['referenceLight'], values['cookedLight'], nits, 0.5)
         self.assertLess(np.max(np.abs(values['error'] - error) / (1 + error)), 0.05, 'visible error')
         self.assertEqual(self.browser.problems(), [])
-        for absent in ('#glossy', '#dominant', '#diffuse', '#seams', '#memory-none'):
+        for absent in ('#glossy', '#dominant', '#diffuse', '#seams', '#memory-none', *(() if layout.startswith('lit') else ('#light',))):
             self.assertFalse(self.browser.evaluate(f'!!document.querySelector("{absent}")'), absent)
         self.assertEqual(self.browser.evaluate('[...document.querySelectorAll("#overlay option")].map((o) => o.value).includes("clusters")'), 'basis' in layout)
 
+    def check_filter_decoded(self, grid, fine, normals, views):
+        """At rims of charts, too, the light is that of covered texels. The page's control dims the light that the layout stores apart."""
+        places, expected = (grid + 0.5) / 2 - 0.5, fine[grid[:, 1], grid[:, 0]]
+        dimmed = []
+        for light in (0, 0.5, 1):
+            self.browser.evaluate(f'lightcook.page.changed({{ light: {light} }})')
+            self.assertEqual(self.browser.evaluate('document.querySelector("#light").value'), str(light))
+            dimmed.append(self.shade('map', places, normals, views)['cooked'])
+        scale = np.abs(expected).max()
+        self.assertLess(np.abs(dimmed[2] - expected).max() / scale, 2e-3, 'coefficients')
+        self.assertLess(np.abs((dimmed[0] + dimmed[2]) / 2 - dimmed[1]).max() / scale, 1e-5, 'half of the light')
+        self.assertGreater(np.abs(dimmed[2] - dimmed[0]).max() / scale, 0.1, 'no light')
 
 
 class Layouts(LayoutsSoak):
-    """The same for a learned layout, and floats of one by formula. The soak has the others, and the formats that JavaScript decodes: here Controls has these."""
+    """The same for a learned layout, floats of one by formula, and filter "decoded". The soak has the others, and the formats that JavaScript decodes: here Controls
+    has these."""
 
-    cases = [('basis-4', 'bc'), ('ratio', 'float')]
+    cases = [('basis-4', 'bc'), ('ratio', 'float'), ('lit-half', 'bc')]
     decoded_here = ()
 
     def test_every_layout_of_the_table_is_known(self):
