@@ -178,8 +178,8 @@ CookedScene loadCookedScene(const std::filesystem::path& folder) {
     if (lightMap == assets.end()) throw std::runtime_error((folder / "cooked.json").string() + ": no light map");
     scene.lightMap = *lightMap;
     for (const Json& texture : scene.lightMap.at("textures")) {
-        const std::string role = texture.at("role");
-        scene.textures[role] = loadTexture(folder / texture.at("file"), role == "tables" || role == "index");
+        const bool isFetched = texture.at("sampler").at("filter") == "nearest";
+        scene.textures[texture.at("role")] = loadTexture(folder / texture.at("file"), isFetched);
     }
     for (const Json& asset : assets)
         if (asset.at("kind") == "mesh" && asset.value("light_map", "") == scene.lightMap.at("name"))

@@ -1,6 +1,6 @@
 // The names of the shader follow from the manifest: layout "unreal-hq" has structs LcUnrealHqTexels and LcUnrealHqConstants and
 // function lcLightMapUnrealHq; texture "ratio" is member `ratio`, an array if the texture has layers; a constant is the member of its
-// name. Learned layouts take the textures themselves.
+// name. Learned layouts take the textures themselves. With filter "decoded" the function decodes four texels, and their light is mixed.
 #include "decode_glsl.h"
 
 #include <cctype>
@@ -11,8 +11,10 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Returns "UnrealHq" for "unreal-hq".
-std::string shaderName(const std::string& layout) {
+/// Returns "UnrealHq" for "unreal-hq", and "Lit" for "lit-half", whose smaller texture has the texels of "lit".
+std::string shaderName(std::string_view layout) {
+    for (const std::string_view size : {"-half", "-quarter"})
+        if (layout.ends_with(size)) layout.remove_suffix(size.size());
     std::string name;
     bool isFirst = true;
     for (const char letter : layout) {
@@ -28,71 +30,112 @@ std::string memberOf(const std::string& role) {
     return role.starts_with(kPrefix) ? role.substr(kPrefix.size()) : role;
 }
 
-std::string fetch(const Json& texture, const std::string& layer) {
-    const std::string role = texture.at("role");
-    return texture.at("array") ? "texture(map_" + role + ", vec3(uv, " + layer + "))" : "texture(map_" + role + ", uv)";
-}
-
-std::string fetchAll(const Json& texture) {
-    const std::string member = memberOf(texture.at("role"));
-    const int layers = texture.at("layers");
-    if (layers == 1) return "  t." + member + " = " + fetch(texture, "0.0") + ";\n";
-    return "  for (int i = 0; i < " + std::to_string(layers) + "; ++i) t." + member + "[i] = " + fetch(texture, "float(i)") + ";\n";
-}
-
 const Json* findTexture(const Json& lightMap, const std::string& role) {
     for (const Json& texture : lightMap.at("textures"))
         if (texture.at("role") == role) return &texture;
     return nullptr;
 }
 
-std::string learnedGlsl(const Json& lightMap, const std::string& codeCount) {
+/// GLSL of the texels that a decode reads. Filter "hardware": filtered at `vec2 uv`. Filter "decoded": that of the map's texel `ivec2
+/// texel`.
+class Fetches {
+public:
+    explicit Fetches(const Json& lightMap) : lightMap_(lightMap) {}
+    bool isDecoded() const { return lightMap_.value("filter", "hardware") == "decoded"; }
+    std::string one(const std::string& role, const std::string& layer = "0") const {
+        const Json& texture = *findTexture(lightMap_, role);
+        const std::string name = "map_" + role;
+        const bool isArray = texture.at("array");
+        if (!isDecoded()) return isArray ? "texture(" + name + ", vec3(uv, " + layer + "))" : "texture(" + name + ", uv)";
+        const int side = texture.value("side", 1);  // of the square of the map's texels that reads one of its texels
+        const std::string at = side > 1 ? "texel / " + std::to_string(side) : "texel";
+        return "texelFetch(" + name + ", " + (isArray ? "ivec3(" + at + ", " + layer + ")" : at) + ", 0)";
+    }
+    /// Returns statements that set the member of a texture.
+    std::string all(const Json& texture) const {
+        const std::string role = texture.at("role"), member = memberOf(role);
+        const int layers = texture.at("layers");
+        if (layers == 1) return "  t." + member + " = " + one(role) + ";\n";
+        return "  for (int i = 0; i < " + std::to_string(layers) + "; ++i) t." + member + "[i] = " + one(role, "i") + ";\n";
+    }
+
+private:
+    const Json& lightMap_;
+};
+
+/// Declarations, and the body of a function with `int cluster` and the place of Fetches, which returns the light there.
+struct Decode {
+    std::string declarations, body;
+};
+
+Decode learnedDecode(const Json& lightMap, const Fetches& fetches, const std::string& codeCount) {
     std::string body;
-    if (findTexture(lightMap, "index") != nullptr)
-        body +=
-            "  vec2 size = vec2(textureSize(map_l0, 0).xy);\n"
-            "  cluster = lcBasisCluster(texture(map_index, lcBasisIndexUv(uv, size)), uv, size);\n";
-    body += "  vec4 l0 = " + fetch(*findTexture(lightMap, "l0"), "0.0") + ";\n  LcSh sh = lcLightMapBasis" + codeCount + "From(l0, " +
-            fetch(*findTexture(lightMap, "code"), "0.0") + ", map_tables, cluster, constants.range);\n";
+    if (findTexture(lightMap, "index") != nullptr) {
+        body += "  vec2 size = vec2(textureSize(map_l0, 0).xy);\n";
+        if (fetches.isDecoded()) body += "  vec2 uv = (vec2(texel) + 0.5) / size;\n";
+        body += "  cluster = lcBasisCluster(texture(map_index, lcBasisIndexUv(uv, size)), uv, size);\n";
+    }
+    body += "  vec4 l0 = " + fetches.one("l0") + ";\n  LcSh sh = lcLightMapBasis" + codeCount + "From(l0, " + fetches.one("code") +
+            ", map_tables, cluster, constants.range);\n";
     if (const Json* residual = findTexture(lightMap, "residual"))
         body += "  for (int i = 0; i < " + std::to_string(residual->at("layers").get<int>()) +
-                "; ++i)\n    sh = lcLightMapBasisAddFrom(sh, l0, " + fetch(*residual, "float(i)") +
+                "; ++i)\n    sh = lcLightMapBasisAddFrom(sh, l0, " + fetches.one("residual", "i") +
                 ", map_tables, cluster, i, constants.range, constants.neutral);\n";
-    return "struct Constants { float range, neutral; };\nuniform Constants constants;\nLcSh lightMapSh(vec2 uv, int cluster) {\n" + body +
-           "  return sh;\n}\n";
+    return {"struct Constants { float range, neutral; };\nuniform Constants constants;\n", body + "  return sh;\n"};
 }
 
-std::string flatGlsl(const Json& lightMap, const std::string& layout) {
-    const std::string name = shaderName(layout);
+Decode flatDecode(const Json& lightMap, const Fetches& fetches, const std::string& name) {
     std::string texels;
-    for (const Json& texture : lightMap.at("textures")) texels += fetch(texture, "0.0") + ", ";
-    return "uniform Lc" + name +
-           "Constants constants;\nLcSh lightMapSh(vec2 uv, int cluster) {\n  LcSh sh;\n"
-           "  for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);\n  sh.c[0] = lcLightMap" +
-           name + "(" + texels + "constants) / 0.28209479;  // the first basis function\n  return sh;\n}\n";
+    for (const char* role : {"exit", "second"})
+        if (findTexture(lightMap, role) != nullptr) texels += fetches.one(role) + ", ";
+    return {"uniform Lc" + name + "Constants constants;\n",
+            "  LcSh sh;\n  for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);\n  sh.c[0] = lcLightMap" + name + "(" + texels +
+                "constants) / 0.28209479;  // the first basis function\n  return sh;\n"};
 }
 
-std::string plainGlsl(const Json& lightMap, const std::string& layout, const std::string& include) {
-    const std::string name = shaderName(layout);
+Decode plainDecode(const Json& lightMap, const Fetches& fetches, const std::string& name, const std::string& include) {
     const bool hasConstants = include.find("struct Lc" + name + "Constants") != std::string::npos;
-    std::string glsl = hasConstants ? "uniform Lc" + name + "Constants constants;\n" : "";
-    glsl += "LcSh lightMapSh(vec2 uv, int cluster) {\n  Lc" + name + "Texels t;\n";
-    for (const Json& texture : lightMap.at("textures")) glsl += fetchAll(texture);
-    return glsl + "  return lcLightMap" + name + (hasConstants ? "(t, constants);\n}\n" : "(t);\n}\n");
+    std::string body = "  Lc" + name + "Texels t;\n";
+    for (const Json& texture : lightMap.at("textures"))
+        if (texture.at("role") != "coverage") body += fetches.all(texture);
+    return {hasConstants ? "uniform Lc" + name + "Constants constants;\n" : "",
+            body + "  return lcLightMap" + name + (hasConstants ? "(t, constants);\n" : "(t);\n")};
+}
+
+Decode decodeOf(const Json& lightMap, const Fetches& fetches, const std::string& include) {
+    const std::string layout = lightMap.at("layout");
+    if (layout.starts_with("basis-")) return learnedDecode(lightMap, fetches, layout == "basis-3" ? "3" : "4");
+    if (layout == "flat" || layout == "flat-2") return flatDecode(lightMap, fetches, shaderName(layout));
+    return plainDecode(lightMap, fetches, shaderName(layout), include);
+}
+
+/// Returns lightMapSh() of filter "decoded": the light of the covered texels around a place, mixed (filter.glsl).
+std::string mixGlsl(const Json& lightMap) {
+    const std::string size = std::to_string(lightMap.at("width").get<int>()) + ", " + std::to_string(lightMap.at("height").get<int>());
+    std::string covered, decoded;
+    for (const std::string corner : {"00", "10", "01", "11"}) {
+        covered += (covered.empty() ? "isCovered(q.texel" : ", isCovered(q.texel") + corner + ")";
+        decoded += "lightMapTexel(ivec2(q.texel" + corner + "), cluster), ";
+    }
+    return "float isCovered(vec2 texel) {\n  return lcCovered(texelFetch(map_coverage, ivec2(lcCoverageTexel(texel)), 0), texel);\n}\n"
+           "LcSh lightMapSh(vec2 uv, int cluster) {\n  LcQuad q = lcQuad(uv, vec2(" +
+           size + "));\n  q = lcCoveredQuad(q, vec4(" + covered + "));\n  return lcMix(" + decoded + "q.weights);\n}\n";
 }
 
 }  // namespace
 
 std::string decodeGlsl(const Json& lightMap, const std::string& include) {
-    const std::string layout = lightMap.at("layout");
-    if (layout == "rnm") throw std::runtime_error("layout rnm is relative to tangents of the mesh, which this example does not read");
-    std::string samplers;
+    if (lightMap.at("layout") == "rnm")
+        throw std::runtime_error("layout rnm is relative to tangents of the mesh, which this example does not read");
+    std::string glsl;
     for (const Json& texture : lightMap.at("textures"))
-        samplers += std::string("uniform ") + (texture.at("array") ? "sampler2DArray" : "sampler2D") + " map_" +
-                    texture.at("role").get<std::string>() + ";\n";
-    if (layout == "flat" || layout == "flat-2") return samplers + flatGlsl(lightMap, layout);
-    if (!layout.starts_with("basis-")) return samplers + plainGlsl(lightMap, layout, include);
-    return samplers + learnedGlsl(lightMap, layout == "basis-3" ? "3" : "4");
+        glsl += std::string("uniform ") + (texture.at("array") ? "sampler2DArray" : "sampler2D") + " map_" +
+                texture.at("role").get<std::string>() + ";\n";
+    const Fetches fetches(lightMap);
+    const Decode decode = decodeOf(lightMap, fetches, include);
+    const std::string head =
+        fetches.isDecoded() ? "LcSh lightMapTexel(ivec2 texel, int cluster) {\n" : "LcSh lightMapSh(vec2 uv, int cluster) {\n";
+    return glsl + decode.declarations + head + decode.body + "}\n" + (fetches.isDecoded() ? mixGlsl(lightMap) : "");
 }
 
 }  // namespace example

@@ -3,10 +3,13 @@
 import { bytesText, countText, numberText, percentText } from "../src/units.js";
 import { formats, nameOf, sorted } from "./parts.js";
 
-/** Returns the bytes of a light map's texture that lie outside charts; 0 for tables of learned layouts and other assets. */
+/** Textures of a light map that are not its texels. */
+const LOOKUPS = ["tables", "index", "coverage"];
+
+/** Returns the bytes of a light map's texture that lie outside charts; 0 for what is looked up beside its texels, and for other assets. */
 export function bytesOutsideCharts({ kind, width, height, notes }, { role, bytes_gpu }) {
   const share = (notes?.covered_texels ?? NaN) / (width * height);
-  return kind === "light-map" && role !== "tables" && share < 1 ? Math.floor(bytes_gpu * (1 - share)) : 0;
+  return kind === "light-map" && !LOOKUPS.includes(role) && share < 1 ? Math.floor(bytes_gpu * (1 - share)) : 0;
 }
 
 /**

@@ -2,7 +2,7 @@
 import { make } from "../src/elements.js";
 import { countText, fewTexelsText, numberText, percentText } from "../src/units.js";
 import { alternativesOf } from "./advice.js";
-import { noteCaption, stageCaption } from "./captions.js";
+import { noteCaption, stageCaption, textureCaption } from "./captions.js";
 import {
   bytes, cell, DASH, fact, figure, kindCaption, lastStage, limitedError, limitedVisible, number, part, placeText, row, seconds, shadingsOf, shadingTable, sizeText, soft, sub,
   swatch, table, titled, vectorText, verdict, visible,
@@ -174,8 +174,12 @@ function notes({ notes: facts, mesh_error: shift, measures }) {
   return rows.length > 0 && part("Notes", make("dl", {}, rows.map((each) => fact(...each))));
 }
 
-const textureTable = ({ textures }) => textures?.length > 0 && table("textures", ["Texture", "Format", "#GPU", "File"], textures.map((texture) => [
-  texture.role, texture.format, bytes(texture.bytes_gpu), cell("file", texture.file)]));
+const textureName = (kind, role) => {
+  const caption = kind === "light-map" ? textureCaption(role) : "";
+  return caption ? [role, sub(caption)] : role;
+};
+const textureTable = ({ kind, textures }) => textures?.length > 0 && table("textures", ["Texture", "Format", "#GPU", "File"], textures.map((texture) => [
+  textureName(kind, texture.role), texture.format, bytes(texture.bytes_gpu), cell("file", texture.file)]));
 
 function facts(asset) {
   const size = sizeText(asset), { worst_block: block } = asset;

@@ -1,4 +1,4 @@
-// Words for the names that report.json has: stages, notes, and the figures' terms.
+// Words for the names that report.json has: stages, textures, notes, and the figures' terms.
 
 /** @type {Record<string, string>} */
 const STAGES = {
@@ -12,6 +12,8 @@ const STAGES = {
   "l1": "linear band",
   "rnm": "light of three directions",
   "ratio": "directions, as ratios to the mean",
+  "light": "one directional light",
+  "rest": "the other light, by ratios to its mean",
   "code": "directions, by learned bases",
   "residual 1": "first refinement",
   "residual 2": "second refinement",
@@ -22,6 +24,12 @@ const STAGES = {
   "divide": "division and encoding, at all texels",
   "filter": "filtering between stored entries, at samples",
   "quantize": "quantization of stored entries",
+};
+
+/** Textures of a light map whose names are no stages. @type {Record<string, string>} */
+const TEXTURES = {
+  "direction": "direction of that light",
+  "coverage": "texels inside charts, one bit each",
 };
 
 /** Keys of `notes` and `measures`: pipeline/assets/note_keys.h. @type {Record<string, string>} */
@@ -79,5 +87,7 @@ export const TERMS = {
 
 /** Returns the words of a stage; a name without a row as it is. @param {string} name */
 export const stageCaption = (name) => STAGES[name] ?? name;
+/** Returns the words of a texture of a light map; empty for a name without a row. @param {string} role */
+export const textureCaption = (role) => TEXTURES[role] ?? STAGES[role] ?? "";
 /** Returns the words of a note; a key without a row with spaces for underscores. @param {string} key */
 export const noteCaption = (key) => NOTES[key] ?? key.replaceAll("_", " ");

@@ -35,7 +35,7 @@ export class Controls {
     this.follow(() => buttons.forEach((button) => button.setAttribute("aria-pressed", String(button.dataset.value === this.owner.state[key]))));
     return make("div", { class: "segments", id, role: "group", "aria-label": label }, ...buttons);
   }
-  /** @param {"stops" | "errorEnd" | "m" | "f0" | "albedo" | "bump"} key @param {string} label @param {[low: number, high: number, step: number]} range
+  /** @param {"stops" | "errorEnd" | "m" | "f0" | "albedo" | "light" | "bump"} key @param {string} label @param {[low: number, high: number, step: number]} range
    * @param {(value: number) => string} text */
   slider(key, label, [low, high, step], text) {
     const input = /** @type {HTMLInputElement} */ (make("input", { type: "range", id: key, min: low, max: high, step, "aria-label": label }));

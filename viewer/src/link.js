@@ -5,7 +5,7 @@
 export function initialState() {
   return {
     mode: "wipe", wipe: 0.5, layout: "", beside: "", memory: "assets", stops: 0, errorEnd: 10, diffuse: true, glossy: "none", environment: 0,
-    dominant: false, m: 0.25, f0: 0.04, albedo: 1, materials: false, bump: 0, overlay: "none", seams: false, navigation: "orbit", theme: "auto",
+    dominant: false, m: 0.25, f0: 0.04, albedo: 1, light: 1, materials: false, bump: 0, overlay: "none", seams: false, navigation: "orbit", theme: "auto",
     /** @type {number[] | null} position and target */ camera: null,
     /** @type {number[] | null} light map, u, v */ picked: null,
   };

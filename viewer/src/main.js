@@ -125,13 +125,14 @@ export class Page {
     state.overlay = oneOf(state.overlay, this.overlayChoices(), "none");
     state.navigation = oneOf(state.navigation, ["orbit", "fly"], "orbit");
     state.theme = oneOf(state.theme, ["auto", "light", "dark"], "auto");
-    const clamp = (/** @type {"wipe" | "stops" | "errorEnd" | "f0" | "albedo" | "bump" | "m"} */ key, /** @type {number} */ low, /** @type {number} */ high) =>
+    const clamp = (/** @type {"wipe" | "stops" | "errorEnd" | "f0" | "albedo" | "light" | "bump" | "m"} */ key, /** @type {number} */ low, /** @type {number} */ high) =>
       (state[key] = Math.min(Math.max(state[key], low), high));
     clamp("wipe", 0, 1);
     clamp("stops", -8, 8);
     clamp("errorEnd", 1, 50);
     clamp("f0", 0, 1);
     clamp("albedo", 0, 1);
+    clamp("light", 0, 1);
     clamp("bump", 0, this.mostTilt());
     clamp("m", view.roughness[0], view.roughness[1]);
     if (!view.environments[state.environment]) state.environment = 0;
@@ -385,10 +386,21 @@ export class Page {
       rows.push(...gloss);
     }
     rows.push(controls.slider("albedo", "Albedo", [0, 1, 0.01], (value) => value.toFixed(2)));
+    if (has.light) {
+      const light = controls.slider("light", "Light of the map", [0, 1, 0.01], (value) => value.toFixed(2));
+      controls.follow(() => (light.hidden = !this.showsLight()));
+      rows.push(light);
+    }
     if (has.materials) rows.push(controls.check("materials", "Colours of the materials"));
     const tilt = this.mostTilt();
     if (tilt > 0) rows.push(controls.slider("bump", "Normal map", [0, tilt, 1], (value) => `${value}°`));
     return make("section", { class: "card" }, make("h2", {}, "Light"), ...rows);
+  }
+
+  /** Returns true while a shown layout has a light that can be dimmed. */
+  showsLight() {
+    const view = /** @type {View} */ (this.view), { layout, beside } = this.state;
+    return [view.setFor(layout), ...(beside ? [view.setFor(beside)] : [])].some(({ maps }) => maps.some(({ decode }) => decode.layout.hasLight));
   }
 
   worstCard() {
@@ -426,6 +438,7 @@ export class Page {
     const { map, what, view: towards, m, f0 } = place, uv = this.uvOfPlace(place);
     if (!uv) return;
     const view = /** @type {View} */ (this.view), shown = view.maps[map], { state } = this, isSpecular = what === "specular" && view.has.tables;
+    state.light = 1;
     if (isSpecular) Object.assign(state, { diffuse: false, glossy: "area", dominant: false, m: m ?? state.m, f0: f0 ?? state.f0 });
     else Object.assign(state, { diffuse: true, glossy: "none", dominant: false, albedo: 1 });
     this.allow();

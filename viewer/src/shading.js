@@ -33,6 +33,7 @@ export function sharedUniforms(working) {
     overlay: { value: 0 },  // 0: none, 1: charts, 2: clusters, 3: texels
     rec709FromWorking: { value: columns(viewing.rec709) },
     lmsFromWorking: { value: columns(viewing.lms) },
+    lightMapDim: { value: [1, 1, 1] },  // of layouts with a light of their own
   };
 }
 

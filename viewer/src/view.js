@@ -100,7 +100,7 @@ export class View {
     /** What all layouts share, by light map. @type {Map<string, { dominant: import("../loaders/core/specular.js").ShaderPart | null, reference: any, left: number | null }>} */
     this.shared = new Map();
     this.box = new Box3();
-    this.has = { reference: false, directions: false, tables: false, dominant: false, materials: false, clusters: false, mesh: false };
+    this.has = { reference: false, directions: false, tables: false, dominant: false, materials: false, clusters: false, light: false, mesh: false };
     this.roughness = [0.0625, 1];
     /** @type {{ name: string, part: import("../loaders/core/specular.js").ShaderPart }[]} */
     this.environments = [];
@@ -160,6 +160,7 @@ export class View {
     this.sets.set("", await this.setOf(this.cooked, onBytes));
     if (this.maps.length === 0) throw new Error("The cooked scene has no light map to show.");
     this.has.clusters ||= this.candidates.some(({ layout }) => !!LAYOUTS[layout]?.code);
+    this.has.light ||= this.candidates.some(({ layout }) => !!LAYOUTS[layout]?.hasLight);
     this.has.tables = this.tables !== null && this.maps.some(({ decode }) => decode.hasDirections);
     this.uniforms.bumpFrequency.value = 60 / Math.max(this.box.getSize(new Vector3()).length(), 1e-6);
     this.raycaster = new Raycaster();
@@ -229,6 +230,7 @@ export class View {
     this.has.directions ||= decode.hasDirections;
     this.has.dominant ||= dominant !== null && decode.hasDirections && this.tables !== null;
     this.has.clusters ||= hasClusters;
+    this.has.light ||= !!decode.layout.hasLight;
     this.has.mesh ||= hasMesh;
   }
 
@@ -320,6 +322,7 @@ export class View {
     u.roughness.value = Math.min(Math.max(state.m, this.roughness[0]), this.roughness[1]);
     u.f0.value = state.f0;
     u.albedoScale.value = state.albedo;
+    u.lightMapDim.value = [state.light, state.light, state.light];
     u.useMaterials.value = state.materials && this.has.materials ? 1 : 0;
     u.bumpTilt.value = (state.bump * Math.PI) / 180;
     u.overlay.value = ["none", "charts", "clusters", "texels"].indexOf(state.overlay);

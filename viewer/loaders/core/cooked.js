@@ -15,6 +15,7 @@ import { manifestOfGltf } from "./gltf.js";
  * @property {number} faces
  * @property {number} bytes_gpu
  * @property {number} bytes_disk
+ * @property {{ filter: "linear" | "trilinear" | "nearest", wrap: string }} sampler
  */
 /**
  * @typedef {object} CookedAsset an entry of `assets` in cooked.json (docs/reference/manifest.md)
@@ -92,7 +93,7 @@ export class CookedFolder {
 
   /** Loads the textures of an asset, by role. @param {CookedAsset} asset @returns {Promise<Map<string, Texture>>} */
   async textures(asset) {
-    return new Map(await Promise.all(asset.textures.map(async ({ role, file }) => /** @type {const} */ ([role, await this.texture(file, !isFetched(role))]))));
+    return new Map(await Promise.all(asset.textures.map(async (texture) => /** @type {const} */ ([texture.role, await this.texture(texture.file, !isFetched(texture))]))));
   }
 
   /** Loads a light map: uniforms and GLSL. @param {CookedAsset} asset */

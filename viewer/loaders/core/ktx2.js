@@ -85,6 +85,9 @@ function decodedFormat(format, gl) {
   return !format.isHdr && gl?.getExtension("OES_texture_float_linear") ? "rgba32f" : "rgba16f";
 }
 
+/** Returns true if WebGL2 takes the size: it has no BC textures whose sides are no multiples of 4. @param {Ktx2} ktx */
+const isWholeBlocks = ({ format, width, height }) => !format.name.startsWith("bc") || (width % 4 === 0 && height % 4 === 0);
+
 /**
  * Returns a file that can be sampled: itself, or its texels decoded to RGBA. HDR becomes halves, BC7 8 bits, the rest floats where those
  * are filtered, else halves.
@@ -98,7 +101,7 @@ export function sampleable(ktx, gl, name, isKnown = () => true) {
   const most = gl ? Number(gl.getParameter(ktx.faces === 6 ? gl.MAX_CUBE_MAP_TEXTURE_SIZE : gl.MAX_TEXTURE_SIZE)) : Infinity;
   if (Math.max(ktx.width, ktx.height) > most)
     throw new Error(`${name}: found ${ktx.width} x ${ktx.height} texels, this browser samples textures of up to ${most} x ${most}`);
-  if (isSupported(gl, ktx.format) && isKnown(ktx.format)) return ktx;
+  if (isSupported(gl, ktx.format) && isWholeBlocks(ktx) && isKnown(ktx.format)) return ktx;
   const decoded = decodedFormat(ktx.format, gl);
   return { ...ktx, format: formatOf(decoded), levels: ktx.levels.map((_, mip) => decodeLevel(ktx, mip, decoded, name)) };
 }

@@ -11,10 +11,17 @@
  * @property {3 | 4} [code] numbers of a learned layout's code
  * @property {number} [residuals] layers of its residual
  * @property {boolean} [flat] exit radiance instead of coefficients
+ * @property {boolean} [hasLight] one directional light is stored apart from the rest, and can be dimmed: lcLightMap<name>Dimmed
+ * @property {Record<string, number>} [sides] textures smaller than the map: side of the square of the map's texels that reads one of theirs
  */
 
 /** @param {3 | 4} code @param {number} residuals @returns {Layout} */
 const basis = (code, residuals) => ({ name: `Basis${code}`, code, residuals });
+/** @param {number} side of the squares that read a texel of "rest" @returns {Layout} */
+const lit = (side) => ({
+  name: "Lit", numbers: ["range"], lists: ["scale", "bias"], single: ["l0", "light", "direction"], arrays: { rest: ["rest", 8] }, hasLight: true,
+  sides: { rest: side },
+});
 
 /** @type {Record<string, Layout>} By the name of the manifest. */
 export const LAYOUTS = {
@@ -38,6 +45,9 @@ export const LAYOUTS = {
   "hdr-rgb9e5": { name: "HdrRgb9e5", numbers: ["range"], lists: ["bias"], arrays: { sh: ["sh", 9] } },
   "unreal-hq": { name: "UnrealHq", vectors: ["scale0", "add0", "scale1", "add1"], single: ["lightmap0", "lightmap1"] },
   "hdr-2": { name: "Hdr2", numbers: ["range", "share"], lists: ["bias"], arrays: { sh: ["sh", 9], second: ["second", 9] } },
+  "lit": lit(1),
+  "lit-half": lit(2),
+  "lit-quarter": lit(4),
 };
 
 const FIRST = { 3: 80, 4: 120 }, RESIDUAL = 36;
@@ -56,8 +66,8 @@ export function clustersOfBlocks(asset) {
   return clusters;
 }
 
-/** Returns true for textures that are fetched texel by texel, not filtered. @param {string} role */
-export const isFetched = (role) => role === "tables" || role === "index";
+/** Returns true for textures that are fetched texel by texel, not filtered. @param {import("./cooked.js").CookedTexture} texture */
+export const isFetched = ({ sampler }) => sampler.filter === "nearest";
 
 /** @typedef {Record<string, { value: any }>} Uniforms numbers, textures, number[] for a vector or for vectors of three in a row, Float32Array
  *   for an array of floats, and structs as objects of these */
@@ -69,27 +79,36 @@ export const isFetched = (role) => role === "tables" || role === "index";
  * @property {boolean} needsCluster true if the cluster is a vertex attribute
  * @property {Uniforms} uniforms
  * @property {string} glsl declares the uniforms and defines, for fragment shaders that include lightcook.glsl before,
- *   `LcSh lightMapSh(vec2 uv, float cluster)`: decodes the filtered light map; cluster: the attribute _LIGHTCOOK_BASIS, passed flat. Of a
+ *   `LcSh lightMapSh(vec2 uv, float cluster)`: light of the map at a place; cluster: the attribute _LIGHTCOOK_BASIS, passed flat. Of a
  *   flat map the result is light that is the same from everywhere. Of a learned layout also `int lightMapCluster(vec2 uv, float cluster)`.
+ *   Of a map with filter "decoded" also `LcSh lightMapTexel(ivec2 texel, float cluster)`: light of one texel.
  */
 
-/** @typedef {{ declarations: string[], functions: string[], body: string[], uniforms: Uniforms, needsCluster: boolean }} DecodeParts */
+/** @typedef {{ declarations: string[], functions: string[], body: string[], uniforms: Uniforms, needsCluster: boolean }} DecodeParts
+ *   body: of a function with `cluster` and the place that the fetches read, which returns the light there */
 
-const fetch = (/** @type {string} */ role, layer = "0.0") => `texture(lightMap_${role}, vec3(uv, ${layer}))`;
+/** @typedef {(role: string, layer?: string) => string} Fetch returns the GLSL of a texel; layer: a GLSL int */
+
+/** Filter "hardware": the sampler filters at `uv`. @type {Fetch} */
+const fetchFiltered = (role, layer = "0") => `texture(lightMap_${role}, vec3(uv, ${layer}))`;
+/** Filter "decoded": the texel that the map's texel `texel` reads. @param {Layout} layout @returns {Fetch} */
+const fetchTexel = ({ sides = {} }) => (role, layer = "0") => {
+  const side = sides[role] ?? 1;
+  return `texelFetch(lightMap_${role}, ivec3(${side > 1 ? `texel / ${side}` : "texel"}, ${layer}), 0)`;
+};
+
 const firstOf = (/** @type {any} */ value) => [value].flat()[0];
+/** @param {string} head @param {string[]} body @returns {string[]} lines of a function */
+const functionOf = (head, body) => [`${head} {`, ...body.map((line) => "  " + line), "}"];
 
-/** The decode of a learned layout. @param {import("./cooked.js").CookedAsset} asset @param {Map<string, any>} textures @param {Layout} layout
- * @returns {DecodeParts} */
-function learnedParts(asset, textures, { code = 3, residuals = 0 }) {
+/** The decode of a learned layout at `uv`. @param {import("./cooked.js").CookedAsset} asset @param {Map<string, any>} textures
+ * @param {Layout} layout @param {Fetch} fetch @returns {DecodeParts} */
+function learnedParts(asset, textures, { code = 3, residuals = 0 }, fetch) {
   const count = FIRST[code], needsCluster = !textures.has("index");
   if (!textures.has("tables")) throw new Error(`${asset.name}: layout "${asset.layout}" needs texture "tables"`);
   /** @type {Uniforms} */
   const uniforms = { lightMapRange: { value: firstOf(asset.constants.range) }, lightMapNeutral: { value: firstOf(asset.constants.neutral) ?? 0 } };
   const declarations = ["uniform float lightMapRange, lightMapNeutral;"];
-  if (!needsCluster) {
-    uniforms.lightMapSize = { value: [asset.width, asset.height] };
-    declarations.push("uniform vec2 lightMapSize;");
-  }
   const row = needsCluster ? "int(cluster + 0.5)" : "lcBasisCluster(texture(lightMap_index, vec3(lcBasisIndexUv(uv, lightMapSize), 0.0)), uv, lightMapSize)";
   const body = ["int row = lightMapCluster(uv, cluster);", `LcBasisFirst${code} first;`,
     `for (int i = 0; i < ${count}; ++i) first.v[i] = texelFetch(lightMap_tables, ivec3(i, row, 0), 0).rgb;`,
@@ -97,18 +116,19 @@ function learnedParts(asset, textures, { code = 3, residuals = 0 }) {
   if (residuals > 0)
     body.push(`for (int layer = 0; layer < ${residuals}; ++layer) {`, "LcBasisResidual residual;",
       `for (int i = 0; i < ${RESIDUAL}; ++i) residual.v[i] = texelFetch(lightMap_tables, ivec3(${count} + ${RESIDUAL} * layer + i, row, 0), 0).rgb;`,
-      `sh = lcLightMapBasisAdd(sh, l0, ${fetch("residual", "float(layer)")}, residual, lightMapRange, lightMapNeutral);`, "}");
+      `sh = lcLightMapBasisAdd(sh, l0, ${fetch("residual", "layer")}, residual, lightMapRange, lightMapNeutral);`, "}");
   body.push("return sh;");
-  return { declarations, functions: ["int lightMapCluster(vec2 uv, float cluster) {", `  return ${row};`, "}"], body, uniforms, needsCluster };
+  return { declarations, functions: functionOf("int lightMapCluster(vec2 uv, float cluster)", [`return ${row};`]), body, uniforms, needsCluster };
 }
 
-/** The decode of a layout without clusters. @param {Layout} layout @param {any} constants @returns {DecodeParts} */
-function plainParts(layout, constants) {
+/** The decode of a layout without clusters. @param {Layout} layout @param {any} constants @param {Fetch} fetch @returns {DecodeParts} */
+function plainParts(layout, constants, fetch) {
   const members = [...(layout.numbers ?? []), ...(layout.lists ?? []), ...(layout.vectors ?? [])];
   const of = (/** @type {string} */ key) =>
     layout.numbers?.includes(key) ? firstOf(constants[key]) : layout.lists?.includes(key) ? Float32Array.from(constants[key]) : constants[key];
   const value = Object.fromEntries(members.map((key) => [key, of(key)]));
-  const hasConstants = members.length > 0, call = hasConstants ? "t, lightMapConstants" : "t", body = [];
+  const hasConstants = members.length > 0, call = ["t", ...(hasConstants ? ["lightMapConstants"] : []), ...(layout.hasLight ? ["lightMapDim"] : [])];
+  const body = [];
   if (layout.flat)
     body.push("LcSh sh;", "for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);",
       `sh.c[0] = lcLightMap${layout.name}(${(layout.single ?? []).map((role) => fetch(role)).join(", ")}, lightMapConstants) / 0.28209479;`,
@@ -117,11 +137,29 @@ function plainParts(layout, constants) {
     body.push(`Lc${layout.name}Texels t;`);
     for (const member of layout.single ?? []) body.push(`t.${member} = ${fetch(member)};`);
     for (const [member, [role, layers]] of Object.entries(layout.arrays ?? {}))
-      body.push(`for (int i = 0; i < ${layers}; ++i) t.${member}[i] = ${fetch(role, "float(i)")};`);
-    body.push(`return lcLightMap${layout.name}(${call});`);
+      body.push(`for (int i = 0; i < ${layers}; ++i) t.${member}[i] = ${fetch(role, "i")};`);
+    body.push(`return lcLightMap${layout.name}${layout.hasLight ? "Dimmed" : ""}(${call.join(", ")});`);
   }
-  return { declarations: hasConstants ? [`uniform Lc${layout.name}Constants lightMapConstants;`] : [], functions: [], body,
-    uniforms: hasConstants ? { lightMapConstants: { value } } : {}, needsCluster: false };
+  const declarations = [
+    ...(hasConstants ? [`uniform Lc${layout.name}Constants lightMapConstants;`] : []), ...(layout.hasLight ? ["uniform vec3 lightMapDim;"] : []),
+  ];
+  const uniforms = { ...(hasConstants && { lightMapConstants: { value } }), ...(layout.hasLight && { lightMapDim: { value: [1, 1, 1] } }) };
+  return { declarations, functions: [], body, uniforms, needsCluster: false };
+}
+
+/** Filter "decoded": mixes the light of the covered texels around a place (filter.glsl).
+ * @param {Layout} layout @param {string[]} body of DecodeParts @returns {string[]} */
+function mixedLines(layout, body) {
+  const corners = ["00", "10", "01", "11"].map((corner) => `q.texel${corner}`);
+  const each = (/** @type {(corner: string) => string} */ call) => corners.map(call).join(", ");
+  return [
+    ...functionOf("LcSh lightMapTexel(ivec2 texel, float cluster)", [...(layout.code ? ["vec2 uv = (vec2(texel) + 0.5) / lightMapSize;"] : []), ...body]),
+    ...functionOf("float lightMapCovered(vec2 texel)",
+      ["return lcCovered(texelFetch(lightMap_coverage, ivec3(lcCoverageTexel(texel), 0), 0), texel);"]),
+    ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", ["LcQuad q = lcQuad(uv, lightMapSize);",
+      `q = lcCoveredQuad(q, vec4(${each((corner) => `lightMapCovered(${corner})`)}));`,
+      `return lcMix(${each((corner) => `lightMapTexel(ivec2(${corner}), cluster)`)}, q.weights);`]),
+  ];
 }
 
 /**
@@ -134,12 +172,18 @@ export function lightMapDecode(asset, textures) {
   if (asset.layout === "rnm") throw new Error(`${asset.name}: layout "rnm" is decoded with the tangents of the mesh, by the engine's own shader`);
   const layout = LAYOUTS[asset.layout];
   if (!layout) throw new Error(`${asset.name}: layout "${asset.layout}" is unknown to this version of lightcook-loaders`);
+  // Texture "coverage" belongs to filter "decoded".
+  const isDecoded = textures.has("coverage"), fetch = isDecoded ? fetchTexel(layout) : fetchFiltered;
   const { declarations, functions, body, uniforms, needsCluster } =
-    layout.code ? learnedParts(asset, textures, layout) : plainParts(layout, asset.constants ?? {});
+    layout.code ? learnedParts(asset, textures, layout, fetch) : plainParts(layout, asset.constants ?? {}, fetch);
+  if (isDecoded || textures.has("index")) {
+    uniforms.lightMapSize = { value: [asset.width, asset.height] };
+    declarations.push("uniform vec2 lightMapSize;");
+  }
   const samplers = [...textures.keys()].map((role) => `uniform highp sampler2DArray lightMap_${role};`);
   for (const [role, texture] of textures) uniforms[`lightMap_${role}`] = { value: texture };
-  const head = "LcSh lightMapSh(vec2 uv, float cluster) {";
-  const glsl = [...samplers, ...declarations, ...functions, head, ...body.map((line) => "  " + line), "}"].join("\n");
+  const decode = isDecoded ? mixedLines(layout, body) : functionOf("LcSh lightMapSh(vec2 uv, float cluster)", body);
+  const glsl = [...samplers, ...declarations, ...functions, ...decode].join("\n");
   return { layout, hasDirections: !layout.flat, needsCluster, uniforms, glsl };
 }
 
