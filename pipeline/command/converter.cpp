@@ -529,7 +529,7 @@ corners of a cross are ignored. An OpenEXR file with the attribute envmap has Op
 --filter irradiance writes the exit radiance of a white Lambert surface (irradiance over pi) for every
 normal, computed from the whole environment. The texture's metadata has the "range" to multiply by.
 --wrap W makes the kernel max(0, n.l + W) / (pi (1 + W)^2), with the SH bands 1, (2 - W) / 3 and
-(1 - W)^2 / 4. 96 texels of the file are compared with the sum over every source texel; --max-error
+(1 - W)^2 / 4. Every texel of the file is compared with the sum over every source texel; --max-error
 (default 0.1) limits their RMS error.
 
 --filter sh writes "sh", the incident radiance as nine rows of R, G and B, without Condon-Shortley

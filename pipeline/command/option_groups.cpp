@@ -8,8 +8,10 @@
 #include <utility>
 
 #include "pipeline/document/byte_count.h"
+#include "pipeline/manifest/cook_record.h"
 
 namespace lightcook::pipeline {
+
 CLI::Option* addFileOption(CLI::App& app, const std::string& names, std::filesystem::path& file, const std::string& description) {
     return app.add_option(names, file, description)->type_name(kFilePlaceholder);
 }
@@ -75,7 +77,7 @@ void addRepairOption(CLI::App& app, bool& repair) {
 
 void addSamplesOption(CLI::App& app, std::optional<int>& samples) {
     app.add_option("--samples", samples, "Random places on the surface at which the verifier shades, per texel")
-        ->check(CLI::Range(0, 1000000));
+        ->check(CLI::Range(0, kMostSamples));
 }
 
 }  // namespace lightcook::pipeline

@@ -298,13 +298,13 @@ private:
 
     /// Looks again for what is implausible in the sources of the assets. Meshes that nothing was verified with may be gone.
     Result<void> lint() {
+        // Findings name lines of the scene file, or else the manifest.
+        const auto file = manifest_.sceneFile ? readScene(sceneFolder() / *manifest_.sceneFile) : Result<Scene>();
         std::set<std::string> known;  // in the lint of an earlier cook
         for (PlannedCook& cook : cooks_) {
             std::error_code code;
             for (LightMapEntry& entry : cook.scene.lightMaps)
                 if (entry.mesh && !std::filesystem::exists(*entry.mesh, code)) entry.mesh.reset();
-            // Findings name lines of the scene file, or else the manifest.
-            const auto file = manifest_.sceneFile ? readScene(sceneFolder() / *manifest_.sceneFile) : Result<Scene>();
             cook.scene.file = file && !file->file.empty() ? file->file : options_.folder / kManifestName;
             if (file) cook.scene.lines = file->lines;
             std::set<std::string> assets(cook.plan.assets.begin(), cook.plan.assets.end());

@@ -34,9 +34,12 @@ struct ValueError {
 /// The error of a value that is not allowed; empty for one that is.
 using Objection = std::optional<ValueError>;
 
-/// Whether a key without effect is a mistake: always; not in a file that an option overrides; or not either where it is an option itself
-/// and the file has what it contradicts, as an option for all scenes is.
-enum class Idle { Refused, InFile, Either };
+/// Where a key without effect is allowed.
+enum class Idle {
+    Refused,  ///< nowhere
+    InFile,   ///< in a file, beside an option that overrides it
+    Either    ///< there, and as an option that the file contradicts, since an option is given to all scenes
+};
 
 /// A combination of settings that is refused, at one of their keys: "mips" of the same table, "output.charts", ".lobe" of the root.
 struct SettingsRule {
@@ -52,7 +55,7 @@ struct Range {
     double low = 0, high = 0;
 };
 
-/// How a key is written. A size is a text, of a number of bytes.
+/// The form in which a key is written. A size is a text such as "2 MiB".
 enum class KeyShape { Text, Size, Path, Flag, Integer, Number, Numbers, Texts, Table };
 
 /// Values that a key may have, in numbers and in words.

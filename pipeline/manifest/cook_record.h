@@ -28,7 +28,7 @@ void describe(Fields& fields, Self& decisions) {
     fields.optional("table_views", decisions.tableViews, "views of the Cook-Torrance tables that the budget leaves room for");
 }
 
-inline constexpr double kMostSamples = 1000000;  ///< that the command line takes
+inline constexpr int kMostSamples = 1000000;  ///< of each texel: the most of --samples
 
 struct CookRecord {
     Json scene;                    ///< its keys: Scene::document

@@ -184,7 +184,7 @@ void describeKeys(Keys& keys, OutputSettings& output) {
                                allChartModes()));
     keys.optional(
         "charts_max_visible", output.charts.maxVisible, kChartsVisible.otherwise("0"),
-        "visible error that fewer texels of packed charts may add to 99 % of a chart\'s samples, in just noticeable differences. 0: "
+        "visible error that fewer texels of packed charts may add to 99 % of a chart's samples, in just noticeable differences. 0: "
         "charts are moved only, without loss");
     keys.optional("gltf", output.gltf, {},
                   "also write each light map with its mesh as glTF, with the light map bound "
