@@ -11,7 +11,7 @@ namespace lightcook::compress::rows {
 
 namespace {
 
-/// Times that ratios, directions and intensities are solved. More gains nothing (docs/lab/compress.md).
+/// Times that ratios, directions and intensities are solved. More gains nothing (docs/lab/compress-light-maps.md).
 constexpr int kTurns = 6;
 /// The light takes at most this share of coefficient 0, so that the rest keeps ratios.
 constexpr float kMostOfDc = 0.98f;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -81,6 +82,25 @@ inline verify::layouts::Layout layoutOn(const Cooked& cooked) {
     verify::layouts::Layout layout = *verify::layouts::layoutOf(cooked.map);
     if (auto* const rnm = std::get_if<verify::layouts::Rnm>(&layout)) rnm->frames.strip = &cooked.reference;
     return layout;
+}
+
+/// Returns the shader's light of a texel, under a layout whose texels are decoded before they are filtered.
+/// off  [4 layer + channel] share of what decoders of blocks may differ by, in [-1, 1]; empty: none
+template <verify::layouts::DecodedBeforeFilter Layout>
+shaders::LcSh lightOfTexel(const Cooked& cooked, const Layout& layout, int x, int y, std::span<const float> off = {}) {
+    verify::layouts::Texels<Layout::kLayers> texels;
+    std::size_t at = 0;
+    for (std::size_t t = 0; t < cooked.texels.textures.size(); ++t) {
+        const int side = formats::info(Layout::kLayout).textures[t].side;
+        const glm::vec4 most = verify::toleranceOf(cooked.map.formats.at(t)).decoded;
+        for (const auto& layer : cooked.texels.textures[t]) {
+            texels[at] = layer.at(x / side, y / side);
+            for (std::size_t c = 0; c < 4 && !off.empty(); ++c)
+                texels[at][static_cast<int>(c)] += off[4 * at + c] * most[static_cast<int>(c)];
+            ++at;
+        }
+    }
+    return layout.decode(texels);
 }
 
 }  // namespace lightcook::test

@@ -154,8 +154,17 @@ public:
                 reference[k] += static_cast<float>(weight(exact, i) / sum) * cooked_.reference.sh.at(x, y)[k];
         }
         std::visit(
-            [&](const auto& layout) {
-                verify::layouts::Texels<std::decay_t<decltype(layout)>::kLayers> texels{};
+            [&]<class Layout>(const Layout& layout) {
+                if constexpr (verify::layouts::DecodedBeforeFilter<Layout>) {
+                    for (int i = 0; i < 4; ++i) {
+                        const int x = clampedX(qx + i % 2), y = clampedY(qy + i / 2);
+                        if (!isCovered(x, y)) continue;
+                        const shaders::LcSh light = lightOfTexel(cooked_, layout, x, y, place.tolerance);
+                        for (std::size_t k = 0; k < found.size(); ++k) found[k] += static_cast<float>(weight(exact, i) / sum) * light.c[k];
+                    }
+                    return;
+                }
+                verify::layouts::Texels<Layout::kLayers> texels{};
                 for (std::size_t layer = 0; layer < texels.size(); ++layer) {
                     glm::vec4 span(0), largest(0);
                     for (int i = 0; i < 4; ++i) {
@@ -174,7 +183,7 @@ public:
                 const shaders::LcSh sh =
                     verify::layouts::decodeAt(layout, clampedX(qx + place.decode % 2), clampedY(qy + place.decode / 2)).decode(texels);
                 std::copy_n(sh.c, lighting::kShCount, found.begin());
-                if constexpr (verify::layouts::InTangentSpace<std::decay_t<decltype(layout)>>)
+                if constexpr (verify::layouts::InTangentSpace<Layout>)
                     out.shown = [decode = layout.at(place.x, place.y), texels, frame, key = cooked_.key](const glm::dvec3& normal) {
                         return decode.exitRadiance(texels, glm::vec3(frame * normal)) / static_cast<float>(key);
                     };

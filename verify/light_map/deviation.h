@@ -67,6 +67,25 @@ shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t)
     return out;
 }
 
+/// Changes of a coefficient of the light alone: |I| and |Y_i| at most, with their changes. A direction whose octahedral components are off
+/// by t is off by at most 17 t: |d n| <= sqrt(6^2 + 6^2 + 4^2) t before its length, at least 1 / sqrt 3, is divided by.
+inline float basisDeviation(std::size_t i, const glm::vec4& direction) {
+    constexpr std::array<float, 3> kSteepest = {0, 0.489f, 1.9f};  // |gradient| of the basis functions of a band
+    return 17 * std::max(direction.x, direction.y) * kSteepest[static_cast<std::size_t>(lighting::kShBand[i])];
+}
+
+/// One light and the rest: c_0 = range l0, c_i = rest (scale_i rest_i + bias_i) + I Y_i(d), rest = c_0 - Y_0 I, where l0 and the intensity
+/// are exact in every format that holds them.
+template <DecodedBeforeFilter Layout>
+shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t) {
+    const auto& k = layout.k;
+    shaders::LcSh out{};
+    const glm::vec3 l0 = k.range * detail::rgb(t[0].largest()), light = k.range * detail::rgb(t[1].largest());
+    for (std::size_t i = 0; i + 1 < lighting::kShCount; ++i)
+        out.c[i + 1] = std::abs(k.scale[i]) * l0 * detail::rgb(t[3 + i].tolerance) + basisDeviation(i + 1, t[2].tolerance) * light;
+    return out;
+}
+
 /// Ratios: c_0 = range l0, c_i = range l0 (scale_i ratio_i + bias_i).
 template <RatioFamily Layout>
 shaders::LcSh deviationOf(const Layout& layout, const Boxes<Layout::kLayers>& t) {

@@ -36,7 +36,7 @@ constexpr std::size_t mostOfLayouts(Property property) {
 inline constexpr std::size_t kMostStages = mostOfLayouts([](const formats::LightMapLayoutInfo& info) { return info.stages.size(); });
 /// Layers of mixedDecoder() for a layout.
 constexpr std::size_t mixedLayers(const formats::LightMapLayoutInfo& info) {
-    return lighting::kShCount * info.stages.size();
+    return lighting::kShCount * info.stages.size() + 3;
 }
 inline constexpr std::size_t kMostLayers = mostOfLayouts([](const formats::LightMapLayoutInfo& info) {
     return info.filter == formats::LightMapFilter::Decoded ? mixedLayers(info) : static_cast<std::size_t>(info.layerCount());
@@ -127,6 +127,9 @@ public:
     virtual Deviation deviation(std::span<const TexelBox> boxes, std::size_t cluster) const = 0;
     /// Returns the curvature of a curved layout over a rectangle with these corners; 0 for others.
     virtual LcSh curvature(const QuadTexels& corners) const = 0;
+    /// Returns upper bounds of the lengths that decoders of blocks may differ by, of light of mixedDecoder() anywhere between these corners
+    /// [units of the key]; 0 for others.
+    virtual BandLengths decodersDiffer(const QuadTexels& corners) const = 0;
     /// Returns an upper bound of |exitRadiance() - what the decode shows| over the normals of the hemisphere and every place between these
     /// corners, as a change of coefficient 0; 0 for layouts that are not in tangent space.
     virtual glm::vec3 besideSh(const QuadTexels& corners) const = 0;
@@ -151,8 +154,9 @@ protected:
 /// Returns the decoder of a map of this layout, which must not be moved while the decoder lives.
 /// perKey  1 / key
 std::unique_ptr<const MapDecoder> mapDecoder(const layouts::Layout& layout, float perKey);
-/// Returns the decoder of light that `ofTexels` decoded: nine layers for each stage, the last stage first, in units of the key. Their mixes
-/// are the light between texels, without a sampler's tolerance: the weights are floats of the shader.
+/// Returns the decoder of light that `ofTexels` decoded: nine layers for each stage, the last stage first, in units of the key, then three
+/// of lengths, band by band, of what decoders of blocks may differ by. Mixes of them are the light between texels, without a sampler's
+/// tolerance: the weights are floats of the shader.
 std::shared_ptr<const MapDecoder> mixedDecoder(std::shared_ptr<const MapDecoder> ofTexels);
 /// Returns the decoder of a layout in tangent space on the texels of a strip, which has their tangents and outlives it.
 std::shared_ptr<const MapDecoder> tangentDecoder(layouts::Layout layout, float perKey, const formats::LightMapStrip& strip);

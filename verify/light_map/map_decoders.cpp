@@ -56,6 +56,7 @@ public:
         }
         return out;
     }
+    BandLengths decodersDiffer(const QuadTexels&) const override { return {}; }
     glm::vec3 besideSh([[maybe_unused]] const QuadTexels& corners) const override {
         if constexpr (layouts::InTangentSpace<Layout>) {
             Texels largest;
@@ -67,9 +68,7 @@ public:
         }
     }
     Deviation deviation([[maybe_unused]] std::span<const TexelBox> boxes, [[maybe_unused]] std::size_t cluster) const override {
-        if constexpr (layouts::DecodedBeforeFilter<Layout>)
-            return {};  // no filter reads these texels
-        else if constexpr (Learned<Layout>)
+        if constexpr (Learned<Layout>)
             return layouts::deviationOf<Layout::kCodeCount>(*layout_.tables, cluster, boxes);
         else if constexpr (layouts::InTangentSpace<Layout>)
             return {layouts::deviationOf(layout_, cluster, boxes.template first<Layout::kLayers>()), {}};
@@ -114,8 +113,16 @@ private:
 /// Light of texels: any mix of it is between theirs.
 class MixBounds final : public CoarseBounds {
 public:
+    explicit MixBounds(const MapDecoder& decoder) : decoder_(decoder) {}
     bool isKnown() const override { return true; }
-    CoarseBound bound(const QuadTexels&, std::size_t, const QuadTolerance&) const override { return {}; }
+    CoarseBound bound(const QuadTexels& corners, std::size_t, const QuadTolerance&) const override {
+        BandLengths lengths = decoder_.decodersDiffer(corners);
+        for (float& length : lengths) length *= kOutwardFloat / decoder_.perKey();
+        return {{}, lengths};
+    }
+
+private:
+    const MapDecoder& decoder_;
 };
 
 class MixedDecoder final : public MapDecoder {
@@ -134,9 +141,19 @@ public:
     LcSh directions(LayerTexels, std::size_t) const override { return {}; }
     Deviation deviation(std::span<const TexelBox>, std::size_t) const override { return {}; }
     LcSh curvature(const QuadTexels&) const override { return {}; }
+    BandLengths decodersDiffer(const QuadTexels& corners) const override {
+        BandLengths largest{};
+        for (const LayerTexels texels : corners)
+            for (int l = 0; l < 3; ++l)
+                for (int c = 0; c < 3; ++c) {
+                    float& length = largest[static_cast<std::size_t>(3 * l + c)];
+                    length = std::max(length, texels[layers() - 3 + static_cast<std::size_t>(l)][c]);
+                }
+        return largest;
+    }
     glm::vec3 besideSh(const QuadTexels&) const override { return {}; }
     std::unique_ptr<const CoarseBounds> coarseBounds(const std::vector<FormatTolerance>&) const override {
-        return std::make_unique<MixBounds>();
+        return std::make_unique<MixBounds>(*this);
     }
 
 private:

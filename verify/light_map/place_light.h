@@ -67,6 +67,7 @@ private:
         addVectors(out, error, reference);
         if (decoder_.isInTangentSpace()) out.directions.add(channelsOf(decoder_.directions(quad_.texelsAt(place).data(), cluster_)));
         addRoundingOf(out, {&error, 1}, {&reference, 1}, 1);
+        addDecoders(out);
         addTolerance({place, glm::vec2(0)}, out);
         return out;
     }
@@ -114,6 +115,7 @@ private:
             }
         controlsFromNodes(values, nodes);
         for (std::size_t k = 0; k < count; ++k) values[k] = scaled(values[k], 1 / weights[k]);
+        addDecoders(out);
         addTolerance(place, out);
         for (std::size_t k = 0; k < count; ++k) values[k] = difference(values[k], references[k]);
         addRoundingOf(out, values, references, quad_.isCovered() ? 1 : kRimFactor);
@@ -144,6 +146,10 @@ private:
                 out.referenceSlack[c][l] += kRotationRounding * r;
                 out.isFinite = out.isFinite && std::isfinite(e) && std::isfinite(r);
             }
+    }
+    /// Adds what decoders of blocks differ by where texels are decoded before they are filtered.
+    void addDecoders(CellLight& out) const {
+        if (decoder_.isMixed()) addBesideSh(out.errorSlack, decoder_, quad_.corners.texels);
     }
     /// Adds the sampler tolerance over a rectangle and a filter fraction around it, as far as the quad reaches.
     void addTolerance(const PlaceRectangle& place, CellLight& out) const {

@@ -51,6 +51,10 @@ public:
                 layers_.push_back(&image);
                 sides_.push_back(decoder.info().textures[texture].side);
             }
+        if (!decoder.isMixed()) return;
+        for (std::size_t texture = 0; texture < map.formats.size(); ++texture)
+            tolerances_.insert(tolerances_.end(), texels_.textures[texture].size(), toleranceOf(map.formats[texture]).decoded);
+        if (std::ranges::all_of(tolerances_, [](const glm::vec4& each) { return each == glm::vec4(0); })) tolerances_.clear();
     }
 
     const MapDecoder& decoder() const { return decoder_; }
@@ -175,10 +179,13 @@ private:
         for (int i = 0; i < count; ++i) {
             const int x = firstX + i;
             row.covered[index(i)] = reference_.covered.at(x, stripRow);
-            if (row.covered[index(i)] == 0) continue;
+            const auto texels = std::span(row.texels).subspan(row.layers * index(i), row.layers);
+            if (row.covered[index(i)] == 0) {
+                if (decoder_.isMixed()) std::ranges::fill(texels, glm::vec4(0));
+                continue;
+            }
             row.reference[index(i)] = referenceAt(x, stripRow);
-            if (decoder_.isMixed())
-                decodeTexel(x, y, row.reference[index(i)], std::span(row.texels).subspan(row.layers * index(i), row.layers));
+            if (decoder_.isMixed()) decodeTexel(x, y, row.reference[index(i)], texels);
         }
     }
     /// Sets the layers of mixedDecoder() for texel (x, y).
@@ -192,6 +199,13 @@ private:
         auto layer = out.begin();
         for (std::size_t stage = decoder.stages(); stage-- > 0;)
             for (const glm::vec3& coefficient : light[stage].c) *layer++ = glm::vec4(coefficient, 0);
+        std::fill(layer, out.end(), glm::vec4(0));
+        if (tolerances_.empty()) return;
+        std::array<TexelBox, kMostLayers> boxes;
+        for (std::size_t i = 0; i < tolerances_.size(); ++i) boxes[i] = {texel[i], glm::vec4(0), tolerances_[i]};
+        const Deviation off = decoder.deviation({boxes.data(), tolerances_.size()}, decoder.clusterAt(x, y));
+        const BandLengths lengths = bandLengths(scaled(off.absolute, perKey()));
+        for (std::size_t l = 0; l < 3; ++l) *layer++ = glm::vec4(lengths[3 * l], lengths[3 * l + 1], lengths[3 * l + 2], 0);
     }
     LcSh referenceAt(int x, int stripRow) const {
         LcSh out{};
@@ -208,7 +222,8 @@ private:
     const DecodedLightMapRows& texels_;
     const formats::LightMapStrip& reference_;
     std::vector<const formats::Image<glm::vec4>*> layers_;
-    std::vector<int> sides_;  ///< [layer], of their textures
+    std::vector<int> sides_;             ///< [layer], of their textures
+    std::vector<glm::vec4> tolerances_;  ///< [layer] of light that is mixed: what decoders differ by; empty: nothing
 };
 
 }  // namespace lightcook::verify::lightmap

@@ -120,8 +120,14 @@ private:
     std::vector<const formats::Image<glm::vec4>*> spans_;  ///< [layer]
 };
 
-/// Adds what a layout in tangent space shows beside its coefficients, anywhere between these corners.
+/// Adds what a layout in tangent space shows beside its coefficients, and what decoders of blocks differ by where texels are decoded before
+/// they are filtered, anywhere between these corners.
 inline void addBesideSh(ChannelSlack& slack, const MapDecoder& decoder, const QuadTexels& corners) {
+    if (decoder.isMixed()) {
+        const BandLengths lengths = decoder.decodersDiffer(corners);
+        for (std::size_t c = 0; c < kChannels; ++c)
+            for (std::size_t l = 0; l < 3; ++l) slack[c][l] += kOutward * static_cast<double>(lengths[3 * l + c]);
+    }
     if (!decoder.isInTangentSpace()) return;
     const glm::vec3 beside = decoder.besideSh(corners);
     for (std::size_t c = 0; c < kChannels; ++c)

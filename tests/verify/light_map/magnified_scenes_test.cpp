@@ -149,8 +149,13 @@ public:
         const auto perKey = static_cast<float>(1 / cooked_.key);
         const glm::vec2 seen = glm::clamp(place + shift, 0.0f, 1.0f);
         std::visit(
-            [&](const auto& layout) {
-                verify::layouts::Texels<std::decay_t<decltype(layout)>::kLayers> texels{};
+            [&]<class Layout>(const Layout& layout) {
+                if constexpr (verify::layouts::DecodedBeforeFilter<Layout>) {
+                    for (std::size_t k = 0; k < kCount; ++k)
+                        light.error.c[k] = blend(quad, place, [&](int x, int y) { return test::lightOfTexel(cooked_, layout, x, y).c[k]; });
+                    return;
+                }
+                verify::layouts::Texels<Layout::kLayers> texels{};
                 for (std::size_t layer = 0; layer < texels.size(); ++layer) {
                     const auto& image = *layers_[layer];
                     texels[layer] = blend(quad, seen, [&](int x, int y) { return image.at(x, y); });

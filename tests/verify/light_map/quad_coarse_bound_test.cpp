@@ -85,11 +85,13 @@ Compared compare(const test::Cooked& cooked, bool isIdeal) {
     verify::ShadingSetup setup;
     setup.responses = {{{1, 0.8, 0.5}, {0, 0.01, 0.02}}};
     setup.largestResponse = setup.responses[0].norms();
-    for (std::size_t t = 0; t < cooked.map.formats.size() && !isIdeal; ++t)
+    const verify::layouts::Layout layout = test::layoutOn(cooked);
+    const bool isMixed = verify::layouts::infoOf(layout).filter == formats::LightMapFilter::Decoded;
+    for (std::size_t t = 0; t < cooked.map.formats.size() && !isIdeal && !isMixed; ++t)
         setup.tolerance.insert(setup.tolerance.end(), cooked.texels.textures[t].size(), verify::toleranceOf(cooked.map.formats[t]));
     const auto perKey = static_cast<float>(1 / cooked.key);
-    const verify::layouts::Layout layout = test::layoutOn(cooked);
-    const auto decoder = mapDecoder(layout, perKey);
+    std::shared_ptr<const MapDecoder> decoder = mapDecoder(layout, perKey);
+    if (isMixed) decoder = mixedDecoder(decoder);
     const MapRows rows(*decoder, cooked.map, cooked.texels, cooked.reference);
     const SamplerTolerance tolerance(rows, setup.tolerance);
     const BoundEvaluator evaluator(setup, perKey);

@@ -212,7 +212,8 @@ TEST_P(VisibleScenes, NoShadingExceedsTheBoundOfItsBlock) {
     expectVisibleWithinTheBound(std::get<0>(GetParam()), std::get<1>(GetParam()), 1, 1'000'000);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, VisibleScenes,
-                         testing::Combine(testing::Values("cornell"), testing::Values(LightMapLayout::Ratio, LightMapLayout::Basis4)),
+                         testing::Combine(testing::Values("cornell"),
+                                          testing::Values(LightMapLayout::Ratio, LightMapLayout::Basis4, LightMapLayout::LitHalf)),
                          test::nameOfSceneAndLayout);
 
 class VisibleScenesSoak : public testing::TestWithParam<SceneAndLayout> {};
@@ -256,7 +257,8 @@ TEST_P(TightVisibleBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
 INSTANTIATE_TEST_SUITE_P(Scenes, TightVisibleBoundsSoak,
                          testing::Combine(testing::Values("cornell", "interior"),
                                           testing::Values(LightMapLayout::Halo3, LightMapLayout::Ratio, LightMapLayout::Basis4,
-                                                          LightMapLayout::Raw, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5)),
+                                                          LightMapLayout::Raw, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5,
+                                                          LightMapLayout::LitHalf, LightMapLayout::Lit)),
                          test::nameOfSceneAndLayout);
 
 }  // namespace
