@@ -217,6 +217,7 @@ struct LightMapPlan {
     formats::Target target = formats::Target::Float;
     int width = 0, height = 0;  ///< of level 0, or of the level that it encodes [texels]
     int mipCount = 1;           ///< mip levels of the textures
+    formats::LightMapFilter filter = formats::LightMapFilter::Hardware;
     std::vector<LightMapTexture> textures;
     std::map<std::string, std::vector<float>> constants;  ///< by the names of the members of the shader's constants
     std::optional<LightMapObjective> objective;           ///< empty: errors of shaded light by energy
@@ -230,7 +231,7 @@ struct LightMapPlan {
     std::size_t gpuBytes() const;  ///< the same in bytes, with all mip levels
     std::size_t layerBytes(const LightMapTexture& texture) const;  ///< of a layer, with all mip levels
     /// The map has a texture "coverage" (formats::kCoverageRole): its filter is LightMapFilter::Decoded.
-    bool hasCoverage() const;
+    bool hasCoverage() const { return filter == formats::LightMapFilter::Decoded; }
     glm::ivec2 coverageSize() const;    ///< of that texture [texels]
     std::size_t coverageBytes() const;  ///< with all mip levels; 0 without
     /// Returns gpuBytes() of a layout that is this one, or this one without its last layers.
@@ -258,6 +259,7 @@ struct MeasuredLightMap {
     int width, height;                                          ///< [texels]
     const LightMapMeasure& measure;                             ///< of all rows
     std::optional<LightMapObjective> objective = std::nullopt;  ///< empty: errors of shaded light by energy
+    formats::LightMapFilter filter = formats::LightMapFilter::Hardware;
 };
 
 /// The samples of a map to which the decode of a learned layout is fitted.

@@ -37,14 +37,18 @@ inline const LayoutCostInfo& info(LayoutCost cost) {
     return kLayoutCosts[static_cast<std::size_t>(cost)];
 }
 
-/// Limits on the decode in the shader.
+/// Limits on the decode in the shader, and its filter.
 struct DecodeLimits {
-    std::optional<int> maxFetches;    ///< texture fetches of a sample
-    std::optional<int> maxDecodeOps;  ///< scalar multiply-adds of a sample
+    std::optional<int> maxFetches = {};         ///< texture fetches of a sample
+    std::optional<int> maxDecodeOps = {};       ///< scalar multiply-adds of a sample
+    std::optional<LightMapFilter> filter = {};  ///< empty: that of the layout
 
+    constexpr LightMapFilter filterOf(const LightMapLayoutInfo& layout) const { return layout.filterFor(filter.value_or(layout.filter)); }
+    constexpr int fetchesOf(const LightMapLayoutInfo& layout) const { return layout.fetchCount(filterOf(layout)); }
+    constexpr int operationsOf(const LightMapLayoutInfo& layout) const { return layout.operations(filterOf(layout)); }
     constexpr bool allow(const LightMapLayoutInfo& layout) const {
-        return layout.fetchCount() <= maxFetches.value_or(layout.fetchCount()) &&
-               layout.decodeOps <= maxDecodeOps.value_or(layout.decodeOps);
+        return fetchesOf(layout) <= maxFetches.value_or(fetchesOf(layout)) &&
+               operationsOf(layout) <= maxDecodeOps.value_or(operationsOf(layout)) && (!filter || layout.mayHave(*filter));
     }
     friend bool operator==(const DecodeLimits&, const DecodeLimits&) = default;
 };

@@ -54,10 +54,13 @@ enum class LightMapFilter {
 };
 struct LightMapFilterInfo {
     LightMapFilter id;
-    std::string_view name;  ///< in the manifest
+    std::string_view name;     ///< as in `[output] filter`, `--filter` and the manifest
+    std::string_view caption;  ///< for help texts and documents
 };
-inline constexpr std::array kLightMapFilters = {LightMapFilterInfo{LightMapFilter::Hardware, "hardware"},
-                                                LightMapFilterInfo{LightMapFilter::Decoded, "decoded"}};
+inline constexpr std::array kLightMapFilters = {
+    LightMapFilterInfo{LightMapFilter::Hardware, "hardware", "the sampler filters texels, the shader decodes the result"},
+    LightMapFilterInfo{LightMapFilter::Decoded, "decoded",
+                       "the shader decodes the four texels around a place and mixes the light of those that are covered"}};
 static_assert(isCompleteTable(kLightMapFilters, LightMapFilter::Decoded));
 
 /// Selects the format of a target that holds the texels of a texture.
@@ -104,7 +107,7 @@ struct LightMapLayoutInfo {
     std::span<const std::string_view> stages;       ///< of compression, in order; the last is the whole layout
     int codeCount = 0;                              ///< numbers that the first stage of a learned layout stores; 0: not learned
     int decodeDegree;                               ///< of the decode as a polynomial of the filtered texels; 0: it is no polynomial
-    int decodeOps;                                  ///< scalar multiply-adds of the shader's decode of one sample
+    int decodeOps;                                  ///< scalar multiply-adds of one decode in the shader: see operations()
     /// The layout whose trial measures this one's error; empty if "auto" does not choose this one
     std::optional<LightMapLayout> trialLayout = {};
     std::string_view trialStage = {};  ///< the stage of that trial; "total" is the last one
@@ -114,6 +117,7 @@ struct LightMapLayoutInfo {
     bool isForEngine = false;
     /// Light is stored relative to the tangents of a mesh: LightMapDescription::takesTangents.
     bool isInTangentSpace = false;
+    /// Decoded: the layout has no other filter.
     LightMapFilter filter = LightMapFilter::Hardware;
 
     /// The textures hold exit radiance at the texel's own normal.
@@ -136,8 +140,21 @@ struct LightMapLayoutInfo {
         for (const LightMapTextureInfo& texture : textures) layers += texture.layerCount;
         return layers;
     }
+    /// Returns the filter that the layout has where one is asked for.
+    constexpr LightMapFilter filterFor(LightMapFilter asked) const { return filter == LightMapFilter::Decoded ? filter : asked; }
+    /// Returns true if the layout can be decoded so. The shaders of engines filter first.
+    constexpr bool mayHave(LightMapFilter asked) const {
+        return asked == LightMapFilter::Hardware ? filter == asked : !isForEngine && !isInTangentSpace;
+    }
     /// Texture fetches of a sample: one a layer, or one a layer and one of the coverage for each of four texels.
-    constexpr int fetchCount() const { return filter == LightMapFilter::Hardware ? layerCount() : 4 * (layerCount() + 1); }
+    constexpr int fetchCount(LightMapFilter asked = LightMapFilter::Hardware) const {
+        return filterFor(asked) == LightMapFilter::Hardware ? layerCount() : 4 * (layerCount() + 1);
+    }
+    /// Scalar multiply-adds of the decode of a sample: those of decodeOps, or four decodes, the weights and the mix.
+    constexpr int operations(LightMapFilter asked = LightMapFilter::Hardware) const {
+        constexpr int kMix = 4 * 9 * 3 + 16;
+        return filterFor(asked) == LightMapFilter::Hardware ? decodeOps : 4 * decodeOps + kMix;
+    }
     /// RGB factors of one cluster of charts, each a texel of texture "tables" of a learned layout: first quadratic polynomials of the codes
     /// for eight coefficients, then four directions of nine coefficients for each residual layer.
     constexpr int codeFactors() const { return isLearned() ? (codeCount + 1) * (codeCount + 2) / 2 * 8 : 0; }
@@ -423,7 +440,7 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kLit<1>,
                        .stages = layout_tables::kLitStages,
                        .decodeDegree = 1,
-                       .decodeOps = 560,
+                       .decodeOps = 110,
                        .trialLayout = LightMapLayout::Lit,
                        .trialStage = "total",
                        .filter = LightMapFilter::Decoded},
@@ -434,7 +451,7 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kLit<2>,
                        .stages = layout_tables::kLitStages,
                        .decodeDegree = 1,
-                       .decodeOps = 560,
+                       .decodeOps = 110,
                        .trialLayout = LightMapLayout::LitHalf,
                        .trialStage = "total",
                        .filter = LightMapFilter::Decoded},
@@ -445,7 +462,7 @@ inline constexpr std::array kLightMapLayouts = {
                        .textures = layout_tables::kLit<4>,
                        .stages = layout_tables::kLitStages,
                        .decodeDegree = 1,
-                       .decodeOps = 560,
+                       .decodeOps = 110,
                        .trialLayout = LightMapLayout::LitQuarter,
                        .trialStage = "total",
                        .filter = LightMapFilter::Decoded},

@@ -24,6 +24,7 @@
 #include "formats/gpu_texture.h"
 #include "formats/image.h"
 #include "formats/light_map.h"
+#include "formats/light_map_layout.h"
 #include "lighting/brdf.h"
 #include "verify/figures.h"
 #include "verify/seams.h"
@@ -40,7 +41,8 @@ struct CookedLightMap {
     std::vector<formats::PixelFormat> formats = {};
     /// Clusters of the blocks of a learned layout, row by row, as its texture "index" holds them. Empty: the constant index_runs.
     std::vector<std::uint8_t> clusterOfBlock = {};
-    int clusterBlock = 4;  ///< side of these blocks [texels]; 1 at mip levels
+    int clusterBlock = 4;                                                ///< side of these blocks [texels]; 1 at mip levels
+    formats::LightMapFilter filter = formats::LightMapFilter::Hardware;  ///< that of the layout, if it has no other
 };
 
 /// Shading of the scene. Samples take every m, every F0 and `viewCount` views (spherical Fibonacci points of the upper hemisphere). The

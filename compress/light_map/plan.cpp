@@ -19,6 +19,7 @@ LightMapPlan emptyPlan(formats::LightMapLayout layout, const MeasuredLightMap& m
     plan.width = map.width;
     plan.height = map.height;
     plan.objective = map.objective;
+    plan.filter = formats::info(layout).filterFor(map.filter);
     plan.key = map.measure.key();
     for (const formats::LightMapTextureInfo& texture : formats::info(layout).textures)
         plan.textures.push_back(
@@ -61,10 +62,6 @@ std::size_t LightMapPlan::layerBytes(const LightMapTexture& texture) const {
     for (int mip = 0; mip < mipCount; ++mip)
         bytes += formats::bytesPerImage(texture.format, std::max(1, size.x >> mip), std::max(1, size.y >> mip));
     return bytes;
-}
-
-bool LightMapPlan::hasCoverage() const {
-    return formats::info(layout).filter == formats::LightMapFilter::Decoded;
 }
 
 glm::ivec2 LightMapPlan::coverageSize() const {

@@ -56,7 +56,7 @@ bool mayBeDecoded(const Scene& scene, const LightMapEntry& entry) {
     const auto asked = formats::lightMapLayoutFromName(layoutAsked(scene.output));
     return std::ranges::any_of(formats::allLightMapLayouts(), [&](const formats::LightMapLayoutInfo& layout) {
         const bool isTaken = asked ? *asked == layout.id : mayTake(scene, entry, layout);
-        return isTaken && layout.filter == formats::LightMapFilter::Decoded;
+        return isTaken && scene.output.decode.filterOf(layout) == formats::LightMapFilter::Decoded;
     });
 }
 

@@ -53,7 +53,7 @@ std::vector<SkippedImages> imagesOf(const std::string& layout, formats::Target t
     std::vector<SkippedImages> images;
     for (const formats::LightMapTextureInfo& texture :
          formats::info(formats::lightMapLayoutFromName(layout).value_or(formats::LightMapLayout::Ratio)).textures)
-        images.push_back({formats::formatFor(texture.role, formats::info(target)), texture.layerCount});
+        images.push_back({formats::formatFor(texture.role, formats::info(target)), texture.layerCount, texture.side});
     return images;
 }
 
@@ -234,6 +234,12 @@ private:
                                  bakeInputs(entry.file, entry.description), std::move(dependencies)});
     }
 
+    /// Returns the filter that a layout is cooked for.
+    formats::LightMapFilter filterOf(const std::string& layout) const {
+        const auto id = formats::lightMapLayoutFromName(layout);
+        return id ? scene_.output.decode.filterOf(formats::info(*id)) : formats::LightMapFilter::Hardware;
+    }
+
     void addTrial(const LightMapEntry& entry, const LightMapReduction& reduction, const std::optional<JointTrial>& joint) {
         plan_.undecided.push_back(entry.name);
         takeNames(entry.name, AssetKind::LightMap);
@@ -251,7 +257,8 @@ private:
         const PackedLightMap* packed = packedOf(entry);
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
         add(entry.name, AssetKind::LightMap,
-            LightMapParameters{description, layout, scene_.output.target, textures_, visible, hasMips(scene_.output, entry)},
+            LightMapParameters{description, layout, scene_.output.target, textures_, visible, hasMips(scene_.output, entry),
+                               filterOf(layout)},
             hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
         if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);
@@ -561,7 +568,8 @@ std::vector<SkippedImages> dominantImages(formats::Target target, bool withResid
 std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size) {
     std::uint64_t bytes = 0;
     for (const SkippedImages& each : images)
-        bytes += static_cast<std::uint64_t>(each.layers) * formats::bytesPerImage(each.format, size.x, size.y);
+        bytes += static_cast<std::uint64_t>(each.layers) *
+                 formats::bytesPerImage(each.format, formats::textureExtent(size.x, each.side), formats::textureExtent(size.y, each.side));
     return bytes;
 }
 

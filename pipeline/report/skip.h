@@ -14,6 +14,7 @@ namespace lightcook::pipeline {
 struct SkippedImages {
     formats::PixelFormat format = formats::PixelFormat::Bc7;
     int layers = 1;
+    int side = 1;  ///< formats::LightMapTextureInfo::side
 };
 /// Work that a skip saved, whose time is measured by WorkRates.
 struct SkippedWork {

@@ -13,8 +13,17 @@
 namespace lightcook::pipeline {
 namespace {
 
-std::string costOf(const formats::LightMapLayoutInfo& layout) {
-    return fmt::format("{} ({} fetches, {} operations)", layout.name, layout.fetchCount(), layout.decodeOps);
+std::string costOf(const formats::DecodeLimits& decode, const formats::LightMapLayoutInfo& layout) {
+    return fmt::format("{} ({} fetches, {} operations)", layout.name, decode.fetchesOf(layout), decode.operationsOf(layout));
+}
+
+/// Returns what is wrong with the filter of a layout, or an empty text.
+std::string whyNotFilter(const formats::DecodeLimits& decode, const formats::LightMapLayoutInfo& layout) {
+    if (!decode.filter || layout.mayHave(*decode.filter)) return "";
+    const bool isDecoded = *decode.filter == formats::LightMapFilter::Decoded;
+    return fmt::format("found filter {} for layout {}, expected {}: {}", isDecoded ? "decoded" : "hardware", layout.name,
+                       isDecoded ? "hardware" : "decoded",
+                       isDecoded ? "the engine filters its textures" : "its decode comes before the filter");
 }
 
 /// Returns what is wrong with limits that no layout of a list keeps, or an empty text.
@@ -23,8 +32,9 @@ std::string whyNoneKeeps(const formats::DecodeLimits& decode, const formats::Lay
     for (const formats::LightMapLayoutInfo& each : formats::allLightMapLayouts()) {
         if (!formats::isCandidate(layouts, each)) continue;
         if (decode.allow(each)) return "";
-        costs += (costs.empty() ? "" : ", ") + costOf(each);
+        if (!decode.filter || each.mayHave(*decode.filter)) costs += (costs.empty() ? "" : ", ") + costOf(decode, each);
     }
+    if (costs.empty()) return "found a filter that none of the layouts has, expected the other one, or no filter";
     return fmt::format("found limits on the decode that no layout keeps, expected those of one of {}", costs);
 }
 
@@ -36,9 +46,10 @@ std::string whyNotDecode(const OutputSettings& output) {
     if (!formats::mayTake(output.layouts, formats::info(*named)))
         return fmt::format("found layout {} that the list of layouts ({}) lacks, expected one of the list, or \"auto\"",
                            formats::info(*named).name, fmt::join(output.layouts, ", "));
+    if (const std::string why = whyNotFilter(output.decode, formats::info(*named)); !why.empty()) return why;
     if (output.decode.allow(formats::info(*named))) return "";
     return fmt::format("found layout {} over the limits on the decode, expected a cheaper one, or \"auto\" with a limit on the error",
-                       costOf(formats::info(*named)));
+                       costOf(output.decode, formats::info(*named)));
 }
 
 /// Returns what is wrong with the list of a light map beside the settings of the output, or an empty text.
@@ -109,7 +120,10 @@ std::vector<SettingsRule> rulesOf(const OutputSettings& output) {
     const bool isDds = output.container == formats::Container::Dds, isAuto = layoutAsked(output) == kAutoLayout;
     const std::string_view target = formats::info(output.target).name;
     const std::string decode = whyNotDecode(output);
-    const char* const decodeKey = output.decode.maxFetches ? "max_fetches" : output.decode.maxDecodeOps ? "max_decode_ops" : "layouts";
+    const char* const decodeKey = output.decode.filter         ? "filter"
+                                  : output.decode.maxFetches   ? "max_fetches"
+                                  : output.decode.maxDecodeOps ? "max_decode_ops"
+                                                               : "layouts";
     return {
         {"effort", output.target == Target::Float,
          "found output.effort with target = \"float\", whose texels are not encoded, expected target = \"bc\" or \"astc\"", "target",

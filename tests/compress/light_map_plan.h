@@ -6,11 +6,13 @@
 namespace lightcook::synthetic {
 
 inline compress::LightMapPlan planOf(formats::LightMapLayout layout, formats::Target target, const formats::LightMapStrip& map,
-                                     const compress::EncodeOptions& options, int clusters = 0) {
+                                     const compress::EncodeOptions& options, int clusters = 0,
+                                     formats::LightMapFilter filter = formats::LightMapFilter::Hardware) {
     const int width = map.sh.width(), height = map.sh.height();
     compress::LightMapMeasure measure;
     measure.add(map);
     compress::MeasuredLightMap measured{target, width, height, measure};
+    measured.filter = filter;
     if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, measured);
     compress::LightMapBlocks blocks(width, height);
     blocks.add(map, 0, height);

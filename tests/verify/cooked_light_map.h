@@ -44,14 +44,15 @@ struct Cooked {
     }
 };
 
-inline Cooked cook(formats::LightMapStrip reference, formats::LightMapLayout layout, formats::Target target, int effort) {
+inline Cooked cook(formats::LightMapStrip reference, formats::LightMapLayout layout, formats::Target target, int effort,
+                   formats::LightMapFilter filter = formats::LightMapFilter::Hardware) {
     Cooked cooked;
     const int width = reference.sh.width(), height = reference.sh.height();
     compress::LightMapMeasure measure;
     measure.add(reference);
     compress::EncodeOptions options;
     options.effort = effort;
-    const compress::LightMapPlan plan = synthetic::planOf(layout, target, reference, options);
+    const compress::LightMapPlan plan = synthetic::planOf(layout, target, reference, options, 0, filter);
     const compress::EncodedLightMapRows rows = compress::encodeLightMapRows(plan, reference, 0, height, options);
     for (std::size_t t = 0; t < rows.textures.size(); ++t) {
         cooked.texels.textures.emplace_back();
@@ -69,6 +70,7 @@ inline Cooked cook(formats::LightMapStrip reference, formats::LightMapLayout lay
     cooked.key = key.key();
     EXPECT_EQ(cooked.key, measure.key());
     cooked.map.layout = formats::info(layout).name;
+    cooked.map.filter = plan.filter;
     cooked.map.constants = plan.constants;
     cooked.map.width = width;
     cooked.map.height = height;
@@ -84,9 +86,9 @@ inline verify::layouts::Layout layoutOn(const Cooked& cooked) {
     return layout;
 }
 
-/// Returns the shader's light of a texel, under a layout whose texels are decoded before they are filtered.
+/// Returns the shader's light of a texel.
 /// off  [4 layer + channel] share of what decoders of blocks may differ by, in [-1, 1]; empty: none
-template <verify::layouts::DecodedBeforeFilter Layout>
+template <class Layout>
 shaders::LcSh lightOfTexel(const Cooked& cooked, const Layout& layout, int x, int y, std::span<const float> off = {}) {
     verify::layouts::Texels<Layout::kLayers> texels;
     std::size_t at = 0;
@@ -100,7 +102,7 @@ shaders::LcSh lightOfTexel(const Cooked& cooked, const Layout& layout, int x, in
             ++at;
         }
     }
-    return layout.decode(texels);
+    return verify::layouts::decodeAt(layout, x, y).decode(texels);
 }
 
 }  // namespace lightcook::test

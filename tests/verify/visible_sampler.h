@@ -155,7 +155,7 @@ public:
         }
         std::visit(
             [&]<class Layout>(const Layout& layout) {
-                if constexpr (verify::layouts::DecodedBeforeFilter<Layout>) {
+                if (cooked_.map.filter == formats::LightMapFilter::Decoded) {
                     for (int i = 0; i < 4; ++i) {
                         const int x = clampedX(qx + i % 2), y = clampedY(qy + i / 2);
                         if (!isCovered(x, y)) continue;

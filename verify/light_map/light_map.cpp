@@ -138,10 +138,10 @@ std::vector<StageError> LightMapErrors::figures() const {
 namespace {
 
 /// Returns the tolerance of each layer of a map's textures. None without formats, and where the shader filters.
-formats::Result<std::vector<FormatTolerance>> tolerancesOf(const CookedLightMap& map, const formats::LightMapLayoutInfo& layout,
+formats::Result<std::vector<FormatTolerance>> tolerancesOf(const CookedLightMap& map,
                                                            const std::vector<LightMapVerifier::TextureNeed>& textures) {
     std::vector<FormatTolerance> tolerances;
-    if (map.formats.empty() || layout.filter == formats::LightMapFilter::Decoded) return tolerances;
+    if (map.formats.empty() || map.filter == formats::LightMapFilter::Decoded) return tolerances;
     if (map.formats.size() != textures.size())
         return formats::failure(
             formats::ErrorCode::WrongShape, "light map layout " + map.layout,
@@ -193,7 +193,11 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
     state->perKey = key > 0 ? static_cast<float>(1 / key) : 1.0f;
     state->layout = *layout;
     state->textures = layouts::texturesOf(*layout);
-    LC_TRY(tolerances, tolerancesOf(map, layouts::infoOf(state->layout), state->textures));
+    state->map.filter = layouts::infoOf(*layout).filterFor(map.filter);
+    if (!layouts::infoOf(*layout).mayHave(state->map.filter))
+        return formats::failure(formats::ErrorCode::WrongShape, "light map layout " + map.layout,
+                                "found the filter decoded, expected hardware, that of the engine's shader");
+    LC_TRY(tolerances, tolerancesOf(state->map, state->textures));
     const bool isOwnNormalOnly = layouts::infoOf(state->layout).isFlat() && !shading.needsDirections();
     std::visit(
         [&](auto& each) {
@@ -201,7 +205,7 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
         },
         state->layout);
     state->decoder = lightmap::mapDecoder(state->layout, state->perKey);
-    if (layouts::infoOf(state->layout).filter == formats::LightMapFilter::Decoded) state->decoder = lightmap::mixedDecoder(state->decoder);
+    if (state->map.filter == formats::LightMapFilter::Decoded) state->decoder = lightmap::mixedDecoder(state->decoder);
     state->setup = shadingSetup(shading, sampling.hasBounds(), isOwnNormalOnly, 1 / static_cast<double>(state->perKey), viewing);
     state->setup.tolerance = std::move(*tolerances);
     return LightMapVerifier(std::move(state));

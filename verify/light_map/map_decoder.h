@@ -38,9 +38,8 @@ inline constexpr std::size_t kMostStages = mostOfLayouts([](const formats::Light
 constexpr std::size_t mixedLayers(const formats::LightMapLayoutInfo& info) {
     return lighting::kShCount * info.stages.size() + 3;
 }
-inline constexpr std::size_t kMostLayers = mostOfLayouts([](const formats::LightMapLayoutInfo& info) {
-    return info.filter == formats::LightMapFilter::Decoded ? mixedLayers(info) : static_cast<std::size_t>(info.layerCount());
-});
+inline constexpr std::size_t kMostLayers = mostOfLayouts(
+    [](const formats::LightMapLayoutInfo& info) { return std::max(mixedLayers(info), static_cast<std::size_t>(info.layerCount())); });
 inline constexpr std::size_t kMostDegree = mostOfLayouts([](const formats::LightMapLayoutInfo& info) { return info.decodeDegree; });
 
 /// Filtered texels of a place: those beyond the layers of the layout are not set.

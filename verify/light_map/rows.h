@@ -204,7 +204,12 @@ private:
         std::array<TexelBox, kMostLayers> boxes;
         for (std::size_t i = 0; i < tolerances_.size(); ++i) boxes[i] = {texel[i], glm::vec4(0), tolerances_[i]};
         const Deviation off = decoder.deviation({boxes.data(), tolerances_.size()}, decoder.clusterAt(x, y));
-        const BandLengths lengths = bandLengths(scaled(off.absolute, perKey()));
+        BandLengths lengths = bandLengths(scaled(off.absolute, perKey()));
+        for (const std::array<LcSh, 4>& group : off.groups)
+            for (const LcSh& vector : group) {
+                const BandLengths more = bandLengths(scaled(vector, perKey()));
+                for (std::size_t i = 0; i < lengths.size(); ++i) lengths[i] += more[i];
+            }
         for (std::size_t l = 0; l < 3; ++l) *layer++ = glm::vec4(lengths[3 * l], lengths[3 * l + 1], lengths[3 * l + 2], 0);
     }
     LcSh referenceAt(int x, int stripRow) const {

@@ -133,7 +133,7 @@ CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan&
     CookedAsset asset = makeCookedAsset(name, AssetKind::LightMap, std::string(formats::info(plan.layout).name), plan.width, plan.height);
     asset.bitsPerTexel = plan.bitsPerTexel();
     asset.decodeDegree = formats::info(plan.layout).decodeDegree;
-    asset.filter = formats::info(plan.layout).filter;
+    asset.filter = plan.filter;
     asset.constants = Json::object();
     for (const auto& [constant, values] : plan.constants)
         if (isInManifest(plan, constant)) (*asset.constants)[constant] = values;
@@ -174,7 +174,8 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     if (parameters->visible) objective = objectiveFor(*parameters->visible, measured->key.displayKey(), (*source)->bt2020FromWorking());
     LC_TRY(mipCount, mipCountOf(**source, parameters->mips, context));
     // The planner is a temporary: its samples are freed before the first strip is encoded.
-    LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, *mipCount, context)
+    LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, *mipCount,
+                                 parameters->filter, context)
                      .plan(parameters->layout));
     LC_TRY(textures, createTextures(context, *plan, parameters->textures));
     LC_TRY(report, encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, context));

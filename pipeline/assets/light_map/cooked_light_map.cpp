@@ -94,6 +94,7 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
                                                            verify::CookedLightMap map, const VerifierSettings& settings) {
     LC_TRY(constants, constantsOf(folder, asset));
     map.layout = asset.layout;
+    map.filter = asset.filter.value_or(map.filter);
     map.constants = std::move(*constants);
     map.width = asset.width >> mip;
     map.height = asset.height >> mip;
@@ -114,7 +115,7 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
         textures.push_back(std::move(*texture));
     }
     std::optional<formats::TextureReader> coverage;
-    if (formats::info(*formats::lightMapLayoutFromName(asset.layout)).filter == formats::LightMapFilter::Decoded) {
+    if (asset.filter == formats::LightMapFilter::Decoded) {
         LC_TRY(texture, openTexture(folder, asset, std::string(formats::kCoverageRole)));
         const formats::TextureShape& shape = texture->shape();
         const glm::ivec2 size = coverageSize(asset.width, asset.height);

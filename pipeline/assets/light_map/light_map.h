@@ -63,6 +63,7 @@ struct LightMapParameters {
     TextureSettings textures;
     std::optional<SceneView> visible = std::nullopt;  ///< of a layout with an objective; absent: "energy"
     bool mips = false;                                ///< as many mip levels as keep charts apart (mips.h)
+    formats::LightMapFilter filter = formats::LightMapFilter::Hardware;
 };
 template <class Fields, Is<LightMapParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -72,6 +73,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("textures", parameters.textures, "settings of the files");
     fields.optional("visible", parameters.visible, "scene and display of objective visible; absent: objective energy");
     fields.presentIf(parameters.mips, "mips", parameters.mips, "true for mip levels");
+    fields.presentIf(parameters.filter != formats::LightMapFilter::Hardware, "filter", parameters.filter, "filter of the shader");
 }
 
 /// Parameters of the verify action. Its inputs are "source" and optionally "mesh" and traced light.

@@ -26,13 +26,14 @@ compress::LightMapObjective objectiveFor(const SceneView& view, double displayKe
 
 LightMapPlanner::LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
                                  const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective,
-                                 int mipCount, const ActionContext& context)
+                                 int mipCount, formats::LightMapFilter filter, const ActionContext& context)
     : source_(source),
       measure_(measure),
       objective_(std::move(objective)),
       context_(context),
       target_(target),
       mipCount_(mipCount),
+      filter_(filter),
       options_(textures.encodeOptions()) {}
 
 Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout) {
@@ -43,7 +44,7 @@ Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout) 
 
 Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& name) {
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
-    const compress::MeasuredLightMap map{target_, source_.width(), source_.height(), measure_, objective_};
+    const compress::MeasuredLightMap map{target_, source_.width(), source_.height(), measure_, objective_, filter_};
     if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, map);
     if (!samples_) LC_CHECK(gather());
     compress::LightMapPlan plan = compress::planLearnedLightMap(layout, map, {chartOfBlock_, *samples_}, options_);

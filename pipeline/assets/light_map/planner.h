@@ -21,9 +21,10 @@ compress::LightMapObjective objectiveFor(const SceneView& view, double displayKe
 class LightMapPlanner {
 public:
     /// mipCount  levels of the plans
+    /// filter    of layouts that have more than one
     LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
                     const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective, int mipCount,
-                    const ActionContext& context);
+                    formats::LightMapFilter filter, const ActionContext& context);
     formats::Result<compress::LightMapPlan> plan(const std::string& layout);
 
 private:
@@ -40,6 +41,7 @@ private:
     const ActionContext& context_;
     formats::Target target_;
     int mipCount_;
+    formats::LightMapFilter filter_;
     compress::EncodeOptions options_;
     compress::LightMapBlocks blocks_;
     std::vector<int> chartOfBlock_;

@@ -89,6 +89,7 @@ std::vector<LayoutGroup> layoutGroups(const TrialParameters& parameters, const s
 /// Returns a plan as a layout without its last layers sees it.
 verify::CookedLightMap cookedAs(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan) {
     verify::CookedLightMap map{std::string(layout.name), plan.constants, plan.width, plan.height};
+    map.filter = plan.filter;
     const int planned = formats::info(plan.layout).residualCount();
     const auto residual = map.constants.find("residual");
     if (residual == map.constants.end() || layout.id == plan.layout || planned == 0) return map;
@@ -168,7 +169,7 @@ Result<TriedPlan> tryPlan(const TriedMap& map, const compress::LightMapPlan& pla
     const compress::EncodeOptions options = map.parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
     sampling.figures = verify::LightMapFigures::Trial;
-    LC_TRY(verifier, verify::LightMapVerifier::create({layout, plan.constants, plan.width, plan.height}, map.parameters.shading, sampling,
+    LC_TRY(verifier, verify::LightMapVerifier::create(cookedAs(formats::info(plan.layout), plan), map.parameters.shading, sampling,
                                                       plan.key, map.viewing));
     verify::LightMapErrors errors = verifier->noErrors();
     TriedPlan tried;
@@ -212,8 +213,8 @@ TrialCandidate candidateOf(const Trial& trial, const compress::LightMapPlan& pla
             error.specular.relRms,
             error.diffuse.visible->p99,
             error.specular.visible ? error.specular.visible->p99 : 0,
-            layout.fetchCount(),
-            layout.decodeOps,
+            layout.fetchCount(plan.filter),
+            layout.operations(plan.filter),
             plan.tableBytesAs(layout.id),
             trial.isExcluded};
 }
@@ -251,7 +252,8 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
         **source, spreadStrips(**source, kTrialTexels), parameters, {parameters.display.of(displayKey), (*source)->bt2020FromWorking()}};
     LC_TRY(mipCount, mipCountOf(**source, parameters.mips, context));
     LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure,
-                            objectiveOf(parameters, **source, displayKey), *mipCount, context);
+                            objectiveOf(parameters, **source, displayKey), *mipCount,
+                            parameters.decode.filter.value_or(formats::LightMapFilter::Hardware), context);
     LC_TRY(whole, startJointTrial(map, joint, context));
     JointTrialResult result;
     for (const LayoutGroup& group : groups) {

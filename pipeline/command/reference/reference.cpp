@@ -291,7 +291,7 @@ std::string layoutReference() {
             textures.push_back(fmt::format("`{}` ({})", texture.name, texture.layerCount));
         text += fmt::format("| `{}` | {} | {} |", layout.name, layout.caption, fmt::join(textures, ", "));
         for (const formats::TargetInfo& target : formats::allTargets()) text += fmt::format(" {} |", formats::textureBits(layout, target));
-        text += fmt::format(" {} | {} | {} | {} |\n", layout.fetchCount(), layout.decodeOps, layout.clusterTableBytes(), layout.lacks);
+        text += fmt::format(" {} | {} | {} | {} |\n", layout.fetchCount(), layout.operations(), layout.clusterTableBytes(), layout.lacks);
     }
     return text;
 }

@@ -16,28 +16,14 @@ using synthetic::Kind;
 
 constexpr int kDecodedWidth = 46, kDecodedHeight = 38;
 
-test::Cooked cookLit(LightMapLayout layout, Target target = Target::Bc) {
-    return test::cook(synthetic::makeBand(Kind::Gradient, kDecodedWidth, 0, kDecodedHeight), layout, target, 3);
+test::Cooked cookDecoded(LightMapLayout layout, formats::LightMapStrip strip) {
+    return test::cook(std::move(strip), layout, Target::Bc, 3, formats::LightMapFilter::Decoded);
+}
+test::Cooked cookDecoded(LightMapLayout layout) {
+    return cookDecoded(layout, synthetic::makeBand(Kind::Gradient, kDecodedWidth, 0, kDecodedHeight));
 }
 std::vector<LightMapLayout> decodedLayouts() {
-    return test::layoutsWhere([](const formats::LightMapLayoutInfo& row) { return row.filter == formats::LightMapFilter::Decoded; });
-}
-
-/// The shader's decode of a texel, from the decoded textures.
-shaders::LcSh shaderDecode(const test::Cooked& cooked, const glm::vec2& texel) {
-    const auto& textures = cooked.texels.textures;
-    const glm::ivec2 at(texel);
-    const auto fetch = [&](std::size_t texture, std::size_t layer) {
-        const auto& image = textures[texture][layer];
-        const int side = (cooked.map.width + image.width() - 1) / image.width();
-        return image.at(at.x / side, at.y / side);
-    };
-    shaders::LcLitTexels t{fetch(0, 0), fetch(1, 0), fetch(2, 0), {}};
-    for (std::size_t i = 0; i < 8; ++i) t.rest[i] = fetch(3, i);
-    shaders::LcLitConstants k{cooked.map.constants.at("range")[0], {}, {}};
-    std::ranges::copy(cooked.map.constants.at("scale"), k.scale);
-    std::ranges::copy(cooked.map.constants.at("bias"), k.bias);
-    return shaders::lcLightMapLit(t, k);
+    return test::layoutsWhere([](const formats::LightMapLayoutInfo& row) { return row.mayHave(formats::LightMapFilter::Decoded); });
 }
 
 /// The shader's light at a place.
@@ -49,15 +35,22 @@ shaders::LcSh shaderLight(const test::Cooked& cooked, const glm::vec2& uv) {
     };
     quad =
         shaders::lcCoveredQuad(quad, glm::vec4(covered(quad.texel00), covered(quad.texel10), covered(quad.texel01), covered(quad.texel11)));
-    return shaders::lcMix(shaderDecode(cooked, quad.texel00), shaderDecode(cooked, quad.texel10), shaderDecode(cooked, quad.texel01),
-                          shaderDecode(cooked, quad.texel11), quad.weights);
+    return std::visit(
+        [&](const auto& layout) {
+            const auto decode = [&](const glm::vec2& texel) {
+                const glm::ivec2 at(texel);
+                return test::lightOfTexel(cooked, layout, at.x, at.y);
+            };
+            return shaders::lcMix(decode(quad.texel00), decode(quad.texel10), decode(quad.texel01), decode(quad.texel11), quad.weights);
+        },
+        test::layoutOn(cooked));
 }
 
 class DecodedFilter : public testing::TestWithParam<LightMapLayout> {};
 INSTANTIATE_TEST_SUITE_P(Layouts, DecodedFilter, testing::ValuesIn(decodedLayouts()), test::nameOfLayout);
 
 TEST_P(DecodedFilter, TheVerifierMixesAsTheShader) {
-    const test::Cooked cooked = cookLit(GetParam());
+    const test::Cooked cooked = cookDecoded(GetParam());
     const auto verifier = cooked.verifier();
     std::vector<lighting::ShRgb> light(verifier.lightCount());
     std::mt19937 random(7);
@@ -77,7 +70,7 @@ TEST_P(DecodedFilter, TheVerifierMixesAsTheShader) {
 }
 
 TEST_P(DecodedFilter, ReconstructionIsTheShadersLightAtEveryPlace) {
-    const test::Cooked cooked = cookLit(GetParam());
+    const test::Cooked cooked = cookDecoded(GetParam());
     constexpr int kPlaces = 3;
     const auto seen = cooked.verifier().reconstruct(cooked.texels, 0, kDecodedHeight, kPlaces);
     for (int y = 0; y < seen.height(); ++y)
@@ -91,7 +84,7 @@ TEST_P(DecodedFilter, ReconstructionIsTheShadersLightAtEveryPlace) {
 }
 
 TEST(DecodedFilterTexels, TexelsOutsideChartsChangeNothing) {
-    test::Cooked cooked = cookLit(LightMapLayout::Lit);
+    test::Cooked cooked = cookDecoded(LightMapLayout::Lit);
     const auto before = cooked.stages();
     std::mt19937 random(3);
     std::uniform_real_distribution<float> unit(0, 1);
@@ -126,7 +119,8 @@ formats::LightMapStrip closeCharts() {
 
 TEST(DecodedFilterRims, TheSurfaceErrsNoMoreThanTheTexels) {
     for (const LightMapLayout layout : decodedLayouts()) {
-        const verify::StageError total = test::cook(closeCharts(), layout, Target::Bc, 3).total();
+        if (formats::info(layout).isFlat() || layout == LightMapLayout::Sh4) continue;  // what they lack is most of their error
+        const verify::StageError total = cookDecoded(layout, closeCharts()).total();
         EXPECT_LE(total.diffuse.relRms, total.atTexels->diffuse.relRms) << formats::info(layout).name;
         EXPECT_LE(total.specular.relRms, total.atTexels->specular.relRms) << formats::info(layout).name;
     }

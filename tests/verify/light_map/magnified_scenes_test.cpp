@@ -150,7 +150,7 @@ public:
         const glm::vec2 seen = glm::clamp(place + shift, 0.0f, 1.0f);
         std::visit(
             [&]<class Layout>(const Layout& layout) {
-                if constexpr (verify::layouts::DecodedBeforeFilter<Layout>) {
+                if (cooked_.map.filter == formats::LightMapFilter::Decoded) {
                     for (std::size_t k = 0; k < kCount; ++k)
                         light.error.c[k] = blend(quad, place, [&](int x, int y) { return test::lightOfTexel(cooked_, layout, x, y).c[k]; });
                     return;

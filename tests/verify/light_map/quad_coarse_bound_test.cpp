@@ -86,7 +86,7 @@ Compared compare(const test::Cooked& cooked, bool isIdeal) {
     setup.responses = {{{1, 0.8, 0.5}, {0, 0.01, 0.02}}};
     setup.largestResponse = setup.responses[0].norms();
     const verify::layouts::Layout layout = test::layoutOn(cooked);
-    const bool isMixed = verify::layouts::infoOf(layout).filter == formats::LightMapFilter::Decoded;
+    const bool isMixed = cooked.map.filter == formats::LightMapFilter::Decoded;
     for (std::size_t t = 0; t < cooked.map.formats.size() && !isIdeal && !isMixed; ++t)
         setup.tolerance.insert(setup.tolerance.end(), cooked.texels.textures[t].size(), verify::toleranceOf(cooked.map.formats[t]));
     const auto perKey = static_cast<float>(1 / cooked.key);
