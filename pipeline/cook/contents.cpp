@@ -54,9 +54,11 @@ bool mayTake(const Scene& scene, const LightMapEntry& entry, const formats::Ligh
 /// Returns true if a light map may be cooked in a layout whose texels are decoded before they are filtered: it loses nothing at rims.
 bool mayBeDecoded(const Scene& scene, const LightMapEntry& entry) {
     const auto asked = formats::lightMapLayoutFromName(layoutAsked(scene.output));
+    const formats::DecodeLimits& decode = scene.output.decode;
     return std::ranges::any_of(formats::allLightMapLayouts(), [&](const formats::LightMapLayoutInfo& layout) {
-        const bool isTaken = asked ? *asked == layout.id : mayTake(scene, entry, layout);
-        return isTaken && scene.output.decode.filterOf(layout) == formats::LightMapFilter::Decoded;
+        const bool isTaken =
+            asked ? *asked == layout.id : formats::isCandidate(decode, layoutsFor(scene.output, entry), layout) && decode.allow(layout);
+        return isTaken && decode.filterOf(layout) == formats::LightMapFilter::Decoded;
     });
 }
 

@@ -30,6 +30,7 @@ public:
             const std::size_t first = errors_.size();
             if (asset.file) checkFileSize(*asset.file, asset.bytesDisk.value_or(0), asset.name);
             for (const CookedTexture& texture : asset.textures) checkTexture(asset, texture);
+            if (asset.kind == AssetKind::LightMap) checkFilter(asset);
             for (std::size_t i = first; i < errors_.size(); ++i) errors_[i].asset = asset.name;
         }
         for (const GltfFile& gltf : manifest_.gltf) checkGltf(gltf);
@@ -76,6 +77,14 @@ private:
         const bool isCount =
             clusters.is_array() && clusters.size() == 1 && clusters[0].is_number() && clusters[0] >= 0 && clusters[0] <= 256;
         return {layout ? formats::info(*layout).tableFactors() : 0, isCount ? clusters[0].get<int>() : 0};
+    }
+
+    /// A light map has texture "coverage" where its texels are decoded before they are filtered, and only there.
+    void checkFilter(const CookedAsset& asset) {
+        const bool hasCoverage =
+            std::ranges::any_of(asset.textures, [](const CookedTexture& texture) { return texture.role == formats::kCoverageRole; });
+        expectEqual(asset.name + ", filter", asset.filter ? jsonOf(*asset.filter) : Json(),
+                    jsonOf(hasCoverage ? formats::LightMapFilter::Decoded : formats::LightMapFilter::Hardware));
     }
 
     void checkTexture(const CookedAsset& asset, const CookedTexture& texture) {

@@ -154,7 +154,7 @@ void describeKeys(Keys& keys, OutputSettings& output) {
                                formats::allLayoutCosts()));
     constexpr double kMostDecodeCost = 1e6;
     const KeyRule decodeCost = {.low = 1, .high = kMostDecodeCost, .type = "integer"};
-    keys.optional("filter", output.decode.filter, KeyRule{}.otherwise("that of the layout: decoded for `lit`, else hardware"),
+    keys.optional("filter", output.decode.filter, KeyRule{}.otherwise("hardware; under a layout that has no other, decoded"),
                   withCaptions("[how light between texels](../theory/layouts.md#decoded-before-the-filter) follows from theirs",
                                formats::allLightMapFilters()));
     keys.optional("max_fetches", output.decode.maxFetches, decodeCost,

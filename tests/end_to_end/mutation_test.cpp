@@ -251,6 +251,37 @@ TEST(Mutation, OfALightMapIsCaught) {
     expectCaught(Cooked(scene.sceneFile(), "ratio", "light-map"), ratioFaults());
 }
 
+/// Faults of a light map whose texels are decoded before they are filtered.
+const std::vector<Fault>& litFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"a texel more is covered", "map", Digests::Rewritten, 4, "coverage",
+         [](CookedCopy& c) {
+             Images coverage = c.texels("coverage");
+             for (vec4& texel : coverage[0].texels()) texel.x = 1;
+             c.setTexels("coverage", coverage);
+         }},
+        {"no texel is covered", "map", Digests::Rewritten, 4, "coverage",
+         [](CookedCopy& c) { changeTexels(c, "coverage", [](const vec4&) { return vec4(0); }); }},
+        {"the light comes from the other side", "map", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { changeTexels(c, "direction", [](const vec4& t) { return vec4(1 - t.x, 1 - t.y, t.z, t.w); }); }},
+        {"half of the light", "map", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { changeTexels(c, "light", [](const vec4& t) { return 0.5f * t; }); }},
+        {"rest mirrored", "map", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { moveTexels(c, "rest", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }},
+        {"the hardware's filter in the manifest", "map", Digests::Rewritten, 4, "filter",
+         [](CookedCopy& c) { c.asset()["filter"] = "hardware"; }},
+        {"no filter in the manifest", "map", Digests::Rewritten, 4, "filter", [](CookedCopy& c) { c.asset().erase("filter"); }},
+        {"another side in the manifest", "map", Digests::Rewritten, 4, "width of its asset",
+         [](CookedCopy& c) { c.texture("rest")["side"] = 4; }},
+    };
+    return kFaults;
+}
+
+TEST(Mutation, OfALightMapThatIsDecodedBeforeTheFilterIsCaught) {
+    const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky, 24);
+    expectCaught(Cooked(scene.sceneFile(), "lit-half", "light-map"), litFaults());
+}
+
 /// Rewrites the metadata of a texture of a copy.
 void changeMetadata(CookedCopy& copy, const std::string& role, const std::function<void(std::map<std::string, std::string>&)>& change) {
     const std::filesystem::path file = copy.file(role);

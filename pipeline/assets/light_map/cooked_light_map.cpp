@@ -115,7 +115,7 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
         textures.push_back(std::move(*texture));
     }
     std::optional<formats::TextureReader> coverage;
-    if (asset.filter == formats::LightMapFilter::Decoded) {
+    if (formats::info(*formats::lightMapLayoutFromName(asset.layout)).filterFor(map.filter) == formats::LightMapFilter::Decoded) {
         LC_TRY(texture, openTexture(folder, asset, std::string(formats::kCoverageRole)));
         const formats::TextureShape& shape = texture->shape();
         const glm::ivec2 size = coverageSize(asset.width, asset.height);
