@@ -254,10 +254,10 @@ TEST(Mutation, OfALightMapIsCaught) {
 /// Faults of a light map whose texels are decoded before they are filtered.
 const std::vector<Fault>& litFaults() {
     static const std::vector<Fault> kFaults = {
-        {"a texel more is covered", "map", Digests::Rewritten, 4, "coverage",
+        {"a texel less is covered", "map", Digests::Rewritten, 4, "coverage",
          [](CookedCopy& c) {
              Images coverage = c.texels("coverage");
-             for (vec4& texel : coverage[0].texels()) texel.x = 1;
+             coverage[0].at(0, 0).x = 127.0f / 255;
              c.setTexels("coverage", coverage);
          }},
         {"no texel is covered", "map", Digests::Rewritten, 4, "coverage",
@@ -266,8 +266,8 @@ const std::vector<Fault>& litFaults() {
          [](CookedCopy& c) { changeTexels(c, "direction", [](const vec4& t) { return vec4(1 - t.x, 1 - t.y, t.z, t.w); }); }},
         {"half of the light", "map", Digests::Rewritten, 4, "rel_rms",
          [](CookedCopy& c) { changeTexels(c, "light", [](const vec4& t) { return 0.5f * t; }); }},
-        {"rest mirrored", "map", Digests::Rewritten, 4, "rel_rms",
-         [](CookedCopy& c) { moveTexels(c, "rest", [](int x, int y, int w, int) { return glm::ivec2(w - 1 - x, y); }); }},
+        {"the rest with the other sign", "map", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { changeTexels(c, "rest", [](const vec4& t) { return vec4(1.0f - vec3(t), t.w); }); }},
         {"the hardware's filter in the manifest", "map", Digests::Rewritten, 4, "filter",
          [](CookedCopy& c) { c.asset()["filter"] = "hardware"; }},
         {"no filter in the manifest", "map", Digests::Rewritten, 4, "filter", [](CookedCopy& c) { c.asset().erase("filter"); }},
