@@ -80,12 +80,12 @@ struct LightMapTextureInfo {
     int side = 1;  ///< of the square of the map's texels that read one of its texels [texels]
 };
 
+inline constexpr int kExtentStep = 4;  ///< of textures that are not as large as the map
 /// Returns the width or height of a texture for that of the map [texels]. One that is not that of the map is a multiple of a block's, as
 /// graphics APIs demand of compressed textures.
 /// side  LightMapTextureInfo::side
 constexpr int textureExtent(int mapExtent, int side) {
-    constexpr int kBlock = 4;
-    return side == 1 ? mapExtent : ((mapExtent + side - 1) / side + kBlock - 1) / kBlock * kBlock;
+    return side == 1 ? mapExtent : ((mapExtent + side - 1) / side + kExtentStep - 1) / kExtentStep * kExtentStep;
 }
 
 /// Texels of the map in a texel of texture "coverage", a bit each: channel c has row c, its lowest bit the first column.

@@ -3,6 +3,7 @@
 //
 // Each part is coded, and those after it are solved for what it decodes to: direction, l0, light, rest. Multi-stage compression as in
 // Hu 2008. The shader decodes texels before it filters them, so that texels outside charts have no weight and every texel stands alone.
+#include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -49,7 +50,7 @@ public:
           source_(source),
           options_(options),
           range_(constant(plan, "range", 0)),
-          fit_(source, plan.textures[kRest].side, largestRatios(plan)) {
+          fit_(source, range_, plan.textures[kRest].side, largestRatios(plan)) {
         options_.hdrMetric = HdrMetric::Linear;
         out_.textures.resize(kParts);
     }
@@ -74,7 +75,11 @@ private:
     }
     /// Returns the significance of a texel's number, of which an error is seen multiplied by a light with this square.
     float weightOf(int x, int y, float square) const { return significanceOf(source_, x, y, source_.importance.at(x, y) * square); }
-    float squareOverKey(const glm::vec3& light) const { return glm::dot(light, light) / static_cast<float>(plan_.key * plan_.key + 1e-24); }
+    /// light  over the range
+    float squareOverKey(const glm::vec3& light) const {
+        const glm::vec3 perKey = light / std::max(static_cast<float>(plan_.key) / range_, 1e-12f);
+        return glm::dot(perKey, perKey);
+    }
 
     void encodeDirection() {
         Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0.5f, 0.5f, 0, 1));
@@ -83,25 +88,25 @@ private:
             texels.at(x, y) = glm::vec4(octahedral(fit_.directionAt(x, y)), 0, 1);
             significance.at(x, y) = weightOf(x, y, squareOverKey(fit_.intensity().at(x, y)));
         });
-        EncodeOptions options = options_;
-        options.channelWeights = {1, 1, 0, 0};
         const auto decoded =
-            keep(kDirection, encodeLayer(plan_.textures[kDirection].format, texels, significance, options, true, out_.report));
+            keep(kDirection, encodeLayer(plan_.textures[kDirection].format, texels, significance, options_, true, out_.report));
         fit_.forEachCovered([&](int x, int y) { fit_.setDirection(x, y, directionOf(decoded.at(x, y))); });
     }
     void encodeDc() {
-        const auto decoded = keep(kDc, encodeHdr(plan_, source_, fit_.dc(), range_, options_, true, out_.report));
-        fit_.forEachCovered([&](int x, int y) { fit_.dc().at(x, y) = range_ * glm::vec3(decoded.at(x, y)); });
+        Image<glm::vec3> light(source_.width, source_.height, glm::vec3(0));
+        fit_.forEachCovered([&](int x, int y) { light.at(x, y) = range_ * fit_.dc().at(x, y); });
+        const auto decoded = keep(kDc, encodeHdr(plan_, source_, light, range_, options_, true, out_.report));
+        fit_.forEachCovered([&](int x, int y) { fit_.dc().at(x, y) = glm::vec3(decoded.at(x, y)); });
     }
     void encodeLight() {
         Image<glm::vec4> texels(source_.width, source_.height, glm::vec4(0, 0, 0, 1));
         Image<float> significance(source_.width, source_.height, 0);
         fit_.forEachCovered([&](int x, int y) {
-            texels.at(x, y) = glm::vec4(fit_.intensity().at(x, y) / range_, 1);
+            texels.at(x, y) = glm::vec4(fit_.intensity().at(x, y), 1);
             significance.at(x, y) = weightOf(x, y, glm::dot(fit_.changeSquare(x, y), glm::vec3(1.0f / 3)));
         });
         const auto decoded = keep(kLight, encodeLayer(plan_.textures[kLight].format, texels, significance, options_, true, out_.report));
-        fit_.forEachCovered([&](int x, int y) { fit_.intensity().at(x, y) = range_ * glm::vec3(decoded.at(x, y)); });
+        fit_.forEachCovered([&](int x, int y) { fit_.intensity().at(x, y) = glm::vec3(decoded.at(x, y)); });
     }
     void encodeRest() {
         const int side = plan_.textures[kRest].side;

@@ -41,8 +41,9 @@ lighting::Sh slopeOf(const glm::vec3& direction, const glm::vec3& tangent) {
 
 }  // namespace
 
-LitFit::LitFit(const Source& source, int side, const std::array<float, kHigher>& largest)
+LitFit::LitFit(const Source& source, float range, int side, const std::array<float, kHigher>& largest)
     : source_(source),
+      perRange_(1 / range),
       side_(side),
       largest_(largest),
       dc_(source.width, source.height, glm::vec3(0)),

@@ -17,16 +17,17 @@ public:
     static constexpr std::size_t kHigher = lighting::kShCount - 1;  ///< coefficients 1 to 8
 
     /// Starts with the axis of band 1 as the direction.
+    /// range    unit of the light, a power of two near the largest: squares of it are finite
     /// side     of the squares of texels that share ratios [texels]
     /// largest  of each ratio, in both signs
-    LitFit(const Source& source, int side, const std::array<float, kHigher>& largest);
+    LitFit(const Source& source, float range, int side, const std::array<float, kHigher>& largest);
 
     /// Solves ratios, directions and intensities in turns. With fixed directions, ratios and intensities.
     void solve(bool isDirectionFixed);
     void solveIntensities();
     void solveRatios();
 
-    // Parts, which may be replaced by what they decode to. Those of texels that are not covered have no meaning.
+    // Parts, light over the range, which may be replaced by what they decode to. Those of texels that are not covered have no meaning.
     formats::Image<glm::vec3>& dc() { return dc_; }
     formats::Image<glm::vec3>& intensity() { return intensity_; }
     const glm::vec3& directionAt(int x, int y) const { return direction_.at(x, y); }
@@ -48,7 +49,7 @@ public:
     }
 
 private:
-    const glm::vec3& coefficient(std::size_t i, int x, int y) const { return source_.values[i].at(x, y); }
+    glm::vec3 coefficient(std::size_t i, int x, int y) const { return perRange_ * source_.values[i].at(x, y); }
     const std::array<glm::vec3, kHigher>& ratiosAt(int x, int y) const { return ratios_.at(x / side_, y / side_); }
     glm::vec3 limited(const glm::vec3& intensity, int x, int y) const;
     glm::vec3 linearAxis(int x, int y) const;
@@ -59,6 +60,7 @@ private:
     void solveRatiosOf(int u, int v);
 
     const Source& source_;
+    float perRange_;
     int side_;
     std::array<float, kHigher> largest_;
     formats::Image<glm::vec3> dc_, intensity_, direction_;

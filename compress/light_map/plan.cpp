@@ -48,7 +48,8 @@ std::size_t clusterBytes(const LightMapPlan& plan) {
 
 int LightMapPlan::blockHeight() const {
     int largest = 1;
-    for (const LightMapTexture& texture : textures) largest = std::max(largest, texture.side * formats::info(texture.format).blockHeight);
+    for (const LightMapTexture& texture : textures)
+        largest = std::max(largest, texture.side == 1 ? formats::info(texture.format).blockHeight : texture.side * formats::kExtentStep);
     return hasCoverage() ? std::max(largest, formats::kCoverageRows) : largest;
 }
 

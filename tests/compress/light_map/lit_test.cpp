@@ -53,7 +53,7 @@ TEST(LitFit, FindsALightAndARestThatItCanHold) {
         const formats::LightMapStrip strip = separableLight(16, side);
         const auto plan = synthetic::planOf(formats::LightMapLayout::Lit, formats::Target::Float, strip, synthetic::fast());
         const compress::rows::Source source = compress::rows::makeSource(plan, strip, 0, 16);
-        LitFit fit(source, side, kAnyRatio);
+        LitFit fit(source, 1, side, kAnyRatio);
         const float start = errorOf(fit, strip, side);
         for (int turn = 0; turn < 20; ++turn) fit.solve(false);
         EXPECT_LT(errorOf(fit, strip, side), 0.02f) << side;
@@ -66,7 +66,7 @@ TEST(LitFit, KeepsTheRestAndTheRatiosInBounds) {
         const formats::LightMapStrip strip = synthetic::makeBand(kind, synthetic::kWidth, 0, synthetic::kHeight);
         const auto plan = synthetic::planOf(formats::LightMapLayout::LitHalf, formats::Target::Float, strip, synthetic::fast());
         const compress::rows::Source source = compress::rows::makeSource(plan, strip, 0, synthetic::kHeight);
-        LitFit fit(source, 2, kAnyRatio);
+        LitFit fit(source, 1, 2, kAnyRatio);
         fit.solve(false);
         fit.forEachCovered([&](int x, int y) {
             const glm::vec3 &intensity = fit.intensity().at(x, y), rest = fit.restAt(x, y);

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "lighting/radiometry.h"
 #include "shaders/lightcook_cpp.h"
 #include "tests/compress/synthetic_light_map.h"
 #include "tests/verify/cooked_light_map.h"
@@ -67,6 +68,36 @@ TEST_P(DecodedFilter, TheVerifierMixesAsTheShader) {
                 EXPECT_NEAR(light.back()[k][c] * cooked.key, expected.c[k][c], 1e-4f * expected.c[0][c] + 1e-6f) << uv.x << ", " << uv.y;
     }
     EXPECT_GT(compared, 2000);
+}
+
+TEST_P(DecodedFilter, NoPlaceAndNoNormalExceedTheBound) {
+    for (const Kind kind : {Kind::Gradient, Kind::Spikes, Kind::NegativeBands, Kind::Night}) {
+        const test::Cooked cooked = cookDecoded(GetParam(), synthetic::makeBand(kind, kDecodedWidth, 0, kDecodedHeight));
+        const verify::StageError total = cooked.total();
+        const auto verifier = cooked.verifier();
+        std::vector<lighting::ShRgb> light(verifier.lightCount());
+        std::mt19937 random(11);
+        std::uniform_real_distribution<float> unit(0, 1);
+        std::normal_distribution<float> normal;
+        double worst = 0;
+        for (int i = 0; i < 3000; ++i) {
+            const glm::dvec2 place = glm::dvec2(unit(random), unit(random)) * glm::dvec2(kDecodedWidth, kDecodedHeight) - 0.5;
+            if (!verifier.lightAt(cooked.texels, cooked.reference, place, light)) continue;
+            for (int k = 0; k < 25; ++k) {
+                const glm::vec3 n = glm::normalize(glm::vec3(normal(random), normal(random), normal(random)));
+                const auto exit = [&](const lighting::ShRgb& sh) {
+                    return lighting::evaluate(lighting::convolve(sh, lighting::kExitRadianceBands), n);
+                };
+                const glm::vec3 reference = exit(light.front()), error = exit(light.back()) - reference;
+                for (int c = 0; c < 3; ++c)
+                    worst = std::max(worst, static_cast<double>(std::abs(error[c])) /
+                                                (static_cast<double>(std::abs(reference[c])) + lighting::kLocalErrorFloor));
+            }
+        }
+        EXPECT_LE(worst, *total.diffuse.maxBound) << static_cast<int>(kind);
+        if (kind != Kind::Gradient) continue;
+        EXPECT_GT(worst, 0.02 * *total.diffuse.maxBound);
+    }
 }
 
 TEST_P(DecodedFilter, ReconstructionIsTheShadersLightAtEveryPlace) {
