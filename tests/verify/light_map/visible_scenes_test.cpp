@@ -258,7 +258,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, TightVisibleBoundsSoak,
                          testing::Combine(testing::Values("cornell", "interior"),
                                           testing::Values(LightMapLayout::Halo3, LightMapLayout::Ratio, LightMapLayout::Basis4,
                                                           LightMapLayout::Raw, LightMapLayout::Hdr2, LightMapLayout::HdrRgb9e5,
-                                                          LightMapLayout::LitHalf, LightMapLayout::Lit)),
+                                                          LightMapLayout::LitHalf)),
                          test::nameOfSceneAndLayout);
 
 }  // namespace
