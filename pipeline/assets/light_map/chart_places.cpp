@@ -13,7 +13,6 @@ namespace {
 using atlas::ChartSet;
 using formats::ErrorCode;
 using formats::failure;
-using formats::Image;
 using formats::Result;
 
 /// Largest distance of a vertex from its place [texels]: UVs are floats.

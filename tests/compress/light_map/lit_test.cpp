@@ -22,7 +22,8 @@ formats::LightMapStrip separableLight(int size, int side) {
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) {
             const auto a = 0.3f * static_cast<float>(x), b = 0.2f * static_cast<float>(y);
-            const float slope = 0.4f * std::sin(static_cast<float>(x / side + 2 * (y / side)));
+            const int square = x / side + 2 * (y / side);
+            const float slope = 0.4f * std::sin(static_cast<float>(square));
             const glm::vec3 ambient(1 + 0.3f * std::cos(a), 0.5f, 0.8f);
             lighting::ShRgb sh = synthetic::constantLight(ambient);
             for (std::size_t i = 1; i < sh.size(); ++i) sh[i] = slope / static_cast<float>(i) * sh[0];

@@ -3,6 +3,7 @@
 
 #include "formats/light_map_layout.h"
 #include "pipeline/cook/cook.h"
+#include "pipeline/manifest/manifest.h"
 #include "tests/pipeline/small_scene.h"
 
 namespace lightcook::pipeline {
