@@ -46,7 +46,7 @@ std::string whyNotDecode(const OutputSettings& output) {
     if (!formats::mayTake(output.layouts, formats::info(*named)))
         return fmt::format("found layout {} that the list of layouts ({}) lacks, expected one of the list, or \"auto\"",
                            formats::info(*named).name, fmt::join(output.layouts, ", "));
-    if (const std::string why = whyNotFilter(output.decode, formats::info(*named)); !why.empty()) return why;
+    if (std::string why = whyNotFilter(output.decode, formats::info(*named)); !why.empty()) return why;
     if (output.decode.allow(formats::info(*named))) return "";
     return fmt::format("found layout {} over the limits on the decode, expected a cheaper one, or \"auto\" with a limit on the error",
                        costOf(output.decode, formats::info(*named)));
