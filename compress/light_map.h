@@ -17,9 +17,8 @@
 //   bakery        exit radiance = L0 (1 + n . L1), L0 = l0, L1 = 4 (l1 - 1/2) along each axis; no constants
 //   mono-sh       as bakery, with one L1 for the three colours
 //   unreal-hq     exit radiance = (2^LogL - 0.01858136) (rgb0^2 SCALE0 + ADD0) (SH . n + ADD1.a), LogL and SH linear in alphas and rgb1
-//   lit           lambda_0 = RANGE l0, lambda_i = rest (SCALE_i rest_i + BIAS_i) + I Y_i(direction), I = RANGE light, rest = lambda_0 - I
-//   Y_0;
-//                 lit-half and lit-quarter have rest_i at a half and a quarter of the size. Decoded at the texels, then filtered
+//   lit           lambda_0 = RANGE l0, lambda_i = rest (SCALE_i rest_i + BIAS_i) + I Y_i(direction), I = RANGE light,
+//                 rest = lambda_0 - I Y_0; lit-half and lit-quarter have rest_i at a half and a quarter of the size
 //   rnm           exit radiance = sum_i max(0, b_i . n) rnm_i, n in tangent space; no constants. Strips have tangents
 // The same with bits a texel and reasons: docs/theory/layouts.md.
 //
@@ -232,8 +231,7 @@ struct LightMapPlan {
     std::size_t layerBytes(const LightMapTexture& texture) const;  ///< of a layer, with all mip levels
     /// The map has a texture "coverage" (formats::kCoverageRole): its filter is LightMapFilter::Decoded.
     bool hasCoverage() const { return filter == formats::LightMapFilter::Decoded; }
-    glm::ivec2 coverageSize() const;    ///< of that texture [texels]
-    std::size_t coverageBytes() const;  ///< with all mip levels; 0 without
+    std::size_t coverageBytes() const;  ///< of that texture, with all mip levels; 0 without
     /// Returns gpuBytes() of a layout that is this one, or this one without its last layers.
     std::size_t gpuBytesAs(formats::LightMapLayout shorter) const;
     std::size_t tableBytes() const { return tableBytesAs(layout); }  ///< of a learned decode's factors: texture "tables"

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <glm/vec2.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -47,7 +48,7 @@ enum class LightMapLayout {
 /// Layouts of one family share their encoder, their decoder and the shader source light_map_<family>.glsl.
 enum class LightMapFamily { Raw, Flat, Ratio, Basis, Sh4, Godot, Bakery, Hdr, Halo3, Unreal, Rnm, Lit };
 
-/// How light between texels follows from theirs.
+/// A filter makes the light between texels from that of the texels.
 enum class LightMapFilter {
     Hardware,  ///< the sampler filters texels, the shader decodes the result
     Decoded    ///< the shader decodes the four texels around a place and mixes the light of those that are covered (shaders/filter.glsl)
@@ -81,15 +82,20 @@ struct LightMapTextureInfo {
 };
 
 inline constexpr int kExtentStep = 4;  ///< of textures that are not as large as the map
-/// Returns the width or height of a texture for that of the map [texels]. One that is not that of the map is a multiple of a block's, as
+/// Returns the size of a texture for a map of this size [texels]. One that is not that of the map is a multiple of a block's, as
 /// graphics APIs demand of compressed textures.
 /// side  LightMapTextureInfo::side
-constexpr int textureExtent(int mapExtent, int side) {
-    return side == 1 ? mapExtent : ((mapExtent + side - 1) / side + kExtentStep - 1) / kExtentStep * kExtentStep;
+constexpr glm::ivec2 textureSize(int mapWidth, int mapHeight, int side) {
+    const auto extentOf = [side](int map) { return ((map + side - 1) / side + kExtentStep - 1) / kExtentStep * kExtentStep; };
+    return side == 1 ? glm::ivec2(mapWidth, mapHeight) : glm::ivec2(extentOf(mapWidth), extentOf(mapHeight));
 }
 
 /// Texels of the map in a texel of texture "coverage", a bit each: channel c has row c, its lowest bit the first column.
 inline constexpr int kCoverageColumns = 8, kCoverageRows = 4;
+/// Returns the size of that texture for a map of this size [texels].
+constexpr glm::ivec2 coverageSize(int mapWidth, int mapHeight) {
+    return {(mapWidth + kCoverageColumns - 1) / kCoverageColumns, (mapHeight + kCoverageRows - 1) / kCoverageRows};
+}
 /// Texture of a map whose filter is LightMapFilter::Decoded: which texels are covered.
 inline constexpr std::string_view kCoverageRole = "coverage";
 

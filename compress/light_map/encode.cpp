@@ -50,9 +50,10 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
     assert(strip.firstRow + strip.sh.height() >= std::min(plan.height, firstRow + rowCount + kLightMapContextRows));
     rows::Source source = rows::makeSource(plan, strip, firstRow, rowCount);
     // The fit assumes filters of light and of ratios. Family unreal filters logarithms, for which the mean of the neighbours is better.
-    if (!plan.hasCoverage() && formats::info(plan.layout).family != LightMapFamily::Unreal)
-        rows::fitToFilter(plan, strip, firstRow, source);
-    if (!plan.hasCoverage()) rows::dropFarPadding(source, plan.blockHeight());
+    if (!plan.hasCoverage()) {
+        if (formats::info(plan.layout).family != LightMapFamily::Unreal) rows::fitToFilter(plan, strip, firstRow, source);
+        rows::dropFarPadding(source, plan.blockHeight());
+    }
     switch (formats::info(plan.layout).family) {
         case LightMapFamily::Raw:
             return encodeRaw(plan, source, options);
@@ -82,8 +83,9 @@ EncodedLightMapRows encodeLightMapRows(const LightMapPlan& plan, const formats::
 
 std::vector<std::byte> coverageTexels(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
     using formats::kCoverageColumns, formats::kCoverageRows;
-    const int width = strip.covered.width(), across = (width + kCoverageColumns - 1) / kCoverageColumns;
-    std::vector<std::byte> texels(static_cast<std::size_t>(4 * across * ((rowCount + kCoverageRows - 1) / kCoverageRows)));
+    const int width = strip.covered.width(), across = formats::coverageSize(width, rowCount).x;
+    std::vector<std::byte> texels(
+        formats::bytesPerImage(formats::PixelFormat::Rgba8Unorm, across, formats::coverageSize(width, rowCount).y));
     for (int y = 0; y < rowCount; ++y)
         for (int x = 0; x < width; ++x) {
             if (strip.covered.at(x, firstRow - strip.firstRow + y) == 0) continue;

@@ -15,7 +15,8 @@ namespace {
 constexpr int kTurns = 6;
 /// The light takes at most this share of coefficient 0, so that the rest keeps ratios.
 constexpr float kMostOfDc = 0.98f;
-/// Weight of a squared error of a band: about the mean of what diffuse light shows of it, (2/3)^2 and (1/4)^2, and of what a mirror does.
+/// Weights of squared errors, by band. Each is about the mean of two shares: diffuse light shows (2/3)^2 and (1/4)^2 of bands 1 and 2, a
+/// mirror all of them.
 constexpr std::array<float, 3> kBandWeights = {1, 0.7f, 0.5f};
 
 float bandWeight(std::size_t i) {
@@ -50,7 +51,7 @@ LitFit::LitFit(const Source& source, float range, int side, const std::array<flo
       intensity_(source.width, source.height, glm::vec3(0)),
       direction_(source.width, source.height, glm::vec3(0, 0, 1)),
       basis_(source.width, source.height),
-      ratios_(formats::textureExtent(source.width, side), formats::textureExtent(source.height, side)) {
+      ratios_(formats::textureSize(source.width, source.height, side).x, formats::textureSize(source.width, source.height, side).y) {
     forEachCovered([&](int x, int y) {
         dc_.at(x, y) = glm::max(coefficient(0, x, y), glm::vec3(0));
         setDirection(x, y, linearAxis(x, y));

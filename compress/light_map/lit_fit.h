@@ -27,7 +27,7 @@ public:
     void solveIntensities();
     void solveRatios();
 
-    // Parts, light over the range, which may be replaced by what they decode to. Those of texels that are not covered have no meaning.
+    // The parts, in units of the range. A caller replaces them by what they decode to. They mean nothing at texels that are not covered.
     formats::Image<glm::vec3>& dc() { return dc_; }
     formats::Image<glm::vec3>& intensity() { return intensity_; }
     const glm::vec3& directionAt(int x, int y) const { return direction_.at(x, y); }

@@ -54,7 +54,7 @@ int LightMapPlan::blockHeight() const {
 }
 
 glm::ivec2 LightMapTexture::sizeFor(int mapWidth, int mapHeight) const {
-    return {formats::textureExtent(mapWidth, side), formats::textureExtent(mapHeight, side)};
+    return formats::textureSize(mapWidth, mapHeight, side);
 }
 
 std::size_t LightMapPlan::layerBytes(const LightMapTexture& texture) const {
@@ -65,17 +65,12 @@ std::size_t LightMapPlan::layerBytes(const LightMapTexture& texture) const {
     return bytes;
 }
 
-glm::ivec2 LightMapPlan::coverageSize() const {
-    return {(width + formats::kCoverageColumns - 1) / formats::kCoverageColumns,
-            (height + formats::kCoverageRows - 1) / formats::kCoverageRows};
-}
-
 std::size_t LightMapPlan::coverageBytes() const {
     if (!hasCoverage()) return 0;
+    const glm::ivec2 size = formats::coverageSize(width, height);
     std::size_t bytes = 0;
     for (int mip = 0; mip < mipCount; ++mip)
-        bytes += formats::bytesPerImage(formats::PixelFormat::Rgba8Unorm, std::max(1, coverageSize().x >> mip),
-                                        std::max(1, coverageSize().y >> mip));
+        bytes += formats::bytesPerImage(formats::PixelFormat::Rgba8Unorm, std::max(1, size.x >> mip), std::max(1, size.y >> mip));
     return bytes;
 }
 

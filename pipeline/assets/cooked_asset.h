@@ -60,7 +60,7 @@ struct CookedTexture {
     int width = 0, height = 0;
     std::optional<formats::ApiFormats> apiFormats;
     int mips = 1, layers = 1, faces = 1;
-    int side = 1;  ///< formats::LightMapTextureInfo::side
+    std::optional<int> side;  ///< formats::LightMapTextureInfo::side, if it is not 1
     std::optional<bool> isArray;
     std::uint64_t bytesGpu = 0, bytesDisk = 0;
     Sampler sampler;
@@ -75,8 +75,8 @@ void describe(Fields& fields, Self& texture) {
     fields.optional("api_formats", texture.apiFormats, "the format's number in the graphics APIs");
     fields.required("width", texture.width, kSide, "width [texels]");
     fields.required("height", texture.height, kSide, "height [texels]");
-    fields.presentIf(texture.side != 1, "side", texture.side,
-                     "of the square of the light map's texels that reads one of its texels: texel (x / side, y / side); 1 if absent");
+    fields.optional("side", texture.side, kSide,
+                    "of the square of the light map's texels that reads one of its texels: texel (x / side, y / side); 1 if absent");
     fields.required("mips", texture.mips, kCount, "number of mip levels; of a light map from level 0 to the last that keeps charts apart");
     fields.required("layers", texture.layers, kCount, "number of array layers");
     fields.optional("array", texture.isArray, "true for an array texture, which a shader samples by layer");

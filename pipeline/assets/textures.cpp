@@ -46,7 +46,7 @@ CookedTexture entryOf(const TexturePlan& plan, const std::string& file, std::uin
     entry.isArray = plan.shape.isArray;
     entry.width = plan.shape.width;
     entry.height = plan.shape.height;
-    entry.side = plan.side;
+    if (plan.side != 1) entry.side = plan.side;
     entry.mips = plan.shape.mipCount;
     entry.layers = plan.shape.layerCount;
     entry.faces = plan.shape.faceCount;

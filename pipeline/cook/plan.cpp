@@ -567,9 +567,10 @@ std::vector<SkippedImages> dominantImages(formats::Target target, bool withResid
 
 std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size) {
     std::uint64_t bytes = 0;
-    for (const SkippedImages& each : images)
-        bytes += static_cast<std::uint64_t>(each.layers) *
-                 formats::bytesPerImage(each.format, formats::textureExtent(size.x, each.side), formats::textureExtent(size.y, each.side));
+    for (const SkippedImages& each : images) {
+        const glm::ivec2 texels = formats::textureSize(size.x, size.y, each.side);
+        bytes += static_cast<std::uint64_t>(each.layers) * formats::bytesPerImage(each.format, texels.x, texels.y);
+    }
     return bytes;
 }
 

@@ -34,7 +34,7 @@ struct ValueError {
 /// The error of a value that is not allowed; empty for one that is.
 using Objection = std::optional<ValueError>;
 
-/// Where a key without effect is allowed.
+/// Places where a key may have no effect.
 enum class Idle {
     Refused,  ///< nowhere
     InFile,   ///< in a file, beside an option that overrides it

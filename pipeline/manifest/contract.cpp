@@ -68,7 +68,7 @@ private:
     /// Returns the size that a texture beside those of the layout must have.
     glm::ivec2 lookupSize(const CookedAsset& asset, const CookedTexture& texture) {
         if (texture.role == kIndexRole) return {indexWidth(asset.width), indexHeight(asset.height)};
-        if (texture.role == formats::kCoverageRole) return coverageSize(asset.width, asset.height);
+        if (texture.role == formats::kCoverageRole) return formats::coverageSize(asset.width, asset.height);
         const auto layout = formats::lightMapLayoutFromName(asset.layout);
         const Json constants = asset.constants.value_or(Json());
         expectEqual(asset.name + ", constants/tables", constants.is_object() ? constants.value(kTablesRole, Json()) : Json(),
@@ -106,7 +106,8 @@ private:
         if (texture.apiFormats)
             expectEqual(place + ", api_formats", toJson(*texture.apiFormats), toJson(formats::apiFormats(reader->shape().format)));
         expectEqual(place + ", bytes_gpu", texture.bytesGpu, std::uint64_t{reader->shape().gpuBytes()});
-        const glm::ivec2 size = isLookup ? lookupSize(asset, texture) : layerSize(asset.width, asset.height, texture.side);
+        const glm::ivec2 size =
+            isLookup ? lookupSize(asset, texture) : formats::textureSize(asset.width, asset.height, texture.side.value_or(1));
         expectEqual(place + ", width of its asset", size.x, texture.width);
         expectEqual(place + ", height of its asset", size.y, texture.height);
         if (reader->container() != formats::Container::Ktx2) return;  // DDS has no metadata

@@ -273,6 +273,7 @@ const std::vector<Fault>& litFaults() {
         {"no filter in the manifest", "map", Digests::Rewritten, 4, "filter", [](CookedCopy& c) { c.asset().erase("filter"); }},
         {"another side in the manifest", "map", Digests::Rewritten, 4, "width of its asset",
          [](CookedCopy& c) { c.texture("rest")["side"] = 4; }},
+        {"a side of nothing in the manifest", "map", Digests::Rewritten, 3, "side", [](CookedCopy& c) { c.texture("rest")["side"] = 0; }},
     };
     return kFaults;
 }

@@ -39,7 +39,7 @@ float texelSlack(const std::string& format) {
     return format == "bc7" || format == "rgba8-unorm" ? 2.0f / 255 : 0.0f;
 }
 
-/// What a place of a map shows, and how far a device may be off.
+/// The light that a place of a map shows, and how far that of a device may be from it.
 struct Shown {
     vec3 light, allowed;
 };

@@ -120,8 +120,8 @@ private:
     std::vector<const formats::Image<glm::vec4>*> spans_;  ///< [layer]
 };
 
-/// Adds what a layout in tangent space shows beside its coefficients, and what decoders of blocks differ by where texels are decoded before
-/// they are filtered, anywhere between these corners.
+/// Adds light that no coefficient has, anywhere between these corners: what a layout in tangent space shows beside them, and what decoders
+/// of blocks differ by where texels are decoded before they are filtered.
 inline void addBesideSh(ChannelSlack& slack, const MapDecoder& decoder, const QuadTexels& corners) {
     if (decoder.isMixed()) {
         const BandLengths lengths = decoder.decodersDiffer(corners);

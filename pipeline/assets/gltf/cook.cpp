@@ -49,7 +49,7 @@ Result<Json> boundMapOf(const CookedAsset& asset, const std::string& workingColo
                                                  {"mimeType", "image/ktx2"},
                                                  {"array", texture.isArray.value_or(false)},
                                                  {"sampler", toJson(texture.sampler)}});
-        if (texture.side != 1) bound["side"] = texture.side;
+        if (texture.side) bound["side"] = *texture.side;
     }
     Json constants = asset.constants.value_or(Json::object());
     constants.erase(kIndexRuns);  // the vertices name the clusters

@@ -51,7 +51,7 @@ Result<AssetTextures> createTextures(const ActionContext& context, const compres
                                          texture.side}));
     }
     if (!plan.hasCoverage()) return textures;
-    const glm::ivec2 size = coverageSize(plan.width, plan.height);
+    const glm::ivec2 size = formats::coverageSize(plan.width, plan.height);
     formats::TextureShape shape;
     shape.format = formats::PixelFormat::Rgba8Unorm;
     shape.width = size.x;

@@ -103,7 +103,7 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
     for (const auto& need : *needs) {
         LC_TRY(texture, openTexture(folder, asset, need.name));
         const formats::TextureShape& shape = texture->shape();
-        const glm::ivec2 size = layerSize(asset.width, asset.height, need.side);
+        const glm::ivec2 size = formats::textureSize(asset.width, asset.height, need.side);
         if (shape.layerCount != need.layerCount || shape.width != size.x || shape.height != size.y)
             return failure(ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, need.name),
                            fmt::format("found {} x {} with {} layers, expected {} x {} with {}", shape.width, shape.height,
@@ -118,7 +118,7 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
     if (formats::info(*formats::lightMapLayoutFromName(asset.layout)).filterFor(map.filter) == formats::LightMapFilter::Decoded) {
         LC_TRY(texture, openTexture(folder, asset, std::string(formats::kCoverageRole)));
         const formats::TextureShape& shape = texture->shape();
-        const glm::ivec2 size = coverageSize(asset.width, asset.height);
+        const glm::ivec2 size = formats::coverageSize(asset.width, asset.height);
         if (shape.width != size.x || shape.height != size.y || shape.format != formats::PixelFormat::Rgba8Unorm || shape.mipCount <= mip)
             return failure(
                 ErrorCode::Verification, fmt::format("{}, texture {}", asset.name, formats::kCoverageRole),
@@ -132,7 +132,7 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
 
 /// Reads the bits of texture "coverage", as the shader does.
 Result<formats::Image<std::uint8_t>> CookedLightMapReader::readCoverage(int firstRow, int rowCount) const {
-    const int across = coverageSize(width_, height_).x, firstTexelRow = firstRow / formats::kCoverageRows,
+    const int across = formats::coverageSize(width_, height_).x, firstTexelRow = firstRow / formats::kCoverageRows,
               texelRows = (firstRow + rowCount + formats::kCoverageRows - 1) / formats::kCoverageRows - firstTexelRow;
     std::vector<std::byte> bytes(formats::bytesPerBlockRow(formats::PixelFormat::Rgba8Unorm, across) * static_cast<std::size_t>(texelRows));
     LC_CHECK(coverage_->readBlockRows({mip_, 0, 0}, firstTexelRow, bytes));
@@ -156,7 +156,7 @@ Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int
     for (std::size_t i = 0; i < textures_.size(); ++i) {
         const formats::TextureReader& texture = textures_[i];
         const int side = verifier_.textures()[i].side;
-        const glm::ivec2 size = layerSize(width_, height_, side);
+        const glm::ivec2 size = formats::textureSize(width_, height_, side);
         const formats::PixelFormat format = texture.shape().format;
         const int blockHeight = formats::info(format).blockHeight, firstTexelRow = firstRow / side;
         const int blockRows = formats::blocksDown(format, (last + side - 1) / side - firstTexelRow);

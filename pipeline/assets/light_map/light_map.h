@@ -1,7 +1,6 @@
 // Light maps: cooked into the textures of a layout, and verified from the bytes on disk. docs/theory/layouts.md describes the layouts.
 #pragma once
 
-#include <glm/vec2.hpp>
 #include <optional>
 #include <string_view>
 
@@ -32,16 +31,6 @@ inline constexpr const char* kTablesRole = "tables";
 /// their own.
 inline bool isLookupRole(std::string_view role) {
     return role == kIndexRole || role == kTablesRole || role == formats::kCoverageRole;
-}
-/// Returns the size of texture "coverage" for a light map: RGBA8, 8 x 4 texels of the map in each (shaders/filter.glsl).
-inline glm::ivec2 coverageSize(int mapWidth, int mapHeight) {
-    return {(mapWidth + formats::kCoverageColumns - 1) / formats::kCoverageColumns,
-            (mapHeight + formats::kCoverageRows - 1) / formats::kCoverageRows};
-}
-/// Returns the size of a texture of a layout whose texels are those of squares of the map.
-/// side  formats::LightMapTextureInfo::side
-inline glm::ivec2 layerSize(int mapWidth, int mapHeight, int side) {
-    return {formats::textureExtent(mapWidth, side), formats::textureExtent(mapHeight, side)};
 }
 
 /// Returns true if a layout has learned bases for each cluster of charts: then a mesh names the cluster of each vertex.

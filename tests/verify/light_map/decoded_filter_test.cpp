@@ -150,7 +150,8 @@ formats::LightMapStrip closeCharts() {
 
 TEST(DecodedFilterRims, TheSurfaceErrsNoMoreThanTheTexels) {
     for (const LightMapLayout layout : decodedLayouts()) {
-        if (formats::info(layout).isFlat() || layout == LightMapLayout::Sh4) continue;  // what they lack is most of their error
+        if (formats::info(layout).isFlat() || layout == LightMapLayout::Sh4)
+            continue;  // these lack directions or band 2: most of their error
         const verify::StageError total = cookDecoded(layout, closeCharts()).total();
         EXPECT_LE(total.diffuse.relRms, total.atTexels->diffuse.relRms) << formats::info(layout).name;
         EXPECT_LE(total.specular.relRms, total.atTexels->specular.relRms) << formats::info(layout).name;
