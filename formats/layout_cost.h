@@ -39,18 +39,29 @@ inline const LayoutCostInfo& info(LayoutCost cost) {
 
 /// Limits on the decode in the shader, and its filter.
 struct DecodeLimits {
-    std::optional<int> maxFetches = {};         ///< texture fetches of a sample
-    std::optional<int> maxDecodeOps = {};       ///< scalar multiply-adds of a sample
-    std::optional<LightMapFilter> filter = {};  ///< empty: that of the layout
+    std::optional<int> maxFetches = {};    ///< texture fetches of a sample
+    std::optional<int> maxDecodeOps = {};  ///< scalar multiply-adds of a sample
+    /// Empty: the usual one of the layout, or that of the hardware if the usual one costs too much.
+    std::optional<LightMapFilter> filter = {};
+    bool areFetchesDear = false;  ///< then that of the hardware
 
-    constexpr LightMapFilter filterOf(const LightMapLayoutInfo& layout) const { return layout.filterFor(filter.value_or(layout.filter)); }
+    constexpr LightMapFilter filterOf(const LightMapLayoutInfo& layout) const {
+        const LightMapFilter usual = layout.usualFilter();
+        const bool isUsual = !areFetchesDear && isWithin(layout, usual);
+        return layout.filterFor(filter.value_or(isUsual ? usual : LightMapFilter::Hardware));
+    }
     constexpr int fetchesOf(const LightMapLayoutInfo& layout) const { return layout.fetchCount(filterOf(layout)); }
     constexpr int operationsOf(const LightMapLayoutInfo& layout) const { return layout.operations(filterOf(layout)); }
     constexpr bool allow(const LightMapLayoutInfo& layout) const {
-        return fetchesOf(layout) <= maxFetches.value_or(fetchesOf(layout)) &&
-               operationsOf(layout) <= maxDecodeOps.value_or(operationsOf(layout)) && (!filter || layout.mayHave(*filter));
+        return isWithin(layout, filterOf(layout)) && (!filter || layout.mayHave(*filter));
     }
     friend bool operator==(const DecodeLimits&, const DecodeLimits&) = default;
+
+private:
+    constexpr bool isWithin(const LightMapLayoutInfo& layout, LightMapFilter asked) const {
+        const int fetches = layout.fetchCount(asked), operations = layout.operations(asked);
+        return fetches <= maxFetches.value_or(fetches) && operations <= maxDecodeOps.value_or(operations);
+    }
 };
 
 /// Names of the layouts that "auto" may take. Empty: there is no list, and every layout that a trial measures may be taken.
@@ -61,9 +72,10 @@ inline bool mayTake(const LayoutList& list, const LightMapLayoutInfo& layout) {
     return list.empty() || std::ranges::find(list, layout.name) != list.end();
 }
 
-/// Returns true if "auto" measures the layout where no list names it: under the hardware's filter, unless another one is asked for.
+/// Returns true if "auto" measures the layout where no list names it. One that holds its own light, beside which no dominant light is
+/// cooked, has to be asked for by its filter.
 inline bool isUsual(const DecodeLimits& decode, const LightMapLayoutInfo& layout) {
-    return layout.trialLayout && (decode.filter || layout.filter == LightMapFilter::Hardware);
+    return layout.trialLayout && (decode.filter || !layout.holdsLight());
 }
 
 /// Returns true if "auto" may take the layout: the list has it, or without a list some trial measures it.

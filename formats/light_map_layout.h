@@ -123,8 +123,8 @@ struct LightMapLayoutInfo {
     bool isForEngine = false;
     /// Light is stored relative to the tangents of a mesh: LightMapDescription::takesTangents.
     bool isInTangentSpace = false;
-    /// Decoded: the layout has no other filter.
-    LightMapFilter filter = LightMapFilter::Hardware;
+    /// Its texels hold no light that a sampler could filter: the layout has no filter but LightMapFilter::Decoded.
+    bool isAlwaysDecoded = false;
 
     /// The textures hold exit radiance at the texel's own normal.
     constexpr bool isFlat() const { return family == LightMapFamily::Flat; }
@@ -147,10 +147,15 @@ struct LightMapLayoutInfo {
         return layers;
     }
     /// Returns the filter that the layout has where one is asked for.
-    constexpr LightMapFilter filterFor(LightMapFilter asked) const { return filter == LightMapFilter::Decoded ? filter : asked; }
+    constexpr LightMapFilter filterFor(LightMapFilter asked) const { return isAlwaysDecoded ? LightMapFilter::Decoded : asked; }
     /// Returns true if the layout can be decoded so. The shaders of engines filter first.
     constexpr bool mayHave(LightMapFilter asked) const {
-        return asked == LightMapFilter::Hardware ? filter == asked : !isForEngine && !isInTangentSpace;
+        return asked == LightMapFilter::Hardware ? !isAlwaysDecoded : !isForEngine && !isInTangentSpace;
+    }
+    /// Returns the filter where none is asked for. A sampler filters the factors of a decode that is not linear, and errs at hard edges.
+    constexpr LightMapFilter usualFilter() const {
+        const bool isLinear = decodeDegree == 1;
+        return filterFor(!isLinear && mayHave(LightMapFilter::Decoded) ? LightMapFilter::Decoded : LightMapFilter::Hardware);
     }
     /// Texture fetches of a sample: one a layer, or one a layer and one of the coverage for each of four texels.
     constexpr int fetchCount(LightMapFilter asked = LightMapFilter::Hardware) const {
@@ -449,7 +454,7 @@ inline constexpr std::array kLightMapLayouts = {
                        .decodeOps = 110,
                        .trialLayout = LightMapLayout::Lit,
                        .trialStage = "total",
-                       .filter = LightMapFilter::Decoded},
+                       .isAlwaysDecoded = true},
     LightMapLayoutInfo{.id = LightMapLayout::LitHalf,
                        .name = "lit-half",
                        .family = LightMapFamily::Lit,
@@ -460,7 +465,7 @@ inline constexpr std::array kLightMapLayouts = {
                        .decodeOps = 110,
                        .trialLayout = LightMapLayout::LitHalf,
                        .trialStage = "total",
-                       .filter = LightMapFilter::Decoded},
+                       .isAlwaysDecoded = true},
     LightMapLayoutInfo{.id = LightMapLayout::LitQuarter,
                        .name = "lit-quarter",
                        .family = LightMapFamily::Lit,
@@ -471,7 +476,7 @@ inline constexpr std::array kLightMapLayouts = {
                        .decodeOps = 110,
                        .trialLayout = LightMapLayout::LitQuarter,
                        .trialStage = "total",
-                       .filter = LightMapFilter::Decoded},
+                       .isAlwaysDecoded = true},
 };
 static_assert(isCompleteTable(kLightMapLayouts, LightMapLayout::LitQuarter));
 
@@ -543,7 +548,7 @@ inline int textureBits(const LightMapLayoutInfo& layout, const TargetInfo& targe
         const PixelFormatInfo& format = info(formatFor(texture.role, target));
         bits += 8 * texture.layerCount * format.bytesPerBlock / (format.blockWidth * format.blockHeight * texture.side * texture.side);
     }
-    if (layout.filter == LightMapFilter::Decoded) ++bits;  // of the coverage
+    if (layout.usualFilter() == LightMapFilter::Decoded) ++bits;  // of the coverage
     return bits;
 }
 

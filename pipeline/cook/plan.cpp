@@ -48,12 +48,15 @@ std::uint64_t savedBytes(std::uint64_t would, std::uint64_t is) {
     return would - std::min(is, would);
 }
 
-/// Returns the textures of a layout under a target. "auto" counts as the default layout.
-std::vector<SkippedImages> imagesOf(const std::string& layout, formats::Target target) {
+/// Returns the textures of a layout in a scene. "auto" counts as the layout "ratio".
+std::vector<SkippedImages> imagesOf(const std::string& name, formats::Target target, const formats::DecodeLimits& decode) {
+    const formats::LightMapLayoutInfo& layout =
+        formats::info(formats::lightMapLayoutFromName(name).value_or(formats::LightMapLayout::Ratio));
     std::vector<SkippedImages> images;
-    for (const formats::LightMapTextureInfo& texture :
-         formats::info(formats::lightMapLayoutFromName(layout).value_or(formats::LightMapLayout::Ratio)).textures)
+    for (const formats::LightMapTextureInfo& texture : layout.textures)
         images.push_back({formats::formatFor(texture.role, formats::info(target)), texture.layerCount, texture.side});
+    if (decode.filterOf(layout) == formats::LightMapFilter::Decoded)
+        images.push_back({.format = formats::PixelFormat::Rgba8Unorm, .isCoverage = true});
     return images;
 }
 
@@ -235,9 +238,9 @@ private:
     }
 
     /// Returns the filter that a layout is cooked for.
-    formats::LightMapFilter filterOf(const std::string& layout) const {
+    formats::LightMapFilter filterOf(const std::string& layout, const LightMapReduction& reduction) const {
         const auto id = formats::lightMapLayoutFromName(layout);
-        return id ? scene_.output.decode.filterOf(formats::info(*id)) : formats::LightMapFilter::Hardware;
+        return id ? reduction.decodeUnder(scene_.output.decode).filterOf(formats::info(*id)) : formats::LightMapFilter::Hardware;
     }
 
     void addTrial(const LightMapEntry& entry, const LightMapReduction& reduction, const std::optional<JointTrial>& joint) {
@@ -258,11 +261,13 @@ private:
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
         add(entry.name, AssetKind::LightMap,
             LightMapParameters{description, layout, scene_.output.target, textures_, visible, hasMips(scene_.output, entry),
-                               filterOf(layout)},
+                               filterOf(layout, reduction)},
             hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
         if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);
-        const auto would = imagesOf(asked, scene_.output.target), is = imagesOf(layout, scene_.output.target);
+        const formats::Target target = scene_.output.target;
+        const formats::DecodeLimits& decode = scene_.output.decode;
+        const auto would = imagesOf(asked, target, decode), is = imagesOf(layout, target, reduction.decodeUnder(decode));
         if (reduction.constantOf)
             skip(entry.name, fmt::format("texels of light map '{}'", entry.name), reduction.why,
                  savedBytes(bytesOf(would, *reduction.constantOf), bytesOf(is, {kConstantSide, kConstantSide})),
@@ -568,7 +573,7 @@ std::vector<SkippedImages> dominantImages(formats::Target target, bool withResid
 std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size) {
     std::uint64_t bytes = 0;
     for (const SkippedImages& each : images) {
-        const glm::ivec2 texels = formats::textureSize(size.x, size.y, each.side);
+        const glm::ivec2 texels = each.isCoverage ? formats::coverageSize(size.x, size.y) : formats::textureSize(size.x, size.y, each.side);
         bytes += static_cast<std::uint64_t>(each.layers) * formats::bytesPerImage(each.format, texels.x, texels.y);
     }
     return bytes;

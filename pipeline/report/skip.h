@@ -14,7 +14,8 @@ namespace lightcook::pipeline {
 struct SkippedImages {
     formats::PixelFormat format = formats::PixelFormat::Bc7;
     int layers = 1;
-    int side = 1;  ///< formats::LightMapTextureInfo::side
+    int side = 1;             ///< formats::LightMapTextureInfo::side
+    bool isCoverage = false;  ///< formats::kCoverageRole, which has a size of its own
 };
 /// Work that a skip saved, whose time is measured by WorkRates.
 struct SkippedWork {

@@ -154,9 +154,12 @@ void describeKeys(Keys& keys, OutputSettings& output) {
                                formats::allLayoutCosts()));
     constexpr double kMostDecodeCost = 1e6;
     const KeyRule decodeCost = {.low = 1, .high = kMostDecodeCost, .type = "integer"};
-    keys.optional("filter", output.decode.filter, KeyRule{}.otherwise("hardware; under a layout that has no other, decoded"),
-                  withCaptions("[how light between texels](../theory/layouts.md#decoded-before-the-filter) follows from theirs",
-                               formats::allLightMapFilters()));
+    keys.optional(
+        "filter", output.decode.filter,
+        KeyRule{}.otherwise("decoded where a layout's decode is not linear and is within the limits below, unless an engine's own "
+                            "shader reads it or `cost` is `taps`; else hardware"),
+        withCaptions("[how light between texels](../theory/layouts.md#decoded-before-the-filter) follows from theirs",
+                     formats::allLightMapFilters()));
     keys.optional("max_fetches", output.decode.maxFetches, decodeCost,
                   "limit on the texture fetches of a light map's sample: `auto` takes no other layout");
     keys.optional("max_decode_ops", output.decode.maxDecodeOps, decodeCost, "limit on the multiply-adds of its decode, likewise");

@@ -66,7 +66,7 @@ private:
     struct Array {
         const char *member, *role;
     };
-    bool isMixed() const { return info_.filter == formats::LightMapFilter::Decoded; }
+    bool isMixed() const { return info_.isAlwaysDecoded; }
     /// Returns the decode of the covered texels around a place, and the mix of their light.
     std::string decodeMixed() const {
         return "LcQuad q = lcQuad(place.xy, " + mapSize_ +

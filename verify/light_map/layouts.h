@@ -300,7 +300,7 @@ struct LitDecode : LayoutRow<kId> {
 /// Layouts whose texels are decoded before they are mixed.
 template <class Layout>
 concept DecodedBeforeFilter = formats::info(Layout::kLayout)
-.filter == formats::LightMapFilter::Decoded;
+.isAlwaysDecoded;
 
 /// Constants of the learned layouts "basis-K".
 struct BasisTables {

@@ -174,9 +174,8 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     if (parameters->visible) objective = objectiveFor(*parameters->visible, measured->key.displayKey(), (*source)->bt2020FromWorking());
     LC_TRY(mipCount, mipCountOf(**source, parameters->mips, context));
     // The planner is a temporary: its samples are freed before the first strip is encoded.
-    LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, *mipCount,
-                                 parameters->filter, context)
-                     .plan(parameters->layout));
+    LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, *mipCount, context)
+                     .plan(parameters->layout, parameters->filter));
     LC_TRY(textures, createTextures(context, *plan, parameters->textures));
     LC_TRY(report, encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, context));
     LC_CHECK(writeIndex(context, *plan, *textures));

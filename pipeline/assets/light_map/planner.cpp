@@ -26,25 +26,24 @@ compress::LightMapObjective objectiveFor(const SceneView& view, double displayKe
 
 LightMapPlanner::LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
                                  const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective,
-                                 int mipCount, formats::LightMapFilter filter, const ActionContext& context)
+                                 int mipCount, const ActionContext& context)
     : source_(source),
       measure_(measure),
       objective_(std::move(objective)),
       context_(context),
       target_(target),
       mipCount_(mipCount),
-      filter_(filter),
       options_(textures.encodeOptions()) {}
 
-Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout) {
-    auto plan = planLevel0(layout);
+Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout, formats::LightMapFilter filter) {
+    auto plan = planLevel0(layout, filter);
     if (plan) plan->mipCount = plan->hasCoverage() ? coverageLevels(plan->width, plan->height, mipCount_) : mipCount_;
     return plan;
 }
 
-Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& name) {
+Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& name, formats::LightMapFilter filter) {
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
-    const compress::MeasuredLightMap map{target_, source_.width(), source_.height(), measure_, objective_, filter_};
+    const compress::MeasuredLightMap map{target_, source_.width(), source_.height(), measure_, objective_, filter};
     if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, map);
     if (!samples_) LC_CHECK(gather());
     compress::LightMapPlan plan = compress::planLearnedLightMap(layout, map, {chartOfBlock_, *samples_}, options_);

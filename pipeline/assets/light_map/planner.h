@@ -21,14 +21,13 @@ compress::LightMapObjective objectiveFor(const SceneView& view, double displayKe
 class LightMapPlanner {
 public:
     /// mipCount  levels of the plans
-    /// filter    of layouts that have more than one
     LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
                     const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective, int mipCount,
-                    formats::LightMapFilter filter, const ActionContext& context);
-    formats::Result<compress::LightMapPlan> plan(const std::string& layout);
+                    const ActionContext& context);
+    formats::Result<compress::LightMapPlan> plan(const std::string& layout, formats::LightMapFilter filter);
 
 private:
-    formats::Result<compress::LightMapPlan> planLevel0(const std::string& layout);
+    formats::Result<compress::LightMapPlan> planLevel0(const std::string& layout, formats::LightMapFilter filter);
     formats::Result<void> gather();
     formats::Result<void> surveyCharts();
     void readIslands();
@@ -41,7 +40,6 @@ private:
     const ActionContext& context_;
     formats::Target target_;
     int mipCount_;
-    formats::LightMapFilter filter_;
     compress::EncodeOptions options_;
     compress::LightMapBlocks blocks_;
     std::vector<int> chartOfBlock_;

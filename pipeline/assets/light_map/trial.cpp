@@ -71,6 +71,7 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
 /// Layouts that are measured on one plan: the planned one, or it without its last layers.
 struct LayoutGroup {
     formats::LightMapLayout planned;
+    formats::LightMapFilter filter;
     std::vector<Trial> layouts;
 };
 
@@ -80,7 +81,8 @@ std::vector<LayoutGroup> layoutGroups(const TrialParameters& parameters, const s
     std::vector<LayoutGroup> groups;
     for (const Trial& trial : trialsOf(parameters, joint, texels)) {
         const formats::LightMapLayout planned = trialOf(*trial.layout);
-        if (groups.empty() || groups.back().planned != planned) groups.push_back({planned, {}});
+        const formats::LightMapFilter filter = parameters.decode.filterOf(*trial.layout);
+        if (groups.empty() || groups.back().planned != planned || groups.back().filter != filter) groups.push_back({planned, filter, {}});
         groups.back().layouts.push_back(trial);
     }
     return groups;
@@ -252,12 +254,11 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
         **source, spreadStrips(**source, kTrialTexels), parameters, {parameters.display.of(displayKey), (*source)->bt2020FromWorking()}};
     LC_TRY(mipCount, mipCountOf(**source, parameters.mips, context));
     LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure,
-                            objectiveOf(parameters, **source, displayKey), *mipCount,
-                            parameters.decode.filter.value_or(formats::LightMapFilter::Hardware), context);
+                            objectiveOf(parameters, **source, displayKey), *mipCount, context);
     LC_TRY(whole, startJointTrial(map, joint, context));
     JointTrialResult result;
     for (const LayoutGroup& group : groups) {
-        LC_TRY(plan, planner.plan(std::string(formats::info(group.planned).name)));
+        LC_TRY(plan, planner.plan(std::string(formats::info(group.planned).name), group.filter));
         LC_TRY(shader, GroupShader::create(group, *plan, parameters.shading, *whole ? &**whole : nullptr));
         LC_TRY(tried, tryPlan(map, *plan, *shader, context));
         for (std::size_t i = 0; i < group.layouts.size(); ++i) {

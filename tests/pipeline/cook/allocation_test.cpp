@@ -196,14 +196,15 @@ double expectWithin(const Outcome& outcome, const std::string& map, std::uint64_
     return visible;
 }
 
-/// Halves hold every texel of both layouts, so all errors lie between texels: at the edge of the light, where `ratio` filters products.
+/// Halves hold every texel of both layouts, so all errors lie between texels: at the edge of the light, where a sampler filters the
+/// factors of `ratio`.
 TEST(CookScene, ABudgetCountsErrorsBetweenTexels) {
     const SmallScene scene(SmallScene::Parts::LightMap, [](const glm::dvec3& direction, const glm::dvec2& place) {
         const bool isLit = place.x < 0.5;
         return glm::vec3(isLit ? 50 * std::max(0.0, direction.z) : 0.5 + 0.5 * direction.x);
     });
     const auto visibleUnder = [&](const char* layout) {
-        scene.writeSceneFile(fmt::format("target = \"float\"\nlayouts = [\"{}\"]\nbudget = \"1 MiB\"", layout),
+        scene.writeSceneFile(fmt::format("target = \"float\"\nfilter = \"hardware\"\nlayouts = [\"{}\"]\nbudget = \"1 MiB\"", layout),
                              "[[material]]\nname = \"*\"\nspecular = false\nnormal_map = true\n");
         const Outcome outcome = pipeline::cook(scene.options());
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
@@ -425,7 +426,7 @@ TEST(CookSceneSoak, ABudgetWithoutAnErrorLimitsNoError) {
 /// The limit of one light map leaves the others to the budget.
 TEST(CookScene, ALimitOfOneLightMapIsNoneOfAnother) {
     const SmallScene scene(Parts::LightMap);
-    scene.writeSceneFile("budget = \"1 MiB\"", "[[light_map]]\nname = \"other\"\nfile = \"map.exr\"\nmax_visible = 50\n");
+    scene.writeSceneFile("budget = \"1 MiB\"", "[[light_map]]\nname = \"other\"\nfile = \"map.exr\"\nmax_visible = 1\n");
     const Outcome outcome = cookScene(scene.options(), RunState());
     for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
     std::map<std::string, std::set<std::string>> layouts;

@@ -1,4 +1,5 @@
 // `filter` of a scene: whether the hardware filters light maps, or the shader, after it has decoded them.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "formats/light_map_layout.h"
@@ -41,11 +42,19 @@ TEST_F(SceneFilter, ADecodedMapHasACoverageAndErrsNoMoreOnItsSurface) {
     }
 }
 
-TEST_F(SceneFilter, WithoutItOnlyLayoutsThatHaveNoOtherAreDecoded) {
-    ASSERT_EQ(firstError(cook("light_map_layout = \"ratio\"")), "");
-    EXPECT_EQ(manifest().at("assets").at(0).at("filter"), "hardware");
-    ASSERT_EQ(firstError(cook("light_map_layout = \"lit-half\"")), "");
-    EXPECT_EQ(manifest().at("assets").at(0).at("filter"), "decoded");
+TEST_F(SceneFilter, WithoutItWhatIsNotLinearIsDecodedFirstUnlessFetchesAreDear) {
+    const auto filterUnder = [&](const std::string& output) {
+        EXPECT_EQ(firstError(cook(output)), "") << output;
+        return manifest().at("assets").at(0).at("filter").get<std::string>();
+    };
+    for (const char* layout : {"ratio", "sh4", "basis-3", "lit-half"})
+        EXPECT_EQ(filterUnder(fmt::format("max_error = 0.9\nlight_map_layout = \"{}\"", layout)), "decoded") << layout;
+    for (const char* layout : {"raw", "hdr", "godot", "halo3"})
+        EXPECT_EQ(filterUnder(fmt::format("max_error = 0.9\nlight_map_layout = \"{}\"", layout)), "hardware") << layout;
+    EXPECT_EQ(filterUnder("light_map_layout = \"ratio\"\nmax_fetches = 40"), "decoded");
+    EXPECT_EQ(filterUnder("light_map_layout = \"ratio\"\nmax_fetches = 39"), "hardware");
+    EXPECT_EQ(filterUnder("light_map_layout = \"ratio\"\nmax_decode_ops = 300"), "hardware");
+    EXPECT_EQ(filterUnder("layouts = [\"ratio\"]\nmax_visible = 5\ncost = \"taps\""), "hardware");
 }
 
 TEST_F(SceneFilter, AutoMeasuresTheLayoutsThatHaveIt) {
@@ -56,7 +65,7 @@ TEST_F(SceneFilter, AutoMeasuresTheLayoutsThatHaveIt) {
         for (const Json& each : outcome.report.at("assets").at(0).at("trial_candidates")) {
             names.push_back(each.at("layout"));
             const auto& layout = formats::info(*formats::lightMapLayoutFromName(names.back()));
-            const bool isDecoded = output.find("filter") != std::string::npos;
+            const bool isDecoded = output.find("filter") != std::string::npos || layout.usualFilter() == formats::LightMapFilter::Decoded;
             EXPECT_EQ(each.at("fetches").get<int>(), isDecoded ? 4 * (layout.layerCount() + 1) : layout.layerCount()) << names.back();
         }
         return names;

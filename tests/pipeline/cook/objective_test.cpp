@@ -43,7 +43,7 @@ glm::vec3 halfInShadow(const glm::dvec3& direction, const glm::dvec2& place) {
 TEST(ObjectiveOfRatio, IsThePlacesBetweenTexelsAtEdgesOfLight) {
     const SmallScene scene(SmallScene::Parts::LightMap, halfInShadow);
     const auto visibleOf = [&](const std::string& objective) {
-        scene.writeSceneFile("light_map_layout = \"ratio\"\nmax_error = 0.9\nobjective = \"" + objective + "\"");
+        scene.writeSceneFile("light_map_layout = \"ratio\"\nfilter = \"hardware\"\nmax_error = 0.9\nobjective = \"" + objective + "\"");
         const Outcome outcome = cookScene(scene.options(), RunState());
         return outcome.report.at("assets").at(0).at("stages").back().at("error").at("diffuse").at("visible").at("rms").get<double>();
     };

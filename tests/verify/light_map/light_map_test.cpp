@@ -37,7 +37,7 @@ bool keepsBand2(LightMapLayout layout) {
 
 /// Returns true if the hardware filters the textures. decoded_filter_test.cpp has the other layouts.
 bool isFiltered(const formats::LightMapLayoutInfo& layout) {
-    return layout.filter == formats::LightMapFilter::Hardware;
+    return !layout.isAlwaysDecoded;
 }
 
 using test::Cooked;

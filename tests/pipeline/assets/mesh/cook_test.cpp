@@ -209,10 +209,10 @@ TEST_F(TwoSquares, WithClustersAtTheVerticesNeedNoIndexInMemory) {
         EXPECT_FALSE(map.contains("bytes_gpu")) << "beside its textures";
         for (const char* gone : {"code", "residual"}) EXPECT_FALSE(map.at("constants").contains(gone));
         EXPECT_EQ(map.at("constants").contains("index_runs"), hasMesh);
-        EXPECT_EQ(map.at("textures").size(), hasMesh ? 4u : 5u);
+        EXPECT_EQ(map.at("textures").size(), hasMesh ? 5u : 6u);
         EXPECT_EQ(map.value("vertex_bytes_gpu", std::size_t{0}), hasMesh ? attribute : 0);
         const double names = static_cast<double>(hasMesh ? attribute : index);
-        EXPECT_NEAR(map.at("bits_per_texel").get<double>(), 24 + 8 * (static_cast<double>(bytes) + names) / (kWidth * kHeight), 1e-9);
+        EXPECT_NEAR(map.at("bits_per_texel").get<double>(), 24 + 1 + 8 * (static_cast<double>(bytes) + names) / (kWidth * kHeight), 1e-9);
     }
 }
 
