@@ -109,10 +109,12 @@ private:
     Result<void> addMesh(const Found& found) {
         const auto scene = formats::GltfScene::load(found.file);
         if (!scene) return refuse(found, scene.error());
-        if (scene->hasLightMapUvs())
-            meshes_.push_back(found.file);
-        else
+        if (!scene->hasLightMapUvs()) {
             leaveOut(found.file, unrealLightMapsOf(found.file).value_or("it has no light-map UVs (TEXCOORD_1)"));
+            return {};
+        }
+        meshes_.push_back(found.file);
+        if (!scene->materials().empty()) haveMaterials_.insert(found.file);
         return {};
     }
     /// Returns what to write for a glTF that holds light maps of Unreal.
@@ -215,7 +217,9 @@ private:
         for (DraftLightMap& map : inputs_.lightMaps) {
             map.mesh = meshNamedAs(map.file);
             if (!map.mesh && meshes_.size() == 1 && inputs_.lightMaps.size() == 1) map.mesh = meshes_.front();
-            if (map.mesh) used.insert(*map.mesh);
+            if (!map.mesh) continue;
+            used.insert(*map.mesh);
+            map.hasMaterials = haveMaterials_.contains(*map.mesh);
         }
         for (const fs::path& mesh : meshes_) {
             take(mesh);
@@ -252,6 +256,7 @@ private:
     std::vector<Found> files_;
     std::set<fs::path> taken_;
     std::vector<fs::path> meshes_;
+    std::set<fs::path> haveMaterials_;  ///< of meshes_
     DraftInputs inputs_;
 };
 

@@ -59,11 +59,12 @@ public:
         for (const DraftLightMap& map : inputs_.lightMaps) write(map);
         for (const DraftProbe& probe : inputs_.probes) write(probe);
         for (const fs::path& gradient : inputs_.gradients) writeGradient(gradient);
-        if (std::ranges::any_of(inputs_.lightMaps, &DraftLightMap::hasDirections)) writeMaterials();
+        if (hasDirections()) writeMaterials();
         return std::move(text_);
     }
 
 private:
+    bool hasDirections() const { return std::ranges::any_of(inputs_.lightMaps, &DraftLightMap::hasDirections); }
     std::vector<fs::path> allFiles() const {
         std::vector<fs::path> files = inputs_.gradients;
         for (const DraftLightMap& map : inputs_.lightMaps) {
@@ -94,8 +95,10 @@ private:
         text_ += line("name", tomlString(folder));
         text_ += "\n[output]\n";
         text_ += line("target", "\"bc\"", "bc (desktop, consoles) | astc (mobile)");
+        // One limit on what a pixel shows; where no map has directions, that is the light map alone.
         if (!inputs_.lightMaps.empty())
-            text_ += line("max_visible", "5", "of light maps: visible error that 99 % keep, in just noticeable differences");
+            text_ += line(hasDirections() ? "max_whole_visible" : "max_visible", "5",
+                          "of what a pixel shows: visible error that 99 % keep, in just noticeable differences");
         // Not set: where filters read past small charts, no layout keeps it (docs/lab/verify.md, "What does cooking add at seams").
         if (std::ranges::any_of(inputs_.lightMaps, [](const DraftLightMap& map) { return map.mesh.has_value(); }))
             text_ += line("# max_seam", "5", "of edges where charts meet: the step of light that cooking may add; no limit by default");
@@ -153,14 +156,20 @@ private:
         text_ += line("name", uniqueName(assetNameOf(gradient)));
         text_ += line("file", pathOf(gradient), "a sky that is symmetric around its axis, zenith first");
     }
+    /// Writes materials; as comments where those of the meshes are known.
     void writeMaterials() {
+        const bool areKnown =
+            std::ranges::all_of(inputs_.lightMaps, [](const DraftLightMap& map) { return map.hasMaterials || !map.hasDirections; });
+        const std::string start = areKnown ? "# " : "";
         text_ +=
-            "\n# What the materials of the engine need, whatever a glTF says. Without specular, dominant light, tables and cubemaps are\n"
-            "# skipped; without normal maps as well, light maps become flat.\n[[material]]\n";
-        text_ += line("name", "\"*\"", "all materials");
-        text_ += line("normal_map", "true") + line("specular", "true");
-        text_ += line("m", "[0.1, 0.5]", "roughness of Beckmann's lobe (glTF: roughnessFactor squared)");
-        text_ += line("f0", "[0.04, 0.6]", "reflectance at normal incidence");
+            areKnown
+                ? "\n# Materials are those of the glTF. What the engine has in place of them:\n"
+                : "\n# What the materials of the engine need. Without specular, dominant light, tables and cubemaps are skipped; without\n"
+                  "# normal maps as well, light maps become flat.\n";
+        text_ += start + "[[material]]\n" + line(start + "name", "\"*\"", "all materials");
+        text_ += line(start + "normal_map", "true") + line(start + "specular", "true");
+        text_ += line(start + "m", "[0.1, 0.5]", "roughness of Beckmann's lobe (glTF: roughnessFactor squared)");
+        text_ += line(start + "f0", "[0.04, 0.6]", "reflectance at normal incidence");
     }
 
     const DraftInputs& inputs_;

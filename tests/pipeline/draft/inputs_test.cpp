@@ -30,8 +30,10 @@ protected:
     void picture(const std::string& name, int width, int height, int channels = 3) const {
         ASSERT_TRUE(formats::writeExr(folder_ / name, Image<glm::vec4>(width, height, glm::vec4(0.5f)).view(), channels)) << name;
     }
-    void mesh(const std::string& name, bool hasUvs = true) const {
+    void mesh(const std::string& name, bool hasUvs = true, const std::string& primitive = "") const {
         std::string text = kTriangleScene;
+        constexpr std::string_view kPrimitive = R"("meshes": [{"primitives": [{)";
+        if (!primitive.empty()) text.replace(text.find(kPrimitive), kPrimitive.size(), primitive);
         text.replace(text.find("UVS"), 3, hasUvs ? ", \"TEXCOORD_1\": 1" : "");
         formats::writeContent(folder_ / name, text);
     }
@@ -151,12 +153,15 @@ TEST_F(DraftInputsOfAFolder, APictureIsAnEnvironmentByItsShapeOrALightMapByItsNa
 
 TEST_F(DraftInputsOfAFolder, AMeshGoesToTheLightMapWhoseNameBeginsWithIts) {
     for (const char* name : {"a_lightmap.exr", "a_b_lightmap.exr", "c_lightmap.exr"}) picture(name, 16, 16);
-    for (const char* name : {"a.gltf", "a_b.gltf", "unused.gltf"}) mesh(name);
+    for (const char* name : {"a_b.gltf", "unused.gltf"}) mesh(name);
     mesh("plain.gltf", false);
+    mesh("a.gltf", true, R"("materials": [{}], "meshes": [{"primitives": [{"material": 0,)");
     const DraftInputs inputs = find();
     ASSERT_THAT(inputs.lightMaps, SizeIs(3));
     EXPECT_EQ(inputs.lightMaps[0].mesh->filename(), "a_b.gltf") << "the longest name that fits";
     EXPECT_EQ(inputs.lightMaps[1].mesh->filename(), "a.gltf");
+    EXPECT_FALSE(inputs.lightMaps[0].hasMaterials);
+    EXPECT_TRUE(inputs.lightMaps[1].hasMaterials);
     EXPECT_FALSE(inputs.lightMaps[2].mesh);
     EXPECT_THAT(whyLeftOut(inputs, "unused.gltf"), HasSubstr("mesh = \"FILE\""));
     EXPECT_THAT(whyLeftOut(inputs, "plain.gltf"), HasSubstr("TEXCOORD_1"));

@@ -43,9 +43,28 @@ TEST(SceneDraft, IsReadWithItsSettings) {
     EXPECT_FALSE(scene.probes[0].sh);
     EXPECT_EQ(scene.probes[1].sh->filename(), "probes.json");
     EXPECT_EQ(scene.gradients.at(0).name, "dusk");
-    EXPECT_EQ(scene.output.limits[Limit::Visible], 5);
+    EXPECT_EQ(scene.output.limits[Limit::WholeVisible], 5);
     ASSERT_EQ(scene.materials.size(), 1u);
     EXPECT_EQ(scene.materials[0].specular, true);
+}
+
+TEST(SceneDraft, MaterialsOfTheMeshesAreNotReplaced) {
+    const formats::TemporaryFolder folder;
+    DraftInputs inputs;
+    inputs.lightMaps = {lightMap(folder / "hall.exr"), lightMap(folder / "room.exr")};
+    inputs.lightMaps[0].hasMaterials = true;
+    EXPECT_EQ(roundTrip(inputs, folder / "").materials.size(), 1u) << "nobody knows those of the room";
+    inputs.lightMaps[1].hasMaterials = true;
+    EXPECT_TRUE(roundTrip(inputs, folder / "").materials.empty());
+    EXPECT_THAT(draftScene(inputs, folder / "").value_or(""), HasSubstr("# [[material]]\n# name = \"*\""));
+}
+
+TEST(SceneDraft, TheLimitIsThatOfTheLightMapWhereNoneHasDirections) {
+    const formats::TemporaryFolder folder;
+    DraftInputs inputs;
+    inputs.lightMaps = {lightMap(folder / "hall.exr")};
+    inputs.lightMaps[0].hasDirections = false;
+    EXPECT_EQ(roundTrip(inputs, folder / "").output.limits[Limit::Visible], 5);
 }
 
 TEST(SceneDraft, CommentsAreAtTheFirstOfSeveralProbes) {
