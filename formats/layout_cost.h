@@ -72,15 +72,9 @@ inline bool mayTake(const LayoutList& list, const LightMapLayoutInfo& layout) {
     return list.empty() || std::ranges::find(list, layout.name) != list.end();
 }
 
-/// Returns true if "auto" measures the layout where no list names it. One that holds its own light, beside which no dominant light is
-/// cooked, has to be asked for by its filter.
-inline bool isUsual(const DecodeLimits& decode, const LightMapLayoutInfo& layout) {
-    return layout.trialLayout && (decode.filter || !layout.holdsLight());
-}
-
 /// Returns true if "auto" may take the layout: the list has it, or without a list some trial measures it.
-inline bool isCandidate(const DecodeLimits& decode, const LayoutList& list, const LightMapLayoutInfo& layout) {
-    return list.empty() ? isUsual(decode, layout) : mayTake(list, layout);
+inline bool isCandidate(const LayoutList& list, const LightMapLayoutInfo& layout) {
+    return list.empty() ? layout.trialLayout.has_value() : mayTake(list, layout);
 }
 
 }  // namespace lightcook::formats

@@ -57,7 +57,7 @@ bool mayBeDecoded(const Scene& scene, const LightMapEntry& entry) {
     const formats::DecodeLimits& decode = scene.output.decode;
     return std::ranges::any_of(formats::allLightMapLayouts(), [&](const formats::LightMapLayoutInfo& layout) {
         const bool isTaken =
-            asked ? *asked == layout.id : formats::isCandidate(decode, layoutsFor(scene.output, entry), layout) && decode.allow(layout);
+            asked ? *asked == layout.id : formats::isCandidate(layoutsFor(scene.output, entry), layout) && decode.allow(layout);
         return isTaken && decode.filterOf(layout) == formats::LightMapFilter::Decoded;
     });
 }

@@ -184,7 +184,7 @@ private:
         if (hasMesh && !isDecided) takeNames(meshAssetName(scene_, entry), AssetKind::Mesh);
         if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);
         if (hasMap && isDecided && scene_.output.gltf && entry.mesh) addGltf(entry, description);
-        if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction, layout);
+        if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction);
         if (hasMap && isDecided) addWhole(entry, reduction);
         if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout) || packed != nullptr))
             addMesh(entry, description, layout);
@@ -279,9 +279,7 @@ private:
                  "no material has a normal map or is specular: a flat exit-radiance map is enough", "light-map", entry.name, would, is);
     }
 
-    /// lightMapLayout  of the light map; auto before it is chosen
-    void planDominant(const LightMapEntry& entry, formats::LightMapDescription description, const LightMapReduction& reduction,
-                      const std::string& lightMapLayout) {
+    void planDominant(const LightMapEntry& entry, formats::LightMapDescription description, const LightMapReduction& reduction) {
         const std::string dominant = dominantNameOf(entry.name);
         if (!wanted(dominant, AssetKind::Dominant, entry)) return;
         const std::vector<SkippedImages> images = dominantImages(scene_.output.target);
@@ -295,9 +293,6 @@ private:
         if (!reduction.hasDominant)
             return leaveOut(reduction.hasDirections ? "no single light explains enough of any texel: all specular light is area specular"
                                                     : "the light map has no directions");
-        const auto holder = formats::lightMapLayoutFromName(lightMapLayout);
-        if (holder && formats::info(*holder).holdsLight() && !isDominantNamed(entry))
-            return leaveOut("the light map holds its light: lcLitDirection and lcLitIntensity");
         const std::string layout = dominantLayoutOf(entry);
         if (dominantLayoutFromName(layout)->divisor == 0)
             return leaveOut(entry.dominantLayout ? "the scene file leaves it out" : "within the budget its bytes buy more elsewhere");
@@ -317,10 +312,6 @@ private:
             description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry));
     }
 
-    /// Returns true if the scene file or a choice together with the light map says which textures a dominant light has.
-    bool isDominantNamed(const LightMapEntry& entry) const {
-        return entry.dominantLayout || options_.decisions.layouts.contains(dominantNameOf(entry.name));
-    }
     /// Returns the layout of a dominant light: that of the scene file or the chosen one, else the first.
     std::string dominantLayoutOf(const LightMapEntry& entry) const {
         if (entry.dominantLayout) return *entry.dominantLayout;

@@ -30,7 +30,7 @@ std::string whyNotFilter(const formats::DecodeLimits& decode, const formats::Lig
 std::string whyNoneKeeps(const formats::DecodeLimits& decode, const formats::LayoutList& layouts) {
     std::string costs;
     for (const formats::LightMapLayoutInfo& each : formats::allLightMapLayouts()) {
-        if (!formats::isCandidate(decode, layouts, each)) continue;
+        if (!formats::isCandidate(layouts, each)) continue;
         if (decode.allow(each)) return "";
         if (!decode.filter || each.mayHave(*decode.filter)) costs += (costs.empty() ? "" : ", ") + costOf(decode, each);
     }

@@ -45,7 +45,7 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
     std::vector<Trial> trials;
     std::set<formats::LightMapLayout> measured;
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
-        const bool isUsual = formats::isUsual(parameters.decode, layout) || (layout.isFlat() && parameters.isFlatTried);
+        const bool isUsual = layout.trialLayout || (layout.isFlat() && parameters.isFlatTried);
         const bool isTaken = parameters.layouts.empty() ? isUsual : formats::mayTake(parameters.layouts, layout);
         if (!parameters.decode.allow(layout) || !(isTaken || isUsual)) continue;
         if (parameters.description.constantOf && layout.isLearned()) continue;  // its mesh would name clusters of the bake
