@@ -43,11 +43,11 @@ struct DecodeLimits {
     std::optional<int> maxDecodeOps = {};  ///< scalar multiply-adds of a sample
     /// Empty: the usual one of the layout, or that of the hardware if the usual one costs too much.
     std::optional<LightMapFilter> filter = {};
-    bool areFetchesDear = false;  ///< then that of the hardware
+    bool prefersHardware = false;  ///< that of the hardware is the usual one
 
     constexpr LightMapFilter filterOf(const LightMapLayoutInfo& layout) const {
         const LightMapFilter usual = layout.usualFilter();
-        const bool isUsual = !areFetchesDear && isWithin(layout, usual);
+        const bool isUsual = !prefersHardware && isWithin(layout, usual);
         return layout.filterFor(filter.value_or(isUsual ? usual : LightMapFilter::Hardware));
     }
     constexpr int fetchesOf(const LightMapLayoutInfo& layout) const { return layout.fetchCount(filterOf(layout)); }

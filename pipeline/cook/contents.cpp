@@ -54,7 +54,7 @@ bool mayTake(const Scene& scene, const LightMapEntry& entry, const formats::Ligh
 /// Returns true if a light map may be cooked in a layout whose texels are decoded before they are filtered: it loses nothing at rims.
 bool mayBeDecoded(const Scene& scene, const LightMapEntry& entry) {
     const auto asked = formats::lightMapLayoutFromName(layoutAsked(scene.output));
-    const formats::DecodeLimits& decode = scene.output.decode;
+    const formats::DecodeLimits decode = decodeOf(scene, entry, false);
     return std::ranges::any_of(formats::allLightMapLayouts(), [&](const formats::LightMapLayoutInfo& layout) {
         const bool isTaken =
             asked ? *asked == layout.id : formats::isCandidate(layoutsFor(scene.output, entry), layout) && decode.allow(layout);
@@ -190,6 +190,12 @@ formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, 
         hold("max_visible", askedVisibleLimit(scene.output, entry), floor->visible, fmt::format("{:.3g}", floor->visible));
     }
     return errors;
+}
+
+formats::DecodeLimits decodeOf(const Scene& scene, const LightMapEntry& entry, bool isConstant) {
+    formats::DecodeLimits limits = scene.output.decode;
+    limits.prefersHardware = isConstant || hasMips(scene.output, entry) || scene.output.cost == formats::LayoutCost::Fetches;
+    return limits;
 }
 
 LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const std::string& asked) {

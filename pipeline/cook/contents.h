@@ -34,13 +34,11 @@ struct LightMapReduction {
     std::string whyFlat, whySh4;           ///< for "auto": bands 1 and 2, or band 2, have no light that is seen; empty: they have
     /// Returns why the layout that "auto" chose may leave out bands. Empty: it leaves out none, or the materials do not need them.
     std::string whyWithoutBands(const std::string& chosen) const;
-    /// Returns the limits of the scene on the decode. Any filter shows constant light.
-    formats::DecodeLimits decodeUnder(formats::DecodeLimits limits) const {
-        limits.areFetchesDear = limits.areFetchesDear || constantOf;
-        return limits;
-    }
 };
 /// asked  the layout that the materials need: lightMapLayoutFor()
 LightMapReduction reductionOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const std::string& asked);
+/// Returns the limits on the decode of a light map. The hardware's filter is the usual one where fetches are dear, where a sampler mixes
+/// mip levels, and for constant light, which any filter shows.
+formats::DecodeLimits decodeOf(const Scene& scene, const LightMapEntry& entry, bool isConstant);
 
 }  // namespace lightcook::pipeline

@@ -237,12 +237,6 @@ private:
                                  bakeInputs(entry.file, entry.description), std::move(dependencies)});
     }
 
-    /// Returns the filter that a layout is cooked for.
-    formats::LightMapFilter filterOf(const std::string& layout, const LightMapReduction& reduction) const {
-        const auto id = formats::lightMapLayoutFromName(layout);
-        return id ? reduction.decodeUnder(scene_.output.decode).filterOf(formats::info(*id)) : formats::LightMapFilter::Hardware;
-    }
-
     void addTrial(const LightMapEntry& entry, const LightMapReduction& reduction, const std::optional<JointTrial>& joint) {
         plan_.undecided.push_back(entry.name);
         takeNames(entry.name, AssetKind::LightMap);
@@ -259,15 +253,15 @@ private:
         Inputs verifyInputs = reduction.constantOf ? bakeInputs(entry.file, entry.description) : viewedInputs(entry);
         const PackedLightMap* packed = packedOf(entry);
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
+        const formats::Target target = scene_.output.target;
+        const formats::DecodeLimits decode = decodeOf(scene_, entry, reduction.constantOf.has_value());
         add(entry.name, AssetKind::LightMap,
-            LightMapParameters{description, layout, scene_.output.target, textures_, visible, hasMips(scene_.output, entry),
-                               filterOf(layout, reduction)},
+            LightMapParameters{description, layout, target, textures_, visible, hasMips(scene_.output, entry),
+                               decode.filterOf(formats::info(*formats::lightMapLayoutFromName(layout)))},
             hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
         if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);
-        const formats::Target target = scene_.output.target;
-        const formats::DecodeLimits& decode = scene_.output.decode;
-        const auto would = imagesOf(asked, target, decode), is = imagesOf(layout, target, reduction.decodeUnder(decode));
+        const auto would = imagesOf(asked, target, decodeOf(scene_, entry, false)), is = imagesOf(layout, target, decode);
         if (reduction.constantOf)
             skip(entry.name, fmt::format("texels of light map '{}'", entry.name), reduction.why,
                  savedBytes(bytesOf(would, *reduction.constantOf), bytesOf(is, {kConstantSide, kConstantSide})),

@@ -13,7 +13,7 @@ TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const 
     TrialParameters parameters{
         entry.description,         output.target,           TextureSettings{output.container, output.zstd, output.effort, output.rdo},
         shadingOf(scene, needs),   scene.display,           output.objective,
-        reduction.isFlatTried,     reduction.hasDirections, reduction.decodeUnder(output.decode),
+        reduction.isFlatTried,     reduction.hasDirections, decodeOf(scene, entry, reduction.constantOf.has_value()),
         layoutsFor(output, entry), hasMips(output, entry)};
     parameters.description.repair = repair;
     parameters.description.constantOf = reduction.constantOf;

@@ -235,7 +235,6 @@ void complete(const TomlDocument& document, Scene& scene) {
     scene.file = document.file;
     scene.directory = document.directory;
     scene.document = jsonOfToml(document.root);
-    scene.output.decode.areFetchesDear = scene.output.cost == formats::LayoutCost::Fetches;
     for (std::size_t i = 0; i < scene.lightMaps.size(); ++i) {
         LightMapEntry& entry = scene.lightMaps[i];
         formats::LightMapDescription& description = entry.description;

@@ -157,7 +157,7 @@ void describeKeys(Keys& keys, OutputSettings& output) {
     keys.optional(
         "filter", output.decode.filter,
         KeyRule{}.otherwise("decoded where a layout's decode is not linear and is within the limits below, unless an engine's own "
-                            "shader reads it or `cost` is `taps`; else hardware"),
+                            "shader reads it, `cost` is `taps` or the map has `mips`; else hardware"),
         withCaptions("[how light between texels](../theory/layouts.md#decoded-before-the-filter) follows from theirs",
                      formats::allLightMapFilters()));
     keys.optional("max_fetches", output.decode.maxFetches, decodeCost,

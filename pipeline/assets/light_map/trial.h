@@ -37,8 +37,8 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("max_fetches", parameters.decode.maxFetches, "limit on the texture fetches of a sample");
     fields.optional("max_decode_ops", parameters.decode.maxDecodeOps, "limit on the operations of a sample's decode");
     fields.optional("filter", parameters.decode.filter, "filter of the shader; that of each layout if absent");
-    fields.presentIf(parameters.decode.areFetchesDear, "fetches_are_dear", parameters.decode.areFetchesDear,
-                     "true: the hardware's filter where a layout has it");
+    fields.presentIf(parameters.decode.prefersHardware, "prefers_hardware", parameters.decode.prefersHardware,
+                     "true: the filter of the hardware where a layout has it");
     fields.presentIf(!parameters.layouts.empty(), "layouts", parameters.layouts, "layouts that may be chosen");
     fields.presentIf(parameters.mips, "mips", parameters.mips, "true for a map with mip levels");
 }

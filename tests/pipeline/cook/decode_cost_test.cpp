@@ -41,7 +41,7 @@ TEST_F(DecodeCost, TapsTakesTheLayoutOfFewestFetchesWithinTheLimit) {
         const int fetches = each.at("fetches").get<int>();
         const auto layout = formats::lightMapLayoutFromName(each.at("layout").get<std::string>());
         EXPECT_EQ(fetches, formats::info(*layout).fetchCount());
-        EXPECT_EQ(each.at("decode_ops").get<int>(), formats::info(*layout).decodeOps);
+        EXPECT_EQ(each.at("decode_ops").get<int>(), formats::info(*layout).operations());
         EXPECT_EQ(each.at("table_bytes").get<std::uint64_t>() > 0, formats::info(*layout).isLearned()) << each.dump();
         if (each.at("layout") == mapOf(outcome).at("layout")) chosen = fetches;
         const double visible = std::max(each.at("visible_diffuse").get<double>(), each.at("visible_specular").get<double>());

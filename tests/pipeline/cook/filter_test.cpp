@@ -56,6 +56,7 @@ TEST_F(SceneFilter, WithoutItWhatIsNotLinearIsDecodedFirstUnlessFetchesAreDear) 
     EXPECT_EQ(filterUnder("light_map_layout = \"ratio\"\nmax_fetches = 40"), "decoded");
     EXPECT_EQ(filterUnder("light_map_layout = \"ratio\"\nmax_fetches = 39"), "hardware");
     EXPECT_EQ(filterUnder("light_map_layout = \"ratio\"\nmax_decode_ops = 300"), "hardware");
+    EXPECT_EQ(filterUnder("light_map_layout = \"ratio\"\nmips = true"), "hardware") << "a sampler mixes the levels";
     EXPECT_EQ(filterUnder("layouts = [\"ratio\"]\nmax_visible = 5\ncost = \"taps\""), "hardware");
 }
 
