@@ -102,7 +102,7 @@ std::string tableText(const Row& head, const std::vector<Row>& rows) {
     return out + "</tbody>\n</table>\n";
 }
 
-std::string listText(const std::vector<std::string>& lines) {
+std::string htmlList(const std::vector<std::string>& lines) {
     std::string out;
     for (const std::string& line : lines) out += "<li>" + escaped(line) + "</li>\n";
     return out.empty() ? out : "<ul>\n" + out + "</ul>\n";
@@ -116,7 +116,7 @@ const char* verdictText(bool isPassed) {
 std::string plainText(const std::string& title, const std::string& verdict, const std::vector<std::string>& failures, const Row& head,
                       const std::vector<Row>& rows) {
     return fmt::format("\n<h1>{}</h1>\n<p>{}</p>\n{}{}<p>Scripts show pictures, places and plots.</p>\n", escaped(title), escaped(verdict),
-                       listText(failures), tableText(head, rows));
+                       htmlList(failures), tableText(head, rows));
 }
 
 std::string pageText(const std::string& title, const std::string& plain, const Json& data) {
