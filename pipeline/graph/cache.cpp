@@ -66,8 +66,8 @@ std::optional<ActionRecord> Cache::find(const std::string& key) const {
 
 Result<void> Cache::store(const std::string& key, const ActionRecord& record, const std::filesystem::path& folder) const {
     for (const FileRecord& file : record.files) {
-        std::error_code code;
-        if (std::filesystem::exists(contentPath(file.digest), code)) continue;
+        // A damaged content is replaced now: else each later run would find another one.
+        if (const auto held = digestOfFile(contentPath(file.digest)); held && *held == file.digest) continue;
         LC_CHECK(copyFile(folder / file.name, contentPath(file.digest)));
     }
     const std::string text = toJson(record).dump(-1, ' ', false, Json::error_handler_t::replace);

@@ -54,6 +54,17 @@ TEST(Cache, ADamagedRecordOrContentIsAMiss) {
     EXPECT_FALSE(cache.find("key").has_value());
 }
 
+TEST(Cache, ADamagedContentIsReplacedWhenItIsStoredAgain) {
+    const formats::TemporaryFolder folder;
+    const Cache cache(folder / "cache", 1 << 20);
+    const std::string digest = storeOneFile(cache, folder.path(), "key", "content").files[0].digest;
+    for (const char* damaged : {"", "CONTENT"}) {
+        formats::writeContent(folder / "cache" / "cas" / digest, damaged);
+        storeOneFile(cache, folder.path(), "key", "content");
+        EXPECT_TRUE(cache.restore(digest, folder / "back"));
+    }
+}
+
 TEST(Cache, ARecordWhoseFiguresChangedOnDiskIsAMiss) {
     const formats::TemporaryFolder folder;
     const Cache cache(folder / "cache", 1 << 20);
