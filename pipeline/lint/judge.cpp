@@ -616,6 +616,14 @@ Findings judgeSettings(const Scene& scene) {
     return findings;
 }
 
+/// Returns "3.5 hours", "12 days" or "56 years".
+std::string ageWords(double hours) {
+    constexpr double kHoursOfDay = 24, kHoursOfYear = 24 * 365.25;
+    if (hours < 2 * kHoursOfDay) return fmt::format("{:.1f} hours", hours);
+    if (hours < 2 * kHoursOfYear) return fmt::format("{:.0f} days", hours / kHoursOfDay);
+    return fmt::format("{:.0f} years", hours / kHoursOfYear);
+}
+
 Findings judgeAge(const LightMapEntry& entry) {
     if (!entry.mesh) return {};
     std::error_code meshFault, bakeFault;
@@ -626,7 +634,7 @@ Findings judgeAge(const LightMapEntry& entry) {
     if (hours <= kNewerHours) return {};
     return {makeFinding(
         LintCheck::StaleBake, entry.name, *entry.mesh, {"light_map", entry.name, "mesh"},
-        fmt::format("found a mesh {:.1f} hours newer than {}, expected the bake of this mesh", hours, entry.file.filename().string()),
+        fmt::format("found a mesh {} newer than {}, expected the bake of this mesh", ageWords(hours), entry.file.filename().string()),
         {{"hours", hours}})};
 }
 

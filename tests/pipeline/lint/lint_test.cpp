@@ -541,6 +541,13 @@ TEST(Lint, NamesAMeshThatIsNewerThanItsBake) {
     const Outcome outcome = scene.lint();
     ASSERT_THAT(codesOf(outcome), ElementsAre("stale-bake"));
     EXPECT_THAT(outcome.findings[0].found, HasSubstr("26.0 hours newer"));
+    const auto wordsAfter = [&](int days) {
+        const auto bake = std::filesystem::last_write_time(scene / "cornell_lightmap.exr");
+        std::filesystem::last_write_time(scene / "cornell.glb", bake + std::chrono::hours(24 * days));
+        return scene.lint().findings.at(0).found;
+    };
+    EXPECT_THAT(wordsAfter(12), HasSubstr("a mesh 12 days newer"));
+    EXPECT_THAT(wordsAfter(20454), HasSubstr("a mesh 56 years newer"));
 }
 
 // Settings
