@@ -91,7 +91,9 @@ Result<Manifest> loadManifest(const std::filesystem::path& folder) {
     if (json.is_discarded() || !json.is_object() || !json.contains("assets"))
         return failure(ErrorCode::FileUnreadable, file, "found no manifest in it, expected what `lightcook cook` writes");
     if (json.contains("schema") && json["schema"].is_number_integer() && json["schema"] != 1)
-        return failure(ErrorCode::FormatUnsupported, file, fmt::format("found schema {}, expected 1", json["schema"].dump()));
+        return failure(
+            ErrorCode::FormatUnsupported, file,
+            fmt::format("found schema {}, expected 1: another version of lightcook wrote it; cook the scene again", json["schema"].dump()));
     return checkedJson(json, file, readFinished);
 }
 

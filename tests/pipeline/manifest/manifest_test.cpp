@@ -41,6 +41,13 @@ TEST(Manifest, IsReadAsItWasWrittenAndEveryFieldIsListed) {
     expectListed(written, schema, schema.at("$defs"), "");
 }
 
+TEST(Manifest, OfAnotherSchemaAsksForACook) {
+    const formats::TemporaryFolder folder;
+    formats::writeContent(folder / kManifestName, R"({"schema": 2, "assets": []})");
+    EXPECT_EQ(loadManifest(folder.path()).error().detail,
+              "found schema 2, expected 1: another version of lightcook wrote it; cook the scene again");
+}
+
 TEST(Manifest, MembersThatTheCookLeavesOpenAreNeeded) {
     const SmallScene scene(SmallScene::Parts::LightMap);
     const RunState state;
