@@ -235,7 +235,7 @@ Result<Scene> sceneOf(const Conversion& conversion) {
     const std::filesystem::path& input = conversion.input;
     GivenKeys given = conversion.cook.given;
     if (isTextureFile(conversion.output)) given.set("output.container", containerNameOf(conversion.output), conversion.output.string());
-    const std::string name = input.empty() ? "specular" : assetNameOf(input);
+    const std::string name = input.empty() ? "specular" : assetNameOf(input, info(converter.kind).name);
     auto scene = readNamed(name, converter, input, given);
     if (!scene || scene->lightMaps.empty()) return scene;
     const formats::LightMapDescription& description = scene->lightMaps.front().description;
@@ -304,7 +304,7 @@ Result<formats::LightMapDescription> describeBake(const std::filesystem::path& b
     const bool isGiven = given.find(surfaces) != nullptr;
     GivenKeys keys = given;
     if (!isGiven && !meshes.empty()) keys.set(surfaces, meshes.front().string(), "meshes");
-    LC_TRY(scene, readNamed(assetNameOf(bake), converterOf("lightmap"), bake, keys));
+    LC_TRY(scene, readNamed(assetNameOf(bake, "lightmap"), converterOf("lightmap"), bake, keys));
     formats::LightMapDescription& description = scene->lightMaps.front().description;
     if (isGiven) LC_CHECK(checkSurfaces(description));
     if (!isGiven && meshes.size() > 1) description.mesh.clear();

@@ -88,7 +88,7 @@ private:
     }
 
     void writeHead() {
-        const std::string folder = assetNameOf(folder_.filename().empty() ? folder_.parent_path() : folder_);
+        const std::string folder = assetNameOf(folder_.filename().empty() ? folder_.parent_path() : folder_, "scene");
         text_ +=
             "# Written by `lightcook init`. docs/reference/scene-file.md describes every key. Keys that are commented out show\n"
             "# their default or an example. Paths are relative to this file.\n\nschema = 1\n";
@@ -143,7 +143,7 @@ private:
     }
     void write(const DraftProbe& probe) {
         text_ += "\n[[probe]]\n";
-        text_ += line("name", uniqueName(assetNameOf(probe.file)));
+        text_ += line("name", uniqueName(assetNameOf(probe.file, "probe")));
         // Comments stand at the first of several probes.
         const bool isFirst = &probe == inputs_.probes.data();
         const auto remark = [&](const char* comment) { return isFirst ? comment : ""; };
@@ -153,7 +153,7 @@ private:
     }
     void writeGradient(const fs::path& gradient) {
         text_ += "\n[[gradient]]\n";
-        text_ += line("name", uniqueName(assetNameOf(gradient)));
+        text_ += line("name", uniqueName(assetNameOf(gradient, "gradient")));
         text_ += line("file", pathOf(gradient), "a sky that is symmetric around its axis, zenith first");
     }
     /// Writes materials; as comments where those of the meshes are known.

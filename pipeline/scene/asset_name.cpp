@@ -8,13 +8,19 @@
 namespace lightcook::pipeline {
 namespace {
 
-std::string nameOfStem(std::string_view stem) {
-    std::string name;
+bool isLatinLetter(char letter) {
+    return (letter >= 'a' && letter <= 'z') || (letter >= 'A' && letter <= 'Z');
+}
+
+std::string nameOfStem(std::string_view stem, std::string_view otherwise) {
+    const bool isOtherScript = std::ranges::none_of(stem, isLatinLetter) &&
+                               std::ranges::any_of(stem, [](char letter) { return (static_cast<unsigned char>(letter) & 0x80) != 0; });
+    std::string name(isOtherScript ? otherwise : "");
     for (const char letter : stem) {
-        // The later bytes of a letter in UTF-8 give no '_' of their own.
+        const auto byte = static_cast<unsigned char>(letter);
         if (isNameLetter(letter))
             name += letter;
-        else if ((static_cast<unsigned char>(letter) & 0xC0) != 0x80)
+        else if (byte < 0x80 || (!isOtherScript && byte >= 0xC0))  // the first byte of a letter in UTF-8
             name += '_';
     }
     constexpr std::size_t kRoomForNumber = 8;
@@ -26,12 +32,12 @@ std::string nameOfStem(std::string_view stem) {
 
 }  // namespace
 
-std::string assetNameOf(const std::filesystem::path& file) {
-    return nameOfStem(file.stem().string());
+std::string assetNameOf(const std::filesystem::path& file, std::string_view otherwise) {
+    return nameOfStem(file.stem().string(), otherwise);
 }
 
 std::string lightMapNameOf(const std::filesystem::path& file, std::string_view bake) {
-    return nameOfStem(formats::nameOfBake(file, bake));
+    return nameOfStem(formats::nameOfBake(file, bake), "lightmap");
 }
 
 }  // namespace lightcook::pipeline

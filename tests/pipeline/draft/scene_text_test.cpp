@@ -88,6 +88,7 @@ TEST(SceneDraft, NamesAreUniqueAndPathsAreQuoted) {
     DraftInputs inputs;
     const char* const stems[] = {"a", "a b", "A", "a\"b", "a\\b", "été", "a_b", ".a", "a\nb", "a'b # c", "日本"};
     for (const char* stem : stems) inputs.lightMaps.push_back(lightMap(folder / (std::string(stem) + ".exr")));
+    formats::writeContent(folder / "a\\b.exr", "");  // else the '\' would be taken for that of Windows
     inputs.probes = {{folder / "a.exr"}};
     inputs.gradients = {folder / (std::string(250, 'x') + ".exr")};
     const Scene scene = roundTrip(inputs, folder / "");
@@ -100,7 +101,22 @@ TEST(SceneDraft, NamesAreUniqueAndPathsAreQuoted) {
     EXPECT_EQ(scene.lightMaps[1].name, "a_b");
     EXPECT_EQ(scene.lightMaps[2].name, "A_2") << "a file system may hold it for a";
     EXPECT_EQ(scene.lightMaps[5].name, "_t_");
+    EXPECT_EQ(scene.lightMaps[10].name, "lightmap") << "no letter is left of it";
     EXPECT_EQ(scene.probes.at(0).name, "a_3");
+}
+
+TEST(SceneDraft, NamesInOtherScriptsAreThoseOfTheKind) {
+    const formats::TemporaryFolder folder;
+    const std::filesystem::path place = folder / "сцена_02";
+    std::filesystem::create_directory(place);
+    DraftInputs inputs;
+    inputs.lightMaps = {lightMap(place / "場景.exr"), lightMap(place / "свет.exr")};
+    inputs.probes = {{place / "空.exr"}};
+    const Scene scene = roundTrip(inputs, place);
+    EXPECT_EQ(scene.name, "scene_02");
+    EXPECT_EQ(scene.lightMaps.at(0).name, "lightmap");
+    EXPECT_EQ(scene.lightMaps.at(1).name, "lightmap_2");
+    EXPECT_EQ(scene.probes.at(0).name, "probe");
 }
 
 TEST(SceneDraft, AMapOfSeveralFilesHasTheNameThatTheyShare) {
