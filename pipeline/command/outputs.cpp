@@ -15,6 +15,7 @@
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal/printing.h"
+#include "pipeline/document/written_path.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/ci_report.h"
@@ -129,6 +130,12 @@ CommandPaths CommandPaths::of(CLI::App& command) {
 }
 
 Result<void> CommandPaths::check() const {
+    for (const Path& input : inputs_)
+        if (const std::string fault = faultOfInput(input.path.string(), input.path); !fault.empty())
+            return formats::failure(formats::ErrorCode::InvalidRequest, input.name, fault);
+    for (const Path& output : outputs_)
+        if (const std::string fault = faultOfHome(output.path.string()); !fault.empty())
+            return formats::failure(formats::ErrorCode::InvalidRequest, output.name, fault);
     for (std::size_t i = 0; i < outputs_.size(); ++i) {
         const Path& output = outputs_[i];
         LC_CHECK(check(output));

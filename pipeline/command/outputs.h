@@ -33,7 +33,7 @@ public:
     /// Returns the paths that were given to a parsed command.
     static CommandPaths of(CLI::App& command);
     bool hasOutputs() const { return !outputs_.empty(); }
-    /// Fails if an output
+    /// Fails if a path begins with "~" or an input has '\\' between folders (document/written_path.h), or if an output
     ///   - is an input, another output, or a file of a cooked folder of the command line; a report may replace that of its folder
     ///   - is a source of a cooked folder that is read
     ///   - lies below a file

@@ -27,6 +27,11 @@ std::ptrdiff_t lineOfLongKey(const std::string& toml) {
 
 }  // namespace
 
+std::string hintOfSyntax(const toml::parse_error& mistake) {
+    const bool isOfEscape = mistake.description().find("escape sequence") != std::string_view::npos;
+    return isOfEscape ? ": '\\' begins an escape in \"...\"; write '/' between the folders of a path" : "";
+}
+
 formats::Result<std::string> readTomlText(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected) {
     const auto text = formats::readWholeText(file, mostBytes);
     if (!text) return formats::failure(formats::ErrorCode::InvalidRequest, file, text.error().detail);

@@ -22,6 +22,9 @@ struct TomlMistake {
 /// expected  "budgets, which are 3 deep", for that error
 formats::Result<std::string> readTomlText(const std::filesystem::path& file, std::uint64_t mostBytes, const char* expected);
 
+/// Returns ": ..." with what to write for a mistake that paths of Windows make; else an empty text.
+std::string hintOfSyntax(const toml::parse_error& mistake);
+
 /// Returns what `read` makes of a document. Errors of its syntax name file, line and column.
 /// read  may throw TomlMistake
 template <class Read>
@@ -34,7 +37,7 @@ auto catchTomlMistakes(const std::filesystem::path& file, Read read) -> formats:
         const toml::source_position at = mistake.source().begin;
         return formats::failure(formats::ErrorCode::InvalidRequest,
                                 formats::Subject::inLine(file, static_cast<int>(at.line), static_cast<int>(at.column)),
-                                fmt::format("found a syntax error ({}), expected TOML", mistake.description()));
+                                fmt::format("found a syntax error ({}), expected TOML{}", mistake.description(), hintOfSyntax(mistake)));
     }
 }
 

@@ -696,6 +696,8 @@ TEST_F(CommandLine, ErrorsNameWhatAFileHoldsInsteadOfALightMap) {
     expectRefused("encode map.exr x.ktx2 --format rgba16f", 3, {"map.exr: found the layers sh00, sh01, sh02", "`lightcook lightmap`"});
     std::filesystem::create_directory(scene_ / "folder");
     expectRefused("cook folder", 2, {"folder: found a folder, expected a scene file"});
+    expectRefused("cook scene.toml --cache='~/cache'", 2, {"--cache: found '~' in the path '~/cache', which only a shell expands"});
+    expectRefused("cook 'folder\\scene.toml'", 2, {"scene: found '\\' in the path", "expected '/' between folders: folder/scene.toml"});
     expectRefused("report folder", 3, {"report.json: found no report, expected the output folder of `lightcook cook`"});
     expectRefused("lightmap probe.exr x", 3, {"probe.exr", "it holds R, G, B", "The six faces of a probe?", "bake = \"flat\""});
 }

@@ -360,6 +360,13 @@ TEST(ReadScene, PathsWithACharacterZeroAreRefused) {
     expectRefused(kHead + "[[light_map]]\nname = \"m\"\nfiles = { sh00 = \"a.exr\", sh01 = \"b\\u0000.exr\" }\n",
                   "5:", "for light_map.files.sh01, expected none");
     EXPECT_TRUE(sceneFromText(kHead + "[[probe]]\nname = \"p\"\nfile = \"caf\u00e9\\n1.exr\"\n"));
+    // What another system or a shell would take for a folder is none here.
+    const char* const home = std::getenv("HOME");
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"~/p.exr\"\n", "5:8",
+                  fmt::format("expected the folder itself: {}/p.exr", home != nullptr && *home != 0 ? home : "/home/NAME"));
+    EXPECT_TRUE(sceneFromText(kHead + "[[probe]]\nname = \"p\"\nfile = \"./~/p.exr\"\n"));
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = 'maps\\p.exr'\n", "5:8", "expected '/' between folders: maps/p.exr");
+    expectRefused(kHead + "[[probe]]\nname = \"p\"\nfile = \"maps\\p.exr\"\n", "5:", "write '/' between the folders of a path");
 }
 
 /// Squares of the components would be 0 or infinite.
