@@ -173,7 +173,7 @@ formats::Error unknownCommand(const std::string& name) {
 void defineProgram(CLI::App& app, GlobalOptions& global, CommandFunction& selected) {
     app.name("lightcook");
     app.description("lightcook compresses baked lighting into GPU textures and certifies the error of the shaded result.");
-    app.set_version_flag("--version", fmt::format("{} {}", kToolName, kToolVersion), "Print the version and exit");
+    app.set_version_flag("-V,--version", fmt::format("{} {}", kToolName, kToolVersion), "Print the version and exit");
     app.set_help_flag("-h,--help", "Print this help and exit");
     app.require_subcommand(1);
     app.fallthrough();

@@ -37,6 +37,7 @@ TEST_F(CommandLine, HelpIsThereInEveryWay) {
     EXPECT_EQ(all.code, 0) << all.err;
     EXPECT_THAT(all.out, AllOf(HasSubstr("cook"), HasSubstr("--threads")));
     EXPECT_EQ(run("--help").out, all.out);
+    EXPECT_EQ(run("-V").out, run("--version").out);
     EXPECT_EQ(run("help cook").out, run("cook --help").out);
     const Ended none = run("");
     EXPECT_EQ(none.code, 2) << "a script with an empty variable is a mistake";
