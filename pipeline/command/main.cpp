@@ -39,7 +39,7 @@ int runCommand(const CommandFunction& command, const GlobalOptions& global) {
         Session session(global);
         const int code = command(session);
         // Also where the command returned 0, because its outputs were complete before the signal.
-        return session.state.interrupted ? exitCode(ErrorCode::Interrupted) : finishStandardOutput(code, global.logFormat());
+        return session.state.interrupted ? session.exitCodeOfSignal() : finishStandardOutput(code, global.logFormat());
     });
 }
 

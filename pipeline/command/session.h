@@ -55,6 +55,11 @@ public:
     /// Writes a file, or standard output if its name is "-".
     formats::Result<void> write(const std::filesystem::path& file, const std::string& text);
 
+    /// Takes a signal for the ordinary end of the command from now on.
+    void endOnSignal() { interrupts_.takeForEnd(); }
+    /// Returns the exit code after a signal.
+    int exitCodeOfSignal() const { return interrupts_.exitCodeOfSignal(); }
+
     Terminal terminal;
     RunState state;
     int threads;

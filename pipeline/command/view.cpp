@@ -11,7 +11,6 @@
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
-#include "pipeline/report/exit_codes.h"
 #include "pipeline/view/server.h"
 #include "pipeline/view/site.h"
 
@@ -44,9 +43,10 @@ int serve(Session& session, const ViewOptions& options, const Site& site) {
     say(session, fmt::format("{} is shown at {}; Ctrl-C ends it", site.scene(), url));
     if (auto written = options.json.write(session, Json{{"scene", site.scene()}, {"url", url}, {"port", server->port()}}, {}); !written)
         return session.finish(written);
-    std::fflush(stdout);  // whoever reads the address from a file or a pipe waits for it
+    std::fflush(stdout);    // whoever reads the address from a file or a pipe waits for it
+    session.endOnSignal();  // as the line above said
     server->run(session.state);
-    return exitCode(formats::ErrorCode::Interrupted);  // as the line above said
+    return 0;
 }
 
 }  // namespace
@@ -63,8 +63,8 @@ CommandFunction defineView(CLI::App& app) {
     addFolderOption(app, "--sources", options->site.sources, "The scene's folder, if it has moved since the cook");
     options->json.add(app, "the address of the page, or the folder of --export");
     app.footer(R"(The page draws the cooked textures with the shader of the cooked folder, beside the float bake, and shows
-where they differ. It is served to browsers of this machine only, until Ctrl-C. After a new cook into
-the folder the page offers to reload.
+where they differ. It is served to browsers of this machine only, until Ctrl-C, which ends the
+command with exit code 0. After a new cook into the folder the page offers to reload.
 
 --export writes the same files into a folder for any web server or artifact store. Browsers do not load
 them from a disk directly. Over an earlier export it replaces the files of that one, and leaves

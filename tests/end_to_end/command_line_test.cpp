@@ -25,7 +25,7 @@ protected:
     /// Runs the program in a pseudo-terminal and returns everything that it shows.
     std::string onTerminal(const std::string& arguments, const std::string& environment = "") const {
         const std::string command = fmt::format(
-            "cd '{0}' && {1} TERM=xterm LIGHTCOOK_CACHE='{2}' script -qec \"'{3}' {4}\" '{0}/typescript' >/dev/null 2>&1 </dev/null",
+            "cd '{0}' && TERM=xterm {1} LIGHTCOOK_CACHE='{2}' script -qec \"'{3}' {4}\" '{0}/typescript' >/dev/null 2>&1 </dev/null",
             (scene_ / "").string(), environment, cache_.string(), LIGHTCOOK_PROGRAM, arguments);
         EXPECT_NE(runShell(command), -1);
         return contentOf(scene_ / "typescript");
@@ -687,6 +687,7 @@ TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
     EXPECT_THAT(cook, HasSubstr("\x1b[32mpassed\x1b[0m: 5 assets"));
     EXPECT_THAT(onTerminal("cook scene.toml -o out", "NO_COLOR=1"), Not(HasSubstr("\x1b[32m")));
     EXPECT_THAT(onTerminal("--color never cook scene.toml -o out"), Not(HasSubstr("\x1b[32m")));
+    EXPECT_THAT(onTerminal("cook scene.toml -o out --force", "TERM=dumb"), AllOf(HasSubstr("passed: 5 assets"), Not(HasSubstr("\x1b"))));
     EXPECT_THAT(onTerminal("cook nowhere.toml"), HasSubstr("lightcook: \x1b[31merror:\x1b[0m nowhere.toml"));
     EXPECT_THAT(run("--color always report out").out, HasSubstr("\x1b[32mpassed\x1b[0m"));
     EXPECT_THAT(run("report out").out, AllOf(HasSubstr("passed"), Not(HasSubstr("\x1b["))));

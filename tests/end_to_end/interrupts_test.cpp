@@ -219,6 +219,16 @@ TEST_F(Interrupt, AnInterruptedRunWritesNoOutput) {
     }
 }
 
+TEST_F(Interrupt, IsTheOrdinaryEndOfAServer) {
+    Running running(*scene_ / "", {"view", "cooked", "--port", "0"});
+    for (int i = 0; i < 10000 && contentOf(*scene_ / "log").find("Ctrl-C ends it") == std::string::npos; ++i)
+        std::this_thread::sleep_for(1ms);
+    running.signal(SIGINT);
+    ASSERT_TRUE(running.endsWithin(1000ms));
+    EXPECT_EQ(running.code(), 0);
+    EXPECT_THAT(contentOf(*scene_ / "log"), testing::Not(testing::HasSubstr("interrupted")));
+}
+
 TEST_F(Interrupt, ASignalThatWasIgnoredStaysIgnored) {
     ::signal(SIGHUP, SIG_IGN);
     Running running(*scene_ / "", {"lut", "out", "--views", "1024"});

@@ -45,6 +45,10 @@ Interrupts::~Interrupts() {
     watcher_.join();
 }
 
+int Interrupts::exitCodeOfSignal() const {
+    return isEnd_ ? 0 : exitCode(formats::ErrorCode::Interrupted);
+}
+
 void Interrupts::watch() {
     sigset_t over;
     ::sigemptyset(&over);
@@ -60,13 +64,14 @@ void Interrupts::watch() {
     const timespec grace{0, std::chrono::nanoseconds(kGrace).count()};
     if (::sigtimedwait(&over, nullptr, &grace) == overSignal()) return;
     formats::abandonTemporaries();
-    const formats::ErrorCode code = formats::ErrorCode::Interrupted;
-    printLine(log_ == LogFormat::JsonLines
-                  ? fmt::format(R"({{"level":"error","code":{},"subject":"lightcook","detail":"interrupted"}})"
-                                "\n",
-                                exitCode(code))
-                  : fmt::format("{}lightcook: error: interrupted\n", ::isatty(STDERR_FILENO) == 1 ? "\r\x1b[K" : ""));
-    ::_exit(exitCode(code));
+    const int code = exitCodeOfSignal();
+    if (code != 0)
+        printLine(log_ == LogFormat::JsonLines
+                      ? fmt::format(R"({{"level":"error","code":{},"subject":"lightcook","detail":"interrupted"}})"
+                                    "\n",
+                                    code)
+                      : fmt::format("{}lightcook: error: interrupted\n", takesEscapes(STDERR_FILENO) ? "\r\x1b[K" : ""));
+    ::_exit(code);
 }
 
 }  // namespace lightcook::pipeline

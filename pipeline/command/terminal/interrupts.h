@@ -27,11 +27,17 @@ public:
     Interrupts(const Interrupts&) = delete;
     Interrupts& operator=(const Interrupts&) = delete;
 
+    /// Takes a signal for the ordinary end of the command from now on, as that of a server.
+    void takeForEnd() { isEnd_ = true; }
+    /// Returns the exit code after a signal.
+    int exitCodeOfSignal() const;
+
 private:
     void watch();
 
     std::atomic<bool>& asked_;
     LogFormat log_;
+    std::atomic<bool> isEnd_{false};
     sigset_t signals_;
     std::thread watcher_;  ///< the last member: it reads the others
 };

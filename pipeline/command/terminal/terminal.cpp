@@ -37,6 +37,11 @@ std::string lineOf(const nlohmann::ordered_json& json) {
 
 }  // namespace
 
+bool takesEscapes(int descriptor) {
+    const char* const term = std::getenv("TERM");
+    return term != nullptr && std::string_view(term) != "dumb" && ::isatty(descriptor) == 1;
+}
+
 Terminal::Terminal(const TerminalOptions& options)
     : options_(options),
       isInteractive_(options.format == LogFormat::Text && options.verbosity != Verbosity::Quiet && ::isatty(STDERR_FILENO) == 1) {}
@@ -51,7 +56,7 @@ void Terminal::clearProgress() {
 }
 
 void Terminal::progress(const std::string& line) {
-    if (!isInteractive_) return;
+    if (!isInteractive_ || !takesEscapes(STDERR_FILENO)) return;
     const std::lock_guard lock(mutex_);
     fmt::print(stderr, "\r\x1b[K{}", line);
     std::fflush(stderr);
@@ -60,9 +65,8 @@ void Terminal::progress(const std::string& line) {
 
 bool Terminal::hasColor(int descriptor) const {
     if (options_.color != ColorChoice::Auto) return options_.color == ColorChoice::Always;
-    const char *noColor = std::getenv("NO_COLOR"), *term = std::getenv("TERM");
-    if ((noColor != nullptr && *noColor != '\0') || term == nullptr || std::string_view(term) == "dumb") return false;
-    return ::isatty(descriptor) == 1;
+    const char* const noColor = std::getenv("NO_COLOR");
+    return (noColor == nullptr || *noColor == '\0') && takesEscapes(descriptor);
 }
 
 void Terminal::printMessage(std::string_view level, Style style, const std::string& text) {

@@ -35,6 +35,9 @@ struct TerminalOptions {
     ColorChoice color = ColorChoice::Auto;
 };
 
+/// Returns true if a stream is a terminal that knows escape sequences: TERM is set, and not "dumb".
+bool takesEscapes(int descriptor);
+
 class Terminal {
 public:
     explicit Terminal(const TerminalOptions& options);
@@ -43,7 +46,7 @@ public:
     Terminal(const Terminal&) = delete;
     Terminal& operator=(const Terminal&) = delete;
 
-    /// Draws the line of progress. Callable from any thread.
+    /// Draws the line of progress, on a terminal that knows escape sequences. Callable from any thread.
     void progress(const std::string& line);
     void error(const formats::Error& error);
     void warning(const std::string& subject, const std::string& detail);
