@@ -312,14 +312,22 @@ private:
         return state_.checkOutputs(files);
     }
 
-    /// Warns before the files of another scene in the output folder are replaced: two converters may have been given one folder.
+    /// Warns before the files of another scene in the output folder are replaced: two converters may have been given one folder, and two
+    /// scene files that lie beside each other may have one name. A scene file that is no longer there was renamed.
     void warnOfOtherScene() const {
         const auto old = loadManifest(outcome_.output);
-        if (!old || old->scene == scene_.name || !state_.warning) return;
-        state_.warning(
-            outcome_.output.string(),
-            fmt::format("found the cooked scene '{}', expected '{}' or none: its files are replaced; another folder would keep them",
-                        old->scene, scene_.name));
+        if (!old || !state_.warning) return;
+        const std::filesystem::path oldFile = (outcome_.output / old->sceneDirectory / old->sceneFile.value_or("")).lexically_normal();
+        std::error_code code;
+        const bool isOtherFile = old->sceneFile && !scene_.file.empty() && std::filesystem::is_regular_file(oldFile, code) &&
+                                 !std::filesystem::equivalent(oldFile, scene_.file, code);
+        if (old->scene == scene_.name && !isOtherFile) return;
+        const auto [of, expected] = old->scene != scene_.name ? std::pair(std::string(), "'" + scene_.name + "'")
+                                                              : std::pair(" of " + oldFile.string(), "that of " + scene_.file.string());
+        state_.warning(outcome_.output.string(),
+                       fmt::format("found the cooked scene '{}'{}, expected {} or none: its files are replaced; another folder would keep "
+                                   "them",
+                                   old->scene, of, expected));
     }
 
     /// Publishes files, manifest and report together: an interrupt comes before or after all, and so does a full disk, since all are

@@ -385,6 +385,25 @@ TEST(CookScene, WarnsWhereItReplacesAnotherScene) {
     }
 }
 
+TEST(CookScene, WarnsWhereItReplacesTheSceneOfAnotherFileOfTheSameName) {
+    const SmallScene scene(Parts::LightMap);
+    std::vector<std::string> warnings;
+    RunState state;
+    state.warning = [&](const std::string&, const std::string& detail) { warnings.push_back(detail); };
+    ASSERT_TRUE(cookScene(scene.options(), state).errors.empty());
+    CookOptions other = scene.options();
+    other.scene = scene / "other.toml";
+    std::filesystem::copy_file(scene.sceneFile(), other.scene);
+    ASSERT_TRUE(cookScene(other, state).errors.empty());
+    EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr("found the cooked scene 'small' of " + scene.sceneFile().string() +
+                                                         ", expected that of " + other.scene.string() + " or none")));
+    // A scene file that is gone was renamed.
+    std::filesystem::rename(other.scene, scene / "renamed.toml");
+    other.scene = scene / "renamed.toml";
+    ASSERT_TRUE(cookScene(other, state).errors.empty());
+    EXPECT_EQ(warnings.size(), 1u);
+}
+
 TEST(CookScene, OnlyRefusesAssetsOfAnotherScene) {
     const SmallScene scene(Parts::LightMap);
     ASSERT_TRUE(cook(scene.options()).errors.empty());
