@@ -344,7 +344,7 @@ private:
         writer.setLinted(linted_);
         writer.setCook({scene_.document, plan.wanted, options_.repair, options_.samples, needs, planOptions_.decisions});
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-        const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun};
+        const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun, workByRun(result)[at_]};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
         LC_TRY(report, writer.prepare(plan, result, staging_, outcome_.actionsRun > 0,
                                       {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current),
@@ -374,14 +374,20 @@ private:
         return writeFile(*options_.depfile, depfileText(scene_, outcome_.output, all), OutputLink::Follow);
     }
 
-    /// Returns the runs that made the results, the first one first. A run that the cache has lost is left out.
+    /// Returns the time of the actions that made the results, by run.
+    static std::map<std::string, double> workByRun(const ExecutionResult& result) {
+        std::map<std::string, double> work;
+        for (const auto& [id, record] : result.records) work[record.run] += record.seconds;
+        return work;
+    }
+
+    /// Returns the runs that made the results, the first one first, each with its part in them: it may have made another scene too. A run
+    /// that the cache has lost is left out.
     std::vector<RunRecord> runsOf(const ExecutionResult& result, const RunRecord& current) const {
-        std::set<std::string> names;
-        for (const auto& [id, record] : result.records) names.insert(record.run);
         std::vector<RunRecord> runs;
-        for (const std::string& at : names) {
+        for (const auto& [at, seconds] : workByRun(result)) {
             const auto run = at == current.at ? std::optional(current) : cache_.findRun(at);
-            if (run) runs.push_back(*run);
+            if (run) runs.push_back(run->partOf(seconds));
         }
         return runs;
     }

@@ -131,7 +131,7 @@ void describe(Fields& fields, Self& report) {
     fields.required("passed", report.passed,
                     "true if every asset was cooked and passed, and the scene keeps its budget and its limits on the whole");
     fields.required("seconds", report.seconds, between(0, HUGE_VAL),
-                    "wall time of the runs that made the results; of a verification its own");
+                    "wall time of the runs that made the results, of each its part in them; of a verification its own");
     fields.required("peak_rss_bytes", report.peakRssBytes, between(0, kLargestBytes), "most memory that was resident in one of them");
     fields.presentIf(!report.runs.empty(), "runs", report.runs, "runs that made the results: what came from the cache keeps its own");
     fields.required("assets", report.assets, "a row for each asset");
