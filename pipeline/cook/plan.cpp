@@ -376,6 +376,7 @@ private:
             return leaveOut(fmt::format("no place of the meshes has it among the {} nearest probes", kProbesOfAPlace));
         CubemapVerifyParameters verification{visible(AssetKind::Cubemap, entry.limits), {}};
         const int firstLevel = firstLevelOf(entry);
+        verification.unreadLevels = unreadLevelsOf(needs_, entry.size) - firstLevel;
         if (firstLevel > 0) verification.smoothest = needs_.m.low;
         CubemapParameters parameters{.colors = scene_.colors,
                                      .target = scene_.output.target,

@@ -81,11 +81,14 @@ void describe(Fields& fields, Self& constants) {
 struct CubemapVerifyParameters {
     VisibleParameters visible;
     std::optional<double> smoothest;  ///< least m of a material; the first level has at most that. Absent where no level is left out
+    int unreadLevels = 0;             ///< largest levels that are there and that no material reads
 };
 template <class Fields, Is<CubemapVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     describe(fields, parameters.visible);
     fields.optional("smoothest", parameters.smoothest, "least roughness m of a material, which the first level must hold");
+    fields.presentIf(parameters.unreadLevels > 0, "unread_levels", parameters.unreadLevels,
+                     "largest levels that no material reads: no part of the light that a pixel shows");
 }
 
 /// Cooks a probe.

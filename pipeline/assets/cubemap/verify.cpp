@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <span>
 
 #include "formats/vocabulary.h"
 #include "lighting/cube.h"
@@ -65,9 +66,10 @@ Result<verify::CookedCubemap> readCubemap(const ActionContext& context, const Co
     return map;
 }
 
-/// Returns the light that a pixel sees at texel centres, each level alike. Of a divided map: over S, since the pixel's own area specular
-/// replaces that of the probe.
-LightFigures lightOf(const verify::CookedCubemap& map, const std::vector<verify::CubemapErrors>& levels) {
+/// Returns the light that a pixel sees at texel centres, each level that a material reads alike. Of a divided map: over S, since the
+/// pixel's own area specular replaces that of the probe.
+LightFigures lightOf(const verify::CookedCubemap& map, const std::vector<verify::CubemapErrors>& all, int unreadLevels) {
+    const std::span levels = std::span(all).subspan(static_cast<std::size_t>(unreadLevels));
     double references = 0, errors = 0;
     for (const verify::CubemapErrors& level : levels) {
         const double reference = level.ratios.referenceRms(), error = level.ratios.figures().relRms * reference;
@@ -253,7 +255,7 @@ Result<ActionOutcome> verifyCubemap(const ActionContext& context) {
     if (parameters->smoothest) checkFirstLevel(*map, *parameters->smoothest, violations);
     VerifyResult result = judged(verify::cubemapStages(*map, reference, errors, samples, results, colors->luminanceWeights, viewing),
                                  visible.limits, watch, std::move(violations));
-    result.light = lightOf(*map, errors);
+    result.light = lightOf(*map, errors, parameters->unreadLevels);
     return outcomeWithPreview(std::move(result), levels.preview(), context);
 }
 

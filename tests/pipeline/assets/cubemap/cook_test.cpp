@@ -230,6 +230,18 @@ TEST_F(ReadLevels, AreThoseOfTheWholeChain) {
     }
 }
 
+/// Leaving the others out is no larger error of the whole shading.
+TEST_F(ReadLevels, AloneAreTheLightThatAPixelShows) {
+    const auto lightIn = [&](const char* folder) {
+        (void)entry(scene_ / folder);
+        const Json row = parseJson(formats::contentOf(scene_ / folder / kReportName)).at("assets").at(0);
+        return row.at("light").at("specular_rms").get<double>();
+    };
+    const double read = lightIn("read");
+    setSize("128");
+    EXPECT_NEAR(lightIn("whole") / read, 1, 1e-3);
+}
+
 TEST_F(ReadLevels, AManifestThatNamesOtherLevelsFails) {
     const auto errorOf = [&](const std::function<void(Json&)>& change) {
         (void)entry(scene_ / "out");
