@@ -13,6 +13,7 @@
 #include "pipeline/cook/verdicts.h"
 #include "pipeline/report/collection.h"
 #include "pipeline/report/page.h"
+#include "pipeline/report/words.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -25,17 +26,29 @@ using formats::Result;
 struct ReportOptions {
     std::vector<std::filesystem::path> folders;
     std::filesystem::path html, baseline, budgets, history;
-    std::optional<double> failOver;  ///< [percent]; none: no growth fails
+    AllowedGrowth allowed;
     JsonOutput json;
 };
 
-/// Returns an error if the GPU memory grew by more than is allowed.
+/// Adds an error if the GPU memory grew by more than is allowed.
 template <class Comparison>
 void appendGrowth(const Comparison& comparison, std::vector<Error>& errors) {
-    if (!comparison.passed)
+    if (comparison.allowed.memory && comparison.growthPercent > *comparison.allowed.memory)
         errors.push_back({ErrorCode::OverBudget, comparison.file,
-                          fmt::format("found {} bytes of GPU memory, {:.2f} % more than the baseline's {}, expected at most {} % more",
-                                      comparison.bytesNow, comparison.growthPercent, comparison.bytesBefore, *comparison.allowedPercent)});
+                          fmt::format("found {} of GPU memory, {:.2f} % more than the baseline's {}, expected at most {} % more",
+                                      sizeWords(comparison.bytesNow), comparison.growthPercent, sizeWords(comparison.bytesBefore),
+                                      *comparison.allowed.memory)});
+}
+
+/// Adds an error for each error of an asset that grew by more than is allowed.
+/// place  file of the baseline, and the scene of several
+void appendGrownErrors(const std::vector<AssetChange>& assets, const AllowedGrowth& allowed, const std::string& place,
+                       std::vector<Error>& errors) {
+    if (!allowed.error) return;
+    for (const AssetChange& asset : assets)
+        for (const std::string& grown : grownErrors(asset, *allowed.error))
+            errors.push_back({ErrorCode::OverLimit, place + ", " + asset.name,
+                              fmt::format("found {}, expected at most {} % more", grown, *allowed.error)});
 }
 
 /// Reads every folder, and refuses two of one scene and target.
@@ -97,7 +110,7 @@ Result<BaselineComparison> comparisonOf(const ReportOptions& options, const Cook
         return failure(
             ErrorCode::FileUnreadable, file,
             fmt::format("found {}, expected one named '{}' for target '{}'", scenesIn(*before), folder.report.scene, folder.target));
-    BaselineComparison comparison = compareWithScene(folder.report, *scene, file.string(), options.failOver);
+    BaselineComparison comparison = compareWithScene(folder.report, *scene, file.string(), options.allowed);
     addPictures(comparison.assets, scene->folder.empty() ? file.parent_path().string() : scene->folder, folder.folder.string());
     return comparison;
 }
@@ -112,6 +125,7 @@ int reportOne(const ReportOptions& options, CookedFolder folder, const std::vect
     if (report.baseline) {
         folder.json["baseline"] = jsonOf(*report.baseline);
         appendGrowth(*report.baseline, errors);
+        appendGrownErrors(report.baseline->assets, report.baseline->allowed, report.baseline->file, errors);
     }
     // A scene that passed its cook may be over the budget of a platform, or have grown by too much.
     report.passed = errors.empty();
@@ -139,7 +153,11 @@ int reportMany(const ReportOptions& options, const std::vector<CookedFolder>& fo
         for (const Error& error : folder.errors) errors.push_back({error.code, folder.report.scene + ", " + error.subject, error.detail});
     if (report.platforms)
         for (Error& error : errorsOf(*report.platforms, options.budgets.string())) errors.push_back(std::move(error));
-    if (report.baseline) appendGrowth(*report.baseline, errors);
+    if (report.baseline) {
+        appendGrowth(*report.baseline, errors);
+        for (const SceneChange& scene : report.baseline->scenes)
+            appendGrownErrors(scene.assets, report.baseline->allowed, report.baseline->file + ", " + scene.name, errors);
+    }
     report.passed = errors.empty();
     if (!options.html.empty()) {
         const std::filesystem::path page = options.html == kStandardOutput ? std::filesystem::path() : options.html;
@@ -182,7 +200,7 @@ int runReport(const ReportOptions& options, Session& session) {
     } else if (!options.baseline.empty()) {
         const auto before = readBaselineScenes(options.baseline);
         if (!before) return options.json.finish(session, {}, {before.error()});
-        collection.baseline = compareCollections(collection, *before, options.baseline, options.failOver);
+        collection.baseline = compareCollections(collection, *before, options.baseline, options.allowed);
     }
     const auto history = historyOf(options.history, *folders);
     if (!history) return options.json.finish(session, {}, {history.error()});
@@ -202,16 +220,20 @@ CommandFunction defineReport(CLI::App& app) {
         addFileOption(app, "--baseline", options->baseline,
                       "An older report (report.json, its folder, or what --json wrote of several scenes): compare asset "
                       "by asset, bytes and error");
-    addPercentOption(app, "--fail-over", options->failOver,
+    addPercentOption(app, "--fail-over", options->allowed.memory,
                      "Growth of the GPU memory of all scenes over the baseline that is allowed; more ends with code 5. Default: any")
+        ->needs(baseline);
+    addPercentOption(app, "--fail-over-error", options->allowed.error,
+                     "Growth of each error of an asset (rel_rms, visible p99, seam) over the baseline that is allowed; more ends with "
+                     "code 4. Default: any")
         ->needs(baseline);
     addFileOption(app, "--budgets", options->budgets, "Memory budgets of platforms (TOML); more ends with code 5");
     declareWritten(addFileOption(app, "--history", options->history, "Append a line for each scene (JSON lines); the page draws the trend"),
                    Written::File);
     app.footer(R"(The exit code is that of the folder: 3 if its manifest or report cannot be read, that of the first error
-if `cook --keep-going` left assets out, 4 if its verification failed or a file was changed since the cook,
-5 if it needs more GPU memory than the scene's budget or a platform's, or grew by more than
---fail-over. Without --fail-over a comparison is information and fails nothing.
+if `cook --keep-going` left assets out, 4 if its verification failed, a file was changed since the cook or an error grew by more
+than --fail-over-error, 5 if it needs more GPU memory than the scene's budget or a platform's, or grew by
+more than --fail-over. Without these two a comparison is information and fails nothing.
 
 Of several folders there is one page and one JSON: totals by kind, format and target, and a row for
 each scene. The exit code is that of the first failure, in the order of the folders. Each scene may

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <map>
 
 #include "pipeline/report/report.h"
+#include "pipeline/report/words.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -20,6 +22,11 @@ std::optional<std::string> differencePicture(const std::filesystem::path& folder
 
 }  // namespace
 
+bool isKept(const AllowedGrowth& allowed, double growthPercent, const std::vector<AssetChange>& assets) {
+    const auto isGrown = [&](const AssetChange& asset) { return allowed.error && !grownErrors(asset, *allowed.error).empty(); };
+    return (!allowed.memory || growthPercent <= *allowed.memory) && std::ranges::none_of(assets, isGrown);
+}
+
 double growthPercent(std::uint64_t before, std::uint64_t now) {
     if (before == 0) return now > 0 ? 100.0 : 0.0;
     return 100 * (static_cast<double>(now) - static_cast<double>(before)) / static_cast<double>(before);
@@ -29,14 +36,30 @@ std::string growthWords(std::uint64_t before, std::uint64_t now) {
     return isNew(before, now) ? "new" : fmt::format("{:+.2f} %", growthPercent(before, now));
 }
 
-bool errorGrew(const AssetChange& asset) {
-    constexpr double kShare = 1.001;
-    if (!asset.before || !asset.now) return false;
-    const auto grew = [&](std::optional<double> AssetFigures::*figure) {
-        const std::optional<double>&before = (*asset.before).*figure, &now = (*asset.now).*figure;
-        return before && now && !(*now <= kShare * *before);
+std::vector<std::string> grownErrors(const AssetChange& asset, double percent) {
+    struct Row {
+        std::optional<double> AssetFigures::*figure;
+        const char* name;
+        bool isRatio;
     };
-    return grew(&AssetFigures::diffuse) || grew(&AssetFigures::specular) || grew(&AssetFigures::visible) || grew(&AssetFigures::seam);
+    constexpr std::array kRows = {Row{&AssetFigures::diffuse, "rel_rms of diffuse light", true},
+                                  Row{&AssetFigures::specular, "rel_rms of specular light", true},
+                                  Row{&AssetFigures::visible, "visible p99", false}, Row{&AssetFigures::seam, "seam", false}};
+    std::vector<std::string> grown;
+    if (!asset.before || !asset.now) return grown;
+    for (const Row& row : kRows) {
+        const std::optional<double>&before = (*asset.before).*row.figure, &now = (*asset.now).*row.figure;
+        if (!before || !now || *now <= (1 + percent / 100) * *before) continue;
+        const auto words = [&](double value) { return row.isRatio ? humanPercent(value) : fmt::format("{:.3g}", value); };
+        grown.push_back(
+            fmt::format("{} {}, {:.3g} % more than the baseline's {}", row.name, words(*now), 100 * (*now / *before - 1), words(*before)));
+    }
+    return grown;
+}
+
+bool errorGrew(const AssetChange& asset) {
+    constexpr double kNoticed = 0.1;
+    return !grownErrors(asset, kNoticed).empty();
 }
 
 AssetFigures figuresOf(const ReportRow& row) {
@@ -94,21 +117,20 @@ SceneFigures figuresOf(const Report& report) {
     return figures;
 }
 
-BaselineComparison compareFigures(const SceneFigures& now, const SceneFigures& before, std::string file,
-                                  std::optional<double> allowedPercent) {
+BaselineComparison compareFigures(const SceneFigures& now, const SceneFigures& before, std::string file, const AllowedGrowth& allowed) {
     BaselineComparison comparison;
     comparison.file = std::move(file);
     comparison.bytesBefore = before.bytes;
     comparison.bytesNow = now.bytes;
     comparison.growthPercent = growthPercent(comparison.bytesBefore, comparison.bytesNow);
-    comparison.allowedPercent = allowedPercent;
-    comparison.passed = !allowedPercent || comparison.growthPercent <= *allowedPercent;
+    comparison.allowed = allowed;
     comparison.assets = compareAssets(before.assets, now.assets);
+    comparison.passed = isKept(allowed, comparison.growthPercent, comparison.assets);
     return comparison;
 }
 
-BaselineComparison compareWithBaseline(const Report& now, const Report& before, std::string file, std::optional<double> allowedPercent) {
-    return compareFigures(figuresOf(now), figuresOf(before), std::move(file), allowedPercent);
+BaselineComparison compareWithBaseline(const Report& now, const Report& before, std::string file, const AllowedGrowth& allowed) {
+    return compareFigures(figuresOf(now), figuresOf(before), std::move(file), allowed);
 }
 
 }  // namespace lightcook::pipeline

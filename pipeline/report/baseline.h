@@ -53,8 +53,18 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("picture_before", asset.pictureBefore, "picture of the errors in the baseline, where they grew and its folder has it");
     fields.optional("picture_now", asset.pictureNow, "picture of the errors now, where they grew");
 }
+/// Growth over a baseline that passes [percent]; none: any does.
+struct AllowedGrowth {
+    std::optional<double> memory;  ///< of all scenes
+    std::optional<double> error;   ///< of each figure of an asset
+};
+
+/// Returns the errors of an asset that grew by more than a part of themselves: "visible p99 4.4, 12.8 % more than the baseline's 3.9".
+std::vector<std::string> grownErrors(const AssetChange& asset, double percent);
 /// Returns true if an error of the asset grew by more than a thousandth of itself.
 bool errorGrew(const AssetChange& asset);
+/// Returns true if the growth of the memory and of every error is allowed.
+bool isKept(const AllowedGrowth& allowed, double growthPercent, const std::vector<AssetChange>& assets);
 /// Returns the growth in percent: of nothing to something 100.
 double growthPercent(std::uint64_t before, std::uint64_t now);
 /// Returns true for a growth of nothing to something, which no percentage says.
@@ -64,11 +74,17 @@ inline bool isNew(std::uint64_t before, std::uint64_t now) {
 /// Returns "+2.50 %"; of what is new "new".
 std::string growthWords(std::uint64_t before, std::uint64_t now);
 
+template <class Fields, Is<AllowedGrowth> Self>
+void describe(Fields& fields, Self& allowed) {
+    fields.optional("allowed_percent", allowed.memory, "largest growth of the GPU memory that passes: --fail-over");
+    fields.optional("allowed_error_percent", allowed.error, "largest growth of an error of an asset that passes: --fail-over-error");
+}
+
 struct BaselineComparison {
     std::string file;
     std::uint64_t bytesBefore = 0, bytesNow = 0;
     double growthPercent = 0;
-    std::optional<double> allowedPercent;  ///< none: growth is no failure
+    AllowedGrowth allowed;
     bool passed = true;
     std::vector<AssetChange> assets;
 };
@@ -78,8 +94,8 @@ void describe(Fields& fields, Self& baseline) {
     fields.required("bytes_before", baseline.bytesBefore, "GPU memory of all assets in the baseline [bytes]");
     fields.required("bytes_now", baseline.bytesNow, "GPU memory of all assets in this report [bytes]");
     fields.required("growth_percent", baseline.growthPercent, "growth of the GPU memory");
-    fields.optional("allowed_percent", baseline.allowedPercent, "largest growth that passes: --fail-over");
-    fields.required("passed", baseline.passed, "false if the growth is over the allowed one");
+    describe(fields, baseline.allowed);
+    fields.required("passed", baseline.passed, "false if a growth is over the allowed one");
     fields.required("assets", baseline.assets, "assets of both reports, by name");
 }
 
@@ -91,15 +107,13 @@ struct SceneFigures {
     std::map<std::string, AssetFigures> assets;
 };
 SceneFigures figuresOf(const Report& report);
-BaselineComparison compareFigures(const SceneFigures& now, const SceneFigures& before, std::string file,
-                                  std::optional<double> allowedPercent);
+BaselineComparison compareFigures(const SceneFigures& now, const SceneFigures& before, std::string file, const AllowedGrowth& allowed);
 /// Sets the difference pictures of the assets whose error grew, as far as there are such files: those of the folders' own previews.
 /// folderBefore, folderNow  cooked folders; empty or the same: no picture of before
 void addPictures(std::vector<AssetChange>& assets, const std::string& folderBefore, const std::string& folderNow);
 
 /// Compares a report with an older one.
-/// file            of the older one, for readers
-/// allowedPercent  largest growth of the scene's GPU memory that passes; none: any
-BaselineComparison compareWithBaseline(const Report& now, const Report& before, std::string file, std::optional<double> allowedPercent);
+/// file  of the older one, for readers
+BaselineComparison compareWithBaseline(const Report& now, const Report& before, std::string file, const AllowedGrowth& allowed);
 
 }  // namespace lightcook::pipeline

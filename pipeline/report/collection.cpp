@@ -110,12 +110,12 @@ Result<std::vector<SceneSummary>> readBaselineScenes(const std::filesystem::path
     return std::move(collection->scenes);
 }
 
-BaselineComparison compareWithScene(const Report& now, const SceneSummary& before, std::string file, std::optional<double> allowedPercent) {
-    return compareFigures(pipeline::figuresOf(now), figuresOf(before), std::move(file), allowedPercent);
+BaselineComparison compareWithScene(const Report& now, const SceneSummary& before, std::string file, const AllowedGrowth& allowed) {
+    return compareFigures(pipeline::figuresOf(now), figuresOf(before), std::move(file), allowed);
 }
 
 CollectionComparison compareCollections(const CollectionReport& now, const std::vector<SceneSummary>& before,
-                                        const std::filesystem::path& file, std::optional<double> allowedPercent) {
+                                        const std::filesystem::path& file, const AllowedGrowth& allowed) {
     std::error_code code;
     const std::filesystem::path folder = std::filesystem::is_directory(file, code) ? file : file.parent_path();
     std::map<SceneKey, std::pair<const SceneSummary*, const SceneSummary*>> pairs;
@@ -144,8 +144,11 @@ CollectionComparison compareCollections(const CollectionReport& now, const std::
         return growth(a) > growth(b);
     });
     comparison.growthPercent = growthPercent(comparison.bytesBefore, comparison.bytesNow);
-    comparison.allowedPercent = allowedPercent;
-    comparison.passed = !allowedPercent || comparison.growthPercent <= *allowedPercent;
+    comparison.allowed = allowed;
+    comparison.passed =
+        isKept({allowed.memory, {}}, comparison.growthPercent, {}) && std::ranges::all_of(comparison.scenes, [&](const SceneChange& scene) {
+            return isKept({{}, allowed.error}, scene.growthPercent, scene.assets);
+        });
     return comparison;
 }
 

@@ -87,7 +87,7 @@ struct CollectionComparison {
     std::string file;
     std::uint64_t bytesBefore = 0, bytesNow = 0;
     double growthPercent = 0;
-    std::optional<double> allowedPercent;
+    AllowedGrowth allowed;
     bool passed = true;
     std::vector<SceneChange> scenes;
 };
@@ -97,8 +97,8 @@ void describe(Fields& fields, Self& baseline) {
     fields.required("bytes_before", baseline.bytesBefore, "GPU memory of all scenes in the baseline [bytes]");
     fields.required("bytes_now", baseline.bytesNow, "GPU memory of all scenes in this report [bytes]");
     fields.required("growth_percent", baseline.growthPercent, "growth of the GPU memory");
-    fields.optional("allowed_percent", baseline.allowedPercent, "largest growth that passes: --fail-over");
-    fields.required("passed", baseline.passed, "false if the growth is over the allowed one");
+    describe(fields, baseline.allowed);
+    fields.required("passed", baseline.passed, "false if a growth is over the allowed one");
     fields.required("scenes", baseline.scenes, "scenes of both reports, by name and target");
 }
 
@@ -155,10 +155,10 @@ CollectionReport makeCollection(const std::vector<CookedFolder>& folders);
 formats::Result<std::vector<SceneSummary>> readBaselineScenes(const std::filesystem::path& file);
 
 /// Compares a report with one scene of an older one.
-BaselineComparison compareWithScene(const Report& now, const SceneSummary& before, std::string file, std::optional<double> allowedPercent);
+BaselineComparison compareWithScene(const Report& now, const SceneSummary& before, std::string file, const AllowedGrowth& allowed);
 
 /// Compares scenes with older ones by name and target.
 CollectionComparison compareCollections(const CollectionReport& now, const std::vector<SceneSummary>& before,
-                                        const std::filesystem::path& file, std::optional<double> allowedPercent);
+                                        const std::filesystem::path& file, const AllowedGrowth& allowed);
 
 }  // namespace lightcook::pipeline

@@ -12,6 +12,12 @@ const growthText = (value) => (Number.isFinite(value) ? `${value < 0 ? "" : "+"}
 const growth = (value) => (Number.isFinite(value) ? titled(growthText(value), String(value)) : DASH);
 /** Growth of nothing to something has no percentage. */
 const isNew = ({ bytes_before, bytes_now }) => bytes_before === 0 && bytes_now > 0;
+/** Returns "at most 2 % more GPU memory and 5 % more error pass"; empty where any growth does. */
+function allowedText({ allowed_percent: memory, allowed_error_percent: error }) {
+  const parts = [[memory, "GPU memory"], [error, "error"]].filter(([percent]) => percent !== undefined).map(([percent, what]) => `${shortText(percent, 6)} % more ${what}`);
+  return parts.length > 0 ? `at most ${parts.join(" and ")} ${parts.length > 1 ? "pass" : "passes"}` : "";
+}
+
 const grown = ({ before, now }) => (now?.bytes_gpu ?? 0) - (before?.bytes_gpu ?? 0);
 
 function changeRow(asset, name) {
@@ -37,10 +43,10 @@ function changes(sentence, rows, pictures) {
 /** Makes the comparison of a scene with an older report. */
 export function baselineSection(baseline) {
   if (!baseline) return null;
-  const assets = sorted(baseline.assets, grown), { allowed_percent: allowed } = baseline;
+  const assets = sorted(baseline.assets, grown), allowed = allowedText(baseline);
   const sum = row("total", "Together", bytes(baseline.bytes_before), bytes(baseline.bytes_now),
     isNew(baseline) ? "new" : growth(baseline.growth_percent), "", "", "", cell("", verdict(baseline.passed)));
-  return changes(soft(`${baseline.file}. `, allowed === undefined ? "No growth was forbidden (--fail-over)." : ["At most ", growth(allowed), " of GPU memory passes."]),
+  return changes(soft(`${baseline.file}: ${allowed || "no growth was forbidden (--fail-over, --fail-over-error)"}.`),
     [...assets.map((asset) => changeRow(asset, asset.name)), sum], assets.map((asset) => grownErrors(asset, asset.name)));
 }
 
@@ -91,9 +97,9 @@ function failures(scenes, errors) {
 function growthSection(baseline) {
   if (!baseline) return null;
   const assets = baseline.scenes.flatMap((scene) => scene.assets.map((asset) => ({ asset, name: `${scene.name}: ${asset.name}` }))), most = 100;
-  const { file, scenes, bytes_before: before, bytes_now: now, allowed_percent: allowed } = baseline;
+  const { file, scenes, bytes_before: before, bytes_now: now } = baseline, allowed = allowedText(baseline);
   const changed = scenes.filter(({ change }) => change !== "same").length, change = isNew(baseline) ? "new" : growthText(baseline.growth_percent);
-  const limit = allowed === undefined ? "" : `; at most ${shortText(allowed, 6)} % passes`;
+  const limit = allowed && `; ${allowed}`;
   const rest = assets.length > most ? ` The table shows ${most} of ${assets.length} assets that changed.` : "";
   const sentence = `${file}: ${changed} of ${scenes.length} scenes changed, ${bytesText(before)} to ${bytesText(now)} (${change}${limit}).${rest}`;
   return changes(make("p", { class: baseline.passed ? "soft" : "over" }, sentence), assets.slice(0, most).map(({ asset, name }) => changeRow(asset, name)),

@@ -170,9 +170,9 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
                         {{Style::Plain, ", "}, verdictWord(asset.before->passed), {Style::Plain, " -> "}, verdictWord(asset.now->passed)});
         terminal.say(line);
     }
-    terminal.say(fmt::format("{} -> {} bytes since {} ({}{}); {} of {} unchanged", comparison.bytesBefore, comparison.bytesNow,
-                             comparison.file, growthWords(comparison.bytesBefore, comparison.bytesNow),
-                             allowedWords(comparison.allowedPercent), same, counted(comparison.assets.size(), "asset")));
+    terminal.say(fmt::format("{} -> {} since {} ({}{}); {} of {} unchanged", sizeWords(comparison.bytesBefore),
+                             sizeWords(comparison.bytesNow), comparison.file, growthWords(comparison.bytesBefore, comparison.bytesNow),
+                             allowedWords(comparison.allowed.memory), same, counted(comparison.assets.size(), "asset")));
 }
 
 void printReport(Terminal& terminal, const Report& report) {
@@ -239,9 +239,9 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
                 terminal.say(fmt::format("{:32} {:8} {} -> {} bytes ({}), {}", scene.name, scene.change, scene.bytesBefore, scene.bytesNow,
                                          growthWords(scene.bytesBefore, scene.bytesNow), counted(scene.assets.size(), "asset")));
         const auto same = std::ranges::count(baseline.scenes, "same", &SceneChange::change);
-        terminal.say(fmt::format("{} -> {} bytes since {} ({}{}); {} of {} unchanged", baseline.bytesBefore, baseline.bytesNow,
-                                 baseline.file, growthWords(baseline.bytesBefore, baseline.bytesNow), allowedWords(baseline.allowedPercent),
-                                 same, counted(baseline.scenes.size(), "scene")));
+        terminal.say(fmt::format("{} -> {} since {} ({}{}); {} of {} unchanged", sizeWords(baseline.bytesBefore),
+                                 sizeWords(baseline.bytesNow), baseline.file, growthWords(baseline.bytesBefore, baseline.bytesNow),
+                                 allowedWords(baseline.allowed.memory), same, counted(baseline.scenes.size(), "scene")));
     }
     terminal.say(
         fmt::format("{} bytes of GPU memory in {}, {} failed", report.totals.bytesGpu, counted(report.scenes.size(), "scene"), failed));

@@ -37,7 +37,7 @@ const AssetChange& changeOf(const BaselineComparison& comparison, const std::str
 TEST(Baseline, ComparesAssetByAssetBytesAndError) {
     const Report before = reportOf({rowOf("hall", 1000, 0.01), rowOf("roof", 500, 0.02), rowOf("gone", 100, 0.01)});
     const Report now = reportOf({rowOf("hall", 1200, 0.01), rowOf("roof", 500, 0.03), rowOf("new", 50, 0.01), rowOf("same", 0, 0)});
-    const BaselineComparison comparison = compareWithBaseline(now, before, "old/report.json", std::nullopt);
+    const BaselineComparison comparison = compareWithBaseline(now, before, "old/report.json", {});
     ASSERT_EQ(comparison.assets.size(), 5u);
     EXPECT_EQ(changeOf(comparison, "hall").change, "changed");
     EXPECT_NEAR(*changeOf(comparison, "hall").growthPercent, 20, 1e-9);
@@ -56,11 +56,24 @@ TEST(Baseline, ComparesAssetByAssetBytesAndError) {
 
 TEST(Baseline, FailsAtMoreGrowthThanAllowed) {
     const Report before = reportOf({rowOf("hall", 1000, 0.01)}), now = reportOf({rowOf("hall", 1020, 0.01)});
-    EXPECT_TRUE(compareWithBaseline(now, before, "", 2.0).passed);
-    EXPECT_FALSE(compareWithBaseline(now, before, "", 1.9).passed);
-    EXPECT_FALSE(compareWithBaseline(now, before, "", 0.0).passed);
-    EXPECT_TRUE(compareWithBaseline(before, now, "", 0.0).passed);
-    EXPECT_FALSE(compareWithBaseline(now, reportOf({}), "", 99.0).passed) << "something where nothing was grew by 100 %";
+    EXPECT_TRUE(compareWithBaseline(now, before, "", {2.0, {}}).passed);
+    EXPECT_FALSE(compareWithBaseline(now, before, "", {1.9, {}}).passed);
+    EXPECT_FALSE(compareWithBaseline(now, before, "", {0.0, {}}).passed);
+    EXPECT_TRUE(compareWithBaseline(before, now, "", {0.0, {}}).passed);
+    EXPECT_FALSE(compareWithBaseline(now, reportOf({}), "", {99.0, {}}).passed) << "something where nothing was grew by 100 %";
+}
+
+TEST(Baseline, FailsAtMoreGrowthOfAnErrorThanAllowed) {
+    const Report before = reportOf({rowOf("hall", 1000, 0.01)}), now = reportOf({rowOf("hall", 900, 0.0105)});
+    EXPECT_TRUE(compareWithBaseline(now, before, "", {0.0, {}}).passed);
+    EXPECT_TRUE(compareWithBaseline(now, before, "", {0.0, 6.0}).passed);
+    const BaselineComparison grown = compareWithBaseline(now, before, "", {{}, 4.0});
+    EXPECT_FALSE(grown.passed);
+    EXPECT_EQ(jsonOf(grown).at("allowed_error_percent"), 4.0);
+    EXPECT_THAT(grownErrors(grown.assets[0], 4),
+                testing::ElementsAre("rel_rms of diffuse light 1.05 %, 5 % more than the baseline's 1.00 %",
+                                     "rel_rms of specular light 1.05 %, 5 % more than the baseline's 1.00 %"));
+    EXPECT_TRUE(compareWithBaseline(before, now, "", {{}, 0.0}).passed);
 }
 
 /// An asset without specular light has no error of it: a dash on the page, nothing in the line.
@@ -73,7 +86,7 @@ TEST(Baseline, ShowsNoErrorOfLightThatAnAssetDoesNotHave) {
         return reportOf({row});
     };
     Report now = diffuseOnly(0.02);
-    now.baseline = compareWithBaseline(now, diffuseOnly(0.01), "old/report.json", std::nullopt);
+    now.baseline = compareWithBaseline(now, diffuseOnly(0.01), "old/report.json", {});
     const AssetChange& change = changeOf(*now.baseline, "flat");
     EXPECT_EQ(change.now->diffuse, 0.02);
     EXPECT_EQ(change.now->specular, std::nullopt);
@@ -99,7 +112,7 @@ TEST(Baseline, TakesAnOlderErrorOfZeroForNone) {
 
 TEST(Baseline, IsInTheReport) {
     Report now = reportOf({rowOf("hall", 1200, 0.012)});
-    now.baseline = compareWithBaseline(now, reportOf({rowOf("hall", 1000, 0.01)}), "old/report.json", 5.0);
+    now.baseline = compareWithBaseline(now, reportOf({rowOf("hall", 1000, 0.01)}), "old/report.json", {5.0, {}});
     const Json json = toJson(now);
     EXPECT_EQ(json.at("baseline").at("assets")[0].at("before").at("bytes_gpu"), 1000);
     const auto read = fromJson<Report>(json, "report.json");

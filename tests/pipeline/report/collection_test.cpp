@@ -96,7 +96,7 @@ TEST(Collection, ComparesByNameAndTarget) {
     std::vector<CookedFolder> folders = twoScenes();
     folders[0] = folderOf("hall", "bc", {rowOf("map", AssetKind::LightMap, 1500, 0.012)});
     folders[1] = folderOf("roof", "bc", {rowOf("map", AssetKind::LightMap, 3000, 0.01)});
-    const CollectionComparison comparison = compareCollections(makeCollection(folders), before.scenes, "old.json", 5.0);
+    const CollectionComparison comparison = compareCollections(makeCollection(folders), before.scenes, "old.json", {5.0, {}});
     EXPECT_EQ(comparison.bytesBefore, 4500u);
     EXPECT_EQ(comparison.bytesNow, 4500u);
     EXPECT_TRUE(comparison.passed);
@@ -107,7 +107,7 @@ TEST(Collection, ComparesByNameAndTarget) {
     ASSERT_EQ(comparison.scenes[1].assets.size(), 1u);
     EXPECT_TRUE(errorGrew(comparison.scenes[1].assets[0]));
     EXPECT_EQ(comparison.scenes[2].change, "removed");
-    EXPECT_FALSE(compareCollections(makeCollection(folders), {before.scenes[1]}, "old.json", 5.0).passed);
+    EXPECT_FALSE(compareCollections(makeCollection(folders), {before.scenes[1]}, "old.json", {5.0, {}}).passed);
 }
 
 /// Growth from nothing has no percentage.
@@ -117,7 +117,7 @@ TEST(Collection, CallsASceneThatTheBaselineLacksNew) {
     EXPECT_EQ(growthWords(50, 0), "-100.00 %");
     CollectionReport report = makeCollection(twoScenes());
     const auto printed = [&](const std::vector<SceneSummary>& before, std::optional<double> allowedPercent = std::nullopt) {
-        report.baseline = compareCollections(report, before, "old.json", allowedPercent);
+        report.baseline = compareCollections(report, before, "old.json", {allowedPercent, {}});
         Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
         testing::internal::CaptureStdout();
         printCollection(terminal, report);
@@ -137,7 +137,7 @@ TEST(Collection, CountsOneAssetAndOneByteInTheSingular) {
     EXPECT_EQ(sizeWords(5652, 1), "5652 bytes");
     EXPECT_EQ(sizeWords(std::uint64_t{2} << 20, 5652), "2048.00 KiB");
     CollectionReport report = makeCollection({twoScenes()[0]});
-    report.baseline = compareCollections(report, {}, "old.json", std::nullopt);
+    report.baseline = compareCollections(report, {}, "old.json", {});
     Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
     testing::internal::CaptureStdout();
     printCollection(terminal, report);
@@ -174,7 +174,7 @@ TEST_F(CollectionBaseline, IsReadBackFromJson) {
     const CollectionReport report = makeCollection(twoScenes());
     const auto scenes = readBaselineScenes(write("old.json", textOf(toJson(report))));
     ASSERT_TRUE(scenes) << scenes.error().line();
-    EXPECT_EQ(compareCollections(report, *scenes, "old.json", std::nullopt).scenes[0].change, "same");
+    EXPECT_EQ(compareCollections(report, *scenes, "old.json", {}).scenes[0].change, "same");
     const auto other = readBaselineScenes(write("other.json", "{\"scenes\": 3, \"totals\": 4}"));
     ASSERT_FALSE(other);
     EXPECT_THAT(other.error().line(), HasSubstr("other.json"));
