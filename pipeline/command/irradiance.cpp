@@ -13,6 +13,7 @@
 #include "lighting/radiometry.h"
 #include "pipeline/command/converter.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/report/words.h"
 #include "verify/cubemap.h"
 #include "verify/texture_unit.h"
 
@@ -71,8 +72,7 @@ Result<Json> cookIrradiance(const IrradianceCommand& command) {
     shape.width = shape.height = command.size;
     shape.faceCount = 6;
     if (command.budgetBytes && shape.gpuBytes() > *command.budgetBytes)
-        return failure(ErrorCode::OverBudget, "--budget",
-                       fmt::format("found {} bytes of GPU memory, expected at most {}", shape.gpuBytes(), *command.budgetBytes));
+        return failure(ErrorCode::OverBudget, "--budget", overBudgetWords(shape.gpuBytes(), *command.budgetBytes));
     compress::EncodeReport report;
     const auto images = encodeFaces(shape.format, strip->view(), range, command.textures.encodeOptions(), report);
     const Json constants = {{"range", range}, {"wrap", command.wrap}, {"quantity", "exit radiance of a white surface"}};

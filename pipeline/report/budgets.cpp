@@ -15,6 +15,7 @@
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/document/toml_fields.h"
 #include "pipeline/report/report.h"
+#include "pipeline/report/words.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -179,7 +180,7 @@ std::vector<Error> errorsOf(const std::vector<PlatformUse>& uses, const std::str
                 errors.push_back({ErrorCode::OverBudget,
                                   fmt::format("{}, platform {}{}{}", file, use.name,
                                               check.scene ? ", scene " + *check.scene : ", all scenes", check.of ? ", " + *check.of : ""),
-                                  fmt::format("found {} bytes of GPU memory, expected at most {}", check.usedBytes, check.limitBytes)});
+                                  overBudgetWords(check.usedBytes, check.limitBytes)});
     return errors;
 }
 

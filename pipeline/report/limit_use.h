@@ -12,6 +12,7 @@ namespace lightcook::pipeline {
 struct LimitUse {
     double share = 0;   ///< of the limit; infinite for a figure that is not finite
     std::string words;  ///< "visible p99 1.04 of 1.1"
+    std::string brief;  ///< "visible 1.04 of 1.1": after the key of the limit
 };
 
 /// Returns the use of the limit that an asset is nearest to or farthest over; of equal ones the first. Empty: it has no limit that a figure

@@ -10,6 +10,21 @@ std::string counted(std::uint64_t count, std::string_view what) {
     return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
+std::string sizeWords(std::uint64_t bytes) {
+    return sizeWords(bytes, bytes);
+}
+
+std::string sizeWords(std::uint64_t bytes, std::uint64_t inUnitOf) {
+    const auto value = static_cast<double>(bytes);
+    if (inUnitOf < 1 << 10) return counted(bytes, "byte");
+    return inUnitOf < 1 << 20 ? fmt::format("{:.2f} KiB", value / 0x1p10) : fmt::format("{:.2f} MiB", value / 0x1p20);
+}
+
+std::string overBudgetWords(std::uint64_t usedBytes, std::uint64_t limitBytes) {
+    return fmt::format("found {} of GPU memory, expected at most {}: {} too much", sizeWords(usedBytes), sizeWords(limitBytes),
+                       sizeWords(usedBytes - limitBytes));
+}
+
 std::string humanPercent(double ratio) {
     if (!std::isfinite(ratio)) return "not finite";
     const double percent = 100 * ratio, size = std::abs(percent);

@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "pipeline/assets/note_keys.h"
+#include "pipeline/report/limit_use.h"
 #include "pipeline/report/words.h"
+#include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -23,44 +26,45 @@ std::string percent(double value) {
 /// Stands in place of a rel_rms of light that an asset or a scene does not have, as wide as percent().
 constexpr const char* kNoRelRms = "         -";
 
-/// Returns rel_rms of a stage in a kind of shading; a dash for assets without it.
-std::string relRmsWord(const ReportRow& row, const verify::StageError& stage, verify::ErrorFigures verify::StageError::*shading) {
-    return hasShading(row.verdict.stages, shading) ? percent((stage.*shading).relRms) : kNoRelRms;
-}
-
 /// Returns the 99th percentile of the visible errors; a dash for assets without them.
 std::string visibleWord(const std::optional<double>& p99) {
     return p99 ? fmt::format("{:.2f}", *p99) : "-";
 }
 
-/// Returns the largest step that cooking adds to an edge; a dash where none was measured.
-std::string seamWord(const ReportRow& row) {
-    return row.seams && !row.seams->stages.empty() ? fmt::format("{:.2f}", row.seams->largestAdded()) : "-";
+/// Returns a size in MiB with three digits: "27.0", "0.139", "<0.001".
+std::string mebibytes(std::uint64_t bytes) {
+    const double value = static_cast<double>(bytes) / 0x1p20;
+    if (bytes > 0 && value < 0.0005) return "<0.001";
+    // The limits are the values from which rounding carries into the next decade.
+    return fmt::format("{:.{}f}", value, value >= 99.95 ? 0 : value >= 9.995 ? 1 : value >= 0.9995 ? 2 : 3);
 }
 
-/// Returns a line for the mip levels of a light map: their number, why there are no more, and their largest errors.
+/// Returns the error of a stage without a limit: its visible error, or rel_rms of an asset that has none.
+std::string errorWords(const verify::StageError& stage) {
+    if (const auto p99 = visibleP99(stage)) return fmt::format("visible {:.2f}", *p99);
+    return "error " + humanPercent(std::max(stage.diffuse.relRms, stage.specular.relRms));
+}
+
+/// Returns a line for the mip levels of a light map: their number, why there are no more, and the one with the largest visible error.
 std::string mipLine(const ReportRow& row) {
-    std::string line = fmt::format("  {}: {} mip level{}", row.name, row.mips.size() + 1, row.mips.empty() ? "" : "s");
+    std::string line = fmt::format("  {}: {}", row.name, counted(row.mips.size() + 1, "mip level"));
     if (row.mipsEnd) line += fmt::format(" ({})", *row.mipsEnd);
-    const auto add = [&](const verify::StageError& mip) {
-        line += fmt::format("; {}: diffuse{}, specular{}, visible {}", mip.name, relRmsWord(row, mip, &verify::StageError::diffuse),
-                            relRmsWord(row, mip, &verify::StageError::specular), visibleWord(visibleP99(mip)));
-    };
-    for (std::size_t i = 0; i < row.mips.size(); ++i) {
-        if (i < row.mipBlends.size()) add(row.mipBlends[i]);
-        add(row.mips[i]);
-    }
-    return line;
-}
-
-/// Returns the proven bound of visible errors.
-std::string boundWord(const verify::StageError& error) {
-    const auto bound = visibleBound(error);
-    return bound ? visibleWord(bound) : "none known";
+    const verify::StageError* worst = nullptr;
+    for (const auto* levels : {&row.mips, &row.mipBlends})
+        for (const verify::StageError& each : *levels)
+            if (worst == nullptr || visibleP99(each) > visibleP99(*worst)) worst = &each;
+    return worst == nullptr ? line : line + fmt::format("; the worst is {}: {}", worst->name, errorWords(*worst));
 }
 
 StyledText verdictWord(bool passed) {
     return passed ? StyledText{Style::Good, "passed"} : StyledText{Style::Bad, "FAILED"};
+}
+
+/// Returns what the verdict does not count: a step at the edges of charts that shows, where no limit holds it. Empty: there is none.
+std::string seamWords(const ReportRow& row) {
+    if (row.verdict.limits[Limit::Seam] || !row.seams || row.seams->stages.empty()) return "";
+    const double step = row.seams->largestAdded();
+    return step > row.verdict.limits[Limit::Visible].value_or(kDefaultMaxVisible) ? fmt::format(", seam {:.1f}", step) : "";
 }
 
 /// Returns ", diffuse 1.20 % -> 1.31 %"; a report that does not have the asset or the light shows as a dash. Empty if neither has it.
@@ -73,6 +77,40 @@ std::string changeOf(const AssetChange& asset, const char* name, std::optional<d
     };
     const std::optional<double> before = valueOf(asset.before), now = valueOf(asset.now);
     return before || now ? fmt::format(", {} {} -> {}", name, words(before), words(now)) : "";
+}
+
+/// Prints a table of assets: bytes of bake and cooked asset, the error that uses most of its limit, the verdict. It has 100 columns at
+/// most: names that leave no room have a line of their own.
+void printAssets(Terminal& terminal, const std::vector<ReportRow>& rows) {
+    enum Column { Name, Kind, Layout, Bake, Gpu, Error, Judged, ColumnCount };
+    constexpr std::size_t kMostColumns = 100, kGap = 2, kArrow = 4;
+    std::vector<std::array<std::string, ColumnCount>> table = {
+        {"asset", "kind", "layout", "bake", "GPU, MiB", "error of its limit", "verdict"}};
+    for (const ReportRow& row : rows) {
+        const auto use = mostUsedLimit(row);
+        table.push_back({row.name, std::string(info(row.kind).name), row.layout, row.bytesIn > 0 ? mebibytes(row.bytesIn) : "-",
+                         mebibytes(row.bytesGpu), use ? use->brief : errorWords(row.verdict.stages.back()),
+                         verdictWord(row.verdict.passed).text + seamWords(row)});
+    }
+    std::array<std::size_t, ColumnCount> widths{};
+    for (const auto& cells : table)
+        for (std::size_t i = 0; i < ColumnCount; ++i) widths[i] = std::max(widths[i], cells[i].size());
+    const bool isNamedAbove = std::accumulate(widths.begin(), widths.end(), kArrow + 5 * kGap) > kMostColumns;
+    if (isNamedAbove) widths[Name] = 0;
+    for (std::size_t i = 0; i < table.size(); ++i) {
+        const auto& cells = table[i];
+        const ReportRow* const row = i > 0 ? &rows[i - 1] : nullptr;
+        if (isNamedAbove) terminal.say(StyledLine{{row == nullptr ? Style::Faint : Style::Plain, cells[Name]}});
+        const std::string line = fmt::format("{:{}}  {:{}}  {:{}}  {:>{}} -> {:>{}}  {:{}}  ", isNamedAbove ? "" : cells[Name],
+                                             widths[Name], cells[Kind], widths[Kind], cells[Layout], widths[Layout], cells[Bake],
+                                             widths[Bake], cells[Gpu], widths[Gpu], cells[Error], widths[Error]);
+        if (row == nullptr) {
+            terminal.say(StyledLine{{Style::Faint, line + cells[Judged]}});
+            continue;
+        }
+        terminal.say(StyledLine{{Style::Plain, line}, verdictWord(row->verdict.passed), {Style::Warning, seamWords(*row)}});
+        if (row->mipsEnd) terminal.say(mipLine(*row));
+    }
 }
 
 /// Returns a line that names what a folder lacks of its scene.
@@ -98,16 +136,6 @@ std::string allowedWords(const std::optional<double>& allowedPercent) {
 }
 
 }  // namespace
-
-std::string sizeWords(std::uint64_t bytes) {
-    return sizeWords(bytes, bytes);
-}
-
-std::string sizeWords(std::uint64_t bytes, std::uint64_t inUnitOf) {
-    const auto value = static_cast<double>(bytes);
-    if (inUnitOf < 1 << 10) return counted(bytes, "byte");
-    return inUnitOf < 1 << 20 ? fmt::format("{:.2f} KiB", value / 0x1p10) : fmt::format("{:.2f} MiB", value / 0x1p20);
-}
 
 void printSummary(Terminal& terminal, const Report& report, const Outcome& outcome) {
     std::uint64_t disk = 0;
@@ -138,7 +166,11 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
     // On a terminal the table has said it.
     if (!report.partial.empty() && !terminal.isInteractive()) terminal.say(partialLine(report.scene, report.partial));
     if (!outcome.candidates.empty()) terminal.say(fmt::format("candidates kept for view: {}", fmt::join(outcome.candidates, ", ")));
-    const std::string assets = (failed > 0 ? fmt::format("{} of ", failed) : "") + counted(report.assets.size(), "asset");
+    const std::string all = counted(report.assets.size(), "asset");
+    // A scene may fail as a whole where each asset passed.
+    const std::string assets = failed > 0 ? fmt::format("{} of {}", failed, all)
+                               : passed   ? all
+                                          : fmt::format("{}{} passed", report.budget.isKept() ? "" : "over the budget, ", all);
     const std::string without = report.partial.empty() ? "" : fmt::format(" (without {} of the scene)", report.partial.size());
     // Both sizes are in the unit of the smaller one.
     const std::uint64_t used = report.budget.usedBytes, limit = report.budget.limitBytes.value_or(used), unit = std::min(used, limit);
@@ -157,11 +189,11 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
             continue;
         }
         const auto bytes = [](const std::optional<AssetFigures>& figures) {
-            return figures ? fmt::format("{}", figures->bytesGpu) : std::string("-");
+            return figures ? sizeWords(figures->bytesGpu) : std::string("-");
         };
         const std::string growth = asset.growthPercent ? fmt::format(" ({:+.2f} %)", *asset.growthPercent) : "";
         StyledLine line = {
-            {Style::Plain, fmt::format("{:24} {:8} {} -> {} bytes{}{}{}{}", asset.name, asset.change, bytes(asset.before), bytes(asset.now),
+            {Style::Plain, fmt::format("{:24} {:8} {} -> {}{}{}{}{}", asset.name, asset.change, bytes(asset.before), bytes(asset.now),
                                        growth, changeOf(asset, "diffuse", &AssetFigures::diffuse, 0.01, " %"),
                                        changeOf(asset, "specular", &AssetFigures::specular, 0.01, " %"),
                                        changeOf(asset, "visible", &AssetFigures::visible, 1, ""))}};
@@ -176,28 +208,10 @@ void printComparison(Terminal& terminal, const BaselineComparison& comparison) {
 }
 
 void printReport(Terminal& terminal, const Report& report) {
-    std::size_t width = 24;  // of the names
-    for (const ReportRow& row : report.assets) width = std::max(width, row.name.size());
-    terminal.say(StyledLine{{Style::Faint, fmt::format("{:{}} {:10} {:20} {:>12} {:>9} {:>10} {:>10} {:>10} {:>8} {:>12} {:>8}  {}",
-                                                       "asset", width, "kind", "layout", "GPU bytes", "bits/tx", "diffuse", "specular",
-                                                       "p99", "visible", "bound", "seam", "verdict")}});
-    for (const ReportRow& row : report.assets) {
-        const verify::StageError& error = row.verdict.stages.back();
-        const bool diffuseIsWorse =
-            std::isfinite(error.specular.p99) && std::isfinite(error.diffuse.p99) && error.diffuse.p99 >= error.specular.p99;
-        const verify::ErrorFigures& worse = diffuseIsWorse ? error.diffuse : error.specular;
-        const std::string figures = fmt::format(
-            "{:{}} {:10} {:20} {:12} {:9.2f} {} {} {} {:>8} {:>12} {:>8}  ", row.name, width, info(row.kind).name, row.layout, row.bytesGpu,
-            row.bitsPerTexel, relRmsWord(row, error, &verify::StageError::diffuse), relRmsWord(row, error, &verify::StageError::specular),
-            percent(worse.p99), visibleWord(visibleP99(error)), boundWord(error), seamWord(row));
-        terminal.say(StyledLine{{Style::Plain, figures}, verdictWord(row.verdict.passed)});
-        if (row.mipsEnd) terminal.say(mipLine(row));
-    }
-    const std::string limit = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
-    // Results from the cache keep the time of the run that made them.
-    const std::string runs = report.runs.size() > 1 ? fmt::format(" in {} runs", report.runs.size()) : "";
-    terminal.say(fmt::format("{} bytes of GPU memory{}, {:.2f} s{}, {:.0f} MiB resident at most", report.budget.usedBytes, limit,
-                             report.seconds, runs, static_cast<double>(report.peakRssBytes) / 0x1p20));
+    printAssets(terminal, report.assets);
+    const std::string limit = report.budget.limitBytes ? " of " + sizeWords(*report.budget.limitBytes) : "";
+    terminal.say(fmt::format("{}{} of GPU memory, {:.2f} s, {:.0f} MiB resident at most", sizeWords(report.budget.usedBytes), limit,
+                             report.seconds, static_cast<double>(report.peakRssBytes) / 0x1p20));
     if (report.whole) terminal.say(lineOf(*report.whole));
     if (!report.partial.empty()) terminal.say(partialLine(report.scene, report.partial));
 }
@@ -206,16 +220,16 @@ void printPlatforms(Terminal& terminal, const std::vector<PlatformUse>& platform
     for (const PlatformUse& platform : platforms) {
         const auto failed = std::ranges::count_if(platform.checks, [](const BudgetCheck& check) { return !check.passed; });
         terminal.say(StyledLine{
-            {Style::Plain, fmt::format("platform {}: {} bytes in {} scene{}, {} of {} limits exceeded  ", platform.name, platform.usedBytes,
-                                       platform.scenes, platform.scenes == 1 ? "" : "s", failed, platform.checks.size())},
+            {Style::Plain, fmt::format("platform {}: {} in {}, {} of {} limits exceeded  ", platform.name, sizeWords(platform.usedBytes),
+                                       counted(static_cast<std::uint64_t>(platform.scenes), "scene"), failed, platform.checks.size())},
             verdictWord(platform.passed)});
     }
 }
 
 void printCollection(Terminal& terminal, const CollectionReport& report) {
     const auto relRmsOf = [](const std::optional<double>& relRms) { return relRms ? percent(*relRms) : kNoRelRms; };
-    terminal.say(StyledLine{{Style::Faint, fmt::format("{:32} {:6} {:>12} {:>12} {:>10} {:>10} {:>8}  {}", "scene", "target", "GPU bytes",
-                                                       "disk bytes", "diffuse", "specular", "visible", "verdict")}});
+    terminal.say(StyledLine{{Style::Faint, fmt::format("{:32} {:6} {:>9} {:>9} {:>10} {:>10} {:>8}  {}", "scene", "target", "GPU, MiB",
+                                                       "disk, MiB", "diffuse", "specular", "visible", "verdict")}});
     std::size_t failed = 0;
     for (const SceneSummary& scene : report.scenes) {
         AssetFigures worst;
@@ -224,10 +238,10 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
                 if (asset.figures.*figure) worst.*figure = std::max((worst.*figure).value_or(0.0), *(asset.figures.*figure));
         }
         failed += scene.passed ? 0 : 1;
-        terminal.say(StyledLine{
-            {Style::Plain, fmt::format("{:32} {:6} {:12} {:12} {} {} {:>8}  ", scene.name, scene.target, scene.budget.usedBytes,
-                                       scene.bytesDisk, relRmsOf(worst.diffuse), relRmsOf(worst.specular), visibleWord(worst.visible))},
-            verdictWord(scene.passed)});
+        terminal.say(StyledLine{{Style::Plain, fmt::format("{:32} {:6} {:>9} {:>9} {} {} {:>8}  ", scene.name, scene.target,
+                                                           mebibytes(scene.budget.usedBytes), mebibytes(scene.bytesDisk),
+                                                           relRmsOf(worst.diffuse), relRmsOf(worst.specular), visibleWord(worst.visible))},
+                                verdictWord(scene.passed)});
     }
     for (const SceneSummary& scene : report.scenes)
         if (!scene.partial.empty()) terminal.say(partialLine(scene.name, scene.partial));
@@ -236,15 +250,16 @@ void printCollection(Terminal& terminal, const CollectionReport& report) {
         const CollectionComparison& baseline = *report.baseline;
         for (const SceneChange& scene : baseline.scenes)
             if (scene.change != "same")
-                terminal.say(fmt::format("{:32} {:8} {} -> {} bytes ({}), {}", scene.name, scene.change, scene.bytesBefore, scene.bytesNow,
-                                         growthWords(scene.bytesBefore, scene.bytesNow), counted(scene.assets.size(), "asset")));
+                terminal.say(fmt::format("{:32} {:8} {} -> {} ({}), {}", scene.name, scene.change, sizeWords(scene.bytesBefore),
+                                         sizeWords(scene.bytesNow), growthWords(scene.bytesBefore, scene.bytesNow),
+                                         counted(scene.assets.size(), "asset")));
         const auto same = std::ranges::count(baseline.scenes, "same", &SceneChange::change);
         terminal.say(fmt::format("{} -> {} since {} ({}{}); {} of {} unchanged", sizeWords(baseline.bytesBefore),
                                  sizeWords(baseline.bytesNow), baseline.file, growthWords(baseline.bytesBefore, baseline.bytesNow),
                                  allowedWords(baseline.allowed.memory), same, counted(baseline.scenes.size(), "scene")));
     }
-    terminal.say(
-        fmt::format("{} bytes of GPU memory in {}, {} failed", report.totals.bytesGpu, counted(report.scenes.size(), "scene"), failed));
+    terminal.say(fmt::format("{} of GPU memory in {}, {} failed", sizeWords(report.totals.bytesGpu), counted(report.scenes.size(), "scene"),
+                             failed));
 }
 
 void printFindings(Terminal& terminal, const std::vector<Finding>& findings) {

@@ -29,11 +29,6 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
 /// Prints a comparison with a baseline as a table, one row an asset that changed, and the growth of the whole.
 void printComparison(Terminal& terminal, const BaselineComparison& comparison);
 
-/// Returns "812 bytes", "1.50 KiB" or "2.25 MiB".
-std::string sizeWords(std::uint64_t bytes);
-/// Returns a size in the unit that sizeWords() gives another one.
-std::string sizeWords(std::uint64_t bytes, std::uint64_t inUnitOf);
-
 /// Prints the report of several scenes: one row a scene, the largest first, then budgets, growth and totals.
 void printCollection(Terminal& terminal, const CollectionReport& report);
 /// Prints a line for each platform.

@@ -41,7 +41,7 @@ CookedFolder folderOf(const std::string& scene, const std::string& target, std::
     CookedFolder folder;
     folder.folder = "cooked/" + scene;
     folder.target = target;
-    folder.report = makeReport({scene, 1.5, 0, std::nullopt, {{"2026-11-01T10:00:00.000Z", 1.5, 1, 1}}}, std::move(rows), {});
+    folder.report = makeReport({scene, 1.5, 0, std::nullopt, {{"2026-11-01T10:00:00.000Z", 1.5, 1, 1, 1.5}}}, std::move(rows), {});
     if (!folder.report.passed) folder.errors.push_back({formats::ErrorCode::Verification, scene, "failed"});
     return folder;
 }
@@ -123,10 +123,11 @@ TEST(Collection, CallsASceneThatTheBaselineLacksNew) {
         printCollection(terminal, report);
         return testing::internal::GetCapturedStdout();
     };
-    EXPECT_THAT(printed({report.scenes[1]}), AllOf(HasSubstr(" added    0 -> 3500 bytes (new), 2 assets"), Not(HasSubstr("+100.00 %"))));
-    EXPECT_THAT(printed({}), AllOf(HasSubstr("0 -> 4500 bytes since old.json (new); "), Not(HasSubstr("+100.00 %"))));
+    EXPECT_THAT(printed({report.scenes[1]}),
+                AllOf(HasSubstr(" added    0 bytes -> 3.42 KiB (new), 2 assets"), Not(HasSubstr("+100.00 %"))));
+    EXPECT_THAT(printed({}), AllOf(HasSubstr("0 bytes -> 4.39 KiB since old.json (new); "), Not(HasSubstr("+100.00 %"))));
     EXPECT_THAT(printed({report.scenes[0], report.scenes[1]}, 0),
-                HasSubstr("4500 -> 4500 bytes since old.json (+0.00 %, at most 0 % allowed); 2 of 2"));
+                HasSubstr("4.39 KiB -> 4.39 KiB since old.json (+0.00 %, at most 0 % allowed); 2 of 2"));
 }
 
 TEST(Collection, CountsOneAssetAndOneByteInTheSingular) {
@@ -148,15 +149,15 @@ TEST(Collection, CountsOneAssetAndOneByteInTheSingular) {
 /// The sizes of a budget stand in one unit.
 TEST(Collection, SummaryHasUseAndLimitInOneUnit) {
     const auto printed = [](std::uint64_t limit) {
-        const Report report = makeReport({"hall", 1.5, 0, limit, {{"2026-11-01T10:00:00.000Z", 1.5, 1, 1}}},
+        const Report report = makeReport({"hall", 1.5, 0, limit, {{"2026-11-01T10:00:00.000Z", 1.5, 1, 1, 1.5}}},
                                          {rowOf("map", AssetKind::LightMap, 5652, 0.01)}, {});
         Terminal terminal(TerminalOptions{LogFormat::Text, Verbosity::Normal, ColorChoice::Never});
         testing::internal::CaptureStdout();
         printSummary(terminal, report, Outcome());
         return testing::internal::GetCapturedStdout();
     };
-    EXPECT_THAT(printed(1), HasSubstr(": 1 asset, 5652 bytes of 1 byte of GPU memory"));
-    EXPECT_THAT(printed(std::uint64_t{1} << 20), HasSubstr(": 1 asset, 5.52 KiB of 1024.00 KiB of GPU memory"));
+    EXPECT_THAT(printed(1), HasSubstr("FAILED: over the budget, 1 asset passed, 5652 bytes of 1 byte of GPU memory"));
+    EXPECT_THAT(printed(std::uint64_t{1} << 20), HasSubstr("passed: 1 asset, 5.52 KiB of 1024.00 KiB of GPU memory"));
 }
 
 TEST(Collection, PrintsADashForLightThatASceneDoesNotHave) {
@@ -218,9 +219,11 @@ TEST_F(Budgets, HoldScenesOfTheirTarget) {
     const auto errors = errorsOf(uses, "budgets.toml");
     ASSERT_EQ(errors.size(), 2u);
     EXPECT_EQ(errors[0].code, formats::ErrorCode::OverBudget);
-    EXPECT_EQ(errors[0].line(), "budgets.toml, platform handheld, all scenes: found 4500 bytes of GPU memory, expected at most 4096");
+    EXPECT_EQ(errors[0].line(),
+              "budgets.toml, platform handheld, all scenes: found 4.39 KiB of GPU memory, expected at most 4.00 KiB: 404 bytes too much");
     EXPECT_EQ(errors[1].line(),
-              "budgets.toml, platform handheld, scene roof, light-map: found 3000 bytes of GPU memory, expected at most 2000");
+              "budgets.toml, platform handheld, scene roof, light-map: found 2.93 KiB of GPU memory, expected at most 1.95 KiB: 1000 bytes "
+              "too much");
 }
 
 TEST_F(Budgets, NamesOfScenesThatAreNotThereAreAWarning) {
