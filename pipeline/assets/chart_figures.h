@@ -37,12 +37,14 @@ void describe(Fields& fields, Self& chart) {
 /// A chart of fewer than 16 texels that holds the place of a largest visible error.
 struct FewTexels {
     std::string shading;
-    double texels = 0;  ///< area of its triangles
+    double texels = 0;   ///< area of its triangles
+    std::string advice;  ///< the same in every report and viewer
 };
 template <class Fields, Is<FewTexels> Self>
 void describe(Fields& fields, Self& few) {
     fields.required("shading", few.shading, "diffuse or specular: whose largest visible error of the last stage lies there");
     fields.required("texels", few.texels, kFigure, "area of the chart's triangles [texels]");
+    fields.presentIf(true, "advice", few.advice, "why no layout helps, and what does");
 }
 
 /// The charts of a light map that has a mesh.

@@ -21,6 +21,7 @@
 #include "pipeline/graph/files.h"
 #include "pipeline/manifest/self_digest.h"
 #include "pipeline/report/exit_codes.h"
+#include "pipeline/report/failures.h"
 #include "pipeline/report/page.h"
 #include "pipeline/scene/named_files.h"
 #include "pipeline/scene/settings.h"
@@ -359,6 +360,7 @@ Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& res
             for (const FileRecord& file : gltf->second.files) gltf_.push_back({file.name, name, file.digest});
     }
     if (isPartial_) sortAsInScene();
+    addFailures(rows_, scene_.file.empty() ? LimitsFrom::Converter : LimitsFrom::SceneFile);
     return {};
 }
 
@@ -402,8 +404,7 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
         const auto found = result.records.find(actionId(step, name));
         return found == result.records.end() ? nullptr : &found->second;
     };
-    LC_TRY(row, reportRow(*asset, {&cooked->second, &verified->second, recordOf(ActionStep::Whole)},
-                          scene_.file.empty() ? LimitsFrom::Converter : LimitsFrom::SceneFile));
+    LC_TRY(row, reportRow(*asset, {&cooked->second, &verified->second, recordOf(ActionStep::Whole)}));
     if (packed != plan.packed.end()) describeSources(packed->second, *asset, *row);
     if (const auto record = result.records.find(actionId(ActionStep::Trial, name)); record != result.records.end()) {
         LC_TRY(trial, trialIn(record->second));

@@ -9,6 +9,7 @@
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/failures.h"
+#include "pipeline/report/words.h"
 
 namespace lightcook::pipeline {
 
@@ -36,9 +37,9 @@ void appendErrorsOf(const Report& report, const formats::Subject& budgetPlace, s
     for (const ReportRow& row : report.assets)
         for (Error& error : errorsOf(row.failures)) errors.push_back(std::move(error));
     if (!report.budget.isKept())
-        errors.push_back(
-            {ErrorCode::OverBudget, budgetPlace,
-             fmt::format("found {} bytes of GPU memory, expected at most {}", report.budget.usedBytes, *report.budget.limitBytes)});
+        errors.push_back({ErrorCode::OverBudget, budgetPlace,
+                          overBudgetWords(report.budget.usedBytes, *report.budget.limitBytes) +
+                              (report.budget.advice.empty() ? "" : ". " + report.budget.advice)});
 }
 
 formats::Subject budgetPlace(const std::filesystem::path& folder) {

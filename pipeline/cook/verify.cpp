@@ -22,6 +22,7 @@
 #include "pipeline/manifest/contract.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/exit_codes.h"
+#include "pipeline/report/failures.h"
 #include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
@@ -103,6 +104,7 @@ private:
             LC_TRY(row, formats::ofAsset(asset.name, verifyAsset(asset)));
             if (*row) rows.push_back(std::move(**row));
         }
+        addFailures(rows, manifest_.sceneFile ? LimitsFrom::SceneFile : LimitsFrom::Converter);
         for (const GltfFile& gltf : manifest_.gltf) compareBound(gltf, rows);
         LC_CHECK(lint());
         // A folder that lacks assets of its scene does not pass.
@@ -242,9 +244,18 @@ private:
         if (!records.contains(ActionStep::Verify)) return std::optional<ReportRow>();
         const ActionRecord cooked = cookedRecord(*plan, asset);
         const auto recordOf = [&](ActionStep step) { return records.contains(step) ? &records[step] : nullptr; };
-        LC_TRY(row, reportRow(asset, {&cooked, recordOf(ActionStep::Verify), recordOf(ActionStep::Whole)},
-                              manifest_.sceneFile ? LimitsFrom::SceneFile : LimitsFrom::Converter));
+        LC_TRY(row, reportRow(asset, {&cooked, recordOf(ActionStep::Verify), recordOf(ActionStep::Whole)}));
+        takeTrial(*row);
         return std::optional(std::move(*row));
+    }
+
+    /// Adds what the cook measured of other layouts, for the advice.
+    void takeTrial(ReportRow& row) const {
+        if (!previous_) return;
+        const auto cooked = std::ranges::find(previous_->assets, row.name, &ReportRow::name);
+        if (cooked == previous_->assets.end() || cooked->layout != row.layout) return;
+        row.trialCandidates = cooked->trialCandidates;
+        row.trialShare = cooked->trialShare;
     }
 
     /// Returns an asset as its cook action left it: of a repacked light map with the description of the repacked bake.

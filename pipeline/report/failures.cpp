@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "pipeline/assets/verdict.h"
+#include "pipeline/report/advice.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -51,6 +52,11 @@ double allowedAt(const ErrorPlaceFields& at, double limit) {
     return local > 0 && std::isfinite(local) ? limit * off / local : std::nan("");
 }
 
+/// Returns the advice as it follows the detail.
+std::string adviceAfter(const Failure& failure) {
+    return failure.advice.empty() ? "" : ". " + failure.advice;
+}
+
 /// Adds the texts of a failure, and its place.
 /// subject  without the asset's name
 void complete(Failure& failure, const ReportRow& row, const std::string& subject, const verify::ErrorPlace& at) {
@@ -64,7 +70,7 @@ void complete(Failure& failure, const ReportRow& row, const std::string& subject
         failure.detail += "; worst at " + placeWords(toJson(failure.at)) + lightWords(failure.at, allowed);
     }
     failure.subject = row.name + ", " + subject;
-    failure.message = failure.subject + ": " + failure.detail;
+    failure.message = failure.subject + ": " + failure.detail + adviceAfter(failure);
 }
 
 /// A stage, or a mip level of a light map or a mix of two, and whether it is one of these.
@@ -93,15 +99,21 @@ std::optional<double>& valueOf(Failure& failure, Limit limit) {
     return info(limit).isFraction ? failure.relRms : failure.visible;
 }
 
+/// What the texts of an asset's failures depend on beside its row.
+struct Names {
+    LimitsFrom limitsFrom;
+    const ReportRow* lightMap;
+};
+
 /// Returns a failure of a figure over its limit, with "found ..., expected ..." and no place.
-/// name  of the limit
-Failure failureOf(const Check& check, const std::string& name) {
+Failure failureOf(const ReportRow& row, const Check& check, const Names& names) {
     Failure failure;
     failure.stage = check.figure.stage;
     if (!check.figure.shading.empty()) failure.shading = check.figure.shading;
     failure.limit = check.allowed;
     valueOf(failure, check.figure.limit) = finiteOrNan(check.figure.value);
-    failure.detail = "found " + overLimit(check, name);
+    failure.detail = "found " + overLimit(check, limitName(check.figure.limit, row.kind, names.limitsFrom));
+    failure.advice = adviceOn(row, check, names.lightMap);
     return failure;
 }
 
@@ -117,12 +129,14 @@ std::string visibleWords(Limit limit, const verify::VisibleFigures& figures) {
 }
 
 /// Appends a failure of a figure of a stage or mip level that is over its limit.
-void addOver(const ReportRow& row, const Level& level, const Check& check, const std::string& name, std::vector<Failure>& failures) {
+void addOver(const ReportRow& row, const Level& level, const Check& check, const Names& names, std::vector<Failure>& failures) {
     const verify::ErrorFigures& figures = level.figures(check.figure.shading);
-    Failure failure = failureOf(check, name);
+    Failure failure = failureOf(row, check, names);
     if (check.figure.limit != Limit::Error) failure.detail += visibleWords(check.figure.limit, *figures.visible);
-    if (level.isMip)
-        failure.detail += ", as at level 0: a lower limit chooses a layout with less error there, mips = false cooks level 0 alone";
+    if (level.isMip) {
+        failure.detail += ", as at level 0";
+        failure.advice += " A lower limit chooses a layout with less error there; mips = false cooks level 0 alone.";
+    }
     complete(failure, row, fmt::format("{}, {}", level.words(), check.figure.shading),
              check.figure.limit == Limit::Error ? figures.sampledAt : verify::ErrorPlace());
     failures.push_back(std::move(failure));
@@ -146,11 +160,11 @@ void addNotFinite(const ReportRow& row, const Level& level, std::vector<Failure>
 
 /// Appends a failure of each limit on seams that is exceeded.
 /// checks  of all limits
-void addSeam(const ReportRow& row, const SeamFigures& seams, const std::vector<Check>& checks, const std::string& name,
+void addSeam(const ReportRow& row, const SeamFigures& seams, const std::vector<Check>& checks, const Names& names,
              std::vector<Failure>& failures) {
     for (const Check& check : checks) {
         if (check.figure.limit != Limit::Seam || check.isKept()) continue;
-        Failure failure = failureOf(check, name);
+        Failure failure = failureOf(row, check, names);
         if (!seams.worst.empty()) {
             failure.seamAt = seams.worst.front();
             failure.detail += "; worst at " + seamWords(seams.worst.front());
@@ -193,8 +207,8 @@ std::string placeWords(const Json& at) {
     return words;
 }
 
-std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom) {
-    const auto nameOf = [&](Limit limit) { return limitName(limit, row.kind, limitsFrom); };
+std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom, const ReportRow* lightMap) {
+    const Names names{limitsFrom, lightMap};
     std::vector<Failure> failures;
     for (const verify::Violation& each : row.verdict.violations) {
         Failure failure;
@@ -211,21 +225,30 @@ std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom) {
         const auto level = std::ranges::find_if(levels, [&](const Level& each) { return each.stage->name == check.figure.stage; });
         if (check.figure.limit == Limit::Seam || check.isKept() || level == levels.end()) continue;
         // A level that is not finite has its failure. A bound alone may be infinite too.
-        if (isFinite(level->figures(check.figure.shading))) addOver(row, *level, check, nameOf(check.figure.limit), failures);
+        if (isFinite(level->figures(check.figure.shading))) addOver(row, *level, check, names, failures);
     }
-    if (row.seams) addSeam(row, *row.seams, checks, nameOf(Limit::Seam), failures);
+    if (row.seams) addSeam(row, *row.seams, checks, names, failures);
     for (const Check& check : row.whole ? row.whole->checks() : std::vector<Check>()) {
         if (check.isKept()) continue;
-        Failure failure = failureOf(check, nameOf(check.figure.limit));
+        Failure failure = failureOf(row, check, names);
         complete(failure, row, "together with its dominant light", {});
         failures.push_back(std::move(failure));
     }
     return failures;
 }
 
+void addFailures(std::vector<ReportRow>& rows, LimitsFrom limitsFrom) {
+    std::vector<const ReportRow*> lightMaps;
+    for (const ReportRow& row : rows)
+        if (row.kind == AssetKind::LightMap) lightMaps.push_back(&row);
+    for (ReportRow& row : rows)
+        if (!row.verdict.passed && row.failures.empty()) row.failures = failuresOf(row, limitsFrom, lightMapOf(row, lightMaps));
+}
+
 std::vector<formats::Error> errorsOf(const std::vector<Failure>& failures) {
     std::vector<formats::Error> errors;
-    for (const Failure& each : failures) errors.emplace_back(formats::ErrorCode::OverLimit, each.subject, each.detail).asset = each.asset;
+    for (const Failure& each : failures)
+        errors.emplace_back(formats::ErrorCode::OverLimit, each.subject, each.detail + adviceAfter(each)).asset = each.asset;
     return errors;
 }
 

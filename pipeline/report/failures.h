@@ -13,7 +13,11 @@ namespace lightcook::pipeline {
 /// Returns the failures of an asset, in this order: its violations; each stage and kind of shading that is over the limit or not finite;
 /// and its worst seam, if that is over its limit.
 /// The text of a failure names the key of its limit, or the option of the command that converted the asset.
-std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom);
+/// lightMap  that a dominant light belongs to, for the advice; may be null
+std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom, const ReportRow* lightMap = nullptr);
+
+/// Gives the rows that did not pass their failures, those that have none yet. Call when all else in the rows is there.
+void addFailures(std::vector<ReportRow>& rows, LimitsFrom limitsFrom);
 
 /// Returns a place of report.json ("sampled_at", "bound_at", "at") as text: "texel (12, 31), green, normal (0, 0, 1)". Leaves out members
 /// that are absent or of another type.

@@ -159,6 +159,7 @@ std::string renderReportHtml(const Report& report, const StagedFolder& folder, c
         for (const std::string& asset : report.incomplete->assets) failures.push_back(asset + ": not cooked");
     std::vector<Row> rows;
     std::size_t passed = 0;
+    if (!report.budget.isKept()) failures.push_back("memory budget: " + report.budget.advice);
     for (const ReportRow& row : report.assets) {
         data["uses"].push_back(useOf(mostUsedLimit(row)));
         const verify::StageError& last = row.verdict.stages.back();
@@ -170,9 +171,9 @@ std::string renderReportHtml(const Report& report, const StagedFolder& folder, c
         passed += row.verdict.passed ? 1 : 0;
         for (const Failure& failure : row.failures) failures.push_back(failure.message);
     }
-    const std::string budget = report.budget.limitBytes ? fmt::format(" of {}", *report.budget.limitBytes) : "";
-    const std::string verdict = fmt::format("{}: {} of {} passed, {}{} bytes of GPU memory", verdictText(report.passed), passed,
-                                            counted(rows.size(), "asset"), report.budget.usedBytes, budget) +
+    const std::string budget = report.budget.limitBytes ? " of " + sizeWords(*report.budget.limitBytes) : "";
+    const std::string verdict = fmt::format("{}: {} of {} passed, {}{} of GPU memory", verdictText(report.passed), passed,
+                                            counted(rows.size(), "asset"), sizeWords(report.budget.usedBytes), budget) +
                                 (report.partial.empty() ? "" : fmt::format("; cook --only left out {}", fmt::join(report.partial, ", ")));
     return pageText(
         fmt::format("{}: {}", report.scene, verdictText(report.passed)),
@@ -208,7 +209,7 @@ std::string renderCollectionHtml(const CollectionReport& report, const std::file
                 if (asset.pictureNow && data["pictures"].size() < 2 * kMostPictured) addPictures({asset}, data["pictures"]);
     const std::string title = counted(rows.size(), "scene");
     const std::string verdict =
-        fmt::format("{}: {} of {} passed, {} bytes of GPU memory", verdictText(report.passed), passed, title, report.totals.bytesGpu);
+        fmt::format("{}: {} of {} passed, {} of GPU memory", verdictText(report.passed), passed, title, sizeWords(report.totals.bytesGpu));
     return pageText(fmt::format("{}: {}", title, verdictText(report.passed)),
                     plainText(title, verdict, failures, {"Scene", "Target", "GPU memory [bytes]", "Error of the whole", "Verdict"}, rows),
                     data);

@@ -6,8 +6,8 @@
 
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
+#include "pipeline/report/advice.h"
 #include "pipeline/report/exit_codes.h"
-#include "pipeline/report/failures.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -73,7 +73,7 @@ formats::Error DocumentError::error() const {
     return error;
 }
 
-Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records, LimitsFrom limitsFrom) {
+Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records) {
     const ActionRecord &cooked = *records.cooked, &verified = *records.verified;
     LC_TRY(cook, fromJson<CookResult>(cooked.result, asset.name));
     LC_TRY(verification, fromJson<VerifyResult>(verified.result, asset.name));
@@ -83,7 +83,6 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& record
     if (!cooked.run.empty()) row.cookedAt = cooked.run;
     if (!verified.run.empty()) row.verifiedAt = verified.run;
     LC_CHECK(addVerification(records.whole, row.whole, row));
-    if (!row.verdict.passed) row.failures = failuresOf(row, limitsFrom);
     // Lights and meshes are matched to their light map by these.
     const bool hasBake = row.kind == AssetKind::LightMap || row.kind == AssetKind::Dominant || row.kind == AssetKind::Mesh;
     if (row.light && hasBake && asset.source.files)
@@ -126,6 +125,7 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
     report.incomplete = frame.incomplete;
     report.partial = frame.partial;
     report.passed = report.passed && report.budget.isKept() && isPlausible && !report.incomplete;
+    if (!report.budget.isKept()) report.budget.advice = budgetAdvice(rows, report.budget.usedBytes, !report.budget.frontier.empty());
     report.whole = sceneError(rows);
     report.assets = std::move(rows);
     report.skipped = std::move(skipped);

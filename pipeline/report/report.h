@@ -35,6 +35,7 @@ struct MemoryBudget {
     std::uint64_t usedBytes = 0;
     std::map<std::string, std::uint64_t> byKind, byFormat;
     std::vector<FrontierPoint> frontier;  ///< of a scene whose layouts a budget chose, the smallest first
+    std::string advice = {};              ///< of a budget that is not kept
     bool isKept() const { return !limitBytes || usedBytes <= *limitBytes; }
 };
 template <class Fields, Is<MemoryBudget> Self>
@@ -47,6 +48,7 @@ void describe(Fields& fields, Self& budget) {
     fields.presentIf(
         !budget.frontier.empty(), "frontier", budget.frontier,
         "where a budget chose the layouts: the allocations that no other beats in bytes and visible error, the smallest first");
+    fields.presentIf(!budget.advice.empty(), "advice", budget.advice, "what to do about a budget that is not kept");
 }
 
 struct ReportFile {
@@ -155,8 +157,9 @@ struct AssetRecords {
     const ActionRecord* whole = nullptr;  ///< verification of a light map and its dominant light together
 };
 
-/// Returns the row of an asset: its manifest entry, the results of its cook and its verification, and the time of each.
-formats::Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records, LimitsFrom limitsFrom);
+/// Returns the row of an asset: its manifest entry, the results of its cook and its verification, and the time of each. addFailures() gives
+/// it its failures.
+formats::Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& records);
 
 /// Members of a report that do not depend on the rows.
 struct ReportFrame {

@@ -43,6 +43,7 @@ struct Failure {
     std::optional<std::string> place;      ///< of a violation
     ErrorPlaceFields at;                   ///< worst sample: `found` is its light, `reference` that of the source
     std::optional<double> allowed;         ///< largest difference there that is within the limit
+    std::string advice;                    ///< what to do; empty: nothing is known
     std::string subject, detail, message;  ///< the error line, in parts and whole
 };
 template <class Fields, Is<Failure> Self>
@@ -61,7 +62,9 @@ void describe(Fields& fields, Self& failure) {
     fields.optional("allowed", failure.allowed, kNumberOrNull, "largest difference of light there that is within the limit");
     fields.required("subject", failure.subject, "asset and place");
     fields.required("detail", failure.detail, "what was found and what was expected");
-    fields.required("message", failure.message, "the whole line");
+    fields.presentIf(!failure.advice.empty(), "advice", failure.advice,
+                     "what to do: the cause if it is known, the key that lowers the error with its cost, the limit that allows it");
+    fields.required("message", failure.message, "the whole line, with the advice");
 }
 
 /// A layout that the scene's list lacks, and the gain if the list had it.

@@ -9,6 +9,7 @@
 
 #include "pipeline/assets/light_map/unpacked_bake.h"
 #include "pipeline/assets/lut/light_moments.h"
+#include "pipeline/report/advice.h"
 #include "pipeline/report/words.h"
 
 namespace lightcook::pipeline {
@@ -176,23 +177,6 @@ public:
     }
 
 private:
-    /// Returns the light map that a light or a mesh belongs to: the one with the same bake; of several, the one whose name theirs begins
-    /// with.
-    const ReportRow* mapOf(const ReportRow& row) const {
-        const auto bakeOf = [](const ReportRow& each) { return each.light ? each.light->bake.value_or("") : std::string(); };
-        const ReportRow* found = nullptr;
-        bool isNamed = false;
-        for (const ReportRow* map : lightMaps_) {
-            if (bakeOf(*map) != bakeOf(row)) continue;
-            const bool begins = row.name.starts_with(map->name + "_");
-            const bool isLonger = found != nullptr && map->name.size() > found->name.size();
-            if (found != nullptr && (!begins || (isNamed && !isLonger))) continue;
-            found = map;
-            isNamed = begins;
-        }
-        return found;
-    }
-
     Shading shadingOf(const ReportRow& map) const {
         Shading shading;
         const auto add = [&](const ReportRow& row, Figures figures, const char* name, double relRms, double light,
@@ -206,7 +190,7 @@ private:
         add(map, kDiffuseFigures, "diffuse", relRmsOf(map, kDiffuseFigures), diffuse);
         for (const ReportRow& row : rows_) {
             const bool isDominant = row.kind == AssetKind::Dominant;
-            if ((!isDominant && row.kind != AssetKind::Mesh) || !row.light || mapOf(row) != &map) continue;
+            if ((!isDominant && row.kind != AssetKind::Mesh) || !row.light || lightMapOf(row, lightMaps_) != &map) continue;
             const double light = lightOf(row, isDominant ? &LightFigures::specularRms : &LightFigures::diffuseRms);
             const Figures figures = isDominant ? kSpecularFigures : kDiffuseFigures;
             if (isDominant) shading.squaredLights[kAnalytic] += square(light);
@@ -247,7 +231,7 @@ private:
         return shares;
     }
 
-    static ShadingError errorOf(const Shading& shading) {
+    ShadingError errorOf(const Shading& shading) const {
         const double error = shading.squaredError(), light = shading.squaredLight();
         ShadingError result;
         result.relRms = relative(error, light);
@@ -269,6 +253,21 @@ private:
         return result;
     }
 
+    /// Returns a sentence that names the part with the largest share, and one that says what lowers it, if that is known; or that there is
+    /// no error, or no finite one.
+    std::string adviceOf(const ShadingError& shading) const {
+        if (!std::isfinite(shading.relRms) || shading.parts.empty() || !std::isfinite(shading.parts.front().share))
+            return "A figure is not finite: there is no sum.";
+        const ErrorPart& first = shading.parts.front();
+        if (first.share == 0) return "There is no error.";
+        const ReportRow& row = *std::ranges::find(rows_, first.asset, &ReportRow::name);
+        const std::string remedy = remedyOf(row, std::nullopt, lightMapOf(row, lightMaps_));
+        // Names of assets stand in quotation marks: one may be called "specular".
+        return fmt::format("{} of the squared error ({}) comes from the {} '{}', in {} light.{}{}",
+                           first.share > 0.5 ? "Most" : "The largest part", humanPercent(first.share), info(first.kind).shortCaption,
+                           first.asset, first.shading, remedy.empty() ? "" : " ", remedy);
+    }
+
     std::vector<ApartError> apart(const Shading& scene) const {
         std::vector<ApartError> errors;
         for (const ReportRow& row : rows_) {
@@ -286,51 +285,10 @@ private:
     double squaredPlain_ = 0;  ///< the same of the light of those that are not divided
 };
 
-constexpr const char* kMagnifiedStage = "magnified";  ///< of dominant lights: filtering between texels
-
-/// Returns true if filtering between the texels of a dominant light makes a larger error than there is at texel centres. The texels are
-/// fitted for the places between them, so that finer codes change little then.
-bool isFiltering(const ErrorPart& part) {
-    return std::ranges::any_of(part.stages,
-                               [&](const StageShare& stage) { return stage.name == kMagnifiedStage && !(stage.share < part.share); });
-}
-
-/// Returns the way to reduce the error of an asset, for more memory or time.
-const char* remedyOf(const ErrorPart& part) {
-    switch (part.kind) {
-        case AssetKind::LightMap:
-            return "a richer layout (a stricter max_visible or max_error, or another light_map_layout) buys most";
-        case AssetKind::Dominant:
-            if (isFiltering(part))
-                return "filtering between texels makes it, and only more texels reduce it: take dominant_layout = \"full\" if it has "
-                       "fewer now, or bake more texels";
-            return "target \"float\" buys most";
-        case AssetKind::Cubemap:
-            return "target \"float\" buys most";
-        case AssetKind::Lut:
-            return "more views or rows of [tables] cost a KiB or two and buy most";
-        case AssetKind::Rsrm:
-        case AssetKind::Mesh:
-            break;
-    }
-    return "more bits (draco = false, or a stricter max_error) buy most";
-}
-
 }  // namespace
 
 std::optional<SceneError> sceneError(const std::vector<ReportRow>& rows) {
     return Whole(rows).error();
-}
-
-std::string adviceOf(const ShadingError& shading) {
-    if (!std::isfinite(shading.relRms) || shading.parts.empty() || !std::isfinite(shading.parts.front().share))
-        return "A figure is not finite: there is no sum.";
-    const ErrorPart& first = shading.parts.front();
-    if (first.share == 0) return "There is no error.";
-    // Names of assets stand in quotation marks: one may be called "specular".
-    return fmt::format("{} of the squared error ({}) comes from the {} '{}', in {} light: {}.",
-                       first.share > 0.5 ? "Most" : "The largest part", humanPercent(first.share), info(first.kind).shortCaption,
-                       first.asset, first.shading, remedyOf(first));
 }
 
 std::string lineOf(const SceneError& whole) {

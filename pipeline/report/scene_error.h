@@ -62,7 +62,7 @@ struct ShadingError {
     std::optional<double> visibleRms, visibleRmsBound;
     std::array<double, kLightNames.size()> lights{};  ///< RMS of each kind of light
     std::vector<ErrorPart> parts;                     ///< the largest share first
-    std::string advice;                               ///< adviceOf
+    std::string advice;                               ///< the largest part, and what lowers it if that is known
 };
 template <class Fields, Is<ShadingError> Self>
 void describe(Fields& fields, Self& shading) {
@@ -77,7 +77,7 @@ void describe(Fields& fields, Self& shading) {
     });
     fields.required("parts", shading.parts, "assets that take part, the largest share first");
     fields.presentIf(!shading.advice.empty(), "advice", shading.advice,
-                     "the part with the largest share and how to reduce it; or that there is no error, or no finite one");
+                     "the part with the largest share, and what lowers it if that is known; or that there is no error, or no finite one");
 }
 
 struct LightMapError {
@@ -120,8 +120,6 @@ void describe(Fields& fields, Self& whole) {
 /// Computes the error of a scene from the rows of a report. Returns nothing if no light map has its RMS of light.
 std::optional<SceneError> sceneError(const std::vector<ReportRow>& rows);
 
-/// Returns a sentence that names the part with the largest share and how to reduce it; or that there is no error, or no finite one.
-std::string adviceOf(const ShadingError& shading);
 /// Returns one line with the number, its bound and the advice.
 std::string lineOf(const SceneError& whole);
 

@@ -172,7 +172,7 @@ class Report(unittest.TestCase):
         light_map['mip_blends'] = [dict(stage, name='mip 0 to 1')]
         light_map['mips_end'] = 'charts would touch'
         light_map['notes'] = {'covered_texels': 812345, 'clamped_high': 0, 'formats_tried': {'bc7': 0.5}}
-        light_map['charts']['few_texels'] = [{'shading': 'specular', 'texels': 3.2}]
+        light_map['charts']['few_texels'] = [{'shading': 'specular', 'texels': 3.2, 'advice': 'The chart of the largest error has 3 texels.'}]
         light_map['trial_candidates'] = [
             {'layout': name, 'bytes_gpu': size, 'bits_per_texel': size / 100, 'diffuse': error, 'specular': error / 2, 'visible_diffuse': 100 * error, 'visible_specular': 150 * error,
              'fetches': 2, 'decode_ops': size // 10, 'table_bytes': 0, **more}
@@ -190,7 +190,7 @@ class Report(unittest.TestCase):
         notes = self.section('Notes')
         self.assert_in_order(notes, 'Texels inside charts', '812,345', 'Errors of the format bc7', '0.500')
         self.assertNotIn('clamped', notes)
-        self.assertIn('Its chart has 3 texels,', self.all('table.worst:not(.seams)')[0])
+        self.assertIn('The chart of the largest error has 3 texels', self.all('table.worst:not(.seams)')[0])
         self.assert_in_order(self.section('Layouts tried'), 'tiny', 'small (next cheaper)', 'hdr (chosen)', 'other (not in layouts)', 'large (next better)')
         self.assertEqual([len(self.all(f'.candidates tr')), len(self.all('.columns .curve')), len(self.all('.columns .curve .dot')), len(self.all('.columns .curve g.chosen'))], [6, 4, 20, 4])
         self.assert_in_order(self.section('Charts: memory'), ' charts. Areas are GPU memory', 'below 1', 'between charts')

@@ -655,11 +655,20 @@ class ControlsSoak(ControlsSuite):
         self.assertEqual(self.browser.evaluate(remarks), [])
         shown = self.browser.evaluate(f'''(() => {{
             const row = lightcook.page.report.assets.find(({{ name }}) => name === "lightmap");
-            row.charts.few_texels = [{{ shading: "specular", texels: 3.2 }}];
+            row.charts.few_texels = [{{ shading: "specular", texels: 3.2, advice: "Give the chart more texels." }}];
             return {remarks};
         }})()''')
         self.assertEqual(len(shown), 1)
-        self.assertTrue(shown[0].startswith('Its chart has 3 texels, and filters read those beside it'), shown[0])
+        self.assertEqual(shown[0], 'Give the chart more texels.')
+
+    def test_what_failed_is_listed_with_the_advice_of_the_report(self):
+        self.browser.open(self.url)
+        self.assertTrue(self.browser.evaluate('lightcook.page.failuresCard() === null'))
+        shown = self.browser.evaluate('''(() => {
+            lightcook.page.report.assets[0].failures = [{ message: "lightmap, stage total: found 2, expected 1. A limit of 2 allows it." }];
+            return lightcook.page.failuresCard().textContent;
+        })()''')
+        self.assertTrue(shown.endswith('found 2, expected 1. A limit of 2 allows it.'), shown)
 
     def test_a_link_reopens_the_view(self):
         canvas = self.browser.place_of('#canvas')

@@ -28,7 +28,6 @@ export function alternativesOf({ trial_candidates: tried, layout, limit }) {
     chosen,
     cheaper: chosen && least(others.filter((each) => each.bytes_gpu < chosen.bytes_gpu), errorOf),
     better: chosen && least(others.filter((each) => errorOf(each) < errorOf(chosen)), bytesOf),
-    kept: least(others.filter((each) => errorOf(each) <= (isVisible ? limit.max_visible : limit?.value)), bytesOf),
     errorOf,
     errorName: isVisible ? "visible error, p99" : "rel_rms",
     limit: isVisible ? limit.max_visible : limit?.value,
@@ -53,7 +52,7 @@ function proportions(report) {
 }
 
 function layouts(asset) {
-  const { chosen, cheaper, better, kept, errorOf, errorName, limit, text } = alternativesOf(asset), name = nameOf(asset);
+  const { chosen, cheaper, better, errorOf, errorName, limit, text } = alternativesOf(asset), name = nameOf(asset);
   if (!chosen) return [];
   const where = asset.trial_share < 1 ? `measured on ${percentText(asset.trial_share)} of the map` : "measured";
   const cost = (each) => `${countText(each.fetches)} fetches and ${countText(each.decode_ops)} operations a sample`;
@@ -62,8 +61,6 @@ function layouts(asset) {
     cheaper && `${name}: layout ${cheaper.layout} in place of ${chosen.layout} saves ${bytesText(chosen.bytes_gpu - cheaper.bytes_gpu)}; ${change(cheaper)}${
       errorOf(cheaper) > limit ? `, over the limit of ${text(limit)}` : ""}. ${cost(cheaper)} in place of ${cost(chosen)}.`,
     better && better.bytes_gpu >= chosen.bytes_gpu && `${name}: layout ${better.layout} costs ${bytesText(better.bytes_gpu - chosen.bytes_gpu)} more; ${change(better)}. ${cost(better)}.`,
-    !asset.passed && kept && kept !== chosen &&
-      `${name} failed: the smallest layout that kept the limit of ${text(limit)} (${errorName}) when it was tried is ${kept.layout}, ${bytesText(kept.bytes_gpu)}.`,
   ];
 }
 

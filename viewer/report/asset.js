@@ -1,6 +1,6 @@
 // The section of an asset: everything that the report holds about it.
 import { make } from "../src/elements.js";
-import { countText, fewTexelsText, numberText, percentText } from "../src/units.js";
+import { countText, numberText, percentText } from "../src/units.js";
 import { alternativesOf } from "./advice.js";
 import { noteCaption, stageCaption, textureCaption } from "./captions.js";
 import {
@@ -117,7 +117,7 @@ function worstTable(asset) {
     const few = asset.charts?.few_texels?.find((each) => each.shading === shading);
     return [
       ...(sampled ? [[`${shading}, largest sample`, figure(figures, "max_sampled"), placeText(sampled), number(sampled.reference), number(sampled.found)]] : []),
-      ...(largest ? [[`${shading}, largest visible error`, visible(errors, "max"), [placeText(largest), few && sub(fewTexelsText(few.texels))],
+      ...(largest ? [[`${shading}, largest visible error`, visible(errors, "max"), [placeText(largest), few && sub(few.advice)],
         colorText(largest.reference), colorText(largest.found)]] : []),
     ];
   });

@@ -43,10 +43,10 @@ function header(report, uses) {
 }
 
 function failures({ assets, budget }) {
-  // A message begins with the name of its asset.
-  const lines = assets.flatMap(({ name, passed, failures: reasons = [] }, i) => (passed ? [] : reasons.map(({ message }) =>
-    make("li", {}, make("a", { href: `#${anchor(i)}` }, name), `: ${message.slice(name.length).replace(/^, /, "")}`))));
-  if (budget.limit_bytes !== null && budget.used_bytes > budget.limit_bytes) lines.push(make("li", {}, `memory budget: ${budgetSentence(budget)}`));
+  // The subject begins with the name of its asset.
+  const lines = assets.flatMap(({ name, passed, failures: reasons = [] }, i) => (passed ? [] : reasons.map(({ subject, detail, advice: todo }) =>
+    make("li", {}, make("a", { href: `#${anchor(i)}` }, name), `: ${subject.slice(name.length).replace(/^, /, "")}: ${detail}`, todo && sub(todo)))));
+  if (budget.limit_bytes !== null && budget.used_bytes > budget.limit_bytes) lines.push(make("li", {}, `memory budget: ${budgetSentence(budget)}`, budget.advice && sub(budget.advice)));
   return lines.length > 0 && make("section", { class: "card failures" }, make("h2", {}, "What failed"), make("ul", {}, lines));
 }
 

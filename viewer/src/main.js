@@ -8,7 +8,7 @@ import { hashOf, initialState, stateOf } from "./link.js";
 import { MemoryCard } from "./memory_card.js";
 import { PlaceCard } from "./place_card.js";
 import { MODES } from "./shading.js";
-import { bytesText, fewTexelsText } from "./units.js";
+import { bytesText } from "./units.js";
 import { View } from "./view.js";
 
 /** @typedef {import("./link.js").State} State */
@@ -239,10 +239,10 @@ export class Page {
   build() {
     const view = /** @type {View} */ (this.view);
     this.buildStage();
-    const header = this.header(), settings = [this.viewCard(), this.lightCard()], worst = this.worstCard();
+    const header = this.header(), settings = [this.viewCard(), this.lightCard()], failures = this.failuresCard(), worst = this.worstCard();
     this.place = new PlaceCard(this);
     const memory = new MemoryCard(this);
-    this.panel.replaceChildren(header, ...settings, ...(worst ? [worst] : []), this.place.element, memory.element, this.helpCard());
+    this.panel.replaceChildren(header, ...settings, ...[failures, worst].filter((card) => card !== null), this.place.element, memory.element, this.helpCard());
     const missing = view.maps.filter(({ data }) => !data.reference);
     for (const { data } of missing)
       this.panel.children[1].append(make("p", { class: "note warning" }, `${data.name}: no float bake to compare with. ${data.reference_missing ?? ""}`));
@@ -403,6 +403,13 @@ export class Page {
     return [view.setFor(layout), ...(beside ? [view.setFor(beside)] : [])].some(({ maps }) => maps.some(({ decode }) => decode.layout.hasLight));
   }
 
+  /** Makes the list of what failed, with the advice of the report; null where all passed. */
+  failuresCard() {
+    const failures = (this.report?.assets ?? []).flatMap((/** @type {any} */ { failures: found = [] }) => found);
+    if (failures.length === 0) return null;
+    return make("section", { class: "card" }, make("h2", {}, "What failed"), ...failures.map((/** @type {any} */ { message }) => make("p", { class: "note warning" }, message)));
+  }
+
   worstCard() {
     const view = /** @type {View} */ (this.view);
     const places = view.maps.flatMap(({ data }, map) => data.worst.map((place) => ({ ...place, map }))).sort((a, b) => b.visible - a.visible);
@@ -422,7 +429,7 @@ export class Page {
   remarkOfPlace({ map, what, stage }) {
     const row = this.report?.assets?.find((/** @type {any} */ each) => each.name === this.view?.maps[map].data.name);
     const few = stage === "total" && row?.charts?.few_texels?.find((/** @type {any} */ each) => each.shading === what);
-    return few ? fewTexelsText(few.texels) : "";
+    return few?.advice ?? "";
   }
   /** Returns the light-map UV of a place. Texels of stage "total" are those of the bake, others those of the light map.
    * @param {{ map: number, stage: string, texel: [number, number] }} place integers are centres @returns {[number, number] | undefined} */

@@ -68,9 +68,3 @@ export function visibleText(value) {
 export function exactText(value) {
   return Number.isFinite(value) ? String(value) : NOT_FINITE;
 }
-
-/** Returns why no layout helps a place in a chart that filters read past. @param {number} texels of the chart */
-export function fewTexelsText(texels) {
-  const words = counted(Math.max(1, Math.round(texels)), "texel");
-  return `Its chart has ${words}, and filters read those beside it: no layout lowers this error much. Give the chart more texels in the bake.`;
-}

@@ -1,5 +1,7 @@
 #include "pipeline/assets/light_map/small_charts.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -95,6 +97,14 @@ std::optional<double> fewTexelsAt(std::span<const SurfaceTriangle> triangles, co
     return area;
 }
 
+std::string adviceOn(double texels) {
+    const long long count = std::max(1LL, std::llround(texels));
+    return fmt::format(
+        "The chart of the largest error has {} texel{}, and filters read those beside it: no layout lowers this error much. "
+        "Give the chart more texels in the bake.",
+        count, count == 1 ? "" : "s");
+}
+
 }  // namespace
 
 std::optional<double> fewTexelsAt(std::span<const SurfaceTriangle> triangles, const glm::dvec2& size, const glm::dvec2& place) {
@@ -107,7 +117,7 @@ std::vector<FewTexels> fewTexelsOf(const verify::StageError& stage, std::span<co
     for (const auto& [shading, figures] : {std::pair("diffuse", &stage.diffuse), std::pair("specular", &stage.specular)}) {
         if (!figures->visible || !figures->visible->maxAt.isKnown()) continue;
         const verify::VisiblePlace& at = figures->visible->maxAt;
-        if (const auto texels = fewTexelsAt(triangles, vertices, size, {at.x, at.y})) few.push_back({shading, *texels});
+        if (const auto texels = fewTexelsAt(triangles, vertices, size, {at.x, at.y})) few.push_back({shading, *texels, adviceOn(*texels)});
     }
     return few;
 }

@@ -14,6 +14,7 @@
 #include "pipeline/report/collection.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
+#include "pipeline/report/words.h"
 #include "tests/pipeline/report_parts.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -663,7 +664,7 @@ protected:
     static void expectOverBudget(const Outcome& outcome) {
         ASSERT_EQ(outcome.errors.size(), 1u);
         EXPECT_EQ(outcome.errors[0].code, ErrorCode::OverBudget);
-        EXPECT_THAT(outcome.errors[0].line(), HasSubstr(fmt::format("found {} bytes of GPU memory", used(outcome))));
+        EXPECT_THAT(outcome.errors[0].line(), HasSubstr(fmt::format("found {} of GPU memory", sizeWords(used(outcome)))));
         EXPECT_EQ(views(outcome), kLeastViewCount) << "the least bytes that are possible";
     }
 };

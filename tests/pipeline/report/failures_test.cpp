@@ -15,6 +15,7 @@ namespace {
 using testing::_;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 class Failures : public testing::Test {
 protected:
@@ -113,6 +114,71 @@ TEST(LimitNames, AreThoseOfTheSceneFileOrOfTheCommand) {
                 ElementsAre(HasSubstr("(max_converter_error)"), HasSubstr("(max_visible of the asset, or max_converter_visible)"), _));
     EXPECT_THAT(lines(AssetKind::Cubemap, LimitsFrom::Converter),
                 ElementsAre(HasSubstr("(--max-error)"), HasSubstr("(--max-visible)"), HasSubstr("(--max-visible-bound)")));
+}
+
+/// A light map over a limit of 5 on visible errors, of which 12.34 is the largest.
+ReportRow mapOverLimit() {
+    ReportRow row = rowOverLimits(AssetKind::LightMap);
+    row.layout = "basis-4";
+    row.bytesGpu = 4096;
+    verify::StageError& stage = row.verdict.stages[0];
+    stage.specular.visible.emplace().p99 = 12.34;
+    row.verdict = makeVerdict({stage}, {{Limit::Visible, 5}});
+    return row;
+}
+std::string adviceOf(const ReportRow& row) {
+    const std::vector<Failure> failures = failuresOf(row, LimitsFrom::SceneFile);
+    for (const Failure& failure : failures) {
+        EXPECT_EQ(failure.message, fmt::format("{}: {}. {}", failure.subject, failure.detail, failure.advice));
+        EXPECT_EQ(errorsOf({failure})[0].line(), failure.message);
+    }
+    return failures.back().advice;
+}
+
+TEST(FailureAdvice, NamesTheSmallestLayoutThatKeptTheLimitAndWhatItCosts) {
+    ReportRow row = mapOverLimit();
+    EXPECT_EQ(adviceOf(row), "light_map_layout = \"auto\" takes the smallest layout that keeps the limit. A limit of 12.4 allows it.");
+    const auto tried = [](const char* layout, std::uint64_t bytes, double visible, bool isExcluded = false) {
+        return TrialCandidate{layout, bytes, 1, 0, 0, 1, visible, 1, 1, 0, isExcluded};
+    };
+    row.trialCandidates = {tried("basis-4", 4096, 12), tried("godot", 5000, 1, true), tried("basis-8", 6144, 4.5), tried("raw", 9000, 1)};
+    EXPECT_EQ(adviceOf(row),
+              "light_map_layout = \"basis-8\" keeps the limit (visible error 4.5 when it was tried, 2.00 KiB more). A limit of 12.4 "
+              "allows it.");
+    row.trialCandidates = {tried("basis-4", 4096, 12), tried("basis-8", 6144, 7.5)};
+    EXPECT_THAT(adviceOf(row), StartsWith("No layout keeps the limit: the least is that of basis-8 (visible error 7.5 when"));
+    row.trialCandidates = {tried("basis-3", 3072, 23), tried("basis-4", 4096, 12)};
+    EXPECT_EQ(adviceOf(row), "No layout has less. A limit of 12.4 allows it.");
+    row.trialCandidates->push_back(tried("hdr-2", 8192, 4.5, true));
+    EXPECT_THAT(adviceOf(row), StartsWith("hdr-2, which layouts leaves out, keeps the limit (visible error 4.5 when"));
+    row.layout = "godot";
+    row.trialCandidates.reset();
+    EXPECT_EQ(adviceOf(row), "A limit of 12.4 allows it.") << "the engine reads no other layout";
+}
+
+TEST(FailureAdvice, NamesAChartOfFewTexelsAsTheCause) {
+    ReportRow row = mapOverLimit();
+    row.charts.emplace().few = {{"specular", 3, "Give the chart more texels."}};
+    EXPECT_THAT(adviceOf(row), StartsWith("Give the chart more texels. light_map_layout"));
+}
+
+TEST(FailureAdvice, NamesWhatADominantLightAndTablesLack) {
+    ReportRow map = mapOverLimit(), light = mapOverLimit();
+    light.kind = AssetKind::Dominant;
+    light.name = "a_dominant";
+    light.bytesGpu = 1024;
+    map.width = map.height = 64;
+    light.width = light.height = 32;
+    const auto adviceBeside = [&](const ReportRow& row) { return failuresOf(row, LimitsFrom::SceneFile, &map).back().advice; };
+    EXPECT_EQ(adviceBeside(light),
+              "dominant_layout = \"full\" has a texel for each of the light map (3.00 KiB more). A limit of 12.4 allows it.");
+    light.width = light.height = 64;
+    EXPECT_EQ(adviceBeside(light), "A limit of 12.4 allows it.");
+    ReportRow tables = mapOverLimit();
+    tables.kind = AssetKind::Lut;
+    tables.width = 8;
+    tables.bytesGpu = 1536;
+    EXPECT_EQ(adviceOf(tables), "views = 24 in [tables] in place of 8 takes 3.00 KiB more. A limit of 12.4 allows it.");
 }
 
 /// Nothing that fails a verdict may be without a failure: the error lines and the exit code come from these.

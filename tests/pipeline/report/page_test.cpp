@@ -72,7 +72,7 @@ TEST(ReportPage, HoldsTheReportAndItsHistory) {
     expected.erase("files");  // the page is one of the files
     EXPECT_EQ(data.at("report"), expected);
     EXPECT_EQ(data.at("history"), jsonOf(history));
-    EXPECT_EQ(data.at("uses"), Json::parse(R"([{"share": 0.5, "words": "rel_rms 1.00 % of 2.00 %"}])"));
+    EXPECT_EQ(data.at("uses"), Json::parse(R"([{"share": 0.5, "words": "rel_rms 1.00 % of 2 %"}])"));
     EXPECT_EQ(data.at("kinds").at("light-map"), "light map");
     EXPECT_EQ(data.at("formats").at("bc7"), (Json{{"side", 4}, {"bytes", 16}}));
     EXPECT_EQ(renderReportHtml(report, {""}, history), renderReportHtml(report, {""}, history));
@@ -83,8 +83,10 @@ TEST(ReportPage, HasVerdictFailuresAndTableWithoutScripts) {
     report.incomplete = IncompleteCook{{"sky"}, {}};
     const std::string page = renderReportHtml(report, {""});
     EXPECT_THAT(page, AllOf(HasSubstr("<title>lobby: failed</title>"),
-                            HasSubstr("<h1>lobby</h1>\n<p>failed: 1 of 3 assets passed, 4718592 "), HasSubstr("<li>sky: not cooked</li>"),
-                            HasSubstr("<li>other, stage total, specular: found rel_rms 0.031, expected at most 0.02 (max_error)</li>"),
+                            HasSubstr("<h1>lobby</h1>\n<p>failed: 1 of 3 assets passed, 4.50 MiB of GPU memory</p>"),
+                            HasSubstr("<li>sky: not cooked</li>"),
+                            HasSubstr("<li>other, stage total, specular: found rel_rms 0.031, expected at most 0.02 (max_error). "),
+                            HasSubstr(" A limit of 0.031 allows it.</li>"),
                             HasSubstr("<tr><td>map</td><td>1572864</td><td>1.00 %</td><td>2.00 %</td><td>passed</td></tr>"),
                             HasSubstr("<tr><td>other</td><td>1572864</td><td>3.10 %</td><td>2.00 %</td><td>failed</td></tr>"),
                             HasSubstr("<tr><td>third</td><td>1572864</td><td>not finite</td><td>2.00 %</td><td>failed</td></tr>")));

@@ -63,6 +63,7 @@ TEST(SmallCharts, AreFoundForEachKindOfLight) {
     ASSERT_EQ(few.size(), 1u);
     EXPECT_EQ(few[0].shading, "specular");
     EXPECT_NEAR(few[0].texels, 6, 1e-9);
+    EXPECT_THAT(few[0].advice, testing::StartsWith("The chart of the largest error has 6 texels, and filters read those beside it: no"));
     stage.specular.visible.reset();
     EXPECT_THAT(fewTexelsOf(stage, triangles, kSmallMap), testing::IsEmpty());
 }

@@ -1,0 +1,30 @@
+// What lowers the error of an asset, from what its cook measured: one source for the words under a failure, in terminal, page, viewer,
+// JUnit and SARIF, and beside the error of the whole shading. What is not known is not said.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/report/report_row.h"
+
+namespace lightcook::pipeline {
+
+/// Returns the row of the light map that a dominant light or a mesh belongs to: the one with the same bake; of several, the one whose name
+/// theirs begins with. Null: there is none.
+const ReportRow* lightMapOf(const ReportRow& row, const std::vector<const ReportRow*>& lightMaps);
+
+/// Returns what is known to lower the error of an asset: the key to write, what it gives and what it costs. Empty: nothing is known.
+/// over      a figure that is over its limit, which the remedy is to bring back; none: any lower error helps
+/// lightMap  that a dominant light belongs to; may be null
+std::string remedyOf(const ReportRow& row, const std::optional<Check>& over, const ReportRow* lightMap);
+
+/// Returns the advice under a figure over its limit: the cause if it is known, the remedy, and the value of the limit that allows it.
+std::string adviceOn(const ReportRow& row, const Check& over, const ReportRow* lightMap);
+
+/// Returns the advice under a budget that is not kept: what takes most of it, whether other layouts would help, the budget that allows it.
+/// isChosen  the budget chose the layouts
+std::string budgetAdvice(const std::vector<ReportRow>& rows, std::uint64_t usedBytes, bool isChosen);
+
+}  // namespace lightcook::pipeline
