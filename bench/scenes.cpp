@@ -1,6 +1,7 @@
-// lightcook_bench: time, memory, bytes and error of cooking the light maps of ../shared/data, as a Markdown table. It has one row for each
-// scene and layout; a change to any module must not worsen these figures. It runs the program as a user would, with a new cache, so that
-// seconds and memory are those of a whole cook with its verification.
+// lightcook_bench: time, memory, bytes and error of cooking the light maps of ../shared/data, as Markdown tables. The first has a row for
+// each scene and layout; a change to any module must not worsen these figures. The second has the scenes as `init` writes them, with their
+// meshes and probes: the table of the README. It runs the program as a user would, with a new cache, so that seconds and memory are those
+// of a whole cook with its verification.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -53,6 +54,7 @@ struct Row {
     double seconds = 0;       ///< median of the runs
     double secondsAgain = 0;  ///< of a second cook of the unchanged scene
     std::int64_t peakRssBytes = 0;
+    std::int64_t gpuBytes = 0;  ///< of the scene
 };
 
 /// Runs a cook. Throws std::runtime_error with its output if it fails.
@@ -63,14 +65,13 @@ ProgramRun cookOnce(const std::vector<std::string>& command, const fs::path& log
     return cooked;
 }
 
-/// Cooks one map `runs` times with an empty cache, and once more unchanged.
-Row cook(const Options& options, const fs::path& program, const std::string& scene, const fs::path& lightMap, const std::string& layout) {
+/// Cooks a scene of one light map `runs` times with an empty cache, and once more unchanged.
+Row cook(const Options& options, const fs::path& program, const std::string& scene, const fs::path& sceneFile, const std::string& layout) {
     const TemporaryFolder folder;
-    const fs::path sceneFile = folder.path() / "scene.toml", out = folder.path() / "out", log = folder.path() / "log";
-    writeScene(sceneFile, scene, lightMap, layout);
+    const fs::path out = folder.path() / "out", log = folder.path() / "log";
     ::setenv("LIGHTCOOK_CACHE", (folder.path() / "cache").c_str(), 1);
     const std::vector<std::string> command = {program.string(), "cook", sceneFile.string(), "-o", out.string()};
-    Row row{scene, layout, {}, 0, 0, 0};
+    Row row{scene, layout, {}, 0, 0, 0, 0};
     std::vector<double> seconds;
     for (int i = 0; i < options.runs; ++i) {
         fs::remove_all(folder.path() / "cache");
@@ -83,6 +84,7 @@ Row cook(const Options& options, const fs::path& program, const std::string& sce
     row.seconds = seconds[seconds.size() / 2];
     row.secondsAgain = cookOnce(command, log, scene + " " + layout + ", again").seconds;
     const Json report = Json::parse(contentOf(out / "report.json"));
+    row.gpuBytes = report.at("budget").at("used_bytes").get<std::int64_t>();
     for (const Json& asset : report.at("assets")) {
         if (asset.at("kind") == "light-map") row.lightMap = asset;
     }
@@ -117,6 +119,23 @@ void printRow(const Row& row) {
                   pair("max_sampled"), pair("max_bound"), row.seconds, row.secondsAgain, row.peakRssBytes >> 20);
 }
 
+/// Writes and cooks the scene of a light map and of the files beside it whose names begin with its own, as a new user would.
+void benchDraft(const Options& options, const fs::path& program, const std::string& scene, const fs::path& lightMap) {
+    const TemporaryFolder folder;
+    const fs::path inputs = folder.path() / "scene", file = folder.path() / "scene.toml", out = folder.path() / "out";
+    fs::create_directory(inputs);
+    for (const auto& entry : fs::directory_iterator(fs::absolute(lightMap).parent_path()))
+        if (entry.path().filename().string().starts_with(scene)) fs::create_symlink(entry.path(), inputs / entry.path().filename());
+    cookOnce({program.string(), "init", inputs.string(), "-o", file.string()}, folder.path() / "log", scene + ", init");
+    const Row row = cook(options, program, scene, file, "as init writes it");
+    const Json& map = row.lightMap;
+    const auto texels = map.at("width").get<std::int64_t>() * map.at("height").get<std::int64_t>();
+    constexpr int kFloats = 27;
+    printTableRow("{} | {} MiB | {:.2f} MiB | {} | {:.1f} | {:.1f}", scene, kFloats * 4 * texels >> 20,
+                  static_cast<double>(row.gpuBytes) / (1 << 20), map.at("layout").get<std::string>(),
+                  map.at("whole").at("visible").at("p99").get<double>(), row.seconds);
+}
+
 Json toJson(const Row& row) {
     return {{"scene", row.scene},
             {"layout", row.layout},
@@ -135,11 +154,17 @@ int benchScenes(const Options& options) {
     Json rows = Json::array();
     for (const auto& [scene, lightMap] : sceneFiles(options.data, options.scene)) {
         for (const std::string& layout : options.layouts) {
-            const Row row = cook(options, program, scene, lightMap, layout);
+            const TemporaryFolder folder;
+            writeScene(folder.path() / "scene.toml", scene, lightMap, layout);
+            const Row row = cook(options, program, scene, folder.path() / "scene.toml", layout);
             printRow(row);
             rows.push_back(toJson(row));
         }
     }
+    fmt::print("\nWhole scenes as init writes them: a visible error (p99) of what a pixel shows within 5.\n\n");
+    printTableHead({"scene", ">float bake", ">GPU", "light map", ">visible", ">s"});
+    for (const auto& [scene, lightMap] : sceneFiles(options.data, options.scene))
+        if (fs::exists(lightMap.parent_path() / (scene + ".glb"))) benchDraft(options, program, scene, lightMap);
     if (!options.json.empty()) std::ofstream(options.json) << rows.dump(1) << '\n';
     return 0;
 }

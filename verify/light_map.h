@@ -79,7 +79,8 @@ struct LightMapSampling {
 /// The key of a map: log-average luminance of the reference's exit radiance at the texels' own normals (docs/theory/error.md).
 class LightMapKey {
 public:
-    explicit LightMapKey(const glm::vec3& luminanceWeights = lighting::kRec709Luminance);
+    /// isCoverageKnown  false: the bake does not say which texels lie inside charts, and those without any light count as gaps
+    explicit LightMapKey(const glm::vec3& luminanceWeights = lighting::kRec709Luminance, bool isCoverageKnown = true);
     /// Adds rows [firstRow, firstRow + rowCount), which the strip must hold.
     void add(const formats::LightMapStrip& strip, int firstRow, int rowCount);
     void merge(const LightMapKey& other);
@@ -99,6 +100,7 @@ private:
     Bin sum() const;
 
     glm::vec3 luminanceWeights_;
+    bool isCoverageKnown_;
     std::vector<Bin> bins_;  ///< by log2 of the luminance
 };
 

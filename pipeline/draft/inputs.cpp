@@ -114,7 +114,9 @@ private:
             return {};
         }
         meshes_.push_back(found.file);
-        if (!scene->materials().empty()) haveMaterials_.insert(found.file);
+        // glTF's own stands for those that nobody gave.
+        if (std::ranges::find(scene->materials(), "default", &formats::MaterialNeeds::name) == scene->materials().end())
+            haveMaterials_.insert(found.file);
         return {};
     }
     /// Returns what to write for a glTF that holds light maps of Unreal.

@@ -18,7 +18,7 @@ struct DraftLightMap {
     bool hasCoverage = true;                      ///< false: the file does not say which texels lie inside charts
     bool isGuess = false;                         ///< nothing but the file's shape or name says that it is a light map
     std::optional<std::filesystem::path> mesh{};  ///< that it lies on
-    bool hasMaterials = false;                    ///< the mesh has them
+    bool hasMaterials = false;                    ///< all of the mesh have one
 };
 struct DraftProbe {
     std::filesystem::path file;

@@ -19,14 +19,16 @@ constexpr double kLogUnits = 1 << 24;
 
 }  // namespace
 
-LightMapKey::LightMapKey(const glm::vec3& luminanceWeights)
-    : luminanceWeights_(luminanceWeights), bins_(static_cast<std::size_t>((kHighestExponent - kLowestExponent) * kBinsPerOctave)) {}
+LightMapKey::LightMapKey(const glm::vec3& luminanceWeights, bool isCoverageKnown)
+    : luminanceWeights_(luminanceWeights),
+      isCoverageKnown_(isCoverageKnown),
+      bins_(static_cast<std::size_t>((kHighestExponent - kLowestExponent) * kBinsPerOctave)) {}
 
 void LightMapKey::add(const formats::LightMapStrip& strip, int firstRow, int rowCount) {
     assert(firstRow >= strip.firstRow && firstRow + rowCount <= strip.firstRow + strip.sh.height());
     for (int y = firstRow - strip.firstRow; y < firstRow - strip.firstRow + rowCount; ++y)
         for (int x = 0; x < strip.sh.width(); ++x) {
-            if (strip.covered.at(x, y) == 0) continue;
+            if (strip.covered.at(x, y) == 0 || (!isCoverageKnown_ && strip.sh.at(x, y) == lighting::ShRgb{})) continue;
             const lighting::ShRgb exit = lighting::convolve(strip.sh.at(x, y), lighting::kExitRadianceBands);
             const float luminance = glm::dot(lighting::evaluate(exit, strip.normal.at(x, y)), luminanceWeights_);
             const double logarithm = std::log(std::max(static_cast<double>(luminance), 1e-12));

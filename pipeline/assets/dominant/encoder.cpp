@@ -6,6 +6,7 @@
 
 #include "fit/dominant_light.h"
 #include "formats/padding.h"
+#include "pipeline/assets/light_map/survey.h"
 #include "pipeline/graph/parallel_for.h"
 #include "verify/light_map.h"
 
@@ -102,7 +103,7 @@ Result<Measured> measure(LightMapSource& source, const fit::FilteredLightOptions
     const auto parts =
         mapInOrder<Measured>(source.chunkCount(), context, "measure " + context.action.asset, [&](int index) -> Result<Measured> {
             LC_TRY(chunk, source.chunk(index));
-            Measured part{0, verify::LightMapKey(source.luminanceWeights())};
+            Measured part{0, emptyKeyOf(source)};
             part.key.add(**chunk, (*chunk)->firstRow, source.chunkRows(index));
             if (options.light.fit != fit::DominantFit::Closed) {
                 for (const lighting::ShRgb& sh : (*chunk)->sh.texels())
@@ -115,7 +116,7 @@ Result<Measured> measure(LightMapSource& source, const fit::FilteredLightOptions
             return part;
         });
     if (!parts) return tl::make_unexpected(parts.error());
-    Measured whole{0, verify::LightMapKey(source.luminanceWeights())};
+    Measured whole{0, emptyKeyOf(source)};
     for (const Measured& part : *parts) {
         whole.brightest = std::max(whole.brightest, part.brightest);
         whole.key.merge(part.key);

@@ -10,10 +10,14 @@ using formats::Result;
 namespace {
 
 MeasuredLightMap emptyMeasure(const LightMapSource& source, bool hasSharedExit) {
-    return {compress::LightMapMeasure(source.luminanceWeights(), hasSharedExit), verify::LightMapKey(source.luminanceWeights()), {}, 0};
+    return {compress::LightMapMeasure(source.luminanceWeights(), hasSharedExit), emptyKeyOf(source), {}, 0};
 }
 
 }  // namespace
+
+verify::LightMapKey emptyKeyOf(const LightMapSource& bake) {
+    return verify::LightMapKey(bake.luminanceWeights(), bake.hasCoverage());
+}
 
 Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext& context) {
     return surveyKey(
@@ -25,12 +29,12 @@ Result<verify::LightMapKey> surveyKey(const LightMapSource& bake, const ChunkFun
     const auto parts =
         mapInOrder<LightMapKey>(bake.chunkCount(), context, "survey " + context.action.asset, [&](int index) -> Result<LightMapKey> {
             LC_TRY(chunk, chunkOf(index));
-            LightMapKey part(bake.luminanceWeights());
+            LightMapKey part = emptyKeyOf(bake);
             part.add(**chunk, (*chunk)->firstRow, bake.chunkRows(index));
             return part;
         });
     if (!parts) return tl::make_unexpected(parts.error());
-    LightMapKey key(bake.luminanceWeights());
+    LightMapKey key = emptyKeyOf(bake);
     for (const LightMapKey& part : *parts) key.merge(part);
     return key;
 }

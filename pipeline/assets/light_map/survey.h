@@ -14,6 +14,8 @@ namespace lightcook::pipeline {
 /// Chunk `index` of a light map.
 using ChunkFunction = std::function<formats::Result<std::shared_ptr<const formats::LightMapStrip>>(int index)>;
 
+/// Returns a key of none of a bake's texels.
+verify::LightMapKey emptyKeyOf(const LightMapSource& bake);
 /// Returns the luminances of a bake's exit radiance: the key of every error figure, and that which a display is exposed for.
 formats::Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext& context);
 /// The same of chunks that are not those of the bake itself.

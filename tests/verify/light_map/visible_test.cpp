@@ -183,6 +183,25 @@ TEST(LightMapKey, OfTheDisplayIsTheDefinition) {
     }
 }
 
+/// Of a bake that does not say which texels lie inside charts, black gaps would brighten the picture of the rest.
+TEST(LightMapKey, LeavesOutTexelsWithoutLightWhereNoCoverageIsKnown) {
+    LightMapStrip bake = synthetic::makeBand(synthetic::Kind::Gradient, kVisibleWidth, 0, kVisibleHeight);
+    LightMapKey charts;
+    charts.add(bake, 0, kVisibleHeight);
+    ASSERT_LT(charts.coveredTexels(), kVisibleWidth * kVisibleHeight);
+    for (int y = 0; y < kVisibleHeight; ++y)
+        for (int x = 0; x < kVisibleWidth; ++x) {
+            if (bake.covered.at(x, y) == 0) bake.sh.at(x, y) = {};
+            bake.covered.at(x, y) = 1;
+        }
+    LightMapKey known, unknown(lighting::kRec709Luminance, false);
+    known.add(bake, 0, kVisibleHeight);
+    unknown.add(bake, 0, kVisibleHeight);
+    EXPECT_EQ(unknown.displayKey(), charts.displayKey());
+    EXPECT_EQ(unknown.key(), charts.key());
+    EXPECT_LT(known.displayKey(), charts.displayKey()) << "where a texel is said to be covered, its black is black light";
+}
+
 /// The verdict is that of the surface; figures of texel centres stand beside it, and the largest error is that of both.
 TEST(VisibleError, OfTheWholeIsThatOfTheSurface) {
     test::Cooked cooked = test::cook(synthetic::makeBand(synthetic::Kind::Spikes, kVisibleWidth, 0, kVisibleHeight),
