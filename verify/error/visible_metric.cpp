@@ -106,6 +106,20 @@ const glm::dvec3& VisibleMetric::itp(int row) {
     return kRows[row];
 }
 
+double VisibleMetric::largestStep() {
+    static const double kLargest = [] {
+        double largest = 0;
+        for (int corner = 0; corner < 4; ++corner) {
+            const glm::dvec3 at(1, (corner & 1) == 0 ? 1 : -1, (corner & 2) == 0 ? 1 : -1);
+            double squares = 0;
+            for (int i = 0; i < 3; ++i) squares += glm::dot(itp(i), at) * glm::dot(itp(i), at);
+            largest = std::max(largest, squares);
+        }
+        return std::sqrt(largest);
+    }();
+    return kLargest;
+}
+
 double VisibleMetric::roundedUp(double difference) {
     const double bound = difference * (1 + kBoundRounding) + kVisibleRounding;
     return bound < kUnbounded ? bound : kUnbounded;
@@ -120,18 +134,8 @@ double VisibleMetric::lowest(int row, const glm::dvec3& low) const {
 
 bool VisibleMetric::cannotExceedCheaply(const glm::dvec3& low, const glm::dvec3& error, double limit) const {
     // |PQ(X) - PQ(Y)| <= kSteepestSlope |log(X / Y)|, and |log(1 - share)| <= 2 ln 2 share up to a share of 1/2. Opposite steps of the
-    // codes make the largest difference; `kLargest` is its length for steps of 1 (coarseBound).
+    // codes make the largest difference.
     constexpr double kMostShare = 0.5, kLogarithm = 1.3863;
-    static const double kLargest = [] {
-        double largest = 0;
-        for (int corner = 0; corner < 4; ++corner) {
-            const glm::dvec3 at(1, (corner & 1) == 0 ? 1 : -1, (corner & 2) == 0 ? 1 : -1);
-            double squares = 0;
-            for (int i = 0; i < 3; ++i) squares += glm::dot(itp(i), at) * glm::dot(itp(i), at);
-            largest = std::max(largest, squares);
-        }
-        return std::sqrt(largest);
-    }();
     double share = 0;
     for (int k = 0; k < 3; ++k) {
         double difference = 0;
@@ -140,7 +144,7 @@ bool VisibleMetric::cannotExceedCheaply(const glm::dvec3& low, const glm::dvec3&
         if (!(difference <= kMostShare * std::max(lowest(k, low), kLowest))) return false;
         share = std::max(share, difference / std::max(lowest(k, low), kLowest));
     }
-    return kLargest * (kCurveRounding + kSteepestSlope * kLogarithm * share) + 2 * kVisibleRounding < limit;
+    return largestStep() * (kCurveRounding + kSteepestSlope * kLogarithm * share) + 2 * kVisibleRounding < limit;
 }
 
 double VisibleMetric::coarseBound(const glm::dvec3& low, const glm::dvec3& error) const {
@@ -213,6 +217,10 @@ double VisibleMetric::steepness(double nits) {
     return 1 - kM1 * (1 + (kM2 - 1) * (kC2 * y / (kC1 + kC2 * y) - kC3 * y / (1 + kC3 * y)) - 2 * kC3 * y / (1 + kC3 * y));
 }
 
+Interval VisibleMetric::steepnessBetween(const Interval& nits) {
+    return {steepness(nits.low) - kSteepnessMargin, steepness(nits.high) + kSteepnessMargin};
+}
+
 Interval VisibleMetric::codes(const Interval& x, const Interval& y, const Interval& difference, const Interval& slope) {
     Interval out = {difference.low < 0 ? slope.high * difference.low : slope.low * difference.low,
                     difference.high > 0 ? slope.high * difference.high : slope.low * difference.high};
@@ -223,7 +231,7 @@ Interval VisibleMetric::codes(const Interval& x, const Interval& y, const Interv
 }
 
 Interval VisibleMetric::secantRatio(const Interval& ratio, const Interval& nits) {
-    const double least = steepness(nits.low) - kSteepnessMargin, most = steepness(nits.high) + kSteepnessMargin;
+    const auto [least, most] = steepnessBetween(nits);
     return {std::min(std::pow(ratio.high, -least), std::pow(ratio.high, -most)),
             std::max(std::pow(ratio.low, -least), std::pow(ratio.low, -most))};
 }

@@ -50,13 +50,19 @@ public:
     const glm::dvec3& lms(int row) const { return lms_[static_cast<std::size_t>(row)]; }
     /// Returns the factors of the codes L', M', S' in I, T or P, scaled to Delta E ITP.
     static const glm::dvec3& itp(int row);
+    /// Returns the largest difference of lights whose codes differ by at most 1 each.
+    static double largestStep();
     double black() const { return black_; }
+    /// Returns true if no channel lowers L, M or S.
+    bool isPositive() const { return isPositive_; }
     /// Returns the lowest L, M or S of light that is nowhere below `low` by channel.
     double lowest(int row, const glm::dvec3& low) const;
 
     /// Returns an upper bound of the difference of any two lights whose numbers are finite: 555 to 929 Delta E ITP for Rec.709 and
     /// BT.2020, by the black of the display (0.005 to 100 cd/m^2).
     double mostVisible() const { return mostVisible_; }
+    /// Returns the same of the difference in T and P alone.
+    double mostColour() const { return mostColour_; }
     /// Returns an upper bound of the difference of any light in a box of channels and any in another one; infinite unless
     /// all numbers are finite.
     /// error  range of found - reference, by channel
@@ -78,6 +84,8 @@ public:
     static Interval slopes(const Interval& x, const Interval& y);
     /// Returns 1 - d log(z PQ'(z)) / d log z, within 0.01. It rises with the luminance z.
     static double steepness(double nits);
+    /// Returns an interval of it over luminances, rounding included.
+    static Interval steepnessBetween(const Interval& nits);
     /// Returns an interval of PQ(y) - PQ(x), for y - x in `difference` and the secant in `slope`.
     static Interval codes(const Interval& x, const Interval& y, const Interval& difference, const Interval& slope);
     /// Returns an interval of the ratio of the curve's secant at one luminance to that at another one. Between z and a multiple rho z the

@@ -4,7 +4,8 @@
 // W = sum of w_i over them, R = (sum of w_i r_i) / W. In Bernstein form over a rectangle where W > 0, of degree d + 1 along each axis,
 //   W D = sum_jk B_jk b_jk,  W = sum_jk B_jk W_jk,  W R = sum_jk B_jk W_jk R_jk,
 // where W and W R are bilinear: W_jk and R_jk are their values at the nodes. Therefore D and R are means of b_jk / W_jk and of R_jk with
-// the same weights, B_jk W_jk / W. Without uncovered texels W is 1, and the degree d is enough.
+// the same weights, B_jk W_jk / W. Without uncovered texels W is 1, and the degree d is enough. Filter "decoded" mixes the covered texels
+// alone, so that W D is bilinear, too.
 #pragma once
 
 #include <limits>
@@ -28,8 +29,8 @@ public:
         whole_.size = glm::vec2(0.5f);
     }
     const PlaceRectangle& whole() const { return whole_; }
-    /// Returns the control vectors along each axis of this quad: one more if some of its texels are not covered.
-    std::size_t nodes() const { return quad_.isCovered() ? decoder_.nodes() : decoder_.nodes() + 1; }
+    /// Returns the control vectors along each axis of this quad: one more if some of its texels are not covered, and all are filtered.
+    std::size_t nodes() const { return quad_.isCovered() || decoder_.isMixed() ? decoder_.nodes() : decoder_.nodes() + 1; }
 
     /// Returns the control vectors over a rectangle; of one without size, the light there.
     CellLight over(const PlaceRectangle& place) const { return place.size.x == 0 ? at(place.low) : overArea(place); }

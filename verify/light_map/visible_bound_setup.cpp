@@ -19,7 +19,8 @@ CoarseKernels padded(CoarseKernels kernels) {
 
 }  // namespace
 
-VisibleKernels::VisibleKernels(KernelTree kernels, const CoarseKernels& unpadded) : tree(std::move(kernels)), lengths(unpadded.lengths) {
+VisibleKernels::VisibleKernels(KernelTree kernels, KernelGrids controls, const CoarseKernels& unpadded)
+    : tree(std::move(kernels)), grids(std::move(controls)), lengths(unpadded.lengths) {
     const CoarseKernels coarse = padded(unpadded);
     centres = ShadingMatrix(coarse.centres, std::vector<ShadingSample>(coarse.centres.size()));
     for (std::size_t l = 0; l < radii.size(); ++l) {
@@ -31,14 +32,16 @@ VisibleKernels::VisibleKernels(KernelTree kernels, const CoarseKernels& unpadded
 
 VisibleBoundSetup visibleBoundSetup(const LightMapShading& shading, const Viewing& viewing, double key, double tilt,
                                     const ScannedKernels* scanned) {
-    VisibleBoundSetup out{VisibleMetric(viewing, key), {}, {}};
+    const VisibleMetric metric(viewing, key);
+    VisibleBoundSetup out{metric, std::make_shared<AnyLightBound>(metric), {}, {}};
     KernelTree diffuse = KernelTree::diffuse(tilt);
     const CoarseKernels coarse = CoarseKernels::diffuse(diffuse);
-    out.diffuse = VisibleKernels(std::move(diffuse), coarse);
+    out.diffuse = VisibleKernels(std::move(diffuse), {KernelGrid::diffuse(tilt, 1), KernelGrid::diffuse(tilt, 2)}, coarse);
     if (scanned == nullptr) return out;
     KernelTree specular = KernelTree::specular(shading, *scanned);
     const CoarseKernels coarseSpecular = CoarseKernels::specular(specular);
-    out.specular = VisibleKernels(std::move(specular), coarseSpecular);
+    out.specular = VisibleKernels(std::move(specular),
+                                  {KernelGrid::specular(shading, *scanned, 1), KernelGrid::specular(shading, *scanned, 2)}, coarseSpecular);
     return out;
 }
 

@@ -4,13 +4,11 @@
 // scene's tilt of the texel's own, or, for specular light, the texel's own normal and any view, m and F0. The bound of a map is the maximum
 // over these quarters:
 //   1. quick coarse bound of every quad: band lengths of the error (quad_coarse_bound.h), against the darkest reference over all kernels
-//      (CoarseKernels); quads that may exceed what was sampled are kept
-//   2. the quarters of the quads with the largest bounds are searched (visible_search.h), which raises the maximum
-//   3. coarse bounds of each quarter of the quads that may still exceed it; these are searched, those with the largest bound first, until
-//      none may raise the maximum; the quarters of a texel are first tried together, since most are much alike
-// The searches of a strip share a budget of cells, so that time is bounded whatever the light: under even light all quarters are alike, and
-// nearly all would be searched to the end. Once half of it is spent each quarter has its share of the rest, and what those cells prove is
-// its bound; where nothing is left, the largest coarse bound of the other quarters is theirs. Looser, but proven.
+//      (CoarseKernels), or in any light (visible_any_light.h); quads that may exceed what was sampled are kept
+//   2. what has the largest bound is refined: a quad to its quarters with coarse bounds of their own, a quarter on a coarse grid of kernels
+//      and on a fine one (visible_grid.h), and then by a search (visible_search.h), which raises the maximum; until none may raise it
+// The work on a strip has a budget, so that time is bounded whatever the light: under even light all quarters are alike, and nearly all
+// would be searched to the end. When it is spent, the largest bound that is left is that of all. Looser, but proven.
 // Whatever is not searched to the end is proven to be below the maximum of its strip, and a map is always cut into the same strips. Ties
 // go to the smaller (y, x), except at the largest difference of the display, which ends the search.
 #pragma once
@@ -19,9 +17,8 @@
 #include <cassert>
 #include <limits>
 #include <numeric>
-#include <optional>
+#include <queue>
 #include <tuple>
-#include <unordered_map>
 #include <vector>
 
 #include "lighting/sphere.h"
@@ -45,8 +42,14 @@ struct PerKind {
 /// One kind of shading of a map: its kernels, the balls that cover them, and the largest bound so far.
 class VisibleKind {
 public:
-    VisibleKind(const VisibleMetric& metric, const VisibleKernels& kernels, double sampled)
-        : metric_(metric), kernels_(kernels), search_(metric, kernels.tree), threshold_(sampled), shaded_(kernels.centres.stride()) {}
+    VisibleKind(const VisibleMetric& metric, const AnyLightBound& anyLight, const VisibleKernels& kernels, double sampled)
+        : metric_(metric),
+          anyLight_(anyLight),
+          kernels_(kernels),
+          search_(metric, kernels.tree),
+          grid_(metric, anyLight, kernels.grids),
+          threshold_(sampled),
+          shaded_(kernels.centres.stride()) {}
     bool isNone() const { return kernels_.isNone(); }
     const VisibleMaximum& largest() const { return largest_; }
     double threshold() const { return threshold_; }
@@ -86,20 +89,32 @@ public:
         if (isNone()) return 0;
         const glm::dvec3 off = errorOf(error);
         if (metric_.cannotExceedCheaply(low, off, threshold_)) return 0;
-        const float bound = kOutwardFloat * static_cast<float>(metric_.coarseBound(low, off));
+        const double coarse = metric_.coarseBound(low, off);
+        if (coarse < threshold_) return 0;
+        // Specular light is that of a kernel times a number that may be 0.
+        const glm::dvec3 darkest = kernels_.tree.isSpecular() ? glm::dvec3(0) : low - off;
+        Intervals errors;
+        for (std::size_t c = 0; c < kChannels; ++c) errors[c] = Interval::around(0, off[static_cast<int>(c)]);
+        const double any = anyLight_.bound(std::min({darkest.x, darkest.y, darkest.z}), errors);
+        const float bound = kOutwardFloat * static_cast<float>(std::min(any, coarse));
         return static_cast<double>(bound) < threshold_ ? 0 : bound;
     }
     /// Returns true if an upper bound is below the threshold.
     bool cannotExceed(float bound) const { return isNone() || static_cast<double>(bound) < threshold_; }
-    /// Conservative test of a few cells: true only if this light is proven to be below the threshold.
-    bool cannotExceed(const CellLight& light, std::size_t searches) { return search_.cannotExceed(light, threshold_, budget_, searches); }
-    /// Searches a quarter, the first of `searches` that the budget has to pay for.
-    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, std::size_t searches) {
+    /// Returns a bound of this light on a grid of kernels; 0 if it is not above the threshold.
+    double gridBound(const CellLight& light, bool isFine) {
+        const double bound = grid_.bound(light, threshold_, isFine);
+        budget_.spend(grid_.work());
+        return bound > threshold_ ? bound : 0;
+    }
+    /// Searches a quarter.
+    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver) {
         // After the last search its own place is reported, with the bound of all others.
-        return search_.bound(whole, lightOver, budget_.isSpent() ? 0 : threshold_, budget_, searches);
+        return search_.bound(whole, lightOver, budget_.isSpent() ? 0 : threshold_, budget_);
     }
     void setBudget(const SearchBudget& budget) { budget_ = budget; }
     bool isBudgetSpent() const { return budget_.isSpent(); }
+    void spend(double work) { budget_.spend(work); }
     void raise(const VisibleMaximum& found) {
         // Nothing but light that is not finite, whose samples are beyond all limits, differs by more than any two lights.
         if (const double most = metric_.mostVisible(); found.bound >= most - kVisibleRounding && found.bound <= most) {
@@ -125,8 +140,10 @@ private:
     }
 
     const VisibleMetric& metric_;
+    const AnyLightBound& anyLight_;
     const VisibleKernels& kernels_;
     VisibleSearch search_;
+    GridBound grid_;
     SearchBudget budget_{0};
     double threshold_;  ///< bounds below it cannot be the maximum
     VisibleMaximum largest_;
@@ -142,7 +159,8 @@ public:
         : rows_(rows),
           tolerance_(tolerance),
           coarse_(rows, tolerance, evaluator),
-          kinds_{{VisibleKind(setup.metric, setup.diffuse, sampledDiffuse), VisibleKind(setup.metric, setup.specular, sampledSpecular)}} {}
+          kinds_{{VisibleKind(setup.metric, *setup.anyLight, setup.diffuse, sampledDiffuse),
+                  VisibleKind(setup.metric, *setup.anyLight, setup.specular, sampledSpecular)}} {}
 
     /// Bounds the quads that begin in these rows and columns, and those that reach over the edges of the map there.
     void boundArea(const TexelArea& area) {
@@ -157,8 +175,6 @@ public:
             for (int x = firstX; x <= lastX; ++x) boundQuad(above, below, x, y);
             std::swap(above, below);
         }
-        searchFirst();
-        addQuarters();
         for (const ShadingKind kind : kShadingKinds) search(kind);
     }
     const VisibleMaximum& diffuse() const { return kinds_[ShadingKind::Diffuse].largest(); }
@@ -167,7 +183,7 @@ public:
 private:
     /// Work of the searches of each kind of shading, for an area and for each of its texels [cells]. docs/lab/verify.md, "What does
     /// verification cost", has the figures.
-    static constexpr double kWorkOfArea = 10000, kWorkPerTexel = 4;
+    static constexpr double kWorkOfArea = 10000, kWorkPerTexel = 4, kWorkOfQuad = 4;
 
     /// A row with what its coarse bounds need.
     struct Measured {
@@ -183,7 +199,7 @@ private:
     struct Quarter {
         int x, y;
         std::int8_t corner, decode;
-        KindBounds bound;
+        float bound;  ///< of one kind
     };
     /// Inputs of the coarse bounds of a quad.
     struct MeasuredQuad {
@@ -296,32 +312,8 @@ private:
             work(quad, measuredQuad(quad, lengthsAt, lowestAt));
         });
     }
-    /// Searches the quarters of the quads with the largest coarse bounds.
-    void searchFirst() {
-        constexpr std::size_t kFirst = 8;
-        if (!coarse_.isKnown()) return;
-        for (const ShadingKind kind : kShadingKinds) {
-            if (kinds_[kind].isNone()) continue;
-            std::vector<KeptQuad> first(std::min(kFirst, quads_.size()));
-            std::ranges::partial_sort_copy(quads_, first, [&](const KeptQuad& a, const KeptQuad& b) {
-                return std::tuple(-a.bound[kind], a.y, a.x) < std::tuple(-b.bound[kind], b.y, b.x);
-            });
-            for (const KeptQuad& each : first) addQuartersOf(each);
-            if (areGrouped() && !quarters_.empty())
-                // The others are tried together with those of other quads.
-                quarters_ = {*std::ranges::max_element(quarters_, {}, [&](const Quarter& quarter) { return quarter.bound[kind]; })};
-            search(kind);
-            quarters_.clear();
-        }
-    }
-    /// Sets quarters_ to those that may exceed the largest error known so far.
-    void addQuarters() {
-        for (const KeptQuad& each : quads_)
-            if (std::ranges::any_of(kShadingKinds, [&](ShadingKind kind) { return !kinds_[kind].cannotExceed(each.bound[kind]); }))
-                addQuartersOf(each);
-    }
     /// Appends to quarters_ those of a quad whose coarse bounds exceed the largest error known so far.
-    void addQuartersOf(const KeptQuad& kept) {
+    void addQuartersOf(ShadingKind kind, const KeptQuad& kept) {
         withMeasuredQuad(kept.x, kept.y, [&](const CoveredQuad& quad, const MeasuredQuad& measured) {
             for (int decode = 0; decode < 4; ++decode) {
                 if (!quad.isNewDecode(rows_, decode)) continue;
@@ -333,25 +325,20 @@ private:
                     if (rows_.decoder().isInTangentSpace() && !rows_.hasSameDecode(quad.x, quad.y, corner, decode)) continue;
                     assert(coarse_.isKnown() || !rows_.decoder().isInTangentSpace());
                     if (!coarse_.isKnown()) error = lightOf(quad, corner, decode).errorLengths();
-                    Quarter quarter{quad.x, quad.y, static_cast<std::int8_t>(corner), static_cast<std::int8_t>(decode), {}};
-                    bool isKept = false;
-                    for (const ShadingKind kind : kShadingKinds) {
-                        quarter.bound[kind] = kinds_[kind].coarseBoundIfAbove(measured.low[index(corner)][kind], error);
-                        isKept = isKept || !kinds_[kind].cannotExceed(quarter.bound[kind]);
-                    }
-                    if (isKept) quarters_.push_back(quarter);
+                    const float bound = kinds_[kind].coarseBoundIfAbove(measured.low[index(corner)][kind], error);
+                    if (!kinds_[kind].cannotExceed(bound))
+                        quarters_.push_back({quad.x, quad.y, static_cast<std::int8_t>(corner), static_cast<std::int8_t>(decode), bound});
                 }
             }
         });
     }
-    /// Returns the bound of a quarter, the first of `searches` that the budget has to pay for.
-    VisibleMaximum boundOf(ShadingKind kind, const Quarter& quarter, std::size_t searches) {
+    /// Returns the bound of a quarter.
+    VisibleMaximum boundOf(ShadingKind kind, const Quarter& quarter) {
         VisibleMaximum out;
         withCoveredQuad(rows_, quarter.x, quarter.y, [&](const CoveredQuad& quad) {
             const glm::dmat3 frame = frameOf(quad, quarter.corner);
             const QuarterLight light = lightOf(quad, quarter.corner, quarter.decode);
-            out = kinds_[kind].bound(
-                light.whole(), [&](const PlaceRectangle& place) { return light.over(place); }, searches);
+            out = kinds_[kind].bound(light.whole(), [&](const PlaceRectangle& place) { return light.over(place); });
             VisiblePlace& place = out.place;
             const glm::dvec2 inMap = quad.inMap({place.x, place.y});
             place.x = inMap.x;
@@ -383,55 +370,61 @@ private:
         const glm::dmat3 frame = frameOf(quad, corner);
         return {rows_, tolerance_, quad, corner, decode, {glm::vec3(frame[0]), glm::vec3(frame[1]), glm::vec3(frame[2])}};
     }
-    /// Returns true if the quarters of a texel are tried together. Deviations of learned layouts are those of one quarter.
-    bool areGrouped() const { return !rows_.decoder().isLearned() || tolerance_.isNone(); }
+    /// Searches quads and their quarters, those with the largest bound first.
     void search(ShadingKind kind) {
         if (kinds_[kind].isNone()) return;
-        std::ranges::stable_sort(quarters_, [&](const Quarter& a, const Quarter& b) { return a.bound[kind] > b.bound[kind]; });
-        std::unordered_map<std::int64_t, std::vector<std::size_t>> ofTexels;
-        for (std::size_t i = 0; i < quarters_.size(); ++i) ofTexels[texelOf(quarters_[i])].push_back(i);
-        std::vector<bool> isDone(quarters_.size());
-        for (std::size_t i = 0; i < quarters_.size(); ++i) {
-            const Quarter& each = quarters_[i];
-            if (kinds_[kind].cannotExceed(each.bound[kind])) break;
-            if (isDone[i]) continue;
-            const std::size_t searches = quarters_.size() - i;
-            std::vector<std::size_t>& together = ofTexels[texelOf(each)];
-            const bool isLast = kinds_[kind].isBudgetSpent();
-            if (i > 0 && !isLast && together.size() > 1 && cannotExceed(kind, together, searches)) {
-                for (const std::size_t other : together) isDone[other] = true;
+        VisibleKind& of = kinds_[kind];
+        enum class Stage { Quad, Whole, OnCoarseGrid, OnFineGrid };
+        struct Entry {
+            float bound;
+            Stage stage;
+            std::size_t at;  ///< in quads_, or in quarters_
+            bool operator<(const Entry& other) const {
+                return std::tuple(bound, other.stage, other.at) < std::tuple(other.bound, stage, at);
+            }
+        };
+        std::priority_queue<Entry> queue;
+        const auto push = [&](const Entry& entry) {
+            if (!of.cannotExceed(entry.bound)) queue.push(entry);
+        };
+        quarters_.clear();
+        for (std::size_t i = 0; i < quads_.size(); ++i) push({quads_[i].bound[kind], Stage::Quad, i});
+        while (!queue.empty() && !of.cannotExceed(queue.top().bound)) {
+            const Entry top = queue.top();
+            queue.pop();
+            const bool isLast = of.isBudgetSpent();
+            if (top.stage == Stage::Quad) {
+                const std::size_t first = quarters_.size();
+                addQuartersOf(kind, quads_[top.at]);
+                of.spend(kWorkOfQuad);
+                for (std::size_t i = first; i < quarters_.size(); ++i) push({std::min(top.bound, quarters_[i].bound), Stage::Whole, i});
                 continue;
             }
-            together.clear();  // a group that is not below is tried once; its other quarters go one by one
-            VisibleMaximum found = boundOf(kind, each, searches);
-            if (isLast) found.bound = std::max(found.bound, static_cast<double>(each.bound[kind]));
-            kinds_[kind].raise(found);
-            if (isLast) break;  // no other quarter has a larger coarse bound
+            const Quarter& quarter = quarters_[top.at];
+            const auto lower = [&](double bound, Stage stage) {
+                push({std::min(top.bound, kOutwardFloat * static_cast<float>(bound)), stage, top.at});
+            };
+            if (isLast || top.stage == Stage::OnFineGrid) {
+                VisibleMaximum found = boundOf(kind, quarter);
+                // No other quad or quarter has a larger bound.
+                found.bound = isLast ? static_cast<double>(top.bound) : std::min(found.bound, static_cast<double>(top.bound));
+                of.raise(found);
+                if (isLast) break;
+            } else if (top.stage == Stage::Whole) {
+                lower(gridBoundOf(kind, quarter, false), Stage::OnCoarseGrid);
+            } else {
+                lower(gridBoundOf(kind, quarter, true), Stage::OnFineGrid);
+            }
         }
     }
-    std::int64_t texelOf(const Quarter& quarter) const {
-        return static_cast<std::int64_t>(quarter.y + quarter.corner / 2 + 1) * (rows_.width() + 2) + quarter.x + quarter.corner % 2 + 1;
-    }
-    /// Returns true if these quarters of one texel are proven to be below the maximum, all at once.
-    bool cannotExceed(ShadingKind kind, const std::vector<std::size_t>& quarters, std::size_t searches) {
-        if (!areGrouped()) return false;
-        std::optional<CellLight> all;
-        for (const std::size_t i : quarters) {
-            const Quarter& each = quarters_[i];
-            bool isAdded = false;
-            withCoveredQuad(rows_, each.x, each.y, [&](const CoveredQuad& quad) {
-                const QuarterLight light = lightOf(quad, each.corner, each.decode);
-                const CellLight whole = light.over(light.whole());
-                isAdded = !all || all->hasRoomFor(whole);
-                if (!isAdded) return;
-                if (all)
-                    all->append(whole);
-                else
-                    all = whole;
-            });
-            if (!isAdded) return false;
-        }
-        return kinds_[kind].cannotExceed(*all, searches);
+    /// Returns a bound of a quarter under the kernels of the grids.
+    double gridBoundOf(ShadingKind kind, const Quarter& quarter, bool isFine) {
+        double out = 0;
+        withCoveredQuad(rows_, quarter.x, quarter.y, [&](const CoveredQuad& quad) {
+            const QuarterLight light = lightOf(quad, quarter.corner, quarter.decode);
+            out = kinds_[kind].gridBound(light.over(light.whole()), isFine);
+        });
+        return out;
     }
 
     const MapRows& rows_;

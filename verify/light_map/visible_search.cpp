@@ -340,11 +340,11 @@ public:
     Search(const VisibleMetric& metric, const KernelTree& tree, const LightOver& lightOver)
         : metric_(metric), tree_(tree), lightOver_(lightOver) {}
 
-    VisibleMaximum run(const PlaceRectangle& whole, double threshold, SearchBudget& budget, std::size_t searches) {
+    VisibleMaximum run(const PlaceRectangle& whole, double threshold, SearchBudget& budget) {
         threshold_ = threshold;
         addPlace(whole, 0);
         const std::size_t controls = places_.front()->light.errors.count();
-        const int mostCells = std::min(mostCellsOf(controls), budget.cells(controls, searches));
+        const int mostCells = std::min(mostCellsOf(controls), budget.cells(controls));
         add(Cell{});
         for (;;) {
             const Cell top = cells_.top();
@@ -359,24 +359,6 @@ public:
         budget.spend(order_, controls);
         return resultOf(cells_.top());
     }
-
-    /// Returns true if at most `mostCells` cells of all places prove a bound below the threshold.
-    bool cannotExceed(double threshold, int mostCells) {
-        threshold_ = threshold;
-        addPlace({}, kPlaceDepth);
-        add(Cell{});
-        while (order_ < mostCells) {
-            const Cell top = cells_.top();
-            if (top.bound < threshold) return true;
-            if (!(top.bound < kInfinite)) return false;
-            cells_.pop();
-            if (!split(top)) return false;
-        }
-        return cells_.top().bound < threshold;
-    }
-
-    /// Returns how many cells were bounded.
-    int cells() const { return order_; }
 
 private:
     static constexpr int kPlaceDepth = 4, kBetweenTests = 20;
@@ -517,49 +499,8 @@ void LightVectors::add(const std::array<lighting::Sh, 3>& light) {
     ++count_;
 }
 
-void LightVectors::append(const LightVectors& other) {
-    const std::size_t count = count_ + other.count_;
-    assert(count <= kMost);
-    for (std::size_t c = 0; c < kChannels; ++c) {
-        for (std::size_t i = 0; i < lighting::kShCount; ++i) {
-            std::array<double, kMost>& values = values_[c][i];
-            for (std::size_t k = 0; k < other.count_; ++k) values[count_ + k] = other.values_[c][i][k];
-            for (std::size_t k = count; k % kLanes != 0; ++k) values[k] = values[count - 1];
-        }
-        for (std::size_t l = 0; l < 3; ++l) largest_[c][l] = std::max(largest_[c][l], other.largest_[c][l]);
-    }
-    count_ = count;
-}
-
-bool CellLight::hasRoomFor(const CellLight& other) const {
-    return deviations.count() == 0 && other.deviations.count() == 0 && errors.count() + other.errors.count() <= LightVectors::kMost;
-}
-
-void CellLight::append(const CellLight& other) {
-    errors.append(other.errors);
-    references.append(other.references);
-    found.append(other.found);
-    directions.append(other.directions);
-    for (std::size_t c = 0; c < kChannels; ++c)
-        for (std::size_t l = 0; l < 3; ++l) {
-            errorSlack[c][l] = std::max(errorSlack[c][l], other.errorSlack[c][l]);
-            referenceSlack[c][l] = std::max(referenceSlack[c][l], other.referenceSlack[c][l]);
-        }
-    isFinite = isFinite && other.isFinite;
-}
-
-VisibleMaximum VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget,
-                                    std::size_t searches) const {
-    return Search(metric_, tree_, lightOver).run(whole, threshold, budget, searches);
-}
-
-bool VisibleSearch::cannotExceed(const CellLight& light, double threshold, SearchBudget& budget, std::size_t searches) const {
-    constexpr int kMostCells = 128;
-    const LightOver everywhere = [&](const PlaceRectangle&) { return light; };
-    Search search(metric_, tree_, everywhere);
-    const bool isBelow = search.cannotExceed(threshold, std::min(kMostCells, budget.cells(light.errors.count(), searches)));
-    budget.spend(search.cells(), light.errors.count());
-    return isBelow;
+VisibleMaximum VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget) const {
+    return Search(metric_, tree_, lightOver).run(whole, threshold, budget);
 }
 
 double VisibleSearch::cellBound(const CellLight& light, const KernelCell& kernels) const {

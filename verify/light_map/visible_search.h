@@ -39,7 +39,6 @@ class LightVectors {
 public:
     static constexpr std::size_t kLanes = 4;
     void add(const std::array<lighting::Sh, 3>& light);
-    void append(const LightVectors& other);
     std::size_t count() const { return count_; }
     std::size_t stride() const { return (count_ + kLanes - 1) / kLanes * kLanes; }
     /// Returns the value of coefficient i of a channel of each vector; the lanes beyond the last vector repeat it.
@@ -64,11 +63,6 @@ struct CellLight {
     /// (rnm_residual.h), in a right-handed frame whose x is the tangent. As many vectors as `errors` has; others have none.
     LightVectors directions;
     bool isFinite = true;  ///< false: nothing can be proven
-
-    /// Returns true if the control vectors of another rectangle can be added.
-    bool hasRoomFor(const CellLight& other) const;
-    /// Adds the control vectors of another rectangle: then these are of both. Neither may have deviations.
-    void append(const CellLight& other);
 };
 
 /// Light of a place, or the control vectors of a rectangle with a size.
@@ -80,29 +74,26 @@ struct VisibleMaximum {
     VisiblePlace place;
 };
 
-/// Work that the searches of some rows may do together, so that their time is bounded whatever the light. Searches may do all they want
-/// while less than half of the work is done. From then on each may do its share of what is left.
+/// Work that the searches of some rows may do together, so that their time is bounded whatever the light.
 class SearchBudget {
 public:
     /// work  [cells of one control vector]; less than 1 is none
-    explicit SearchBudget(double work) : left_(work), reserve_(0.5 * work) {}
+    explicit SearchBudget(double work) : left_(work) {}
     bool isSpent() const { return left_ < 1; }
-    /// Returns true if searches may do no more than their shares.
-    bool isShared() const { return left_ < reserve_; }
-    /// Returns how many cells the next of `searches` may have, at least 1.
+    /// Returns how many cells the next search may have, at least 1.
     /// controls  control vectors of a cell
-    int cells(std::size_t controls, std::size_t searches) const {
+    int cells(std::size_t controls) const {
         constexpr double kMost = 1e6;
-        if (!isShared()) return static_cast<int>(kMost);
-        return static_cast<int>(std::clamp(left_ / (static_cast<double>(searches) * workOf(controls)), 1.0, kMost));
+        return static_cast<int>(std::clamp(left_ / workOf(controls), 1.0, kMost));
     }
+    void spend(double work) { left_ -= work; }
     /// Pays for a search with so many cells, and for its control vectors.
-    void spend(int cells, std::size_t controls) { left_ -= cells * workOf(controls) + static_cast<double>(controls) / 4; }
+    void spend(int cells, std::size_t controls) { spend(cells * workOf(controls) + static_cast<double>(controls) / 4); }
 
 private:
     /// Returns the work of a cell: most of it does not depend on the number of control vectors.
     static double workOf(std::size_t controls) { return 1 + static_cast<double>(controls) / 16; }
-    double left_, reserve_;
+    double left_;
 };
 
 class VisibleSearch {
@@ -116,12 +107,7 @@ public:
     /// light in the units of lightOver.
     /// threshold  a bound below it need not be tight, and has no place
     /// budget     pays for the cells
-    /// searches   that the budget has to pay for, with this one
-    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget,
-                         std::size_t searches) const;
-    /// Conservative test: true only if a few cells prove that the bound of this light, under all kernels, is below the threshold. Places
-    /// are not cut.
-    bool cannotExceed(const CellLight& light, double threshold, SearchBudget& budget, std::size_t searches) const;
+    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget) const;
     /// Returns the bound of one cell.
     double cellBound(const CellLight& light, const KernelCell& kernels) const;
 

@@ -20,33 +20,30 @@ using verify::SearchBudget;
 using verify::lightmap::BoundEvaluator;
 using verify::lightmap::LargestBounds;
 
-TEST(SearchBudget, GivesSharesOnceHalfOfItIsSpent) {
+TEST(SearchBudget, GivesWhatIsLeftOfIt) {
     constexpr std::size_t kControls = 16;  // a cell costs 2, and the control vectors of a search 4
     SearchBudget budget(1000);
-    EXPECT_GE(budget.cells(kControls, 100), 384);
-    budget.spend(246, kControls);
-    EXPECT_FALSE(budget.isShared());
-    budget.spend(1, kControls);
-    EXPECT_TRUE(budget.isShared());
-    EXPECT_EQ(budget.cells(kControls, 49), 5);  // of 498
-    EXPECT_EQ(budget.cells(kControls, 100'000), 1);
-    EXPECT_FALSE(budget.isSpent());
+    EXPECT_EQ(budget.cells(kControls), 500);
     budget.spend(247, kControls);
+    EXPECT_EQ(budget.cells(kControls), 251);
+    budget.spend(100.0);
+    EXPECT_EQ(budget.cells(kControls), 201);
+    budget.spend(200, kControls);
     EXPECT_TRUE(budget.isSpent());
+    EXPECT_EQ(budget.cells(kControls), 1);
     EXPECT_TRUE(SearchBudget(0).isSpent());
 }
 
-/// However many searches there are, they do not exceed the budget by more than one cell each.
+/// However many searches there are, they do not exceed the budget by more than one cell and the control vectors of the last.
 TEST(SearchBudget, IsNeverExceededByMoreThanTheLastSearch) {
     SearchBudget budget(5000);
     int cells = 0;
-    for (std::size_t searches = 10'000; searches > 0 && !budget.isSpent(); --searches) {
-        const int each = std::min(384, budget.cells(4, searches));
+    while (!budget.isSpent()) {
+        const int each = std::min(384, budget.cells(4));
         budget.spend(each, 4);
         cells += each;
     }
-    EXPECT_TRUE(budget.isSpent());
-    EXPECT_LE(cells, 4000);  // of 1.25 each
+    EXPECT_LE(cells, 4001);  // of 1.25 each
 }
 
 class ExactBounds : public testing::Test {
