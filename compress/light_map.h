@@ -232,6 +232,9 @@ struct LightMapPlan {
     /// The map has a texture "coverage" (formats::kCoverageRole): its filter is LightMapFilter::Decoded.
     bool hasCoverage() const { return filter == formats::LightMapFilter::Decoded; }
     std::size_t coverageBytes() const;  ///< of that texture, with all mip levels; 0 without
+    /// Returns the plan of a learned layout that is this one without its last residual layers, or this one: the same that
+    /// planLearnedLightMap() makes of it.
+    LightMapPlan shortenedTo(formats::LightMapLayout shorter) const;
     /// Returns gpuBytes() of a layout that is this one, or this one without its last layers.
     std::size_t gpuBytesAs(formats::LightMapLayout shorter) const;
     std::size_t tableBytes() const { return tableBytesAs(layout); }  ///< of a learned decode's factors: texture "tables"

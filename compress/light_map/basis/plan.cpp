@@ -51,11 +51,13 @@ void writeConstants(const BasisModel& model, std::map<std::string, std::vector<f
     constants["neutral"] = {kResidualNeutral};
     constants["index_runs"] = runsOf(model.clusterOfBlock);
     std::vector<float>& code = constants["code"];
+    code.clear();
     for (const CodeTable& table : model.code)
         for (std::size_t m = 0; m < static_cast<std::size_t>(model.shape.monomialCount()); ++m)
             for (std::size_t i = 0; i < 8; ++i)
                 for (std::size_t c = 0; c < 3; ++c) code.push_back(table[m][c][i]);
     std::vector<float>& residual = constants["residual"];
+    residual.clear();
     for (const auto& layer : model.residual)
         for (const ResidualTable& table : layer)
             for (const ByChannel& channel : table)
@@ -64,6 +66,23 @@ void writeConstants(const BasisModel& model, std::map<std::string, std::vector<f
 }
 
 }  // namespace
+
+LightMapPlan LightMapPlan::shortenedTo(formats::LightMapLayout shorter) const {
+    const formats::LightMapLayoutInfo& row = formats::info(shorter);
+    assert(basis && shapeOf(shorter).codeChannels == basis->shape.codeChannels);
+    LightMapPlan plan = *this;
+    plan.layout = shorter;
+    plan.textures.resize(row.textures.size());
+    for (std::size_t i = 0; i < plan.textures.size(); ++i) plan.textures[i].layerCount = row.textures[i].layerCount;
+    auto model = std::make_shared<BasisModel>(*basis);
+    const auto layers = static_cast<std::size_t>(row.residualCount());
+    model->shape = shapeOf(shorter);
+    model->residual.resize(layers);
+    model->residualWeights.resize(layers);
+    writeConstants(*model, plan.constants);
+    plan.basis = std::move(model);
+    return plan;
+}
 
 std::size_t LightMapPlan::gpuBytesAs(formats::LightMapLayout shorter) const {
     assert(formats::info(shorter).family == formats::info(layout).family);

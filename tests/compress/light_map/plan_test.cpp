@@ -40,6 +40,25 @@ TEST(LightMapPlan, BytesOfAShorterLayoutAreThoseOfItsOwnPlan) {
                   planOf(Kind::Gradient, LightMapLayout::Hdr, target).gpuBytes());
 }
 
+/// So what a trial has learned for the longest layout serves the cook of a shorter one.
+TEST(LightMapPlan, AShortenedPlanIsThatOfTheShorterLayout) {
+    const formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, synthetic::kWidth, 0, synthetic::kHeight);
+    const compress::LightMapPlan longest = planOf(Kind::Gradient, LightMapLayout::Basis24, Target::Bc);
+    for (const LightMapLayout layout : {LightMapLayout::Basis4, LightMapLayout::Basis8, LightMapLayout::Basis20, LightMapLayout::Basis24}) {
+        const compress::LightMapPlan shortened = longest.shortenedTo(layout), own = planOf(Kind::Gradient, layout, Target::Bc);
+        EXPECT_EQ(shortened.constants, own.constants);
+        EXPECT_EQ(shortened.tableTexels(), own.tableTexels());
+        EXPECT_EQ(shortened.gpuBytes(), own.gpuBytes());
+        EXPECT_EQ(longest.gpuBytesAs(layout), own.gpuBytes());
+        const auto encodedBy = [&](const compress::LightMapPlan& plan) {
+            return compress::encodeLightMapRows(plan, band, 0, synthetic::kHeight, synthetic::fast()).textures;
+        };
+        const auto a = encodedBy(shortened), b = encodedBy(own);
+        ASSERT_EQ(a.size(), b.size());
+        for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].layers, b[i].layers) << formats::info(layout).name << ", texture " << i;
+    }
+}
+
 TEST(LightMapPlan, HalfRangesUseTheUpperOctavesInAnyUnit) {
     for (const Kind kind : {Kind::Gradient, Kind::Night, Kind::Spikes}) {
         const compress::LightMapMeasure measure = measureOf(kind);
