@@ -8,6 +8,7 @@
 #include <memory>
 #include <set>
 
+#include "formats/light_map_layout.h"
 #include "formats/temporaries.h"
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/asset_kind.h"
@@ -21,6 +22,7 @@
 #include "pipeline/cook/map_preparation.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/cook/summary.h"
+#include "pipeline/cook/trial_actions.h"
 #include "pipeline/cook/verdicts.h"
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/executor.h"
@@ -61,7 +63,9 @@ public:
           start_(Clock::now()),
           scene_(std::move(scene)),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
-          planOptions_{options.only, options.onlyKind, options.repair, options.samples, {std::move(layouts)}} {}
+          planOptions_{options.only, options.onlyKind, options.repair, options.samples, {std::move(layouts)}} {
+        planOptions_.areTrialsComplete = options.keepCandidates;
+    }
 
     Outcome run() {
         if (auto done = tryRun(); !done) outcome_.errors.insert(outcome_.errors.begin(), done.error());
@@ -111,6 +115,7 @@ private:
         LC_CHECK(checkOptions(*plan));
         LC_CHECK(lint(*plan, materials));
         if (isStopped()) return {};
+        announceUndecided(*plan, planned, needs);
         ExecutionResult result = execute(plan->actions);
         if (!plan->undecided.empty() && !isStopped(result)) {
             LC_TRY(decided, decideLayouts(*plan, planned, needs, materials, result));
@@ -203,12 +208,24 @@ private:
         return resolveNeeds(scene_, all);
     }
 
+    /// Announces the actions of maps whose layout is open as those of one layout, so that the progress counts them from the start.
+    void announceUndecided(const Plan& open, const Scene& planned, const Needs& needs) const {
+        if (!state_.event) return;
+        PlanOptions options = planOptions_;
+        for (const std::string& map : open.undecided) options.decisions.layouts[map] = formats::info(formats::LightMapLayout::Ratio).name;
+        const auto plan = planScene(planned, needs, options);
+        if (!plan) return;
+        for (const Action& action : plan->actions) state_.event(action, ActionEvent::Planned, 0);
+    }
+
     /// Chooses the layouts that were left open, cooks and verifies these maps and their meshes, and adds that to `result`. Repeats with the
     /// next better candidate where a verification misses the error of a trial. Returns the plan of the whole scene.
     Result<Plan> decideLayouts(const Plan& open, const Scene& planned, const Needs& needs, const ExecutionResult& materials,
                                ExecutionResult& result) {
         LC_TRY(decision, LayoutDecision::create(scene_, open, result, materials));
         while (true) {
+            LC_CHECK(completeTrials(open, *decision, result));
+            if (isStopped(result)) return open;
             planOptions_.decisions.layouts = decision->choose();
             planOptions_.decisions.unlimited = decision->unlimited();
             planOptions_.decisions.tableViews = decision->tableViews();
@@ -223,6 +240,21 @@ private:
             frontier_ = frontierOf(*decision);
             return plan;
         }
+    }
+
+    /// Tries the other layouts of maps that none of those that were tried is left for.
+    Result<void> completeTrials(const Plan& open, LayoutDecision& decision, ExecutionResult& result) {
+        for (const std::string& map : decision.mapsToTry()) {
+            const std::string id = actionId(ActionStep::Trial, map);
+            ExecutionResult complete = execute({completeTrial(*std::ranges::find(open.actions, id, &Action::id))});
+            if (const auto record = complete.records.find(id); record != complete.records.end()) {
+                LC_CHECK(decision.addTrial(map, record->second));
+                result.records.insert_or_assign(id, record->second);
+            }
+            result.add(std::move(complete));
+            if (isStopped(result)) return {};
+        }
+        return {};
     }
 
     /// Chooses the views of tables by what the other assets, which no frontier trades, leave of the budget; cooks and verifies the tables,

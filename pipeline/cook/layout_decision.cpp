@@ -60,6 +60,7 @@ Result<LayoutDecision> LayoutDecision::create(const Scene& scene, const Plan& op
         if (record == trials.records.end()) continue;
         LC_TRY(trial, trialIn(record->second));
         decision.candidates_[map] = candidatesOf(trial->trial, layoutLimitsOf(scene, map));
+        if (trial->trial.isPruned) decision.pruned_.insert(map);
         decision.addChoices(map, *trial);
     }
     LC_TRY(meshes, meshesOf(scene, open.undecided, materials));
@@ -146,6 +147,23 @@ std::map<std::string, std::string> LayoutDecision::choose() {
 /// Returns the smallest point that keeps the limits on the whole shading. All points keep the one on rel_rms.
 std::size_t LayoutDecision::pointOfLimits() const {
     return scene_.output.limits[Limit::WholeVisible] ? pointOfError(frontier_, *scene_.output.limits[Limit::WholeVisible]) : 0;
+}
+
+std::vector<std::string> LayoutDecision::mapsToTry() const {
+    std::vector<std::string> maps;
+    for (const std::string& map : pruned_)
+        if (std::ranges::none_of(candidates_.at(map), [](const LightMapCandidate& each) { return each.usedOfLimits <= 1; }))
+            maps.push_back(map);
+    return maps;
+}
+
+Result<void> LayoutDecision::addTrial(const std::string& map, const ActionRecord& record) {
+    LC_TRY(trial, trialIn(record));
+    std::vector<LightMapCandidate>& known = candidates_.at(map);
+    for (LightMapCandidate& each : candidatesOf(trial->trial, layoutLimitsOf(scene_, map)))
+        if (std::ranges::find(known, each.layout, &LightMapCandidate::layout) == known.end()) known.push_back(std::move(each));
+    pruned_.erase(map);
+    return {};
 }
 
 std::map<std::string, std::map<std::string, std::string>> LayoutDecision::alternatives() const {

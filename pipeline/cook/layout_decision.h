@@ -59,6 +59,12 @@ public:
     /// upper bound.
     formats::Result<bool> learnFrom(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
+    /// Returns the maps that no layout is left for of those that their trial measured, while it left out others: they need a complete
+    /// trial.
+    std::vector<std::string> mapsToTry() const;
+    /// Adds the layouts of a complete trial that the first one left out.
+    formats::Result<void> addTrial(const std::string& map, const ActionRecord& trial);
+
     /// Returns other choices than the last choose(), by layout: each map that the layout is on the curve of (layoutsOfCurve) has it, the
     /// other assets are as chosen.
     std::map<std::string, std::map<std::string, std::string>> alternatives() const;
@@ -84,7 +90,8 @@ private:
 
     const Scene& scene_;
     LightMapCandidates candidates_;
-    AllocationChoices choices_;  ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole), without meshes
+    std::set<std::string> pruned_;  ///< maps whose trial left out layouts
+    AllocationChoices choices_;     ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole), without meshes
     std::map<std::string, MeshMemory> meshes_;  ///< of maps whose layout is open, by light map
     std::uint64_t otherBytes_ = 0;          ///< GPU memory of assets without a choice, meshes at their upper bound, open tables left out
     std::optional<TableBytes> openTables_;  ///< Plan::openTables

@@ -240,7 +240,8 @@ private:
     void addTrial(const LightMapEntry& entry, const LightMapReduction& reduction, const std::optional<JointTrial>& joint) {
         plan_.undecided.push_back(entry.name);
         takeNames(entry.name, AssetKind::LightMap);
-        const TrialParameters parameters = trialParametersOf(scene_, needs_, entry, reduction, options_.repair);
+        const TrialParameters parameters =
+            trialParametersOf(scene_, needs_, entry, reduction, options_.repair, joint, options_.areTrialsComplete);
         plan_.actions.push_back(trialAction(entry, parameters, joint));
     }
 

@@ -27,6 +27,7 @@ struct PlanOptions {
     Decisions decisions = {};
     std::map<std::string, PackedLightMap> packed = {};  ///< light maps of the scene whose charts were packed, by name
     std::optional<std::set<std::string>> assets = {};   ///< of a cook that is planned again: CookRecord::assets, in place of `only`
+    bool areTrialsComplete = false;                     ///< TrialParameters::isComplete
 };
 
 struct Plan {

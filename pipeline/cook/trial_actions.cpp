@@ -8,7 +8,7 @@
 namespace lightcook::pipeline {
 
 TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const LightMapReduction& reduction,
-                                  bool repair) {
+                                  bool repair, const std::optional<JointTrial>& joint, bool isComplete) {
     const OutputSettings& output = scene.output;
     TrialParameters parameters{
         entry.description,         output.target,           TextureSettings{output.container, output.zstd, output.effort, output.rdo},
@@ -17,6 +17,17 @@ TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const 
         layoutsFor(output, entry), hasMips(output, entry)};
     parameters.description.repair = repair;
     parameters.description.constantOf = reduction.constantOf;
+    const Limits limits = layoutLimits(output, entry);
+    const bool isMapLimited = *limits[Limit::Error] < kNoErrorLimit || limits[Limit::Visible];
+    const std::optional<double>& wholeLimit = output.limits[Limit::WholeVisible];
+    parameters.isComplete = isComplete || (joint && (isMapLimited || output.limits[Limit::WholeError] || !wholeLimit));
+    if (parameters.isComplete) return parameters;  // its figures serve any limits
+    if (joint) {
+        parameters.limits[Limit::WholeVisible] = wholeLimit;
+        return parameters;
+    }
+    for (const Limit each : {Limit::Error, Limit::Visible}) parameters.limits[each] = limits[each];
+    parameters.cost = output.cost;
     return parameters;
 }
 
@@ -35,6 +46,15 @@ Action trialAction(const LightMapEntry& entry, const TrialParameters& parameters
             joint ? toJson(JointTrialParameters{parameters, *joint}) : toJson(parameters),
             learnedInputsOf(entry),
             {}};
+}
+
+Action completeTrial(Action trial) {
+    auto parameters = fromJson<TrialParameters>(trial.parameters, trial.id);
+    parameters->isComplete = true;
+    parameters->limits = {};
+    parameters->cost = formats::LayoutCost::Bytes;
+    trial.parameters = toJson(*parameters);
+    return trial;
 }
 
 }  // namespace lightcook::pipeline

@@ -15,8 +15,10 @@
 namespace lightcook::pipeline {
 
 /// Returns the parameters of the trial of a light map.
+/// joint       what is chosen together with it; empty: the trial is of the light map alone
+/// isComplete  every layout is measured on the whole map. So it is in a joint trial under other limits than that on visible errors
 TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const LightMapReduction& reduction,
-                                  bool repair);
+                                  bool repair, const std::optional<JointTrial>& joint, bool isComplete);
 
 /// Returns the inputs of a light map that may get a learned layout. No two learned bases may meet on an island of the mesh, so the mesh is
 /// one of them if it exists.
@@ -25,5 +27,7 @@ std::map<std::string, std::filesystem::path> learnedInputsOf(const LightMapEntry
 /// Returns the trial of a light map, "trial/" and its name.
 /// joint  chooses the layout of the dominant light, too; empty: the trial is of the light map alone
 Action trialAction(const LightMapEntry& entry, const TrialParameters& parameters, const std::optional<JointTrial>& joint);
+/// Returns a trial of a light map alone as a complete one.
+Action completeTrial(Action trial);
 
 }  // namespace lightcook::pipeline

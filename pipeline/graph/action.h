@@ -2,6 +2,7 @@
 // system.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <filesystem>
 #include <functional>
@@ -64,6 +65,19 @@ struct ActionContext {
     std::vector<const ActionRecord*> upstream;  ///< in the order of action.dependencies
     SharedObjects& shared;                      ///< shared with the actions beside it
     const RunState& state;
+    std::array<double, 2> part = {0, 1};  ///< of the action that its passes are: from, to
+
+    /// Returns the context of pass `index` of `count` that take about as long.
+    ActionContext pass(int index, int count) const {
+        ActionContext context = *this;
+        const double length = (part[1] - part[0]) / count;
+        context.part = {part[0] + index * length, part[0] + (index + 1) * length};
+        return context;
+    }
+    /// Reports how far a pass is.
+    void report(const std::string& what, double fraction) const {
+        if (state.progress) state.progress(action, what, part[0] + fraction * (part[1] - part[0]));
+    }
 };
 struct ActionOutcome {
     Json result = Json::object();

@@ -31,7 +31,7 @@ formats::Result<void> foldInOrder(int count, const ActionContext& context, const
             int lowest = lowestFailure;
             while (!result && index < lowest && !lowestFailure.compare_exchange_weak(lowest, index)) {
             }
-            if (context.state.progress) context.state.progress(context.action, what, static_cast<double>(++done) / count);
+            context.report(what, static_cast<double>(++done) / count);
             const std::lock_guard lock(mutex);
             waiting.emplace(index, std::move(result));
             for (auto first = waiting.begin(); first != waiting.end() && first->first == merged && first->second; ++merged) {
@@ -67,7 +67,7 @@ bool forEachIndex(std::size_t count, const ActionContext& context, const std::st
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t index) {
         if (context.state.interrupted) return;
         work(index);
-        if (context.state.progress) context.state.progress(context.action, what, static_cast<double>(++done) / static_cast<double>(count));
+        context.report(what, static_cast<double>(++done) / static_cast<double>(count));
     });
     return !context.state.interrupted;
 }

@@ -170,11 +170,9 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     LC_TRY(source, openLightMap(context, parameters->description));
     const auto layout = formats::lightMapLayoutFromName(parameters->layout);
     LC_TRY(measured, measureLightMap(**source, layout && compress::needsSharedExit(*layout), context));
-    std::optional<compress::LightMapObjective> objective;
-    if (parameters->visible) objective = objectiveFor(*parameters->visible, measured->key.displayKey(), (*source)->bt2020FromWorking());
     LC_TRY(mipCount, mipCountOf(**source, parameters->mips, context));
     // The planner is a temporary: its samples are freed before the first strip is encoded.
-    LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, measured->measure, objective, *mipCount, context)
+    LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, *measured, parameters->visible, *mipCount, context)
                      .plan(parameters->layout, parameters->filter));
     LC_TRY(textures, createTextures(context, *plan, parameters->textures));
     LC_TRY(report, encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, context));

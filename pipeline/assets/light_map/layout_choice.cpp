@@ -11,13 +11,6 @@ namespace {
 
 using formats::LayoutCost;
 
-/// Returns the largest part of its limits that a layout uses in its trial, which knows neither bounds nor seams.
-double triedUse(const TrialCandidate& candidate, const Limits& limits) {
-    return mostUsedShare(judge({{Limit::Error, std::max(candidate.diffuse, candidate.specular), "", ""},
-                                {Limit::Visible, std::max(candidate.visibleDiffuse, candidate.visibleSpecular), "", ""}},
-                               limits));
-}
-
 /// Returns the cheapest candidate that uses at most `mostUsed` of the limits; else see cheapestWithin().
 const LightMapCandidate& cheapestOf(const std::vector<LightMapCandidate>& candidates, double mostUsed, LayoutCost cost) {
     const auto costOf = [&](const LightMapCandidate& each) {
@@ -35,6 +28,12 @@ const LightMapCandidate& cheapestOf(const std::vector<LightMapCandidate>& candid
 }
 
 }  // namespace
+
+double triedUse(const TrialCandidate& candidate, const Limits& limits) {
+    return mostUsedShare(judge({{Limit::Error, std::max(candidate.diffuse, candidate.specular), "", ""},
+                                {Limit::Visible, std::max(candidate.visibleDiffuse, candidate.visibleSpecular), "", ""}},
+                               limits));
+}
 
 double verifiedUse(const VerifyResult& verified, const Limits& limits) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -14,6 +14,9 @@
 
 namespace lightcook::pipeline {
 
+/// Returns the largest part of its limits that a layout uses in its trial, which knows neither bounds nor seams.
+double triedUse(const TrialCandidate& candidate, const Limits& limits);
+
 /// Returns the largest part of its limits that a verified map uses: of its last stage, its mip levels, the mixes of two levels, and its
 /// seams. Infinite where a limit on the bound of visible errors is given and the bound is not known, and for a map with a violation:
 /// verification fails them, too.

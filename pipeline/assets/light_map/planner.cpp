@@ -24,16 +24,35 @@ compress::LightMapObjective objectiveFor(const SceneView& view, double displayKe
             shading.lobe};
 }
 
+std::optional<compress::LightMapPlan> LearnedPlans::find(const std::string& key, const formats::LightMapLayoutInfo& layout) const {
+    const std::lock_guard lock(mutex_);
+    const auto known = plans_.find(key);
+    if (known == plans_.end()) return std::nullopt;
+    for (const compress::LightMapPlan& plan : known->second) {
+        const formats::LightMapLayoutInfo& planned = formats::info(plan.layout);
+        if (planned.codeCount == layout.codeCount && planned.residualCount() >= layout.residualCount()) return plan.shortenedTo(layout.id);
+    }
+    return std::nullopt;
+}
+
+void LearnedPlans::add(const std::string& key, compress::LightMapPlan plan) {
+    const std::lock_guard lock(mutex_);
+    plans_[key].push_back(std::move(plan));
+}
+
 LightMapPlanner::LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
-                                 const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective,
-                                 int mipCount, const ActionContext& context)
+                                 const MeasuredLightMap& measured, const std::optional<SceneView>& visible, int mipCount,
+                                 const ActionContext& context)
     : source_(source),
-      measure_(measure),
-      objective_(std::move(objective)),
+      measure_(measured.measure),
+      textures_(textures),
+      visible_(visible),
       context_(context),
       target_(target),
       mipCount_(mipCount),
-      options_(textures.encodeOptions()) {}
+      options_(textures.encodeOptions()) {
+    if (visible) objective_ = objectiveFor(*visible, measured.key.displayKey(), source.bt2020FromWorking());
+}
 
 Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout, formats::LightMapFilter filter) {
     auto plan = planLevel0(layout, filter);
@@ -45,8 +64,25 @@ Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& na
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
     const compress::MeasuredLightMap map{target_, source_.width(), source_.height(), measure_, objective_, filter};
     if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, map);
+    LearnedPlans& known = context_.shared.get<LearnedPlans>();
+    const std::string key = keyOfLearned(filter);
+    if (auto plan = known.find(key, formats::info(layout))) return std::move(*plan);
+    auto plan = learn(formats::info(layout), map);
+    if (plan) known.add(key, *plan);
+    return plan;
+}
+
+/// Returns a text that is the same for planners that learn the same. A map is open once in a cook, with its conventions.
+std::string LightMapPlanner::keyOfLearned(formats::LightMapFilter filter) const {
+    const auto mesh = context_.action.inputs.find(kMeshRole);
+    return fmt::format("{}\n{}\n{}\n{}\n{}\n{}", static_cast<const void*>(&source_), static_cast<int>(target_), toJson(textures_).dump(),
+                       visible_ ? toJson(*visible_).dump() : "", static_cast<int>(filter),
+                       mesh == context_.action.inputs.end() ? "" : mesh->second.string());
+}
+
+Result<compress::LightMapPlan> LightMapPlanner::learn(const formats::LightMapLayoutInfo& layout, const compress::MeasuredLightMap& map) {
     if (!samples_) LC_CHECK(gather());
-    compress::LightMapPlan plan = compress::planLearnedLightMap(layout, map, {chartOfBlock_, *samples_}, options_);
+    compress::LightMapPlan plan = compress::planLearnedLightMap(layout.id, map, {chartOfBlock_, *samples_}, options_);
     // The smaller of the two names the clusters.
     const std::size_t attribute = meshVertices_ * kBasisBytes;
     if (!islands_.empty() && (attribute < plan.indexBytes() || !doesIndexServe(plan))) plan.vertexBytes = attribute;

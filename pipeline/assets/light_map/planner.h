@@ -1,6 +1,8 @@
 // Plans of layouts for one light map, with samples for learned layouts that are gathered once.
 #pragma once
 
+#include <map>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +11,7 @@
 #include "formats/chart_clusters.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/survey.h"
 #include "pipeline/graph/action.h"
 
 namespace lightcook::pipeline {
@@ -17,17 +20,32 @@ namespace lightcook::pipeline {
 /// displayKey  of the map (verify::LightMapKey)
 compress::LightMapObjective objectiveFor(const SceneView& view, double displayKey, const glm::dmat3& bt2020FromWorking);
 
+/// The plans of learned layouts that this cook has made: what a trial has learned is not learned again for the cook of its map, nor for a
+/// shorter layout.
+class LearnedPlans {
+public:
+    /// key  of the map and of everything that its plans depend on
+    std::optional<compress::LightMapPlan> find(const std::string& key, const formats::LightMapLayoutInfo& layout) const;
+    void add(const std::string& key, compress::LightMapPlan plan);
+
+private:
+    mutable std::mutex mutex_;
+    std::map<std::string, std::vector<compress::LightMapPlan>> plans_;
+};
+
 /// Plans layouts for one map. The samples of learned layouts are gathered when the first of these layouts is planned.
 class LightMapPlanner {
 public:
+    /// visible   scene that learned layouts minimize the visible error of; empty: energy
     /// mipCount  levels of the plans
-    LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
-                    const compress::LightMapMeasure& measure, std::optional<compress::LightMapObjective> objective, int mipCount,
-                    const ActionContext& context);
+    LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures, const MeasuredLightMap& measured,
+                    const std::optional<SceneView>& visible, int mipCount, const ActionContext& context);
     formats::Result<compress::LightMapPlan> plan(const std::string& layout, formats::LightMapFilter filter);
 
 private:
     formats::Result<compress::LightMapPlan> planLevel0(const std::string& layout, formats::LightMapFilter filter);
+    formats::Result<compress::LightMapPlan> learn(const formats::LightMapLayoutInfo& layout, const compress::MeasuredLightMap& map);
+    std::string keyOfLearned(formats::LightMapFilter filter) const;
     formats::Result<void> gather();
     formats::Result<void> surveyCharts();
     void readIslands();
@@ -36,6 +54,8 @@ private:
 
     LightMapSource& source_;
     const compress::LightMapMeasure& measure_;
+    TextureSettings textures_;
+    std::optional<SceneView> visible_;
     std::optional<compress::LightMapObjective> objective_;  ///< of learned layouts; empty: energy
     const ActionContext& context_;
     formats::Target target_;

@@ -66,9 +66,10 @@ SurfacePlaces::SurfacePlaces(int width, int height)
       step_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / kMostPlaces))) | 1),
       rowsAtEnd_(kFilterRows + rowsOfRounding(height)) {}
 
-std::vector<SurfacePlace> SurfacePlaces::of(const formats::LightMapStrip& texels, int firstRow, int rowCount) const {
-    const int end = firstRow + rowCount;
-    const int firstPlace = firstRow == 0 ? 0 : firstRow + kFilterRows, endPlace = end == height_ ? end : end - rowsAtEnd_;
+std::vector<SurfacePlace> SurfacePlaces::of(const formats::LightMapStrip& texels, int firstRow, int rowCount, int from, int end) const {
+    const int endRow = firstRow + rowCount;
+    const int firstPlace = std::max(from, firstRow == 0 ? 0 : firstRow + kFilterRows),
+              endPlace = std::min(end, endRow == height_ ? endRow : endRow - rowsAtEnd_);
     const int placesAcross = (width_ + step_ - 1) / step_;
     std::vector<SurfacePlace> places;
     for (int y = firstPlace; y < endPlace; ++y)

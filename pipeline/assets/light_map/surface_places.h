@@ -33,7 +33,11 @@ public:
     /// Returns the places of a strip, row by row. Its first and last rows have none, except at the ends of the map: filters of smaller
     /// textures read rows beyond them.
     /// texels  hold the strip
-    std::vector<SurfacePlace> of(const formats::LightMapStrip& texels, int firstRow, int rowCount) const;
+    std::vector<SurfacePlace> of(const formats::LightMapStrip& texels, int firstRow, int rowCount) const {
+        return of(texels, firstRow, rowCount, firstRow, firstRow + rowCount);
+    }
+    /// Returns those of rows [from, end) of the strip: texels hold these and the rows beside them.
+    std::vector<SurfacePlace> of(const formats::LightMapStrip& texels, int firstRow, int rowCount, int from, int end) const;
 
 private:
     int width_, height_;

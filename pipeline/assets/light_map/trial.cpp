@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <optional>
+#include <ranges>
 #include <set>
 
 #include "compress/light_map.h"
@@ -12,9 +14,11 @@
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/decoded_rows.h"
 #include "pipeline/assets/light_map/joint_trial.h"
+#include "pipeline/assets/light_map/layout_choice.h"
 #include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/light_map/planner.h"
 #include "pipeline/assets/light_map/survey.h"
+#include "pipeline/assets/light_map/trial_rows.h"
 #include "pipeline/assets/light_map/whole_trial.h"
 #include "pipeline/graph/parallel_for.h"
 #include "verify/light_map.h"
@@ -24,8 +28,6 @@ namespace {
 
 using formats::Result;
 
-/// Maps of more texels are tried on a part.
-constexpr std::int64_t kTrialTexels = std::int64_t{1} << 20;
 /// Layouts that the scene's list lacks are measured on maps of at most this many texels.
 constexpr std::int64_t kExcludedTexels = std::int64_t{1} << 18;
 
@@ -70,21 +72,37 @@ std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::option
 
 /// Layouts that are measured on one plan: the planned one, or it without its last layers.
 struct LayoutGroup {
-    formats::LightMapLayout planned;
+    const formats::LightMapLayoutInfo* planned;
     formats::LightMapFilter filter;
     std::vector<Trial> layouts;
 };
 
-/// Returns the layouts to measure, by the plan that they share.
+/// What a layout costs at least: fetches, where they count, then bits a texel.
+std::pair<int, int> leastCost(const formats::LightMapLayoutInfo& layout, const TrialParameters& parameters) {
+    return {parameters.cost == formats::LayoutCost::Fetches ? parameters.decode.fetchesOf(layout) : 0,
+            formats::textureBits(layout, formats::info(parameters.target))};
+}
+
+/// Returns the layouts to measure by the plan that they share, the cheapest first. Learned ones come together, the longest plan first.
 /// joint  empty for a trial of the light map alone
 std::vector<LayoutGroup> layoutGroups(const TrialParameters& parameters, const std::optional<JointTrial>& joint, std::int64_t texels) {
     std::vector<LayoutGroup> groups;
     for (const Trial& trial : trialsOf(parameters, joint, texels)) {
-        const formats::LightMapLayout planned = trialOf(*trial.layout);
+        const formats::LightMapLayoutInfo& planned = formats::info(trialOf(*trial.layout));
         const formats::LightMapFilter filter = parameters.decode.filterOf(*trial.layout);
-        if (groups.empty() || groups.back().planned != planned || groups.back().filter != filter) groups.push_back({planned, filter, {}});
+        if (groups.empty() || groups.back().planned != &planned || groups.back().filter != filter) groups.push_back({&planned, filter, {}});
         groups.back().layouts.push_back(trial);
     }
+    const auto leastOf = [&](const LayoutGroup& group) {
+        const auto costOf = [&](const Trial& each) { return leastCost(*each.layout, parameters); };
+        return std::ranges::min(group.layouts | std::views::transform(costOf));
+    };
+    std::optional<std::pair<int, int>> learned;
+    for (const LayoutGroup& group : groups)
+        if (group.planned->isLearned()) learned = std::min(learned.value_or(leastOf(group)), leastOf(group));
+    std::ranges::stable_sort(groups, {}, [&](const LayoutGroup& group) {
+        return group.planned->isLearned() ? std::pair(*learned, -group.planned->layerCount()) : std::pair(leastOf(group), 0);
+    });
     return groups;
 }
 
@@ -121,12 +139,15 @@ public:
         }
         return shader;
     }
-    /// Returns the samples of a strip by layout; nothing without a trial.
-    std::vector<std::vector<float>> shade(verify::DecodedLightMapRows rows, const formats::LightMapStrip& texels, int strip) const {
+    /// Returns true without a trial.
+    bool isEmpty() const { return verifiers_.empty(); }
+    /// Returns the samples of some rows by layout; nothing without a trial.
+    std::vector<std::vector<float>> shade(verify::DecodedLightMapRows decoded, const formats::LightMapStrip& texels,
+                                          const TrialRows& rows) const {
         std::vector<std::vector<float>> samples(verifiers_.size());
         for (std::size_t i = verifiers_.size(); i-- > 0;) {  // the longest last in the table
-            shorten(rows, *group_->layouts[i].layout);
-            samples[i] = trial_->shadeLightMap(verifiers_[i], key_, rows, texels, strip);
+            shorten(decoded, *group_->layouts[i].layout);
+            samples[i] = trial_->shadeLightMap(verifiers_[i], key_, decoded, texels, rows);
         }
         return samples;
     }
@@ -139,142 +160,320 @@ private:
     std::vector<verify::LightMapVerifier> verifiers_;
 };
 
-/// A light map, and the part of it that trials measure.
+/// The rows of a light map that layouts are measured on, and the display that their errors are judged on.
 struct TriedMap {
     LightMapSource& source;
-    std::vector<int> strips;
     const TrialParameters& parameters;
     verify::Viewing viewing;
 };
 
-/// Returns the index of the last stage of a layout among those of the trial that it is a part of. "total" comes after them and has the
-/// figures of the last.
-std::size_t lastStageOf(const formats::LightMapLayoutInfo& layout, const std::vector<verify::StageError>& stages) {
-    const std::string_view last = layout.trialLayout ? layout.trialStage : layout.stages.back();
-    return static_cast<std::size_t>(std::ranges::find(stages, last, &verify::StageError::name) - stages.begin());
-}
-
-/// Errors of every stage of a plan, and the light of its layouts.
-struct TriedPlan {
-    std::vector<verify::StageError> stages;
-    std::vector<std::vector<float>> samples;  ///< [layout of the group]
-};
-struct TriedStrip {
+/// Errors of some rows under a plan, by its layouts.
+struct TriedRows {
     verify::LightMapErrors errors;
-    std::vector<std::vector<float>> samples;
+    std::vector<std::vector<float>> samples;  ///< [layout of the group] light of the places of a joint trial
 };
 
-/// Returns the errors of every stage of a plan on the surface of a map.
-Result<TriedPlan> tryPlan(const TriedMap& map, const compress::LightMapPlan& plan, const GroupShader& shader,
-                          const ActionContext& context) {
+/// Returns the errors of every stage of a plan on the surface of some rows of a map.
+Result<TriedRows> tryPlan(const TriedMap& map, const compress::LightMapPlan& plan, const std::vector<TrialRows>& rows,
+                          const GroupShader& shader, const ActionContext& context) {
     const std::string layout(formats::info(plan.layout).name);
     const compress::EncodeOptions options = map.parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
     sampling.figures = verify::LightMapFigures::Trial;
     LC_TRY(verifier, verify::LightMapVerifier::create(cookedAs(formats::info(plan.layout), plan), map.parameters.shading, sampling,
                                                       plan.key, map.viewing));
-    verify::LightMapErrors errors = verifier->noErrors();
-    TriedPlan tried;
-    const auto verified = foldInOrder<TriedStrip>(
-        static_cast<int>(map.strips.size()), context, fmt::format("try {} on {}", layout, context.action.asset),
-        [&](int index) -> Result<TriedStrip> {
-            const int strip = map.strips[static_cast<std::size_t>(index)], firstRow = map.source.stripFirstRow(strip),
-                      rowCount = map.source.stripRows(strip);
-            // Places below the last row are filtered from the next one too.
-            const int encodedRows = std::min(rowCount + plan.blockHeight(), plan.height - firstRow);
-            const auto texels =
-                map.source.stripWithMargin(strip, compress::kLightMapContextRows, compress::kLightMapContextRows + encodedRows - rowCount);
+    TriedRows tried{verifier->noErrors(), {}};
+    const auto verified = foldInOrder<TriedRows>(
+        static_cast<int>(rows.size()), context, fmt::format("try {} on {}", layout, context.action.asset),
+        [&](int index) -> Result<TriedRows> {
+            const TrialRows& part = rows[static_cast<std::size_t>(index)];
+            // Places below the last row are filtered from the next one too, and those of a joint trial from the one above.
+            const int first = shader.isEmpty() ? part.firstRow : std::max(0, part.firstRow - plan.blockHeight()),
+                      end = std::min(plan.height, part.firstRow + part.rowCount + plan.blockHeight());
+            const int above = std::max(0, first - compress::kLightMapContextRows),
+                      below = std::min(plan.height, end + compress::kLightMapContextRows);
+            const auto texels = map.source.rows(above, below - above);
             if (!texels) return tl::make_unexpected(texels.error());
-            const auto rows = compress::encodeLightMapRows(plan, *texels, firstRow, encodedRows, options);
-            verify::DecodedLightMapRows decoded = decodedRows(plan, rows, firstRow, encodedRows);
-            TriedStrip result{verifier->verifyRows(decoded, *texels, firstRow, rowCount), {}};
-            result.samples = shader.shade(std::move(decoded), *texels, strip);
+            const auto encoded = compress::encodeLightMapRows(plan, *texels, first, end - first, options);
+            verify::DecodedLightMapRows decoded = decodedRows(plan, encoded, first, end - first);
+            TriedRows result{verifier->verifyRows(decoded, *texels, part.firstRow, part.rowCount), {}};
+            result.samples = shader.shade(std::move(decoded), *texels, part);
             return result;
         },
-        [&](const TriedStrip& part) {
-            errors.merge(part.errors);
+        [&](const TriedRows& part) {
+            tried.errors.merge(part.errors);
             tried.samples.resize(part.samples.size());
             for (std::size_t i = 0; i < part.samples.size(); ++i)
                 tried.samples[i].insert(tried.samples[i].end(), part.samples[i].begin(), part.samples[i].end());
         });
     if (!verified) return tl::make_unexpected(verified.error());
-    tried.stages = errors.figures();
     return tried;
 }
 
-/// Returns the candidate of a layout from the trial of the layout that it is a part of: basis-4 to -20 have the bits of basis-24
-/// without the last stages of its residual.
-TrialCandidate candidateOf(const Trial& trial, const compress::LightMapPlan& plan, const std::vector<verify::StageError>& stages) {
-    const formats::LightMapLayoutInfo& layout = *trial.layout;
-    const std::uint64_t bytes = plan.gpuBytesAs(layout.id);
-    const verify::StageError& error = stages[lastStageOf(layout, stages)];
-    return {std::string(layout.name),
-            bytes,
-            8.0 * static_cast<double>(bytes) / (static_cast<double>(plan.width) * plan.height),
-            error.diffuse.relRms,
-            error.specular.relRms,
-            error.diffuse.visible->p99,
-            error.specular.visible ? error.specular.visible->p99 : 0,
-            layout.fetchCount(plan.filter),
-            layout.operations(plan.filter),
-            plan.tableBytesAs(layout.id),
-            trial.isExcluded};
-}
-
-/// Shades the reference and the dominant lights of a joint trial. Empty for a trial of the light map alone.
-Result<std::optional<WholeTrial>> startJointTrial(const TriedMap& map, const std::optional<JointTrial>& joint,
-                                                  const ActionContext& context) {
-    if (!joint) return std::optional<WholeTrial>();
-    const auto& [source, strips, parameters, viewing] = map;
-    LC_TRY(trial, WholeTrial::create(source, strips, parameters.shading, viewing));
-    const std::optional<DominantTrial>& dominant = joint->dominant;
-    const DominantParameters dominantParameters{parameters.description, dominant ? dominant->fit : "", parameters.target,
-                                                parameters.textures};
-    LC_CHECK(trial->tryDominants(dominant, dominantParameters, context));
-    return std::optional(std::move(*trial));
+/// Returns the errors of a layout from the trial of a plan that it is a part of: basis-4 to -20 have the bits of basis-24 without the last
+/// stages of its residual.
+const verify::ShadedErrors& errorsOf(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan,
+                                     const verify::LightMapErrors& errors) {
+    const auto stage = layout.id == plan.layout ? errors.stages.end()
+                                                : std::ranges::find(errors.stages, layout.trialStage, &verify::LightMapErrors::Stage::name);
+    return stage == errors.stages.end() ? errors.stages.back().errors : stage->errors;
 }
 
 /// Returns the objective of learned layouts in a trial. Empty: energy.
-std::optional<compress::LightMapObjective> objectiveOf(const TrialParameters& parameters, const LightMapSource& source, double displayKey) {
+std::optional<SceneView> objectiveOf(const TrialParameters& parameters) {
     if (parameters.objective != formats::Objective::Visible) return std::nullopt;
-    return objectiveFor({parameters.shading, parameters.display}, displayKey, source.bt2020FromWorking());
+    return SceneView{parameters.shading, parameters.display};
 }
+
+/// Returns the passes of a trial, for its progress: the measurement of the map, that of each group, and the dominant lights of a joint
+/// trial.
+int passCountOf(std::size_t groups, bool isJoint) {
+    return 1 + static_cast<int>(groups) + (isJoint ? 1 : 0);
+}
+
+/// Tries the layouts of a light map, with a joint trial those of its dominant light too.
+class LayoutTrial {
+public:
+    /// joint     empty for a trial of the light map alone
+    /// groups    of layoutGroups()
+    /// mipCount  levels of the map
+    LayoutTrial(LightMapSource& source, const TrialParameters& parameters, const std::optional<JointTrial>& joint,
+                std::vector<LayoutGroup> groups, const MeasuredLightMap& measured, int mipCount, const ActionContext& context)
+        : map_{source, parameters, {parameters.display.of(measured.key.displayKey()), source.bt2020FromWorking()}},
+          joint_(joint),
+          levels_(source),
+          groups_(std::move(groups)),
+          planner_(source, parameters.target, parameters.textures, measured, objectiveOf(parameters), mipCount, context),
+          context_(context) {}
+
+    Result<JointTrialResult> run() {
+        LC_CHECK(startJointTrial());
+        for (const LayoutGroup& group : groups_) {
+            if (!isNeeded(group)) continue;
+            LC_CHECK(measure(group, firstLevel()));
+            if (!measuresAll()) LC_CHECK(decide(group));
+        }
+        if (best_) LC_CHECK(measureNextLarger());
+        if (whole_ && map_.parameters.limits[Limit::WholeVisible]) LC_CHECK(decidePairs(*map_.parameters.limits[Limit::WholeVisible]));
+        if (context_.state.interrupted) return interrupted(context_);
+        return result();
+    }
+
+private:
+    struct Tried {
+        Trial trial;
+        TrialCandidate candidate;
+        verify::ShadedErrors errors;
+        int level;                               ///< of the rows that it was measured on
+        std::vector<WholeCandidate> pairs = {};  ///< of a joint trial: with each layout of the dominant light
+    };
+    enum class Verdict { Keeps, Misses, Unsure };
+
+    bool measuresAll() const { return joint_ || map_.parameters.isComplete; }
+
+    /// Returns the level that layouts are measured on first. rel_rms is that of the brightest texels: no sample knows it.
+    int firstLevel() const {
+        if (map_.parameters.isComplete || map_.parameters.limits[Limit::Error].value_or(kNoErrorLimit) < kNoErrorLimit)
+            return levels_.last();
+        return joint_ ? std::min(1, levels_.last()) : 0;
+    }
+
+    /// Shades the reference and the dominant lights of a joint trial.
+    Result<void> startJointTrial() {
+        if (!joint_) return {};
+        const TrialParameters& parameters = map_.parameters;
+        LC_TRY(trial, WholeTrial::create(map_.source, levels_.rows(0, firstLevel() + 1), levels_.rows(firstLevel() + 1, levels_.last() + 1),
+                                         parameters.shading, map_.viewing));
+        whole_.emplace(std::move(*trial));
+        const std::optional<DominantTrial>& dominant = joint_->dominant;
+        return whole_->tryDominants(
+            dominant, {parameters.description, dominant ? dominant->fit : "", parameters.target, parameters.textures}, nextPass());
+    }
+
+    /// Returns the context of the next pass.
+    ActionContext nextPass() {
+        ++passes_;
+        return pass();
+    }
+    ActionContext pass() const { return context_.pass(passes_, passCountOf(groups_.size(), joint_.has_value())); }
+
+    auto costOf(const Tried& tried) const {
+        return std::pair(map_.parameters.cost == formats::LayoutCost::Fetches ? tried.candidate.fetches : 0, tried.candidate.bytesGpu);
+    }
+
+    /// Returns true if a layout of the group may be cheaper than the best one so far.
+    bool mayBeCheaper(const LayoutGroup& group) const {
+        if (!best_) return true;
+        return std::ranges::any_of(group.layouts, [&](const Trial& each) {
+            const auto [fetches, bits] = leastCost(*each.layout, map_.parameters);
+            const auto bytes = static_cast<std::uint64_t>(bits) * static_cast<std::uint64_t>(map_.source.width()) *
+                               static_cast<std::uint64_t>(map_.source.height()) / 8;
+            return std::pair(fetches, bytes) < costOf(tried_[*best_]);
+        });
+    }
+
+    bool isNeeded(const LayoutGroup& group) const {
+        if (measuresAll() || std::ranges::any_of(group.layouts, &Trial::isExcluded)) return true;
+        const auto isFiner = [&](const Tried& each) {
+            return each.trial.layout->isLearned() && each.trial.layout->codeCount > group.planned->codeCount &&
+                   verdictOn(each) == Verdict::Misses;
+        };
+        return mayBeCheaper(group) && !(group.planned->isLearned() && std::ranges::any_of(tried_, isFiner));
+    }
+
+    /// Measures the layouts of a group on levels [0, level].
+    Result<void> measure(const LayoutGroup& group, int level) {
+        LC_TRY(plan, planner_.plan(std::string(group.planned->name), group.filter));
+        LC_TRY(shader, GroupShader::create(group, *plan, map_.parameters.shading, whole_ ? &*whole_ : nullptr));
+        LC_TRY(measured, tryPlan(map_, *plan, levels_.rows(0, level + 1), *shader, nextPass()));
+        for (std::size_t i = 0; i < group.layouts.size(); ++i) {
+            const Trial& trial = group.layouts[i];
+            const verify::ShadedErrors& errors = errorsOf(*trial.layout, *plan, measured->errors);
+            tried_.push_back({trial, candidateOf(trial, *plan, errors), errors, level});
+            if (whole_ && !trial.isExcluded) addSamples(tried_.back(), measured->samples[i]);
+        }
+        return {};
+    }
+
+    /// Adds what places show under a layout in a joint trial.
+    void addSamples(Tried& tried, const std::vector<float>& samples) {
+        whole_->add(tried.candidate.layout, samples);
+        tried.pairs = whole_->pairsOf(tried.candidate.layout, pass());
+    }
+
+    /// Measures a layout on further levels, up to `level`.
+    Result<void> measureMore(Tried& tried, int level) {
+        const LayoutGroup alone{tried.trial.layout, map_.parameters.decode.filterOf(*tried.trial.layout), {tried.trial}};
+        LC_TRY(plan, planner_.plan(std::string(tried.trial.layout->name), alone.filter));
+        LC_TRY(shader, GroupShader::create(alone, *plan, map_.parameters.shading, whole_ ? &*whole_ : nullptr));
+        LC_TRY(more, tryPlan(map_, *plan, levels_.rows(tried.level + 1, level + 1), *shader, pass()));
+        tried.errors.merge(more->errors.stages.back().errors);
+        tried.candidate = candidateOf(tried.trial, *plan, tried.errors);
+        tried.level = level;
+        if (whole_) addSamples(tried, more->samples.front());
+        return {};
+    }
+
+    TrialCandidate candidateOf(const Trial& trial, const compress::LightMapPlan& plan, const verify::ShadedErrors& errors) const {
+        const formats::LightMapLayoutInfo& layout = *trial.layout;
+        const std::uint64_t bytes = plan.gpuBytesAs(layout.id);
+        const verify::ErrorFigures diffuse = errors.diffuseFigures(), specular = errors.specularFigures();
+        return {std::string(layout.name),
+                bytes,
+                8.0 * static_cast<double>(bytes) / (static_cast<double>(plan.width) * plan.height),
+                diffuse.relRms,
+                specular.relRms,
+                diffuse.visible->p99,
+                specular.visible ? specular.visible->p99 : 0,
+                layout.fetchCount(plan.filter),
+                layout.operations(plan.filter),
+                plan.tableBytesAs(layout.id),
+                trial.isExcluded};
+    }
+
+    Verdict verdictOn(const Tried& tried) const {
+        const double used = triedUse(tried.candidate, map_.parameters.limits), margin = levels_.margin(tried.level);
+        if (used * (1 + margin) <= 1) return Verdict::Keeps;
+        return used > 1 + margin ? Verdict::Misses : Verdict::Unsure;
+    }
+
+    /// Finds the cheapest layout of the group that was just measured that keeps the limits, if it is cheaper than the best so far.
+    Result<void> decide(const LayoutGroup& group) {
+        std::vector<std::size_t> order;
+        for (std::size_t i = tried_.size() - group.layouts.size(); i < tried_.size(); ++i)
+            if (!tried_[i].trial.isExcluded) order.push_back(i);
+        std::ranges::sort(order, {}, [&](std::size_t i) { return costOf(tried_[i]); });
+        for (const std::size_t i : order) {
+            if (best_ && costOf(tried_[i]) >= costOf(tried_[*best_])) break;
+            while (verdictOn(tried_[i]) == Verdict::Unsure) LC_CHECK(measureMore(tried_[i], tried_[i].level + 1));
+            if (verdictOn(tried_[i]) == Verdict::Keeps) best_ = i;
+        }
+        return {};
+    }
+
+    /// Measures layouts that cost more than the best one, up to the first of less error: the report says what that costs. Learned ones are
+    /// left out, as they take long to plan.
+    Result<void> measureNextLarger() {
+        const auto use = [&](const Tried& each) { return triedUse(each.candidate, map_.parameters.limits); };
+        const auto isBetter = [&](const Tried& each) {
+            return !each.trial.isExcluded && use(each) < use(tried_[*best_]) && costOf(each) > costOf(tried_[*best_]);
+        };
+        for (const LayoutGroup& group : groups_) {
+            if (std::ranges::any_of(tried_, isBetter)) return {};
+            const auto isOfGroup = [&](const Tried& each) { return each.trial.layout == group.layouts.front().layout; };
+            if (!group.planned->isLearned() && std::ranges::none_of(tried_, isOfGroup)) LC_CHECK(measure(group, 0));
+        }
+        return {};
+    }
+
+    /// Returns the GPU memory of a layout with one of the dominant light.
+    std::uint64_t bytesOf(const Tried& tried, const WholeCandidate& pair) const {
+        const auto dominant = std::ranges::find(whole_->dominants(), pair.dominant, &DominantCandidate::layout);
+        return tried.candidate.bytesGpu + (dominant == whole_->dominants().end() ? 0 : dominant->bytesGpu);
+    }
+
+    /// Measures the layouts on all rows that may be part of the smallest pair within a limit on visible errors.
+    Result<void> decidePairs(double limit) {
+        while (true) {
+            std::uint64_t kept = std::numeric_limits<std::uint64_t>::max(), least = kept;
+            Tried* unsure = nullptr;
+            for (Tried& each : tried_)
+                for (const WholeCandidate& pair : each.pairs) {
+                    const double margin = levels_.margin(each.level);
+                    const std::uint64_t bytes = bytesOf(each, pair);
+                    if (pair.visible * (1 + margin) <= limit) {
+                        kept = std::min(kept, bytes);
+                    } else if (margin > 0 && pair.visible <= limit * (1 + margin) && bytes < least) {
+                        least = bytes;
+                        unsure = &each;
+                    }
+                }
+            if (unsure == nullptr || least >= kept) return {};
+            LC_CHECK(measureMore(*unsure, levels_.last()));
+        }
+    }
+
+    JointTrialResult result() {
+        JointTrialResult result;
+        int level = levels_.last();
+        std::size_t layouts = 0;
+        for (const LayoutGroup& group : groups_) layouts += group.layouts.size();
+        for (Tried& each : tried_) {
+            result.trial.candidates.push_back(std::move(each.candidate));
+            level = std::min(level, each.level);
+        }
+        if (whole_) {
+            result.dominants = whole_->dominants();
+            for (const Tried& each : tried_) result.whole.insert(result.whole.end(), each.pairs.begin(), each.pairs.end());
+        }
+        std::ranges::stable_sort(result.trial.candidates, {}, &TrialCandidate::bytesGpu);
+        result.trial.share = levels_.share(level);
+        result.trial.isPruned = best_ && tried_.size() < layouts;
+        return result;
+    }
+
+    const TriedMap map_;
+    const std::optional<JointTrial>& joint_;
+    const TrialLevels levels_;
+    const std::vector<LayoutGroup> groups_;
+    LightMapPlanner planner_;
+    const ActionContext& context_;
+    std::optional<WholeTrial> whole_;
+    std::vector<Tried> tried_;
+    std::optional<std::size_t> best_;  ///< the cheapest that keeps the limits, among tried_
+    int passes_ = 0;                   ///< that have ended, or the index of the one that runs
+};
 
 /// Tries the layouts of a light map, with `joint` those of its dominant light too.
 Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint,
                                     const ActionContext& context) {
     LC_TRY(source, openLightMap(context, parameters.description));
-    const std::vector<LayoutGroup> groups =
-        layoutGroups(parameters, joint, static_cast<std::int64_t>((*source)->width()) * (*source)->height());
+    std::vector<LayoutGroup> groups = layoutGroups(parameters, joint, static_cast<std::int64_t>((*source)->width()) * (*source)->height());
     const bool hasSharedExit =
-        std::ranges::any_of(groups, [](const LayoutGroup& group) { return compress::needsSharedExit(group.planned); });
-    LC_TRY(measured, measureLightMap(**source, hasSharedExit, context));
-    const double displayKey = measured->key.displayKey();
-    const TriedMap map{
-        **source, spreadStrips(**source, kTrialTexels), parameters, {parameters.display.of(displayKey), (*source)->bt2020FromWorking()}};
+        std::ranges::any_of(groups, [](const LayoutGroup& group) { return compress::needsSharedExit(group.planned->id); });
+    LC_TRY(measured, measureLightMap(**source, hasSharedExit, context.pass(0, passCountOf(groups.size(), joint.has_value()))));
     LC_TRY(mipCount, mipCountOf(**source, parameters.mips, context));
-    LightMapPlanner planner(**source, parameters.target, parameters.textures, measured->measure,
-                            objectiveOf(parameters, **source, displayKey), *mipCount, context);
-    LC_TRY(whole, startJointTrial(map, joint, context));
-    JointTrialResult result;
-    for (const LayoutGroup& group : groups) {
-        LC_TRY(plan, planner.plan(std::string(formats::info(group.planned).name), group.filter));
-        LC_TRY(shader, GroupShader::create(group, *plan, parameters.shading, *whole ? &**whole : nullptr));
-        LC_TRY(tried, tryPlan(map, *plan, *shader, context));
-        for (std::size_t i = 0; i < group.layouts.size(); ++i) {
-            const auto& [layout, isExcluded] = group.layouts[i];
-            result.trial.candidates.push_back(candidateOf(group.layouts[i], *plan, tried->stages));
-            if (*whole && !isExcluded) (*whole)->add(std::string(layout->name), std::move(tried->samples[i]));
-        }
-    }
-    if (*whole) {
-        result.dominants = (*whole)->dominants();
-        result.whole = (*whole)->pairs(context);
-    }
-    if (context.state.interrupted) return interrupted(context);
-    std::ranges::stable_sort(result.trial.candidates, {}, &TrialCandidate::bytesGpu);
-    result.trial.share = static_cast<double>(map.strips.size()) / (*source)->stripCount();
-    return result;
+    return LayoutTrial(**source, parameters, joint, std::move(groups), *measured, *mipCount, context).run();
 }
 
 }  // namespace

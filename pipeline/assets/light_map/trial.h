@@ -1,4 +1,12 @@
-// Trials: every layout of a light map, encoded and shaded without files, so that a layout can be chosen by error or by bytes.
+// Trials: layouts of a light map, encoded and shaded without files, so that one can be chosen by error or by bytes.
+//
+// A trial of a map alone finds the cheapest layout within the limits. Layouts are measured in the order of their cost, on some rows of the
+// map first (trial_rows.h). One whose error there is clearly above or below the limits is decided; others are measured on more rows, and in
+// the end on all. The trial ends at the first that keeps the limits: those that cost more are not measured, but for one that the report can
+// compare it with. Learned layouts of one plan are measured at once, the longest plan first: where the shortest layout of it misses the
+// limits, so does one of fewer numbers.
+// A complete trial measures every layout on all rows. A joint one (joint_trial.h) measures every layout, and on all rows those that may be
+// part of the smallest pair within the limit on what a pixel shows.
 #pragma once
 
 #include <string>
@@ -23,7 +31,12 @@ struct TrialParameters {
     formats::DecodeLimits decode = {};  ///< layouts over them are not tried
     formats::LayoutList layouts = {};   ///< that "auto" may take
     bool mips = false;                  ///< the bytes are those of a map with mip levels; errors are those of level 0
+    Limits limits = {};                 ///< of kTrialLimits
+    formats::LayoutCost cost = formats::LayoutCost::Bytes;
+    bool isComplete = false;
 };
+/// Limits that a trial decides by: a joint one by the last.
+inline constexpr std::initializer_list<Limit> kTrialLimits = {Limit::Error, Limit::Visible, Limit::WholeVisible};
 template <class Fields, Is<TrialParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     fields.required("description", parameters.description, "conventions of the light map");
@@ -41,6 +54,9 @@ void describe(Fields& fields, Self& parameters) {
                      "true: the filter of the hardware where a layout has it");
     fields.presentIf(!parameters.layouts.empty(), "layouts", parameters.layouts, "layouts that may be chosen");
     fields.presentIf(parameters.mips, "mips", parameters.mips, "true for a map with mip levels");
+    describe(fields, parameters.limits, kTrialLimits);
+    fields.presentIf(parameters.cost != formats::LayoutCost::Bytes, "cost", parameters.cost, "what the choice keeps small");
+    fields.presentIf(parameters.isComplete, "complete", parameters.isComplete, "true if every layout is measured on all rows");
 }
 
 /// Size, cost and error of one layout.
@@ -72,17 +88,18 @@ void describe(Fields& fields, Self& candidate) {
 
 struct TrialResult {
     std::vector<TrialCandidate> candidates;  ///< by bytes
-    double share = 1;                        ///< part of the map that was tried
+    double share = 1;                        ///< part of the map that each was tried on, at least
+    bool isPruned = false;                   ///< layouts were left out that cost more than one within the limits
 };
 template <class Fields, Is<TrialResult> Self>
 void describe(Fields& fields, Self& result) {
     fields.required("candidates", result.candidates, "layouts, the smallest first");
     fields.required("share", result.share, "part of the map that was tried");
+    fields.presentIf(result.isPruned, "pruned", result.isPruned, "true if layouts were left out that cost more than one within the limits");
 }
 
-/// Encodes the map, or evenly spread strips of a large one, under every layout that "auto" may take, and shades its texel centres. Where
-/// the scene lists layouts, the others are measured too if that is cheap: on small maps, and where the trial of a listed one has them as
-/// stages.
+/// Tries the layouts that "auto" may take. Where the scene lists layouts, the others are measured too if that is cheap: on small maps, and
+/// where the trial of a listed one has them as stages.
 formats::Result<ActionOutcome> tryLightMap(const ActionContext& context);
 
 }  // namespace lightcook::pipeline

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <set>
 
 #include "pipeline/graph/parallel_for.h"
 #include "verify/texture_unit.h"
@@ -64,38 +66,74 @@ std::vector<const DominantLayoutInfo*> distinctLayouts(const std::vector<std::st
 
 }  // namespace
 
-WholeTrial::WholeTrial(LightMapSource& source, std::vector<int> strips, verify::WholeShader shader, const verify::Viewing& viewing)
+WholeTrial::WholeTrial(LightMapSource& source, std::vector<TrialRows> first, std::vector<TrialRows> rest, verify::WholeShader shader,
+                       const verify::Viewing& viewing)
     : source_(&source),
-      strips_(std::move(strips)),
+      first_(std::move(first)),
+      rest_(std::move(rest)),
       shader_(std::move(shader)),
       viewing_(viewing),
-      places_(source.width(), source.height()) {}
-
-Result<WholeTrial> WholeTrial::create(LightMapSource& source, const std::vector<int>& strips, const verify::LightMapShading& shading,
-                                      const verify::Viewing& viewing) {
-    LC_TRY(shader, verify::WholeShader::create(shading));
-    return WholeTrial(source, strips, std::move(*shader), viewing);
+      places_(source.width(), source.height()) {
+    std::set<int> strips;
+    for (const auto* rows : {&first_, &rest_})
+        for (const TrialRows& each : *rows) strips.insert(each.strip);
+    strips_.assign(strips.begin(), strips.end());
 }
 
-std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& verifier, double key, const verify::DecodedLightMapRows& rows,
-                                             const formats::LightMapStrip& texels, int strip) const {
-    const std::vector<SurfacePlace> places = places_.of(texels, source_->stripFirstRow(strip), source_->stripRows(strip));
+Result<WholeTrial> WholeTrial::create(LightMapSource& source, std::vector<TrialRows> first, std::vector<TrialRows> rest,
+                                      const verify::LightMapShading& shading, const verify::Viewing& viewing) {
+    LC_TRY(shader, verify::WholeShader::create(shading));
+    return WholeTrial(source, std::move(first), std::move(rest), std::move(*shader), viewing);
+}
+
+std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& verifier, double key,
+                                             const verify::DecodedLightMapRows& decoded, const formats::LightMapStrip& texels,
+                                             const TrialRows& rows) const {
+    const std::vector<SurfacePlace> places = places_.of(texels, source_->stripFirstRow(rows.strip), source_->stripRows(rows.strip),
+                                                        rows.firstRow, rows.firstRow + rows.rowCount);
     std::vector<float> samples(places.size() * 3 * shader_.stride());
     std::vector<lighting::ShRgb> light(verifier.lightCount());
     for (std::size_t i = 0; i < places.size(); ++i) {
-        if (!verifier.lightAt(rows, texels, places[i].at, light)) continue;
+        if (!verifier.lightAt(decoded, texels, places[i].at, light)) continue;
         for (glm::vec3& coefficient : light.back()) coefficient *= static_cast<float>(key);
         shader_.shadeLightMap(light.back(), places[i].normal, std::span(samples).subspan(i * 3 * shader_.stride(), 3 * shader_.stride()));
     }
     return samples;
 }
 
-/// Shades the places of a strip by the bake and, with a fit, by its light.
-Result<WholeTrial::LitStrip> WholeTrial::shadeBake(int strip, const std::optional<verify::DominantFit>& fit) const {
+Result<WholeTrial::LitStrip> WholeTrial::shadeStrip(int strip, const ShadeRows& shade) const {
     LC_TRY(texels, source_->stripWithMargin(strip, 0, 0));
-    const std::vector<SurfacePlace> places = places_.of(*texels, source_->stripFirstRow(strip), source_->stripRows(strip));
+    LitStrip lit;
+    for (const auto& [rows, out] : {std::pair(&first_, &lit.first), std::pair(&rest_, &lit.rest)}) {
+        std::vector<SurfacePlace> places;
+        for (const TrialRows& each : *rows) {
+            if (each.strip != strip) continue;
+            std::vector<SurfacePlace> more =
+                places_.of(*texels, source_->stripFirstRow(strip), source_->stripRows(strip), each.firstRow, each.firstRow + each.rowCount);
+            std::ranges::move(more, std::back_inserter(places));
+        }
+        *out = shade(places);
+    }
+    return lit;
+}
+
+template <class Shade, class Append>
+Result<void> WholeTrial::shadeStrips(const ActionContext& context, const std::string& what, Shade shade, Append append) const {
+    std::vector<LitRows> rest;
+    auto shaded = foldInOrder<LitStrip>(
+        static_cast<int>(strips_.size()), context, what, [&](int index) { return shade(strips_[static_cast<std::size_t>(index)]); },
+        [&](LitStrip&& strip) {
+            append(strip.first);
+            rest.push_back(std::move(strip.rest));
+        });
+    for (const LitRows& each : rest) append(each);
+    return shaded;
+}
+
+/// Shades places by the bake and, with a fit, by its light.
+WholeTrial::LitRows WholeTrial::shadeBake(const std::vector<SurfacePlace>& places, const std::optional<verify::DominantFit>& fit) const {
     const std::size_t count = 3 * shader_.stride();
-    LitStrip lit{std::vector<float>(places.size() * count), std::vector<float>(fit ? places.size() * count : 0), {}};
+    LitRows lit{std::vector<float>(places.size() * count), std::vector<float>(fit ? places.size() * count : 0), {}};
     verify::CookedDominant map;
     map.fit = fit.value_or(map.fit);
     const verify::DominantVerifier verifier(map, {}, source_->luminanceWeights(), 0);
@@ -111,34 +149,35 @@ Result<WholeTrial::LitStrip> WholeTrial::shadeBake(int strip, const std::optiona
 }
 
 /// Shades the places of a strip by the dominant layouts of one size.
-Result<WholeTrial::LitStrip> WholeTrial::shadeStrip(int strip, const DominantEncoder& encoder,
-                                                    const std::vector<const DominantLayoutInfo*>& layouts, verify::DominantFit fit) const {
-    LC_TRY(texels, source_->stripWithMargin(strip, 0, 0));
+Result<WholeTrial::LitStrip> WholeTrial::shadeDominants(int strip, const DominantEncoder& encoder,
+                                                        const std::vector<const DominantLayoutInfo*>& layouts,
+                                                        verify::DominantFit fit) const {
     LC_TRY(rows, encoder.encode(strip));
-    const std::vector<SurfacePlace> places = places_.of(*texels, source_->stripFirstRow(strip), source_->stripRows(strip));
     const std::size_t count = 3 * shader_.stride();
     const DominantConstants& k = encoder.constants();
     const verify::CookedDominant map{k.directionScale, k.directionBias, k.intensityRange, source_->width(), source_->height(), fit,
                                      encoder.size().x, encoder.size().y};
     const verify::DominantVerifier verifier(map, {}, source_->luminanceWeights(), 0);
-    LitStrip lit;
-    for (const DominantLayoutInfo* layout : layouts) {
-        const verify::DecodedDominantRows decoded = decodedRows(encoder, *rows, layout->hasResidual);
-        std::vector<float>& samples = lit.dominants.emplace_back(places.size() * count);
-        for (std::size_t i = 0; i < places.size(); ++i)
-            shader_.shadeDominant(verifier.decode(decoded, places[i].at.x, places[i].at.y), places[i].normal,
-                                  std::span(samples).subspan(i * count, count));
-    }
-    return lit;
+    return shadeStrip(strip, [&](const std::vector<SurfacePlace>& places) {
+        LitRows lit;
+        for (const DominantLayoutInfo* layout : layouts) {
+            const verify::DecodedDominantRows decoded = decodedRows(encoder, *rows, layout->hasResidual);
+            std::vector<float>& samples = lit.dominants.emplace_back(places.size() * count);
+            for (std::size_t i = 0; i < places.size(); ++i)
+                shader_.shadeDominant(verifier.decode(decoded, places[i].at.x, places[i].at.y), places[i].normal,
+                                      std::span(samples).subspan(i * count, count));
+        }
+        return lit;
+    });
 }
 
 Result<void> WholeTrial::shadeReference(const std::optional<verify::DominantFit>& fit, const ActionContext& context) {
-    auto shaded = foldInOrder<LitStrip>(
-        static_cast<int>(strips_.size()), context, fmt::format("shade {}", context.action.asset),
-        [&](int index) { return shadeBake(strips_[static_cast<std::size_t>(index)], fit); },
-        [&](const LitStrip& strip) {
-            append(bake_, strip.bake);
-            append(light_, strip.light);
+    auto shaded = shadeStrips(
+        context, fmt::format("shade {}", context.action.asset),
+        [&](int strip) { return shadeStrip(strip, [&](const std::vector<SurfacePlace>& places) { return shadeBake(places, fit); }); },
+        [&](const LitRows& rows) {
+            append(bake_, rows.bake);
+            append(light_, rows.light);
         });
     if (shaded) reference_ = sumOf(bake_, light_);
     return shaded;
@@ -147,16 +186,21 @@ Result<void> WholeTrial::shadeReference(const std::optional<verify::DominantFit>
 Result<void> WholeTrial::tryDivisor(const DominantEncoder& encoder, const std::vector<const DominantLayoutInfo*>& layouts,
                                     verify::DominantFit fit, const ActionContext& context) {
     std::vector<std::vector<float>> samples(layouts.size());
-    auto shaded = foldInOrder<LitStrip>(
-        static_cast<int>(strips_.size()), context, fmt::format("try dominant light {} of {}", layouts.front()->name, context.action.asset),
-        [&](int index) { return shadeStrip(strips_[static_cast<std::size_t>(index)], encoder, layouts, fit); },
-        [&](const LitStrip& strip) {
-            for (std::size_t i = 0; i < layouts.size(); ++i) append(samples[i], strip.dominants[i]);
+    auto shaded = shadeStrips(
+        context, fmt::format("try dominant light {} of {}", layouts.front()->name, context.action.asset),
+        [&](int strip) { return shadeDominants(strip, encoder, layouts, fit); },
+        [&](const LitRows& rows) {
+            for (std::size_t i = 0; i < layouts.size(); ++i) append(samples[i], rows.dominants[i]);
         });
     if (!shaded) return shaded;
     for (std::size_t i = 0; i < layouts.size(); ++i)
         addDominant(layouts[i]->name, encoder.gpuBytes(layouts[i]->hasResidual), std::move(samples[i]));
     return {};
+}
+
+void WholeTrial::add(const std::string& layout, const std::vector<float>& samples) {
+    const auto known = std::ranges::find(lightMaps_, layout, &Lit::layout);
+    append(known == lightMaps_.end() ? lightMaps_.emplace_back(layout).samples : known->samples, samples);
 }
 
 void WholeTrial::addDominant(std::string_view layout, std::uint64_t bytes, std::vector<float> samples) {
@@ -185,22 +229,19 @@ Result<void> WholeTrial::tryDominants(const std::optional<DominantTrial>& domina
     return {};
 }
 
-double WholeTrial::visibleOf(const std::vector<float>& a, const std::vector<float>& b) const {
-    return verify::visibleErrorsOfSum(reference_, a, b, shader_.sampleCount(), shader_.stride(), viewing_).p99;
+double WholeTrial::visibleOf(std::span<const float> a, std::span<const float> b) const {
+    return verify::visibleErrorsOfSum(std::span(reference_).first(a.size()), a, b, shader_.sampleCount(), shader_.stride(), viewing_).p99;
 }
 
-std::vector<WholeCandidate> WholeTrial::pairs(const ActionContext& context) const {
-    static const Lit kNoLight{};
-    std::vector<std::pair<const Lit*, const Lit*>> combinations;
-    for (const Lit& map : lightMaps_) {
-        if (lights_.empty()) combinations.emplace_back(&map, &kNoLight);
-        for (const Lit& light : lights_) combinations.emplace_back(&map, &light);
-    }
-    std::vector<WholeCandidate> pairs(combinations.size());
-    forEachIndex(combinations.size(), context, fmt::format("compare layouts of {}", context.action.asset), [&](std::size_t i) {
-        const auto& [map, light] = combinations[i];
-        pairs[i] = {map->layout, light->layout, visibleOf(map->samples, light->samples),
-                    verify::relRmsOfSum(reference_, map->samples, light->samples, shader_.sampleCount(), shader_.stride())};
+std::vector<WholeCandidate> WholeTrial::pairsOf(const std::string& layout, const ActionContext& context) const {
+    static const std::vector<Lit> kNoLights(1);
+    const std::vector<float>& map = std::ranges::find(lightMaps_, layout, &Lit::layout)->samples;
+    const std::vector<Lit>& lights = lights_.empty() ? kNoLights : lights_;
+    std::vector<WholeCandidate> pairs(lights.size());
+    forEachIndex(lights.size(), context, fmt::format("compare layouts of {}", context.action.asset), [&](std::size_t i) {
+        const auto light = std::span(lights[i].samples).first(std::min(map.size(), lights[i].samples.size()));
+        pairs[i] = {layout, lights[i].layout, visibleOf(map, light),
+                    verify::relRmsOfSum(std::span(reference_).first(map.size()), map, light, shader_.sampleCount(), shader_.stride())};
     });
     return pairs;
 }

@@ -8,7 +8,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,6 +19,7 @@
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/light_map/surface_places.h"
+#include "pipeline/assets/light_map/trial_rows.h"
 #include "pipeline/graph/action.h"
 #include "verify/whole_shading.h"
 
@@ -28,47 +31,59 @@ inline constexpr double kUnseenDominant = 0.1;
 /// The places of a map, and the light that candidates show there.
 class WholeTrial {
 public:
-    /// strips  of the source, the same that light-map layouts are tried on
-    static formats::Result<WholeTrial> create(LightMapSource& source, const std::vector<int>& strips,
+    /// first, rest  rows of the source: those that every light-map layout is tried on, and those that some are tried on then
+    static formats::Result<WholeTrial> create(LightMapSource& source, std::vector<TrialRows> first, std::vector<TrialRows> rest,
                                               const verify::LightMapShading& shading, const verify::Viewing& viewing);
 
     /// Shades the reference and the dominant layouts. Without `dominant` the reference has no dominant light.
     formats::Result<void> tryDominants(const std::optional<DominantTrial>& dominant, const DominantParameters& parameters,
                                        const ActionContext& context);
-    /// Returns the places of a strip as a decoded light map lights them. Pure; safe on several threads.
+    /// Returns the places of some rows as a decoded light map lights them. Pure; safe on several threads.
     /// key  of the verifier
-    std::vector<float> shadeLightMap(const verify::LightMapVerifier& verifier, double key, const verify::DecodedLightMapRows& rows,
-                                     const formats::LightMapStrip& texels, int strip) const;
-    /// Notes the light of all places under a light-map layout.
-    void add(std::string layout, std::vector<float> samples) { lightMaps_.push_back({std::move(layout), std::move(samples)}); }
+    std::vector<float> shadeLightMap(const verify::LightMapVerifier& verifier, double key, const verify::DecodedLightMapRows& decoded,
+                                     const formats::LightMapStrip& texels, const TrialRows& rows) const;
+    /// Adds the light of the places of the first rows under a light-map layout, or then that of the rest.
+    void add(const std::string& layout, const std::vector<float>& samples);
 
     const std::vector<DominantCandidate>& dominants() const { return dominants_; }
-    /// Returns the errors of all pairs, light maps in the order of add().
-    std::vector<WholeCandidate> pairs(const ActionContext& context) const;
+    /// Returns the errors of a light-map layout with each layout of the dominant light, at the places that were added.
+    std::vector<WholeCandidate> pairsOf(const std::string& layout, const ActionContext& context) const;
 
 private:
     struct Lit {
-        std::string layout;
-        std::vector<float> samples;  ///< [place][channel][sample]; empty: no light
+        std::string layout = {};
+        std::vector<float> samples = {};  ///< [place][channel][sample], places of the first rows before those of the rest; empty: no light
     };
-    WholeTrial(LightMapSource& source, std::vector<int> strips, verify::WholeShader shader, const verify::Viewing& viewing);
+    WholeTrial(LightMapSource& source, std::vector<TrialRows> first, std::vector<TrialRows> rest, verify::WholeShader shader,
+               const verify::Viewing& viewing);
 
-    /// The places of one strip under the reference, and under the dominant layouts of one size.
-    struct LitStrip {
+    /// The places of some rows of one strip under the reference, and under the dominant layouts of one size.
+    struct LitRows {
         std::vector<float> bake, light;             ///< of the reference
         std::vector<std::vector<float>> dominants;  ///< [layout]
     };
-    formats::Result<LitStrip> shadeBake(int strip, const std::optional<verify::DominantFit>& fit) const;
-    formats::Result<LitStrip> shadeStrip(int strip, const DominantEncoder& encoder, const std::vector<const DominantLayoutInfo*>& layouts,
-                                         verify::DominantFit fit) const;
+    /// Of one strip.
+    struct LitStrip {
+        LitRows first, rest;
+    };
+    using ShadeRows = std::function<LitRows(const std::vector<SurfacePlace>& places)>;
+    /// Shades the places of the first rows and of the rest of a strip.
+    formats::Result<LitStrip> shadeStrip(int strip, const ShadeRows& shade) const;
+    /// Shades all strips, and appends the samples of the first rows of all, and then those of the rest.
+    template <class Shade, class Append>
+    formats::Result<void> shadeStrips(const ActionContext& context, const std::string& what, Shade shade, Append append) const;
+    LitRows shadeBake(const std::vector<SurfacePlace>& places, const std::optional<verify::DominantFit>& fit) const;
+    formats::Result<LitStrip> shadeDominants(int strip, const DominantEncoder& encoder,
+                                             const std::vector<const DominantLayoutInfo*>& layouts, verify::DominantFit fit) const;
     formats::Result<void> shadeReference(const std::optional<verify::DominantFit>& fit, const ActionContext& context);
     formats::Result<void> tryDivisor(const DominantEncoder& encoder, const std::vector<const DominantLayoutInfo*>& layouts,
                                      verify::DominantFit fit, const ActionContext& context);
     void addDominant(std::string_view layout, std::uint64_t bytes, std::vector<float> samples);
-    double visibleOf(const std::vector<float>& a, const std::vector<float>& b) const;
+    double visibleOf(std::span<const float> a, std::span<const float> b) const;
 
     LightMapSource* source_;
-    std::vector<int> strips_;
+    std::vector<TrialRows> first_, rest_;
+    std::vector<int> strips_;  ///< that have some of these rows
     verify::WholeShader shader_;
     verify::Viewing viewing_;
     SurfacePlaces places_;

@@ -75,9 +75,10 @@ TEST_F(SceneFilter, AutoMeasuresTheLayoutsThatHaveIt) {
         }
         return names;
     };
-    EXPECT_THAT(candidatesOf("max_error = 0.5"), testing::IsSupersetOf({"lit", "lit-half", "lit-quarter", "basis-4"}));
-    EXPECT_THAT(candidatesOf("max_error = 0.5\nfilter = \"hardware\""), testing::Not(testing::Contains("lit-half")));
-    EXPECT_THAT(candidatesOf("max_error = 0.5\nfilter = \"decoded\""),
+    // A budget measures all.
+    EXPECT_THAT(candidatesOf("budget = \"1 MiB\""), testing::IsSupersetOf({"lit", "lit-half", "lit-quarter", "basis-4"}));
+    EXPECT_THAT(candidatesOf("budget = \"1 MiB\"\nfilter = \"hardware\""), testing::Not(testing::Contains("lit-half")));
+    EXPECT_THAT(candidatesOf("budget = \"1 MiB\"\nfilter = \"decoded\""),
                 testing::IsSupersetOf({"lit", "lit-half", "lit-quarter", "basis-4"}));
 }
 

@@ -36,6 +36,16 @@ TEST_F(ParallelFor, TheErrorOfTheLowestIndexIsReturned) {
     }
 }
 
+TEST_F(ParallelFor, APassReportsItsPartOfTheAction) {
+    std::vector<double> reported;
+    state_.progress = [&](const Action&, const std::string&, double fraction) { reported.push_back(fraction); };
+    const auto one = [](int index) -> formats::Result<int> { return index; };
+    ASSERT_TRUE(mapInOrder<int>(1, context_.pass(1, 4), "second", one));
+    ASSERT_TRUE(mapInOrder<int>(1, context_.pass(3, 4).pass(0, 2), "half of the last", one));
+    ASSERT_TRUE(mapInOrder<int>(1, context_, "all", one));
+    EXPECT_EQ(reported, (std::vector<double>{0.5, 0.875, 1}));
+}
+
 TEST_F(ParallelFor, AnInterruptEndsTheLoop) {
     state_.interrupted = true;
     int count = 0;
