@@ -65,21 +65,21 @@ class Report(unittest.TestCase):
     def tearDown(self):
         self.assertEqual(self.browser.problems(), [])
 
-    def show(self, file, width=1400):
+    def show(self, file, width=1400, unfolded=True):
         self.assertTrue(file.is_file(), file)
         self.browser.resize(width, 900)
         self.browser.show(f'file://{file}')
-        # Parts that are not in view have no layout, and no text.
-        self.browser.evaluate('document.querySelectorAll(".card").forEach((card) => { card.style.contentVisibility = "visible"; })')
+        if unfolded:
+            self.browser.evaluate('document.querySelectorAll("details").forEach((each) => { each.open = true; })')
 
-    def show_report(self, report, *options, width=1400):
+    def show_report(self, report, *options, width=1400, unfolded=True):
         """Shows the page of the example with another report."""
         folder, page = self.folder / 'edited', self.folder / 'edited.html'
         shutil.copytree(self.cooked, folder, dirs_exist_ok=True)
         (folder / 'report.json').write_text(json.dumps(report))
         page.unlink(missing_ok=True)
         run(LIGHTCOOK, 'report', folder, '--html', page, *options, okay=(4, 5))  # the report is not the one of its cook
-        self.show(page, width)
+        self.show(page, width, unfolded)
 
     def edited(self):
         report = copy.deepcopy(self.report)
@@ -122,6 +122,78 @@ class Report(unittest.TestCase):
             self.assertGreater(len(self.all(f'.assets [title="{asset["bytes_gpu"]:,} bytes"]')), 0, asset['name'])
         self.assertNotRegex(self.browser.evaluate('document.querySelector("main").innerHTML'), r'\b(NaN|undefined|Infinity|\[object)')
 
+    def boxes(self, selector):
+        """Left, top, right and bottom of elements [CSS pixels]."""
+        return self.browser.evaluate(f'''[...document.querySelectorAll({json.dumps(selector)})].map((each) => {{
+            const {{ left, top, right, bottom }} = each.getBoundingClientRect();
+            return [left, top, right, bottom];
+        }})''')
+
+    def test_the_first_screen_has_verdict_memory_pictures_and_opportunities(self):
+        self.show(self.cooked / 'report.html', unfolded=False)
+        for selector in ('header .verdict', 'header .sizes', '.first .wipe', '.first .opportunities li:has(code)'):
+            boxes = self.boxes(selector)
+            self.assertGreater(len(boxes), 0, selector)
+            for left, top, right, bottom in boxes:
+                self.assertTrue(0 <= left < right <= 1400 and 0 <= top < bottom <= 900, (selector, left, top, right, bottom))
+        read = {asset['light'].get('bake', asset['name']) if asset['kind'] in ('light-map', 'dominant') else asset['name']: asset['bytes_in'] for asset in self.report['assets']}
+        self.assertEqual(self.all('.sizes dd > *', 'title') + self.all('.sizes b > *', 'title'),
+                         [f'{sum(read.values()):,} bytes', '', f'{self.report["budget"]["used_bytes"]:,} bytes'])
+        self.assertRegex(self.all('.sizes dd')[0], r'^[0-9.]+ MiB → [0-9.]+ [KM]iB$')
+
+    def test_bake_and_cooked_are_wiped(self):
+        report, light_map = self.edited()
+        worst = max((place for place in light_map['preview']['worst'] if 'view' in place), key=lambda place: place['visible'])
+        self.show(self.cooked / 'report.html')
+        pictures = [self.browser.evaluate(f'JSON.parse(document.getElementById("data").textContent).pictures[{json.dumps(worst["view"][side])}]') for side in ('reference', 'cooked')]
+        self.assertEqual(self.all('.wipe img', 'src'), pictures)
+        self.assertIn(f'around texel {worst["texel"][0]}, {worst["texel"][1]}', self.section('Before and after, at the worst place'))
+        # "inset(0px 0px 0px 75%)": the cooked picture begins there.
+        begins = lambda: float(self.browser.evaluate('getComputedStyle(document.querySelector(".wipe .after")).clipPath').split()[-1].rstrip('%)'))  # noqa: E731
+        self.assertEqual(begins(), float(self.all('.wipe input', 'value')[0]))
+        self.browser.click('.wipe input', 0.75)
+        at = begins()
+        self.assertAlmostEqual(at, 75, delta=3)
+        self.browser.press('ArrowLeft', 'ArrowLeft')
+        self.assertLess(begins(), at)
+        # Without views of the mesh: the texels.
+        for place in light_map['preview']['worst']:
+            place.pop('view', None)
+        self.show_report(report)
+        self.assertIn('not a view of the scene', self.section('Before and after'))
+        self.assertEqual(self.all('.wipe img', 'naturalWidth'), [256, 256])
+
+    def test_assets_that_passed_are_folded(self):
+        report, light_map = self.edited()
+        light_map['passed'] = report['passed'] = False
+        self.show_report(report, unfolded=False)
+        opened = [asset['name'] == light_map['name'] for asset in report['assets']]
+        self.assertEqual(self.all('.asset > details', 'open'), opened)
+        last = f'#asset-{len(opened)}'
+        self.browser.click(f'.assets a[href="{last}"]')
+        self.browser.evaluate('new Promise((done) => setTimeout(done, 50))')
+        self.assertEqual(self.all(f'{last} > details', 'open'), [True])
+        self.browser.evaluate('dispatchEvent(new Event("beforeprint"))')
+        self.assertEqual(set(self.all('.asset > details', 'open')), {True})
+        self.browser.evaluate('dispatchEvent(new Event("afterprint"))')
+        self.assertEqual(self.all('.asset > details', 'open'), [*opened[:-1], True])
+
+    def test_the_table_of_assets_fits_narrow_screens(self):
+        report, light_map = self.edited()
+        light_map['limit']['max_visible_bound'] = 50
+        light_map['name'] = 'a_long_name_of_a_light_map_of_the_northern_hall'
+        for bounded in (False, True):
+            for width in (800, 420):
+                if bounded:
+                    self.show_report(report, width=width)
+                else:
+                    self.show(self.cooked / 'report.html', width)
+                [frame] = self.boxes('.scroll:has(.assets)')
+                shown = [box for box in self.boxes('.assets :is(.verdict, .num, .shading)') if box[2] > box[0]]
+                self.assertGreaterEqual(len(shown), 5 * len(report['assets']))
+                for box in shown:
+                    self.assertTrue(frame[0] <= box[0] and box[2] <= frame[2] + 0.5, (width, bounded, box, frame))
+
     def test_nothing_from_outside_becomes_markup(self):
         report, light_map = self.edited()
         report['scene'] = light_map['name'] = light_map['layout'] = EVIL
@@ -150,7 +222,8 @@ class Report(unittest.TestCase):
         self.show_report(report, width=420)
         self.assert_fits(420)
         self.assertEqual(self.all('header .verdict'), ['✗ failed'])
-        self.assert_in_order(self.all('.lead')[0], 'Not cooked: sky2. 1 of ', ' failed; ', ' over.')
+        self.assert_in_order(self.all('.lead')[0], 'Not cooked: sky2. 1 of ', ' failed; ')
+        self.assertRegex(self.all('.first-facts .over')[0], r' % used, .* over$')
         first, memory = self.all('.failures li')
         self.assertEqual(first, f"{light_map['name']}: stage total, diffuse: {message}")
         self.assertRegex(memory, r'^memory budget: .* of 1\.00 KiB used \(.* %\), .* over$')
@@ -199,6 +272,8 @@ class Report(unittest.TestCase):
         self.assert_in_order(self.section('Plausibility'), 'stale-bake', 'the scene', 'an old bake', 'bake again', 'allowed: on purpose')
         self.assert_in_order(self.section('What another budget buys'), '200 KiB more take the visible error from 8.00 to 0 (map: raw',
                              '100 KiB less take the visible error from 8.00 to 20.0 (map: basis-3, dominant light half).', 'map: basis-4, dominant light half (chosen)')
+        self.assert_in_order(self.section('The '), '100 % less visible error of the whole shading, for 200 KiB more', 'falls from 8.00 to 0: map as raw with dominant light half',
+                             'budget = "400 KiB"', 'in [output]')
         self.assert_in_order(self.section('Error of the whole shading'), 'RMS', ' of the squared error (', 'Share of the squared error')
         self.assertEqual(self.all('svg', 'outerHTML.match(/NaN|undefined|Infinity/)'), [None] * len(self.all('svg')))
 

@@ -1,7 +1,6 @@
-// Sentences about memory and error, and the layouts beside the chosen one. Each has figures that were measured in the cook (layouts that were
-// tried) or that follow from sizes alone.
-import { bytesText, countText, numberText, percentText } from "../src/units.js";
-import { formats, nameOf, sorted } from "./parts.js";
+// Sentences about memory and error, and the layouts beside the chosen one. Each has figures that were measured in the cook.
+import { bytesText, numberText, percentText } from "../src/units.js";
+import { nameOf, sorted } from "./parts.js";
 
 /** Textures of a light map that are not its texels. */
 const LOOKUPS = ["tables", "index", "coverage"];
@@ -29,7 +28,7 @@ export function alternativesOf({ trial_candidates: tried, layout, limit }) {
     cheaper: chosen && least(others.filter((each) => each.bytes_gpu < chosen.bytes_gpu), errorOf),
     better: chosen && least(others.filter((each) => errorOf(each) < errorOf(chosen)), bytesOf),
     errorOf,
-    errorName: isVisible ? "visible error, p99" : "rel_rms",
+    isVisible,
     limit: isVisible ? limit.max_visible : limit?.value,
     text: isVisible ? numberText : percentText,
   };
@@ -51,19 +50,6 @@ function proportions(report) {
   ];
 }
 
-function layouts(asset) {
-  const { chosen, cheaper, better, errorOf, errorName, limit, text } = alternativesOf(asset), name = nameOf(asset);
-  if (!chosen) return [];
-  const where = asset.trial_share < 1 ? `measured on ${percentText(asset.trial_share)} of the map` : "measured";
-  const cost = (each) => `${countText(each.fetches)} fetches and ${countText(each.decode_ops)} operations a sample`;
-  const change = (each) => `the error (${errorName}, ${where}) goes from ${text(errorOf(chosen))} to ${text(errorOf(each))}`;
-  return [
-    cheaper && `${name}: layout ${cheaper.layout} in place of ${chosen.layout} saves ${bytesText(chosen.bytes_gpu - cheaper.bytes_gpu)}; ${change(cheaper)}${
-      errorOf(cheaper) > limit ? `, over the limit of ${text(limit)}` : ""}. ${cost(cheaper)} in place of ${cost(chosen)}.`,
-    better && better.bytes_gpu >= chosen.bytes_gpu && `${name}: layout ${better.layout} costs ${bytesText(better.bytes_gpu - chosen.bytes_gpu)} more; ${change(better)}. ${cost(better)}.`,
-  ];
-}
-
 /** Returns the layout that the scene's list lacks and the map would be better off with. */
 function excluded(asset) {
   const other = asset.better_excluded;
@@ -74,46 +60,8 @@ function excluded(asset) {
     `${numberText(other.visible_then)}.`;
 }
 
-/** Returns the texels of a light map that no chart uses. Those of a packed map are what blocks and filters need at the rims of its charts. */
-function unusedTexels(asset) {
-  // Values of a ground truth lie at texels of the bake: charts stay there.
-  if (asset.notes?.packing || asset.ground_truth) return null;
-  const textures = asset.textures ?? [], sum = (valueOf) => textures.reduce((all, texture) => all + valueOf(texture), 0);
-  const unused = sum((texture) => bytesOutsideCharts(asset, texture)), share = unused / sum(({ bytes_gpu }) => bytes_gpu);
-  if (!(share >= 0.1)) return null;
-  return `${nameOf(asset)}: texels outside charts take ${percentText(share)} of its textures: ${bytesText(unused)}. ${asset.charts ? "" : "Name its mesh in [[light_map]]: "}` +
-    'charts = "pack" packs the light-map UVs of its mesh anew, which saves up to that. Blocks then hold texels of several charts: where a bright one comes beside a dark ' +
-    "one, rel_rms may rise several times, visible errors hardly. Cook it into another folder, and compare with report --baseline.";
-}
-
-/** Returns what the largest levels of cubemaps take: one sentence for those of one size that have as many levels which no material reads. */
-function cubemapLevels(assets) {
-  /** By width and unread levels. @type {Map<string, { width: number, unread: number, cubemaps: any[], bytes: number }>} */
-  const groups = new Map();
-  for (const asset of assets) {
-    const { kind, width, textures = [], notes } = asset, format = textures.length === 1 && formats[textures[0].format];
-    if (kind !== "cubemap" || width < 64 || !format) continue;
-    const unread = notes?.unread_levels ?? 0, bytes = unread > 0 ? notes.unread_bytes ?? 0 : 6 * Math.ceil(width / format.side) ** 2 * format.bytes;
-    if (bytes >= asset.bytes_gpu) continue;
-    const key = `${width} ${unread}`, group = groups.get(key) ?? { width, unread, cubemaps: /** @type {any[]} */ ([]), bytes: 0 };
-    group.cubemaps.push(asset);
-    group.bytes += bytes;
-    groups.set(key, group);
-  }
-  return sorted(groups.values(), ({ width, unread }) => 1e3 * width + unread).map(({ width, unread, cubemaps, bytes }) => {
-    const isOne = cubemaps.length === 1, names = isOne ? nameOf(cubemaps[0]) : `${cubemaps.length} cubemaps, '${cubemaps[0].name}' and others`;
-    const whose = isOne ? "its" : "their", saved = bytesText(bytes);
-    return unread > 0
-      ? `${names}: no material is smooth enough to read ${whose} ${unread === 1 ? "largest level" : `${unread} largest levels`}. size = "auto" leaves ${
-        unread === 1 ? "it" : "them"} out and saves ${saved}. The other levels may be encoded anew; their error keeps the same limits.`
-      : `${names}: size = ${width / 2} in place of ${width} saves ${saved}, ${whose} largest ${isOne ? "level" : "levels"}. ` +
-        "The error of that was not measured: cook it, and compare with report --baseline.";
-  });
-}
-
 /** Returns the sentences of a report, the most important one first. @returns {string[]} */
 export function adviceOf(report) {
-  const assets = sorted(report.assets, ({ bytes_gpu }) => bytes_gpu);
-  const found = [...proportions(report), ...assets.flatMap((asset) => [...layouts(asset), excluded(asset), unusedTexels(asset)]), ...cubemapLevels(assets)];
-  return found.filter((sentence) => sentence).map((sentence) => sentence[0].toUpperCase() + sentence.slice(1));
+  const assets = sorted(report.assets, ({ bytes_gpu }) => bytes_gpu), found = [...proportions(report), ...assets.map(excluded)].filter((sentence) => sentence !== null);
+  return found.map((sentence) => sentence[0].toUpperCase() + sentence.slice(1));
 }

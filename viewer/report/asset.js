@@ -1,6 +1,6 @@
 // The section of an asset: everything that the report holds about it.
 import { make } from "../src/elements.js";
-import { countText, numberText, percentText } from "../src/units.js";
+import { bytesText, countText, numberText, percentText } from "../src/units.js";
 import { alternativesOf } from "./advice.js";
 import { noteCaption, stageCaption, textureCaption } from "./captions.js";
 import {
@@ -139,6 +139,7 @@ function candidates(asset) {
     make("div", { class: "columns" },
       curve("Error (rel_rms) against memory", false, "bits_per_texel"), curve("Visible error (p99) against memory", true, "bits_per_texel"),
       curve("Error against run time: operations", false, "decode_ops"), curve("Error against run time: fetches", false, "fetches")),
+    soft("Point at a dot for its name; layouts without room for theirs have it there alone, and in the table."),
     table("candidates", columns, all.map((each) => row(each === chosen ? "total" : "", each.layout + roleOf(each),
       bytes(each.bytes_gpu), numberText(each.bits_per_texel), countText(each.fetches), countText(each.decode_ops),
       figure(each, "diffuse"), figure(each, "specular"), visible(each, "visible_diffuse"), visible(each, "visible_specular")))));
@@ -190,11 +191,11 @@ function facts(asset) {
     block && fact("Worst block", titled(`${numberText(block.visible)} at ${vectorText(block.block)}`, String(block.visible))));
 }
 
-/** Makes the section. @param {string} id for links */
+/** Makes the section; that of an asset which passed is folded. @param {string} id for links */
 export function assetSection(asset, id) {
-  const lists = [textureTable(asset), notes(asset)];
-  return make("section", { class: "card asset", id },
-    make("div", { class: "title" }, make("h2", {}, asset.name), verdict(asset.passed)), facts(asset), comparison(asset), worstPlaces(asset),
+  const lists = [textureTable(asset), notes(asset)], size = [kindCaption(asset.kind), asset.layout, bytesText(asset.bytes_gpu)].filter((each) => each).join(", ");
+  return make("section", { class: "card asset", id }, make("details", { open: !asset.passed },
+    make("summary", {}, make("h2", {}, asset.name), verdict(asset.passed), make("span", { class: "soft" }, size)), facts(asset), comparison(asset), worstPlaces(asset),
     stageTable(asset), visibleTable(asset), wholeError(asset), mipTable(asset), seamPart(asset), chartPart(asset), worstTable(asset),
-    groundTruth(asset), candidates(asset), make("div", { class: "pair" }, lists));
+    groundTruth(asset), candidates(asset), make("div", { class: "pair" }, lists)));
 }

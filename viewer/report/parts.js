@@ -74,7 +74,7 @@ export const card = (title, ...content) => make("section", { class: "card" }, ma
 export const part = (title, ...content) => make("div", { class: "notes" }, make("h3", {}, title), content);
 export const soft = (...content) => make("p", { class: "soft" }, content);
 export const sub = (text) => make("span", { class: "sub" }, text);
-export const verdict = (passed) => make("span", { class: `verdict ${passed ? "passed" : "failed"}` }, passed ? "✓ passed" : "✗ failed");
+export const verdict = (passed) => make("span", { class: `verdict ${passed ? "passed" : "failed"}` }, passed ? "✓" : "✗", make("span", {}, passed ? " passed" : " failed"));
 export const fact = (name, ...value) => make("div", {}, make("dt", {}, name), make("dd", {}, value));
 export const swatch = (kind) => make("span", { class: "swatch", style: `background:${kindColor(kind)}` });
 export const list = (sentences) => make("ul", { class: "advice" }, sentences.map((sentence) => make("li", {}, sentence)));
@@ -92,6 +92,14 @@ export function shares(title, byName, used, isKind) {
 }
 
 // Reading the report
+
+/** Returns the name of the section of an asset. */
+export const anchor = (index) => `asset-${index + 1}`;
+
+export function budgetSentence({ used_bytes: used, limit_bytes: limit }) {
+  if (limit === null) return `${bytesText(used)} used; the scene has no memory budget`;
+  return `${bytesText(used)} of ${bytesText(limit)} used${limit > 0 ? ` (${percentText(used / limit)})` : ""}, ${bytesText(Math.abs(limit - used))} ${used > limit ? "over" : "free"}`;
+}
 
 /** Returns a sorted copy, the largest value first. */
 export const sorted = (items, valueOf) => [...items].sort((a, b) => valueOf(b) - valueOf(a));

@@ -41,21 +41,40 @@ function grid({ left, right, top, bottom, height }, x, y, textOfX, textOfY, capt
 const CURVE = { width: 640, height: 300, left: 58, right: 626, top: 12, bottom: 262 };
 const COSTS = { bits_per_texel: "bits per texel, tables included", decode_ops: "operations of a sample's decode", fetches: "texture fetches of a sample" };
 
-/** Places names beside their dots, and moves them up or down until none covers another. */
+/** Places names beside their dots, left or right and up or down, where none covers another or a dot. */
 class Labels {
-  /** @type {{ left: number, y: number, width: number }[]} */
+  /** @type {{ left: number, right: number, y: number }[]} y: of the baseline */
   taken = [];
-  mark(x, y) {
-    this.taken.push({ left: x - 6, y: y + 4, width: 12 });
+  /** Keeps an area free. @param {number} left @param {number} right @param {number} y */
+  mark(left, right, y) {
+    this.taken.push({ left, right, y });
   }
-  put(name, x, y) {
-    const width = 6.4 * name.length, left = x + 8 + width > CURVE.right ? x - 8 - width : x + 8;
-    const isFree = (at) => at > CURVE.top + 8 && at < CURVE.bottom &&
-      this.taken.every((box) => left >= box.left + box.width || box.left >= left + width || Math.abs(at - box.y) >= 13);
-    const steps = [0, -13, 13, -26, 26, -39, 39].map((step) => y + 4 + step), at = steps.find(isFree) ?? steps[steps.length - 1];
-    this.taken.push({ left, y: at, width });
-    return label("name", left, at, name);
+  /** Returns the place of a name; nothing if there is none. @param {string} name @param {number} x @param {number} y of the dot */
+  placeOf(name, x, y) {
+    const width = 6.6 * name.length;
+    for (const step of [0, -13, 13, -26, 26]) {
+      for (const left of [x + 9, x - 9 - width]) {
+        const at = y + 4 + step, right = left + width, isInside = left >= CURVE.left && right <= CURVE.right && at > CURVE.top + 8 && at < CURVE.bottom;
+        if (!isInside || this.taken.some((box) => left < box.right + 2 && box.left < right + 2 && Math.abs(at - box.y) < 13)) continue;
+        this.mark(left, right, at);
+        return { left, at };
+      }
+    }
+    return null;
   }
+}
+
+/** Returns the labels of points: of the first one first. Those without room have none. @param {{ name: string, x: number, y: number }[]} points
+ * @param {{ x: number, y: number }[]} dots @returns {Map<string, { left: number, at: number }>} */
+export function labelPlaces(points, dots, limitAt = NaN) {
+  const labels = new Labels(), found = new Map();
+  for (const { x, y } of dots) labels.mark(x - 6, x + 6, y + 4);
+  if (Number.isFinite(limitAt)) labels.mark(CURVE.right - 30, CURVE.right, limitAt - 4);
+  for (const { name, x, y } of points) {
+    const place = labels.placeOf(name, x, y);
+    if (place) found.set(name, place);
+  }
+  return found;
 }
 
 /** Draws error against a cost of each layout on logarithmic axes: a dot (diffuse) and a ring (specular) with a line between them, and a rule at the limit.
@@ -70,15 +89,17 @@ export function errorCurve({ trial_candidates: candidates, layout, limit: limits
   const limit = limits[isVisible ? "max_visible" : "value"], hasLimit = limit > 0.5 * Math.min(...errors) && limit < 2 * Math.max(...errors);
   if (hasLimit) errors.push(limit);
   const { left, right, top, bottom } = CURVE;
-  const x = new Axis(left, right, Math.min(...costs), Math.max(...costs)), y = new Axis(bottom, top, Math.min(...errors), Math.max(...errors)), labels = new Labels();
-  for (const each of points) for (const value of [each.diffuse, each.specular]) labels.mark(x.at(each.cost), y.at(value));
+  const x = new Axis(left, right, Math.min(...costs), Math.max(...costs)), y = new Axis(bottom, top, Math.min(...errors), Math.max(...errors));
+  // The chosen layout has its name first.
+  const named = [...points].sort((a, b) => Number(b.name === layout) - Number(a.name === layout)).map((each) => ({ name: each.name, x: x.at(each.cost), y: y.at(each.diffuse) }));
+  const labels = labelPlaces(named, points.flatMap((each) => [each.diffuse, each.specular].map((value) => ({ x: x.at(each.cost), y: y.at(value) }))), hasLimit ? y.at(limit) : NaN);
   return plot("", CURVE, `${isVisible ? "Visible error" : "Error"} of each layout against ${COSTS[cost]}: dots diffuse, rings specular`,
     grid(CURVE, x, y, shortText, (tick) => (isVisible ? shortText(tick) : `${shortText(100 * tick)} %`), COSTS[cost]),
     hasLimit && [line("limit", left, y.at(limit), right, y.at(limit)), label("tick end limit", right, y.at(limit) - 4, "limit")],
     points.map((each) => {
-      const at = x.at(each.cost), diffuse = y.at(each.diffuse), specular = y.at(each.specular);
+      const at = x.at(each.cost), diffuse = y.at(each.diffuse), specular = y.at(each.specular), words = labels.get(each.name);
       return draw("g", { class: each.name === layout ? "chosen" : "other" }, line("stem", at, diffuse, at, specular),
-        circle("ring", at, specular, 4), circle("dot", at, diffuse, 4.5), labels.put(each.name, at, diffuse));
+        circle("ring", at, specular, 4, `${each.name}, specular`), circle("dot", at, diffuse, 4.5, `${each.name}, diffuse`), words && label("name", words.left, words.at, each.name));
     }));
 }
 

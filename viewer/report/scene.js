@@ -1,54 +1,17 @@
 // The page of one scene.
 import { make } from "../src/elements.js";
-import { bytesText, counted, numberText, percentText, shortText } from "../src/units.js";
+import { bytesText, numberText, percentText, shortText } from "../src/units.js";
 import { adviceOf, bytesOutsideCharts } from "./advice.js";
 import { assetSection } from "./asset.js";
 import { stageCaption, TERMS } from "./captions.js";
 import { baselineSection, platformSection, trendSection } from "./compare.js";
+import { firstScreen, opportunityList } from "./first.js";
 import {
-  bytes, card, cell, DASH, fact, figure, kindCaption, kindColor, lastStage, limitedError, limitedVisible, list, number, percent, row, seconds,
+  anchor, budgetSentence, bytes, card, cell, DASH, fact, figure, kindCaption, kindColor, lastStage, limitedError, limitedVisible, list, number, percent, row, seconds,
   shadingsOf, shares, sizeText, soft, sorted, sub, swatch, table, titled, verdict,
 } from "./parts.js";
 import { frontierPlot } from "./plots.js";
 import { tilesOf } from "./tiles.js";
-
-const anchor = (index) => `asset-${index + 1}`;
-
-function budgetSentence({ used_bytes: used, limit_bytes: limit }) {
-  if (limit === null) return `${bytesText(used)} used; the scene has no memory budget`;
-  return `${bytesText(used)} of ${bytesText(limit)} used${limit > 0 ? ` (${percentText(used / limit)})` : ""}, ${bytesText(Math.abs(limit - used))} ${used > limit ? "over" : "free"}`;
-}
-
-/** Returns the verdict in a sentence: assets, the one nearest to a limit of its own, memory. */
-function verdictSentence({ assets, incomplete, partial, budget }, uses) {
-  const failed = assets.filter(({ passed }) => !passed).length;
-  let sentence = failed === 0 ? "Every asset keeps its limit" : `${failed} of ${counted(assets.length, "asset")} failed`, most = 0, nearest = -1;
-  if (incomplete?.assets.length > 0) sentence = `Not cooked: ${incomplete.assets.join(", ")}. ${sentence}`;
-  if (partial) sentence = `This is a part of the scene; cook --only left out: ${partial.join(", ")}. ${sentence}`;
-  uses.forEach((use, i) => {
-    const share = use ? use.share ?? Infinity : 0;  // one that is not finite is null
-    if (share > most) [most, nearest] = [share, i];
-  });
-  if (nearest >= 0) sentence += `; ${assets[nearest].name} uses most of its limit: ${uses[nearest].words}${most < Infinity ? ` (${percentText(most)})` : ""}`;
-  return `${sentence}. ${budgetSentence(budget)}.`;
-}
-
-function header(report, uses) {
-  const { assets, tool, budget, runs = [] } = report, made = runs.map(({ at }) => at).filter((at) => at).join(", ");
-  return make("header", {}, make("p", { class: "eyebrow" }, "Cooked lighting"), make("div", { class: "title" }, make("h1", {}, report.scene), verdict(report.passed)),
-    make("p", { class: "lead" }, verdictSentence(report, uses)),
-    make("dl", { class: "facts" }, fact("GPU memory", bytes(budget.used_bytes)), fact("Assets passed", `${assets.filter(({ passed }) => passed).length} of ${assets.length}`),
-      fact("Time", seconds(report.seconds)), fact("Peak memory", bytes(report.peak_rss_bytes)), fact("Made by", made ? `the run of ${made}` : "this run"),
-      tool && fact("Tool", `${tool.name} ${tool.version}`)));
-}
-
-function failures({ assets, budget }) {
-  // The subject begins with the name of its asset.
-  const lines = assets.flatMap(({ name, passed, failures: reasons = [] }, i) => (passed ? [] : reasons.map(({ subject, detail, advice: todo }) =>
-    make("li", {}, make("a", { href: `#${anchor(i)}` }, name), `: ${subject.slice(name.length).replace(/^, /, "")}: ${detail}`, todo && sub(todo)))));
-  if (budget.limit_bytes !== null && budget.used_bytes > budget.limit_bytes) lines.push(make("li", {}, `memory budget: ${budgetSentence(budget)}`, budget.advice && sub(budget.advice)));
-  return lines.length > 0 && make("section", { class: "card failures" }, make("h2", {}, "What failed"), make("ul", {}, lines));
-}
 
 function findings({ findings: found = [] }) {
   const standing = ({ severity, allowed }) => (allowed === undefined ? severity : allowed ? `allowed: ${allowed}` : "allowed");
@@ -96,14 +59,15 @@ function frontier({ frontier: points = [], limit_bytes: limit }) {
   return card("What another budget buys",
     soft("Light maps and dominant lights share the memory. No other choice of their layouts has fewer bytes and no larger visible error of the whole " +
       "shading (p99 of the worst light map, as the trials measured it)."),
-    frontierPlot(points, limit ?? 0, words), list([points[chosen + 1], points[chosen - 1]].filter((to) => to).map(step)),
+    make("div", { class: "curve-frame" }, frontierPlot(points, limit ?? 0, words)), list([points[chosen + 1], points[chosen - 1]].filter((to) => to).map(step)),
     make("details", {}, make("summary", {}, `All ${points.length} allocations`), table("frontier", ["Layouts", "#GPU memory", "#Visible p99"], points.map((point) =>
       row(point.chosen ? "total" : "", words(point) + (point.chosen ? " (chosen)" : ""), bytes(point.bytes_gpu), number(point.visible))))));
 }
 
-function advice(report) {
+function advice(report, more) {
   const sentences = adviceOf(report);
-  return sentences.length > 0 && card("What limits what", list(sentences));
+  return sentences.length + more.length > 0 && card("What limits what", sentences.length > 0 && list(sentences),
+    more.length > 0 && [make("h3", {}, "Further opportunities"), opportunityList(more, report.budget.used_bytes)]);
 }
 
 // The whole shading
@@ -114,18 +78,17 @@ const stagesText = ({ stages }) => stages.filter(({ share }) => share > 0).map((
 
 function whole(error) {
   if (!error) return null;
-  const parts = error.parts.filter(({ share }) => share !== 0), { light_maps: maps = [], apart } = error, atMost = "At most, if all errors went together";
+  const parts = error.parts.filter(({ share }) => share !== 0), { light_maps: maps = [], apart } = error, atMost = "Upper bound of it";
   return card("Error of the whole shading",
     make("dl", { class: "facts whole-facts" },
       fact("Error of the whole shading, RMS", percent(error.rel_rms)), fact(atMost, percent(error.rel_rms_bound)),
       "visible_rms" in error && [fact("Visible error, RMS", numberText(error.visible_rms)), fact(atMost, numberText(error.visible_rms_bound ?? 0))]),
     partsBar(parts.map(({ asset, kind, shading, share }) => ({ share, color: kindColor(kind), title: `${asset}, ${shading}: ${percentText(share)}` })), error.advice ?? "", false),
     make("p", { class: "sentence" }, error.advice),
-    parts.length > 0 && table("shares", ["Asset", "Light", "#Share of the squared error", "#rel_rms of its light", "#Its light, of all"], parts.map((part) => [
-      [swatch(part.kind), part.asset, stagesText(part) && sub(stagesText(part))], cell("shading", part.shading), percent(part.share), percent(part.rel_rms),
-      percent(error.light_rms > 0 ? part.light_rms / error.light_rms : NaN)])),
+    parts.length > 0 && table("shares", ["Asset", "Light", "#Share of the squared error", "#rel_rms of its light"], parts.map((part) => [
+      [swatch(part.kind), part.asset, stagesText(part) && sub(stagesText(part))], cell("shading", part.shading), percent(part.share), percent(part.rel_rms)])),
     parts.some(stagesText) && soft("Each alone: the squared error of the scene if only that stage erred. Errors of stages cancel in part, so one can be larger than the sum."),
-    maps.length > 0 && table("shares", ["Light map", "#Of the texels", "#Whole error", "#At most"], maps.map((map) => [
+    maps.length > 0 && table("shares", ["Light map", "#Of the texels", "#Whole error", "#Upper bound"], maps.map((map) => [
       [map.name, map.advice && sub(map.advice)], percent(map.weight), percent(map.rel_rms), percent(map.rel_rms_bound)])),
     apart.length > 0 && soft("No part of what the light maps' pixels show: ",
       apart.map(({ asset, kind, rel_rms }) => `${asset} (${kindCaption(kind)}, ${percentText(rel_rms)})`).join(", "), "."));
@@ -133,31 +96,39 @@ function whole(error) {
 
 // All assets
 
+/** Limits on rel_rms from here on only tell an error from light that is lost: nobody asked for them. */
+const NO_ERROR_LIMIT = 2;
+
 function limitNote({ limit }) {
-  const limits = [["value", "limit"], ["max_visible", "visible"], ["max_visible_bound", "bound"], ["max_seam", "seam"]].filter(([key]) => typeof limit[key] === "number");
-  return make("span", { class: "sub" }, limits.map(([key, name], i) => [`${i > 0 ? ", " : ""}${name} `, key === "value" ? percent(limit.value) : shortText(limit[key])]));
+  const limits = [["value", "rel_rms"], ["max_visible", "visible p99"], ["max_visible_bound", "visible bound"], ["max_seam", "seam"]].filter(([key]) =>
+    typeof limit[key] === "number" && !(key === "value" && limit.value >= NO_ERROR_LIMIT));
+  return limits.length > 0 && make("span", { class: "sub" }, `limit${limits.length > 1 ? "s" : ""}: `,
+    limits.map(([key, name], i) => [`${i > 0 ? ", " : ""}${name} `, key === "value" ? percent(limit.value) : shortText(limit[key])]));
 }
 
 /** Makes the rows of an asset, one for each kind of shading. The first has the cells that all share. */
-function assetRows(asset, index) {
-  const shadings = shadingsOf(asset), { error } = lastStage(asset), rowspan = shadings.length, shared = (...content) => make("td", { class: "num", rowspan }, content);
+function assetRows(asset, index, hasBounds) {
+  const shadings = shadingsOf(asset), { error } = lastStage(asset), rowspan = shadings.length, shared = (kind, ...content) => make("td", { class: `num ${kind}`, rowspan }, content);
   const name = make("th", { scope: "rowgroup", rowspan }, make("a", { href: `#${anchor(index)}` }, asset.name),
-    make("span", { class: "sub" }, swatch(asset.kind), [kindCaption(asset.kind), sizeText(asset), asset.layout].filter((each) => each).join(", ")));
+    make("span", { class: "sub" }, swatch(asset.kind), [kindCaption(asset.kind), sizeText(asset), asset.layout].filter((each) => each).join(", ")), limitNote(asset));
   return make("tbody", {}, shadings.map((shading, i) => {
     const figures = error[shading];
     const bits = asset.bits_per_texel > 0 ? number(asset.bits_per_texel) : titled(DASH, "0");
-    return make("tr", {}, i === 0 && [name, shared(bytes(asset.bytes_gpu)), shared(bytes(asset.bytes_disk)), shared(bits)],
-      cell("shading", shading), limitedError(figures, asset), ["p99", "max_sampled"].map((key) => cell("num", figure(figures, key))),
-      ["p99", "bound"].map((key) => limitedVisible(figures, key, asset)), i === 0 && make("td", { rowspan }, verdict(asset.passed), limitNote(asset)));
+    return make("tr", {}, i === 0 && [name, make("td", { class: "named", rowspan }, verdict(asset.passed)), shared("", bytes(asset.bytes_gpu)), shared("wide", bytes(asset.bytes_disk)), shared("wide", bits)],
+      cell("shading", shading), limitedError(figures, asset), cell("num wide", figure(figures, "p99")),
+      (hasBounds ? ["p99", "bound"] : ["p99"]).map((key) => limitedVisible(figures, key, asset)));
   }));
 }
 
 function allAssets({ assets }) {
   if (assets.length === 0) return card("Assets", soft("No assets were cooked."));
-  const framed = table("assets", ["Asset", "#GPU", "#Disk", "#Bits per texel", "Shading", "#rel_rms", "#p99", "#max sampled", "#Visible p99", "#Visible bound", "Verdict"], []);
-  framed.querySelector("tbody")?.replaceWith(...assets.map(assetRows));
+  const hasBounds = assets.some(({ limit }) => typeof limit.max_visible_bound === "number");
+  const framed = table(hasBounds ? "assets bounded" : "assets", ["Asset", "Verdict", "#GPU", "#Disk", "#Bits per texel", "Shading", "#rel_rms", "#Local p99", "#Visible p99", ...(hasBounds ? ["#Visible bound"] : [])], []);
+  // Columns that narrow screens leave out, and those that stand over the figures there.
+  for (const [kind, columns] of Object.entries({ wide: [3, 4, 7], named: [0, 1] })) for (const at of columns) framed.querySelectorAll("th")[at].classList.add(kind);
+  framed.querySelector("tbody")?.replaceWith(...assets.map((asset, i) => assetRows(asset, i, hasBounds)));
   return card("Assets", framed, soft("Thin lines show rel_rms and visible errors on the way to their limits. All figures are of the last stage; point at " +
-    "a number for its exact value."));
+    "a number for its exact value. The sections of the assets below have the largest samples and the bounds."));
 }
 
 // Skipped work, and the meaning of the terms
@@ -170,13 +141,18 @@ function skips({ skipped }) {
     row("total", "Together", "", bytes(sum("bytes_saved")), seconds(sum("seconds_saved")))]));
 }
 
-const footnote = () => make("footer", {}, make("h2", {}, "What the figures mean"),
-  make("dl", {}, Object.entries(TERMS).map(([term, meaning]) => [make("dt", {}, term), make("dd", {}, meaning)])));
+/** Says what made the report, and what its terms mean. */
+function footnote({ runs = [], tool, peak_rss_bytes: peak }) {
+  const made = runs.map(({ at }) => at).filter((at) => at).join(", ");
+  return make("footer", {}, make("h2", {}, "What the figures mean"), make("dl", {}, Object.entries(TERMS).map(([term, meaning]) => [make("dt", {}, term), make("dd", {}, meaning)])),
+    make("p", {}, `Made by ${tool ? `${tool.name} ${tool.version}, ` : ""}${made ? `${runs.length > 1 ? "runs" : "the run"} of ${made}` : "this run"}; peak memory ${bytesText(peak)}.`));
+}
 
 /** Makes the page of a scene. */
 export function scenePage({ report, history, uses }) {
+  const { sections, more } = firstScreen(report, uses);
   return [
-    header(report, uses), failures(report), findings(report), platformSection(report.platforms), baselineSection(report.baseline), trendSection(history, true), memory(report),
-    frontier(report.budget), advice(report), whole(report.whole), allAssets(report), report.assets.map((asset, i) => assetSection(asset, anchor(i))), skips(report), footnote(),
+    ...sections, findings(report), platformSection(report.platforms), baselineSection(report.baseline), trendSection(history, true), allAssets(report),
+    report.assets.map((asset, i) => assetSection(asset, anchor(i))), memory(report), frontier(report.budget), advice(report, more), whole(report.whole), skips(report), footnote(report),
   ];
 }

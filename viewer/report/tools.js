@@ -89,8 +89,28 @@ function enlargeable(images) {
   }
 }
 
+/** Opens folded sections where a link leads to them, and all of them on paper. */
+function unfolding() {
+  const follow = () => {
+    const target = document.getElementById(decodeURIComponent(location.hash.slice(1))), folded = target?.querySelector("details");
+    if (!target || !folded) return;
+    folded.open = true;
+    target.scrollIntoView();
+  };
+  addEventListener("hashchange", follow);
+  for (const link of all('a[href^="#"]')) link.addEventListener("click", () => setTimeout(follow));  // also for the address that the page has already
+  follow();
+  let opened = [];
+  addEventListener("beforeprint", () => {
+    opened = all(".asset > details:not([open])");
+    for (const each of opened) each.open = true;
+  });
+  addEventListener("afterprint", () => opened.forEach((each) => (each.open = false)));
+}
+
 /** Adds the tools to a page. */
 export function addTools() {
+  unfolding();
   for (const table of all("table.sortable")) sortable(table);
   const expose = exposure();
   for (const group of all(".lit")) {
