@@ -147,6 +147,7 @@ class Report(unittest.TestCase):
         self.show(self.cooked / 'report.html')
         pictures = [self.browser.evaluate(f'JSON.parse(document.getElementById("data").textContent).pictures[{json.dumps(worst["view"][side])}]') for side in ('reference', 'cooked')]
         self.assertEqual(self.all('.wipe img', 'src'), pictures)
+        self.assertEqual(self.all('.wipe .side'), ['Bake', 'Cooked'])
         self.assertIn(f'around texel {worst["texel"][0]}, {worst["texel"][1]}', self.section('Before and after, at the worst place'))
         # "inset(0px 0px 0px 75%)": the cooked picture begins there.
         begins = lambda: float(self.browser.evaluate('getComputedStyle(document.querySelector(".wipe .after")).clipPath').split()[-1].rstrip('%)'))  # noqa: E731
@@ -160,7 +161,8 @@ class Report(unittest.TestCase):
         for place in light_map['preview']['worst']:
             place.pop('view', None)
         self.show_report(report)
-        self.assertIn('not a view of the scene', self.section('Before and after'))
+        self.assertIn(f'The texels of the light map {light_map["name"]}, not a view of the scene.', self.section('Before and after'))
+        self.assertEqual(self.all('.wipe .side'), ['Reference', 'Cooked'])
         self.assertEqual(self.all('.wipe img', 'naturalWidth'), [256, 256])
 
     def test_assets_that_passed_are_folded(self):
@@ -217,7 +219,8 @@ class Report(unittest.TestCase):
         message = 'found rel_rms 0.031, expected at most 0.001 (max_error); worst at texel (1, 2)'
         light_map['failures'] = [{'asset': light_map['name'], 'kind': 'light-map', 'stage': 'total', 'subject': f"{light_map['name']}, stage total, diffuse", 'detail': message,
                                   'message': f"{light_map['name']}, stage total, diffuse: {message}"}]
-        report['budget']['limit_bytes'] = 1024
+        light_map['failures'][0]['advice'] = 'light_map_layout = "basis-8" keeps the limit. A limit of 0.04 allows it.'
+        report['budget'].update({'limit_bytes': 1024, 'advice': 'The largest asset is the light map.'})
         report['incomplete'] = {'assets': ['sky2'], 'errors': []}
         self.show_report(report, width=420)
         self.assert_fits(420)
@@ -225,8 +228,9 @@ class Report(unittest.TestCase):
         self.assert_in_order(self.all('.lead')[0], 'Not cooked: sky2. 1 of ', ' failed; ')
         self.assertRegex(self.all('.first-facts .over')[0], r' % used, .* over$')
         first, memory = self.all('.failures li')
-        self.assertEqual(first, f"{light_map['name']}: stage total, diffuse: {message}")
-        self.assertRegex(memory, r'^memory budget: .* of 1\.00 KiB used \(.* %\), .* over$')
+        self.assertEqual(first, f"{light_map['name']}: stage total, diffuse: {message}{light_map['failures'][0]['advice']}")
+        self.assertEqual(self.all('.failures code'), ['light_map_layout = "basis-8"'])
+        self.assertRegex(memory, r'^memory budget: .* of 1\.00 KiB used \(.* %\), .* overThe largest asset is the light map\.$')
         self.assertGreater(len(self.all('.assets .over .meter')), 0, 'figures over their limit')
         self.assertEqual(len(self.all('.bar.over b')), 1)
 

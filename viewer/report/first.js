@@ -2,8 +2,8 @@
 import { make } from "../src/elements.js";
 import { bytesText, counted, numberText, percentText } from "../src/units.js";
 import { errorText, gainText, opportunitiesOf } from "./opportunities.js";
-import { anchor, budgetSentence, bytes, card, fact, lastStage, seconds, soft, sorted, sub, verdict } from "./parts.js";
-import { pictures } from "./pictures.js";
+import { anchor, budgetSentence, bytes, card, fact, kindCaption, lastStage, seconds, soft, sorted, sub, verdict } from "./parts.js";
+import { pictures, sharpness, sizeOf } from "./pictures.js";
 
 const SHOWN = 3;
 /** Share of the bake at first, as style.css has it [percent]: the line and its knob leave the place in the middle free. */
@@ -34,7 +34,7 @@ function verdictSentence({ assets, incomplete, partial }, uses) {
 }
 
 /** Makes name, verdict and memory. */
-export function header(report, uses) {
+function header(report, uses) {
   const { assets, budget } = report, { used_bytes: used, limit_bytes: limit } = budget, read = bytesRead(assets), isOver = limit !== null && used > limit;
   const sizes = fact(read > 0 ? "Files read → GPU memory" : "GPU memory", read > 0 && [bytes(read), " → "], make("b", {}, bytes(used)));
   sizes.className = "sizes";
@@ -46,11 +46,15 @@ export function header(report, uses) {
       fact("Assets passed", `${assets.filter(({ passed }) => passed).length} of ${assets.length}`), fact("Time to cook and verify", seconds(report.seconds))));
 }
 
-export function failures({ assets, budget }) {
+/** Makes a sentence in which lines of a scene file, and commands between backquotes, are code. @param {string} words */
+const marked = (words) => words.split(/(`[^`]+`|\b[a-z_]+ = (?:"[^"]*"|\[[^\]]*\]|true|false|[0-9.]*[0-9]))/).map((part, i) =>
+  (i % 2 === 1 ? make("code", {}, part.replaceAll("`", "")) : part));
+
+function failures({ assets, budget }) {
   // The subject begins with the name of its asset.
   const lines = assets.flatMap(({ name, passed, failures: reasons = [] }, i) => (passed ? [] : reasons.map(({ subject, detail, advice: todo }) =>
-    make("li", {}, make("a", { href: `#${anchor(i)}` }, name), `: ${subject.slice(name.length).replace(/^, /, "")}: ${detail}`, todo && sub(todo)))));
-  if (budget.limit_bytes !== null && budget.used_bytes > budget.limit_bytes) lines.push(make("li", {}, `memory budget: ${budgetSentence(budget)}`, budget.advice && sub(budget.advice)));
+    make("li", {}, make("a", { href: `#${anchor(i)}` }, name), `: ${subject.slice(name.length).replace(/^, /, "")}: ${detail}`, todo && sub(marked(todo))))));
+  if (budget.limit_bytes !== null && budget.used_bytes > budget.limit_bytes) lines.push(make("li", {}, `memory budget: ${budgetSentence(budget)}`, budget.advice && sub(marked(budget.advice))));
   return lines.length > 0 && make("section", { class: "card failures" }, make("h2", {}, "What failed"), make("ul", {}, lines));
 }
 
@@ -65,15 +69,15 @@ function beforeAndAfter(assets) {
   if (worst) {
     const { asset, place } = worst, below = lastStage(asset).error.diffuse?.visible?.p99;
     return {
-      pair: place.view, title: "Before and after, at the worst place",
+      pair: place.view, kind: "smooth", sides: ["Bake", "Cooked"], title: "Before and after, at the worst place",
       words: `${asset.name} around texel ${place.texel.join(", ")}, the worst of its pictures: visible error ${numberText(place.visible)} there${
         Number.isFinite(below) ? `, below ${numberText(below)} at 99 % of the map's samples` : ""}; 1 is just noticeable. A white surface under the light map alone, without its materials.`,
     };
   }
   const [asset] = sorted(assets.filter(({ preview }) => isThere(preview)), ({ kind, bytes_gpu }) => bytes_gpu + (kind === "light-map" ? 1e15 : 0));
   return asset && {
-    pair: asset.preview, title: "Before and after",
-    words: `${asset.name}: ${asset.kind === "light-map" ? "the texels of the light map, not a view of the scene" : "its texels"}.`,
+    pair: asset.preview, kind: sharpness(sizeOf(pictures[asset.preview.reference])), sides: ["Reference", "Cooked"], title: "Before and after",
+    words: `The texels of the ${kindCaption(asset.kind)} ${asset.name}, not a view of the scene.`,
   };
 }
 
@@ -81,9 +85,10 @@ function beforeAndAfter(assets) {
 function wipe(assets) {
   const shown = beforeAndAfter(assets);
   if (!shown) return null;
-  const layer = (kind, alt, file) => make("img", { class: `${kind} light`, src: pictures[file], alt });
-  const frame = make("div", { class: "wipe" }, layer("before", "the bake", shown.pair.reference), layer("after", "cooked", shown.pair.cooked),
-    make("span", { class: "side" }, "Bake"), make("span", { class: "side right" }, "Cooked"), make("i", { class: "line" }));
+  const { pair, kind, sides: [before, after] } = shown, { width, height } = sizeOf(pictures[pair.reference]);
+  const layer = (side, alt, file) => make("img", { class: `${side} ${kind} light`, src: pictures[file], alt });
+  const frame = make("div", { class: "wipe", style: `aspect-ratio:${width}/${height}` }, layer("before", before, pair.reference), layer("after", after, pair.cooked),
+    make("span", { class: "side" }, before), make("span", { class: "side right" }, after), make("i", { class: "line" }));
   const range = make("input", { type: "range", min: 0, max: 100, step: 0.5, value: WIPED, "aria-label": "Wipe between bake and cooked",
     oninput: () => frame.style.setProperty("--at", `${range.value}%`) });
   frame.append(range);
@@ -92,15 +97,13 @@ function wipe(assets) {
 
 // Opportunities
 
-/** Makes a sentence in which commands stand between backquotes. */
-const marked = (words) => words.split("`").map((part, i) => (i % 2 === 1 ? make("code", {}, part) : part));
-
 function opportunity(each, used) {
   const change = errorText(each);
   return make("li", {}, make("b", {}, gainText(each, used)), make("p", {}, change, marked(change ? each.words : each.words[0].toUpperCase() + each.words.slice(1))),
     make("p", { class: "line" }, each.lines.map((line) => [make("code", {}, line), " "]), make("span", { class: "soft" }, `in ${each.where}`)));
 }
 
+/** Makes a list of opportunities. @param {import("./opportunities.js").Opportunity[]} found @param {number} used bytes of the scene */
 export const opportunityList = (found, used) => found.length > 0 && make("ol", { class: "opportunities" }, found.map((each) => opportunity(each, used)));
 
 function opportunities(found, used) {

@@ -73,7 +73,7 @@ export const card = (title, ...content) => make("section", { class: "card" }, ma
 /** Makes a part of a card under a title. */
 export const part = (title, ...content) => make("div", { class: "notes" }, make("h3", {}, title), content);
 export const soft = (...content) => make("p", { class: "soft" }, content);
-export const sub = (text) => make("span", { class: "sub" }, text);
+export const sub = (...content) => make("span", { class: "sub" }, content);
 export const verdict = (passed) => make("span", { class: `verdict ${passed ? "passed" : "failed"}` }, passed ? "✓" : "✗", make("span", {}, passed ? " passed" : " failed"));
 export const fact = (name, ...value) => make("div", {}, make("dt", {}, name), make("dd", {}, value));
 export const swatch = (kind) => make("span", { class: "swatch", style: `background:${kindColor(kind)}` });

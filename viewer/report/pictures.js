@@ -7,19 +7,22 @@ export const pictures = {};
 /** Smaller pictures are enlarged without smoothing, so that texels can be seen [pixels]. */
 const SMOOTH_FROM = 256;
 
-/** Returns width and height of a PNG: bytes 16 to 23 of the file. */
-function sizeOf(url) {
+/** Returns width and height of a PNG: bytes 16 to 23 of the file. @param {string} url */
+export function sizeOf(url) {
   const bytes = atob(url.slice(url.indexOf(",") + 1).slice(0, 32)), word = (at) => [0, 1, 2, 3].reduce((sum, i) => 256 * sum + bytes.charCodeAt(at + i), 0);
   return { width: word(16), height: word(20) };
 }
+
+/** Returns the class of a picture that is shown enlarged. */
+export const sharpness = ({ width, height }) => (Math.max(width, height) >= SMOOTH_FROM ? "smooth" : "pixels");
 
 /** Makes a picture with its caption, or words in place of one that is missing. @param {string} file @param {string} alt words for readers who do not see it
  * @param {import("../src/elements.js").Content} caption @param {boolean} [isLight] true for tone-mapped light, which is shown at other exposures */
 export function picture(file, alt, caption, isLight) {
   const url = pictures[file];
   if (!url) return make("figure", {}, make("div", { class: "missing" }, file ? `picture missing: ${file}` : "no picture"), make("figcaption", {}, caption));
-  const size = sizeOf(url), isSmooth = Math.max(size.width, size.height) >= SMOOTH_FROM;
-  return make("figure", {}, make("img", { src: url, alt, class: `${isSmooth ? "smooth" : "pixels"}${isLight ? " light" : ""}`, ...size }), make("figcaption", {}, caption));
+  const size = sizeOf(url);
+  return make("figure", {}, make("img", { src: url, alt, class: `${sharpness(size)}${isLight ? " light" : ""}`, ...size }), make("figcaption", {}, caption));
 }
 
 const bold = (text) => make("b", {}, text);
