@@ -79,7 +79,7 @@ const map = (more = {}) => ({
   name: "hall", kind: "light-map", layout: "basis-4", width: 100, height: 100, bytes_gpu: 10240, passed: true, limit: { value: 0.02 },
   trial_candidates: [candidate("basis-3", 8192, 0.03), candidate("basis-4", 10240, 0.015), candidate("ratio", 40960, 0.005)], ...more,
 });
-const report = (assets, more = {}) => ({ assets, budget: { used_bytes: 40960 }, ...more });
+const report = (assets, more = {}) => ({ assets, budget: { used_bytes: 40960, limit_bytes: null }, ...more });
 
 /** Returns what the page says of the opportunities: gain, change of the error, words, lines, section. */
 const said = (all) => opportunitiesOf(all).map((each) => [gainText(each, all.budget.used_bytes), errorText(each) + each.words, each.lines.join("; "), each.where]);
@@ -134,6 +134,16 @@ test("an allocation is a budget or a limit to write", () => {
   assert.deepEqual(said(scene(205 << 10, 6)).map(([, , line]) => line), ['budget = "390 KiB"', 'budget = "100 KiB"; max_whole_visible = 9.41'], "the limit holds beside the budget");
 });
 
+test("a scene that fails gets nothing that makes it worse", () => {
+  const tried = [candidate("basis-3", 8192, 0.017), candidate("basis-4", 10240, 0.015), candidate("basis-8", 18432, 0.005)], textures = [{ role: "l0", bytes_gpu: 8192 }];
+  const hall = map({ trial_candidates: tried, textures, notes: { covered_texels: 5000 } });
+  const lines = (passed, limit_bytes) => said(report([{ ...hall, passed }], { budget: { used_bytes: 40960, limit_bytes } })).map(([, , line]) => line);
+  assert.deepEqual(lines(true, 40960), ['light_map_layout = "basis-8"', 'light_map_layout = "basis-3"', 'charts = "pack"']);
+  assert.deepEqual(lines(false, null), ['light_map_layout = "basis-8"'], "neither an error that grows nor one that was not measured");
+  assert.deepEqual(lines(true, 40959), ['light_map_layout = "basis-3"', 'charts = "pack"']);
+  assert.deepEqual(lines(false, 40959), []);
+});
+
 test("charts are packed only where the scene may do it", () => {
   const hall = map({ trial_candidates: undefined, notes: { covered_texels: 5000 }, textures: [{ role: "l0", bytes_gpu: 4096 }, { role: "tables", bytes_gpu: 0 }], charts: {} });
   const [[gain, words, line]] = said(report([hall]));
@@ -146,7 +156,7 @@ test("charts are packed only where the scene may do it", () => {
 });
 
 test("a dominant light as large as its light map may be smaller", () => {
-  const light = (width, roles) => ({ name: "hall_dominant", kind: "dominant", width, bytes_gpu: 8192, textures: roles.map((role) => ({ role })) });
+  const light = (width, roles) => ({ name: "hall_dominant", kind: "dominant", passed: true, width, bytes_gpu: 8192, textures: roles.map((role) => ({ role })) });
   const lines = (...assets) => said(report(assets)).map(([gain, , line, where]) => [gain, line, where]);
   assert.deepEqual(lines(map(), light(100, ["direction", "residual", "intensity"])), [["Save 6.00 KiB (15.0 % of the memory)", 'dominant_layout = "half"', "[[light_map]] hall"]]);
   assert.equal(lines(map(), light(100, ["direction", "intensity"]))[0][1], 'dominant_layout = "half-coarse"');
@@ -154,7 +164,7 @@ test("a dominant light as large as its light map may be smaller", () => {
 });
 
 test("cubemaps of one size share an opportunity, and what was measured comes first", () => {
-  const cubemap = (name, width, notes) => ({ name, kind: "cubemap", width, bytes_gpu: 8 * width * width, textures: [{ format: "bc6h-uf16" }], notes });
+  const cubemap = (name, width, notes) => ({ name, kind: "cubemap", passed: true, width, bytes_gpu: 8 * width * width, textures: [{ format: "bc6h-uf16" }], notes });
   const found = (...assets) => said(report(assets));
   // A level of BC6H has a byte a texel: 6 * 128 * 128 bytes are 96 KiB.
   const [one] = found(cubemap("hall", 128));

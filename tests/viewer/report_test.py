@@ -257,7 +257,7 @@ class Report(unittest.TestCase):
         light_map['better_excluded'] = {'layout': 'other', 'bytes_saved': -600, 'rel_rms': 0.01, 'rel_rms_then': 0.001, 'visible': 1.5, 'visible_then': 0.1}
         report['findings'] = [{'code': 'stale-bake', 'asset': '', 'severity': 'warning', 'file': 'map.exr', 'found': 'an old bake', 'figures': {}, 'advice': 'bake again',
                                'place': {'section': '', 'name': '', 'key': ''}, 'allowed': 'on purpose'}]
-        report['budget'].update({'limit_bytes': 300 << 10, 'frontier': [
+        report['budget'].update({'limit_bytes': 300 << 10, 'used_bytes': 200 << 10, 'frontier': [
             {'bytes_gpu': size << 10, 'visible': visible, 'chosen': chosen, 'layouts': [{'light_map': 'map', 'layout': layout, 'dominant_layout': 'half'}]}
             for size, visible, chosen, layout in ((100, 20, False, 'basis-3'), (200, 8, True, 'basis-4'), (400, 0, False, 'raw'))]})
         self.show_report(report)

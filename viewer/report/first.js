@@ -106,13 +106,13 @@ function opportunity(each, used) {
 /** Makes a list of opportunities. @param {import("./opportunities.js").Opportunity[]} found @param {number} used bytes of the scene */
 export const opportunityList = (found, used) => found.length > 0 && make("ol", { class: "opportunities" }, found.map((each) => opportunity(each, used)));
 
-function opportunities(found, used) {
+function opportunities(found, used, isPassed) {
   return card(found.length === 0 ? "Opportunities" : found.length === 1 ? "The largest opportunity" : `The ${Math.min(found.length, SHOWN)} largest opportunities`,
-    found.length > 0 ? opportunityList(found.slice(0, SHOWN), used) : soft("Nothing that was tried saves memory or lowers an error by more than it costs."));
+    found.length > 0 ? opportunityList(found.slice(0, SHOWN), used) : soft(`Nothing that was tried ${isPassed ? "gains more than it costs" : "helps. The advice stands under What failed"}.`));
 }
 
 /** Makes the first screen, and returns with it the opportunities that it has no room for. */
 export function firstScreen(report, uses) {
   const found = opportunitiesOf(report), used = report.budget.used_bytes;
-  return { sections: [header(report, uses), failures(report), make("div", { class: "first" }, wipe(report.assets), opportunities(found, used))], more: found.slice(SHOWN) };
+  return { sections: [header(report, uses), failures(report), make("div", { class: "first" }, wipe(report.assets), opportunities(found, used, report.passed))], more: found.slice(SHOWN) };
 }

@@ -124,11 +124,17 @@ const removed = ({ from, to }) => (Number.isFinite(from) ? (from - to) / from : 
 /** Returns what an opportunity gains, of the scene's memory or of the error. */
 const gainOf = ({ saved, error }, used) => (saved > 0 ? saved / used : error ? removed(error) : 0);
 
+/** Returns true for what does not make worse what fails: a scene over its limits gets nothing that may raise an error, one over its budget nothing that costs memory. */
+function isFitting({ saved, error, isMeasured }, { assets, budget }) {
+  const isSafe = error ? !(error.to > error.from) : isMeasured, isOver = budget.limit_bytes !== null && budget.used_bytes > budget.limit_bytes;
+  return (isSafe || assets.every(({ passed }) => passed)) && (saved > 0 || !isOver);
+}
+
 /** Returns the opportunities of a report, the largest share of the memory or of the error first; those whose error was not measured come last. @returns {Opportunity[]} */
 export function opportunitiesOf(report) {
   const maps = report.assets.filter(({ kind }) => kind === "light-map"), allocated = allocations(report);
   const all = [...allocated, ...(allocated.length > 0 ? [] : maps.flatMap((map) => layouts(map, maps.length === 1))), ...maps.flatMap(unusedTexels), ...smallerDominant(report),
-    ...cubemapLevels(report.assets)];
+    ...cubemapLevels(report.assets)].filter((each) => isFitting(each, report));
   return sorted(all, (each) => (each.isMeasured ? 1e3 : 0) + Math.min(gainOf(each, report.budget.used_bytes), 1));
 }
 
