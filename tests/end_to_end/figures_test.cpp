@@ -205,8 +205,8 @@ TEST_F(Figures, OfAWarmCookAreThoseOfTheRunThatMadeTheResult) {
     ASSERT_EQ(second.at("runs").size(), 2u);
     EXPECT_EQ(second.at("runs")[0].at("at"), run.at("at"));
     EXPECT_LT(second.at("runs")[0].at("seconds").get<double>(), run.at("seconds").get<double>());
-    EXPECT_NEAR(second.at("seconds").get<double>(), second.at("runs")[0].at("seconds").get<double>() + second.at("runs")[1].at("seconds").get<double>(),
-                1e-9);
+    EXPECT_NEAR(second.at("seconds").get<double>(),
+                second.at("runs")[0].at("seconds").get<double>() + second.at("runs")[1].at("seconds").get<double>(), 1e-9);
     for (const Json& row : second.at("assets"))
         EXPECT_EQ(row.at("cooked_at"), second.at("runs")[row.at("name") == "map" ? 1 : 0].at("at")) << row.at("name");
 }
