@@ -1,5 +1,6 @@
 #include "pipeline/assets/light_map/trial_rows.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <set>
