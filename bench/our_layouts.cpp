@@ -34,11 +34,12 @@ DecodedBake cook(const Bake& bake, const std::filesystem::path& file, const std:
     const TemporaryFolder folder;
     pipeline::TextureSettings settings;
     settings.effort = effort;
+    const formats::LightMapFilter filter = formats::info(*formats::lightMapLayoutFromName(layout)).usualFilter();
     const pipeline::Action action{
         "cook/lightmap",
         "light-map",
         "lightmap",
-        pipeline::toJson(pipeline::LightMapParameters{{}, layout, formats::Target::Bc, settings, pipeline::SceneView{}}),
+        pipeline::toJson(pipeline::LightMapParameters{{}, layout, formats::Target::Bc, settings, pipeline::SceneView{}, false, filter}),
         {{"source", file}},
         {}};
     pipeline::SharedObjects shared;
@@ -85,7 +86,8 @@ compress::LightMapPlan planWithoutBlocks(const Bake& bake, const std::string& na
 
 std::vector<std::string> ourLayouts() {
     std::vector<std::string> names = pipeline::lightMapLayoutNames();
-    std::erase_if(names, [](const std::string& name) { return formats::isFlat(name) || name == "raw"; });
+    // One in tangent space needs a mesh.
+    std::erase_if(names, [](const std::string& name) { return formats::isFlat(name) || formats::isInTangentSpace(name) || name == "raw"; });
     return names;
 }
 

@@ -1,8 +1,8 @@
 #include "pipeline/graph/cache.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
-#include <fmt/format.h>
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -15,8 +15,6 @@
 
 namespace lightcook::pipeline {
 
-using formats::ErrorCode;
-using formats::failure;
 using formats::Result;
 
 template <class Fields, Is<FileRecord> Self>

@@ -20,7 +20,8 @@ void expectListed(const Json& value, const Json& schema, const Json& definitions
     if (!value.is_object() || !schema.contains("properties")) return;
     for (const auto& [key, member] : value.items()) {
         EXPECT_TRUE(schema["properties"].contains(key)) << path << '.' << key;
-        if (schema["properties"].contains(key)) expectListed(member, schema["properties"][key], definitions, path + '.' + key);
+        if (schema["properties"].contains(key))
+            expectListed(member, schema["properties"][key], definitions, fmt::format("{}.{}", path, key));
     }
 }
 

@@ -11,7 +11,6 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 
 ReportRow rowOf(const std::string& name, std::uint64_t bytes, double error) {
     ReportRow row;
