@@ -26,7 +26,7 @@ struct ProgramRun {
 
 /// Returns the path of lightcook beside this program. Throws std::runtime_error if it was not built.
 inline std::filesystem::path lightcookProgram() {
-    const std::filesystem::path program = std::filesystem::canonical("/proc/self/exe").parent_path() / "lightcook";
+    std::filesystem::path program = std::filesystem::canonical("/proc/self/exe").parent_path() / "lightcook";
     if (!std::filesystem::exists(program)) throw std::runtime_error(program.string() + " is missing: build it first");
     return program;
 }

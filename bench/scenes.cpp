@@ -71,18 +71,19 @@ Row cook(const Options& options, const fs::path& program, const std::string& sce
     const fs::path out = folder.path() / "out", log = folder.path() / "log";
     ::setenv("LIGHTCOOK_CACHE", (folder.path() / "cache").c_str(), 1);
     const std::vector<std::string> command = {program.string(), "cook", sceneFile.string(), "-o", out.string()};
+    const std::string what = fmt::format("{} {}", scene, layout);
     Row row{scene, layout, {}, 0, 0, 0, 0};
     std::vector<double> seconds;
     for (int i = 0; i < options.runs; ++i) {
         fs::remove_all(folder.path() / "cache");
         fs::remove_all(out);
-        const ProgramRun cooked = cookOnce(command, log, scene + " " + layout);
+        const ProgramRun cooked = cookOnce(command, log, what);
         seconds.push_back(cooked.seconds);
         row.peakRssBytes = std::max(row.peakRssBytes, cooked.peakRssBytes);
     }
     std::sort(seconds.begin(), seconds.end());
     row.seconds = seconds[seconds.size() / 2];
-    row.secondsAgain = cookOnce(command, log, scene + " " + layout + ", again").seconds;
+    row.secondsAgain = cookOnce(command, log, what + ", again").seconds;
     const Json report = Json::parse(contentOf(out / "report.json"));
     row.gpuBytes = report.at("budget").at("used_bytes").get<std::int64_t>();
     for (const Json& asset : report.at("assets")) {
@@ -131,7 +132,7 @@ void benchDraft(const Options& options, const fs::path& program, const std::stri
     const Json& map = row.lightMap;
     const auto texels = map.at("width").get<std::int64_t>() * map.at("height").get<std::int64_t>();
     constexpr int kFloats = 27;
-    printTableRow("{} | {} MiB | {:.2f} MiB | {} | {:.1f} | {:.1f}", scene, kFloats * 4 * texels >> 20,
+    printTableRow("{} | {:.4g} MiB | {:.2f} MiB | {} | {:.1f} | {:.1f}", scene, kFloats * 4 * static_cast<double>(texels) / (1 << 20),
                   static_cast<double>(row.gpuBytes) / (1 << 20), map.at("layout").get<std::string>(),
                   map.at("whole").at("visible").at("p99").get<double>(), row.seconds);
 }

@@ -139,7 +139,7 @@ std::filesystem::path TomlValue::path(std::string_view expected) const {
     const std::string path = text(expected);
     if (path.empty()) refuse("an empty path", expected);
     if (path.find('\0') != std::string::npos) fail(fmt::format("found a character 0 in the path '{}' for {}, expected none", path, name_));
-    const std::filesystem::path file = (document_.directory / path).lexically_normal();
+    std::filesystem::path file = (document_.directory / path).lexically_normal();
     if (const std::string fault = faultOfInput(path, file); !fault.empty()) fail(fault);
     return file;
 }
