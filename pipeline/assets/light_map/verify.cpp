@@ -110,6 +110,10 @@ struct LightMapCheck {
     Result<void> (*run)(CheckedLightMap& map);
     bool (*isNeeded)(const CheckedLightMap& map) = [](const CheckedLightMap&) { return true; };
 };
+/// Returns true if filters may read past small charts of the mesh: those of a sampler.
+bool mayReadPastCharts(const CheckedLightMap& map) {
+    return map.charts && !map.before && map.asset.filter != formats::LightMapFilter::Decoded;
+}
 constexpr std::array kChecks = {
     LightMapCheck{checkTexels},
     LightMapCheck{checkPacking, [](const CheckedLightMap& map) { return map.before.has_value(); }},
@@ -120,7 +124,7 @@ constexpr std::array kChecks = {
     LightMapCheck{judgeStages},
     LightMapCheck{checkGroundTruth, [](const CheckedLightMap& map) { return !map.truth.isEmpty(); }},
     LightMapCheck{checkCharts, [](const CheckedLightMap& map) { return map.charts.has_value(); }},
-    LightMapCheck{checkSmallCharts, [](const CheckedLightMap& map) { return map.charts && !map.before; }},
+    LightMapCheck{checkSmallCharts, mayReadPastCharts},
     LightMapCheck{drawWorstPlaces},
     LightMapCheck{checkSeams},
 };
