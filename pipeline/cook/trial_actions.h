@@ -15,7 +15,7 @@
 namespace lightcook::pipeline {
 
 /// Returns the parameters of the trial of a light map.
-/// joint       what is chosen together with it; empty: the trial is of the light map alone
+/// joint       assets whose layouts are chosen together with the map's; empty: none
 /// isComplete  every layout is measured on the whole map. So it is in a joint trial under other limits than that on visible errors
 TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const LightMapReduction& reduction,
                                   bool repair, const std::optional<JointTrial>& joint, bool isComplete);

@@ -95,7 +95,7 @@ private:
         text_ += line("name", tomlString(folder));
         text_ += "\n[output]\n";
         text_ += line("target", "\"bc\"", "bc (desktop, consoles) | astc (mobile)");
-        // One limit on what a pixel shows; where no map has directions, that is the light map alone.
+        // The limit is on what a pixel shows. Where no map has directions, a pixel shows the light map alone.
         if (!inputs_.lightMaps.empty())
             text_ += line(hasDirections() ? "max_whole_visible" : "max_visible", "5",
                           "of what a pixel shows: visible error that 99 % keep, in just noticeable differences");

@@ -1,5 +1,5 @@
-// What lowers the error of an asset, from what its cook measured: one source for the words under a failure, in terminal, page, viewer,
-// JUnit and SARIF, and beside the error of the whole shading. What is not known is not said.
+// Advice on the error of an asset and on a budget, from figures that the cook measured. Terminal, page, viewer, JUnit and SARIF show it
+// under a failure, and reports beside the error of the whole shading. Advice that no figure supports is left out.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace lightcook::pipeline {
 /// theirs begins with. Null: there is none.
 const ReportRow* lightMapOf(const ReportRow& row, const std::vector<const ReportRow*>& lightMaps);
 
-/// Returns what is known to lower the error of an asset: the key to write, what it gives and what it costs. Empty: nothing is known.
+/// Returns the remedy for the error of an asset: the key to write, what it gives and what it costs. Empty: none is known.
 /// over      a figure that is over its limit, which the remedy is to bring back; none: any lower error helps
 /// lightMap  that a dominant light belongs to; may be null
 std::string remedyOf(const ReportRow& row, const std::optional<Check>& over, const ReportRow* lightMap);

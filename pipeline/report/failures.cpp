@@ -99,7 +99,7 @@ std::optional<double>& valueOf(Failure& failure, Limit limit) {
     return info(limit).isFraction ? failure.relRms : failure.visible;
 }
 
-/// What the texts of an asset's failures depend on beside its row.
+/// The names in the texts of an asset's failures come from these and from its row.
 struct Names {
     LimitsFrom limitsFrom;
     const ReportRow* lightMap;

@@ -10,7 +10,7 @@ namespace lightcook::pipeline {
 /// Returns a name that an asset or a scene may have: that of a file without its extension, as far as it may. Other letters become '_', and
 /// one more '_' stands before a name that begins with '.' or that Windows reserves. Of a name in another script, without a Latin letter,
 /// digits and signs are kept after `otherwise`.
-/// otherwise  "probe": what the asset is
+/// otherwise  kind of the asset, such as "probe"
 std::string assetNameOf(const std::filesystem::path& file, std::string_view otherwise);
 
 /// Returns the name of a light map: that of its file, without the ending that the files of its bake format have (formats::nameOfBake).

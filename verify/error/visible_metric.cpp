@@ -73,6 +73,19 @@ bool isFinite(const Interval& range) {
     return std::isfinite(range.low) && std::isfinite(range.high);
 }
 
+/// Returns the square of the largest difference of lights whose codes differ by at most these steps. A norm is convex: its maximum over a
+/// box is at a corner, and opposite corners have the same.
+double largestSquare(const std::array<double, 3>& step) {
+    double largest = 0;
+    for (int corner = 0; corner < 4; ++corner) {
+        const glm::dvec3 at(step[0], (corner & 1) == 0 ? step[1] : -step[1], (corner & 2) == 0 ? step[2] : -step[2]);
+        double squares = 0;
+        for (int i = 0; i < 3; ++i) squares += glm::dot(VisibleMetric::itp(i), at) * glm::dot(VisibleMetric::itp(i), at);
+        largest = std::max(largest, squares);
+    }
+    return largest;
+}
+
 /// Returns a range of light of which what is below zero counts as none.
 Interval clampedLight(const Interval& light) {
     return {std::max(light.low, 0.0), std::max(light.high, 0.0)};
@@ -107,16 +120,7 @@ const glm::dvec3& VisibleMetric::itp(int row) {
 }
 
 double VisibleMetric::largestStep() {
-    static const double kLargest = [] {
-        double largest = 0;
-        for (int corner = 0; corner < 4; ++corner) {
-            const glm::dvec3 at(1, (corner & 1) == 0 ? 1 : -1, (corner & 2) == 0 ? 1 : -1);
-            double squares = 0;
-            for (int i = 0; i < 3; ++i) squares += glm::dot(itp(i), at) * glm::dot(itp(i), at);
-            largest = std::max(largest, squares);
-        }
-        return std::sqrt(largest);
-    }();
+    static const double kLargest = std::sqrt(largestSquare({1, 1, 1}));
     return kLargest;
 }
 
@@ -175,15 +179,7 @@ double VisibleMetric::coarseBound(const glm::dvec3& low, const glm::dvec3& error
         // Also for NaN, of which nothing is known.
         if (!(differences[k] < kHighest)) step[k] = 1;
     }
-    // A norm is convex: its maximum over a box is at a corner, and opposite corners have the same.
-    double largest = 0;
-    for (int corner = 0; corner < 4; ++corner) {
-        const glm::dvec3 at(step[0], (corner & 1) == 0 ? step[1] : -step[1], (corner & 2) == 0 ? step[2] : -step[2]);
-        double squares = 0;
-        for (int i = 0; i < 3; ++i) squares += glm::dot(itp(i), at) * glm::dot(itp(i), at);
-        largest = std::max(largest, squares);
-    }
-    return std::sqrt(std::min(largest, squareWithinDisplay(0.5 * (step[0] + step[1])))) + kVisibleRounding;
+    return std::sqrt(std::min(largestSquare(step), squareWithinDisplay(0.5 * (step[0] + step[1])))) + kVisibleRounding;
 }
 
 double VisibleMetric::squareWithinDisplay(double lightness) const {

@@ -20,8 +20,8 @@ namespace lightcook::pipeline {
 /// displayKey  of the map (verify::LightMapKey)
 compress::LightMapObjective objectiveFor(const SceneView& view, double displayKey, const glm::dmat3& bt2020FromWorking);
 
-/// The plans of learned layouts that this cook has made: what a trial has learned is not learned again for the cook of its map, nor for a
-/// shorter layout.
+/// Plans of learned layouts, kept for as long as a cook runs. The cook of a map takes what its trial has learned, for the same layout or a
+/// longer one.
 class LearnedPlans {
 public:
     /// key  of the map and of everything that its plans depend on

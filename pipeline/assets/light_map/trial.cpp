@@ -77,7 +77,7 @@ struct LayoutGroup {
     std::vector<Trial> layouts;
 };
 
-/// What a layout costs at least: fetches, where they count, then bits a texel.
+/// Returns the least that a layout costs: fetches where they count, else 0, and the bits of a texel.
 std::pair<int, int> leastCost(const formats::LightMapLayoutInfo& layout, const TrialParameters& parameters) {
     return {parameters.cost == formats::LayoutCost::Fetches ? parameters.decode.fetchesOf(layout) : 0,
             formats::textureBits(layout, formats::info(parameters.target))};

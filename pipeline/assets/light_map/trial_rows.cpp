@@ -6,7 +6,7 @@
 namespace lightcook::pipeline {
 namespace {
 
-/// Of samples of 8 to 15 bands, and of twice as many.
+/// Margins of a sample of 8 to 15 bands, and of one of twice as many.
 constexpr std::array kMargins = {0.35, 0.25};
 
 /// Bands of the first level lie in the middle of what they stand for; those of later levels between them.

@@ -62,7 +62,7 @@ private:
         std::vector<float> bake, light;             ///< of the reference
         std::vector<std::vector<float>> dominants;  ///< [layout]
     };
-    /// Of one strip.
+    /// The places of one strip.
     struct LitStrip {
         LitRows first, rest;
     };

@@ -60,7 +60,7 @@ StyledText verdictWord(bool passed) {
     return passed ? StyledText{Style::Good, "passed"} : StyledText{Style::Bad, "FAILED"};
 }
 
-/// Returns what the verdict does not count: a step at the edges of charts that shows, where no limit holds it. Empty: there is none.
+/// Returns words on the largest step at the edges of charts, if it shows and no limit counts it. Empty: there is none.
 std::string seamWords(const ReportRow& row) {
     if (row.verdict.limits[Limit::Seam] || !row.seams || row.seams->stages.empty()) return "";
     const double step = row.seams->largestAdded();

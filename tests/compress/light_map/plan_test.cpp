@@ -40,7 +40,7 @@ TEST(LightMapPlan, BytesOfAShorterLayoutAreThoseOfItsOwnPlan) {
                   planOf(Kind::Gradient, LightMapLayout::Hdr, target).gpuBytes());
 }
 
-/// So what a trial has learned for the longest layout serves the cook of a shorter one.
+/// The cook of a layout takes the tables that a trial learned for a longer one.
 TEST(LightMapPlan, AShortenedPlanIsThatOfTheShorterLayout) {
     const formats::LightMapStrip band = synthetic::makeBand(Kind::Gradient, synthetic::kWidth, 0, synthetic::kHeight);
     const compress::LightMapPlan longest = planOf(Kind::Gradient, LightMapLayout::Basis24, Target::Bc);
