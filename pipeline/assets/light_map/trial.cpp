@@ -94,15 +94,17 @@ std::vector<LayoutGroup> layoutGroups(const TrialParameters& parameters, const s
         groups.back().layouts.push_back(trial);
     }
     const auto leastOf = [&](const LayoutGroup& group) {
-        const auto costOf = [&](const Trial& each) { return leastCost(*each.layout, parameters); };
-        return std::ranges::min(group.layouts | std::views::transform(costOf));
+        std::pair<int, int> least = leastCost(*group.layouts.front().layout, parameters);
+        for (const Trial& each : group.layouts) least = std::min(least, leastCost(*each.layout, parameters));
+        return least;
     };
     std::optional<std::pair<int, int>> learned;
     for (const LayoutGroup& group : groups)
         if (group.planned->isLearned()) learned = std::min(learned.value_or(leastOf(group)), leastOf(group));
-    std::ranges::stable_sort(groups, {}, [&](const LayoutGroup& group) {
+    const auto rankOf = [&](const LayoutGroup& group) {
         return group.planned->isLearned() ? std::pair(*learned, -group.planned->layerCount()) : std::pair(leastOf(group), 0);
-    });
+    };
+    std::ranges::stable_sort(groups, [&](const LayoutGroup& a, const LayoutGroup& b) { return rankOf(a) < rankOf(b); });
     return groups;
 }
 
