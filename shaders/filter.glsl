@@ -4,6 +4,7 @@
 //   q = lcCoveredQuad(q, coverage of q.texel00, of texel10, of texel01, of texel11);
 //   LcSh sh = lcMix(decode of q.texel00, of texel10, of texel01, of texel11, q.weights);
 // With a temporal filter one texel may stand for the four: lcQuadTexel.
+// A map with detail has some texels in layout "lit": lcHasDetail.
 #ifndef LIGHTCOOK_FILTER_GLSL
 #define LIGHTCOOK_FILTER_GLSL
 
@@ -67,6 +68,17 @@ LC_FUNCTION vec2 lcQuadTexel(LcQuad q, float random) {
     texel = random < q.weights.x + q.weights.y + q.weights.z ? q.texel01 : texel;
     texel = random < q.weights.x + q.weights.y ? q.texel10 : texel;
     return random < q.weights.x ? q.texel00 : texel;
+}
+
+// True where the tile of a texel has detail: then the texel is that of lcDetailTexel, in the textures "detail_hdr" and "detail_ldr" of
+// layout "lit". tile: texel lcCoverageTexel of the second layer of texture "coverage".
+LC_FUNCTION bool lcHasDetail(vec4 tile) {
+    return tile.w > 0.5f;
+}
+// x of the tile is its column there, y and z its row: the low and the high byte.
+LC_FUNCTION vec2 lcDetailTexel(vec4 tile, vec2 texel) {
+    vec2 place = vec2(floor(tile.x * 255.0f + 0.5f), floor(tile.y * 255.0f + 0.5f) + 256.0f * floor(tile.z * 255.0f + 0.5f));
+    return vec2(8.0f, 4.0f) * (place - lcCoverageTexel(texel)) + texel;
 }
 
 LC_FUNCTION LcSh lcMix(LcSh a, LcSh b, LcSh c, LcSh d, vec4 weights) {

@@ -24,12 +24,20 @@
 #include "formats/gpu_texture.h"
 #include "formats/image.h"
 #include "formats/light_map.h"
+#include "formats/light_map_detail.h"
 #include "formats/light_map_layout.h"
 #include "lighting/brdf.h"
 #include "verify/figures.h"
 #include "verify/seams.h"
+#include "verify/tile_errors.h"
 
 namespace lightcook::verify {
+
+/// Detail of a light map, as its manifest describes it: tiles in layout formats::kDetailLayout.
+struct CookedDetail {
+    std::map<std::string, std::vector<float>> constants;  ///< of that layout
+    std::vector<formats::PixelFormat> formats = {};       ///< as CookedLightMap::formats
+};
 
 /// A light map as its manifest describes it.
 struct CookedLightMap {
@@ -43,6 +51,7 @@ struct CookedLightMap {
     std::vector<std::uint8_t> clusterOfBlock = {};
     int clusterBlock = 4;                                                ///< side of these blocks [texels]; 1 at mip levels
     formats::LightMapFilter filter = formats::LightMapFilter::Hardware;  ///< that of the layout, if it has no other
+    std::optional<CookedDetail> detail = {};                             ///< of a map whose filter is LightMapFilter::Decoded
 };
 
 /// Shading of the scene. Samples take every m, every F0 and `viewCount` views (spherical Fibonacci points of the upper hemisphere). The
@@ -71,6 +80,7 @@ struct LightMapSampling {
     std::uint64_t seed = 1;
     int placesPerTexel = 1;  ///< random places on the surface of each covered texel, in the mean; 0: none
     LightMapFigures figures = LightMapFigures::All;
+    std::vector<float> tileLimits = {};  ///< visible errors that tiles are counted by (TileErrors), ascending
 
     bool hasBounds() const { return figures == LightMapFigures::All; }
     bool isForTrial() const { return figures == LightMapFigures::Trial; }
@@ -104,6 +114,12 @@ private:
     std::vector<Bin> bins_;  ///< by log2 of the luminance
 };
 
+/// Texels of detail, at their places in the map.
+struct DetailTexels {
+    formats::Image<std::uint8_t> has = {};                              ///< 1 where the texel's tile has detail
+    std::vector<std::vector<formats::Image<glm::vec4>>> textures = {};  ///< [texture][layer] of formats::kDetailLayout
+};
+
 /// Rows [firstRow, firstRow + height of the images) of every texture, decoded by decodeRows, in the order of LightMapVerifier::textures().
 /// Textures with a `side` have a texel for each square of that side: firstRow is a multiple of it.
 struct DecodedLightMapRows {
@@ -113,6 +129,7 @@ struct DecodedLightMapRows {
     std::vector<std::vector<formats::Image<glm::vec4>>> spans = {};  ///< [texture][layer]; empty: no sampler tolerance by span
     /// 1 where texture "coverage" says that a texel is covered: of maps that have it (formats::LightMapFilter::Decoded).
     formats::Image<std::uint8_t> covered = {};
+    DetailTexels detail = {};  ///< of maps that have it
 };
 
 /// Some rows of a cooked map, and of its bake.
@@ -154,6 +171,7 @@ public:
         std::string name;
         ShadedErrors errors;
         DiffuseSquares surface = {};  ///< at places on the surface; none in a trial
+        TileErrors tiles = {};        ///< of places on the surface, of a trial with LightMapSampling::tileLimits
     };
     explicit LightMapErrors(std::vector<Stage> empty = {}) : stages(std::move(empty)) {}
     void merge(const LightMapErrors& other);

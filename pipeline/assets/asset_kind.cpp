@@ -21,6 +21,7 @@ std::vector<std::string> lightMapEndings() {
                 endings.push_back(ending);
     for (const std::string_view role : {std::string_view(kIndexRole), std::string_view(kTablesRole), formats::kCoverageRole})
         endings.push_back(fmt::format("_{}", role));
+    for (const formats::DetailTextureInfo& texture : formats::kDetailTextures) endings.push_back(fmt::format("_{}", texture.name));
     return endings;
 }
 std::vector<std::string> dominantEndings() {

@@ -9,6 +9,7 @@
 
 #include "formats/api_formats.h"
 #include "formats/color.h"
+#include "formats/light_map_detail.h"
 #include "formats/light_map_layout.h"
 #include "formats/probe_place.h"
 #include "pipeline/assets/asset_kind.h"
@@ -145,6 +146,24 @@ void describe(Fields& fields, Self& bits) {
     fields.optional("light_map_uv_bits", bits.lightMapUvBits, kBits, "bits of TEXCOORD_1");
 }
 
+/// Tiles of a light map in a finer layout (formats/light_map_detail.h).
+struct CookedTiles {
+    std::string layout;
+    std::uint64_t tiles = 0;
+    double limit = 0;
+    Json constants;
+};
+template <class Fields, Is<CookedTiles> Self>
+void describe(Fields& fields, Self& detail) {
+    fields.required("layout", detail.layout,
+                    "layout of the tiles: texture `detail_hdr` has `l0` and `light` as layers, `detail_ldr` has `direction` and those of "
+                    "`rest`");
+    fields.required("tiles", detail.tiles, between(1, formats::kMostDetailTiles),
+                    "number of tiles of 8 x 4 texels; the second layer of texture `coverage` says where each lies");
+    fields.required("limit", detail.limit, "visible error that 99 % of the samples were to be within");
+    fields.required("constants", detail.constants, "constants of the tiles' decode");
+}
+
 struct CookedAsset {
     std::string name;
     AssetKind kind = AssetKind::LightMap;
@@ -165,7 +184,8 @@ struct CookedAsset {
     std::optional<std::uint64_t> vertexBytes;          ///< of a light map whose mesh names its bases; counted there
     std::optional<std::uint64_t> vertices, triangles;
     std::optional<MeshQuantization> quantization;
-    std::optional<Json> constants;  ///< of the decode; each kind has a struct for them
+    std::optional<Json> constants;      ///< of the decode; each kind has a struct for them
+    std::optional<CookedTiles> detail;  ///< of a light map, if some of its tiles have it
     std::vector<CookedTexture> textures;
     AssetSource source;
     std::optional<VertexBasis> basis;
@@ -221,6 +241,7 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("triangles", asset.triangles, "number of triangles");
     fields.optional("quantization", asset.quantization, "quantization of a mesh [bits]");
     fields.optional("constants", asset.constants, "constants of the shader's decode");
+    fields.optional("detail", asset.detail, "tiles of a light map that are stored once more, in a finer layout: the shader takes those");
     fields.required("textures", asset.textures, "textures of the layout");
     fields.required("source", asset.source, "sources, and how they are read");
     bytes(!asset.file.has_value());

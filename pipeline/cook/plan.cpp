@@ -17,6 +17,7 @@
 #include "pipeline/assets/cubemap/probe_use.h"
 #include "pipeline/assets/dominant/dominant.h"
 #include "pipeline/assets/gltf/gltf.h"
+#include "pipeline/assets/light_map/detailed_layout.h"
 #include "pipeline/assets/light_map/ground_truth.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
@@ -171,7 +172,14 @@ private:
         const std::optional<JointTrial> joint = jointTrialOf(entry, reduction);
         if (isAnyWanted(scene_, options_, entry)) plan_.lightMaps.push_back(entry.name);
         const bool isDecided = (layout != kAutoLayout && !joint) || options_.decisions.layouts.contains(entry.name);
-        if (layout == kAutoLayout && isDecided) layout = options_.decisions.layouts.at(entry.name);
+        std::optional<double> detail;
+        if (layout == kAutoLayout && isDecided) {
+            const DetailedLayout chosen = DetailedLayout::ofName(options_.decisions.layouts.at(entry.name));
+            layout = chosen.layout;
+            detail = chosen.limit;
+        } else if (scene_.output.detail == true && isDecided) {
+            detail = limitsOfMap(entry)[Limit::Visible];
+        }
         const bool mayBeLearned = !isDecided || hasLearnedBases(layout);
         const PackedLightMap* packed = packedOf(entry);
         const bool hasMesh = entry.mesh && (scene_.output.draco || mayBeLearned || packed != nullptr) &&
@@ -182,7 +190,7 @@ private:
             if (const auto uvs = formats::checkAllLightMapUvs(*entry.mesh, description.places); !uvs) mistake_ = uvs.error();
         if ((hasMap || joint) && !isDecided) addTrial(entry, reduction, joint);
         if (hasMesh && !isDecided) takeNames(meshAssetName(scene_, entry), AssetKind::Mesh);
-        if (hasMap && isDecided) addLightMap(entry, description, layout, reduction);
+        if (hasMap && isDecided) addLightMap(entry, description, {layout, detail}, reduction);
         if (hasMap && isDecided && scene_.output.gltf && entry.mesh) addGltf(entry, description);
         if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction);
         if (hasMap && isDecided) addWhole(entry, reduction);
@@ -245,8 +253,9 @@ private:
         plan_.actions.push_back(trialAction(entry, parameters, joint));
     }
 
-    void addLightMap(const LightMapEntry& entry, formats::LightMapDescription description, const std::string& layout,
+    void addLightMap(const LightMapEntry& entry, formats::LightMapDescription description, const DetailedLayout& detailed,
                      const LightMapReduction& reduction) {
+        const std::string& layout = detailed.layout;
         description.constantOf = reduction.constantOf;
         std::optional<SceneView> visible;
         if (scene_.output.objective == formats::Objective::Visible && hasObjective(layout)) visible = SceneView{shading_, scene_.display};
@@ -258,7 +267,7 @@ private:
         const formats::DecodeLimits decode = decodeOf(scene_, entry, reduction.constantOf.has_value());
         add(entry.name, AssetKind::LightMap,
             LightMapParameters{description, layout, target, textures_, visible, hasMips(scene_.output, entry),
-                               decode.filterOf(formats::info(*formats::lightMapLayoutFromName(layout)))},
+                               decode.filterOf(formats::info(*formats::lightMapLayoutFromName(layout))), detailFor(detailed, decode)},
             hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
         if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);
@@ -272,6 +281,14 @@ private:
         else if (formats::isFlat(layout) && asked != layout && asked != kAutoLayout)
             skip(entry.name, fmt::format("directional light map '{}'", entry.name),
                  "no material has a normal map or is specular: a flat exit-radiance map is enough", "light-map", entry.name, would, is);
+    }
+
+    /// Returns the detail of a light map; nothing where its decode allows none.
+    std::optional<DetailParameters> detailFor(const DetailedLayout& detailed, const formats::DecodeLimits& decode) const {
+        const formats::LightMapLayoutInfo& layout = formats::info(*formats::lightMapLayoutFromName(detailed.layout));
+        const bool isAllowed = formats::mayHaveDetail(layout, decode.filterOf(layout), formats::info(scene_.output.target));
+        if (!detailed.limit || !isAllowed) return std::nullopt;
+        return DetailParameters{{shading_, scene_.display}, *detailed.limit};
     }
 
     void planDominant(const LightMapEntry& entry, formats::LightMapDescription description, const LightMapReduction& reduction) {

@@ -69,6 +69,10 @@ private:
     glm::ivec2 lookupSize(const CookedAsset& asset, const CookedTexture& texture) {
         if (texture.role == kIndexRole) return {indexWidth(asset.width), indexHeight(asset.height)};
         if (texture.role == formats::kCoverageRole) return formats::coverageSize(asset.width, asset.height);
+        if (formats::isOfDetail(texture.role)) {
+            const formats::DetailAtlas atlas{asset.detail ? static_cast<int>(asset.detail->tiles) : 0};
+            return {atlas.width(), atlas.height()};
+        }
         const auto layout = formats::lightMapLayoutFromName(asset.layout);
         const Json constants = asset.constants.value_or(Json());
         expectEqual(asset.name + ", constants/tables", constants.is_object() ? constants.value(kTablesRole, Json()) : Json(),
@@ -122,7 +126,9 @@ private:
     /// Returns the copy of the manifest's members inside a texture, which serves a loader without the manifest. Its constants are without
     /// learned tables and long lists.
     static Json metadataOf(const CookedAsset& asset, const CookedTexture& texture) {
-        Json constants = asset.constants.value_or(Json::object()), kept = Json::object();
+        const bool isOfDetail = asset.detail && formats::isOfDetail(texture.role);
+        const Json constants = isOfDetail ? asset.detail->constants : asset.constants.value_or(Json::object());
+        Json kept = Json::object();
         for (const auto& [name, value] : constants.items())
             if (asset.kind != AssetKind::LightMap || (name != kTablesRole && value.size() <= kLargestMetadataConstant)) kept[name] = value;
         Json metadata = {{"kind", info(asset.kind).name}, {"layout", asset.layout}, {"role", texture.role}, {"constants", kept}};

@@ -105,7 +105,10 @@ Result<Json> readManifest(const std::filesystem::path& folder) {
 std::string shaderTextOf(const std::vector<CookedAsset>& assets, lighting::SpecularLobe lobe) {
     std::vector<std::string> layouts;
     for (const CookedAsset& asset : assets)
-        if (asset.kind == AssetKind::LightMap) layouts.push_back(asset.layout);
+        if (asset.kind == AssetKind::LightMap) {
+            layouts.push_back(asset.layout);
+            if (asset.detail) layouts.push_back(asset.detail->layout);
+        }
     const bool isGgx = lobe == lighting::SpecularLobe::Ggx;
     return shaders::shaderInclude(formats::lightMapFamilies(layouts), isGgx ? shaders::Distribution::Ggx : shaders::Distribution::Beckmann);
 }

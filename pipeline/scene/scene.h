@@ -98,9 +98,10 @@ struct OutputSettings {
     formats::Objective objective = formats::Objective::Visible;  ///< of learned layouts of light maps
     formats::LayoutCost cost = formats::LayoutCost::Bytes;       ///< of layouts, where "auto" chooses one within an error
     formats::DecodeLimits decode = {};                           ///< of layouts
-    formats::LayoutList layouts = {};                            ///< that "auto" may take
-    int effort = 5;                                              ///< of block encoders, 0 .. 9
-    bool keepUnused = false;                                     ///< cooks also what no material, surface or shading shows
+    std::optional<bool> detail = {};   ///< tiles of light maps may have detail; absent: where "auto" chooses the layout
+    formats::LayoutList layouts = {};  ///< that "auto" may take
+    int effort = 5;                    ///< of block encoders, 0 .. 9
+    bool keepUnused = false;           ///< cooks also what no material, surface or shading shows
     bool zstd = false;
     bool draco = true;  ///< meshes as Draco inside glTF
     bool gltf = false;  ///< also writes the scene as glTF with its light maps bound
@@ -160,6 +161,9 @@ void describeKeys(Keys& keys, OutputSettings& output) {
                             "shader reads it, `cost` is `taps` or the map has `mips`; else hardware"),
         withCaptions("[how light between texels](../theory/layouts.md#decoded-before-the-filter) follows from theirs",
                      formats::allLightMapFilters()));
+    keys.optional("detail", output.detail, KeyRule{}.otherwise("true where the layout is `\"auto\"`, else false"),
+                  "store tiles of a light map once more in layout `lit` where the map errs most, as many as bring it within the limit on "
+                  "the visible error ([detail](../theory/layouts.md#detail)); for filter `decoded`");
     keys.optional("max_fetches", output.decode.maxFetches, decodeCost,
                   "limit on the texture fetches of a light map's sample: `auto` takes no other layout");
     keys.optional("max_decode_ops", output.decode.maxDecodeOps, decodeCost, "limit on the multiply-adds of its decode, likewise");

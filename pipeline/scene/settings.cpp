@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "formats/light_map_detail.h"
 #include "formats/light_map_layout.h"
 #include "formats/lmbake.h"
 #include "formats/vocabulary.h"
@@ -102,6 +103,12 @@ std::string whyNotFormat(const GradientEntry& entry, Target target) {
                        formats::info(target).name, possible);
 }
 
+bool mayHaveDetail(const OutputSettings& output) {
+    const auto named = formats::lightMapLayoutFromName(layoutAsked(output));
+    return !named ||
+           formats::mayHaveDetail(formats::info(*named), output.decode.filterOf(formats::info(*named)), formats::info(output.target));
+}
+
 constexpr const char* kNoneIsPacked = "found charts_max_visible where no charts are packed, expected charts = \"pack\"";
 
 }  // namespace
@@ -135,6 +142,13 @@ std::vector<SettingsRule> rulesOf(const OutputSettings& output) {
         {"rdo", output.rdo > 0 && output.target != Target::Bc,
          fmt::format("found output.rdo with target = \"{}\", expected target = \"bc\": only BC blocks repeat", target), "target"},
         {decodeKey, !decode.empty(), decode, "light_map_layout"},
+        {"detail", output.detail == true && !isAuto && !output.limits[Limit::Visible],
+         "found detail = true with a named layout and no max_visible, expected max_visible: tiles get detail until the map keeps it",
+         "light_map_layout"},
+        {"detail", output.detail == true && !isAuto && !mayHaveDetail(output),
+         fmt::format("found detail = true with layout {}, expected a layout that is decoded before the filter and takes fewer bits than {}",
+                     layoutAsked(output), formats::info(formats::kDetailLayout).name),
+         "light_map_layout"},
         {"gltf", output.gltf && isDds, "found glTF with container dds, expected container ktx2", "container"},
         {"cost", !isAuto, "found output.cost where the layout is named, expected light_map_layout = \"auto\" with max_error or max_visible",
          "light_map_layout", Idle::InFile},

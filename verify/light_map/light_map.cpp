@@ -116,6 +116,7 @@ void LightMapErrors::merge(const LightMapErrors& other) {
     for (std::size_t i = 0; i < stages.size(); ++i) {
         stages[i].errors.merge(other.stages[i].errors);
         stages[i].surface.merge(other.stages[i].surface);
+        stages[i].tiles.merge(other.stages[i].tiles);
     }
     surface.merge(other.surface);
 }
@@ -207,7 +208,14 @@ formats::Result<LightMapVerifier> LightMapVerifier::create(const CookedLightMap&
         },
         state->layout);
     state->decoder = lightmap::mapDecoder(state->layout, state->perKey);
-    if (state->map.filter == formats::LightMapFilter::Decoded) state->decoder = lightmap::mixedDecoder(state->decoder);
+    if (map.detail) {
+        const CookedLightMap detail{std::string(formats::info(formats::kDetailLayout).name), map.detail->constants};
+        LC_TRY(ofDetail, layouts::layoutOf(detail));
+        state->detail = std::move(*ofDetail);
+    }
+    if (state->map.filter == formats::LightMapFilter::Decoded)
+        state->decoder =
+            lightmap::mixedDecoder(state->decoder, state->detail ? lightmap::mapDecoder(*state->detail, state->perKey) : nullptr);
     state->setup = shadingSetup(shading, sampling.hasBounds(), isOwnNormalOnly, 1 / static_cast<double>(state->perKey), viewing);
     state->setup.tolerance = std::move(*tolerances);
     return LightMapVerifier(std::move(state));
@@ -275,9 +283,15 @@ formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLight
     // In the units of the map.
     const std::shared_ptr<const lightmap::MapDecoder> decoder =
         isInTangentSpace ? lightmap::tangentDecoder(state_->layout, 1, *surface) : lightmap::mapDecoder(state_->layout, 1);
+    const auto detail = state_->detail ? lightmap::mapDecoder(*state_->detail, 1) : nullptr;
     lightmap::FilteredTexels filtered;
     const auto decodedAt = [&](int x, int y) {
         std::size_t layer = 0;
+        if (detail && texels.detail.has.at(x, y - texels.firstRow) != 0) {
+            for (const auto& texture : texels.detail.textures)
+                for (const formats::Image<glm::vec4>& image : texture) filtered[layer++] = image.at(x, y - texels.firstRow);
+            return detail->decode(filtered.data(), 0);
+        }
         for (std::size_t texture = 0; texture < texels.textures.size(); ++texture) {
             const int side = state_->textures[texture].side;
             for (const formats::Image<glm::vec4>& image : texels.textures[texture])

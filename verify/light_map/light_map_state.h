@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "verify/light_map.h"
@@ -19,6 +20,7 @@ struct LightMapVerifier::State {
     LightMapSampling sampling;
     float perKey = 1;  ///< light in units of the key
     layouts::Layout layout;
+    std::optional<layouts::Layout> detail;                ///< of CookedLightMap::detail
     std::shared_ptr<const lightmap::MapDecoder> decoder;  ///< of layout
     std::vector<TextureNeed> textures;
     ShadingSetup setup;

@@ -99,6 +99,8 @@ public:
     /// The layers are light that ofTexels() decoded. A place mixes that of covered texels alone (mixedDecoder).
     bool isMixed() const { return ofTexels_ != nullptr; }
     const MapDecoder* ofTexels() const { return ofTexels_.get(); }
+    /// Returns the decoder of detail, in whose tiles the light of the last stage is that of detail. Null: none
+    const MapDecoder* ofDetail() const { return ofDetail_.get(); }
     /// The map is compared with the exit radiance at each texel's own normal (layouts::Flat).
     bool isOwnNormalOnly() const { return isOwnNormalOnly_; }
     /// 1 / key: converts light to units of the key.
@@ -147,7 +149,7 @@ protected:
     const layouts::BasisTables* tables_ = nullptr;    ///< learned layouts
     const layouts::TangentFrames* frames_ = nullptr;  ///< layouts in tangent space
     bool isOwnNormalOnly_ = false;
-    std::shared_ptr<const MapDecoder> ofTexels_;  ///< of mixedDecoder()
+    std::shared_ptr<const MapDecoder> ofTexels_, ofDetail_;  ///< of mixedDecoder()
 };
 
 /// Returns the decoder of a map of this layout, which must not be moved while the decoder lives.
@@ -156,7 +158,8 @@ std::unique_ptr<const MapDecoder> mapDecoder(const layouts::Layout& layout, floa
 /// Returns the decoder of light that `ofTexels` decoded: nine layers for each stage, the last stage first, in units of the key, then three
 /// of lengths, band by band, of what decoders of blocks may differ by. Mixes of them are the light between texels, without a sampler's
 /// tolerance: the weights are floats of the shader.
-std::shared_ptr<const MapDecoder> mixedDecoder(std::shared_ptr<const MapDecoder> ofTexels);
+/// ofDetail  decoder of the tiles that have detail; null: none have
+std::shared_ptr<const MapDecoder> mixedDecoder(std::shared_ptr<const MapDecoder> ofTexels, std::shared_ptr<const MapDecoder> ofDetail);
 /// Returns the decoder of a layout in tangent space on the texels of a strip, which has their tangents and outlives it.
 std::shared_ptr<const MapDecoder> tangentDecoder(layouts::Layout layout, float perKey, const formats::LightMapStrip& strip);
 

@@ -127,11 +127,12 @@ private:
 
 class MixedDecoder final : public MapDecoder {
 public:
-    explicit MixedDecoder(std::shared_ptr<const MapDecoder> ofTexels)
+    MixedDecoder(std::shared_ptr<const MapDecoder> ofTexels, std::shared_ptr<const MapDecoder> ofDetail)
         : MapDecoder(ofTexels->info(), mixedLayers(ofTexels->info()), ofTexels->perKey()) {
         degree_ = 1;
         isOwnNormalOnly_ = ofTexels->isOwnNormalOnly();
         ofTexels_ = std::move(ofTexels);
+        ofDetail_ = std::move(ofDetail);
     }
     LcSh decode(LayerTexels texels, std::size_t) const override { return lightAt(texels); }
     void decodeStages(LayerTexels texels, const LcSh&, std::size_t, std::span<LcSh> out) const override {
@@ -174,8 +175,8 @@ std::unique_ptr<const MapDecoder> mapDecoder(const layouts::Layout& layout, floa
         layout);
 }
 
-std::shared_ptr<const MapDecoder> mixedDecoder(std::shared_ptr<const MapDecoder> ofTexels) {
-    return std::make_shared<MixedDecoder>(std::move(ofTexels));
+std::shared_ptr<const MapDecoder> mixedDecoder(std::shared_ptr<const MapDecoder> ofTexels, std::shared_ptr<const MapDecoder> ofDetail) {
+    return std::make_shared<MixedDecoder>(std::move(ofTexels), std::move(ofDetail));
 }
 
 std::shared_ptr<const MapDecoder> tangentDecoder(layouts::Layout layout, float perKey, const formats::LightMapStrip& strip) {

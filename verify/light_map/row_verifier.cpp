@@ -28,12 +28,14 @@ public:
           quads_(rows_, tolerance_, evaluator_),
           errors_(std::move(errors)),
           largest_(stages()),
-          shader_(inputs.setup.matrices, 1 / static_cast<double>(rows_.perKey())) {}
+          shader_(inputs.setup.matrices, 1 / static_cast<double>(rows_.perKey())),
+          tiles_(formats::coverageSize(rows_.width(), rows_.height())) {}
 
     LightMapErrors run(int firstRow, int rowCount) {
         const double mostWork = kWorkOfStrip + kWorkPerTexel * static_cast<double>(rows_.width()) * rowCount;
         for (LargestBounds& largest : largest_) largest.mostWork = kShareOfCentres * mostWork;
         quads_.setMostWork(mostWork);
+        countTiles(firstRow, rowCount);
         if (!sampling_.isForTrial())
             rows_.forEachTexel(firstRow, rowCount, [&](const MapRows::Row& row, int x, int y) { shadeCentre(row, x, y); });
         if (sampling_.placesPerTexel > 0)
@@ -88,6 +90,14 @@ private:
         LargestBounds bounds = quads_.largest();
         RimBounds(rows_, tolerance_, evaluator_).raiseRows(firstRow, rowCount, bounds);
         return bounds;
+    }
+    /// Makes room for the errors of tiles that a place of these rows is in.
+    void countTiles(int firstRow, int rowCount) {
+        if (!sampling_.isForTrial() || sampling_.tileLimits.empty()) return;
+        const int first = firstRow / formats::kCoverageRows,
+                  end = std::min(firstRow + rowCount, rows_.height() - 1) / formats::kCoverageRows + 1;
+        for (LightMapErrors::Stage& stage : errors_.stages)
+            stage.tiles = TileErrors(sampling_.tileLimits, index(first * tiles_.x), index((end - first) * tiles_.x));
     }
     /// Bounds the visible errors of the last stage, wherever its light is sampled.
     void boundVisible(int firstRow, int rowCount) {
@@ -192,8 +202,11 @@ private:
         shader_.setReference(reference, rows_.normalAt(x, y), quad.inMap(glm::dvec2(at)));
         const ShownLight shown = shownBy(texels.data(), x, y);
         if (sampling_.isForTrial()) {
-            forEachStage(texels.data(), reference, x, y,
-                         [&](std::size_t stage, const LcSh& error) { shader_.add(error, errors_.stages[stage].errors, shown); });
+            const std::size_t tile = index(y / formats::kCoverageRows * tiles_.x + x / formats::kCoverageColumns);
+            forEachStage(texels.data(), reference, x, y, [&](std::size_t stage, const LcSh& error) {
+                LightMapErrors::Stage& errors = errors_.stages[stage];
+                shader_.add(error, errors.errors, shown, errors.tiles.isEmpty() ? nullptr : &errors.tiles, tile);
+            });
             return;
         }
         ShadedErrors& errors = errors_.surface;
@@ -219,6 +232,7 @@ private:
     LightMapErrors errors_;
     std::vector<LargestBounds> largest_;  ///< [stage], at texel centres
     ErrorShader shader_;
+    glm::ivec2 tiles_;                                                       ///< of the map, along each axis
     std::array<std::pair<int, int>, 2> worstSampled_{{{-1, -1}, {-1, -1}}};  ///< quads with the worst diffuse and specular samples
 };
 

@@ -52,9 +52,11 @@ public:
                 sides_.push_back(decoder.info().textures[texture].side);
             }
         if (!decoder.isMixed()) return;
-        for (std::size_t texture = 0; texture < map.formats.size(); ++texture)
-            tolerances_.insert(tolerances_.end(), texels_.textures[texture].size(), toleranceOf(map.formats[texture]).decoded);
-        if (std::ranges::all_of(tolerances_, [](const glm::vec4& each) { return each == glm::vec4(0); })) tolerances_.clear();
+        tolerances_ = tolerancesOf(map.formats, texels_.textures);
+        if (decoder.ofDetail() == nullptr) return;
+        for (const auto& texture : texels_.detail.textures)
+            for (const formats::Image<glm::vec4>& image : texture) detailLayers_.push_back(&image);
+        detailTolerances_ = tolerancesOf(map.detail->formats, texels_.detail.textures);
     }
 
     const MapDecoder& decoder() const { return decoder_; }
@@ -188,22 +190,40 @@ private:
             if (decoder_.isMixed()) decodeTexel(x, y, row.reference[index(i)], texels);
         }
     }
+    /// Returns what decoders of blocks differ by, of each layer. Empty: nothing
+    static std::vector<glm::vec4> tolerancesOf(const std::vector<formats::PixelFormat>& formats,
+                                               const std::vector<std::vector<formats::Image<glm::vec4>>>& textures) {
+        std::vector<glm::vec4> out;
+        for (std::size_t texture = 0; texture < formats.size(); ++texture)
+            out.insert(out.end(), textures[texture].size(), toleranceOf(formats[texture]).decoded);
+        if (std::ranges::all_of(out, [](const glm::vec4& each) { return each == glm::vec4(0); })) out.clear();
+        return out;
+    }
     /// Sets the layers of mixedDecoder() for texel (x, y).
     void decodeTexel(int x, int y, const LcSh& reference, std::span<glm::vec4> out) const {
         const MapDecoder& decoder = *decoder_.ofTexels();
+        const int row = y - texels_.firstRow;
         FilteredTexels texel;
         for (std::size_t layer = 0; layer < layers_.size(); ++layer)
-            texel[layer] = layers_[layer]->at(x / sides_[layer], (y - texels_.firstRow) / sides_[layer]);
+            texel[layer] = layers_[layer]->at(x / sides_[layer], row / sides_[layer]);
         std::array<LcSh, kMostStages> light;
-        decoder.decodeStages(texel.data(), reference, decoder.clusterAt(x, y), light);
+        const std::size_t cluster = decoder.clusterAt(x, y);
+        decoder.decodeStages(texel.data(), reference, cluster, light);
+        const bool isDetail = decoder_.ofDetail() != nullptr && texels_.detail.has.at(x, row) != 0;
+        if (isDetail) {
+            for (std::size_t layer = 0; layer < detailLayers_.size(); ++layer) texel[layer] = detailLayers_[layer]->at(x, row);
+            light[decoder.stages() - 1] = decoder_.ofDetail()->decode(texel.data(), 0);
+        }
         auto layer = out.begin();
         for (std::size_t stage = decoder.stages(); stage-- > 0;)
             for (const glm::vec3& coefficient : light[stage].c) *layer++ = glm::vec4(coefficient, 0);
         std::fill(layer, out.end(), glm::vec4(0));
-        if (tolerances_.empty()) return;
+        const std::vector<glm::vec4>& tolerances = isDetail ? detailTolerances_ : tolerances_;
+        if (tolerances.empty()) return;
         std::array<TexelBox, kMostLayers> boxes;
-        for (std::size_t i = 0; i < tolerances_.size(); ++i) boxes[i] = {texel[i], glm::vec4(0), tolerances_[i]};
-        const Deviation off = decoder.deviation({boxes.data(), tolerances_.size()}, decoder.clusterAt(x, y));
+        for (std::size_t i = 0; i < tolerances.size(); ++i) boxes[i] = {texel[i], glm::vec4(0), tolerances[i]};
+        const std::span<const TexelBox> box(boxes.data(), tolerances.size());
+        const Deviation off = isDetail ? decoder_.ofDetail()->deviation(box, 0) : decoder.deviation(box, cluster);
         BandLengths lengths = bandLengths(scaled(off.absolute, perKey()));
         for (const std::array<LcSh, 4>& group : off.groups)
             for (const LcSh& vector : group) {
@@ -227,8 +247,9 @@ private:
     const DecodedLightMapRows& texels_;
     const formats::LightMapStrip& reference_;
     std::vector<const formats::Image<glm::vec4>*> layers_;
-    std::vector<int> sides_;             ///< [layer], of their textures
-    std::vector<glm::vec4> tolerances_;  ///< [layer] of light that is mixed: what decoders differ by; empty: nothing
+    std::vector<int> sides_;  ///< [layer], of their textures
+    std::vector<const formats::Image<glm::vec4>*> detailLayers_;
+    std::vector<glm::vec4> tolerances_, detailTolerances_;  ///< [layer] of light that is mixed: what decoders differ by; empty: nothing
 };
 
 }  // namespace lightcook::verify::lightmap

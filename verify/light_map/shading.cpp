@@ -368,7 +368,7 @@ void ErrorShader::shadeDiffuse(const std::array<lighting::Sh, 3>& local, const S
     }
 }
 
-void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown) {
+void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown, TileErrors* tiles, std::size_t tile) {
     // Light that is shown beside the coefficients is 0 where they are.
     const bool isExact = isZero(error) && (!shown || isZero(*reference_));
     if (isExact) addUnseen(errors);
@@ -384,8 +384,10 @@ void ErrorShader::add(const shaders::LcSh& error, ShadedErrors& errors, const Sh
     addEnergy(matrices_.specular, specular_, errors.specular);
     if (isExact || !matrices_.visible) return;
     shadeDiffuse(local, matrices_.visible->cap, shown, cap_);
-    addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse);
-    addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular);
+    const auto diffuse = addVisible(matrices_.visible->cap, cap_, shownCap_, errors.visibleDiffuse);
+    if (tiles != nullptr) tiles->add(tile, TileErrors::Kind::Diffuse, diffuse);
+    const auto specular = addVisible(matrices_.specular, specular_, shownSpecular_, errors.visibleSpecular);
+    if (tiles != nullptr) tiles->add(tile, TileErrors::Kind::Specular, specular);
 }
 
 void ErrorShader::addUnseen(ShadedErrors& errors) const {
@@ -407,8 +409,9 @@ void ErrorShader::addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, E
     if (accumulator.maxSampled() > before) accumulator.setSampledAt(worstOf(matrix, shaded));
 }
 
-void ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator) {
-    if (matrix.count() == 0) return;
+std::span<const float> ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown,
+                                               VisibleAccumulator& accumulator) {
+    if (matrix.count() == 0) return {};
     found_.resize(shaded.error.size());
     differences_.resize(matrix.stride());
     for (std::size_t k = 0; k < found_.size(); ++k) found_[k] = shaded.reference[k] + shaded.error[k];
@@ -417,11 +420,12 @@ void ErrorShader::addVisible(const ShadingMatrix& matrix, const Shaded& shaded, 
     const double before = accumulator.largest();
     const auto measured = std::span<const float>(differences_).first(matrix.count());
     accumulator.add(measured);
-    if (!(accumulator.largest() > before)) return;
+    if (!(accumulator.largest() > before)) return measured;
     const auto largest = std::ranges::max_element(measured);
     VisiblePlace place = visibleAt(matrix, shaded, static_cast<std::size_t>(largest - measured.begin()));
     place.difference = static_cast<double>(*largest);
     accumulator.setMaxAt(place);
+    return measured;
 }
 
 VisiblePlace ErrorShader::visibleAt(const ShadingMatrix& matrix, const Shaded& shaded, std::size_t row) const {

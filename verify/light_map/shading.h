@@ -94,7 +94,9 @@ public:
     /// Adds the shaded error, with the place of the largest.
     /// error  result - reference, of coefficients
     /// shown  the result's diffuse light
-    void add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown = {});
+    /// tiles  counts the visible errors as those of `tile`; null: nothing is counted
+    void add(const shaders::LcSh& error, ShadedErrors& errors, const ShownLight& shown = {}, TileErrors* tiles = nullptr,
+             std::size_t tile = 0);
 
 private:
     /// Light in the rows of a matrix, by channel.
@@ -111,7 +113,8 @@ private:
     /// Shades an error in the rows of a matrix of exit radiance.
     void shadeDiffuse(const std::array<lighting::Sh, 3>& local, const ShadingMatrix& matrix, const ShownLight& shown, Shaded& out) const;
     void addEnergy(const ShadingMatrix& matrix, const Shaded& shaded, ErrorAccumulator& accumulator) const;
-    void addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator);
+    /// Returns the errors that it added.
+    std::span<const float> addVisible(const ShadingMatrix& matrix, const Shaded& shaded, Shown& shown, VisibleAccumulator& accumulator);
     /// Adds visible errors of 0 in all rows.
     void addUnseen(ShadedErrors& errors) const;
     /// Returns the place of the largest error.

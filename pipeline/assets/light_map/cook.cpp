@@ -3,6 +3,7 @@
 #include "compress/light_map.h"
 #include "compress/light_map_context.h"
 #include "formats/chart_clusters.h"
+#include "pipeline/assets/light_map/detail.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/light_map/planner.h"
@@ -35,7 +36,9 @@ Json metadataConstants(const compress::LightMapPlan& plan) {
     return constants;
 }
 
-Result<AssetTextures> createTextures(const ActionContext& context, const compress::LightMapPlan& plan, const TextureSettings& settings) {
+/// isDetailed  the map has detail
+Result<AssetTextures> createTextures(const ActionContext& context, const compress::LightMapPlan& plan, const TextureSettings& settings,
+                                     bool isDetailed) {
     AssetTextures textures(context, settings, {AssetKind::LightMap, std::string(formats::info(plan.layout).name)});
     for (const compress::LightMapTexture& texture : plan.textures) {
         const glm::ivec2 size = texture.sizeFor(plan.width, plan.height);
@@ -57,6 +60,8 @@ Result<AssetTextures> createTextures(const ActionContext& context, const compres
     shape.width = size.x;
     shape.height = size.y;
     shape.mipCount = plan.mipCount;
+    shape.layerCount = isDetailed ? formats::kDetailedCoverageLayers : 1;
+    shape.isArray = isDetailed;
     const std::string role(formats::kCoverageRole);
     LC_TRY(created, textures.create({role, fmt::format("{}_{}", context.action.asset, role), shape, metadataConstants(plan), "nearest"}));
     return textures;
@@ -129,6 +134,27 @@ Result<compress::EncodeReport> encodeLevels(LightMapSource& source, const compre
     return report;
 }
 
+/// Writes the second layer of texture "coverage".
+Result<void> writePlaces(const DetailPlan& detail, const compress::LightMapPlan& plan, AssetTextures& textures) {
+    formats::TextureWriter& coverage = textures.writer(plan.textures.size());
+    LC_CHECK(coverage.writeBlockRows({0, 1, 0}, 0, detail.places()));
+    for (int mip = 1; mip < plan.mipCount; ++mip) {
+        const glm::ivec2 size = glm::max(formats::coverageSize(plan.width, plan.height) >> mip, 1);
+        const std::vector<std::byte> none(formats::bytesPerImage(formats::PixelFormat::Rgba8Unorm, size.x, size.y));
+        LC_CHECK(coverage.writeBlockRows({mip, 1, 0}, 0, none));
+    }
+    return {};
+}
+
+/// Plans the detail of a map; nothing where none was asked for, or no tile needs it.
+Result<std::optional<DetailPlan>> detailOf(LightMapSource& source, const compress::LightMapPlan& plan, const LightMapParameters& parameters,
+                                           const MeasuredLightMap& measured, const ActionContext& context) {
+    if (!parameters.detail) return std::optional<DetailPlan>();
+    LC_TRY(detail, LightMapPlanner(source, parameters.target, parameters.textures, measured, {}, 1, context)
+                       .plan(std::string(formats::info(formats::kDetailLayout).name), formats::LightMapFilter::Decoded));
+    return planDetail(source, plan, std::move(*detail), *parameters.detail, measured, parameters.textures.encodeOptions(), context);
+}
+
 CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan& plan, const LightMapParameters& parameters) {
     CookedAsset asset = makeCookedAsset(name, AssetKind::LightMap, std::string(formats::info(plan.layout).name), plan.width, plan.height);
     asset.bitsPerTexel = plan.bitsPerTexel();
@@ -174,11 +200,22 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     // The planner is a temporary: its samples are freed before the first strip is encoded.
     LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, *measured, parameters->visible, *mipCount, context)
                      .plan(parameters->layout, parameters->filter));
-    LC_TRY(textures, createTextures(context, *plan, parameters->textures));
+    LC_TRY(detail, detailOf(**source, *plan, *parameters, *measured, context));
+    LC_TRY(textures, createTextures(context, *plan, parameters->textures, detail->has_value()));
     LC_TRY(report, encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, context));
     LC_CHECK(writeIndex(context, *plan, *textures));
     LC_CHECK(writeTables(context, *plan, *textures));
+    if (*detail) {
+        LC_CHECK(writePlaces(**detail, *plan, *textures));
+        LC_TRY(more, writeDetail(**source, **detail, parameters->textures, metadataConstants((*detail)->plan), *textures, context));
+        report->add(*more);
+    }
     CookedAsset asset = manifestEntry(context.action.asset, *plan, *parameters);
+    if (*detail)
+        asset.detail = CookedTiles{std::string(formats::info(formats::kDetailLayout).name), (*detail)->tiles.size(),
+                                   parameters->detail->limit, (*detail)->plan.constants};
+    if (*detail)
+        *asset.bitsPerTexel += 8.0 * static_cast<double>((*detail)->gpuBytes()) / (static_cast<double>(plan->width) * plan->height);
     if (parameters->mips) {
         LC_TRY(survey, (*source)->mipSurvey(context));
         asset.mipsEnd = plan->mipCount < (*survey)->count ? coverageEnd(plan->width, plan->height, plan->mipCount) : (*survey)->end;

@@ -126,8 +126,15 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
                             shape.height, formats::info(shape.format).name, shape.mipCount, size.x, size.y, mip + 1));
         coverage = std::move(*texture);
     }
+    std::optional<DetailReader> detail;
+    if (asset.detail && mip == 0) {
+        LC_TRY(opened, DetailReader::open(folder, asset));
+        map.detail = opened->cooked();
+        detail = std::move(*opened);
+    }
     LC_TRY(verifier, verify::LightMapVerifier::create(map, settings.shading, settings.sampling, settings.key, settings.viewing));
-    return CookedLightMapReader(std::move(*verifier), std::move(textures), std::move(coverage), map.width, map.height, mip);
+    return CookedLightMapReader(std::move(*verifier), std::move(textures), std::move(coverage), std::move(detail), map.width, map.height,
+                                mip);
 }
 
 /// Reads the bits of texture "coverage", as the shader does.
@@ -175,6 +182,10 @@ Result<verify::DecodedLightMapRows> CookedLightMapReader::read(int firstRow, int
     if (coverage_) {
         LC_TRY(covered, readCoverage(firstRow, last - firstRow));
         rows.covered = std::move(*covered);
+    }
+    if (detail_) {
+        LC_TRY(detail, detail_->read(firstRow, last - firstRow));
+        rows.detail = std::move(*detail);
     }
     return rows;
 }

@@ -10,6 +10,7 @@
 #include "formats/gpu_texture.h"
 #include "formats/light_map.h"
 #include "pipeline/assets/cooked_asset.h"
+#include "pipeline/assets/light_map/detail_reader.h"
 #include "verify/light_map.h"
 
 namespace lightcook::pipeline {
@@ -41,10 +42,11 @@ public:
 
 private:
     CookedLightMapReader(verify::LightMapVerifier verifier, std::vector<formats::TextureReader> textures,
-                         std::optional<formats::TextureReader> coverage, int width, int height, int mip)
+                         std::optional<formats::TextureReader> coverage, std::optional<DetailReader> detail, int width, int height, int mip)
         : verifier_(std::move(verifier)),
           textures_(std::move(textures)),
           coverage_(std::move(coverage)),
+          detail_(std::move(detail)),
           width_(width),
           height_(height),
           mip_(mip) {}
@@ -55,6 +57,7 @@ private:
     verify::LightMapVerifier verifier_;
     std::vector<formats::TextureReader> textures_;
     std::optional<formats::TextureReader> coverage_;  ///< of a map whose filter is LightMapFilter::Decoded
+    std::optional<DetailReader> detail_;              ///< of a map that has detail: of level 0
     int width_, height_, mip_;
 };
 
@@ -72,8 +75,6 @@ formats::Result<CookedStrip> readStrip(LightMapSource& bake, const CookedLightMa
 /// layouts, and where a mesh names the clusters.
 formats::Result<std::vector<std::uint8_t>> clustersOfBlocks(const std::filesystem::path& folder, const CookedAsset& asset);
 
-/// Constants of a light map's decode, as compress::LightMapPlan::constants.
-using LightMapConstants = std::map<std::string, std::vector<float>>;
 /// Returns those of the manifest, and the factors "code" and "residual" of a learned layout from its texture "tables".
 formats::Result<LightMapConstants> constantsOf(const std::filesystem::path& folder, const CookedAsset& asset);
 

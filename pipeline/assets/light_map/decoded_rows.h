@@ -1,28 +1,27 @@
-// Encoded rows of a light map, decoded without files.
+// Rows of a light map, encoded and decoded without files.
 #pragma once
 
-#include <cstddef>
-
 #include "compress/light_map.h"
+#include "formats/error.h"
+#include "formats/light_map.h"
+#include "pipeline/assets/light_map/source.h"
 #include "verify/light_map.h"
-#include "verify/texture_unit.h"
 
 namespace lightcook::pipeline {
 
-/// Decodes rows [firstRow, firstRow + rowCount), as encodeLightMapRows returns them, with the verifier's own decoders.
-inline verify::DecodedLightMapRows decodedRows(const compress::LightMapPlan& plan, const compress::EncodedLightMapRows& rows, int firstRow,
-                                               int rowCount) {
-    verify::DecodedLightMapRows out;
-    out.firstRow = firstRow;
-    for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
-        out.textures.emplace_back();
-        for (const auto& bytes : rows.textures[texture].layers) {
-            const glm::ivec2 size = plan.textures[texture].sizeFor(plan.width, rowCount);
-            out.textures.back().emplace_back(size.x, size.y);
-            verify::decodeRows(plan.textures[texture].format, bytes, out.textures.back().back().view());
-        }
-    }
-    return out;
+/// Returns a plan as the verifier sees it, and as a layout without its last layers would be.
+verify::CookedLightMap cookedMapOf(const compress::LightMapPlan& plan, const formats::LightMapLayoutInfo& layout);
+inline verify::CookedLightMap cookedMapOf(const compress::LightMapPlan& plan) {
+    return cookedMapOf(plan, formats::info(plan.layout));
 }
+
+/// Rows of a bake, and what a plan makes of them.
+struct PlannedRows {
+    formats::LightMapStrip texels;        ///< with what the encoder needs beside these rows
+    verify::DecodedLightMapRows decoded;  ///< by the verifier's own decoders
+};
+/// Encodes and decodes rows [firstRow, endRow): whole rows of the plan's blocks, except at the map's end.
+formats::Result<PlannedRows> planRows(LightMapSource& source, const compress::LightMapPlan& plan, const compress::EncodeOptions& options,
+                                      int firstRow, int endRow);
 
 }  // namespace lightcook::pipeline

@@ -59,12 +59,10 @@ bool isAtRim(const formats::LightMapStrip& strip, const glm::dvec2& at) {
 }
 
 Result<FloorPart> measureStrip(const FloorMeter& meter, int index) {
-    constexpr int kRowsAround = compress::kLightMapContextRows + 1;
-    LC_TRY(strip, meter.source.stripWithMargin(index, kRowsAround, kRowsAround));
     const int firstRow = meter.source.stripFirstRow(index), end = firstRow + meter.source.stripRows(index);
     const int above = std::max(0, firstRow - 1), below = std::min(meter.source.height(), end + 1);
-    const auto encoded = compress::encodeLightMapRows(meter.plan, *strip, above, below - above, {});
-    const verify::DecodedLightMapRows rows = decodedRows(meter.plan, encoded, above, below - above);
+    LC_TRY(planned, planRows(meter.source, meter.plan, {}, above, below));
+    const formats::LightMapStrip* const strip = &planned->texels;
     FloorPart part;
     std::vector<verify::LightMapScore::Place> rims, inner;
     std::array<lighting::ShRgb, 2> light;  // of the bake and of raw
@@ -76,7 +74,7 @@ Result<FloorPart> measureStrip(const FloorMeter& meter, int index) {
             if (mayCrossCharts(*strip, at)) continue;
             const bool isRim = isAtRim(*strip, at);
             if (!isRim && ++part.innerCount % kInnerStep != 1) continue;
-            if (!meter.verifier.lightAt(rows, *strip, at, light)) continue;
+            if (!meter.verifier.lightAt(planned->decoded, *strip, at, light)) continue;
             if (isRim) ++part.rimCount;
             for (lighting::ShRgb& each : light)
                 for (glm::vec3& coefficient : each) coefficient *= static_cast<float>(meter.key);

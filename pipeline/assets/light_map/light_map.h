@@ -4,6 +4,7 @@
 #include <optional>
 #include <string_view>
 
+#include "formats/light_map_detail.h"
 #include "formats/light_map_layout.h"
 #include "formats/target.h"
 #include "pipeline/assets/light_map/shading.h"
@@ -30,7 +31,7 @@ inline constexpr const char* kTablesRole = "tables";
 /// Returns true for the textures of a light map that are not of its layout's table: they are fetched texel by texel, and have sizes of
 /// their own.
 inline bool isLookupRole(std::string_view role) {
-    return role == kIndexRole || role == kTablesRole || role == formats::kCoverageRole;
+    return role == kIndexRole || role == kTablesRole || role == formats::kCoverageRole || formats::isOfDetail(role);
 }
 
 /// Returns true if a layout has learned bases for each cluster of charts: then a mesh names the cluster of each vertex.
@@ -44,6 +45,17 @@ inline bool hasObjective(std::string_view layout) {
     return known && formats::info(*known).hasObjective();
 }
 
+/// Tiles of a light map get detail (detail.h) until 99 % of its samples are within a limit.
+struct DetailParameters {
+    SceneView view;
+    double limit = 0;  ///< on visible errors
+};
+template <class Fields, Is<DetailParameters> Self>
+void describe(Fields& fields, Self& detail) {
+    fields.required("view", detail.view, "scene and display that visible errors are judged on");
+    fields.required("limit", detail.limit, "limit on the visible errors of 99 % of the samples");
+}
+
 /// Parameters of the cook action. Its inputs are "source", and "mesh" if the layout is learned and the map has a mesh.
 struct LightMapParameters {
     formats::LightMapDescription description;
@@ -53,6 +65,7 @@ struct LightMapParameters {
     std::optional<SceneView> visible = std::nullopt;  ///< of a layout with an objective; absent: "energy"
     bool mips = false;                                ///< as many mip levels as keep charts apart (mips.h)
     formats::LightMapFilter filter = formats::LightMapFilter::Hardware;
+    std::optional<DetailParameters> detail = std::nullopt;  ///< absent: no tile has detail
 };
 template <class Fields, Is<LightMapParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -63,6 +76,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("visible", parameters.visible, "scene and display of objective visible; absent: objective energy");
     fields.presentIf(parameters.mips, "mips", parameters.mips, "true for mip levels");
     fields.presentIf(parameters.filter != formats::LightMapFilter::Hardware, "filter", parameters.filter, "filter of the shader");
+    fields.optional("detail", parameters.detail, "limit that tiles get detail for; absent: none do");
 }
 
 /// Parameters of the verify action. Its inputs are "source" and optionally "mesh" and traced light.

@@ -15,7 +15,7 @@ namespace {
 
 /// Places of a map at most, about: with eight views and six materials the 99th percentile of their errors is that of a hundred thousand
 /// samples.
-constexpr double kMostPlaces = 2500;
+constexpr double kMostSurfacePlaces = 2500;
 /// Rows at the ends of a strip that have no places: the filter of a texture of a quarter of the map's size reads two rows of the map more.
 constexpr int kFilterRows = 2;
 /// Returns how far row i of the smallest texture of a dominant light may begin above row `divisor` i of its map [rows of the map]: the
@@ -63,7 +63,7 @@ glm::dvec2 placeInTexel(std::int64_t number) {
 SurfacePlaces::SurfacePlaces(int width, int height)
     : width_(width),
       height_(height),
-      step_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / kMostPlaces))) | 1),
+      step_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / kMostSurfacePlaces))) | 1),
       rowsAtEnd_(kFilterRows + rowsOfRounding(height)) {}
 
 std::vector<SurfacePlace> SurfacePlaces::of(const formats::LightMapStrip& texels, int firstRow, int rowCount, int from, int end) const {

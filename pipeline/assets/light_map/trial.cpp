@@ -10,7 +10,6 @@
 #include <set>
 
 #include "compress/light_map.h"
-#include "compress/light_map_context.h"
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/decoded_rows.h"
 #include "pipeline/assets/light_map/joint_trial.h"
@@ -108,17 +107,6 @@ std::vector<LayoutGroup> layoutGroups(const TrialParameters& parameters, const s
     return groups;
 }
 
-/// Returns a plan as a layout without its last layers sees it.
-verify::CookedLightMap cookedAs(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan) {
-    verify::CookedLightMap map{std::string(layout.name), plan.constants, plan.width, plan.height};
-    map.filter = plan.filter;
-    const int planned = formats::info(plan.layout).residualCount();
-    const auto residual = map.constants.find("residual");
-    if (residual == map.constants.end() || layout.id == plan.layout || planned == 0) return map;
-    residual->second.resize(residual->second.size() / static_cast<std::size_t>(planned) * static_cast<std::size_t>(layout.residualCount()));
-    return map;
-}
-
 /// Removes the layers that a shorter layout does not have.
 void shorten(verify::DecodedLightMapRows& rows, const formats::LightMapLayoutInfo& layout) {
     rows.textures.resize(layout.textures.size());
@@ -136,7 +124,7 @@ public:
         sampling.placesPerTexel = 0;
         sampling.figures = verify::LightMapFigures::Sampled;
         for (const Trial& each : group.layouts) {
-            LC_TRY(verifier, verify::LightMapVerifier::create(cookedAs(*each.layout, plan), shading, sampling, plan.key));
+            LC_TRY(verifier, verify::LightMapVerifier::create(cookedMapOf(plan, *each.layout), shading, sampling, plan.key));
             shader.verifiers_.push_back(std::move(*verifier));
         }
         return shader;
@@ -182,8 +170,7 @@ Result<TriedRows> tryPlan(const TriedMap& map, const compress::LightMapPlan& pla
     const compress::EncodeOptions options = map.parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
     sampling.figures = verify::LightMapFigures::Trial;
-    LC_TRY(verifier, verify::LightMapVerifier::create(cookedAs(formats::info(plan.layout), plan), map.parameters.shading, sampling,
-                                                      plan.key, map.viewing));
+    LC_TRY(verifier, verify::LightMapVerifier::create(cookedMapOf(plan), map.parameters.shading, sampling, plan.key, map.viewing));
     TriedRows tried{verifier->noErrors(), {}};
     const auto verified = foldInOrder<TriedRows>(
         static_cast<int>(rows.size()), context, fmt::format("try {} on {}", layout, context.action.asset),
@@ -192,14 +179,9 @@ Result<TriedRows> tryPlan(const TriedMap& map, const compress::LightMapPlan& pla
             // Places below the last row are filtered from the next one too, and those of a joint trial from the one above.
             const int first = shader.isEmpty() ? part.firstRow : std::max(0, part.firstRow - plan.blockHeight()),
                       end = std::min(plan.height, part.firstRow + part.rowCount + plan.blockHeight());
-            const int above = std::max(0, first - compress::kLightMapContextRows),
-                      below = std::min(plan.height, end + compress::kLightMapContextRows);
-            const auto texels = map.source.rows(above, below - above);
-            if (!texels) return tl::make_unexpected(texels.error());
-            const auto encoded = compress::encodeLightMapRows(plan, *texels, first, end - first, options);
-            verify::DecodedLightMapRows decoded = decodedRows(plan, encoded, first, end - first);
-            TriedRows result{verifier->verifyRows(decoded, *texels, part.firstRow, part.rowCount), {}};
-            result.samples = shader.shade(std::move(decoded), *texels, part);
+            LC_TRY(planned, planRows(map.source, plan, options, first, end));
+            TriedRows result{verifier->verifyRows(planned->decoded, planned->texels, part.firstRow, part.rowCount), {}};
+            result.samples = shader.shade(std::move(planned->decoded), planned->texels, part);
             return result;
         },
         [&](const TriedRows& part) {

@@ -91,7 +91,7 @@ Compared compare(const test::Cooked& cooked, bool isIdeal) {
         setup.tolerance.insert(setup.tolerance.end(), cooked.texels.textures[t].size(), verify::toleranceOf(cooked.map.formats[t]));
     const auto perKey = static_cast<float>(1 / cooked.key);
     std::shared_ptr<const MapDecoder> decoder = mapDecoder(layout, perKey);
-    if (isMixed) decoder = mixedDecoder(decoder);
+    if (isMixed) decoder = mixedDecoder(decoder, nullptr);
     const MapRows rows(*decoder, cooked.map, cooked.texels, cooked.reference);
     const SamplerTolerance tolerance(rows, setup.tolerance);
     const BoundEvaluator evaluator(setup, perKey);

@@ -1,0 +1,61 @@
+// Detail of a light map: tiles whose error would be large are stored once more, in a finer layout. A tile is what a texel of texture
+// "coverage" stands for: 8 x 4 texels of the map. The second layer of that texture says where the tile's detail lies, and the shader reads
+// each of its four texels (LightMapFilter::Decoded) from the map or from there. Detail belongs to mip level 0.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "formats/light_map_layout.h"
+
+namespace lightcook::formats {
+
+/// Layout of the tiles: the smallest of those that err least. Its textures lie in two arrays, by the role of their texels.
+inline constexpr LightMapLayout kDetailLayout = LightMapLayout::Lit;
+
+struct DetailTextureInfo {
+    std::string_view name;  ///< in manifest and shader
+    TexelRole role;
+};
+inline constexpr std::array kDetailTextures = {DetailTextureInfo{"detail_hdr", TexelRole::Hdr},
+                                               DetailTextureInfo{"detail_ldr", TexelRole::Ldr}};
+/// Returns the layers of one of them: those of the layout's textures of that role, in their order.
+constexpr int layersOf(const DetailTextureInfo& detail) {
+    int layers = 0;
+    for (const LightMapTextureInfo& texture : info(kDetailLayout).textures)
+        if (texture.role == detail.role) layers += texture.layerCount;
+    return layers;
+}
+static_assert(layersOf(kDetailTextures[0]) + layersOf(kDetailTextures[1]) == info(kDetailLayout).layerCount());
+/// Layers of texture "coverage" of a map with detail.
+inline constexpr int kDetailedCoverageLayers = 2;
+/// Returns true for the roles of a map's detail.
+constexpr bool isOfDetail(std::string_view role) {
+    return std::ranges::find(kDetailTextures, role, &DetailTextureInfo::name) != kDetailTextures.end();
+}
+
+/// Tiles with detail, side by side in the order of the map.
+struct DetailAtlas {
+    int tiles = 0;
+
+    int columns() const {
+        constexpr int kMost = 256;  ///< a byte of the second layer
+        return std::clamp(static_cast<int>(std::ceil(std::sqrt(0.5 * tiles))), 1, kMost);
+    }
+    int rows() const { return std::max(1, (tiles + columns() - 1) / columns()); }
+    int width() const { return kCoverageColumns * columns(); }  ///< [texels]
+    int height() const { return kCoverageRows * rows(); }       ///< [texels]
+};
+/// Largest number of tiles with detail: textures of 2048 x 16384 texels.
+inline constexpr int kMostDetailTiles = 1 << 20;
+
+/// Returns true if a map of this layout may have detail: its texels are decoded before they are filtered, hold light of all directions, and
+/// take fewer bits than the detail's.
+inline bool mayHaveDetail(const LightMapLayoutInfo& layout, LightMapFilter filter, const TargetInfo& target) {
+    return filter == LightMapFilter::Decoded && layout.mayHave(filter) && !layout.isFlat() &&
+           textureBits(layout, target) < textureBits(info(kDetailLayout), target);
+}
+
+}  // namespace lightcook::formats
