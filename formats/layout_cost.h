@@ -43,12 +43,11 @@ struct DecodeLimits {
     std::optional<int> maxDecodeOps = {};  ///< scalar multiply-adds of a sample
     /// Empty: the usual one of the layout, or that of the hardware if the usual one costs too much.
     std::optional<LightMapFilter> filter = {};
-    bool prefersHardware = false;  ///< that of the hardware is the usual one
+    std::optional<LightMapFilter> preferred = {};  ///< the usual one of every layout that may have it
 
     constexpr LightMapFilter filterOf(const LightMapLayoutInfo& layout) const {
-        const LightMapFilter usual = layout.usualFilter();
-        const bool isUsual = !prefersHardware && isWithin(layout, usual);
-        return layout.filterFor(filter.value_or(isUsual ? usual : LightMapFilter::Hardware));
+        const LightMapFilter usual = preferred && layout.mayHave(*preferred) ? *preferred : layout.usualFilter();
+        return layout.filterFor(filter.value_or(isWithin(layout, usual) ? usual : LightMapFilter::Hardware));
     }
     constexpr int fetchesOf(const LightMapLayoutInfo& layout) const { return layout.fetchCount(filterOf(layout)); }
     constexpr int operationsOf(const LightMapLayoutInfo& layout) const { return layout.operations(filterOf(layout)); }

@@ -194,7 +194,10 @@ formats::Result<std::vector<formats::Error>> errorsOfFloors(const Scene& scene, 
 
 formats::DecodeLimits decodeOf(const Scene& scene, const LightMapEntry& entry, bool isConstant) {
     formats::DecodeLimits limits = scene.output.decode;
-    limits.prefersHardware = isConstant || hasMips(scene.output, entry) || scene.output.cost == formats::LayoutCost::Fetches;
+    if (isConstant || hasMips(scene.output, entry) || scene.output.cost == formats::LayoutCost::Fetches)
+        limits.preferred = formats::LightMapFilter::Hardware;
+    else if (limitsOf(scene.output, entry)[Limit::VisibleBound])  // a sampler's tolerance counts in the bound
+        limits.preferred = formats::LightMapFilter::Decoded;
     return limits;
 }
 

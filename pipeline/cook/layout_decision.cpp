@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "pipeline/assets/action_kind.h"
+#include "pipeline/assets/light_map/detailed_layout.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/note_keys.h"
 #include "pipeline/assets/results.h"
@@ -170,7 +171,8 @@ std::map<std::string, std::map<std::string, std::string>> LayoutDecision::altern
     std::map<std::string, std::map<std::string, std::string>> out;
     for (const auto& [map, candidates] : candidates_)
         for (const std::string& layout : layoutsOfCurve(candidates))
-            if (layout != chosen_.at(map)) out.try_emplace(layout, chosen_).first->second[map] = layout;
+            if (layout != chosen_.at(map) && !DetailedLayout::ofName(layout).limit)
+                out.try_emplace(layout, chosen_).first->second[map] = layout;
     return out;
 }
 
@@ -196,8 +198,10 @@ Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
         LC_TRY(verified, fromJson<VerifyResult>(record->second.result, record->second.id));
         const double found = verifiedUse(*verified, layoutLimitsOf(scene_, map));
         LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
-        if (found > 1 && candidate.usedOfLimits <= 1) isRefuted = true;
+        const bool isMissed = found > 1 && candidate.usedOfLimits <= 1;
         candidate.usedOfLimits = found;
+        if (isMissed && layoutLimitsOf(scene_, map)[Limit::VisibleBound]) expectBounds(candidate, candidates);
+        isRefuted = isRefuted || isMissed;
     }
     return isRefuted;
 }

@@ -119,8 +119,8 @@ std::string packingWords(const ChartPacking& packing, const CookedAsset& asset) 
 
 /// Adds the trial of a light map to its row, with the layout that the scene's list lacks and that would have been better.
 void addTrial(TrialResult trial, const Limits& limits, ReportRow& row) {
-    if (const TrialCandidate* excluded = bestExcluded(trial.candidates, row.layout, limits)) {
-        const auto chosen = std::ranges::find(trial.candidates, row.layout, &TrialCandidate::layout);
+    if (const TrialCandidate* excluded = bestExcluded(trial.candidates, row.triedLayout(), limits)) {
+        const auto chosen = std::ranges::find(trial.candidates, row.triedLayout(), &TrialCandidate::layout);
         row.betterExcluded = ExcludedLayout{excluded->layout,
                                             static_cast<std::int64_t>(chosen->bytesGpu) - static_cast<std::int64_t>(excluded->bytesGpu),
                                             std::max(chosen->diffuse, chosen->specular),

@@ -1,5 +1,6 @@
 #include "pipeline/cook/trial_actions.h"
 
+#include "formats/light_map_detail.h"
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
@@ -18,6 +19,9 @@ TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const 
     parameters.description.repair = repair;
     parameters.description.constantOf = reduction.constantOf;
     const Limits limits = layoutLimits(output, entry);
+    const formats::LightMapLayoutInfo& detail = formats::info(formats::kDetailLayout);
+    parameters.isDetailTried = output.detail.value_or(true) && !reduction.constantOf && formats::mayTake(parameters.layouts, detail);
+    if (parameters.isDetailTried) parameters.detailLimit = limits[Limit::Visible];
     const bool isMapLimited = *limits[Limit::Error] < kNoErrorLimit || limits[Limit::Visible];
     const std::optional<double>& wholeLimit = output.limits[Limit::WholeVisible];
     parameters.isComplete = isComplete || (joint && (isMapLimited || output.limits[Limit::WholeError] || !wholeLimit));

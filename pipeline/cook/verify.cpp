@@ -253,7 +253,7 @@ private:
     void takeTrial(ReportRow& row) const {
         if (!previous_) return;
         const auto cooked = std::ranges::find(previous_->assets, row.name, &ReportRow::name);
-        if (cooked == previous_->assets.end() || cooked->layout != row.layout) return;
+        if (cooked == previous_->assets.end() || cooked->triedLayout() != row.triedLayout()) return;
         row.trialCandidates = cooked->trialCandidates;
         row.trialShare = cooked->trialShare;
     }

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "formats/light_map_layout.h"
+#include "pipeline/assets/light_map/detailed_layout.h"
 #include "pipeline/report/words.h"
 #include "pipeline/scene/scene.h"
 
@@ -37,7 +38,7 @@ std::string costWords(std::uint64_t bytes, std::uint64_t bytesNow) {
 /// Returns the layout that a trial of the map found to help, or that none does.
 std::string triedRemedy(const ReportRow& row, const Candidates& candidates, const std::optional<Check>& over) {
     const Limit limit = over ? over->figure.limit : Limit::Visible;
-    const auto chosen = std::ranges::find(candidates, row.layout, &TrialCandidate::layout);
+    const auto chosen = std::ranges::find(candidates, row.triedLayout(), &TrialCandidate::layout);
     if (chosen == candidates.end()) return "";
     const auto figureOf = [&](const TrialCandidate& each) { return triedFigure(each, limit).value_or(std::nan("")); };
     const double least = figureOf(*chosen);
@@ -54,7 +55,11 @@ std::string triedRemedy(const ReportRow& row, const Candidates& candidates, cons
         return fmt::format("({} when it was tried, {})", figureWords(limit, figureOf(each)), costWords(each.bytesGpu, chosen->bytesGpu));
     };
     const char* const does = over ? "keeps the limit" : "has less";
-    if (smallest != nullptr) return fmt::format("light_map_layout = \"{}\" {} {}.", smallest->layout, does, words(*smallest));
+    if (smallest != nullptr) {
+        const DetailedLayout named = DetailedLayout::ofName(smallest->layout);
+        return fmt::format("light_map_layout = \"{}\"{} {} {}.", named.layout, named.limit ? " with detail = true" : "", does,
+                           words(*smallest));
+    }
     if (excluded != nullptr) return fmt::format("{}, which layouts leaves out, {} {}.", excluded->layout, does, words(*excluded));
     if (!over) return "";
     return best == nullptr ? "No layout has less."

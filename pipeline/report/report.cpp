@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "pipeline/assets/light_map/detailed_layout.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/report/advice.h"
@@ -40,6 +41,7 @@ ReportRow rowOf(const CookedAsset& asset, CookResult cook, VerifyResult verifica
     const double texels = static_cast<double>(asset.width) * asset.height * (asset.kind == AssetKind::Cubemap ? 6 : 1);
     row.bitsPerTexel = texels > 0 ? 8 * static_cast<double>(row.bytesGpu + asset.vertexBytes.value_or(0)) / texels : 0.0;
     row.layout = asset.layout;
+    if (asset.detail) row.choice = DetailedLayout{asset.layout, asset.detail->limit}.name();
     for (const CookedTexture& texture : asset.textures)
         row.textures.push_back({texture.role, texture.file, texture.format, texture.bytesGpu});
     row.notes = std::move(cook.notes);

@@ -91,6 +91,7 @@ struct ReportRow : VerifyResult {
     std::uint64_t bytesIn = 0, bytesGpu = 0, bytesDisk = 0;
     double bitsPerTexel = 0;
     std::string layout;
+    std::optional<std::string> choice;  ///< of a light map with detail: DetailedLayout::name
     double seconds = 0, verifySeconds = 0;
     std::vector<ReportTexture> textures;
     std::optional<std::string> mipsEnd;  ///< CookedAsset::mipsEnd
@@ -102,6 +103,8 @@ struct ReportRow : VerifyResult {
     std::optional<ExcludedLayout> betterExcluded;     ///< see bestExcluded()
     std::optional<std::string> cookedAt, verifiedAt;  ///< RunRecord::at
 
+    /// Returns the layout as a trial names it.
+    const std::string& triedLayout() const { return choice ? *choice : layout; }
     /// Returns the files of all pictures.
     std::vector<std::string> pictures() const { return preview ? preview->all() : std::vector<std::string>(); }
 };
@@ -118,6 +121,7 @@ void describe(Fields& fields, Self& row) {
     fields.required("bits_per_texel", row.bitsPerTexel, kNotNegative,
                     "GPU memory of a texel, with tables, and with the index or vertex attribute that names bases [bits]");
     fields.required("layout", row.layout, "layout of the textures");
+    fields.optional("choice", row.choice, "of a light map with detail: `basis-4+lit@5`, the layout, that of the detail, and the limit");
     fields.required("seconds", row.seconds, kNotNegative, "wall time of the cook");
     fields.presentIf(true, "verify_seconds", row.verifySeconds, "wall time of the verification");
     fields.presentIf(true, "textures", row.textures, "textures of the layout");

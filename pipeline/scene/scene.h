@@ -158,7 +158,9 @@ void describeKeys(Keys& keys, OutputSettings& output) {
     keys.optional(
         "filter", output.decode.filter,
         KeyRule{}.otherwise("decoded where a layout's decode is not linear and is within the limits below, unless an engine's own "
-                            "shader reads it, `cost` is `taps` or the map has `mips`; else hardware"),
+                            "shader reads it, `cost` is `taps` or the map has `mips`; else hardware. Under `max_visible_bound` decoded for "
+                            "every layout that "
+                            "can be"),
         withCaptions("[how light between texels](../theory/layouts.md#decoded-before-the-filter) follows from theirs",
                      formats::allLightMapFilters()));
     keys.optional("detail", output.detail, KeyRule{}.otherwise("true where the layout is `\"auto\"`, else false"),

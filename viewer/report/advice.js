@@ -15,12 +15,12 @@ export function bytesOutsideCharts({ kind, width, height, notes }, { role, bytes
  * Returns three of the layouts that were tried for a light map: the chosen one, the best of the smaller ones, and the smallest of the better ones;
  * and the figure that compares them, of diffuse and specular light alike: visible error where the map has a limit on it, else rel_rms.
  */
-export function alternativesOf({ trial_candidates: tried, layout, limit }) {
+export function alternativesOf({ trial_candidates: tried, layout, choice, limit }) {
   /** @type {any[]} */
   const candidates = tried ?? [];
   const isVisible = typeof limit?.max_visible === "number" && candidates.every((each) => Number.isFinite(each.visible_diffuse) && Number.isFinite(each.visible_specular));
   const errorOf = (each) => (isVisible ? Math.max(each.visible_diffuse, each.visible_specular) : Math.max(each.diffuse ?? Infinity, each.specular ?? Infinity));
-  const chosen = candidates.find((each) => each.layout === layout), others = candidates.filter((each) => !each.excluded);
+  const chosen = candidates.find((each) => each.layout === (choice ?? layout)), others = candidates.filter((each) => !each.excluded);
   const least = (items, valueOf) => items.reduce((best, each) => (best && valueOf(best) <= valueOf(each) ? best : each), undefined);
   const bytesOf = (each) => each.bytes_gpu;
   return {

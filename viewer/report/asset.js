@@ -185,7 +185,7 @@ const textureTable = ({ kind, textures }) => textures?.length > 0 && table("text
 function facts(asset) {
   const size = sizeText(asset), { worst_block: block } = asset;
   return make("dl", { class: "facts small" },
-    fact("Kind", swatch(asset.kind), kindCaption(asset.kind)), fact("Layout", asset.layout), size && fact("Size", size), asset.bytes_in > 0 && fact("Read", bytes(asset.bytes_in)),
+    fact("Kind", swatch(asset.kind), kindCaption(asset.kind)), fact("Layout", asset.choice ?? asset.layout), size && fact("Size", size), asset.bytes_in > 0 && fact("Read", bytes(asset.bytes_in)),
     fact("GPU", bytes(asset.bytes_gpu)), fact("Disk", bytes(asset.bytes_disk)), asset.bits_per_texel > 0 && fact("Bits/texel", number(asset.bits_per_texel)),
     fact("Cooked in", seconds(asset.seconds)), fact("Verified in", seconds(asset.verify_seconds ?? null)), typeof asset.key === "number" && fact("Key", number(asset.key)),
     block && fact("Worst block", titled(`${numberText(block.visible)} at ${vectorText(block.block)}`, String(block.visible))));
@@ -193,7 +193,7 @@ function facts(asset) {
 
 /** Makes the section; that of an asset which passed is folded. @param {string} id for links */
 export function assetSection(asset, id) {
-  const lists = [textureTable(asset), notes(asset)], size = [kindCaption(asset.kind), asset.layout, bytesText(asset.bytes_gpu)].filter((each) => each).join(", ");
+  const lists = [textureTable(asset), notes(asset)], size = [kindCaption(asset.kind), asset.choice ?? asset.layout, bytesText(asset.bytes_gpu)].filter((each) => each).join(", ");
   return make("section", { class: "card asset", id }, make("details", { open: !asset.passed },
     make("summary", {}, make("h2", {}, asset.name), verdict(asset.passed), make("span", { class: "soft" }, size)), facts(asset), comparison(asset), worstPlaces(asset),
     stageTable(asset), visibleTable(asset), wholeError(asset), mipTable(asset), seamPart(asset), chartPart(asset), worstTable(asset),

@@ -55,7 +55,9 @@ function layouts(asset, isAlone) {
   return trades(steps, chosen, ({ bytes_gpu }) => bytes_gpu, errorOf, isVisible).map((to) => {
     const isOver = errorOf(to) > limit, name = isVisible ? "visible error" : "RMS error";
     // "auto" takes the smallest layout that a limit allows.
-    const lines = isOver ? [`${isVisible ? "max_visible" : "max_error"} = ${limitAbove(errorOf(to))}`] : [isAlone ? `light_map_layout = "${to.layout}"` : `layouts = ["${to.layout}"]`];
+    const [layout, detail] = to.layout.split("+"), asNamed = [`light_map_layout = "${layout}"`, ...(detail ? ["detail = true"] : [])];
+    const asListed = [`layouts = ["${layout}"${detail ? `, "${detail.split("@")[0]}"` : ""}]`];
+    const lines = isOver ? [`${isVisible ? "max_visible" : "max_error"} = ${limitAbove(errorOf(to))}`] : isAlone ? asNamed : asListed;
     return {
       saved: chosen.bytes_gpu - to.bytes_gpu, error: { name, from: errorOf(chosen), to: errorOf(to), text },
       words: `${nameOf(asset)} as ${to.layout} in place of ${chosen.layout}${where}${isOver ? `; today's limit is ${text(limit)}` : ""}.`,

@@ -80,7 +80,7 @@ export function labelPlaces(points, dots, limitAt = NaN) {
 /** Draws error against a cost of each layout on logarithmic axes: a dot (diffuse) and a ring (specular) with a line between them, and a rule at the limit.
  * Layouts without figures above 0 are left out; with fewer than two there is no plot.
  * @param {any} asset @param {boolean} isVisible @param {keyof COSTS} cost */
-export function errorCurve({ trial_candidates: candidates, layout, limit: limits }, isVisible, cost) {
+export function errorCurve({ trial_candidates: candidates, layout, choice = layout, limit: limits }, isVisible, cost) {
   const [diffuse, specular] = isVisible ? ["visible_diffuse", "visible_specular"] : ["diffuse", "specular"];
   const all = candidates.map((each) => ({ name: each.layout, cost: each[cost], diffuse: each[diffuse], specular: each[specular] }));
   const points = all.filter((each) => [each.cost, each.diffuse, each.specular].every((value) => value > 1e-8 && value < 1e8));
@@ -91,14 +91,14 @@ export function errorCurve({ trial_candidates: candidates, layout, limit: limits
   const { left, right, top, bottom } = CURVE;
   const x = new Axis(left, right, Math.min(...costs), Math.max(...costs)), y = new Axis(bottom, top, Math.min(...errors), Math.max(...errors));
   // The chosen layout has its name first.
-  const named = [...points].sort((a, b) => Number(b.name === layout) - Number(a.name === layout)).map((each) => ({ name: each.name, x: x.at(each.cost), y: y.at(each.diffuse) }));
+  const named = [...points].sort((a, b) => Number(b.name === choice) - Number(a.name === choice)).map((each) => ({ name: each.name, x: x.at(each.cost), y: y.at(each.diffuse) }));
   const labels = labelPlaces(named, points.flatMap((each) => [each.diffuse, each.specular].map((value) => ({ x: x.at(each.cost), y: y.at(value) }))), hasLimit ? y.at(limit) : NaN);
   return plot("", CURVE, `${isVisible ? "Visible error" : "Error"} of each layout against ${COSTS[cost]}: dots diffuse, rings specular`,
     grid(CURVE, x, y, shortText, (tick) => (isVisible ? shortText(tick) : `${shortText(100 * tick)} %`), COSTS[cost]),
     hasLimit && [line("limit", left, y.at(limit), right, y.at(limit)), label("tick end limit", right, y.at(limit) - 4, "limit")],
     points.map((each) => {
       const at = x.at(each.cost), diffuse = y.at(each.diffuse), specular = y.at(each.specular), words = labels.get(each.name);
-      return draw("g", { class: each.name === layout ? "chosen" : "other" }, line("stem", at, diffuse, at, specular),
+      return draw("g", { class: each.name === choice ? "chosen" : "other" }, line("stem", at, diffuse, at, specular),
         circle("ring", at, specular, 4, `${each.name}, specular`), circle("dot", at, diffuse, 4.5, `${each.name}, diffuse`), words && label("name", words.left, words.at, each.name));
     }));
 }

@@ -110,7 +110,7 @@ function limitNote({ limit }) {
 function assetRows(asset, index, hasBounds) {
   const shadings = shadingsOf(asset), { error } = lastStage(asset), rowspan = shadings.length, shared = (kind, ...content) => make("td", { class: `num ${kind}`, rowspan }, content);
   const name = make("th", { scope: "rowgroup", rowspan }, make("a", { href: `#${anchor(index)}` }, asset.name),
-    make("span", { class: "sub" }, swatch(asset.kind), [kindCaption(asset.kind), sizeText(asset), asset.layout].filter((each) => each).join(", ")), limitNote(asset));
+    make("span", { class: "sub" }, swatch(asset.kind), [kindCaption(asset.kind), sizeText(asset), asset.choice ?? asset.layout].filter((each) => each).join(", ")), limitNote(asset));
   return make("tbody", {}, shadings.map((shading, i) => {
     const figures = error[shading];
     const bits = asset.bits_per_texel > 0 ? number(asset.bits_per_texel) : titled(DASH, "0");

@@ -1,6 +1,7 @@
 #include "pipeline/assets/light_map/layout_choice.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -46,8 +47,15 @@ std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const Limi
     std::vector<LightMapCandidate> candidates;
     for (const TrialCandidate& each : trial.candidates)
         if (const double used = triedUse(each, limits); !each.isExcluded)
-            candidates.push_back({each.layout, each.bytesGpu, used, each.fetches, used});
+            candidates.push_back(
+                {each.layout, each.bytesGpu, used, each.fetches, used, std::max(each.visibleDiffuse, each.visibleSpecular)});
     return candidates;
+}
+
+void expectBounds(const LightMapCandidate& verified, std::vector<LightMapCandidate>& candidates) {
+    for (LightMapCandidate& each : candidates)
+        if (each.visible < verified.visible)
+            each.usedOfLimits = std::max(each.usedOfLimits, verified.usedOfLimits * std::sqrt(each.visible / verified.visible));
 }
 
 std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidates) {

@@ -29,11 +29,16 @@ struct LightMapCandidate {
     double usedOfLimits = 0;  ///< largest part of its limits, of the verification where there was one: 1 is just within them
     int fetches = 0;
     double usedInTrial = 0;  ///< the same in the trial, which knows neither bounds nor seams
+    double visible = 0;      ///< 99th percentile of visible errors in the trial
 };
 /// Candidates by the name of the map.
 using LightMapCandidates = std::map<std::string, std::vector<LightMapCandidate>>;
 /// Returns the candidates that the scene's list of layouts has.
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const Limits& limits);
+
+/// Notes that a verified candidate misses its limit on the bound. Bounds of others are expected to be smaller by the root of the ratio of
+/// visible errors at most, so that the search for one within the limit is short.
+void expectBounds(const LightMapCandidate& verified, std::vector<LightMapCandidate>& candidates);
 
 /// Returns the layouts that no other candidate beats in both bytes and usedOfLimits, the smallest first.
 std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidates);

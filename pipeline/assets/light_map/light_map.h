@@ -35,8 +35,9 @@ inline bool isLookupRole(std::string_view role) {
 }
 
 /// Returns true if a layout has learned bases for each cluster of charts: then a mesh names the cluster of each vertex.
+/// layout  with or without detail (DetailedLayout::name)
 inline bool hasLearnedBases(std::string_view layout) {
-    const auto known = formats::lightMapLayoutFromName(layout);
+    const auto known = formats::lightMapLayoutFromName(layout.substr(0, layout.find('+')));
     return known && formats::info(*known).isLearned();
 }
 /// Returns true if the encoder of a layout has an objective to minimize.

@@ -3,15 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <ranges>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "compress/light_map.h"
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/decoded_rows.h"
+#include "pipeline/assets/light_map/detail.h"
+#include "pipeline/assets/light_map/detailed_layout.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/layout_choice.h"
 #include "pipeline/assets/light_map/mips.h"
@@ -150,11 +157,24 @@ private:
     std::vector<verify::LightMapVerifier> verifiers_;
 };
 
+/// Returns the limits that a joint trial gives tiles detail for, and that of the map alone, ascending. None: no detail is tried.
+std::vector<float> tileLimitsOf(const TrialParameters& parameters, bool isJoint) {
+    std::vector<float> limits;
+    if (!parameters.isDetailTried) return limits;
+    if (isJoint)
+        for (float limit = 1; limit < 16; limit *= std::numbers::sqrt2_v<float>) limits.push_back(limit);
+    if (parameters.detailLimit) limits.push_back(static_cast<float>(*parameters.detailLimit));
+    std::ranges::sort(limits);
+    limits.erase(std::unique(limits.begin(), limits.end()), limits.end());
+    return limits;
+}
+
 /// The rows of a light map that layouts are measured on, and the display that their errors are judged on.
 struct TriedMap {
     LightMapSource& source;
     const TrialParameters& parameters;
     verify::Viewing viewing;
+    std::vector<float> tileLimits;  ///< tileLimitsOf()
 };
 
 /// Errors of some rows under a plan, by its layouts.
@@ -170,6 +190,7 @@ Result<TriedRows> tryPlan(const TriedMap& map, const compress::LightMapPlan& pla
     const compress::EncodeOptions options = map.parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
     sampling.figures = verify::LightMapFigures::Trial;
+    sampling.tileLimits = map.tileLimits;
     LC_TRY(verifier, verify::LightMapVerifier::create(cookedMapOf(plan), map.parameters.shading, sampling, plan.key, map.viewing));
     TriedRows tried{verifier->noErrors(), {}};
     const auto verified = foldInOrder<TriedRows>(
@@ -196,11 +217,11 @@ Result<TriedRows> tryPlan(const TriedMap& map, const compress::LightMapPlan& pla
 
 /// Returns the errors of a layout from the trial of a plan that it is a part of: basis-4 to -20 have the bits of basis-24 without the last
 /// stages of its residual.
-const verify::ShadedErrors& errorsOf(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan,
-                                     const verify::LightMapErrors& errors) {
+const verify::LightMapErrors::Stage& errorsOf(const formats::LightMapLayoutInfo& layout, const compress::LightMapPlan& plan,
+                                              const verify::LightMapErrors& errors) {
     const auto stage = layout.id == plan.layout ? errors.stages.end()
                                                 : std::ranges::find(errors.stages, layout.trialStage, &verify::LightMapErrors::Stage::name);
-    return stage == errors.stages.end() ? errors.stages.back().errors : stage->errors;
+    return stage == errors.stages.end() ? errors.stages.back() : *stage;
 }
 
 /// Returns the objective of learned layouts in a trial. Empty: energy.
@@ -223,7 +244,10 @@ public:
     /// mipCount  levels of the map
     LayoutTrial(LightMapSource& source, const TrialParameters& parameters, const std::optional<JointTrial>& joint,
                 std::vector<LayoutGroup> groups, const MeasuredLightMap& measured, int mipCount, const ActionContext& context)
-        : map_{source, parameters, {parameters.display.of(measured.key.displayKey()), source.bt2020FromWorking()}},
+        : map_{source,
+               parameters,
+               {parameters.display.of(measured.key.displayKey()), source.bt2020FromWorking()},
+               tileLimitsOf(parameters, joint.has_value())},
           joint_(joint),
           levels_(source),
           groups_(std::move(groups)),
@@ -237,6 +261,7 @@ public:
             LC_CHECK(measure(group, firstLevel()));
             if (!measuresAll()) LC_CHECK(decide(group));
         }
+        LC_CHECK(addDetail());
         if (best_) LC_CHECK(measureNextLarger());
         if (whole_ && map_.parameters.limits[Limit::WholeVisible]) LC_CHECK(decidePairs(*map_.parameters.limits[Limit::WholeVisible]));
         if (context_.state.interrupted) return interrupted(context_);
@@ -249,6 +274,7 @@ private:
         TrialCandidate candidate;
         verify::ShadedErrors errors;
         int level;                               ///< of the rows that it was measured on
+        verify::LightMapErrors::Stage first;     ///< of the first rows, with their tiles; none of a layout with detail
         std::vector<WholeCandidate> pairs = {};  ///< of a joint trial: with each layout of the dominant light
     };
     enum class Verdict { Keeps, Misses, Unsure };
@@ -312,8 +338,8 @@ private:
         LC_TRY(measured, tryPlan(map_, *plan, levels_.rows(0, level + 1), *shader, nextPass()));
         for (std::size_t i = 0; i < group.layouts.size(); ++i) {
             const Trial& trial = group.layouts[i];
-            const verify::ShadedErrors& errors = errorsOf(*trial.layout, *plan, measured->errors);
-            tried_.push_back({trial, candidateOf(trial, *plan, errors), errors, level});
+            const verify::LightMapErrors::Stage& stage = errorsOf(*trial.layout, *plan, measured->errors);
+            tried_.push_back({trial, candidateOf(trial, *plan, stage.errors), stage.errors, level, stage});
             if (whole_ && !trial.isExcluded) addSamples(tried_.back(), measured->samples[i]);
         }
         return {};
@@ -353,6 +379,97 @@ private:
                 layout.operations(plan.filter),
                 plan.tableBytesAs(layout.id),
                 trial.isExcluded};
+    }
+
+    /// Returns true if the layout was measured, and detail is finer and fits the limits on the decode.
+    bool mayHaveDetail(const Tried& tried) const {
+        const TrialParameters& parameters = map_.parameters;
+        const formats::LightMapLayoutInfo& layout = *tried.trial.layout;
+        if (tried.trial.isExcluded || tried.first.tiles.isEmpty()) return false;
+        if (!formats::mayHaveDetail(layout, parameters.decode.filterOf(layout), formats::info(parameters.target))) return false;
+        const auto [fetches, operations] = costWithDetail(layout);
+        return fetches <= parameters.decode.maxFetches.value_or(fetches) &&
+               operations <= parameters.decode.maxDecodeOps.value_or(operations);
+    }
+    /// Returns the fetches and operations of a place whose four texels all have detail, or all have none: those of the dearer.
+    static std::pair<int, int> costWithDetail(const formats::LightMapLayoutInfo& layout) {
+        constexpr formats::LightMapFilter kDecoded = formats::LightMapFilter::Decoded;
+        const formats::LightMapLayoutInfo& detail = formats::info(formats::kDetailLayout);
+        return {4 + std::max(layout.fetchCount(kDecoded), detail.fetchCount(kDecoded)),
+                std::max(layout.operations(kDecoded), detail.operations(kDecoded))};
+    }
+    /// Adds layouts with detail. A trial of the map alone adds those that miss the limits, with as much as keeps them.
+    Result<void> addDetail() {
+        const std::vector<float>& limits = map_.tileLimits;
+        if (limits.empty()) return {};
+        const auto isWanted = [&](const Tried& each) {
+            return mayHaveDetail(each) && (measuresAll() || verdictOn(each) != Verdict::Keeps);
+        };
+        if (std::ranges::none_of(tried_, isWanted)) return {};
+        const auto isDetail = [](const Tried& each) { return each.trial.layout->id == formats::kDetailLayout && !each.trial.isExcluded; };
+        for (const LayoutGroup& group : groups_)
+            if (group.planned->id == formats::kDetailLayout && std::ranges::none_of(tried_, isDetail))
+                LC_CHECK(measure(group, firstLevel()));
+        const auto detail = std::ranges::find_if(tried_, isDetail);
+        if (detail == tried_.end()) return {};
+        LC_TRY(plan, planner_.plan(std::string(detail->trial.layout->name), formats::LightMapFilter::Decoded));
+        std::vector<Tried> added;
+        for (const Tried& each : tried_)
+            if (isWanted(each))
+                for (std::size_t limit = 0; limit < limits.size(); ++limit)
+                    if (auto detailed = withDetail(each, *detail, *plan, limit)) added.push_back(std::move(*detailed));
+        keepBest(added);
+        for (Tried& each : added) tried_.push_back(std::move(each));
+        for (std::size_t i = 0; i < tried_.size() && !measuresAll(); ++i)
+            if (!tried_[i].trial.isExcluded && verdictOn(tried_[i]) == Verdict::Keeps &&
+                (!best_ || costOf(tried_[i]) < costOf(tried_[*best_])))
+                best_ = i;
+        return {};
+    }
+    /// Returns a layout with detail for a limit; nothing where none is needed or none helps.
+    /// plan   of the detail
+    /// limit  index of the limit among those of the tiles
+    std::optional<Tried> withDetail(const Tried& map, const Tried& detail, const compress::LightMapPlan& plan, std::size_t limit) {
+        const glm::ivec2 tiles = formats::coverageSize(plan.width, plan.height);
+        const auto all = static_cast<std::size_t>(tiles.x) * static_cast<std::size_t>(tiles.y);
+        const auto chosen = tilesWithin({map.first, detail.first, limit}, all);
+        if (!chosen || chosen->empty()) return std::nullopt;
+        const double share = levels_.share(firstLevel()), value = static_cast<double>(map.first.tiles.limits()[limit]);
+        const auto count = static_cast<std::size_t>(std::ceil(static_cast<double>(chosen->size()) / share));
+        if (count > static_cast<std::size_t>(formats::kMostDetailTiles)) return std::nullopt;
+        Tried out{map.trial, map.candidate, map.errors, levels_.last(), {}};
+        TrialCandidate& candidate = out.candidate;
+        candidate.layout = DetailedLayout{map.candidate.layout, value}.name();
+        candidate.bytesGpu += DetailPlan::gpuBytes(plan, count);
+        candidate.bitsPerTexel = 8.0 * static_cast<double>(candidate.bytesGpu) / (static_cast<double>(plan.width) * plan.height);
+        candidate.visibleDiffuse = std::min(candidate.visibleDiffuse, value);
+        candidate.visibleSpecular = std::min(candidate.visibleSpecular, value);
+        std::tie(candidate.fetches, candidate.decodeOps) = costWithDetail(*map.trial.layout);
+        if (whole_) {
+            whole_->addDetailed(candidate.layout, map.candidate.layout, detail.candidate.layout, *chosen);
+            out.pairs = whole_->pairsOf(candidate.layout, pass());
+        }
+        return out;
+    }
+    /// Keeps the layouts with detail that are the best of some size: no other takes as little memory and errs as little.
+    void keepBest(std::vector<Tried>& detailed) const {
+        using Point = std::pair<std::uint64_t, double>;  // bytes and error
+        const auto pointsOf = [&](const Tried& each) {
+            std::vector<Point> points;
+            for (const WholeCandidate& pair : each.pairs) points.emplace_back(bytesOf(each, pair), pair.visible);
+            if (!whole_) points.emplace_back(each.candidate.bytesGpu, triedUse(each.candidate, map_.parameters.limits));
+            return points;
+        };
+        std::vector<Point> all;
+        for (const auto* list : {&std::as_const(tried_), &std::as_const(detailed)})
+            for (const Tried& each : *list)
+                if (!each.trial.isExcluded) std::ranges::copy(pointsOf(each), std::back_inserter(all));
+        std::erase_if(detailed, [&](const Tried& each) {
+            return std::ranges::all_of(pointsOf(each), [&](const Point& point) {
+                return std::ranges::any_of(
+                    all, [&](const Point& other) { return other != point && other.first <= point.first && other.second <= point.second; });
+            });
+        });
     }
 
     Verdict verdictOn(const Tried& tried) const {

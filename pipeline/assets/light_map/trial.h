@@ -5,6 +5,8 @@
 // the end on all. The trial ends at the first that keeps the limits: those that cost more are not measured, but for one that the report can
 // compare it with. Learned layouts of one plan are measured at once, the longest plan first: where the shortest layout of it misses the
 // limits, so does one of fewer numbers.
+// Where tiles may have detail, each layout is judged with it as well, from the errors of its tiles and from those of the detail: a layout
+// that misses the limits keeps them with as much detail as they ask for.
 // A complete trial measures every layout on all rows. A joint one (joint_trial.h) measures every layout, and on all rows those that may be
 // part of the smallest pair within the limit on what a pixel shows.
 #pragma once
@@ -34,6 +36,8 @@ struct TrialParameters {
     Limits limits = {};                 ///< of kTrialLimits
     formats::LayoutCost cost = formats::LayoutCost::Bytes;
     bool isComplete = false;
+    bool isDetailTried = false;              ///< tiles may have detail: layouts are judged with it, too
+    std::optional<double> detailLimit = {};  ///< on visible errors of the map alone, that tiles get detail for
 };
 /// Limits that a trial decides by: a joint one by the last.
 inline constexpr std::initializer_list<Limit> kTrialLimits = {Limit::Error, Limit::Visible, Limit::WholeVisible};
@@ -50,18 +54,19 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("max_fetches", parameters.decode.maxFetches, "limit on the texture fetches of a sample");
     fields.optional("max_decode_ops", parameters.decode.maxDecodeOps, "limit on the operations of a sample's decode");
     fields.optional("filter", parameters.decode.filter, "filter of the shader; that of each layout if absent");
-    fields.presentIf(parameters.decode.prefersHardware, "prefers_hardware", parameters.decode.prefersHardware,
-                     "true: the filter of the hardware where a layout has it");
+    fields.optional("preferred_filter", parameters.decode.preferred, "the usual filter, in place of that of each layout");
     fields.presentIf(!parameters.layouts.empty(), "layouts", parameters.layouts, "layouts that may be chosen");
     fields.presentIf(parameters.mips, "mips", parameters.mips, "true for a map with mip levels");
     describe(fields, parameters.limits, kTrialLimits);
     fields.presentIf(parameters.cost != formats::LayoutCost::Bytes, "cost", parameters.cost, "what the choice keeps small");
+    fields.presentIf(parameters.isDetailTried, "detail", parameters.isDetailTried, "true if layouts are judged with detail, too");
+    fields.optional("detail_limit", parameters.detailLimit, "limit on visible errors that tiles get detail for");
     fields.presentIf(parameters.isComplete, "complete", parameters.isComplete, "true if every layout is measured on all rows");
 }
 
 /// Size, cost and error of one layout.
 struct TrialCandidate {
-    std::string layout;
+    std::string layout;  ///< DetailedLayout::name
     std::uint64_t bytesGpu = 0;
     double bitsPerTexel = 0;
     double diffuse = 0, specular = 0;                ///< rel_rms
@@ -73,7 +78,7 @@ struct TrialCandidate {
 };
 template <class Fields, Is<TrialCandidate> Self>
 void describe(Fields& fields, Self& candidate) {
-    fields.required("layout", candidate.layout, "layout");
+    fields.required("layout", candidate.layout, "layout; with detail `basis-4+lit@5`: as much of layout lit as keeps a visible error of 5");
     fields.required("bytes_gpu", candidate.bytesGpu, "GPU memory [bytes]");
     fields.required("bits_per_texel", candidate.bitsPerTexel, "GPU memory of a texel [bits]");
     fields.required("diffuse", candidate.diffuse, kFigure, "rel_rms of diffuse shading");

@@ -133,13 +133,17 @@ Result<void> WholeTrial::shadeStrips(const ActionContext& context, const std::st
 /// Shades places by the bake and, with a fit, by its light.
 WholeTrial::LitRows WholeTrial::shadeBake(const std::vector<SurfacePlace>& places, const std::optional<verify::DominantFit>& fit) const {
     const std::size_t count = 3 * shader_.stride();
-    LitRows lit{std::vector<float>(places.size() * count), std::vector<float>(fit ? places.size() * count : 0), {}};
+    LitRows lit{std::vector<float>(places.size() * count), std::vector<float>(fit ? places.size() * count : 0), {}, {}};
+    const int tilesAcross = formats::coverageSize(source_->width(), 1).x;
     verify::CookedDominant map;
     map.fit = fit.value_or(map.fit);
     const verify::DominantVerifier verifier(map, {}, source_->luminanceWeights(), 0);
     for (std::size_t i = 0; i < places.size(); ++i) {
         const SurfacePlace& place = places[i];
         shader_.shadeLightMap(place.bake, place.normal, std::span(lit.bake).subspan(i * count, count));
+        const glm::ivec2 texel(glm::floor(place.at + 0.5));
+        lit.tiles.push_back(
+            static_cast<std::uint32_t>(texel.y / formats::kCoverageRows * tilesAcross + texel.x / formats::kCoverageColumns));
         if (!fit) continue;
         const verify::DominantLightSample towardsNormal{glm::dvec3(place.normal), glm::dvec3(0)};  // decides between equally good lights
         shader_.shadeDominant(verifier.reference(place.bake, glm::dvec3(place.normal), towardsNormal), place.normal,
@@ -178,6 +182,7 @@ Result<void> WholeTrial::shadeReference(const std::optional<verify::DominantFit>
         [&](const LitRows& rows) {
             append(bake_, rows.bake);
             append(light_, rows.light);
+            tiles_.insert(tiles_.end(), rows.tiles.begin(), rows.tiles.end());
         });
     if (shaded) reference_ = sumOf(bake_, light_);
     return shaded;
@@ -201,6 +206,19 @@ Result<void> WholeTrial::tryDivisor(const DominantEncoder& encoder, const std::v
 void WholeTrial::add(const std::string& layout, const std::vector<float>& samples) {
     const auto known = std::ranges::find(lightMaps_, layout, &Lit::layout);
     append(known == lightMaps_.end() ? lightMaps_.emplace_back(layout).samples : known->samples, samples);
+}
+
+void WholeTrial::addDetailed(const std::string& name, const std::string& layout, const std::string& detail,
+                             const std::vector<std::uint32_t>& tiles) {
+    const std::vector<float>& ofDetail = std::ranges::find(lightMaps_, detail, &Lit::layout)->samples;
+    std::vector<float> samples = std::ranges::find(lightMaps_, layout, &Lit::layout)->samples;
+    const std::size_t count = 3 * shader_.stride();
+    samples.resize(std::min(samples.size(), ofDetail.size()));
+    for (std::size_t place = 0; place < samples.size() / count; ++place)
+        if (std::ranges::binary_search(tiles, tiles_[place]))
+            std::copy_n(ofDetail.begin() + static_cast<std::ptrdiff_t>(place * count), count,
+                        samples.begin() + static_cast<std::ptrdiff_t>(place * count));
+    add(name, samples);
 }
 
 void WholeTrial::addDominant(std::string_view layout, std::uint64_t bytes, std::vector<float> samples) {

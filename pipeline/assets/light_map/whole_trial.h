@@ -45,6 +45,11 @@ public:
     /// Adds the light of the places of the first rows under a light-map layout, or then that of the rest.
     void add(const std::string& layout, const std::vector<float>& samples);
 
+    /// Adds a layout with detail: the light of the first rows is that of `detail` in the tiles that have it, else that of `layout`.
+    /// tiles  ascending
+    void addDetailed(const std::string& name, const std::string& layout, const std::string& detail,
+                     const std::vector<std::uint32_t>& tiles);
+
     const std::vector<DominantCandidate>& dominants() const { return dominants_; }
     /// Returns the errors of a light-map layout with each layout of the dominant light, at the places that were added.
     std::vector<WholeCandidate> pairsOf(const std::string& layout, const ActionContext& context) const;
@@ -60,6 +65,7 @@ private:
     /// The places of some rows of one strip under the reference, and under the dominant layouts of one size.
     struct LitRows {
         std::vector<float> bake, light;             ///< of the reference
+        std::vector<std::uint32_t> tiles;           ///< of the places: texels of texture "coverage"
         std::vector<std::vector<float>> dominants;  ///< [layout]
     };
     /// The places of one strip.
@@ -90,6 +96,7 @@ private:
     std::vector<float> bake_;              ///< the places lit by the bake's coefficients
     std::vector<float> light_;             ///< what the reference's dominant light adds; empty without one
     std::vector<float> reference_;         ///< their sum
+    std::vector<std::uint32_t> tiles_;     ///< of the places
     std::vector<Lit> lightMaps_, lights_;  ///< lights_ in the order of dominants_
     std::vector<DominantCandidate> dominants_;
 };

@@ -88,7 +88,7 @@ void printAssets(Terminal& terminal, const std::vector<ReportRow>& rows) {
         {"asset", "kind", "layout", "bake", "GPU, MiB", "error of its limit", "verdict"}};
     for (const ReportRow& row : rows) {
         const auto use = mostUsedLimit(row);
-        table.push_back({row.name, std::string(info(row.kind).name), row.layout, row.bytesIn > 0 ? mebibytes(row.bytesIn) : "-",
+        table.push_back({row.name, std::string(info(row.kind).name), row.triedLayout(), row.bytesIn > 0 ? mebibytes(row.bytesIn) : "-",
                          mebibytes(row.bytesGpu), use ? use->brief : errorWords(row.verdict.stages.back()),
                          verdictWord(row.verdict.passed).text + seamWords(row)});
     }
