@@ -23,7 +23,10 @@ using Images = std::vector<TexelImage>;
 /// A scene, cooked once for all faults of a test.
 class Cooked {
 public:
-    Cooked(const std::filesystem::path& scene, const std::string& layout, std::optional<std::string> onlyKind = {}) : scene_(scene) {
+    /// detailLimit  limit that tiles of light maps get detail for; empty: none do
+    Cooked(const std::filesystem::path& scene, const std::string& layout, std::optional<std::string> onlyKind = {},
+           std::optional<double> detailLimit = {})
+        : scene_(scene) {
         CookOptions options;
         options.scene = scene;
         options.output = folder_ / "out";
@@ -32,6 +35,8 @@ public:
         options.onlyKind = std::move(onlyKind);
         options.given.set("output.effort", 3);
         options.given.set("output.max_error", 0.02);
+        if (detailLimit) options.given.set("output.detail", true);
+        if (detailLimit) options.given.set("output.max_visible", *detailLimit);
         const RunState state;
         const Outcome outcome = cookScene(options, state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
@@ -281,6 +286,47 @@ const std::vector<Fault>& litFaults() {
 TEST(Mutation, OfALightMapThatIsDecodedBeforeTheFilterIsCaught) {
     const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky, 24);
     expectCaught(Cooked(scene.sceneFile(), "lit-half", "light-map"), litFaults());
+}
+
+/// Faults of a light map with detail.
+const std::vector<Fault>& detailFaults() {
+    static const std::vector<Fault> kFaults = {
+        {"a tile shows the detail of another one", "map", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) {
+             Images coverage = c.texels("coverage");
+             for (vec4& tile : coverage[1].texels())
+                 if (tile.w > 0.5f) tile.x = (tile.x > 0 ? 0.0f : 1.0f) / 255;
+             c.setTexels("coverage", coverage);
+         }},
+        {"detail beyond the textures", "map", Digests::Rewritten, 4, "found detail of tile",
+         [](CookedCopy& c) {
+             Images coverage = c.texels("coverage");
+             for (vec4& tile : coverage[1].texels()) tile = vec4(200.0f / 255, 0, 0, 1);
+             c.setTexels("coverage", coverage);
+         }},
+        {"no tile has its detail", "map", Digests::Rewritten, 4, "visible error",
+         [](CookedCopy& c) {
+             Images coverage = c.texels("coverage");
+             for (vec4& tile : coverage[1].texels()) tile = vec4(0);
+             c.setTexels("coverage", coverage);
+         }},
+        {"detail twice as bright", "map", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { changeTexels(c, "detail_hdr", [](const vec4& t) { return 2.0f * t; }); }},
+        {"the detail's range of another map", "map", Digests::Rewritten, 4, "rel_rms",
+         [](CookedCopy& c) { multiply(c.asset()["detail"]["constants"]["range"], 2); }},
+        {"more tiles in the manifest", "map", Digests::Rewritten, 4, "tiles of detail",
+         [](CookedCopy& c) { c.asset()["detail"]["tiles"] = 2000; }},
+        {"no tiles in the manifest", "map", Digests::Rewritten, 3, "tiles", [](CookedCopy& c) { c.asset()["detail"]["tiles"] = 0; }},
+        {"detail in another layout", "map", Digests::Rewritten, 4, "layout",
+         [](CookedCopy& c) { c.asset()["detail"]["layout"] = "ratio"; }},
+    };
+    return kFaults;
+}
+
+TEST(Mutation, OfALightMapWithDetailIsCaught) {
+    const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky, 24);
+    constexpr double kLimit = 3;
+    expectCaught(Cooked(scene.sceneFile(), "lit-quarter", "light-map", kLimit), detailFaults());
 }
 
 /// Rewrites the metadata of a texture of a copy.

@@ -44,12 +44,12 @@ protected:
 };
 
 TEST_F(PrunedTrial, ChoosesTheSmallestThatAllOfTheMapShowsWithinTheLimit) {
-    const Outcome complete = cook("max_visible = 1", true);
+    const Outcome complete = cook("max_visible = 1\ndetail = false", true);
     EXPECT_EQ(mapOf(complete).at("trial_share"), 1.0);
     const Json all = mapOf(complete).at("trial_candidates");
     bool isAnySampled = false;
     for (const double limit : {0.2, 0.5, 1.0, 2.0, 5.0, 20.0}) {
-        const Outcome outcome = cook(fmt::format("max_visible = {}", limit));
+        const Outcome outcome = cook(fmt::format("max_visible = {}\ndetail = false", limit));
         const auto expected = std::ranges::find_if(all, [&](const Json& each) { return visibleOf(each) <= limit; });  // by bytes
         ASSERT_NE(expected, all.end());
         EXPECT_EQ(layoutOf(outcome), expected->at("layout")) << limit;
