@@ -56,6 +56,7 @@ inline vec4 lcTableTexel(const LcTables& tables, int column, int row) {
 #include "shaders/light_map_unreal.glsl"
 #include "shaders/light_map_rnm.glsl"
 #include "shaders/light_map_lit.glsl"
+#include "shaders/dominant.glsl"
 #include "shaders/specular.glsl"
 #include "shaders/environment.glsl"
 #include "shaders/rsrm.glsl"

@@ -16,6 +16,9 @@
 
 namespace lightcook::verify {
 
+/// Returns the dominant light that the shipped shader derives from the light map's coefficients at a place.
+DominantLightSample derivedLight(const lighting::ShRgb& incident, const glm::vec3& normal);
+
 /// Shades places under every view, m and F0 of a shading. Samples of a place are three planes of stride() values, one a channel:
 /// sampleCount() samples, then zeros.
 class WholeShader {

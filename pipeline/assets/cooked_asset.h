@@ -184,8 +184,9 @@ struct CookedAsset {
     std::optional<std::uint64_t> vertexBytes;          ///< of a light map whose mesh names its bases; counted there
     std::optional<std::uint64_t> vertices, triangles;
     std::optional<MeshQuantization> quantization;
-    std::optional<Json> constants;      ///< of the decode; each kind has a struct for them
-    std::optional<CookedTiles> detail;  ///< of a light map, if some of its tiles have it
+    std::optional<Json> constants;        ///< of the decode; each kind has a struct for them
+    std::optional<std::string> dominant;  ///< of a light map: a name of allDominantLayouts(), where no asset of its own says so
+    std::optional<CookedTiles> detail;    ///< of a light map, if some of its tiles have it
     std::vector<CookedTexture> textures;
     AssetSource source;
     std::optional<VertexBasis> basis;
@@ -241,6 +242,8 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("triangles", asset.triangles, "number of triangles");
     fields.optional("quantization", asset.quantization, "quantization of a mesh [bits]");
     fields.optional("constants", asset.constants, "constants of the shader's decode");
+    fields.optional("dominant", asset.dominant,
+                    "of a light map: `derived` where the shader takes the dominant light from its coefficients (`lcDerivedLight`)");
     fields.optional("detail", asset.detail, "tiles of a light map that are stored once more, in a finer layout: the shader takes those");
     fields.required("textures", asset.textures, "textures of the layout");
     fields.required("source", asset.source, "sources, and how they are read");

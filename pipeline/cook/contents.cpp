@@ -30,7 +30,7 @@ std::string_view nameOf(formats::LightMapLayout layout) {
 /// Returns the fit of the dominant light of a map; nothing where it is not cooked.
 std::optional<std::string> dominantFitFor(const LightMapEntry& entry, bool isSpecular, const PlanOptions& options) {
     if (!isSpecular || (options.onlyKind && *options.onlyKind != info(AssetKind::Dominant).name)) return std::nullopt;
-    if (entry.dominantLayout && dominantLayoutFromName(*entry.dominantLayout)->divisor == 0) return std::nullopt;
+    if (entry.dominantLayout == kNoDominant) return std::nullopt;
     return entry.dominantFit;
 }
 

@@ -230,10 +230,18 @@ private:
                wants(dominantNameOf(entry.name), AssetKind::Dominant, entry);
     }
 
-    /// Adds the verification of a light map and its dominant light together, where that chose their layouts.
+    /// Returns true if the shader derives the dominant light of a map.
+    bool isDominantDerived(const LightMapEntry& entry, const LightMapReduction& reduction) const {
+        return isDominantShown(entry, reduction) && dominantLayoutFromName(dominantLayoutOf(entry))->isDerived;
+    }
+
+    /// Adds the verification of a light map and its dominant light together, where that chose their layouts, or nothing else verifies the
+    /// light.
     void addWhole(const LightMapEntry& entry, const LightMapReduction& reduction) {
-        if (!scene_.output.isChosenByWhole() || reduction.constantOf || !wants(entry.name, AssetKind::LightMap, entry)) return;
-        WholeVerifyParameters parameters{{shading_, scene_.display}, {}, wholeLimits(scene_.output)};
+        const bool isDerived = isDominantDerived(entry, reduction);
+        if (!scene_.output.isChosenByWhole() && !isDerived) return;
+        if (reduction.constantOf || !wants(entry.name, AssetKind::LightMap, entry)) return;
+        WholeVerifyParameters parameters{{shading_, scene_.display}, {}, isDerived, wholeLimits(scene_.output)};
         std::vector<std::string> dependencies = {actionId(ActionStep::Cook, entry.name)};
         if (isDominantShown(entry, reduction)) {
             parameters.fit = entry.dominantFit;
@@ -267,7 +275,8 @@ private:
         const formats::DecodeLimits decode = decodeOf(scene_, entry, reduction.constantOf.has_value());
         add(entry.name, AssetKind::LightMap,
             LightMapParameters{description, layout, target, textures_, visible, hasMips(scene_.output, entry),
-                               decode.filterOf(formats::info(*formats::lightMapLayoutFromName(layout))), detailFor(detailed, decode)},
+                               decode.filterOf(formats::info(*formats::lightMapLayoutFromName(layout))), detailFor(detailed, decode),
+                               isDominantDerived(entry, reduction)},
             hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
         if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);
@@ -306,7 +315,8 @@ private:
             return leaveOut(reduction.hasDirections ? "no single light explains enough of any texel: all specular light is area specular"
                                                     : "the light map has no directions");
         const std::string layout = dominantLayoutOf(entry);
-        if (dominantLayoutFromName(layout)->divisor == 0)
+        if (dominantLayoutFromName(layout)->isDerived) return leaveOut("the shader derives it from the light map's coefficients");
+        if (layout == kNoDominant)
             return leaveOut(entry.dominantLayout ? "the scene file leaves it out" : "within the budget its bytes buy more elsewhere");
         if (reduction.isDominantConstant) {
             description.constantOf = size;

@@ -14,6 +14,7 @@ constexpr std::array kDominantLayouts = {
     DominantLayoutInfo{"half-coarse", "the second at half the width and height", 2, false},
     DominantLayoutInfo{"quarter", "the first at a quarter of the width and height", 4, true},
     DominantLayoutInfo{"quarter-coarse", "the second at a quarter of the width and height", 4, false},
+    DominantLayoutInfo{"derived", "no textures: the shader derives the light from the light map's coefficients", 0, false, true},
     DominantLayoutInfo{"none", "no dominant light: all specular light is area specular", 0, false},
 };
 

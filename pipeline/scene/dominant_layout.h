@@ -12,7 +12,11 @@ struct DominantLayoutInfo {
     std::string_view caption;
     int divisor = 1;          ///< of the light map's width and height, rounded up; 0: no textures
     bool hasResidual = true;  ///< under targets that have a residual texture
+    bool isDerived = false;   ///< the shader takes the light from the light map's coefficients
 };
+
+/// The layout without a dominant light.
+inline constexpr std::string_view kNoDominant = "none";
 
 /// Returns every layout, the largest first.
 std::span<const DominantLayoutInfo> allDominantLayouts();

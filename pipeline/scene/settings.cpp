@@ -196,7 +196,12 @@ std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry
          fmt::format("found light_map.place beside {}, which places the nodes too, expected one of them: lmbake = \"{}\" leaves the file "
                      "out",
                      description.lmbake.filename().string(), formats::kNoLmbake)},
-        {"dominant_fit", dominant != nullptr && dominant->divisor == 0,
+        {"dominant_fit", dominant != nullptr && dominant->isDerived && entry.dominantFit != "explained",
+         fmt::format(
+             "found dominant_fit \"{}\" beside dominant_layout = \"{}\", expected \"explained\": that is the light which the shader "
+             "derives",
+             entry.dominantFit, entry.dominantLayout.value_or(""))},
+        {"dominant_fit", entry.dominantLayout == kNoDominant,
          fmt::format("found light_map.dominant_fit beside dominant_layout = \"{}\", expected one of them: there is no dominant light",
                      entry.dominantLayout.value_or(""))},
         {"layouts", !layouts.empty(), layouts, "output.light_map_layout"},

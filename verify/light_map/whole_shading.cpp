@@ -83,6 +83,11 @@ void WholeShader::shadeDominant(const DominantLightSample& light, const glm::vec
     }
 }
 
+DominantLightSample derivedLight(const lighting::ShRgb& incident, const glm::vec3& normal) {
+    const shaders::LcDominantLight light = shaders::lcDerivedLight(shaderSh(incident), normal);
+    return {glm::dvec3(light.direction), glm::dvec3(light.intensity)};
+}
+
 double relRmsOfSum(std::span<const float> reference, std::span<const float> a, std::span<const float> b, std::size_t sampleCount,
                    std::size_t stride) {
     assert(reference.size() == a.size() && (b.empty() || b.size() == a.size()));

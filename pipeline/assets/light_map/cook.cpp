@@ -166,6 +166,7 @@ CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan&
     if (plan.tableBytes() > 0)
         (*asset.constants)[kTablesRole] = {{"file", fmt::format("{}_{}{}", name, kTablesRole, parameters.textures.extension())}};
     if (plan.vertexBytes > 0) asset.vertexBytes = plan.vertexBytes;
+    if (parameters.isDominantDerived) asset.dominant = "derived";
     asset.source.description = toJson(parameters.description);
     return asset;
 }

@@ -67,6 +67,7 @@ struct LightMapParameters {
     bool mips = false;                                ///< as many mip levels as keep charts apart (mips.h)
     formats::LightMapFilter filter = formats::LightMapFilter::Hardware;
     std::optional<DetailParameters> detail = std::nullopt;  ///< absent: no tile has detail
+    bool isDominantDerived = false;                         ///< the manifest says so: the pixels are the same
 };
 template <class Fields, Is<LightMapParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -77,6 +78,8 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("visible", parameters.visible, "scene and display of objective visible; absent: objective energy");
     fields.presentIf(parameters.mips, "mips", parameters.mips, "true for mip levels");
     fields.presentIf(parameters.filter != formats::LightMapFilter::Hardware, "filter", parameters.filter, "filter of the shader");
+    fields.presentIf(parameters.isDominantDerived, "derived_dominant", parameters.isDominantDerived,
+                     "true if the shader derives the dominant light from the map");
     fields.optional("detail", parameters.detail, "limit that tiles get detail for; absent: none do");
 }
 

@@ -31,14 +31,16 @@ struct WholeSamples {
 /// A light map and its dominant light, beside their bake.
 class WholeComparison {
 public:
-    /// dominant  null: it was left out
-    /// fit       of the reference; empty: the reference has no dominant light
+    /// dominant   null: it was left out, or is derived
+    /// isDerived  the shader derives it from the light map
+    /// fit        of the reference; empty: the reference has no dominant light
     WholeComparison(LightMapSource& bake, const CookedLightMapReader& lightMap, double key, const CookedDominantReader* dominant,
-                    const std::optional<verify::DominantFit>& fit, const verify::WholeShader& shader)
+                    bool isDerived, const std::optional<verify::DominantFit>& fit, const verify::WholeShader& shader)
         : bake_(bake),
           lightMap_(lightMap),
           key_(key),
           dominant_(dominant),
+          isDerived_(isDerived),
           fit_(fit),
           shader_(shader),
           places_(bake.width(), bake.height()) {}
@@ -47,7 +49,8 @@ public:
         LC_TRY(strip, readStrip(bake_, lightMap_, index));
         const std::vector<SurfacePlace> places = places_.of(strip->reference, strip->firstRow, strip->rowCount);
         const std::size_t count = 3 * shader_.stride(), all = places.size() * count;
-        WholeSamples samples{std::vector<float>(all), std::vector<float>(all), std::vector<float>(dominant_ != nullptr ? all : 0)};
+        WholeSamples samples{std::vector<float>(all), std::vector<float>(all),
+                             std::vector<float>(dominant_ != nullptr || isDerived_ ? all : 0)};
         LC_CHECK(shadeDominant(*strip, places, samples));
         std::vector<lighting::ShRgb> light(lightMap_.verifier().lightCount());
         std::vector<float> bake(count);
@@ -57,6 +60,9 @@ public:
             if (!lightMap_.verifier().lightAt(strip->texels, strip->reference, places[i].at, light)) continue;
             for (glm::vec3& coefficient : light.back()) coefficient *= static_cast<float>(key_);
             shader_.shadeLightMap(light.back(), places[i].normal, std::span(samples.lightMap).subspan(i * count, count));
+            if (isDerived_)
+                shader_.shadeDominant(verify::derivedLight(light.back(), places[i].normal), places[i].normal,
+                                      std::span(samples.dominant).subspan(i * count, count));
         }
         return samples;
     }
@@ -88,6 +94,7 @@ private:
     const CookedLightMapReader& lightMap_;
     double key_;
     const CookedDominantReader* dominant_;
+    bool isDerived_;
     std::optional<verify::DominantFit> fit_;
     const verify::WholeShader& shader_;
     SurfacePlaces places_;
@@ -121,7 +128,8 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     LC_TRY(lightMap, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->view.shading, sampling, surveyed->key()}));
     LC_TRY(dominant, openDominant(context, bake));
     LC_TRY(shader, verify::WholeShader::create(parameters->view.shading));
-    const WholeComparison comparison(bake, *lightMap, surveyed->key(), *dominant ? &**dominant : nullptr, fit, *shader);
+    const WholeComparison comparison(bake, *lightMap, surveyed->key(), *dominant ? &**dominant : nullptr, parameters->isDerived, fit,
+                                     *shader);
     WholeSamples samples;
     const auto shaded = foldInOrder<WholeSamples>(
         bake.stripCount(), context, fmt::format("verify the whole of {}", context.action.asset),

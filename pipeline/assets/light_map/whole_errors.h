@@ -20,12 +20,14 @@ namespace lightcook::pipeline {
 struct WholeVerifyParameters {
     SceneView view;
     std::optional<std::string> fit;  ///< of the dominant light, a name of allDominantFits(); absent: the scene needs none
-    Limits limits;                   ///< on the whole
+    bool isDerived = false;          ///< the shader derives it from the light map
+    Limits limits = {};              ///< on the whole
 };
 template <class Fields, Is<WholeVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
     describe(fields, parameters.view);
     fields.optional("fit", parameters.fit, "fit of the dominant light; absent: the scene needs none");
+    fields.presentIf(parameters.isDerived, "derived", parameters.isDerived, "true if the shader derives the dominant light");
     fields.optional("max_visible", parameters.limits[Limit::WholeVisible], info(Limit::WholeVisible).caption);
     fields.optional("max_error", parameters.limits[Limit::WholeError], info(Limit::WholeError).caption);
 }

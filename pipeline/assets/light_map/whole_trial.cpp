@@ -58,7 +58,7 @@ std::vector<const DominantLayoutInfo*> distinctLayouts(const std::vector<std::st
     for (const DominantLayoutInfo& layout : allDominantLayouts()) {
         if (std::ranges::find(names, layout.name) == names.end()) continue;
         const auto isSame = [&](const DominantLayoutInfo* other) { return other->divisor == layout.divisor; };
-        if (!dominantFormatsOf(target).hasResidual && std::ranges::any_of(layouts, isSame)) continue;
+        if (layout.divisor > 0 && !dominantFormatsOf(target).hasResidual && std::ranges::any_of(layouts, isSame)) continue;
         layouts.push_back(&layout);
     }
     return layouts;
@@ -91,12 +91,15 @@ std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& ver
                                              const TrialRows& rows) const {
     const std::vector<SurfacePlace> places = places_.of(texels, source_->stripFirstRow(rows.strip), source_->stripRows(rows.strip),
                                                         rows.firstRow, rows.firstRow + rows.rowCount);
-    std::vector<float> samples(places.size() * 3 * shader_.stride());
+    const std::size_t count = 3 * shader_.stride(), each = isDerivedTried_ ? 2 * count : count;
+    std::vector<float> samples(places.size() * each);
     std::vector<lighting::ShRgb> light(verifier.lightCount());
     for (std::size_t i = 0; i < places.size(); ++i) {
         if (!verifier.lightAt(decoded, texels, places[i].at, light)) continue;
         for (glm::vec3& coefficient : light.back()) coefficient *= static_cast<float>(key);
-        shader_.shadeLightMap(light.back(), places[i].normal, std::span(samples).subspan(i * 3 * shader_.stride(), 3 * shader_.stride()));
+        const auto out = std::span(samples).subspan(i * each, each);
+        shader_.shadeLightMap(light.back(), places[i].normal, out.first(count));
+        if (isDerivedTried_) shader_.shadeDominant(verify::derivedLight(light.back(), places[i].normal), places[i].normal, out.last(count));
     }
     return samples;
 }
@@ -133,7 +136,11 @@ Result<void> WholeTrial::shadeStrips(const ActionContext& context, const std::st
 /// Shades places by the bake and, with a fit, by its light.
 WholeTrial::LitRows WholeTrial::shadeBake(const std::vector<SurfacePlace>& places, const std::optional<verify::DominantFit>& fit) const {
     const std::size_t count = 3 * shader_.stride();
-    LitRows lit{std::vector<float>(places.size() * count), std::vector<float>(fit ? places.size() * count : 0), {}, {}};
+    LitRows lit{std::vector<float>(places.size() * count),
+                std::vector<float>(fit ? places.size() * count : 0),
+                std::vector<float>(isDerivedTried_ ? places.size() * count : 0),
+                {},
+                {}};
     const int tilesAcross = formats::coverageSize(source_->width(), 1).x;
     verify::CookedDominant map;
     map.fit = fit.value_or(map.fit);
@@ -148,6 +155,9 @@ WholeTrial::LitRows WholeTrial::shadeBake(const std::vector<SurfacePlace>& place
         const verify::DominantLightSample towardsNormal{glm::dvec3(place.normal), glm::dvec3(0)};  // decides between equally good lights
         shader_.shadeDominant(verifier.reference(place.bake, glm::dvec3(place.normal), towardsNormal), place.normal,
                               std::span(lit.light).subspan(i * count, count));
+        if (isDerivedTried_)
+            shader_.shadeDominant(verify::derivedLight(place.bake, place.normal), place.normal,
+                                  std::span(lit.derived).subspan(i * count, count));
     }
     return lit;
 }
@@ -182,6 +192,7 @@ Result<void> WholeTrial::shadeReference(const std::optional<verify::DominantFit>
         [&](const LitRows& rows) {
             append(bake_, rows.bake);
             append(light_, rows.light);
+            append(derived_, rows.derived);
             tiles_.insert(tiles_.end(), rows.tiles.begin(), rows.tiles.end());
         });
     if (shaded) reference_ = sumOf(bake_, light_);
@@ -205,20 +216,31 @@ Result<void> WholeTrial::tryDivisor(const DominantEncoder& encoder, const std::v
 
 void WholeTrial::add(const std::string& layout, const std::vector<float>& samples) {
     const auto known = std::ranges::find(lightMaps_, layout, &Lit::layout);
-    append(known == lightMaps_.end() ? lightMaps_.emplace_back(layout).samples : known->samples, samples);
+    Lit& lit = known == lightMaps_.end() ? lightMaps_.emplace_back(layout) : *known;
+    const std::size_t count = 3 * shader_.stride();
+    if (!isDerivedTried_) return append(lit.samples, samples);
+    for (auto place = samples.begin(); place != samples.end(); place += static_cast<std::ptrdiff_t>(2 * count)) {
+        const auto derived = place + static_cast<std::ptrdiff_t>(count);
+        lit.samples.insert(lit.samples.end(), place, derived);
+        lit.derived.insert(lit.derived.end(), derived, derived + static_cast<std::ptrdiff_t>(count));
+    }
 }
 
 void WholeTrial::addDetailed(const std::string& name, const std::string& layout, const std::string& detail,
                              const std::vector<std::uint32_t>& tiles) {
-    const std::vector<float>& ofDetail = std::ranges::find(lightMaps_, detail, &Lit::layout)->samples;
-    std::vector<float> samples = std::ranges::find(lightMaps_, layout, &Lit::layout)->samples;
+    const Lit& fine = *std::ranges::find(lightMaps_, detail, &Lit::layout);
+    Lit lit = *std::ranges::find(lightMaps_, layout, &Lit::layout);
+    lit.layout = name;
     const std::size_t count = 3 * shader_.stride();
-    samples.resize(std::min(samples.size(), ofDetail.size()));
-    for (std::size_t place = 0; place < samples.size() / count; ++place)
-        if (std::ranges::binary_search(tiles, tiles_[place]))
-            std::copy_n(ofDetail.begin() + static_cast<std::ptrdiff_t>(place * count), count,
-                        samples.begin() + static_cast<std::ptrdiff_t>(place * count));
-    add(name, samples);
+    for (std::vector<float> Lit::*part : {&Lit::samples, &Lit::derived}) {
+        std::vector<float>& samples = lit.*part;
+        samples.resize(std::min(samples.size(), (fine.*part).size()));
+        for (std::size_t place = 0; place < samples.size() / count; ++place)
+            if (std::ranges::binary_search(tiles, tiles_[place]))
+                std::ranges::copy(std::span(fine.*part).subspan(place * count, count),
+                                  samples.begin() + static_cast<std::ptrdiff_t>(place * count));
+    }
+    lightMaps_.push_back(std::move(lit));
 }
 
 void WholeTrial::addDominant(std::string_view layout, std::uint64_t bytes, std::vector<float> samples) {
@@ -230,14 +252,18 @@ Result<void> WholeTrial::tryDominants(const std::optional<DominantTrial>& domina
                                       const ActionContext& context) {
     if (!dominant) return shadeReference({}, context);
     LC_TRY(fit, dominantFitOf(context.action.asset, dominant->fit));
-    LC_CHECK(shadeReference((*fit)->verified, context));
     std::vector<const DominantLayoutInfo*> layouts = distinctLayouts(dominant->layouts, parameters.target);
+    const auto derived = std::ranges::find(layouts, true, &DominantLayoutInfo::isDerived);
+    isDerivedTried_ = derived != layouts.end() && (*fit)->verified == verify::DominantFit::Explained;
+    if (derived != layouts.end()) layouts.erase(derived);
+    LC_CHECK(shadeReference((*fit)->verified, context));
     const auto none = std::ranges::find(layouts, 0, &DominantLayoutInfo::divisor);
     if (none != layouts.end()) {
         addDominant((*none)->name, 0, {});
         layouts.erase(none);
         if (visibleOf(bake_, {}) < kUnseenDominant) return {};
     }
+    if (isDerivedTried_) addDominant(std::ranges::find(allDominantLayouts(), true, &DominantLayoutInfo::isDerived)->name, 0, derived_);
     for (auto first = layouts.begin(); first != layouts.end();) {
         const auto end = std::find_if(first, layouts.end(), [&](const auto* each) { return each->divisor != (*first)->divisor; });
         LC_TRY(encoder, DominantEncoder::create(*source_, parameters, **first, context));
@@ -253,11 +279,14 @@ double WholeTrial::visibleOf(std::span<const float> a, std::span<const float> b)
 
 std::vector<WholeCandidate> WholeTrial::pairsOf(const std::string& layout, const ActionContext& context) const {
     static const std::vector<Lit> kNoLights(1);
-    const std::vector<float>& map = std::ranges::find(lightMaps_, layout, &Lit::layout)->samples;
+    const Lit& lit = *std::ranges::find(lightMaps_, layout, &Lit::layout);
+    const std::vector<float>& map = lit.samples;
     const std::vector<Lit>& lights = lights_.empty() ? kNoLights : lights_;
     std::vector<WholeCandidate> pairs(lights.size());
     forEachIndex(lights.size(), context, fmt::format("compare layouts of {}", context.action.asset), [&](std::size_t i) {
-        const auto light = std::span(lights[i].samples).first(std::min(map.size(), lights[i].samples.size()));
+        const DominantLayoutInfo* const dominant = dominantLayoutFromName(lights[i].layout);
+        const std::vector<float>& samples = dominant != nullptr && dominant->isDerived ? lit.derived : lights[i].samples;
+        const auto light = std::span(samples).first(std::min(map.size(), samples.size()));
         pairs[i] = {layout, lights[i].layout, visibleOf(map, light),
                     verify::relRmsOfSum(std::span(reference_).first(map.size()), map, light, shader_.sampleCount(), shader_.stride())};
     });

@@ -38,11 +38,12 @@ public:
     /// Shades the reference and the dominant layouts. Without `dominant` the reference has no dominant light.
     formats::Result<void> tryDominants(const std::optional<DominantTrial>& dominant, const DominantParameters& parameters,
                                        const ActionContext& context);
-    /// Returns the places of some rows as a decoded light map lights them. Pure; safe on several threads.
-    /// key  of the verifier
+    /// Returns the places of some rows as a decoded light map lights them: of each place the samples of the map, and those of the light
+    /// that the shader derives from it, if that is tried. Pure; safe on several threads. key  of the verifier
     std::vector<float> shadeLightMap(const verify::LightMapVerifier& verifier, double key, const verify::DecodedLightMapRows& decoded,
                                      const formats::LightMapStrip& texels, const TrialRows& rows) const;
     /// Adds the light of the places of the first rows under a light-map layout, or then that of the rest.
+    /// samples  of shadeLightMap()
     void add(const std::string& layout, const std::vector<float>& samples);
 
     /// Adds a layout with detail: the light of the first rows is that of `detail` in the tiles that have it, else that of `layout`.
@@ -57,6 +58,7 @@ public:
 private:
     struct Lit {
         std::string layout = {};
+        std::vector<float> derived = {};  ///< of a light map: what the light derived from it adds
         std::vector<float> samples = {};  ///< [place][channel][sample], places of the first rows before those of the rest; empty: no light
     };
     WholeTrial(LightMapSource& source, std::vector<TrialRows> first, std::vector<TrialRows> rest, verify::WholeShader shader,
@@ -65,6 +67,7 @@ private:
     /// The places of some rows of one strip under the reference, and under the dominant layouts of one size.
     struct LitRows {
         std::vector<float> bake, light;             ///< of the reference
+        std::vector<float> derived;                 ///< of the light derived from the bake
         std::vector<std::uint32_t> tiles;           ///< of the places: texels of texture "coverage"
         std::vector<std::vector<float>> dominants;  ///< [layout]
     };
@@ -93,10 +96,12 @@ private:
     verify::WholeShader shader_;
     verify::Viewing viewing_;
     SurfacePlaces places_;
-    std::vector<float> bake_;              ///< the places lit by the bake's coefficients
-    std::vector<float> light_;             ///< what the reference's dominant light adds; empty without one
-    std::vector<float> reference_;         ///< their sum
-    std::vector<std::uint32_t> tiles_;     ///< of the places
+    std::vector<float> bake_;           ///< the places lit by the bake's coefficients
+    std::vector<float> light_;          ///< what the reference's dominant light adds; empty without one
+    std::vector<float> reference_;      ///< their sum
+    std::vector<std::uint32_t> tiles_;  ///< of the places
+    std::vector<float> derived_;        ///< what the light derived from the bake adds
+    bool isDerivedTried_ = false;
     std::vector<Lit> lightMaps_, lights_;  ///< lights_ in the order of dominants_
     std::vector<DominantCandidate> dominants_;
 };
