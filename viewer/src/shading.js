@@ -90,9 +90,9 @@ ${hasSpecular
     LcSh rest = sh;
 ${dominant
     ? `    if (showDominant > 0.5) {
-      vec3 towards = dominantDirection(uv), intensity = dominantIntensity(uv);
-      light += lcDominantSpecular(v, towards, intensity, n, roughness, vec3(f0));
-      rest = lcWithoutLight(sh, lcDominantDirection(towards, n), intensity);
+      LcDominantLight one = dominantLight(uv, sh, n);
+      light += lcDominantSpecular(v, one.direction, one.intensity, n, roughness, vec3(f0));
+      rest = lcWithoutLight(sh, lcDominantDirection(one.direction, n), one.intensity);
     }`
     : ""}
     LcFrame frame = lcViewFrame(n, v);

@@ -5,7 +5,7 @@ import {
   WebGLRenderer,
 } from "three";
 import {
-  CookedScene, LAYOUTS, clustersOfBlocks, dominantLight, environmentMap, fetchBytes, jsonOf, makeTexture, readKtx2, specularTables,
+  CookedScene, LAYOUTS, clustersOfBlocks, derivedLight, dominantLight, environmentMap, fetchBytes, jsonOf, makeTexture, readKtx2, specularTables,
 } from "../loaders/index.js";
 import { FRAGMENT_MAIN, POINTS_MAIN, POINTS_VERTEX, ROWS, VERTEX, shadingGlsl, sharedUniforms } from "./shading.js";
 import { findCharts, findSurface, surfaceAt } from "./charts.js";
@@ -189,7 +189,8 @@ export class View {
     const known = this.shared.get(data.name), cooked = /** @type {CookedScene} */ (this.cooked);
     if (known) return known;
     const asset = cooked.manifest.assets.find(({ name, kind, light_map }) => kind === "dominant" && (light_map ?? name) === (light_map ? data.name : `${data.name}_dominant`));
-    const dominant = asset ? dominantLight(asset, await cooked.textures(asset)) : null;
+    const isDerived = cooked.manifest.assets.some(({ name, kind, dominant }) => kind === "light-map" && name === data.name && dominant === "derived");
+    const dominant = asset ? dominantLight(asset, await cooked.textures(asset)) : isDerived ? derivedLight() : null;
     const reference = data.reference ? makeTexture(await readKtx2(await fetchBytes(data.reference, onBytes), data.reference), this.gl(), data.reference) : null;
     const made = { dominant, reference, left: this.box.isEmpty() ? null : this.box.max.x };
     this.shared.set(data.name, made);

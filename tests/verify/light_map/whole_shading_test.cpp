@@ -165,5 +165,65 @@ TEST(DominantVerifier, SmallerTexturesHaveTheUvsOfTheLightMap) {
     }
 }
 
+/// A strong light with a weaker one, under a sky: what fit "explained" keeps.
+lighting::ShRgb mostlyOneLight(std::mt19937& random) {
+    std::normal_distribution<double> any;
+    std::uniform_real_distribution<double> share(0, 1);
+    lighting::ShRgb sh{};
+    const auto add = [&](double strength) {
+        const lighting::ShDouble basis = lighting::evaluateBasis(glm::normalize(glm::dvec3(any(random), any(random), any(random))));
+        const glm::dvec3 colour(share(random), share(random), share(random));
+        for (std::size_t i = 0; i < sh.size(); ++i) sh[i] += glm::vec3(strength * basis[i] * (0.2 + 0.8 * colour));
+    };
+    add(1);
+    add(0.2 * share(random));
+    sh[0] += glm::vec3(static_cast<float>(0.3 * share(random)));
+    return sh;
+}
+
+/// The search of the verifier in doubles is the truth.
+TEST(DerivedLight, IsTheLightThatExplainsTheCoefficientsBest) {
+    std::mt19937 random(5);
+    const glm::dvec3 normal(0, 0, 1);
+    int lit = 0;
+    for (int i = 0; i < 300; ++i) {
+        const lighting::ShRgb sh = mostlyOneLight(random);
+        const DominantLightSample found = derivedLight(sh, glm::vec3(normal));
+        const DominantLightSample expected = explainedReference(sh, normal, lighting::kRec709Luminance, found.direction);
+        const double brightest = std::max({expected.intensity.x, expected.intensity.y, expected.intensity.z});
+        if (brightest < 0.05) continue;
+        ++lit;
+        EXPECT_GT(glm::dot(found.direction, glm::normalize(expected.direction)), std::cos(0.01)) << i;
+        EXPECT_LT(glm::length(found.intensity - expected.intensity), 0.01 * brightest + 1e-4) << i;
+    }
+    EXPECT_GT(lit, 150);
+}
+
+TEST(DerivedLight, IsNoneWhereNoDirectionDominates) {
+    const glm::vec3 normal = glm::normalize(glm::vec3(1, 2, 3));
+    lighting::ShRgb sky{}, black{};
+    sky[0] = glm::vec3(2);
+    for (const lighting::ShRgb& sh : {sky, black}) {
+        const DominantLightSample found = derivedLight(sh, normal);
+        EXPECT_EQ(found.intensity, glm::dvec3(0));
+        EXPECT_NEAR(glm::length(found.direction), 1, 1e-5);
+    }
+}
+
+TEST(DerivedLight, HasAnyUnitOfLight) {
+    std::mt19937 random(7);
+    for (int i = 0; i < 20; ++i) {
+        const lighting::ShRgb sh = mostlyOneLight(random);
+        const DominantLightSample one = derivedLight(sh, glm::vec3(0, 0, 1));
+        for (const float unit : {0x1p-60f, 0x1p60f}) {
+            lighting::ShRgb scaled = sh;
+            for (glm::vec3& coefficient : scaled) coefficient *= unit;
+            const DominantLightSample found = derivedLight(scaled, glm::vec3(0, 0, 1));
+            EXPECT_EQ(found.direction, one.direction);
+            EXPECT_EQ(found.intensity, static_cast<double>(unit) * one.intensity);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace lightcook::verify

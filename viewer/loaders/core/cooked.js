@@ -31,6 +31,7 @@ import { manifestOfGltf } from "./gltf.js";
  * @property {any} [constants]
  * @property {CookedTexture[]} textures
  * @property {{ attribute: string, light_map: string }} [basis]
+ * @property {string} [dominant] of a light map: "derived" where the shader derives the dominant light from it
  * @property {string} [light_map] of a dominant light, and of a mesh
  * @property {any} [verify]
  */

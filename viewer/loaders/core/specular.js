@@ -32,7 +32,14 @@ LcSpecularKernel specularKernel(float NoV, float m) {
   return { uniforms, glsl };
 }
 
-/** A dominant light. The GLSL has `vec3 dominantDirection(vec2 uv)`, unnormalised, and `vec3 dominantIntensity(vec2 uv)`.
+/** A dominant light that the shader derives from the light map: `dominant: "derived"` of its asset. The GLSL has
+ * `LcDominantLight dominantLight(vec2 uv, LcSh sh, vec3 normal)`, as that of dominantLight(); sh is the light map's there. @returns {ShaderPart} */
+export const derivedLight = () => ({
+  uniforms: {}, glsl: "LcDominantLight dominantLight(vec2 uv, LcSh sh, vec3 normal) {\n  return lcDerivedLight(sh, normal);\n}",
+});
+
+/** A dominant light. The GLSL has `vec3 dominantDirection(vec2 uv)`, unnormalised, and `vec3 dominantIntensity(vec2 uv)`; and both as
+ * `LcDominantLight dominantLight(vec2 uv, LcSh sh, vec3 normal)`.
  * @param {import("./cooked.js").CookedAsset} asset @param {Map<string, any>} textures by role @returns {ShaderPart} */
 export function dominantLight(asset, textures) {
   const k = asset.constants;
@@ -54,6 +61,12 @@ vec3 dominantDirection(vec2 uv) {
 }
 vec3 dominantIntensity(vec2 uv) {
   return dominantRange * texture(dominant_intensity, vec3(uv, 0.0)).rgb;
+}
+LcDominantLight dominantLight(vec2 uv, LcSh sh, vec3 normal) {
+  LcDominantLight light;
+  light.direction = dominantDirection(uv);
+  light.intensity = dominantIntensity(uv);
+  return light;
 }`;
   return { uniforms, glsl };
 }
