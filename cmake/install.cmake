@@ -3,14 +3,15 @@
 #   lib/lightcook/                   lightcook_images.so, which the program loads when it opens a picture
 #   share/lightcook/                 shader sources, the examples, the npm package of loaders
 #   share/man, share/bash-completion, share/zsh, share/fish, share/doc/lightcook
-#   include/lightcook/               public headers: #include "compress/encode.h"
-#   lib/liblightcook_*.a, lib/cmake/lightcook   find_package(lightcook) with lightcook::encode, ::shaders and ::verify
+#   include/lightcook/               public headers: #include "lightcook/compress/encode.h"
+#   lib/liblightcook_*.a             static libraries
+#   lib/cmake/lightcook/             find_package(lightcook), with a component for each of lightcook::program, ::encode, ::shaders, ::verify
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 # --- runtime: what somebody needs who cooks scenes --------------------------------------------------------------------------------------
 
-install(TARGETS lightcook EXPORT lightcookTargets RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime)
+install(TARGETS lightcook EXPORT lightcook_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime)
 set_target_properties(lightcook PROPERTIES EXPORT_NAME program)
 # Not CMAKE_INSTALL_LIBDIR, which may hold an architecture's name: the program looks in ../lib/lightcook (formats/image/image_module.cpp).
 install(TARGETS lightcook_images LIBRARY DESTINATION lib/lightcook COMPONENT runtime)
@@ -36,32 +37,44 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT runtime RENA
 
 # --- development: what somebody needs who builds on the library -------------------------------------------------------------------------
 
-# The three that users name; lighting and formats come along, since the headers of the others include theirs.
-set(installed_modules lighting formats compress shaders verify)
+# Each component that users name has the libraries listed here; it needs those of the components before it.
+set(libraries_of_shaders project_options shaders)
+set(libraries_of_encode lighting textures compress)
+set(libraries_of_verify formats verify)
 set(export_name_of_compress encode)
-foreach(module ${installed_modules})
-  set(export_name ${module})
-  if(DEFINED export_name_of_${module})
-    set(export_name ${export_name_of_${module}})
-  endif()
-  add_library(lightcook::${export_name} ALIAS ${module})
-  set_target_properties(${module} PROPERTIES EXPORT_NAME ${export_name} OUTPUT_NAME lightcook_${module})
+foreach(component shaders encode verify)
+  foreach(library ${libraries_of_${component}})
+    if(NOT library STREQUAL project_options)
+      set(export_name ${library})
+      if(DEFINED export_name_of_${library})
+        set(export_name ${export_name_of_${library}})
+      endif()
+      add_library(lightcook::${export_name} ALIAS ${library})
+      set_target_properties(${library} PROPERTIES EXPORT_NAME ${export_name} OUTPUT_NAME lightcook_${library})
+    endif()
+  endforeach()
+  install(TARGETS ${libraries_of_${component}} EXPORT lightcook_${component}
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 endforeach()
 set_target_properties(project_options PROPERTIES EXPORT_NAME options)
-install(TARGETS ${installed_modules} project_options EXPORT lightcookTargets
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 
 # The modules' root headers and whatever they include, found when it is installed: cmake/install_headers.cmake.
 install(CODE "
   set(source \"${PROJECT_SOURCE_DIR}\")
-  set(modules ${installed_modules})
-  set(destination \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/lightcook\")
+  set(modules lighting formats compress shaders verify)
+  set(rewritten \"${PROJECT_BINARY_DIR}/package/include\")
+  set(destination \"\${CMAKE_INSTALL_PREFIX}/include/lightcook\")
   include(\"${PROJECT_SOURCE_DIR}/cmake/install_headers.cmake\")" COMPONENT development)
 
-set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/lightcook)
+# Not CMAKE_INSTALL_LIBDIR: a project without a language looks in no folder of an architecture.
+set(package_dir lib/cmake/lightcook)
 configure_package_config_file(cmake/lightcookConfig.cmake.in ${PROJECT_BINARY_DIR}/package/lightcookConfig.cmake
   INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/package/lightcookConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(EXPORT lightcookTargets NAMESPACE lightcook:: DESTINATION ${package_dir} COMPONENT development)
 install(FILES ${PROJECT_BINARY_DIR}/package/lightcookConfig.cmake ${PROJECT_BINARY_DIR}/package/lightcookConfigVersion.cmake
-  cmake/library_dependencies.cmake DESTINATION ${package_dir} COMPONENT development)
+  DESTINATION ${package_dir} COMPONENT runtime)
+install(EXPORT lightcook_program NAMESPACE lightcook:: DESTINATION ${package_dir} COMPONENT runtime)
+foreach(component shaders encode verify)
+  install(EXPORT lightcook_${component} NAMESPACE lightcook:: DESTINATION ${package_dir} COMPONENT development)
+  install(FILES cmake/${component}_dependencies.cmake DESTINATION ${package_dir} COMPONENT development)
+endforeach()

@@ -1,7 +1,9 @@
-# Installs the root headers of the modules and every header of ours that one of them includes. Runs during `cmake --install`.
+# Installs the root headers of the modules, every header of ours that one of them includes, and the shader sources that are C++ too. Their
+# includes get the folder that users name: "compress/encode.h" becomes "lightcook/compress/encode.h". Runs during `cmake --install`.
 # source       the source tree
 # modules      the modules whose root headers are public
-# destination  the folder that projects include from
+# rewritten    a folder of the build for the headers
+# destination  the folder that they are installed into
 cmake_policy(VERSION 3.25)
 set(waiting)
 foreach(module ${modules})
@@ -15,13 +17,16 @@ while(waiting)
     continue()
   endif()
   list(APPEND found ${header})
-  file(STRINGS ${source}/${header} includes REGEX "^#include \"[^\"]+\\.h\"")
+  file(STRINGS ${source}/${header} includes REGEX "^#include \"[^\"]+\"")
   foreach(line ${includes})
     string(REGEX REPLACE "^#include \"([^\"]+)\".*" "\\1" name "${line}")
     list(APPEND waiting ${name})
   endforeach()
 endwhile()
 foreach(header ${found})
+  file(READ ${source}/${header} text)
+  string(REGEX REPLACE "(^|\n)#include \"" "\\1#include \"lightcook/" text "${text}")
+  file(WRITE ${rewritten}/${header} "${text}")
   get_filename_component(folder ${header} DIRECTORY)
-  file(INSTALL ${source}/${header} DESTINATION ${destination}/${folder})
+  file(INSTALL ${rewritten}/${header} DESTINATION ${destination}/${folder})
 endforeach()

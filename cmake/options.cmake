@@ -35,8 +35,7 @@ target_compile_options(project_options INTERFACE "$<BUILD_INTERFACE:${compile_op
 target_link_options(project_options INTERFACE "$<BUILD_INTERFACE:${link_options}>")
 target_include_directories(project_options INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
-  $<INSTALL_INTERFACE:include/lightcook>
-  $<INSTALL_INTERFACE:share/lightcook>)  # shaders/lightcook_cpp.h includes the .glsl sources
+  $<INSTALL_INTERFACE:include>)
 
 # For kernels written with Highway, linked after project_options. Highway states the alignment of its loads and stores itself, and the
 # sanitizer's check at every access doubles the code.

@@ -23,7 +23,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME liblightcook-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-# What cmake/library_dependencies.cmake looks for; and the program itself, which the CMake package exports.
+# What cmake/*_dependencies.cmake look for; and the program itself, which the CMake package exports.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "lightcook (= ${PROJECT_VERSION}), pkg-config, libglm-dev, libexpected-dev, libfmt-dev, \
-libopenexr-dev, libpng-dev, libopencolorio-dev, libhwy-dev, libzstd-dev, libdraco-dev, libastcenc-dev, libtbb-dev")
+libopenexr-dev, libpng-dev, libopencolorio-dev, libhwy-dev, libzstd-dev, libdraco-dev, libastcenc-dev")
 include(CPack)

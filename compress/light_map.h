@@ -273,8 +273,8 @@ struct LightMapTraining {
 /// Plans a layout that is not learned.
 LightMapPlan planLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map);
 
-/// Plans a learned layout: fits its decode to a sample of the map, on the threads of the caller's TBB arena. The result is the same for
-/// any number of them.
+/// Plans a learned layout: fits its decode to a sample of the map, in loops of setParallelLoop() (parallel.h). The result is the same for
+/// any number of threads.
 LightMapPlan planLearnedLightMap(formats::LightMapLayout layout, const MeasuredLightMap& map, const LightMapTraining& training,
                                  const EncodeOptions& options);
 

@@ -14,9 +14,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "formats/api_formats.h"
-#include "formats/gltf_scene.h"
-#include "formats/gpu_texture.h"
+#include "lightcook/formats/api_formats.h"
+#include "lightcook/formats/gltf_scene.h"
+#include "lightcook/formats/gpu_texture.h"
 
 namespace example {
 namespace {

@@ -66,7 +66,7 @@ const std::vector<Library> kLibraries = {
     {"Eigen/", {"compress", "fit"}},
     {"hwy/", {"compress"}},
     {"astcenc.h", {"compress"}},
-    {"tbb/", {"compress", "pipeline"}},
+    {"tbb/", {"pipeline"}},
     {"oneapi/", {"pipeline"}},
     {"toml++/", {"pipeline"}},
     {"CLI/", {"pipeline"}},

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "compress/parallel.h"
 #include "formats/gltf_scene.h"
 #include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/mesh/mesh.h"
@@ -11,6 +12,15 @@
 #include "pipeline/graph/parallel_for.h"
 
 namespace lightcook::pipeline {
+namespace {
+
+/// Spreads the loops of a fit over the threads of the arena.
+void forEachInArena(std::size_t count, const std::function<void(std::size_t)>& work) {
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t index) { work(index); });
+}
+
+}  // namespace
+
 using formats::Result;
 
 compress::LightMapObjective objectiveFor(const SceneView& view, double displayKey, const glm::dmat3& bt2020FromWorking) {
@@ -82,6 +92,7 @@ std::string LightMapPlanner::keyOfLearned(formats::LightMapFilter filter) const 
 
 Result<compress::LightMapPlan> LightMapPlanner::learn(const formats::LightMapLayoutInfo& layout, const compress::MeasuredLightMap& map) {
     if (!samples_) LC_CHECK(gather());
+    compress::setParallelLoop(forEachInArena);
     compress::LightMapPlan plan = compress::planLearnedLightMap(layout.id, map, {chartOfBlock_, *samples_}, options_);
     // The smaller of the two names the clusters.
     const std::size_t attribute = meshVertices_ * kBasisBytes;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "compress/parallel.h"
 #include "tests/compress/light_map/synthetic_plan.h"
 
 namespace lightcook {
@@ -38,6 +39,19 @@ TEST(LightMapPlan, BytesOfAShorterLayoutAreThoseOfItsOwnPlan) {
     for (const Target target : {Target::Bc, Target::Astc, Target::Float})
         EXPECT_EQ(planOf(Kind::Gradient, LightMapLayout::Hdr2, target).gpuBytesAs(LightMapLayout::Hdr),
                   planOf(Kind::Gradient, LightMapLayout::Hdr, target).gpuBytes());
+}
+
+void loopFromTheEnd(std::size_t count, const std::function<void(std::size_t)>& work) {
+    for (std::size_t index = count; index-- > 0;) work(index);
+}
+
+TEST(LightMapPlan, LoopsOfTheCallerGiveTheSamePlan) {
+    const compress::LightMapPlan own = planOf(Kind::Gradient, LightMapLayout::Basis8, Target::Bc);
+    compress::setParallelLoop(loopFromTheEnd);
+    const compress::LightMapPlan called = planOf(Kind::Gradient, LightMapLayout::Basis8, Target::Bc);
+    compress::setParallelLoop(nullptr);
+    EXPECT_EQ(called.constants, own.constants);
+    EXPECT_EQ(planOf(Kind::Gradient, LightMapLayout::Basis8, Target::Bc).constants, own.constants);
 }
 
 /// The cook of a layout takes the tables that a trial learned for a longer one.

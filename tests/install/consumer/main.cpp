@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "compress/encode.h"
-#include "formats/gpu_texture.h"
-#include "shaders/include.h"
-#include "shaders/lightcook_cpp.h"
-#include "verify/texture_unit.h"
+#include "lightcook/compress/encode.h"
+#include "lightcook/formats/gpu_texture.h"
+#include "lightcook/shaders/include.h"
+#include "lightcook/shaders/lightcook_cpp.h"
+#include "lightcook/verify/texture_unit.h"
 
 namespace {
 

@@ -1,17 +1,10 @@
-# The libraries that ours link, for this build and for projects that use an installed lightcook: lightcookConfig.cmake includes this file.
-# Some come through pkg-config, because their CMake configs are missing or broken on Debian 12: see docs/reference/dependencies.md.
+# The libraries that lightcook::encode links, for this build and for projects that use an installed lightcook. Some come through pkg-config,
+# because their CMake configs are missing or broken on Debian 12: see docs/reference/dependencies.md.
 find_package(PkgConfig REQUIRED)
-pkg_check_modules(OpenColorIO REQUIRED IMPORTED_TARGET OpenColorIO)
-pkg_check_modules(OpenEXR REQUIRED IMPORTED_TARGET OpenEXR)
 pkg_check_modules(Highway REQUIRED IMPORTED_TARGET libhwy)
 pkg_check_modules(Zstd REQUIRED IMPORTED_TARGET libzstd)
-find_package(PNG REQUIRED)
-find_package(draco REQUIRED)
-find_package(glm REQUIRED)
 find_package(tl-expected REQUIRED)
 find_package(fmt REQUIRED)
-find_package(Threads REQUIRED)
-find_package(TBB REQUIRED)
 if(NOT TARGET astcenc)
   find_library(ASTCENC_LIBRARY astcenc REQUIRED)
   find_path(ASTCENC_INCLUDE_DIR astcenc.h REQUIRED)

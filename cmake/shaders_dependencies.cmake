@@ -1,0 +1,2 @@
+# The library that lightcook::shaders needs.
+find_package(glm REQUIRED)
