@@ -23,7 +23,7 @@ enum class LightUnits { Radiometric, Game };
 /// Encoding of the colours of a picture of 8 or 16 bits: scene key `encoding`. Auto: the file is no such picture.
 enum class LightEncoding { Auto, None, Rgbm, Dldr, Srgb };
 /// Sources of the texels that lie inside charts: scene key `coverage`.
-enum class CoverageSource { File, Mesh };
+enum class CoverageSource { File, Mesh, Light };
 
 template <class Enum>
 struct ConventionInfo {
@@ -68,8 +68,10 @@ static_assert(isCompleteTable(kLightEncodings, LightEncoding::Srgb));
 inline constexpr std::array kCoverageSources = {
     ConventionInfo<CoverageSource>{CoverageSource::File, "file", "channel coverage.Y, or alpha of a picture; without either all texels"},
     ConventionInfo<CoverageSource>{CoverageSource::Mesh, "mesh", "the triangles of the mesh, which give normals too if the file has none"},
+    ConventionInfo<CoverageSource>{CoverageSource::Light, "light",
+                                   "texels with light, and black ones between such: other black texels are gaps"},
 };
-static_assert(isCompleteTable(kCoverageSources, CoverageSource::Mesh));
+static_assert(isCompleteTable(kCoverageSources, CoverageSource::Light));
 
 /// Returns the table of a convention: `conventions<ShPhase>()`.
 template <class Enum>

@@ -20,6 +20,7 @@
 #include "formats/bakes/bake_reader.h"
 #include "formats/bakes/canonical.h"
 #include "formats/bakes/coefficient_files.h"
+#include "formats/bakes/lit_coverage.h"
 #include "formats/bakes/surface_channels.h"
 #include "formats/bakes/surface_frames.h"
 #include "formats/bakes/unreal.h"
@@ -344,6 +345,7 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
         hasMeshNormals |= frames.has_value() && !(*reader)->hasNormals();
         if (frames) *reader = std::make_unique<OnMesh>(std::move(*reader), std::move(*frames), takesCoverage, takesTangents);
     }
+    if (complete->coverage == CoverageSource::Light) *reader = coveredByLight(std::move(*reader));
     const Result<LinearConversion> colors = linearConversion(complete->colors, bake->chromaticities);
     if (!colors) return failure(colors.error().code, subject.at(colors.error().subject), colors.error().detail);
     std::optional<StatedPrimaries> primaries;

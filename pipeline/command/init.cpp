@@ -59,8 +59,9 @@ Json jsonOf(const DraftInputs& inputs, const fs::path& scene) {
 void print(Terminal& terminal, const DraftInputs& inputs, const fs::path& scene) {
     const auto say = [&](const fs::path& file, const std::string& what) { terminal.say(fmt::format("{}: {}", file.string(), what)); };
     for (const DraftLightMap& map : inputs.lightMaps) {
-        say(map.file, fmt::format("light map, read as {} ({}){}{}", map.reading.bake, map.reading.evidence, map.isGuess ? ", a guess" : "",
-                                  map.mesh ? ", on " + map.mesh->filename().string() : ""));
+        say(map.file, fmt::format("light map, read as {} ({}){}{}{}", map.reading.bake, map.reading.evidence,
+                                  map.isGuess ? ", a guess" : "", map.mesh ? ", on " + map.mesh->filename().string() : "",
+                                  map.gaps > 0 ? fmt::format(", {:.0f} % of it black gaps", 100 * map.gaps) : ""));
         for (const std::string& set : map.reading.incompleteSets) say(map.file, set);
         if (!map.reading.otherReadings.empty())
             say(map.file, fmt::format("would also fit: {}", fmt::join(map.reading.otherReadings, ", ")));

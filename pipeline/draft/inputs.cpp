@@ -15,6 +15,7 @@
 #include "formats/plain_image.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/scene/checks.h"
+#include "pipeline/scene/lint_checks.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -23,6 +24,9 @@ namespace fs = std::filesystem;
 using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
+
+/// Rows of a light map that are read together.
+constexpr int kRowsTogether = 256;
 
 bool isOneOf(const std::string& text, std::initializer_list<const char*> choices) {
     return std::ranges::find(choices, text) != choices.end();
@@ -82,6 +86,8 @@ public:
         for (const Found& each : files_)
             if (isPicture(each.file) && !isTaken(each.file)) LC_CHECK(addPicture(each));
         pairMeshes();
+        for (DraftLightMap& map : inputs_.lightMaps)
+            if (!map.hasCoverage && !map.mesh) map.gaps = gapsOf(map);
         pairProbes();
         for (const Found& each : files_)
             if (!isTaken(each.file))
@@ -230,6 +236,25 @@ private:
                     {mesh, unrealLightMapsOf(mesh).value_or("no light map has a name that begins with its name; write mesh = \"FILE\" at "
                                                             "the light map that it carries")});
         }
+    }
+
+    /// Returns the share of a map that coverage = "light" calls gaps. 0 if that is little, or all: then it may be a room
+    /// that is dark; and for a map that cannot be read, which its cook reports.
+    static double gapsOf(const DraftLightMap& map) {
+        formats::LightMapDescription description;
+        description.bake = map.reading.bake;
+        description.coverage = formats::CoverageSource::Light;
+        description.repair = true;
+        const auto reader = formats::LightMapReader::open(map.file, description);
+        if (!reader) return 0;
+        std::int64_t inside = 0;
+        for (int row = 0; row < reader->height(); row += kRowsTogether) {
+            const auto strip = reader->read(row, std::min(kRowsTogether, reader->height() - row));
+            if (!strip) return 0;
+            inside += strip->coverage.inside;
+        }
+        const double gaps = 1 - static_cast<double>(inside) / (static_cast<double>(reader->width()) * reader->height());
+        return gaps > kMostGapsWithoutCoverage && inside > 0 ? gaps : 0;
     }
 
     /// Gives each probe the JSON file that states its SH.

@@ -19,6 +19,7 @@ struct DraftLightMap {
     bool isGuess = false;                         ///< nothing but the file's shape or name says that it is a light map
     std::optional<std::filesystem::path> mesh{};  ///< that it lies on
     bool hasMaterials = false;                    ///< all of the mesh have one
+    double gaps = 0;                              ///< share of the texels that coverage = "light" calls gaps; 0 with coverage or mesh
 };
 struct DraftProbe {
     std::filesystem::path file;

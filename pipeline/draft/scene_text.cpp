@@ -130,7 +130,7 @@ private:
         const bool isCoveredByMesh = map.mesh && !map.hasCoverage;
         // A mesh gives a bake the coverage and the normals that it lacks.
         for (const std::string& assumed : map.reading.assumed)
-            if (!map.mesh || (assumed != kEveryTexelIsCovered && assumed != kEverySurfaceFacesZ))
+            if (!(map.mesh && assumed == kEverySurfaceFacesZ) && !((map.mesh || map.gaps > 0) && assumed == kEveryTexelIsCovered))
                 text_ += oneLine("# Assumed: " + assumed) + "\n";
         if (map.mesh)
             text_ += line("mesh", pathOf(*map.mesh), "TEXCOORD_1 is the light-map UV");
@@ -140,6 +140,11 @@ private:
             text_ += line("# lmbake", tomlString(lmbake.filename().string()),
                           "Godot's file with the rectangles of the nodes: without it the mesh reads other places of the map");
         if (isCoveredByMesh) text_ += line("coverage", "\"mesh\"", "the file does not say which texels lie inside charts");
+        if (map.gaps > 0)
+            text_ += line("coverage", "\"light\"",
+                          fmt::format("the file does not say which texels lie inside charts: the {:.0f} % that are black are taken for "
+                                      "gaps",
+                                      100 * map.gaps));
     }
     void write(const DraftProbe& probe) {
         text_ += "\n[[probe]]\n";

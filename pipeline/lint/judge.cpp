@@ -43,8 +43,6 @@ constexpr double kExplained = 0.1;
 /// Note: texels in black charts, a share of the covered ones and a number. Closed rooms are black and right.
 constexpr double kMostBlack = 0.001;
 constexpr std::int64_t kMostBlackTexels = 64;
-/// Note: share of texels without light or normal in a file without coverage.Y. Deep shadows are black and right.
-constexpr double kMostGapsWithoutCoverage = 0.01;
 /// Share of covered texels that may lack a normal: where channels of one file contradict each other, less than the rim of a chart.
 constexpr double kMostWithoutNormal = 0.001;
 /// Note: share of covered texels whose normal is far from unit length. A normal between those of vertices is shorter, and right.

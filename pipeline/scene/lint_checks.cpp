@@ -59,11 +59,10 @@ constexpr std::array kLintChecks = {
         "Write 1 into coverage.Y, or alpha of a picture, inside charts and 0 outside, or leave the channel out of a map without gaps."},
     LintCheckInfo{LintCheck::CoverageRange, "coverage-range", Error, "coverage has values below 0 or above 1",
                   "Divide coverage.Y, or alpha of a picture, by its largest value, so that it is 1 inside charts and 0 outside."},
-    LintCheckInfo{
-        LintCheck::MissingCoverage, "missing-coverage", Note,
-        "the file has no channel coverage.Y, and it has gaps: texels without light or normal",
-        "Export coverage.Y, 1 inside charts and 0 outside, or write coverage = \"mesh\" beside the map's mesh. If the map has no gaps, "
-        "allow this code."},
+    LintCheckInfo{LintCheck::MissingCoverage, "missing-coverage", Note,
+                  "the file has no channel coverage.Y, and it has gaps: texels without light or normal",
+                  "Write coverage = \"mesh\" beside the map's mesh, or coverage = \"light\" if what is black is no surface; or "
+                  "export coverage.Y, 1 inside charts and 0 outside. If the map has no gaps, allow this code."},
     LintCheckInfo{LintCheck::MissingNormals, "missing-normals", Note,
                   "neither the file nor a mesh has normals, so an engine's layout is fitted to surfaces that face +z",
                   "Write the map's mesh into `mesh`, or export normal.X/Y/Z, unit vectors in world space."},

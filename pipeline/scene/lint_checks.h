@@ -73,6 +73,9 @@ struct LintCheckInfo {
     std::string_view advice;   ///< what to look at, and what to write
 };
 
+/// Share of texels without light or normal in a file without coverage.Y above which they are gaps. Deep shadows are black and right.
+inline constexpr double kMostGapsWithoutCoverage = 0.01;
+
 /// Returns every check, in the order of the enumeration.
 std::span<const LintCheckInfo> allLintChecks();
 const LintCheckInfo& info(LintCheck check);

@@ -151,6 +151,20 @@ TEST_F(DraftInputsOfAFolder, APictureIsAnEnvironmentByItsShapeOrALightMapByItsNa
     EXPECT_EQ(inputs.probes[0].file.filename(), "cube_px.exr") << "the other faces belong to it";
 }
 
+TEST_F(DraftInputsOfAFolder, BlackAroundTheChartsOfAFlatMapIsAGap) {
+    Image<glm::vec4> texels(40, 30, glm::vec4(0));
+    for (int y = 0; y < 30; ++y)
+        for (int x = 0; x < 20; ++x) texels.at(x, y) = glm::vec4(0.5f);
+    ASSERT_TRUE(formats::writeExr(folder_ / "hall_lightmap.exr", texels.view(), 3));
+    ASSERT_TRUE(formats::writeExr(folder_ / "black_lightmap.exr", Image<glm::vec4>(40, 30, glm::vec4(0)).view(), 3));
+    picture("full_lightmap.exr", 40, 30);
+    const DraftInputs inputs = find();
+    ASSERT_THAT(inputs.lightMaps, SizeIs(3));
+    EXPECT_EQ(inputs.lightMaps[0].gaps, 0) << "all of it is black: no surface would be left";
+    EXPECT_EQ(inputs.lightMaps[1].gaps, 0);
+    EXPECT_DOUBLE_EQ(inputs.lightMaps[2].gaps, 0.5);
+}
+
 TEST_F(DraftInputsOfAFolder, AMeshGoesToTheLightMapWhoseNameBeginsWithIts) {
     for (const char* name : {"a_lightmap.exr", "a_b_lightmap.exr", "c_lightmap.exr"}) picture(name, 16, 16);
     for (const char* name : {"a_b.gltf", "unused.gltf"}) mesh(name);

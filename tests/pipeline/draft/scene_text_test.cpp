@@ -67,6 +67,18 @@ TEST(SceneDraft, TheLimitIsThatOfTheLightMapWhereNoneHasDirections) {
     EXPECT_EQ(roundTrip(inputs, folder / "").output.limits[Limit::Visible], 5);
 }
 
+TEST(SceneDraft, GapsWithoutLightAreWrittenWithAWord) {
+    const formats::TemporaryFolder folder;
+    DraftInputs inputs;
+    inputs.lightMaps = {lightMap(folder / "hall.exr")};
+    inputs.lightMaps[0].hasCoverage = false;
+    inputs.lightMaps[0].gaps = 0.694;
+    inputs.lightMaps[0].reading.assumed = {kEveryTexelIsCovered};
+    EXPECT_EQ(roundTrip(inputs, folder / "").lightMaps.at(0).description.coverage, formats::CoverageSource::Light);
+    EXPECT_THAT(draftScene(inputs, folder / "").value_or(""),
+                testing::AllOf(HasSubstr("coverage = \"light\""), HasSubstr("the 69 % that are black"), Not(HasSubstr("every texel"))));
+}
+
 TEST(SceneDraft, CommentsAreAtTheFirstOfSeveralProbes) {
     const formats::TemporaryFolder folder;
     DraftInputs inputs;
