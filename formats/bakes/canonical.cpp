@@ -40,6 +40,15 @@ std::pair<std::size_t, int> largestOf(const ShRgb& sh, std::size_t coefficientCo
     return largest;
 }
 
+/// Returns the largest finite sh00, or 0.
+float brightestOf(const ImageView<const ShRgb>& row) {
+    float brightest = 0;
+    for (int x = 0; x < row.width; ++x)
+        for (int channel = 0; channel < 3; ++channel)
+            if (const float light = row.at(x, 0)[0][channel]; light > brightest && std::isfinite(light)) brightest = light;
+    return brightest;
+}
+
 std::string notFinite(float value) {
     return fmt::format("found {}, expected a finite value", value);
 }
@@ -185,7 +194,8 @@ void limitInfiniteLight(ShRgb& sh) {
 }
 
 /// Refuses coefficients that no light has, or repairs and counts them.
-Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const {
+/// brightest   largest sh00 of the row
+Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, float brightest, LightMapStrip& strip, const BakeReader& reader) const {
     if (!isFinite(sh)) {
         if (repairs_) {
             ++strip.repairs.notFinite;
@@ -208,20 +218,25 @@ Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, LightMapStrip& s
         ++strip.repairs.negativeDc;
         for (glm::vec3& coefficient : sh) coefficient[channel] = 0;
     }
-    return checkBandLengths(sh, x, y, strip, reader);
+    return checkBandLengths(sh, x, y, brightest, strip, reader);
 }
 
 /// Compares the length of bands 1 and 2 with the most that light of this sh00 can have. Windowing, rotation and rounding to halves (whose
-/// smallest step is 6e-8) go a little beyond it; four times as much means another bake format, sign convention or unit.
-Result<void> Canonicalizer::checkBandLengths(ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const {
-    constexpr float kAllowance = 4, kRounding = 1e-6f;
+/// smallest step is 6e-8) go a little beyond it; four times as much means another bake format, sign convention or unit. Light may have been
+/// brought to larger units after it was rounded, so that the step grows with the brightest light.
+Result<void> Canonicalizer::checkBandLengths(ShRgb& sh, int x, int y, float brightest, LightMapStrip& strip,
+                                             const BakeReader& reader) const {
+    constexpr float kAllowance = 4;
+    const float rounding = 1e-6f * std::max(brightest, 1.0f);
+    std::array<glm::dvec3, 3> squares{};  // [band]
+    for (std::size_t i = 1; i < sh.size(); ++i)
+        squares[static_cast<std::size_t>(lighting::kShBand[i])] += glm::dvec3(sh[i]) * glm::dvec3(sh[i]);
     for (int channel = 0; channel < 3; ++channel)
         for (const std::size_t degree : {1u, 2u}) {
             const std::size_t first = degree * degree, end = first + 2 * degree + 1;
-            double squares = 0;
-            for (std::size_t i = first; i < end; ++i) squares += static_cast<double>(sh[i][channel]) * sh[i][channel];
-            const double length = std::sqrt(squares), longest = static_cast<double>(conversion_.longestBand(degree)) * sh[0][channel];
-            if (length <= kAllowance * longest + kRounding) continue;
+            const double longest = longestBands_[degree] * sh[0][channel], most = kAllowance * longest + rounding;
+            if (squares[degree][channel] <= most * most) continue;
+            const double length = std::sqrt(squares[degree][channel]);
             if (!repairs_)
                 return failure(ErrorCode::ValueOutOfRange,
                                placeOfRun(placeOf(first, channel, x, strip.firstRow + y, reader),
@@ -260,6 +275,7 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow, cons
     const bool hasCharts = raw.chart.width() > 0;
     if (hasCharts) strip.chart = Image<std::uint32_t>(width, height);
     for (int y = 0; y < height; ++y) {
+        const float brightest = brightestOf(std::as_const(raw.sh).view().rows(y, 1));
         for (int x = 0; x < width; ++x) {
             ShRgb& sh = raw.sh.at(x, y);
             const Result<bool> covered = isCovered(raw, x, y, strip, reader);
@@ -273,7 +289,7 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow, cons
                 sh = ShRgb{};
                 continue;
             }
-            LC_CHECK(checkTexel(sh, x, y, strip, reader));
+            LC_CHECK(checkTexel(sh, x, y, brightest, strip, reader));
             if (raw.negative.width() > 0) LC_CHECK(checkStored(raw.negative.at(x, y), x, y, strip, reader));
             if (conversion_.isIdentity()) continue;
             LC_CHECK(convert(sh, x, y, strip, reader));

@@ -2,6 +2,7 @@
 // units, world axes, scene-linear working colour. Texels that cannot be light are refused or repaired before the conversion.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
@@ -47,7 +48,9 @@ public:
           repairs_(description.repair),
           isCompressed_(description.isCompressed),
           normalAxes_(normalAxes),
-          conversion_(description, colors) {}
+          conversion_(description, colors) {
+        for (std::size_t degree = 0; degree < longestBands_.size(); ++degree) longestBands_[degree] = conversion_.longestBand(degree);
+    }
 
     /// Returns a strip that `reader` read, in canonical form. Fails at the first covered texel that is no light, unless the description
     /// asks for repair or, of finite values, says that the map was compressed.
@@ -59,8 +62,8 @@ private:
     Result<bool> isCovered(const RawStrip& raw, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     Result<std::uint32_t> chartAt(const RawStrip& raw, int x, int y, const LightMapStrip& strip) const;
     Result<void> checkStored(std::uint8_t negative, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
-    Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
-    Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
+    Result<void> checkTexel(lighting::ShRgb& sh, int x, int y, float brightest, LightMapStrip& strip, const BakeReader& reader) const;
+    Result<void> checkBandLengths(lighting::ShRgb& sh, int x, int y, float brightest, LightMapStrip& strip, const BakeReader& reader) const;
     Result<void> convert(lighting::ShRgb& sh, int x, int y, LightMapStrip& strip, const BakeReader& reader) const;
     tl::unexpected<Error> refuse(ErrorCode code, const std::string& channel, int x, int y, std::string detail) const;
     /// Refuses a colour of a coefficient of texel (x, y) of the map, by the place where the file stores it.
@@ -73,6 +76,7 @@ private:
     bool repairs_ = false, isCompressed_ = false;
     BakeAxes normalAxes_;
     CanonicalConversion conversion_;
+    std::array<double, 3> longestBands_{};  ///< CanonicalConversion::longestBand
 };
 
 }  // namespace lightcook::formats

@@ -211,6 +211,12 @@ TEST(Canonical, RoundingOfDarkTexelsToHalvesIsNoFault) {
     ExrRecipe recipe = seededMap(4, 4);
     for (int i = 0; i < 9; ++i) poke(recipe, fmt::format("sh{:02}.B", i), 1, 1, i == 0 ? 0.0f : 6e-8f);
     EXPECT_EQ(readAll(MapFile(recipe).path).repairs.bandsBeyond, 0);
+    // The same in cd/m^2: the light was rounded, then multiplied.
+    constexpr float kUnit = 1e5f;
+    for (auto& [name, channel] : recipe.channels) channel = [before = channel](int x, int y) { return kUnit * before(x, y); };
+    EXPECT_EQ(readAll(MapFile(recipe).path).repairs.bandsBeyond, 0);
+    poke(recipe, "sh02.B", 1, 1, 10);
+    EXPECT_THAT(refusal(MapFile(recipe).path).line(), HasSubstr("texel (1, 1)"));
 }
 
 ShRgb convertedTexel(const LightMapDescription& description, const ExrRecipe& recipe) {
