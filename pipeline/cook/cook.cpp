@@ -75,6 +75,7 @@ public:
 private:
     Result<void> tryRun() {
         outcome_.output = cookedFolder(scene_, options_.output);
+        if (options_.cache.empty()) LC_CHECK(checkDefaultCacheFolder());
         LC_CHECK(checkScene(scene_, outcome_.output));
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));

@@ -15,6 +15,7 @@ namespace {
 formats::Result<void> lint(const Scene& scene, const LintOptions& options, const RunState& state, Outcome& outcome) {
     if (const std::string why = whyNothing(scene); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, scene.file, why);
+    if (options.cache.empty()) LC_CHECK(checkDefaultCacheFolder());
     LC_TRY(staging, TemporaryFolder::create());
     const Cache cache(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes);
     DigestMemo digests(cache.root() / "stamps" / digestOfText("lint " + std::filesystem::absolute(scene.file).string()));

@@ -10,6 +10,7 @@
 
 #include "formats/temporaries.h"
 #include "pipeline/document/json_fields.h"
+#include "pipeline/document/written_path.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 
@@ -133,10 +134,16 @@ void Cache::prune() const {
 
 std::filesystem::path defaultCacheFolder() {
     if (const char* named = std::getenv("LIGHTCOOK_CACHE"); named != nullptr && *named != 0) return named;
-    if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg != nullptr && *xdg != 0) return std::filesystem::path(xdg) / "lightcook";
+    if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg != nullptr && *xdg == '/') return std::filesystem::path(xdg) / "lightcook";
     if (const char* home = std::getenv("HOME"); home != nullptr && *home != 0) return std::filesystem::path(home) / ".cache" / "lightcook";
     std::error_code code;
     return std::filesystem::temp_directory_path(code) / fmt::format("lightcook-cache-{}", ::getuid());
+}
+
+formats::Result<void> checkDefaultCacheFolder() {
+    const std::string fault = faultOfHome(defaultCacheFolder().string());
+    if (fault.empty()) return {};
+    return formats::failure(formats::ErrorCode::InvalidRequest, "$LIGHTCOOK_CACHE", fault);
 }
 
 }  // namespace lightcook::pipeline

@@ -114,6 +114,15 @@ TEST_F(Command, ACookOfOneAssetSaysThatItIsNotTheWholeScene) {
     EXPECT_EQ(summary.at("partial").size(), 4u);
 }
 
+/// A folder that a shell was to expand would be made here, under that name.
+TEST_F(Command, ACacheWithATildeIsRefused) {
+    cache_ = "~/cache";
+    for (const char* command : {"cook scene.toml -o out", "lint scene.toml", "lightmap map.exr out"})
+        expectRefused(command, 2, {"$LIGHTCOOK_CACHE: found '~' in the path '~/cache'"});
+    EXPECT_EQ(run("info map.exr").code, 0) << "it needs no cache";
+    EXPECT_FALSE(std::filesystem::exists(scene_ / "~"));
+}
+
 /// 8 bits hold a gradient of one colour exactly.
 TEST_F(Command, ATinyErrorIsNotZero) {
     std::string gradient = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 64\n";
