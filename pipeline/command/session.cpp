@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <thread>
 
+#include "pipeline/assets/action_kind.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/report/exit_codes.h"
 
@@ -27,7 +28,7 @@ Session::Session(const GlobalOptions& options)
       threads(options.threadCount()),
       log(options.logFormat()),
       interrupts_(state.interrupted, options.logFormat()) {
-    if (terminal.isInteractive())
+    if (terminal.drawsProgress())
         state.progress = [this](const Action& action, const std::string& what, double fraction) {
             progress_.onPass(action, what, fraction);
             drawProgress();
@@ -63,6 +64,18 @@ void Session::onEvent(const Action& action, ActionEvent event, double seconds) {
         if (event == ActionEvent::Failed) terminal.detail(fmt::format("lightcook: {}: failed", action.id));
     }
     if (event != ActionEvent::Planned) drawProgress();
+    sayVerified(action, event, seconds);
+}
+
+void Session::sayVerified(const Action& action, ActionEvent event, double seconds) {
+    if (event != ActionEvent::Finished || terminal.drawsProgress()) return;
+    if (terminal.verbosity() != Verbosity::Normal || log != LogFormat::Text) return;
+    double all = 0;
+    {
+        const std::lock_guard lock(secondsMutex_);
+        all = secondsOfAssets_[action.asset] += seconds;
+    }
+    if (isOfStep(action.id, ActionStep::Verify)) terminal.detail(fmt::format("lightcook: {}: done in {:.2f} s", action.asset, all));
 }
 
 void Session::warnOnce(const std::string& subject, const std::string& detail) {
@@ -75,7 +88,7 @@ void Session::warnOnce(const std::string& subject, const std::string& detail) {
 
 /// Draws at most twenty times a second.
 void Session::drawProgress() {
-    if (!terminal.isInteractive()) return;
+    if (!terminal.drawsProgress()) return;
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
     const auto now = static_cast<long long>(1000 * seconds);
     long long last = lastDrawnMs_;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <set>
 #include <string>
@@ -72,10 +73,14 @@ private:
     void onEvent(const Action& action, ActionEvent event, double seconds);
     void warnOnce(const std::string& subject, const std::string& detail);
     void drawProgress();
+    /// Prints a line for an asset that was verified, where no line of progress is drawn. One that the cache had gets none.
+    void sayVerified(const Action& action, ActionEvent event, double seconds);
 
     std::mutex warnedMutex_;
     std::set<std::string> warned_;  ///< subjects
     Progress progress_;
+    std::mutex secondsMutex_;
+    std::map<std::string, double> secondsOfAssets_;  ///< of the actions that ran
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::atomic<long long> lastDrawnMs_{-1000};
     Interrupts interrupts_;  ///< the last member: it reads the others

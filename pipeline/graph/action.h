@@ -67,11 +67,11 @@ struct ActionContext {
     const RunState& state;
     std::array<double, 2> part = {0, 1};  ///< of the action that its passes are: from, to
 
-    /// Returns the context of pass `index` of `count` that take about as long.
-    ActionContext pass(int index, int count) const {
+    /// Returns the context of passes that take this part of the time of those of this one.
+    ActionContext between(double from, double to) const {
         ActionContext context = *this;
-        const double length = (part[1] - part[0]) / count;
-        context.part = {part[0] + index * length, part[0] + (index + 1) * length};
+        const double length = part[1] - part[0];
+        context.part = {part[0] + from * length, part[0] + to * length};
         return context;
     }
     /// Reports how far a pass is.

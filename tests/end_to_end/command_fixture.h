@@ -31,7 +31,8 @@ protected:
         SCOPED_TRACE(arguments);
         const Ended ended = run(arguments);
         EXPECT_EQ(ended.code, code) << ended.err;
-        EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+        const std::string errors = withoutDone(ended.err);
+        EXPECT_EQ(std::count(errors.begin(), errors.end(), '\n'), 1) << ended.err;
         for (const std::string& word : words) EXPECT_THAT(ended.err, testing::HasSubstr(word));
         EXPECT_FALSE(std::filesystem::exists(scene_ / "out"));
         for (const auto& entry : std::filesystem::directory_iterator(scene_ / ""))

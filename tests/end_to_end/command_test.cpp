@@ -18,6 +18,7 @@ using formats::contentOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
+/// Standard error has a line for each asset that was not in the cache.
 TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
     startWithoutCache();
     const Ended cook = run("cook scene.toml -o out");
@@ -25,8 +26,13 @@ TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
     EXPECT_EQ(std::count(cook.out.begin(), cook.out.end(), '\n'), 1) << cook.out;
     EXPECT_THAT(cook.out, testing::AllOf(StartsWith("passed: 5 assets, "), HasSubstr(" of GPU memory, "),
                                          HasSubstr(" on disk, 0 of 10 actions from the cache: out")));
-    EXPECT_EQ(cook.err, "");
-    EXPECT_THAT(run("cook scene.toml -o out").out, HasSubstr(" 10 of 10 actions from the cache: out"));
+    for (const char* asset : {"map", "map_dominant", "probe", "sky", "specular"})
+        EXPECT_THAT(cook.err, testing::ContainsRegex(fmt::format("lightcook: {}: done in [0-9]+\\.[0-9][0-9] s\n", asset)));
+    EXPECT_EQ(std::count(cook.err.begin(), cook.err.end(), '\n'), 5) << cook.err;
+    const Ended again = run("cook scene.toml -o out");
+    EXPECT_THAT(again.out, HasSubstr(" 10 of 10 actions from the cache: out"));
+    EXPECT_EQ(again.err, "");
+    EXPECT_THAT(run("--log json cook scene.toml -o out --only sky --force").err, testing::Not(HasSubstr("done in")));
     const Ended quiet = run("cook scene.toml -o out -q");
     EXPECT_EQ(quiet.out + quiet.err, "");
     const Ended verify = run("verify out --json verify.json --junit verify.xml --sarif verify.sarif");

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 
 #include <cstdlib>
+#include <sstream>
 #include <string>
 
 namespace lightcook::pipeline {
@@ -16,6 +17,15 @@ inline int runShell(const std::string& command) {
 
 inline bool isInstalled(const std::string& program) {
     return runShell("command -v " + program + " >/dev/null 2>&1") == 0;
+}
+
+/// Returns what a command printed on standard error without the lines for assets that were done.
+inline std::string withoutDone(const std::string& text) {
+    std::string rest;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+        if (line.find(": done in ") == std::string::npos) rest += line + "\n";
+    return rest;
 }
 
 }  // namespace lightcook::pipeline

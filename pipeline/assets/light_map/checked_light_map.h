@@ -47,6 +47,9 @@ struct BakeBefore {
     UnpackedBake unpacked;
 };
 
+/// Where passes of a verification end, about, as a part of its time: the survey of the bake, and the comparison of all texels.
+inline constexpr double kSurveyEnd = 0.04, kTexelsEnd = 0.8;
+
 struct CheckedLightMap {
     const ActionContext& context;
     Stopwatch watch;

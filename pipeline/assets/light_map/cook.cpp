@@ -151,7 +151,7 @@ Result<std::optional<DetailPlan>> detailOf(LightMapSource& source, const compres
                                            const MeasuredLightMap& measured, const ActionContext& context) {
     if (!parameters.detail) return std::optional<DetailPlan>();
     LC_TRY(detail, LightMapPlanner(source, parameters.target, parameters.textures, measured, {}, 1, context)
-                       .plan(std::string(formats::info(formats::kDetailLayout).name), formats::LightMapFilter::Decoded));
+                       .plan(std::string(formats::info(formats::kDetailLayout).name), formats::LightMapFilter::Decoded, context));
     return planDetail(source, plan, std::move(*detail), *parameters.detail, measured, parameters.textures.encodeOptions(), context);
 }
 
@@ -196,14 +196,16 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     LC_TRY(parameters, parametersOf<LightMapParameters>(context));
     LC_TRY(source, openLightMap(context, parameters->description));
     const auto layout = formats::lightMapLayoutFromName(parameters->layout);
-    LC_TRY(measured, measureLightMap(**source, layout && compress::needsSharedExit(*layout), context));
-    LC_TRY(mipCount, mipCountOf(**source, parameters->mips, context));
+    // About as long as they take.
+    const ActionContext measuring = context.between(0, 0.1), planning = context.between(0.1, 0.2), encoding = context.between(0.2, 1);
+    LC_TRY(measured, measureLightMap(**source, layout && compress::needsSharedExit(*layout), measuring));
+    LC_TRY(mipCount, mipCountOf(**source, parameters->mips, measuring));
     // The planner is a temporary: its samples are freed before the first strip is encoded.
     LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, *measured, parameters->visible, *mipCount, context)
-                     .plan(parameters->layout, parameters->filter));
-    LC_TRY(detail, detailOf(**source, *plan, *parameters, *measured, context));
+                     .plan(parameters->layout, parameters->filter, planning));
+    LC_TRY(detail, detailOf(**source, *plan, *parameters, *measured, planning));
     LC_TRY(textures, createTextures(context, *plan, parameters->textures, detail->has_value()));
-    LC_TRY(report, encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, context));
+    LC_TRY(report, encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, encoding));
     LC_CHECK(writeIndex(context, *plan, *textures));
     LC_CHECK(writeTables(context, *plan, *textures));
     if (*detail) {

@@ -64,20 +64,22 @@ LightMapPlanner::LightMapPlanner(LightMapSource& source, formats::Target target,
     if (visible) objective_ = objectiveFor(*visible, measured.key.displayKey(), source.bt2020FromWorking());
 }
 
-Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout, formats::LightMapFilter filter) {
-    auto plan = planLevel0(layout, filter);
+Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout, formats::LightMapFilter filter,
+                                                     const ActionContext& context) {
+    auto plan = planLevel0(layout, filter, context);
     if (plan) plan->mipCount = plan->hasCoverage() ? coverageLevels(plan->width, plan->height, mipCount_) : mipCount_;
     return plan;
 }
 
-Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& name, formats::LightMapFilter filter) {
+Result<compress::LightMapPlan> LightMapPlanner::planLevel0(const std::string& name, formats::LightMapFilter filter,
+                                                           const ActionContext& context) {
     const formats::LightMapLayout layout = *formats::lightMapLayoutFromName(name);
     const compress::MeasuredLightMap map{target_, source_.width(), source_.height(), measure_, objective_, filter};
     if (!formats::info(layout).isLearned()) return compress::planLightMap(layout, map);
     LearnedPlans& known = context_.shared.get<LearnedPlans>();
     const std::string key = keyOfLearned(filter);
     if (auto plan = known.find(key, formats::info(layout))) return std::move(*plan);
-    auto plan = learn(formats::info(layout), map);
+    auto plan = learn(formats::info(layout), map, context);
     if (plan) known.add(key, *plan);
     return plan;
 }
@@ -90,8 +92,9 @@ std::string LightMapPlanner::keyOfLearned(formats::LightMapFilter filter) const 
                        mesh == context_.action.inputs.end() ? "" : mesh->second.string());
 }
 
-Result<compress::LightMapPlan> LightMapPlanner::learn(const formats::LightMapLayoutInfo& layout, const compress::MeasuredLightMap& map) {
-    if (!samples_) LC_CHECK(gather());
+Result<compress::LightMapPlan> LightMapPlanner::learn(const formats::LightMapLayoutInfo& layout, const compress::MeasuredLightMap& map,
+                                                      const ActionContext& context) {
+    if (!samples_) LC_CHECK(gather(context));
     compress::setParallelLoop(forEachInArena);
     compress::LightMapPlan plan = compress::planLearnedLightMap(layout.id, map, {chartOfBlock_, *samples_}, options_);
     // The smaller of the two names the clusters.
@@ -120,15 +123,15 @@ bool LightMapPlanner::doesIndexServe(const compress::LightMapPlan& plan) const {
     return true;
 }
 
-Result<void> LightMapPlanner::gather() {
-    LC_CHECK(surveyCharts());
-    return sample();
+Result<void> LightMapPlanner::gather(const ActionContext& context) {
+    LC_CHECK(surveyCharts(context.between(0, 0.5)));
+    return sample(context.between(0.5, 1));
 }
 
 /// Finds the charts, from the coverage and the mesh.
-Result<void> LightMapPlanner::surveyCharts() {
+Result<void> LightMapPlanner::surveyCharts(const ActionContext& context) {
     blocks_ = compress::LightMapBlocks(source_.width(), source_.height());
-    const auto surveyed = mapInOrder<int>(source_.chunkCount(), context_, fmt::format("survey the charts of {}", context_.action.asset),
+    const auto surveyed = mapInOrder<int>(source_.chunkCount(), context, fmt::format("survey the charts of {}", context_.action.asset),
                                           [&](int index) -> Result<int> {
                                               LC_TRY(chunk, source_.chunk(index));
                                               blocks_.add(**chunk, (*chunk)->firstRow, source_.chunkRows(index));
@@ -152,12 +155,12 @@ void LightMapPlanner::readIslands() {
 }
 
 /// Gathers the texels of the blocks that layouts learn from.
-Result<void> LightMapPlanner::sample() {
+Result<void> LightMapPlanner::sample(const ActionContext& context) {
     compress::LightMapSamples samples(
         blocks_.choose(chartOfBlock_, compress::learningBlocks(options_.effort, source_.width(), source_.height())), blocks_.across());
     constexpr int kMargin = compress::LightMapSamples::kMargin;
     const auto sampled =
-        mapInOrder<int>(source_.stripCount(), context_, fmt::format("sample {}", context_.action.asset), [&](int index) -> Result<int> {
+        mapInOrder<int>(source_.stripCount(), context, fmt::format("sample {}", context_.action.asset), [&](int index) -> Result<int> {
             LC_TRY(strip, source_.stripWithMargin(index, kMargin, kMargin));
             samples.add(*strip, source_.stripFirstRow(index), source_.stripRows(index));
             return 0;

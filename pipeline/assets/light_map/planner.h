@@ -40,16 +40,19 @@ public:
     /// mipCount  levels of the plans
     LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures, const MeasuredLightMap& measured,
                     const std::optional<SceneView>& visible, int mipCount, const ActionContext& context);
-    formats::Result<compress::LightMapPlan> plan(const std::string& layout, formats::LightMapFilter filter);
+    /// context  of this pass of the action
+    formats::Result<compress::LightMapPlan> plan(const std::string& layout, formats::LightMapFilter filter, const ActionContext& context);
 
 private:
-    formats::Result<compress::LightMapPlan> planLevel0(const std::string& layout, formats::LightMapFilter filter);
-    formats::Result<compress::LightMapPlan> learn(const formats::LightMapLayoutInfo& layout, const compress::MeasuredLightMap& map);
+    formats::Result<compress::LightMapPlan> planLevel0(const std::string& layout, formats::LightMapFilter filter,
+                                                       const ActionContext& context);
+    formats::Result<compress::LightMapPlan> learn(const formats::LightMapLayoutInfo& layout, const compress::MeasuredLightMap& map,
+                                                  const ActionContext& context);
     std::string keyOfLearned(formats::LightMapFilter filter) const;
-    formats::Result<void> gather();
-    formats::Result<void> surveyCharts();
+    formats::Result<void> gather(const ActionContext& context);
+    formats::Result<void> surveyCharts(const ActionContext& context);
     void readIslands();
-    formats::Result<void> sample();
+    formats::Result<void> sample(const ActionContext& context);
     bool doesIndexServe(const compress::LightMapPlan& plan) const;
 
     LightMapSource& source_;

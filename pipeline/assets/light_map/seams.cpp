@@ -109,8 +109,8 @@ Result<void> light(Batch& batch, const CheckedLightMap& map) {
             if (verifier.lightAt(*texels, *reference, batch.texelOf(place, side), batch.lightOf(place, side))) batch.setLit(place, side);
         return index;
     };
-    return foldInOrder<int>(static_cast<int>(strips.size()), map.context, "light the seams of " + map.context.action.asset, lightStrip,
-                            [](int) {});
+    return foldInOrder<int>(static_cast<int>(strips.size()), map.context.between(kTexelsEnd, 1),
+                            "light the seams of " + map.context.action.asset, lightStrip, [](int) {});
 }
 
 /// Errors of some places.
@@ -127,10 +127,11 @@ Result<void> measure(Batch& batch, const CheckedLightMap& map, verify::SeamError
         const auto lit = batch.lit(first, last);
         return SeamPart{map.cooked.verifier().seamErrors(lit), last - first - lit.size()};
     };
-    return foldInOrder<SeamPart>(tasks, map.context, "measure the seams of " + map.context.action.asset, work, [&](const SeamPart& part) {
-        errors.merge(part.errors);
-        figures.darkPlaces += static_cast<std::int64_t>(part.dark);
-    });
+    return foldInOrder<SeamPart>(tasks, map.context.between(kTexelsEnd, 1), "measure the seams of " + map.context.action.asset, work,
+                                 [&](const SeamPart& part) {
+                                     errors.merge(part.errors);
+                                     figures.darkPlaces += static_cast<std::int64_t>(part.dark);
+                                 });
 }
 
 glm::ivec2 sizeOf(const CheckedLightMap& map) {

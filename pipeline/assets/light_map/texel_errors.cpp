@@ -98,8 +98,8 @@ Result<TexelErrors> compareStrip(CheckedLightMap& map, const std::optional<doubl
 Result<void> checkTexels(CheckedLightMap& map) {
     const auto tilt = comparedTilt(map.parameters.shading, formats::isFlat(map.asset.layout));
     LC_CHECK(foldInOrder<TexelErrors>(
-        map.bake.stripCount(), map.context, "verify " + map.context.action.asset, [&](int index) { return compareStrip(map, tilt, index); },
-        [&](const TexelErrors& part) { map.texels.merge(part); }));
+        map.bake.stripCount(), map.context.between(kSurveyEnd, kTexelsEnd), "verify " + map.context.action.asset,
+        [&](int index) { return compareStrip(map, tilt, index); }, [&](const TexelErrors& part) { map.texels.merge(part); }));
     map.result.verdict.stages = map.texels.errors.figures();
     if (const auto& texel = map.texels.otherCoverage)
         map.violations().push_back({fmt::format("texture {} at texel ({}, {})", formats::kCoverageRole, texel->x, texel->y),

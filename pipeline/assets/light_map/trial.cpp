@@ -230,11 +230,29 @@ std::optional<SceneView> objectiveOf(const TrialParameters& parameters) {
     return SceneView{parameters.shading, parameters.display};
 }
 
-/// Returns the passes of a trial, for its progress: the measurement of the map, that of each group, and the dominant lights of a joint
-/// trial.
-int passCountOf(std::size_t groups, bool isJoint) {
-    return 1 + static_cast<int>(groups) + (isJoint ? 1 : 0);
-}
+/// The passes of a trial and about how long they take beside each other, for its progress.
+class TrialPasses {
+public:
+    TrialPasses(const std::vector<LayoutGroup>& groups, bool isJoint) {
+        constexpr double kMeasurement = 1, kDominants = 14, kLearned = 8, kOther = 2.5, kMore = 8;
+        add(kMeasurement);
+        add(isJoint ? kDominants : 0);
+        for (const LayoutGroup& group : groups) add(group.planned->isLearned() ? kLearned : kOther);
+        add(kMore);
+    }
+    ActionContext measurement(const ActionContext& whole) const { return of(0, whole); }
+    ActionContext dominants(const ActionContext& whole) const { return of(1, whole); }
+    ActionContext group(std::size_t index, const ActionContext& whole) const { return of(2 + index, whole); }
+    /// Returns the pass over further rows, when all groups have been measured.
+    ActionContext moreRows(const ActionContext& whole) const { return of(ends_.size() - 2, whole); }
+
+private:
+    void add(double length) { ends_.push_back(ends_.back() + length); }
+    ActionContext of(std::size_t pass, const ActionContext& whole) const {
+        return whole.between(ends_[pass] / ends_.back(), ends_[pass + 1] / ends_.back());
+    }
+    std::vector<double> ends_ = {0};
+};
 
 /// Tries the layouts of a light map, with a joint trial those of its dominant light too.
 class LayoutTrial {
@@ -251,6 +269,7 @@ public:
           joint_(joint),
           levels_(source),
           groups_(std::move(groups)),
+          passes_(groups_, joint.has_value()),
           planner_(source, parameters.target, parameters.textures, measured, objectiveOf(parameters), mipCount, context),
           context_(context) {}
 
@@ -296,16 +315,10 @@ private:
                                          parameters.shading, map_.viewing));
         whole_.emplace(std::move(*trial));
         const std::optional<DominantTrial>& dominant = joint_->dominant;
-        return whole_->tryDominants(
-            dominant, {parameters.description, dominant ? dominant->fit : "", parameters.target, parameters.textures}, nextPass());
+        return whole_->tryDominants(dominant,
+                                    {parameters.description, dominant ? dominant->fit : "", parameters.target, parameters.textures},
+                                    passes_.dominants(context_));
     }
-
-    /// Returns the context of the next pass.
-    ActionContext nextPass() {
-        ++passes_;
-        return pass();
-    }
-    ActionContext pass() const { return context_.pass(passes_, passCountOf(groups_.size(), joint_.has_value())); }
 
     auto costOf(const Tried& tried) const {
         return std::pair(map_.parameters.cost == formats::LayoutCost::Fetches ? tried.candidate.fetches : 0, tried.candidate.bytesGpu);
@@ -331,36 +344,42 @@ private:
         return mayBeCheaper(group) && !(group.planned->isLearned() && std::ranges::any_of(tried_, isFiner));
     }
 
+    ActionContext passOf(const LayoutGroup& group) const {
+        return passes_.group(static_cast<std::size_t>(&group - groups_.data()), context_);
+    }
+
     /// Measures the layouts of a group on levels [0, level].
     Result<void> measure(const LayoutGroup& group, int level) {
-        LC_TRY(plan, planner_.plan(std::string(group.planned->name), group.filter));
+        const ActionContext pass = passOf(group);
+        const double planned = group.planned->isLearned() ? 0.4 : 0;  // of the pass, about
+        LC_TRY(plan, planner_.plan(std::string(group.planned->name), group.filter, pass.between(0, planned)));
         LC_TRY(shader, GroupShader::create(group, *plan, map_.parameters.shading, whole_ ? &*whole_ : nullptr));
-        LC_TRY(measured, tryPlan(map_, *plan, levels_.rows(0, level + 1), *shader, nextPass()));
+        LC_TRY(measured, tryPlan(map_, *plan, levels_.rows(0, level + 1), *shader, pass.between(planned, 1)));
         for (std::size_t i = 0; i < group.layouts.size(); ++i) {
             const Trial& trial = group.layouts[i];
             const verify::LightMapErrors::Stage& stage = errorsOf(*trial.layout, *plan, measured->errors);
             tried_.push_back({trial, candidateOf(trial, *plan, stage.errors), stage.errors, level, stage});
-            if (whole_ && !trial.isExcluded) addSamples(tried_.back(), measured->samples[i]);
+            if (whole_ && !trial.isExcluded) addSamples(tried_.back(), measured->samples[i], pass.between(1, 1));
         }
         return {};
     }
 
     /// Adds what places show under a layout in a joint trial.
-    void addSamples(Tried& tried, const std::vector<float>& samples) {
+    void addSamples(Tried& tried, const std::vector<float>& samples, const ActionContext& context) {
         whole_->add(tried.candidate.layout, samples);
-        tried.pairs = whole_->pairsOf(tried.candidate.layout, pass());
+        tried.pairs = whole_->pairsOf(tried.candidate.layout, context);
     }
 
-    /// Measures a layout on further levels, up to `level`.
-    Result<void> measureMore(Tried& tried, int level) {
+    /// Measures a layout on further levels, up to `level`, in a pass of the trial.
+    Result<void> measureMore(Tried& tried, int level, const ActionContext& pass) {
         const LayoutGroup alone{tried.trial.layout, map_.parameters.decode.filterOf(*tried.trial.layout), {tried.trial}};
-        LC_TRY(plan, planner_.plan(std::string(tried.trial.layout->name), alone.filter));
+        LC_TRY(plan, planner_.plan(std::string(tried.trial.layout->name), alone.filter, pass));
         LC_TRY(shader, GroupShader::create(alone, *plan, map_.parameters.shading, whole_ ? &*whole_ : nullptr));
-        LC_TRY(more, tryPlan(map_, *plan, levels_.rows(tried.level + 1, level + 1), *shader, pass()));
+        LC_TRY(more, tryPlan(map_, *plan, levels_.rows(tried.level + 1, level + 1), *shader, pass));
         tried.errors.merge(more->errors.stages.back().errors);
         tried.candidate = candidateOf(tried.trial, *plan, tried.errors);
         tried.level = level;
-        if (whole_) addSamples(tried, more->samples.front());
+        if (whole_) addSamples(tried, more->samples.front(), pass);
         return {};
     }
 
@@ -412,7 +431,7 @@ private:
                 LC_CHECK(measure(group, firstLevel()));
         const auto detail = std::ranges::find_if(tried_, isDetail);
         if (detail == tried_.end()) return {};
-        LC_TRY(plan, planner_.plan(std::string(detail->trial.layout->name), formats::LightMapFilter::Decoded));
+        LC_TRY(plan, planner_.plan(std::string(detail->trial.layout->name), formats::LightMapFilter::Decoded, passes_.moreRows(context_)));
         std::vector<Tried> added;
         for (const Tried& each : tried_)
             if (isWanted(each))
@@ -447,7 +466,7 @@ private:
         std::tie(candidate.fetches, candidate.decodeOps) = costWithDetail(*map.trial.layout);
         if (whole_) {
             whole_->addDetailed(candidate.layout, map.candidate.layout, detail.candidate.layout, *chosen);
-            out.pairs = whole_->pairsOf(candidate.layout, pass());
+            out.pairs = whole_->pairsOf(candidate.layout, passes_.moreRows(context_));
         }
         return out;
     }
@@ -486,7 +505,8 @@ private:
         std::ranges::sort(order, {}, [&](std::size_t i) { return costOf(tried_[i]); });
         for (const std::size_t i : order) {
             if (best_ && costOf(tried_[i]) >= costOf(tried_[*best_])) break;
-            while (verdictOn(tried_[i]) == Verdict::Unsure) LC_CHECK(measureMore(tried_[i], tried_[i].level + 1));
+            while (verdictOn(tried_[i]) == Verdict::Unsure)
+                LC_CHECK(measureMore(tried_[i], tried_[i].level + 1, passOf(group).between(1, 1)));
             if (verdictOn(tried_[i]) == Verdict::Keeps) best_ = i;
         }
         return {};
@@ -530,7 +550,7 @@ private:
                     }
                 }
             if (unsure == nullptr || least >= kept) return {};
-            LC_CHECK(measureMore(*unsure, levels_.last()));
+            LC_CHECK(measureMore(*unsure, levels_.last(), passes_.moreRows(context_)));
         }
     }
 
@@ -557,12 +577,12 @@ private:
     const std::optional<JointTrial>& joint_;
     const TrialLevels levels_;
     const std::vector<LayoutGroup> groups_;
+    const TrialPasses passes_;
     LightMapPlanner planner_;
     const ActionContext& context_;
     std::optional<WholeTrial> whole_;
     std::vector<Tried> tried_;
     std::optional<std::size_t> best_;  ///< the cheapest that keeps the limits, among tried_
-    int passes_ = 0;                   ///< that have ended, or the index of the one that runs
 };
 
 /// Tries the layouts of a light map, with `joint` those of its dominant light too.
@@ -572,8 +592,9 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
     std::vector<LayoutGroup> groups = layoutGroups(parameters, joint, static_cast<std::int64_t>((*source)->width()) * (*source)->height());
     const bool hasSharedExit =
         std::ranges::any_of(groups, [](const LayoutGroup& group) { return compress::needsSharedExit(group.planned->id); });
-    LC_TRY(measured, measureLightMap(**source, hasSharedExit, context.pass(0, passCountOf(groups.size(), joint.has_value()))));
-    LC_TRY(mipCount, mipCountOf(**source, parameters.mips, context));
+    const ActionContext measurement = TrialPasses(groups, joint.has_value()).measurement(context);
+    LC_TRY(measured, measureLightMap(**source, hasSharedExit, measurement));
+    LC_TRY(mipCount, mipCountOf(**source, parameters.mips, measurement));
     return LayoutTrial(**source, parameters, joint, std::move(groups), *measured, *mipCount, context).run();
 }
 

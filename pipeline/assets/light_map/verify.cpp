@@ -67,7 +67,7 @@ Result<CheckedLightMap> openMap(const ActionContext& context) {
     LightMapSource& bake = **source;
     LC_CHECK(checkSize(bake, context.action.inputs.at(kSourceRole), {asset->width, asset->height}, "cooked"));
     LC_TRY(before, openBakeBefore(context, *description));
-    LC_TRY(surveyed, surveyKey(*before ? (*before)->source : bake, context));
+    LC_TRY(surveyed, surveyKey(*before ? (*before)->source : bake, context.between(0, kSurveyEnd)));
     const double key = surveyed->key();
     const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
     verify::LightMapSampling sampling;

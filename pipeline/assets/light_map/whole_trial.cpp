@@ -256,7 +256,8 @@ Result<void> WholeTrial::tryDominants(const std::optional<DominantTrial>& domina
     const auto derived = std::ranges::find(layouts, true, &DominantLayoutInfo::isDerived);
     isDerivedTried_ = derived != layouts.end() && (*fit)->verified == verify::DominantFit::Explained;
     if (derived != layouts.end()) layouts.erase(derived);
-    LC_CHECK(shadeReference((*fit)->verified, context));
+    constexpr double kReference = 0.15;  // of the time, about
+    LC_CHECK(shadeReference((*fit)->verified, context.between(0, kReference)));
     const auto none = std::ranges::find(layouts, 0, &DominantLayoutInfo::divisor);
     if (none != layouts.end()) {
         addDominant((*none)->name, 0, {});
@@ -264,10 +265,19 @@ Result<void> WholeTrial::tryDominants(const std::optional<DominantTrial>& domina
         if (visibleOf(bake_, {}) < kUnseenDominant) return {};
     }
     if (isDerivedTried_) addDominant(std::ranges::find(allDominantLayouts(), true, &DominantLayoutInfo::isDerived)->name, 0, derived_);
+    // A size costs as much as it has texels, and the measurement of the map.
+    const auto lengthOf = [](const DominantLayoutInfo* layout) { return 0.25 + 1.0 / (layout->divisor * layout->divisor); };
+    const auto endOfSize = [&](auto first) {
+        return std::find_if(first, layouts.end(), [&](const auto* each) { return each->divisor != (*first)->divisor; });
+    };
+    double length = 0, from = kReference;
+    for (auto first = layouts.begin(); first != layouts.end(); first = endOfSize(first)) length += lengthOf(*first);
     for (auto first = layouts.begin(); first != layouts.end();) {
-        const auto end = std::find_if(first, layouts.end(), [&](const auto* each) { return each->divisor != (*first)->divisor; });
-        LC_TRY(encoder, DominantEncoder::create(*source_, parameters, **first, context));
-        LC_CHECK(tryDivisor(*encoder, {first, end}, (*fit)->verified, context));
+        const auto end = endOfSize(first);
+        const double to = from + (1 - kReference) * lengthOf(*first) / length;
+        LC_TRY(encoder, DominantEncoder::create(*source_, parameters, **first, context.between(from, from + 0.2 * (to - from))));
+        LC_CHECK(tryDivisor(*encoder, {first, end}, (*fit)->verified, context.between(from + 0.2 * (to - from), to)));
+        from = to;
         first = end;
     }
     return {};

@@ -220,8 +220,9 @@ std::string commandReference(const ProgramDoc& program) {
     text += kGenerated;
     text += wrapped(
         "`lightcook help COMMAND` and `lightcook COMMAND --help` print the same as this page. A terminal gets one line of progress: "
-        "actions that are done, stages that run, time left. On a pipe, commands that cook print one line at the end (verdict, sizes, what "
-        "came from the cache); `verify` and `report` print a table, `compare` and `info` what they found. `--quiet` leaves all of it out "
+        "actions that are done, stages that run, time left. On a pipe, commands that cook print a line on standard error when an asset is "
+        "done, and one line at the end (verdict, sizes, what came from the cache); `verify` and `report` print a table, `compare` and "
+        "`info` what they found. `--quiet` leaves all of it out "
         "except "
         "errors, warnings and the output of `compare` and `info`. "
         "`lightmap`, `dominant`, `cubemap`, `lut` and `rsrm` convert one asset and verify it like a scene: `--max-error` is the limit of "

@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <string_view>
 
 namespace lightcook::pipeline {
 namespace {
@@ -14,6 +16,19 @@ namespace {
 constexpr int kBarWidth = 24;
 /// Time left is shown from here on: earlier estimates jump.
 constexpr double kLeastSeconds = 2, kLeastFraction = 0.03;
+
+/// Time of an action, as measured on the public scenes with one thread.
+struct WorkRate {
+    std::string_view kind;
+    double secondsPerMegabyte;  ///< of its inputs
+};
+constexpr double kLeastWork = 0.02, kOtherRate = 0.01;
+constexpr std::array kWorkRates = {
+    WorkRate{kLightMapTrialKind, 0.3}, WorkRate{kJointTrialKind, 0.5},  WorkRate{"light-map", 0.04},
+    WorkRate{"verify-light-map", 0.2}, WorkRate{"dominant", 0.025},     WorkRate{"verify-dominant", 0.05},
+    WorkRate{"cubemap", 0.1},          WorkRate{"verify-cubemap", 1.2}, WorkRate{"mesh", 0.01},
+    WorkRate{"verify-mesh", 0.02},     WorkRate{kPackChartsKind, 0.3},
+};
 
 /// Returns "0:14", "12:05" or "1:02:10".
 std::string clockWords(double seconds) {
@@ -41,15 +56,14 @@ std::string cut(const std::string& text, int columns) {
 }  // namespace
 
 double workOf(const Action& action) {
-    // Verification shades and bounds every texel, at about twice the cost of a cook; a cubemap's sums over the whole environment.
-    const bool isVerify = action.kind.starts_with(kVerifyKindPrefix);
-    double megabytes = 0.2;
+    double megabytes = 0;
     for (const auto& [role, path] : action.inputs) {
         std::error_code code;
         const std::uintmax_t bytes = std::filesystem::file_size(path, code);
         if (!code) megabytes += static_cast<double>(bytes) * 1e-6;
     }
-    return megabytes * (isVerify ? 2 : 1);
+    const auto rate = std::ranges::find(kWorkRates, action.kind, &WorkRate::kind);
+    return kLeastWork + megabytes * (rate == kWorkRates.end() ? kOtherRate : rate->secondsPerMegabyte);
 }
 
 void Progress::onEvent(const Action& action, ActionEvent event) {

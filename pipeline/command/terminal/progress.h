@@ -38,7 +38,8 @@ private:
     std::map<std::string, Running> running_;
 };
 
-/// Returns the expected work of an action, in megabytes of input: an estimate for the line of progress.
+/// Returns the expected time of an action on a common machine [s], by its kind and the size of its inputs: an estimate for the line of
+/// progress, where only what actions take beside each other matters.
 double workOf(const Action& action);
 
 }  // namespace lightcook::pipeline

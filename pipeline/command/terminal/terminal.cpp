@@ -44,7 +44,8 @@ bool takesEscapes(int descriptor) {
 
 Terminal::Terminal(const TerminalOptions& options)
     : options_(options),
-      isInteractive_(options.format == LogFormat::Text && options.verbosity != Verbosity::Quiet && ::isatty(STDERR_FILENO) == 1) {}
+      isInteractive_(options.format == LogFormat::Text && options.verbosity != Verbosity::Quiet && ::isatty(STDERR_FILENO) == 1),
+      drawsProgress_(isInteractive_ && takesEscapes(STDERR_FILENO)) {}
 
 Terminal::~Terminal() {
     clearProgress();
@@ -56,7 +57,7 @@ void Terminal::clearProgress() {
 }
 
 void Terminal::progress(const std::string& line) {
-    if (!isInteractive_ || !takesEscapes(STDERR_FILENO)) return;
+    if (!drawsProgress_) return;
     const std::lock_guard lock(mutex_);
     fmt::print(stderr, "\r\x1b[K{}", line);
     std::fflush(stderr);

@@ -46,7 +46,9 @@ public:
     Terminal(const Terminal&) = delete;
     Terminal& operator=(const Terminal&) = delete;
 
-    /// Draws the line of progress, on a terminal that knows escape sequences. Callable from any thread.
+    /// Returns true if the line of progress is drawn: on a terminal that knows escape sequences.
+    bool drawsProgress() const { return drawsProgress_; }
+    /// Draws the line of progress, where it is drawn. Callable from any thread.
     void progress(const std::string& line);
     void error(const formats::Error& error);
     void warning(const std::string& subject, const std::string& detail);
@@ -78,7 +80,7 @@ private:
 
     std::mutex mutex_;
     TerminalOptions options_;
-    bool isInteractive_;
+    bool isInteractive_, drawsProgress_;
     bool progressIsDrawn_ = false, outputIsData_ = false;
 };
 

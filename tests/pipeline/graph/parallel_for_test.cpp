@@ -40,8 +40,8 @@ TEST_F(ParallelFor, APassReportsItsPartOfTheAction) {
     std::vector<double> reported;
     state_.progress = [&](const Action&, const std::string&, double fraction) { reported.push_back(fraction); };
     const auto one = [](int index) -> formats::Result<int> { return index; };
-    ASSERT_TRUE(mapInOrder<int>(1, context_.pass(1, 4), "second", one));
-    ASSERT_TRUE(mapInOrder<int>(1, context_.pass(3, 4).pass(0, 2), "half of the last", one));
+    ASSERT_TRUE(mapInOrder<int>(1, context_.between(0.25, 0.5), "second", one));
+    ASSERT_TRUE(mapInOrder<int>(1, context_.between(0.75, 1).between(0, 0.5), "half of the last", one));
     ASSERT_TRUE(mapInOrder<int>(1, context_, "all", one));
     EXPECT_EQ(reported, (std::vector<double>{0.5, 0.875, 1}));
 }

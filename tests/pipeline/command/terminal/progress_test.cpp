@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include "tests/formats/temporary_folder.h"
+
 namespace lightcook::pipeline {
 namespace {
 
@@ -32,6 +34,21 @@ TEST(Progress, AddsUpActionsAndPasses) {
     progress.onEvent(verify, ActionEvent::Reused);
     EXPECT_DOUBLE_EQ(progress.fraction(), 1);
     EXPECT_THAT(progress.line(40, 100), Not(HasSubstr("left")));
+}
+
+/// A trial takes longer than the cook and the verification of the layout that it finds, and lint next to nothing.
+TEST(Progress, ExpectsTheTimeThatKindsOfActionsTake) {
+    const formats::TemporaryFolder folder;
+    formats::writeContent(folder / "map.exr", std::string(1 << 20, ' '));
+    const auto workOfKind = [&](const char* kind) {
+        Action action = actionOf("step/map");
+        action.kind = kind;
+        action.inputs = {{"source", folder / "map.exr"}};
+        return workOf(action);
+    };
+    EXPECT_GT(workOfKind("joint-trial"), workOfKind("light-map") + workOfKind("verify-light-map"));
+    EXPECT_GT(workOfKind("verify-light-map"), 3 * workOfKind("light-map"));
+    EXPECT_LT(workOfKind("lint-light-map"), 0.1 * workOfKind("joint-trial"));
 }
 
 TEST(Progress, ShowsControlCharactersOfNamesAsEscapes) {
