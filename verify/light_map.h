@@ -251,6 +251,9 @@ public:
     ///                 exact at the texel's own normal, and near to the shader's light at others
     formats::Image<lighting::ShRgb> reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount, int placesPerTexel = 1,
                                                 const formats::LightMapStrip* surface = nullptr) const;
+    /// Returns some columns of that image, in the order that they are named in.
+    formats::Image<lighting::ShRgb> reconstructColumns(const DecodedLightMapRows& texels, int firstRow, int rowCount, int placesPerTexel,
+                                                       const formats::LightMapStrip* surface, std::span<const int> columns) const;
 
     /// Returns the number of lights of a place: that of the bake, and that of each stage of the layout.
     std::size_t lightCount() const;

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <numeric>
 
 #include "lighting/radiometry.h"
 #include "verify/light_map/bound.h"
@@ -262,9 +263,17 @@ LightMapVerifier::AreaVisibleBound LightMapVerifier::visibleBound(const DecodedL
 
 formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLightMapRows& texels, int firstRow, int rowCount,
                                                               int placesPerTexel, const formats::LightMapStrip* surface) const {
+    std::vector<int> columns(static_cast<std::size_t>(placesPerTexel) * static_cast<std::size_t>(state_->map.width));
+    std::iota(columns.begin(), columns.end(), 0);
+    return reconstructColumns(texels, firstRow, rowCount, placesPerTexel, surface, columns);
+}
+
+formats::Image<lighting::ShRgb> LightMapVerifier::reconstructColumns(const DecodedLightMapRows& texels, int firstRow, int rowCount,
+                                                                     int placesPerTexel, const formats::LightMapStrip* surface,
+                                                                     std::span<const int> columns) const {
     assert(texels.textures.size() == state_->textures.size() && firstRow >= texels.firstRow && placesPerTexel >= 1);
     const int width = state_->map.width, height = state_->map.height;
-    formats::Image<lighting::ShRgb> out(placesPerTexel * width, placesPerTexel * rowCount);
+    formats::Image<lighting::ShRgb> out(static_cast<int>(columns.size()), placesPerTexel * rowCount);
     // The texels on both sides of a place along one axis, and the weight of the second.
     struct Between {
         int first, second;
@@ -320,11 +329,12 @@ formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLight
     for (int row = 0; row < out.height(); ++row) {
         const int placeY = placesPerTexel * firstRow + row;
         const Between y(placeY, placesPerTexel, height);
-        for (int column = 0; column < out.width(); ++column) {
+        for (int index = 0; index < out.width(); ++index) {
+            const int column = columns[static_cast<std::size_t>(index)];
             const Between x(column, placesPerTexel, width);
             if (isMixed) {
                 const shaders::LcSh sh = placesPerTexel == 1 ? decodedAt(x.first, y.first) : mixedAt(x, y);
-                std::copy_n(sh.c, lighting::kShCount, out.at(column, row).begin());
+                std::copy_n(sh.c, lighting::kShCount, out.at(index, row).begin());
                 continue;
             }
             std::size_t layer = 0;
@@ -336,7 +346,7 @@ formats::Image<lighting::ShRgb> LightMapVerifier::reconstruct(const DecodedLight
                 }
             const std::size_t cluster = decoder->clusterAt(column / placesPerTexel, placeY / placesPerTexel);
             const shaders::LcSh sh = decoder->decode(filtered.data(), cluster);
-            std::copy_n(sh.c, lighting::kShCount, out.at(column, row).begin());
+            std::copy_n(sh.c, lighting::kShCount, out.at(index, row).begin());
         }
     }
     return out;

@@ -6,6 +6,8 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/type_precision.hpp>
 #include <map>
+#include <span>
+#include <vector>
 
 #include "formats/png.h"
 #include "lighting/display.h"
@@ -37,15 +39,15 @@ class CookedPlaces {
 public:
     explicit CookedPlaces(const CookedLightMapReader& cooked) : cooked_(cooked) {}
 
-    /// Returns the places of a row of texels: `places` x `places` of each.
+    /// Returns some columns of the places of a row of texels, which are `places` x `places` of each.
     /// surface  rows of the bake that hold this one
-    Result<formats::Image<lighting::ShRgb>> row(int row, int places, const formats::LightMapStrip& surface) {
+    Result<formats::Image<lighting::ShRgb>> row(int row, int places, const formats::LightMapStrip& surface, std::span<const int> columns) {
         const int first = std::max(0, row / kRowAlignment * kRowAlignment - kRowAlignment);
         if (!texels_ || texels_->firstRow != first) {
             LC_TRY(read, cooked_.read(first, std::min(3 * kRowAlignment, cooked_.height() - first)));
             texels_ = std::move(*read);
         }
-        return cooked_.verifier().reconstruct(*texels_, row, 1, places, &surface);
+        return cooked_.verifier().reconstructColumns(*texels_, row, 1, places, &surface, columns);
     }
 
 private:
@@ -91,6 +93,22 @@ std::map<int, std::vector<LitPixel>> pixelsByRow(const formats::Image<glm::dvec2
     return rows;
 }
 
+/// Returns the column of places that a pixel shows.
+/// places  of a texel along each axis
+/// width   of the map [texels]
+int columnOf(const LitPixel& pixel, int places, int width) {
+    return std::min(static_cast<int>(pixel.at.x * places), places * width - 1);
+}
+
+/// Returns the columns of places that pixels show, in increasing order.
+std::vector<int> columnsOf(const std::vector<LitPixel>& pixels, int places, int width) {
+    std::vector<int> columns;
+    for (const LitPixel& pixel : pixels) columns.push_back(columnOf(pixel, places, width));
+    std::ranges::sort(columns);
+    columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+    return columns;
+}
+
 /// A view lit by the bake and by the cooked map.
 struct LitView {
     formats::Image<glm::u8vec3> reference{kSide, kSide, kOutside}, found{kSide, kSide, kOutside};
@@ -106,11 +124,13 @@ Result<LitView> lightView(const CheckedLightMap& map, const std::map<int, std::v
         const int first = std::max(0, row - 1);
         LC_TRY(baked, map.bake.rows(first, std::min(row + 2, map.bake.height()) - first));
         const int count = std::abs(row - centreRow) <= kNear ? kFinePlaces : kCoarsePlaces;
-        LC_TRY(decoded, places.row(row, count, *baked));
+        const std::vector<int> columns = columnsOf(pixels, count, map.bake.width());
+        LC_TRY(decoded, places.row(row, count, *baked, columns));
         for (const LitPixel& pixel : pixels) {
             const BakedPlace lit = bakedAt(*baked, pixel.at);
             if (!lit.isCovered) continue;
-            const int x = std::min(static_cast<int>(pixel.at.x * count), decoded->width() - 1),
+            const auto column = std::ranges::lower_bound(columns, columnOf(pixel, count, map.bake.width()));
+            const int x = static_cast<int>(column - columns.begin()),
                       y = std::clamp(static_cast<int>((pixel.at.y - row) * count), 0, decoded->height() - 1);
             const auto shown = [&](const lighting::ShRgb& sh) {
                 return toneMapped(lighting::lambertExitRadiance(sh, lit.normal, glm::vec3(1)).value, key);

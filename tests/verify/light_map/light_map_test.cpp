@@ -705,6 +705,18 @@ TEST(LightMapVerifier, TheCurvatureOfUnrealHqIsSplitUntilItHardlyCounts) {
     EXPECT_LE(bound, 1.2 * worst);
 }
 
+TEST(LightMapVerifier, ColumnsOfAReconstructionAreThoseOfTheWhole) {
+    const Cooked cooked = cook(Kind::Gradient, LightMapLayout::Ratio);
+    const verify::LightMapVerifier verifier = cooked.verifier();
+    const std::vector<int> columns = {17, 0, 2 * kMapWidth - 1, 5};
+    const auto whole = verifier.reconstruct(cooked.texels, 4, 3, 2),
+               some = verifier.reconstructColumns(cooked.texels, 4, 3, 2, nullptr, columns);
+    ASSERT_EQ(some.width(), 4);
+    ASSERT_EQ(some.height(), whole.height());
+    for (int y = 0; y < some.height(); ++y)
+        for (int x = 0; x < some.width(); ++x) EXPECT_EQ(some.at(x, y), whole.at(columns[static_cast<std::size_t>(x)], y));
+}
+
 /// The second alpha holds what rounding took from the first one: without it the luminance is coarser by far.
 TEST(LightMapVerifier, TheSecondAlphaOfUnrealHqRefinesTheFirst) {
     Cooked cooked = cook(Kind::Gradient, LightMapLayout::UnrealHq);
