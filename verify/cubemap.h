@@ -88,9 +88,10 @@ private:
 class PrefilteredLight {
 public:
     /// The environment must outlive this.
-    /// m  in (0, 1]
+    /// m      in (0, 1]
+    /// other  of the same environment, which need not outlive this: its integrals are taken where they are the same
     PrefilteredLight(const formats::Environment& environment, double m,
-                     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann);
+                     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann, const PrefilteredLight* other = nullptr);
     PrefilteredLight(PrefilteredLight&&) noexcept;
     ~PrefilteredLight();
     /// direction  unit
@@ -105,7 +106,9 @@ private:
     };
     double edge(const Grid& grid, bool isRow, int tile) const;
     glm::dvec3 directionAt(int face, double x, double y) const;
+    void integrateGrids();
     void place(Grid& grid) const;
+    void setReach(Grid& grid) const;
     std::vector<std::vector<Point>> pointsOf(const Grid& grid, bool isRow, int texels) const;
     void integrate(Grid& grid) const;
     void join(const Grid& fine, Grid& coarse) const;

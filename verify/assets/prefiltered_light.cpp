@@ -16,6 +16,7 @@
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <memory>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -91,21 +92,23 @@ struct PrefilteredLight::Grid {
     bool isKinked = false;     ///< tiles on the horizon are too large for the kernel's kink
     struct Tile {
         glm::dvec3 centre;
-        double sine;        ///< of the tile's radius
+        double radius;      ///< [rad]
+        double sine;        ///< of the radius
         double outside;     ///< cosines below it are out of the kernel's reach
         double acceptable;  ///< tiles with a cosine up to it are small for their distance
     };
     std::vector<Tile> tiles;
     /// [tile row or column][node] u or v; of a panorama the sine and the cosine of the angle
     std::vector<NodeValues> u, v, sineX, cosineX, sineY, cosineY;
-    std::vector<std::array<float, 4 * kTileNodes>> weights;  ///< [tile][solid angle, red, green, blue][node]
+    using Weights = std::vector<std::array<float, 4 * kTileNodes>>;  ///< [tile][solid angle, red, green, blue][node]
+    std::shared_ptr<Weights> weights;                                ///< the same for every kernel
 };
 
 struct PrefilteredLight::Sums {
     std::array<std::array<double, kNodes>, 4> columns{};  ///< [solid angle, red, green, blue]
 };
 
-PrefilteredLight::PrefilteredLight(const Environment& environment, double m, NormalDistribution lobe)
+PrefilteredLight::PrefilteredLight(const Environment& environment, double m, NormalDistribution lobe, const PrefilteredLight* other)
     : environment_(environment),
       isPanorama_(environment.projection == Environment::Projection::Equirectangular),
       m_(m),
@@ -138,9 +141,18 @@ PrefilteredLight::PrefilteredLight(const Environment& environment, double m, Nor
     for (const glm::vec3& texel : environment.texels.texels())
         brightest_ = std::max({brightest_, static_cast<double>(texel.x), static_cast<double>(texel.y), static_cast<double>(texel.z)});
     if (!(brightest_ > 0)) brightest_ = 1;
-    for (Grid& grid : grids_) place(grid);
-    integrate(grids_.front());
-    for (std::size_t i = 1; i < grids_.size(); ++i) join(grids_[i - 1], grids_[i]);
+    const auto hasSameTiles = [](const Grid& a, const Grid& b) { return a.down == b.down && a.across == b.across; };
+    if (other != nullptr && std::ranges::equal(grids_, other->grids_, hasSameTiles)) {
+        assert(&environment == &other->environment_);
+        for (std::size_t i = 0; i < grids_.size(); ++i) {
+            const bool isKinked = grids_[i].isKinked;
+            grids_[i] = other->grids_[i];
+            grids_[i].isKinked = isKinked;
+        }
+    } else {
+        integrateGrids();
+    }
+    for (Grid& grid : grids_) setReach(grid);
 }
 
 PrefilteredLight::PrefilteredLight(PrefilteredLight&&) noexcept = default;
@@ -156,6 +168,22 @@ glm::dvec3 PrefilteredLight::directionAt(int face, double x, double y) const {
     return {std::sin(y) * std::sin(x), std::cos(y), -std::sin(y) * std::cos(x)};
 }
 
+/// Sets what does not depend on the kernel.
+void PrefilteredLight::integrateGrids() {
+    for (Grid& grid : grids_) place(grid);
+    integrate(grids_.front());
+    for (std::size_t i = 1; i < grids_.size(); ++i) join(grids_[i - 1], grids_[i]);
+}
+
+/// Sets the cosines at which the tiles of a grid are out of the kernel's reach, or small enough.
+void PrefilteredLight::setReach(Grid& grid) const {
+    const auto cosineOf = [&](double angle) { return angle < std::numbers::pi ? std::cos(angle) : -2.0; };
+    for (Grid::Tile& tile : grid.tiles) {
+        tile.outside = cosineOf(support_ + tile.radius);
+        tile.acceptable = grid.step <= narrow_ ? 2.0 : lobe_ == NormalDistribution::Ggx ? cosineOf(grid.step + tile.radius) : -2.0;
+    }
+}
+
 /// Fills the places of a grid's tiles and nodes.
 void PrefilteredLight::place(Grid& grid) const {
     const int faces = isPanorama_ ? 1 : 6;
@@ -165,16 +193,13 @@ void PrefilteredLight::place(Grid& grid) const {
                 const double left = edge(grid, false, x), top = edge(grid, true, y);
                 Grid::Tile tile{};
                 tile.centre = directionAt(face, left + 0.5 * grid.step, top + 0.5 * grid.step);
-                double radius = 0;
+                double cosine = 1;
                 for (const double down : {0.0, 0.5, 1.0})  // the edges' middles too: a panorama's rows are curved
-                    for (const double right : {0.0, 0.5, 1.0}) {
-                        const glm::dvec3 corner = directionAt(face, left + right * grid.step, top + down * grid.step);
-                        radius = std::max(radius, std::acos(std::clamp(glm::dot(tile.centre, corner), -1.0, 1.0)));
-                    }
-                tile.sine = std::sin(std::min(radius, 0.5 * std::numbers::pi));
-                const auto cosineOf = [&](double angle) { return angle < std::numbers::pi ? std::cos(angle) : -2.0; };
-                tile.outside = cosineOf(support_ + radius);
-                tile.acceptable = grid.step <= narrow_ ? 2.0 : lobe_ == NormalDistribution::Ggx ? cosineOf(grid.step + radius) : -2.0;
+                    for (const double right : {0.0, 0.5, 1.0})
+                        cosine =
+                            std::min(cosine, glm::dot(tile.centre, directionAt(face, left + right * grid.step, top + down * grid.step)));
+                tile.radius = std::acos(std::max(cosine, -1.0));
+                tile.sine = std::sin(std::min(tile.radius, 0.5 * std::numbers::pi));
                 grid.tiles.push_back(tile);
             }
     const auto fill = [&](bool isRow, int count, std::vector<NodeValues>& places, std::vector<NodeValues>& sines,
@@ -193,7 +218,7 @@ void PrefilteredLight::place(Grid& grid) const {
     };
     fill(false, grid.across, grid.u, grid.sineX, grid.cosineX);
     fill(true, grid.down, grid.v, grid.sineY, grid.cosineY);
-    grid.weights.resize(grid.tiles.size());
+    grid.weights = std::make_shared<Grid::Weights>(grid.tiles.size());
 }
 
 /// Returns the points of the tiles along one axis, on which the source has `texels` texels.
@@ -258,7 +283,7 @@ void PrefilteredLight::integrate(Grid& grid) const {
                 }
                 for (std::size_t plane = 0; plane < 4; ++plane)
                     for (std::size_t i = 0; i < kTileNodes; ++i)
-                        grid.weights[tile][plane * kTileNodes + i] = static_cast<float>(sums[plane][i]);
+                        (*grid.weights)[tile][plane * kTileNodes + i] = static_cast<float>(sums[plane][i]);
                 ++tile;
             }
 }
@@ -275,7 +300,7 @@ void PrefilteredLight::join(const Grid& fine, Grid& coarse) const {
                 std::array<double, 4 * kTileNodes> sums{};
                 for (int child = 0; child < 4; ++child) {
                     const auto right = static_cast<std::size_t>(child % 2), below = static_cast<std::size_t>(child / 2);
-                    const auto& weights = fine.weights[indexOf(fine, face, 2 * x + child % 2, 2 * y + child / 2)];
+                    const auto& weights = (*fine.weights)[indexOf(fine, face, 2 * x + child % 2, 2 * y + child / 2)];
                     for (std::size_t plane = 0; plane < 4; ++plane)
                         for (std::size_t row = 0; row < kNodes; ++row) {
                             NodeValues line{};
@@ -288,7 +313,7 @@ void PrefilteredLight::join(const Grid& fine, Grid& coarse) const {
                                     sums[plane * kTileNodes + j * kNodes + i] += halves[below][row][j] * line[i];
                         }
                 }
-                auto& out = coarse.weights[indexOf(coarse, face, x, y)];
+                auto& out = (*coarse.weights)[indexOf(coarse, face, x, y)];
                 std::ranges::transform(sums, out.begin(), [](double sum) { return static_cast<float>(sum); });
             }
 }
@@ -319,7 +344,7 @@ void PrefilteredLight::addNodes(const Grid& grid, const TileIndex& at, const glm
                 kernel[y * kNodes + x] = (major + right * u[x] + down * v[y]) / std::sqrt(1 + u[x] * u[x] + v[y] * v[y]);
     }
     for (double& value : kernel) value = kernelShape<kLobe>(value, squaredM);
-    const float* const weights = grid.weights[indexOf(grid, at.face, at.x, at.y)].data();
+    const float* const weights = (*grid.weights)[indexOf(grid, at.face, at.x, at.y)].data();
     for (std::size_t plane = 0; plane < 4; ++plane)
         for (std::size_t y = 0; y < kNodes; ++y)
             for (std::size_t x = 0; x < kNodes; ++x)

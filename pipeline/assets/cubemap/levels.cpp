@@ -30,7 +30,8 @@ CubemapLevels::CubemapLevels(const verify::CookedCubemap& map, const formats::En
         const double m = map.mips[static_cast<std::size_t>(mip)].m;
         Level level;
         level.references = formats::Image<glm::vec3>(size, 6 * size);
-        if (m > 0) level.light.emplace(source, m, map.lobe);
+        const bool hasOther = !levels_.empty() && levels_.back().light;
+        if (m > 0) level.light.emplace(source, m, map.lobe, hasOther ? &*levels_.back().light : nullptr);
         levels_.push_back(std::move(level));
         const int rows = m > 0 ? kRows : size;
         for (int face = 0; face < 6; ++face)

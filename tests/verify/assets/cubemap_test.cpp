@@ -308,6 +308,27 @@ TEST(PrefilteredLight, NarrowLobesSeeTheTexelsTheyLieIn) {
     EXPECT_NEAR(light.towards(edge).x, 0.5 * (90 + static_cast<double>(environment.texels.at(19, 7).x)), 0.5);
 }
 
+/// What kernels share does not depend on which of them came first; tiles of another size are not taken.
+TEST(PrefilteredLight, IsTheSameBesideAnotherOfItsEnvironment) {
+    for (const bool isStrip : {false, true}) {
+        Environment environment = panorama(16, smooth);
+        if (isStrip) {
+            environment.projection = Environment::Projection::CubeStrip;
+            environment.texels = Image<glm::vec3>(8, 48, glm::vec3(1, 2, 3));
+            environment.texels.at(3, 20) = glm::vec3(40, 30, 20);
+        }
+        const PrefilteredLight other(environment, 1.0);
+        for (const double m : {0.02, 0.6, 0.8})
+            for (const auto lobe : {lighting::NormalDistribution::Beckmann, lighting::NormalDistribution::Ggx}) {
+                const PrefilteredLight alone(environment, m, lobe), beside(environment, m, lobe, &other);
+                for (int i = 0; i < 20; ++i) {
+                    const glm::dvec3 direction = lighting::fibonacciSphere(i, 20);
+                    EXPECT_EQ(beside.towards(direction), alone.towards(direction)) << m;
+                }
+            }
+    }
+}
+
 TEST(CubemapReference, ConstantsStayConstantInBothProjections) {
     for (const bool isStrip : {false, true}) {
         Environment environment;
