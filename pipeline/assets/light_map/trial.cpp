@@ -184,8 +184,9 @@ struct TriedRows {
 };
 
 /// Returns the errors of every stage of a plan on the surface of some rows of a map.
+/// hasErrors  false: the samples of a joint trial alone
 Result<TriedRows> tryPlan(const TriedMap& map, const compress::LightMapPlan& plan, const std::vector<TrialRows>& rows,
-                          const GroupShader& shader, const ActionContext& context) {
+                          const GroupShader& shader, bool hasErrors, const ActionContext& context) {
     const std::string layout(formats::info(plan.layout).name);
     const compress::EncodeOptions options = map.parameters.textures.encodeOptions();
     verify::LightMapSampling sampling;
@@ -201,7 +202,8 @@ Result<TriedRows> tryPlan(const TriedMap& map, const compress::LightMapPlan& pla
             const int first = shader.isEmpty() ? part.firstRow : std::max(0, part.firstRow - plan.blockHeight()),
                       end = std::min(plan.height, part.firstRow + part.rowCount + plan.blockHeight());
             LC_TRY(planned, planRows(map.source, plan, options, first, end));
-            TriedRows result{verifier->verifyRows(planned->decoded, planned->texels, part.firstRow, part.rowCount), {}};
+            TriedRows result{verifier->noErrors(), {}};
+            if (hasErrors) result.errors = verifier->verifyRows(planned->decoded, planned->texels, part.firstRow, part.rowCount);
             result.samples = shader.shade(std::move(planned->decoded), planned->texels, part);
             return result;
         },
@@ -354,7 +356,7 @@ private:
         const double planned = group.planned->isLearned() ? 0.4 : 0;  // of the pass, about
         LC_TRY(plan, planner_.plan(std::string(group.planned->name), group.filter, pass.between(0, planned)));
         LC_TRY(shader, GroupShader::create(group, *plan, map_.parameters.shading, whole_ ? &*whole_ : nullptr));
-        LC_TRY(measured, tryPlan(map_, *plan, levels_.rows(0, level + 1), *shader, pass.between(planned, 1)));
+        LC_TRY(measured, tryPlan(map_, *plan, levels_.rows(0, level + 1), *shader, true, pass.between(planned, 1)));
         for (std::size_t i = 0; i < group.layouts.size(); ++i) {
             const Trial& trial = group.layouts[i];
             const verify::LightMapErrors::Stage& stage = errorsOf(*trial.layout, *plan, measured->errors);
@@ -375,11 +377,15 @@ private:
         const LayoutGroup alone{tried.trial.layout, map_.parameters.decode.filterOf(*tried.trial.layout), {tried.trial}};
         LC_TRY(plan, planner_.plan(std::string(tried.trial.layout->name), alone.filter, pass));
         LC_TRY(shader, GroupShader::create(alone, *plan, map_.parameters.shading, whole_ ? &*whole_ : nullptr));
-        LC_TRY(more, tryPlan(map_, *plan, levels_.rows(tried.level + 1, level + 1), *shader, pass));
+        // A joint trial decides by its samples. The errors of the light map alone, which the report shows, stay those of the first levels.
+        LC_TRY(more, tryPlan(map_, *plan, levels_.rows(tried.level + 1, level + 1), *shader, !whole_, pass));
+        tried.level = level;
+        if (whole_) {
+            addSamples(tried, more->samples.front(), pass);
+            return {};
+        }
         tried.errors.merge(more->errors.stages.back().errors);
         tried.candidate = candidateOf(tried.trial, *plan, tried.errors);
-        tried.level = level;
-        if (whole_) addSamples(tried, more->samples.front(), pass);
         return {};
     }
 
