@@ -256,7 +256,7 @@ Result<void> WholeTrial::tryDominants(const std::optional<DominantTrial>& domina
     const auto derived = std::ranges::find(layouts, true, &DominantLayoutInfo::isDerived);
     isDerivedTried_ = derived != layouts.end() && (*fit)->verified == verify::DominantFit::Explained;
     if (derived != layouts.end()) layouts.erase(derived);
-    constexpr double kReference = 0.15;  // of the time, about
+    constexpr double kReference = 0.05;  // of the time, about
     LC_CHECK(shadeReference((*fit)->verified, context.between(0, kReference)));
     const auto none = std::ranges::find(layouts, 0, &DominantLayoutInfo::divisor);
     if (none != layouts.end()) {
@@ -275,8 +275,8 @@ Result<void> WholeTrial::tryDominants(const std::optional<DominantTrial>& domina
     for (auto first = layouts.begin(); first != layouts.end();) {
         const auto end = endOfSize(first);
         const double to = from + (1 - kReference) * lengthOf(*first) / length;
-        LC_TRY(encoder, DominantEncoder::create(*source_, parameters, **first, context.between(from, from + 0.2 * (to - from))));
-        LC_CHECK(tryDivisor(*encoder, {first, end}, (*fit)->verified, context.between(from + 0.2 * (to - from), to)));
+        LC_TRY(encoder, DominantEncoder::create(*source_, parameters, **first, context.between(from, from + 0.1 * (to - from))));
+        LC_CHECK(tryDivisor(*encoder, {first, end}, (*fit)->verified, context.between(from + 0.1 * (to - from), to)));
         from = to;
         first = end;
     }

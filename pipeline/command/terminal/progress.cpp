@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kBarWidth = 24;
 /// Time left is shown from here on: earlier estimates jump.
-constexpr double kLeastSeconds = 2, kLeastFraction = 0.03;
+constexpr double kLeastSeconds = 2, kLeastFraction = 0.08;
 
 /// Time of an action, as measured on the public scenes with one thread.
 struct WorkRate {
