@@ -16,11 +16,13 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bench/markdown_table.h"
 #include "bench/run_program.h"
 #include "bench/scene_files.h"
+#include "formats/light_map_layout.h"
 #include "formats/temporary_folder.h"
 
 namespace lightcook::bench {
@@ -50,12 +52,19 @@ void writeScene(const fs::path& file, const std::string& name, const fs::path& l
 
 struct Row {
     std::string scene, layout;
-    Json lightMap;            ///< the light map's entry of report.json
+    Json lightMap = {};       ///< the light map's entry of report.json
     double seconds = 0;       ///< median of the runs
+    double userSeconds = 0;   ///< processor time of a run, median
     double secondsAgain = 0;  ///< of a second cook of the unchanged scene
     std::int64_t peakRssBytes = 0;
     std::int64_t gpuBytes = 0;  ///< of the scene
+    Json pair = {};             ///< layouts of the light map and its dominant light, where both were chosen together
 };
+
+double medianOf(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
 
 /// Runs a cook. Throws std::runtime_error with its output if it fails.
 /// what  the name of the cook for the error
@@ -66,26 +75,32 @@ ProgramRun cookOnce(const std::vector<std::string>& command, const fs::path& log
 }
 
 /// Cooks a scene of one light map `runs` times with an empty cache, and once more unchanged.
-Row cook(const Options& options, const fs::path& program, const std::string& scene, const fs::path& sceneFile, const std::string& layout) {
+/// more  further words of the command
+Row cook(const Options& options, const fs::path& program, const std::string& scene, const fs::path& sceneFile, const std::string& layout,
+         const std::vector<std::string>& more = {}) {
     const TemporaryFolder folder;
     const fs::path out = folder.path() / "out", log = folder.path() / "log";
     ::setenv("LIGHTCOOK_CACHE", (folder.path() / "cache").c_str(), 1);
-    const std::vector<std::string> command = {program.string(), "cook", sceneFile.string(), "-o", out.string()};
+    std::vector<std::string> command = {program.string(), "cook", sceneFile.string(), "-o", out.string()};
+    command.insert(command.end(), more.begin(), more.end());
     const std::string what = fmt::format("{} {}", scene, layout);
-    Row row{scene, layout, {}, 0, 0, 0, 0};
-    std::vector<double> seconds;
+    Row row{scene, layout};
+    std::vector<double> seconds, userSeconds;
     for (int i = 0; i < options.runs; ++i) {
         fs::remove_all(folder.path() / "cache");
         fs::remove_all(out);
         const ProgramRun cooked = cookOnce(command, log, what);
         seconds.push_back(cooked.seconds);
+        userSeconds.push_back(cooked.userSeconds);
         row.peakRssBytes = std::max(row.peakRssBytes, cooked.peakRssBytes);
     }
-    std::sort(seconds.begin(), seconds.end());
-    row.seconds = seconds[seconds.size() / 2];
+    row.seconds = medianOf(std::move(seconds));
+    row.userSeconds = medianOf(std::move(userSeconds));
     row.secondsAgain = cookOnce(command, log, what + ", again").seconds;
     const Json report = Json::parse(contentOf(out / "report.json"));
     row.gpuBytes = report.at("budget").at("used_bytes").get<std::int64_t>();
+    for (const Json& point : report.at("budget").value("frontier", Json::array()))
+        if (point.at("chosen").get<bool>()) row.pair = point.at("layouts").front();
     for (const Json& asset : report.at("assets")) {
         if (asset.at("kind") == "light-map") row.lightMap = asset;
     }
@@ -120,21 +135,48 @@ void printRow(const Row& row) {
                   pair("max_sampled"), pair("max_bound"), row.seconds, row.secondsAgain, row.peakRssBytes >> 20);
 }
 
-/// Writes and cooks the scene of a light map and of the files beside it whose names begin with its own, as a new user would.
+/// Returns the visible error (p99) of what a pixel shows; of a map without directions, that of its diffuse light.
+double visibleOf(const Json& map) {
+    if (map.contains("whole")) return map.at("whole").at("visible").at("p99").get<double>();
+    return map.at("stages").back().at("error").at("diffuse").at("visible").at("p99").get<double>();
+}
+
+/// Writes and cooks the scene of a light map and of the files beside it whose names begin with its own, as a new user would; then with the
+/// layouts that were chosen, and no others.
 void benchDraft(const Options& options, const fs::path& program, const std::string& scene, const fs::path& lightMap) {
     const TemporaryFolder folder;
-    const fs::path inputs = folder.path() / "scene", file = folder.path() / "scene.toml", out = folder.path() / "out";
+    const fs::path inputs = folder.path() / "scene", file = folder.path() / "scene.toml";
     fs::create_directory(inputs);
     for (const auto& entry : fs::directory_iterator(fs::absolute(lightMap).parent_path()))
         if (entry.path().filename().string().starts_with(scene)) fs::create_symlink(entry.path(), inputs / entry.path().filename());
     cookOnce({program.string(), "init", inputs.string(), "-o", file.string()}, folder.path() / "log", scene + ", init");
     const Row row = cook(options, program, scene, file, "as init writes it");
     const Json& map = row.lightMap;
+    const std::string layout = map.at("layout").get<std::string>();
+    const std::string dominant = row.pair.is_null() ? "" : row.pair.at("dominant_layout").get<std::string>();
+    const fs::path named = folder.path() / "named.toml";
+    std::string text = contentOf(file);
+    constexpr std::string_view kSection = "[[light_map]]\n";
+    if (!dominant.empty()) text.insert(text.find(kSection) + kSection.size(), fmt::format("dominant_layout = \"{}\"\n", dominant));
+    std::ofstream(named) << text;
+    const Row alone = cook(options, program, scene, named, layout, {"--layout", layout});
     const auto texels = map.at("width").get<std::int64_t>() * map.at("height").get<std::int64_t>();
-    constexpr int kFloats = 27;
-    printTableRow("{} | {:.4g} MiB | {:.2f} MiB | {} | {:.1f} | {:.1f}", scene, kFloats * 4 * static_cast<double>(texels) / (1 << 20),
-                  static_cast<double>(row.gpuBytes) / (1 << 20), map.at("layout").get<std::string>(),
-                  map.at("whole").at("visible").at("p99").get<double>(), row.seconds);
+    const int floats = formats::isFlat(layout) ? 3 : 27;
+    printTableRow("{} | {:.4g} MiB | {:.2f} MiB | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f}", scene,
+                  floats * 4 * static_cast<double>(texels) / (1 << 20), static_cast<double>(row.gpuBytes) / (1 << 20),
+                  dominant.empty() ? layout : layout + ", " + dominant, visibleOf(map), row.seconds, alone.seconds, row.userSeconds,
+                  alone.userSeconds);
+}
+
+/// Returns the light maps that engines baked, without the ending of their names, of the shared data.
+std::map<std::string, fs::path> engineMaps(const Options& options) {
+    std::map<std::string, fs::path> maps;
+    const fs::path folder = options.data / "engine_lightmaps";
+    if (!fs::is_directory(folder)) return maps;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.path().extension() == ".exr" && entry.path().stem().string().find(options.scene) != std::string::npos)
+            maps[entry.path().stem()] = entry.path();
+    return maps;
 }
 
 Json toJson(const Row& row) {
@@ -163,9 +205,11 @@ int benchScenes(const Options& options) {
         }
     }
     fmt::print("\nWhole scenes as init writes them: a visible error (p99) of what a pixel shows within 5.\n\n");
-    printTableHead({"scene", ">float bake", ">GPU", "light map", ">visible", ">s"});
+    printTableHead({"scene", ">float bake", ">GPU", "light map, dominant light", ">visible", ">s", ">s of these alone", ">CPU s",
+                    ">CPU s of these alone"});
     for (const auto& [scene, lightMap] : sceneFiles(options.data, options.scene))
         if (fs::exists(lightMap.parent_path() / (scene + ".glb"))) benchDraft(options, program, scene, lightMap);
+    for (const auto& [scene, lightMap] : engineMaps(options)) benchDraft(options, program, scene, lightMap);
     if (!options.json.empty()) std::ofstream(options.json) << rows.dump(1) << '\n';
     return 0;
 }
