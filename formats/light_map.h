@@ -32,6 +32,8 @@ struct LightMapDescription {
     ShPhase phase = ShPhase::None;
     ShFrame frame = ShFrame::World;
     BakeAxes axes = {};  ///< of the coefficients, directions and normals of the file; of a tangent frame, those of its normals
+    /// Of the coefficients and normals that LightMapReader returns, against those of the mesh: for shaders of engines in other axes.
+    BakeAxes outputAxes = {};
     ShQuantity quantity = ShQuantity::Radiance;
     LightUnits lightUnits = LightUnits::Radiometric;
     LightEncoding encoding = LightEncoding::Auto;  ///< of the file, if it is a picture of 8 or 16 bits; for formats that take it

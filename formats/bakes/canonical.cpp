@@ -291,8 +291,10 @@ Result<LightMapStrip> Canonicalizer::operator()(RawStrip raw, int firstRow, cons
             }
             LC_CHECK(checkTexel(sh, x, y, brightest, strip, reader));
             if (raw.negative.width() > 0) LC_CHECK(checkStored(raw.negative.at(x, y), x, y, strip, reader));
-            if (conversion_.isIdentity()) continue;
-            LC_CHECK(convert(sh, x, y, strip, reader));
+            if (!conversion_.isIdentity()) LC_CHECK(convert(sh, x, y, strip, reader));
+            if (!output_) continue;
+            sh = output_->apply(sh);
+            strip.normal.at(x, y) = glm::vec3(outputAxes_(glm::dvec3(strip.normal.at(x, y))));
         }
     }
     strip.sh = std::move(raw.sh);

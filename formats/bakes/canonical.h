@@ -1,5 +1,6 @@
 // Conversion of a bake to canonical form, which every bake format shares: no Condon-Shortley signs, incident radiance in radiometric
-// units, world axes, scene-linear working colour. Texels that cannot be light are refused or repaired before the conversion.
+// units, world axes, scene-linear working colour. Texels that cannot be light are refused or repaired before the conversion. At last light
+// and normals are turned into the axes that the description asks for (LightMapDescription::outputAxes).
 #pragma once
 
 #include <array>
@@ -48,8 +49,10 @@ public:
           repairs_(description.repair),
           isCompressed_(description.isCompressed),
           normalAxes_(normalAxes),
-          conversion_(description, colors) {
+          conversion_(description, colors),
+          outputAxes_(description.outputAxes) {
         for (std::size_t degree = 0; degree < longestBands_.size(); ++degree) longestBands_[degree] = conversion_.longestBand(degree);
+        if (!outputAxes_.isIdentity()) output_.emplace(outputAxes_.matrix());
     }
 
     /// Returns a strip that `reader` read, in canonical form. Fails at the first covered texel that is no light, unless the description
@@ -77,6 +80,8 @@ private:
     BakeAxes normalAxes_;
     CanonicalConversion conversion_;
     std::array<double, 3> longestBands_{};  ///< CanonicalConversion::longestBand
+    BakeAxes outputAxes_;
+    std::optional<lighting::ShRotation> output_;  ///< from the axes of the mesh to those of the strips; none: they are the same
 };
 
 }  // namespace lightcook::formats

@@ -328,6 +328,9 @@ Result<LightMapReader> LightMapReader::open(const std::filesystem::path& file, c
             ErrorCode::InvalidRequest, subject,
             "found no mesh, expected mesh = \"FILE\" (--mesh) with light-map UVs: the layout stores light relative to tangents of "
             "the surface");
+    if (takesTangents && !complete->outputAxes.isIdentity())
+        return failure(ErrorCode::InvalidRequest, subject.at("output_axes"),
+                       "found output_axes for a layout in tangent space, expected none: its light is relative to the surface in any axes");
     if (takesTangents && complete->frame == ShFrame::Tangent)
         return failure(ErrorCode::InvalidRequest, subject,
                        "found frame \"tangent\" for a layout that takes the normals of the mesh, expected \"world\"");

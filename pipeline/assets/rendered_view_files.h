@@ -19,7 +19,7 @@ template <class Fields, Is<RenderedView> Self>
 void describe(Fields& fields, Self& view) {
     fields.required("reference", view.reference, kFileInFolder, "the mesh lit by the bake");
     fields.required("cooked", view.cooked, kFileInFolder, "the mesh lit by the cooked map");
-    fields.required("position", view.position, "place at the centre of the picture, in the mesh's world");
+    fields.required("position", view.position, "place at the centre of the picture, in the mesh's world, turned by `output_axes`");
     fields.required("normal", view.normal, "normal of the mesh there, along which the camera looks back");
     fields.required("distance", view.distance, "distance of the camera [scene units]");
 }

@@ -65,7 +65,7 @@ void describe(Fields& fields, Self& place) {
     fields.required("added", place.added, kFigure, "step of the cooked map less that of the bake, at least 0");
     fields.required("bake_step", place.bakeStep, kFigure, "step of the bake");
     fields.required("cooked_step", place.cookedStep, kFigure, "step of the cooked map");
-    fields.required("position", place.position, "place in the mesh's world");
+    fields.required("position", place.position, "place in the mesh's world, turned by `output_axes`");
     fields.required("edge", place.edge, "both ends of the edge");
     fields.required("texels", place.texels, "x and y of each side; fractions lie between texel centres");
     fields.required("normal", place.normal, "normal of the shading");

@@ -284,6 +284,7 @@ std::vector<KeyOption> conventionOptions() {
             {"light_map.phase"},
             {"light_map.frame"},
             {"light_map.axes"},
+            {"light_map.output_axes"},
             {"light_map.quantity"},
             {"light_map.light_units"},
             {"light_map.encoding"},

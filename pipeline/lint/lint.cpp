@@ -188,6 +188,7 @@ std::vector<Action> planLint(const Scene& scene, bool repair, const std::optiona
         if (!isMeant(entry.name)) continue;
         formats::LightMapDescription description = entry.description;
         description.repair = description.repair || repair;
+        description.outputAxes = {};  // findings are in the axes of the mesh
         Inputs inputs = bakeInputs(entry.file, entry.description);
         if (entry.groundTruth) inputs[kGroundTruthRole] = *entry.groundTruth;  // a file that is missing is an error
         actions.push_back({lightMapFactsId(entry),

@@ -267,6 +267,9 @@ void describeKeys(Keys& keys, LightMapEntry& entry) {
                   "is Z up. Turns coefficients, directions and normals of the file; of `frame = \"tangent\"`, the normals that the frames "
                   "are of. It brings the bake into the world of the mesh; `up_axis` says which axis of that world points up, and neither "
                   "changes the other");
+    keys.optional("output_axes", description.outputAxes, {.type = "three of `x`, `y`, `z`, each with or without `-`"},
+                  "of a layout that an engine reads: components of a vector in the axes of the mesh that are x, y and z in those of the "
+                  "engine's shader: `\"-x,y,z\"` for Unity, where glTF has -x. The cooked light, its errors and its normals are in them");
     convention("quantity", description.quantity, "quantity that the coefficients expand");
     convention("light_units", description.lightUnits, "units of the bake's light sources");
     convention("encoding", description.encoding,

@@ -92,6 +92,27 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
     return "";
 }
 
+/// Returns what is wrong with other axes of a cooked light map beside its other settings, or an empty text.
+std::string whyNotTurned(const OutputSettings& output, const LightMapEntry& entry) {
+    if (entry.description.outputAxes.isIdentity()) return "";
+    const std::string asked = layoutAsked(output);
+    const formats::LayoutList one = {asked}, &layouts = asked == kAutoLayout ? layoutsFor(output, entry) : one;
+    const auto isTurned = [](const std::string& name) {
+        const auto layout = formats::lightMapLayoutFromName(name);
+        return layout && formats::info(*layout).isForEngine && !formats::info(*layout).isInTangentSpace;
+    };
+    if (layouts.empty() || !std::ranges::all_of(layouts, isTurned))
+        return "found light_map.output_axes beside a layout that lightcook.glsl decodes in the axes of the mesh, expected a layout with "
+               "the "
+               "directions of an engine's own shader: light_map_layout = \"bakery\", \"godot\", \"mono-sh\" or \"unreal-hq\"";
+    if (output.gltf)
+        return "found light_map.output_axes with gltf = true, expected one of them: the glTF binds the light in the axes of its mesh";
+    if (isPacked(output, entry)) return "found light_map.output_axes beside charts that are packed, expected charts = \"keep\"";
+    if (entry.groundTruth)
+        return "found light_map.output_axes beside ground_truth, whose values are in the axes of the mesh, expected one of them";
+    return "";
+}
+
 /// Returns the reason why the format of a reflection map is not possible for a target; empty if it is possible.
 std::string whyNotFormat(const GradientEntry& entry, Target target) {
     const RsrmFormatInfo* const format = rsrmFormatFromName(entry.format);
@@ -171,7 +192,7 @@ std::vector<SettingsRule> rulesOf(const formats::ColorSpaces& colors) {
 std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry) {
     const OutputSettings& output = scene.output;
     const formats::LightMapDescription& description = entry.description;
-    const std::string layouts = whyNotLayouts(output, entry), packed = whyNotPacked(output, entry);
+    const std::string layouts = whyNotLayouts(output, entry), packed = whyNotPacked(output, entry), turned = whyNotTurned(output, entry);
     const char* const charts = entry.charts.mode ? "charts" : "output.charts";
     const bool hasSurfaces = !description.mesh.empty();
     const DominantLayoutInfo* const dominant = dominantLayoutFromName(entry.dominantLayout.value_or(""));
@@ -206,6 +227,7 @@ std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry
                      entry.dominantLayout.value_or(""))},
         {"layouts", !layouts.empty(), layouts, "output.light_map_layout"},
         {charts, !packed.empty(), packed},
+        {"output_axes", !turned.empty(), turned, "output.light_map_layout"},
         {"charts_max_visible", !isPacked(output, entry), kNoneIsPacked, charts, Idle::InFile},
     };
 }

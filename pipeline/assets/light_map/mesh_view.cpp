@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <utility>
 
 namespace lightcook::pipeline {
 namespace {
@@ -156,6 +157,18 @@ std::vector<verify::SurfaceTriangle> litTriangles(const formats::GltfScene& scen
         }
     }
     return triangles;
+}
+
+void turn(std::span<verify::SurfaceTriangle> triangles, const formats::BakeAxes& axes) {
+    if (axes.isIdentity()) return;
+    for (verify::SurfaceTriangle& triangle : triangles) {
+        for (glm::dvec3& position : triangle.position) position = axes(position);
+        for (glm::vec3& normal : triangle.normal) normal = glm::vec3(axes(glm::dvec3(normal)));
+        if (axes.isRotation()) continue;
+        std::swap(triangle.position[1], triangle.position[2]);
+        std::swap(triangle.normal[1], triangle.normal[2]);
+        std::swap(triangle.uv[1], triangle.uv[2]);
+    }
 }
 
 std::optional<MeshPlace> placeAt(std::span<const verify::SurfaceTriangle> triangles, const glm::dvec2& uv, const glm::dvec2& size) {

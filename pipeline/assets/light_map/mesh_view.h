@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/bake_axes.h"
 #include "formats/gltf_scene.h"
 #include "formats/image.h"
 #include "verify/seams.h"
@@ -18,6 +19,9 @@ namespace lightcook::pipeline {
 
 /// Returns the triangles that nodes draw and that have light-map UVs (TEXCOORD_1), in the world of the mesh.
 std::vector<verify::SurfaceTriangle> litTriangles(const formats::GltfScene& scene);
+
+/// Turns triangles into other axes. Their front stays the front under a reflection.
+void turn(std::span<verify::SurfaceTriangle> triangles, const formats::BakeAxes& axes);
 
 /// A place of a mesh.
 struct MeshPlace {

@@ -182,6 +182,8 @@ void describe(Fields& fields, Self& description) {
                      "what says which texels lie inside charts");
     fields.presentIf(!description.axes.isIdentity(), "axes", description.axes,
                      "components of the file's vectors that are x, y and z of the mesh; `x,y,z` if absent");
+    fields.presentIf(!description.outputAxes.isIdentity(), "output_axes", description.outputAxes,
+                     "components of a vector in the axes of the mesh that are x, y and z of the cooked map's; `x,y,z` if absent");
     fields.presentIf(description.hasNoLmbake, "no_lmbake", description.hasNoLmbake,
                      "true if the UVs of a bake of Godot are in the whole map already");
     fields.presentIf(!description.places.empty(), "places", description.places,

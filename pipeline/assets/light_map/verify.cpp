@@ -76,6 +76,7 @@ Result<CheckedLightMap> openMap(const ActionContext& context) {
     LC_TRY(truth, GroundTruth::open(context, bake, description->colors));
     auto mesh = meshOf(context, description->places);
     auto triangles = mesh ? litTriangles(*mesh) : std::vector<verify::SurfaceTriangle>();
+    turn(triangles, description->outputAxes);
     // A map of constant light stands for texels that no chart names.
     auto charts = mesh && !bake.constantTexels() ? MapCharts::of(lightMapMeshes(*mesh), bake.width(), bake.height()) : std::nullopt;
     TexelErrors none{cooked->verifier().noErrors()};

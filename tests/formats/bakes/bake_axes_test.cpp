@@ -133,6 +133,31 @@ TEST(BakeAxes, RadianceAndNormalsTurnIntoTheAxesOfTheMesh) {
     }
 }
 
+/// Shaders of engines take light and normals in axes of their own.
+TEST(BakeAxes, OutputAxesTurnLightAndNormalsAfterAllElse) {
+    const MapFile map(mapOfRadiance(glm::normalize(dvec3(3, -1, 2))));
+    for (const Turn& turn : kTurns) {
+        LightMapDescription toMesh, toMeshAndBack;
+        toMesh.outputAxes = toMeshAndBack.axes = *BakeAxes::fromName(turn.name);
+        toMeshAndBack.outputAxes = toMeshAndBack.axes.inverse();
+        LightMapDescription byAxes;
+        byAxes.axes = toMesh.outputAxes;
+        const auto expectSame = [&](const LightMapDescription& a, const LightMapDescription& b) {
+            const LightMapStrip found = readAll(map.path, a), expected = readAll(map.path, b);
+            for (std::size_t i = 0; i < 9; ++i)
+                EXPECT_LT(glm::distance(found.sh.at(1, 0)[i], expected.sh.at(1, 0)[i]), 1e-5f) << turn.name << ", coefficient " << i;
+            EXPECT_LT(glm::distance(found.normal.at(1, 0), expected.normal.at(1, 0)), 1e-6f) << turn.name;
+        };
+        expectSame(toMesh, byAxes);
+        expectSame(toMeshAndBack, {});
+        // Frames are those of the normals in the file.
+        toMeshAndBack.frame = ShFrame::Tangent;
+        LightMapDescription tangent;
+        tangent.frame = ShFrame::Tangent;
+        expectSame(toMeshAndBack, tangent);
+    }
+}
+
 /// Coefficients about each normal are turned to the world of the file by the normal of the file, and with it to that of the mesh.
 TEST(BakeAxes, TangentFramesAreThoseOfTheNormalsInTheFile) {
     const MapFile map(mapOfRadiance(glm::normalize(dvec3(3, -1, 2))));
@@ -163,6 +188,8 @@ TEST(BakeAxes, NormalsOfTheMeshStay) {
     description.mesh = map.folder / "square.glb";
     description.axes = *BakeAxes::fromName("x,z,-y");
     EXPECT_EQ(readAll(map.path, description).normal.at(0, 0), glm::vec3(0, 1, 0));
+    description.outputAxes = *BakeAxes::fromName("x,z,-y");
+    EXPECT_EQ(readAll(map.path, description).normal.at(0, 0), glm::vec3(0, 0, -1)) << "but for the shader that reads them";
 }
 
 /// q3map2 writes directions with z up. They are compared with normals of the mesh before they become coefficients.

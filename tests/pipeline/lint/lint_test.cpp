@@ -110,6 +110,9 @@ TEST(Lint, NamesTheAxesToWrite) {
     EXPECT_THAT(otherwise.findings[0].found, HasSubstr("with axes = \"x,z,y\" it is 0.0 %")) << "from those of the file";
     scene.replaceInScene("axes = \"-x,y,z\"", "axes = \"x,z,y\"");
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre());
+    scene.replaceInScene("axes = \"x,z,y\"", "axes = \"x,z,y\"\noutput_axes = \"-x,y,z\"");
+    scene.replaceInScene("[output]\n", "[output]\nlight_map_layout = \"bakery\"\n");
+    EXPECT_THAT(codesOf(scene.lint()), ElementsAre()) << "the shader that reads the cooked map is not the mesh's matter";
 }
 
 TEST(Lint, NamesTheOtherFrame) {
