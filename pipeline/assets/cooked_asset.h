@@ -174,6 +174,7 @@ struct CookedAsset {
     std::optional<std::string> quantity, distribution, normalization, units, phase, frame;
     std::optional<int> decodeDegree;
     std::optional<formats::LightMapFilter> filter;  ///< of a light map
+    std::optional<double> key;                      ///< of a light map
     std::optional<std::string> mipsEnd;             ///< of a light map that was asked for mip levels
     std::optional<bool> dither;
     std::optional<std::string> file;                   ///< of a mesh
@@ -229,6 +230,9 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("filter", asset.filter,
                     "how the light between texels of a light map follows from theirs: `hardware`: the sampler filters texels, the shader "
                     "decodes the result; `decoded`: the shader decodes four texels and mixes the light of those that are covered");
+    fields.optional("key", asset.key, between(0, HUGE_VAL),
+                    "of a light map: log-average luminance of the exit radiance of white surfaces, which a display is exposed for; an "
+                    "exposure of 0.18 / key shows it as middle grey. 0: the map is black");
     fields.optional("mips_end", asset.mipsEnd, "of a light map with `mips = true`: why its textures have no further mip level");
     fields.optional("dither", asset.dither, "true if the codes of a reflection map are dithered");
     fields.optional("light_map", asset.lightMap, "light map that a mesh is lit by, or that a dominant light belongs to");

@@ -219,6 +219,7 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
                                    parameters->detail->limit, (*detail)->plan.constants};
     if (*detail)
         *asset.bitsPerTexel += 8.0 * static_cast<double>((*detail)->gpuBytes()) / (static_cast<double>(plan->width) * plan->height);
+    asset.key = measured->key.displayKey();
     if (parameters->mips) {
         LC_TRY(survey, (*source)->mipSurvey(context));
         asset.mipsEnd = plan->mipCount < (*survey)->count ? coverageEnd(plan->width, plan->height, plan->mipCount) : (*survey)->end;
