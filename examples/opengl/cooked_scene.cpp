@@ -98,8 +98,10 @@ Texture loadTexture(const std::filesystem::path& file, bool isFetched) {
     for (int mip = 0; mip < shape.mipCount; ++mip)
         for (int layer = 0; layer < shape.layerCount; ++layer)
             uploadImage(texture, shape, {mip, layer, 0}, valueOf(reader.readImage({mip, layer, 0})));
-    const GLenum between = shape.mipCount > 1 ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR;
-    glTextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, isFetched ? GL_NEAREST : between);
+    // No other level than the first can be fetched of a texture whose filter has no mips.
+    const bool hasMips = shape.mipCount > 1;
+    const GLenum filtered = hasMips ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR, fetched = hasMips ? GL_NEAREST_MIPMAP_NEAREST : GL_NEAREST;
+    glTextureParameteri(texture.name, GL_TEXTURE_MIN_FILTER, isFetched ? fetched : filtered);
     glTextureParameteri(texture.name, GL_TEXTURE_MAG_FILTER, isFetched ? GL_NEAREST : GL_LINEAR);
     for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) glTextureParameteri(texture.name, wrap, GL_CLAMP_TO_EDGE);
     if (glGetError() != GL_NO_ERROR) throw std::runtime_error(file.string() + ": this device has no such texture");

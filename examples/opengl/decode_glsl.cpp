@@ -3,6 +3,7 @@
 // name. Learned layouts take the textures themselves. With filter "decoded" the function decodes four texels, and their light is mixed.
 #include "decode_glsl.h"
 
+#include <algorithm>
 #include <cctype>
 #include <stdexcept>
 
@@ -37,7 +38,7 @@ const Json* findTexture(const Json& lightMap, const std::string& role) {
 }
 
 /// GLSL of the texels that a decode reads. Filter "hardware": filtered at `vec2 uv`. Filter "decoded": that of the map's texel `ivec2
-/// texel`.
+/// texel` of mip `int level`.
 class Fetches {
 public:
     explicit Fetches(const Json& lightMap) : lightMap_(lightMap) {}
@@ -49,7 +50,7 @@ public:
         if (!isDecoded()) return isArray ? "texture(" + name + ", vec3(uv, " + layer + "))" : "texture(" + name + ", uv)";
         const int side = texture.value("side", 1);  // of the square of the map's texels that reads one of its texels
         const std::string at = side > 1 ? "texel / " + std::to_string(side) : "texel";
-        return "texelFetch(" + name + ", " + (isArray ? "ivec3(" + at + ", " + layer + ")" : at) + ", 0)";
+        return "texelFetch(" + name + ", " + (isArray ? "ivec3(" + at + ", " + layer + ")" : at) + ", level)";
     }
     /// Returns statements that set the member of a texture.
     std::string all(const Json& texture) const {
@@ -72,7 +73,7 @@ Decode learnedDecode(const Json& lightMap, const Fetches& fetches, const std::st
     std::string body;
     if (findTexture(lightMap, "index") != nullptr) {
         body += "  vec2 size = vec2(textureSize(map_l0, 0).xy);\n";
-        if (fetches.isDecoded()) body += "  vec2 uv = (vec2(texel) + 0.5) / size;\n";
+        if (fetches.isDecoded()) body += "  vec2 uv = (vec2(texel) + 0.5) * exp2(float(level)) / size;\n";
         body += "  cluster = lcBasisCluster(texture(map_index, lcBasisIndexUv(uv, size)), uv, size);\n";
     }
     body += "  vec4 l0 = " + fetches.one("l0") + ";\n  LcSh sh = lcLightMapBasis" + codeCount + "From(l0, " + fetches.one("code") +
@@ -109,17 +110,35 @@ Decode decodeOf(const Json& lightMap, const Fetches& fetches, const std::string&
     return plainDecode(lightMap, fetches, shaderName(layout), include);
 }
 
-/// Returns lightMapSh() of filter "decoded": the light of the covered texels around a place, mixed (filter.glsl).
+/// Returns the number of mip levels of a light map. Textures of clusters and tables have one.
+int mipCount(const Json& lightMap) {
+    int count = 0;
+    for (const Json& texture : lightMap.at("textures")) count = std::max(count, texture.at("mips").get<int>());
+    return count;
+}
+
+/// Returns lightMapSh() of filter "decoded": the light of the covered texels around a place, mixed (filter.glsl), in the two levels that a
+/// trilinear sampler would take.
 std::string mixGlsl(const Json& lightMap) {
-    const std::string size = std::to_string(lightMap.at("width").get<int>()) + ", " + std::to_string(lightMap.at("height").get<int>());
+    const std::string size =
+        "vec2(" + std::to_string(lightMap.at("width").get<int>()) + ", " + std::to_string(lightMap.at("height").get<int>()) + ")";
     std::string covered, decoded;
     for (const std::string corner : {"00", "10", "01", "11"}) {
-        covered += (covered.empty() ? "isCovered(q.texel" : ", isCovered(q.texel") + corner + ")";
-        decoded += "lightMapTexel(ivec2(q.texel" + corner + "), cluster), ";
+        covered += (covered.empty() ? "isCovered(q.texel" : ", isCovered(q.texel") + corner + ", level)";
+        decoded += "lightMapTexel(ivec2(q.texel" + corner + "), level, cluster), ";
     }
-    return "float isCovered(vec2 texel) {\n  return lcCovered(texelFetch(map_coverage, ivec2(lcCoverageTexel(texel)), 0), texel);\n}\n"
-           "LcSh lightMapSh(vec2 uv, int cluster) {\n  LcQuad q = lcQuad(uv, vec2(" +
-           size + "));\n  q = lcCoveredQuad(q, vec4(" + covered + "));\n  return lcMix(" + decoded + "q.weights);\n}\n";
+    return "float isCovered(vec2 texel, int level) {\n  return lcCovered(texelFetch(map_coverage, ivec2(lcCoverageTexel(texel)), level), "
+           "texel);\n}\n"
+           "LcSh lightMapLevel(vec2 uv, int level, int cluster) {\n  LcQuad q = lcQuad(uv, " +
+           size + " * exp2(-float(level)));\n  q = lcCoveredQuad(q, vec4(" + covered + "));\n  return lcMix(" + decoded +
+           "q.weights);\n}\n"
+           "LcSh lightMapSh(vec2 uv, int cluster) {\n  vec2 across = dFdx(uv) * " +
+           size + ", down = dFdy(uv) * " + size +
+           ";\n  float level = clamp(0.5 * log2(max(max(dot(across, across), dot(down, down)), 1.0)), 0.0, " +
+           std::to_string(mipCount(lightMap) - 1) +
+           ".0), share = fract(level);\n  LcSh sh = lightMapLevel(uv, int(level), cluster);\n  if (share <= 0.0) return sh;\n"
+           "  LcSh next = lightMapLevel(uv, int(level) + 1, cluster);\n"
+           "  for (int i = 0; i < 9; ++i) sh.c[i] = mix(sh.c[i], next.c[i], share);\n  return sh;\n}\n";
 }
 
 }  // namespace
@@ -134,7 +153,7 @@ std::string decodeGlsl(const Json& lightMap, const std::string& include) {
     const Fetches fetches(lightMap);
     const Decode decode = decodeOf(lightMap, fetches, include);
     const std::string head =
-        fetches.isDecoded() ? "LcSh lightMapTexel(ivec2 texel, int cluster) {\n" : "LcSh lightMapSh(vec2 uv, int cluster) {\n";
+        fetches.isDecoded() ? "LcSh lightMapTexel(ivec2 texel, int level, int cluster) {\n" : "LcSh lightMapSh(vec2 uv, int cluster) {\n";
     return glsl + decode.declarations + head + decode.body + "}\n" + (fetches.isDecoded() ? mixGlsl(lightMap) : "");
 }
 

@@ -13,7 +13,8 @@ export const options = {
   target: numbers("target", [2.75, 2.75, 2.75]),
   /** From the lower to the upper edge of the picture [degrees]. */
   fov: numbers("fov", [34])[0],
-  exposure: numbers("exposure", [1])[0],
+  /** Factor of the light; undefined: as the scene's key says. */
+  exposure: numbers("exposure", [])[0],
   antialias: query.get("antialias") !== "0",
 };
 

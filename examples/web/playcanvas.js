@@ -20,7 +20,7 @@ start(async () => {
 
   const cooked = await CookedScene.open(options.cooked, { device, draco: options.draco });
   for (const lightMap of cooked.assets("light-map")) {
-    const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure, srgb: true });
+    const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure ?? cooked.exposure(), srgb: true });
     for (const asset of cooked.assets("mesh").filter((mesh) => mesh.light_map === lightMap.name)) app.root.addChild(await cooked.mesh(asset, material));
   }
 

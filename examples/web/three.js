@@ -13,7 +13,7 @@ start(async () => {
 
   const cooked = await CookedScene.open(options.cooked, { gl: renderer.getContext(), draco: options.draco });
   for (const lightMap of cooked.assets("light-map")) {
-    const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure, srgb: true });
+    const material = lightMapMaterial(cooked, await cooked.lightMap(lightMap), { exposure: options.exposure ?? cooked.exposure(), srgb: true });
     const both = material.clone();
     both.uniforms = material.uniforms;
     both.side = DoubleSide;

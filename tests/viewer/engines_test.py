@@ -9,6 +9,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import time
 import unittest
 
 from viewer_test import CACHE, LIGHTCOOK, ROOT, Folder, decoded_textures, np, run, skip
@@ -96,7 +97,7 @@ specular = false
     def draw(self, browser, engine, name, glb=''):
         """The picture that a page draws. Fails if the page logs an error or a warning."""
         c = self.camera
-        query = f'cooked={name}/{glb}&eye={",".join(map(str, c.eye))}&target={",".join(map(str, c.target))}&fov={c.fov}&antialias=0'
+        query = f'cooked={name}/{glb}&eye={",".join(map(str, c.eye))}&target={",".join(map(str, c.target))}&fov={c.fov}&exposure=1&antialias=0'
         browser.open(f'{self.url}{engine}.html?{query}')
         picture = self.picture(browser.evaluate('lightcook.picture()'))
         self.assertEqual(browser.problems(), [], engine)
@@ -315,6 +316,100 @@ class EnginesMaps(Scene):
         for engine in ENGINES:
             with self.subTest(engine=engine):
                 self.check(self.draw(browser, engine, 'maps', 'halves.glb'), 'maps', 'halves.glb', engine)
+
+
+class EnginesMips(Scene):
+    """Filter "decoded" with mip levels: a checkerboard of texels, two of which fit into a pixel, is grey. Without them a pixel shows one texel."""
+    # A square of side 1 has 32 pixels, whose centres are those of texels.
+    camera = Camera((1 / 128, 1 / 128, 120 / np.tan(np.radians(20)) / 32), (1 / 128, 1 / 128, 0), 40, (320, 240))
+    layouts = ()
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+        write_glb(cls.folder / 'square.glb', [{'mesh': 0}], np.column_stack([corners, np.zeros(4)]), np.tile([0, 0, 1], (4, 1)),
+                  np.array([0.5, 0.5]) + corners * [1, -1], [0, 1, 2, 0, 2, 3])
+        y, x = np.mgrid[0:64, 0:64]
+        light = {f'sh{k:02d}.{c}': np.zeros((64, 64), np.float32) for k in range(9) for c in 'RGB'}
+        for c in 'RGB':
+            light[f'sh00.{c}'] = np.where((x + y) % 2 == 0, 0.1, 1.9).astype(np.float32)
+        lighting.write_exr(cls.folder / 'square.exr', {**light, 'coverage.Y': np.ones((64, 64), np.float32)})
+        for layout in ('hdr', 'lit-half', 'basis-4'):
+            scene = cls.folder / f'{layout}.toml'
+            scene.write_text(f'schema = 1\nname = "mips"\n[output]\nlight_map_layout = "{layout}"\nfilter = "decoded"\nmips = true\nmax_error = 10\neffort = 1\n'
+                             '[[light_map]]\nname = "square"\nfile = "square.exr"\nmesh = "square.glb"\n[[material]]\nname = "*"\nnormal_map = true\nspecular = false\n')
+            run(LIGHTCOOK, 'cook', scene, '-o', cls.site / layout, '--cache', CACHE)
+
+    def test_levels_are_decoded_and_mixed(self):
+        browser = self.new_browser()
+        for engine, layout in (('three', 'hdr'), ('babylon', 'lit-half'), ('playcanvas', 'hdr'), ('three', 'basis-4')):
+            with self.subTest(engine=engine, layout=layout):
+                self.check_grey(self.draw(browser, engine, layout))
+
+    def test_opengl_decodes_and_mixes_levels(self):
+        for layout in ('lit-half', 'basis-4'):
+            with self.subTest(layout=layout):
+                self.draw_opengl(layout)
+                self.check_grey(lighting.read_picture(self.folder / 'opengl.png'))
+
+    def check_grey(self, picture):
+        grey = lighting.shown(np.sqrt(1 / np.pi) / 2, 203)
+        self.assertLess(np.abs(picture[108:132, 148:172].astype(float) - grey).max(), 6, 'grey')
+        self.assertEqual(picture[60, 60].max(), 0, 'beside the square')
+
+
+class GuideSoak(Folder):
+    """The programs of docs/guide/into-an-engine.md, as they are copied: on the example, all three engines show the same picture."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.guide = (ROOT / 'docs' / 'guide' / 'into-an-engine.md').read_text()
+        cls.site = cls.folder / 'site'
+        cls.site.mkdir()
+        run(LIGHTCOOK, 'cook', ROOT / 'examples' / 'cornell' / 'scene.toml', '-o', cls.site / 'cooked', '--effort', 0, '--cache', CACHE)
+        modules = cls.site / 'node_modules'
+        modules.mkdir()
+        for package in (WEB / 'node_modules').iterdir():
+            (modules / package.name).symlink_to(package)
+        (modules / 'lightcook-loaders').symlink_to(ROOT / 'viewer' / 'loaders')
+        (cls.site / 'draco').symlink_to(WEB / 'node_modules' / 'three' / 'examples' / 'jsm' / 'libs' / 'draco' / 'gltf')
+        cls.url = cls.serve(cls.site)
+
+    def block(self, heading, language):
+        section = self.guide.split(f'\n## {heading}\n')[1].split('\n## ')[0]
+        return section.split(f'```{language}\n')[1].split('\n```')[0]
+
+    def show(self, browser, name):
+        """The picture of a page, once it shows the scene."""
+        browser.show(f'{self.url}{name}.html')
+        deadline = time.monotonic() + 60
+        while True:
+            browser.settle()
+            (self.folder / 'page.png').write_bytes(browser.screenshot())
+            picture = lighting.read_picture(self.folder / 'page.png').astype(float)
+            if np.ptp(picture[100:200, 150:250]) > 40 or time.monotonic() > deadline:
+                self.assertEqual(browser.problems(), [], name)
+                return picture
+
+    def test_programs_of_the_guide_show_the_scene(self):
+        browser = self.browse()
+        browser.resize(400, 300)
+        page = self.block('three.js', 'html')
+        (self.site / 'main.js').write_text(self.block('three.js', 'js'))
+        (self.site / 'three.html').write_text(page)
+        expected = self.show(browser, 'three')
+        inside = (slice(80, 220), slice(130, 270))
+        # The map in the mean is middle grey, under the curve of sRGB.
+        self.assertLess(abs(expected[inside].mean() - 255 * 0.46), 45)
+        for heading, name in (('Babylon.js', 'babylon'), ('PlayCanvas', 'playcanvas')):
+            (self.site / f'{name}_main.js').write_text(self.block(heading, 'js'))
+            run('node', WEB / 'node_modules' / 'esbuild' / 'bin' / 'esbuild', self.site / f'{name}_main.js', '--bundle', '--format=esm', '--preserve-symlinks',
+                '--external:node:*', '--log-level=error', f'--outfile={self.site / name}.js')
+            (self.site / f'{name}.html').write_text(page.replace('src="main.js"', f'src="{name}.js"'))
+            with self.subTest(engine=name):
+                self.assertLess(np.mean(np.abs(self.show(browser, name)[inside] - expected[inside])), 12)
 
 
 class TypesSoak(unittest.TestCase):

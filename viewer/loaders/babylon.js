@@ -31,11 +31,12 @@ export function makeTexture(ktx, scene, name, isFiltered = true) {
   const engine = /** @type {import("@babylonjs/core/Engines/engine.js").Engine} */ (scene.getEngine()), gl = contextOf(engine);
   const internal = new InternalTexture(engine, InternalTextureSource.External);
   glTexture(gl, sampleable(ktx, gl, name), isFiltered, /** @type {any} */ (internal._hardwareTexture).underlyingResource);
-  const { TEXTURE_TRILINEAR_SAMPLINGMODE, TEXTURE_BILINEAR_SAMPLINGMODE, TEXTURE_NEAREST_SAMPLINGMODE } = Constants;
-  const filtered = ktx.levels.length > 1 ? TEXTURE_TRILINEAR_SAMPLINGMODE : TEXTURE_BILINEAR_SAMPLINGMODE;
+  const { TEXTURE_TRILINEAR_SAMPLINGMODE, TEXTURE_BILINEAR_SAMPLINGMODE, TEXTURE_NEAREST_NEAREST_MIPNEAREST, TEXTURE_NEAREST_NEAREST } = Constants;
+  const [filtered, fetched] =
+    ktx.levels.length > 1 ? [TEXTURE_TRILINEAR_SAMPLINGMODE, TEXTURE_NEAREST_NEAREST_MIPNEAREST] : [TEXTURE_BILINEAR_SAMPLINGMODE, TEXTURE_NEAREST_NEAREST];
   Object.assign(internal, {
     baseWidth: ktx.width, baseHeight: ktx.height, width: ktx.width, height: ktx.height, depth: ktx.layers, isReady: true, label: name,
-    is2DArray: ktx.faces !== 6, isCube: ktx.faces === 6, samplingMode: isFiltered ? filtered : TEXTURE_NEAREST_SAMPLINGMODE,
+    is2DArray: ktx.faces !== 6, isCube: ktx.faces === 6, samplingMode: isFiltered ? filtered : fetched,
     useMipMaps: ktx.levels.length > 1, _cachedWrapU: 0, _cachedWrapV: 0, _cachedAnisotropicFilteringLevel: 1,
   });
   const texture = new BaseTexture(scene, internal);

@@ -1,7 +1,7 @@
 // Cooked scenes in PlayCanvas, WebGL2.
 import {
-  ADDRESS_CLAMP_TO_EDGE, BoundingBox, CULLFACE_BACK, CULLFACE_NONE, Entity, FILTER_LINEAR, FILTER_LINEAR_MIPMAP_LINEAR, FILTER_NEAREST, Mesh,
-  MeshInstance, PIXELFORMAT_111110F, PIXELFORMAT_ASTC_4x4, PIXELFORMAT_BC6F, PIXELFORMAT_BC6UF, PIXELFORMAT_BC7, PIXELFORMAT_DXT1,
+  ADDRESS_CLAMP_TO_EDGE, BoundingBox, CULLFACE_BACK, CULLFACE_NONE, Entity, FILTER_LINEAR, FILTER_LINEAR_MIPMAP_LINEAR, FILTER_NEAREST,
+  FILTER_NEAREST_MIPMAP_NEAREST, Mesh, MeshInstance, PIXELFORMAT_111110F, PIXELFORMAT_ASTC_4x4, PIXELFORMAT_BC6F, PIXELFORMAT_BC6UF, PIXELFORMAT_BC7, PIXELFORMAT_DXT1,
   PIXELFORMAT_DXT5, PIXELFORMAT_RGB16F, PIXELFORMAT_RGB9E5, PIXELFORMAT_RGBA16F, PIXELFORMAT_RGBA32F, PIXELFORMAT_RGBA8, SEMANTIC_ATTR8,
   SEMANTIC_NORMAL, SEMANTIC_POSITION, SEMANTIC_TEXCOORD1, ShaderMaterial, Texture,
 } from "playcanvas";
@@ -38,11 +38,12 @@ const FORMATS = new Map(Object.entries({
  */
 export function makeTexture(ktx, device, name, isFiltered = true) {
   const sampled = sampleable(ktx, /** @type {any} */ (device).gl, name, (format) => FORMATS.has(format.name)), isCube = ktx.faces === 6;
-  const images = isCube ? 6 : ktx.layers, filtered = ktx.levels.length > 1 ? FILTER_LINEAR_MIPMAP_LINEAR : FILTER_LINEAR;
+  const images = isCube ? 6 : ktx.layers;
+  const [filtered, fetched] = ktx.levels.length > 1 ? [FILTER_LINEAR_MIPMAP_LINEAR, FILTER_NEAREST_MIPMAP_NEAREST] : [FILTER_LINEAR, FILTER_NEAREST];
   return new Texture(device, {
     name, width: ktx.width, height: ktx.height, format: FORMATS.get(sampled.format.name), cubemap: isCube, arrayLength: isCube ? 0 : ktx.layers,
     levels: /** @type {any} */ (ktx.levels.map((_, mip) => Array.from({ length: images }, (_, image) => imagesOf(sampled, mip, image, 1)))),
-    mipmaps: ktx.levels.length > 1, numLevels: ktx.levels.length, minFilter: isFiltered ? filtered : FILTER_NEAREST,
+    mipmaps: ktx.levels.length > 1, numLevels: ktx.levels.length, minFilter: isFiltered ? filtered : fetched,
     magFilter: isFiltered ? FILTER_LINEAR : FILTER_NEAREST, addressU: ADDRESS_CLAMP_TO_EDGE, addressV: ADDRESS_CLAMP_TO_EDGE,
   });
 }

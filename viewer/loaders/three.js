@@ -1,7 +1,7 @@
 // Cooked scenes in three.js.
 import {
   BufferAttribute, ClampToEdgeWrapping, CompressedArrayTexture, CompressedCubeTexture, CubeTexture, DataArrayTexture, DataTexture, FloatType, GLSL3,
-  HalfFloatType, LinearFilter, LinearMipmapLinearFilter, NearestFilter, RED_GREEN_RGTC2_Format, RED_RGTC1_Format, RGBAFormat,
+  HalfFloatType, LinearFilter, LinearMipmapLinearFilter, NearestFilter, NearestMipmapNearestFilter, RED_GREEN_RGTC2_Format, RED_RGTC1_Format, RGBAFormat,
   RGBA_ASTC_4x4_Format, RGBA_ASTC_6x6_Format, RGBA_ASTC_8x8_Format, RGBA_BPTC_Format, RGBA_S3TC_DXT5_Format, RGBFormat, RGB_BPTC_SIGNED_Format,
   RGB_BPTC_UNSIGNED_Format, RGB_S3TC_DXT1_Format, RGFormat, RedFormat, SIGNED_RED_GREEN_RGTC2_Format, SIGNED_RED_RGTC1_Format, ShaderMaterial,
   UnsignedByteType, UnsignedInt101111Type, UnsignedInt5999Type, UnsignedShortType,
@@ -89,7 +89,9 @@ export function makeTexture(ktx, gl, name, isFiltered = true) {
   const sampled = sampleable(ktx, gl, name);
   const texture = sampled.format.format === undefined ? compressedTexture(sampled) : plainTexture(sampled, name);
   texture.name = name;
-  texture.minFilter = !isFiltered ? NearestFilter : ktx.levels.length > 1 ? LinearMipmapLinearFilter : LinearFilter;
+  // WebGL2 fetches no other level than the first of a texture whose filter has no mips.
+  const [filtered, fetched] = ktx.levels.length > 1 ? [LinearMipmapLinearFilter, NearestMipmapNearestFilter] : [LinearFilter, NearestFilter];
+  texture.minFilter = isFiltered ? filtered : fetched;
   texture.magFilter = isFiltered ? LinearFilter : NearestFilter;
   texture.wrapS = texture.wrapT = ClampToEdgeWrapping;
   texture.generateMipmaps = false;

@@ -28,11 +28,13 @@ import { manifestOfGltf } from "./gltf.js";
  * @property {number} [bytes_gpu]
  * @property {number} [bytes_disk]
  * @property {number} [bits_per_texel]
+ * @property {number} [key] of a light map: 0.18 / key is the exposure that shows it as middle grey
  * @property {any} [constants]
  * @property {CookedTexture[]} textures
  * @property {{ attribute: string, light_map: string }} [basis]
  * @property {string} [dominant] of a light map: "derived" where the shader derives the dominant light from it
  * @property {string} [light_map] of a dominant light, and of a mesh
+ * @property {{ description?: any, files?: Record<string, { file: string, digest: string }> }} [source]
  * @property {any} [verify]
  */
 /**
@@ -53,6 +55,7 @@ import { manifestOfGltf } from "./gltf.js";
  * @typedef {object} OpenOptions
  * @property {string} [draco] URL of a folder with a Draco decoder; the engine says which files
  * @property {(bytes: number) => void} [onBytes] called with the bytes that have arrived since the last call
+ * @property {(url: string) => Promise<Response>} [fetch] in place of the browser's, for files that lie elsewhere
  */
 
 /** @template Texture */
@@ -72,7 +75,7 @@ export class CookedFolder {
 
   /** Fetches a file of the folder. @param {string} file */
   fetch(file) {
-    return fetchBytes(this.url + file, this.options.onBytes);
+    return fetchBytes(this.url + file, this.options.onBytes, this.options.fetch);
   }
 
   /** Makes a texture of the engine. Engines override it.
@@ -86,15 +89,29 @@ export class CookedFolder {
     return this.manifest.assets.filter((asset) => asset.kind === kind);
   }
 
+  /** @param {string} file */
+  async read(file) {
+    if (!file.endsWith(".ktx2")) throw new Error(`${file}: only KTX2 textures can be loaded; cook with container = "ktx2"`);
+    return readKtx2(await this.fetch(file), file);
+  }
+  /** Returns the factor of the light that shows the light maps as middle grey in the mean: 0.18 over their key. 1 without a key, as in a glTF. */
+  exposure() {
+    const keys = this.assets("light-map").map(({ key }) => key ?? 0).filter((key) => key > 0);
+    return keys.length > 0 ? 0.18 / Math.exp(keys.reduce((sum, key) => sum + Math.log(key), 0) / keys.length) : 1;
+  }
+
   /** Loads a KTX2 file, by its path relative to the folder. @param {string} file @param {boolean} [isFiltered] */
   async texture(file, isFiltered = true) {
-    if (!file.endsWith(".ktx2")) throw new Error(`${file}: only KTX2 textures can be loaded; cook with container = "ktx2"`);
-    return this.makeTexture(await readKtx2(await this.fetch(file), file), file, isFiltered);
+    return this.makeTexture(await this.read(file), file, isFiltered);
   }
 
   /** Loads the textures of an asset, by role. @param {CookedAsset} asset @returns {Promise<Map<string, Texture>>} */
   async textures(asset) {
-    return new Map(await Promise.all(asset.textures.map(async (texture) => /** @type {const} */ ([texture.role, await this.texture(texture.file, !isFetched(texture))]))));
+    return new Map(await Promise.all(asset.textures.map(async (texture) => {
+      const ktx = await this.read(texture.file);
+      texture.mips = ktx.levels.length;  // a glTF does not say it
+      return /** @type {const} */ ([texture.role, this.makeTexture(ktx, texture.file, !isFetched(texture))]);
+    })));
   }
 
   /** Loads a light map: uniforms and GLSL. @param {CookedAsset} asset */
@@ -109,12 +126,12 @@ export class CookedFolder {
  * @param {OpenOptions} [options]
  * @returns {Promise<[url: string, manifest: CookedManifest, shader: string]>}
  */
-export async function openFolder(url, { onBytes } = {}) {
+export async function openFolder(url, { onBytes, fetch } = {}) {
   const folder = url.slice(0, url.lastIndexOf("/") + 1), file = url.slice(folder.length);
-  const bytes = await fetchBytes(folder + (file || "cooked.json"), onBytes);
+  const bytes = await fetchBytes(folder + (file || "cooked.json"), onBytes, fetch);
   const manifest = file ? manifestOfGltf(bytes, file) : jsonOf(bytes, `${url}cooked.json`);
   if (manifest.schema !== 1) throw new Error(`${url}cooked.json: found schema ${manifest.schema}, expected 1`);
-  return [folder, manifest, new TextDecoder().decode(await fetchBytes(folder + manifest.shader.file, onBytes))];
+  return [folder, manifest, new TextDecoder().decode(await fetchBytes(folder + manifest.shader.file, onBytes, fetch))];
 }
 
 /** Parses JSON. @param {Uint8Array} bytes @param {string} name of the file, for messages @returns {any} */
@@ -126,9 +143,10 @@ export function jsonOf(bytes, name) {
   }
 }
 
-/** Fetches a file and reports its bytes as they arrive. @param {string} url @param {(bytes: number) => void} [onBytes] */
-export async function fetchBytes(url, onBytes) {
-  const response = await fetch(url);
+/** Fetches a file and reports its bytes as they arrive. @param {string} url @param {(bytes: number) => void} [onBytes]
+ * @param {(url: string) => Promise<Response>} [from] */
+export async function fetchBytes(url, onBytes, from = (each) => fetch(each)) {
+  const response = await from(url);
   if (!response.ok || !response.body) throw new Error(`${url}: the server answered ${response.status} ${response.statusText}`);
   const parts = [];
   const reader = response.body.getReader();

@@ -5,7 +5,7 @@ import { imagesOf, mipSize } from "./ktx2.js";
  * Fills a texture of a context: a 2D array of the layers (of one layer, too), or a cubemap. Clamps. Restores the state that it changes.
  * @param {WebGL2RenderingContext} gl
  * @param {import("./ktx2.js").Ktx2} ktx in a format that the context samples: see sampleable
- * @param {boolean} isFiltered true: linear, also between mips; false: nearest
+ * @param {boolean} isFiltered true: linear, also between mips; false: nearest, for fetches
  * @param {WebGLTexture} [texture] a new one; created without
  */
 export function glTexture(gl, ktx, isFiltered, texture = gl.createTexture()) {
@@ -26,8 +26,9 @@ export function glTexture(gl, ktx, isFiltered, texture = gl.createTexture()) {
     if (format.format === undefined) gl.compressedTexImage3D(target, mip, format.internal, width, height, layers, 0, imagesOf(ktx, mip));
     else gl.texImage3D(target, mip, format.internal, width, height, layers, 0, format.format, /** @type {number} */ (format.type), imagesOf(ktx, mip));
   });
-  const between = ktx.levels.length > 1 ? gl.LINEAR_MIPMAP_LINEAR : gl.LINEAR;
-  gl.texParameteri(target, gl.TEXTURE_MIN_FILTER, isFiltered ? between : gl.NEAREST);
+  // WebGL2 fetches no other level than the first of a texture whose filter has no mips.
+  const [filtered, fetched] = ktx.levels.length > 1 ? [gl.LINEAR_MIPMAP_LINEAR, gl.NEAREST_MIPMAP_NEAREST] : [gl.LINEAR, gl.NEAREST];
+  gl.texParameteri(target, gl.TEXTURE_MIN_FILTER, isFiltered ? filtered : fetched);
   gl.texParameteri(target, gl.TEXTURE_MAG_FILTER, isFiltered ? gl.LINEAR : gl.NEAREST);
   gl.texParameteri(target, gl.TEXTURE_MAX_LEVEL, ktx.levels.length - 1);
   for (const wrap of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(target, wrap, gl.CLAMP_TO_EDGE);

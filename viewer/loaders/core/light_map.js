@@ -77,12 +77,23 @@ export const isFetched = ({ sampler }) => sampler.filter === "nearest";
  * @property {Layout} layout
  * @property {boolean} hasDirections false: flat
  * @property {boolean} needsCluster true if the cluster is a vertex attribute
+ * @property {Axes} axes of the light, by those of the mesh
  * @property {Uniforms} uniforms
  * @property {string} glsl declares the uniforms and defines, for fragment shaders that include lightcook.glsl before,
  *   `LcSh lightMapSh(vec2 uv, float cluster)`: light of the map at a place; cluster: the attribute _LIGHTCOOK_BASIS, passed flat. Of a
  *   flat map the result is light that is the same from everywhere. Of a learned layout also `int lightMapCluster(vec2 uv, float cluster)`.
- *   Of a map with filter "decoded" also `LcSh lightMapTexel(ivec2 texel, float cluster)`: light of one texel.
+ *   Of a map with filter "decoded" also `LcSh lightMapTexel(ivec2 texel, int level, float cluster)`: light of one texel of a mip level.
+ *   `vec3 lightMapAxes(vec3 v)` brings a normal or a direction of the mesh's world into the axes of the light, which the scene key
+ *   `output_axes` may turn.
+ *   The fragment's derivatives choose the level. LIGHT_MAP_LEVEL, if it is defined, is a level for all; LIGHT_MAP_TEXTURE is what samples
+ *   textures under filter "hardware", in place of `texture`.
  */
+
+/** @typedef {[component: number, sign: number][]} Axes which component of a vector in the axes of the mesh is x, y and z, and its sign */
+
+/** @param {import("./cooked.js").CookedAsset} asset @returns {Axes} */
+export const axesOf = (asset) =>
+  (asset.source?.description?.output_axes ?? "x,y,z").split(",").map((/** @type {string} */ part) => ["xyz".indexOf(part.trim().slice(-1)), part.trim().startsWith("-") ? -1 : 1]);
 
 /** @typedef {{ declarations: string[], functions: string[], body: string[], uniforms: Uniforms, needsCluster: boolean }} DecodeParts
  *   body: of a function with `cluster` and the place that the fetches read, which returns the light there */
@@ -90,11 +101,12 @@ export const isFetched = ({ sampler }) => sampler.filter === "nearest";
 /** @typedef {(role: string, layer?: string) => string} Fetch returns the GLSL of a texel; layer: a GLSL int */
 
 /** Filter "hardware": the sampler filters at `uv`. @type {Fetch} */
-const fetchFiltered = (role, layer = "0") => `texture(lightMap_${role}, vec3(uv, ${layer}))`;
-/** Filter "decoded": the texel that the map's texel `texel` reads. @param {Layout} layout @returns {Fetch} */
+const fetchFiltered = (role, layer = "0") => `LIGHT_MAP_TEXTURE(lightMap_${role}, vec3(uv, ${layer}))`;
+const DEFAULT_TEXTURE = ["#ifndef LIGHT_MAP_TEXTURE", "#define LIGHT_MAP_TEXTURE texture", "#endif"];
+/** Filter "decoded": the texel that the map's texel `texel` reads, of mip `level`. @param {Layout} layout @returns {Fetch} */
 const fetchTexel = ({ sides = {} }) => (role, layer = "0") => {
   const side = sides[role] ?? 1;
-  return `texelFetch(lightMap_${role}, ivec3(${side > 1 ? `texel / ${side}` : "texel"}, ${layer}), 0)`;
+  return `texelFetch(lightMap_${role}, ivec3(${side > 1 ? `texel / ${side}` : "texel"}, ${layer}), level)`;
 };
 
 const firstOf = (/** @type {any} */ value) => [value].flat()[0];
@@ -147,18 +159,27 @@ function plainParts(layout, constants, fetch) {
   return { declarations, functions: [], body, uniforms, needsCluster: false };
 }
 
-/** Filter "decoded": mixes the light of the covered texels around a place (filter.glsl).
- * @param {Layout} layout @param {string[]} body of DecodeParts @returns {string[]} */
-function mixedLines(layout, body) {
+/** Filter "decoded": mixes the light of the covered texels around a place (filter.glsl), and that of two mip levels as a trilinear sampler does.
+ * @param {Layout} layout @param {string[]} body of DecodeParts @param {number} mips @returns {string[]} */
+function mixedLines(layout, body, mips) {
   const corners = ["00", "10", "01", "11"].map((corner) => `q.texel${corner}`);
   const each = (/** @type {(corner: string) => string} */ call) => corners.map(call).join(", ");
+  const ofTexel = layout.code ? ["vec2 uv = (vec2(texel) + 0.5) * exp2(float(level)) / lightMapSize;"] : [];
+  const lines = [
+    ...functionOf("LcSh lightMapTexel(ivec2 texel, int level, float cluster)", [...ofTexel, ...body]),
+    ...functionOf("float lightMapCovered(vec2 texel, int level)",
+      ["return lcCovered(texelFetch(lightMap_coverage, ivec3(lcCoverageTexel(texel), 0), level), texel);"]),
+    ...functionOf("LcSh lightMapLevel(vec2 uv, int level, float cluster)", ["LcQuad q = lcQuad(uv, lightMapSize * exp2(-float(level)));",
+      `q = lcCoveredQuad(q, vec4(${each((corner) => `lightMapCovered(${corner}, level)`)}));`,
+      `return lcMix(${each((corner) => `lightMapTexel(ivec2(${corner}), level, cluster)`)}, q.weights);`]),
+  ];
+  if (mips === 1) return [...lines, ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", ["return lightMapLevel(uv, 0, cluster);"])];
   return [
-    ...functionOf("LcSh lightMapTexel(ivec2 texel, float cluster)", [...(layout.code ? ["vec2 uv = (vec2(texel) + 0.5) / lightMapSize;"] : []), ...body]),
-    ...functionOf("float lightMapCovered(vec2 texel)",
-      ["return lcCovered(texelFetch(lightMap_coverage, ivec3(lcCoverageTexel(texel), 0), 0), texel);"]),
-    ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", ["LcQuad q = lcQuad(uv, lightMapSize);",
-      `q = lcCoveredQuad(q, vec4(${each((corner) => `lightMapCovered(${corner})`)}));`,
-      `return lcMix(${each((corner) => `lightMapTexel(ivec2(${corner}), cluster)`)}, q.weights);`]),
+    ...lines, "#ifndef LIGHT_MAP_LEVEL", "#define LIGHT_MAP_LEVEL 0.5 * log2(max(max(dot(across, across), dot(down, down)), 1.0))", "#endif",
+    ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", [
+      "vec2 across = dFdx(uv) * lightMapSize, down = dFdy(uv) * lightMapSize;", `float level = clamp(LIGHT_MAP_LEVEL, 0.0, ${(mips - 1).toFixed(1)}), share = fract(level);`,
+      "LcSh sh = lightMapLevel(uv, int(level), cluster);", "if (share <= 0.0) return sh;", "LcSh next = lightMapLevel(uv, int(level) + 1, cluster);",
+      "for (int i = 0; i < 9; ++i) sh.c[i] = mix(sh.c[i], next.c[i], share);", "return sh;"]),
   ];
 }
 
@@ -182,9 +203,11 @@ export function lightMapDecode(asset, textures) {
   }
   const samplers = [...textures.keys()].map((role) => `uniform highp sampler2DArray lightMap_${role};`);
   for (const [role, texture] of textures) uniforms[`lightMap_${role}`] = { value: texture };
-  const decode = isDecoded ? mixedLines(layout, body) : functionOf("LcSh lightMapSh(vec2 uv, float cluster)", body);
-  const glsl = [...samplers, ...declarations, ...functions, ...decode].join("\n");
-  return { layout, hasDirections: !layout.flat, needsCluster, uniforms, glsl };
+  const mips = Math.min(...asset.textures.filter(({ role }) => role !== "index" && role !== "tables").map((texture) => texture.mips));
+  const decode = isDecoded ? mixedLines(layout, body, mips) : [...DEFAULT_TEXTURE, ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", body)];
+  const axes = axesOf(asset), turned = axes.map(([component, sign]) => `${sign < 0 ? "-" : ""}v.${"xyz"[component]}`).join(", ");
+  const glsl = [...samplers, ...declarations, ...functions, ...decode, ...functionOf("vec3 lightMapAxes(vec3 v)", [`return vec3(${turned});`])].join("\n");
+  return { layout, hasDirections: !layout.flat, needsCluster, axes, uniforms, glsl };
 }
 
 /** Uniforms by the names that WebGL has for them, as engines take them that do not know structs: "lightMapConstants.range".

@@ -70,7 +70,7 @@ uniform vec3 surfaceAlbedo;
 uniform float surfaceExposure, surfaceCurve;
 void main() {
   LcSh sh = lightMapSh(lightMapUv, cluster);
-  vec3 light = ${lightMap.hasDirections ? "lcExitRadiance(sh, normalize(worldNormal))" : "0.28209479 * sh.c[0]"};
+  vec3 light = ${lightMap.hasDirections ? "lcExitRadiance(sh, lightMapAxes(normalize(worldNormal)))" : "0.28209479 * sh.c[0]"};
   light = surfaceExposure * surfaceAlbedo * max(light, 0.0);
   vec3 shown = clamp(light, 0.0, 1.0);
   shown = mix(12.92 * shown, 1.055 * pow(shown, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, shown));
