@@ -68,6 +68,7 @@ struct WorstPlacePicture {
     std::string file;
     std::array<int, 2> texel{};             ///< x and y
     double visible = 0;                     ///< visible error at the texel's own normal
+    std::optional<glm::dvec3> normal = {};  ///< that normal
     glm::dvec3 reference{0}, found{0};      ///< exit radiance there
     std::optional<RenderedView> view = {};  ///< of a map with a mesh that has the texel
 };
@@ -76,6 +77,7 @@ void describe(Fields& fields, Self& place) {
     fields.required("file", place.file, kFileInFolder, "reference, cooked and visible error side by side");
     fields.required("texel", place.texel, "x and y");
     fields.required("visible", place.visible, kFigure, "visible error at the texel's own normal");
+    fields.optional("normal", place.normal, "that normal");
     fields.required("reference", place.reference, kNumberOrNull, "exit radiance of the bake: red, green, blue");
     fields.required("found", place.found, kNumberOrNull, "exit radiance of the cooked asset: red, green, blue");
     fields.optional("view", place.view, "the mesh around the texel, rendered");

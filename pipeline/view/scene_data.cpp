@@ -55,6 +55,15 @@ Result<ReferenceForm> referenceForm(LightMapSource& bake) {
     return form;
 }
 
+/// Fails if a bake is too large for the page.
+/// layers  coefficients that are not 0
+Result<void> checkSize(const LightMapSource& bake, int layers, const std::filesystem::path& file) {
+    if (std::int64_t{bake.width()} * bake.height() * layers <= kMostReferenceTexels) return {};
+    return failure(ErrorCode::ValueOutOfRange, file,
+                   fmt::format("found {} x {} texels of {}, the page takes 2048 x 2048 texels of nine coefficients, or as many colours",
+                               bake.width(), bake.height(), layers == 1 ? "one coefficient" : fmt::format("{} coefficients", layers)));
+}
+
 /// Writes a bake as the texture that ViewedLightMap::reference describes.
 Result<void> writeReference(LightMapSource& bake, const ReferenceForm& form, const std::filesystem::path& file, const RunState& state) {
     formats::TextureShape shape;
@@ -80,31 +89,6 @@ Result<void> writeReference(LightMapSource& bake, const ReferenceForm& form, con
         }
     }
     return writer->commit();
-}
-
-/// Returns the places of a light map's largest visible errors: those that the report shows, and the worst sample of each kind of light.
-std::vector<ViewedPlace> worstPlaces(const ReportRow& row) {
-    std::vector<ViewedPlace> places;
-    if (row.verdict.stages.empty()) return places;
-    const verify::StageError& last = row.verdict.stages.back();
-    const auto add = [&](const char* what, const verify::ErrorFigures& figures) {
-        if (!figures.visible || !figures.visible->maxAt.isKnown()) return;
-        const verify::VisiblePlace& at = figures.visible->maxAt;
-        ViewedPlace place{what, last.name, {at.x, at.y}, figures.visible->max, {}, {}, {}};
-        if (at.view != glm::dvec3(0)) {
-            place.view = at.view;
-            place.m = at.m;
-            place.f0 = at.f0;
-        }
-        places.push_back(std::move(place));
-    };
-    add("diffuse", last.diffuse);
-    add("specular", last.specular);
-    if (row.preview)
-        for (const WorstPlacePicture& place : row.preview->worst)
-            places.push_back({"diffuse", "texel centres", {double(place.texel[0]), double(place.texel[1])}, place.visible, {}, {}, {}});
-    std::ranges::stable_sort(places, std::ranges::greater{}, &ViewedPlace::visible);
-    return places;
 }
 
 /// Returns the mesh that a light map lights.
@@ -133,12 +117,10 @@ public:
         map.shading->m.assign(parameters->shading.m.begin(), parameters->shading.m.end());
         map.shading->f0.assign(parameters->shading.f0.begin(), parameters->shading.f0.end());
         LC_TRY(bake, openLightMap(context, *description));
-        if (std::int64_t{(*bake)->width()} * (*bake)->height() > kMostReferenceTexels)
-            return failure(ErrorCode::ValueOutOfRange, action.inputs.at("source"),
-                           fmt::format("found {} x {} texels, the page takes bakes of up to {} texels", (*bake)->width(), (*bake)->height(),
-                                       kMostReferenceTexels));
+        LC_CHECK(checkSize(**bake, 1, action.inputs.at(kSourceRole)));
         LC_TRY(key, surveyKey(**bake, context));
         LC_TRY(form, referenceForm(**bake));
+        LC_CHECK(checkSize(**bake, form->layers, action.inputs.at(kSourceRole)));
         const std::string name = fmt::format("{}.reference.ktx2", asset.name);
         LC_CHECK(writeReference(**bake, *form, folders_.bakes / name, state_));
         map.display = parameters->display.of(key->displayKey());
@@ -156,8 +138,7 @@ private:
 
 }  // namespace
 
-Result<ViewedScene> describeForView(const Manifest& manifest, const std::optional<Report>& report, const ViewFolders& folders,
-                                    const RunState& state) {
+Result<ViewedScene> describeForView(const Manifest& manifest, const ViewFolders& folders, const RunState& state) {
     ViewedScene scene;
     scene.scene = manifest.scene;
     scene.tool = manifest.tool;
@@ -172,9 +153,6 @@ Result<ViewedScene> describeForView(const Manifest& manifest, const std::optiona
                 return tl::make_unexpected(added.error());
             map.referenceMissing = added.error().line();
         }
-        if (report)
-            if (const auto row = std::ranges::find(report->assets, asset.name, &ReportRow::name); row != report->assets.end())
-                map.worst = worstPlaces(*row);
         scene.lightMaps.push_back(std::move(map));
     }
     return scene;

@@ -1,7 +1,6 @@
 // Data of the page of `lightcook view` beside the cooked folder: viewer/scene.json and the float bakes (viewer/README.md).
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -12,7 +11,6 @@
 #include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/manifest/manifest.h"
-#include "pipeline/report/report.h"
 
 namespace lightcook::pipeline {
 
@@ -34,26 +32,6 @@ void describe(Fields& fields, Self& shading) {
     fields.required("f0", shading.f0, "reflectance at normal incidence");
 }
 
-/// A place with a large visible error.
-struct ViewedPlace {
-    std::string what;   ///< "diffuse" or "specular"
-    std::string stage;  ///< of the report
-    std::array<double, 2> texel{};
-    double visible = 0;
-    std::optional<glm::dvec3> view;  ///< of specular light: direction to the viewer
-    std::optional<double> m, f0;     ///< and the surface
-};
-template <class Fields, Is<ViewedPlace> Self>
-void describe(Fields& fields, Self& place) {
-    fields.required("what", place.what, "light that errs: diffuse or specular");
-    fields.required("stage", place.stage, "stage of the report");
-    fields.required("texel", place.texel, "column and row; integers are texel centres");
-    fields.required("visible", place.visible, "visible error (Delta E ITP)");
-    fields.optional("view", place.view, "of specular light: direction to the viewer");
-    fields.optional("m", place.m, "of specular light: Beckmann roughness");
-    fields.optional("f0", place.f0, "of specular light: reflectance at normal incidence");
-}
-
 /// A light map of the scene.
 struct ViewedLightMap {
     std::string name;
@@ -64,7 +42,6 @@ struct ViewedLightMap {
     std::optional<std::string> mesh;  ///< asset of the mesh that it lies on
     std::optional<lighting::Display> display;
     std::optional<ViewedShading> shading;
-    std::vector<ViewedPlace> worst;
 };
 template <class Fields, Is<ViewedLightMap> Self>
 void describe(Fields& fields, Self& map) {
@@ -79,7 +56,6 @@ void describe(Fields& fields, Self& map) {
     fields.optional("mesh", map.mesh, "mesh asset that the map lies on");
     fields.optional("display", map.display, "display that visible errors are judged on; absent without `reference`");
     fields.optional("shading", map.shading, "materials that the errors were measured for");
-    fields.required("worst", map.worst, "places with the largest visible errors, the worst first");
 }
 
 /// The scene under another layout, which the cook kept.
@@ -112,8 +88,9 @@ void describe(Fields& fields, Self& scene) {
     fields.required("candidates", scene.candidates, "the scene under other layouts: of `cook --keep-candidates`");
 }
 
-/// Largest number of texels of a bake that is written for the page: 300 MB as half floats of nine coefficients.
-inline constexpr std::int64_t kMostReferenceTexels = std::int64_t{2048} * 2048;
+/// Largest number of texels of a bake, of all its layers together, that is written for the page: 300 MB of half floats. Nine coefficients
+/// of 2048 x 2048 texels, or a flat map of 6144 x 6144.
+inline constexpr std::int64_t kMostReferenceTexels = std::int64_t{9} * 2048 * 2048;
 
 /// Folder of scene.json and the float bakes on the site.
 inline constexpr const char* kViewerFolder = "viewer";
@@ -126,7 +103,6 @@ struct ViewFolders {
 
 /// Describes the scene, and writes the bake of each light map. A bake that is absent, has changed or is too large is not written, and
 /// `referenceMissing` says why: the cooked scene is shown without it.
-formats::Result<ViewedScene> describeForView(const Manifest& manifest, const std::optional<Report>& report, const ViewFolders& folders,
-                                             const RunState& state);
+formats::Result<ViewedScene> describeForView(const Manifest& manifest, const ViewFolders& folders, const RunState& state);
 
 }  // namespace lightcook::pipeline

@@ -176,17 +176,15 @@ Result<std::optional<ViewedCandidate>> Site::addCandidate(const fs::path& cooked
     return candidate;
 }
 
-Result<std::optional<Report>> Site::addCookedFolder(const fs::path& folder, const Manifest& manifest) {
+Result<void> Site::addCookedFolder(const fs::path& folder, const Manifest& manifest) {
     std::vector<std::string> names = {kManifestName};
     for (const FileRecord& file : filesOf(manifest)) names.push_back(file.name);
-    std::optional<Report> report;
-    if (auto loaded = loadReport(folder / kReportName)) {
-        report = std::move(*loaded);
+    if (const auto report = loadReport(folder / kReportName)) {
         names.push_back(kReportName);
         for (const ReportFile& file : report->files.value_or(std::vector<ReportFile>())) names.push_back(file.file);
     }
     for (const std::string& name : names) LC_CHECK(addCooked(folder, kCookedPrefix, name));
-    return report;
+    return {};
 }
 
 void Site::addReferences(const std::vector<ViewedLightMap>& maps, bool hasSources) {
@@ -223,9 +221,9 @@ Result<Site> Site::open(const SiteOptions& options, const RunState& state) {
     site.manifestFile_ = manifestFile;
     if (digest) site.manifestDigest_ = *digest;
     for (const BundledFile& file : options.page) site.files_[std::string(file.path)] = {file.bytes, mediaTypeOf(file.path)};
-    LC_TRY(report, site.addCookedFolder(options.folder, *manifest));
+    LC_CHECK(site.addCookedFolder(options.folder, *manifest));
     const fs::path sources = options.sources.empty() ? options.folder / manifest->sceneDirectory : options.sources;
-    LC_TRY(data, describeForView(*manifest, *report, {options.folder, sources, site.scratch_.path()}, state));
+    LC_TRY(data, describeForView(*manifest, {options.folder, sources, site.scratch_.path()}, state));
     site.addReferences(data->lightMaps, !options.sources.empty());
     LC_TRY(candidates, site.addCandidates(options.folder, *manifest));
     data->candidates = std::move(*candidates);

@@ -55,8 +55,8 @@ public:
 
 private:
     explicit Site(formats::TemporaryFolder scratch) : scratch_(std::move(scratch)) {}
-    /// Adds the manifest, the files that it names and the report. Returns the report; nothing if the folder has none.
-    formats::Result<std::optional<Report>> addCookedFolder(const std::filesystem::path& folder, const Manifest& manifest);
+    /// Adds the manifest, the files that it names, and the report if the folder has one.
+    formats::Result<void> addCookedFolder(const std::filesystem::path& folder, const Manifest& manifest);
     /// Adds the float bakes of light maps, and a note for each that has none.
     /// hasSources  true: the user named the scene's folder
     void addReferences(const std::vector<ViewedLightMap>& maps, bool hasSources);

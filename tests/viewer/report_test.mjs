@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { adviceOf, alternativesOf, bytesOutsideCharts } from "../../viewer/report/advice.js";
 import { noteCaption, stageCaption, textureCaption } from "../../viewer/report/captions.js";
-import { bytesRead } from "../../viewer/report/first.js";
+import { bytesRead } from "../../viewer/src/sizes.js";
 import { errorText, gainText, opportunitiesOf } from "../../viewer/report/opportunities.js";
 import { formats, kinds, lastStage, placeText, shadingsOf, sizeText } from "../../viewer/report/parts.js";
 import { labelPlaces, trendPoints } from "../../viewer/report/plots.js";

@@ -228,7 +228,8 @@ class Report(unittest.TestCase):
         self.assert_in_order(self.all('.lead')[0], 'Not cooked: sky2. 1 of ', ' failed; ')
         self.assertRegex(self.all('.first-facts .over')[0], r' % used, .* over$')
         first, memory = self.all('.failures li')
-        self.assertEqual(first, f"{light_map['name']}: stage total, diffuse: {message}{light_map['failures'][0]['advice']}")
+        self.assertEqual(first, f"{light_map['name']}: diffuse: found an RMS error of 0.031, expected at most 0.001 (max_error){light_map['failures'][0]['advice']}"
+                         'The worst placeAt texel (1, 2).')
         self.assertEqual(self.all('.failures code'), ['light_map_layout = "basis-8"'])
         self.assertRegex(memory, r'^memory budget: .* of 1\.00 KiB used \(.* %\), .* overThe largest asset is the light map\.$')
         self.assertGreater(len(self.all('.assets .over .meter')), 0, 'figures over their limit')

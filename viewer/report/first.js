@@ -1,5 +1,7 @@
 // The first screen of a scene's page: verdict, memory before and after, what failed, a picture to wipe, and the largest opportunities.
 import { make } from "../src/elements.js";
+import { failureTexts, plain } from "../src/failure_text.js";
+import { bytesRead } from "../src/sizes.js";
 import { bytesText, counted, numberText, percentText } from "../src/units.js";
 import { errorText, gainText, opportunitiesOf } from "./opportunities.js";
 import { anchor, budgetSentence, bytes, card, fact, kindCaption, lastStage, seconds, soft, sorted, sub, verdict } from "./parts.js";
@@ -8,16 +10,6 @@ import { pictures, sharpness, sizeOf } from "./pictures.js";
 const SHOWN = 3;
 /** Share of the bake at first, as style.css has it [percent]: the line and its knob leave the place in the middle free. */
 const WIPED = 44;
-
-/** Returns the bytes of the files that were read; a light map and its dominant light come from one. */
-export function bytesRead(assets) {
-  const hasMaps = assets.some(({ kind }) => kind === "light-map"), read = new Map();
-  for (const { kind, name, light, bytes_in } of assets) {
-    const isOfBake = kind === "light-map" || kind === "dominant";
-    if (kind !== "dominant" || light?.bake || !hasMaps) read.set(isOfBake ? `bake ${light?.bake ?? name}` : `${kind} ${name}`, bytes_in);
-  }
-  return [...read.values()].reduce((sum, count) => sum + count, 0);
-}
 
 /** Returns the verdict in a sentence: assets, and the one nearest to a limit of its own. */
 function verdictSentence({ assets, incomplete, partial }, uses) {
@@ -29,7 +21,8 @@ function verdictSentence({ assets, incomplete, partial }, uses) {
     const share = use ? use.share ?? Infinity : 0;  // one that is not finite is null
     if (share > most) [most, nearest] = [share, i];
   });
-  if (nearest >= 0) sentence += `; ${assets[nearest].name} uses most of its limit: ${uses[nearest].words}${most < Infinity ? ` (${percentText(most)})` : ""}`;
+  if (nearest >= 0) sentence += `; ${assets[nearest].name} is ${most > 1 ? "furthest over its limit" : "nearest to its limit"}: ${plain(uses[nearest].words)}${
+    most <= 1 ? `, ${percentText(most)} of it` : ""}`;
   return `${sentence}.`;
 }
 
@@ -51,9 +44,9 @@ const marked = (words) => words.split(/(`[^`]+`|\b[a-z_]+ = (?:"[^"]*"|\[[^\]]*\
   (i % 2 === 1 ? make("code", {}, part.replaceAll("`", "")) : part));
 
 function failures({ assets, budget }) {
-  // The subject begins with the name of its asset.
-  const lines = assets.flatMap(({ name, passed, failures: reasons = [] }, i) => (passed ? [] : reasons.map(({ subject, detail, advice: todo }) =>
-    make("li", {}, make("a", { href: `#${anchor(i)}` }, name), `: ${subject.slice(name.length).replace(/^, /, "")}: ${detail}`, todo && sub(marked(todo))))));
+  const lines = assets.flatMap(({ name, passed, failures: reasons = [] }, i) => (passed ? [] : failureTexts(name, reasons).map(({ found, worst, advice }) =>
+    make("li", {}, make("a", { href: `#${anchor(i)}` }, name), `: ${found}`, advice && sub(marked(advice)),
+      worst && make("details", { class: "where" }, make("summary", {}, "The worst place"), `At ${worst}.`)))));
   if (budget.limit_bytes !== null && budget.used_bytes > budget.limit_bytes) lines.push(make("li", {}, `memory budget: ${budgetSentence(budget)}`, budget.advice && sub(marked(budget.advice))));
   return lines.length > 0 && make("section", { class: "card failures" }, make("h2", {}, "What failed"), make("ul", {}, lines));
 }

@@ -14,9 +14,9 @@ export class Camera {
    */
   constructor(element, up, onChange, onClick) {
     this.view = new PerspectiveCamera(50, 1, 0.1, 100);
-    this.view.up.copy(up);
     /** Turns the axis that points up to y, about which three.js has its angles. */
-    this.upright = new Quaternion().setFromUnitVectors(up, new Vector3(0, 1, 0));
+    this.upright = new Quaternion();
+    this.setUp(up);
     this.target = new Vector3();
     this.isFlying = false;
     this.size = 1;
@@ -30,6 +30,12 @@ export class Camera {
     this.keys = new Set();
     this.flight = 0;
     this.listen();
+  }
+
+  /** @param {Vector3} up unit */
+  setUp(up) {
+    this.view.up.copy(up);
+    this.upright.setFromUnitVectors(up, new Vector3(0, 1, 0));
   }
 
   listen() {
@@ -200,7 +206,7 @@ export class Camera {
 
   update() {
     const distance = this.view.position.distanceTo(this.target);
-    this.view.near = 0.001 * this.size;
+    this.view.near = Math.min(0.001 * this.size, 0.1 * distance);
     this.view.far = 3 * this.size + 2 * distance;
     this.view.lookAt(this.target);
     this.view.updateMatrix();

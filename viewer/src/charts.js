@@ -1,5 +1,5 @@
 // Charts of a light map: triangles that share vertices, by position and light-map UV.
-import { BufferAttribute, BufferGeometry, Matrix3, Vector3 } from "three";
+import { BufferAttribute, BufferGeometry, Matrix3, Matrix4, Ray, Vector3 } from "three";
 
 /**
  * @typedef {object} Charts
@@ -97,6 +97,7 @@ export function findCharts(meshes, width, height) {
 /**
  * @typedef {object} Found
  * @property {import("three").Mesh} mesh
+ * @property {number[]} corner vertices of the triangle
  * @property {[number, number]} uv in the light map
  * @property {[number, number]} bakeUv in its bake
  * @property {Vector3} position in world space
@@ -118,6 +119,7 @@ export function surfaceAt(mesh, corner, weight) {
   };
   return {
     mesh,
+    corner,
     uv: uvOf("uv1"),
     bakeUv: uvOf("bakeUv"),
     position: position.applyMatrix4(mesh.matrixWorld),
@@ -152,4 +154,28 @@ export function findSurface(meshes, u, v, uvs = "uv1") {
     }
   }
   return best && surfaceAt(best.mesh, best.corner, best.weight);
+}
+
+/** Returns the side of a texel on the triangle of a place [scene units]. @param {Found} found @param {number} width of the light map [texels] @param {number} height [texels] */
+export function texelSideAt({ mesh, corner }, width, height) {
+  const uv = mesh.geometry.getAttribute("uv1"), position = mesh.geometry.getAttribute("position");
+  const [a, b, c] = corner.map((vertex) => new Vector3().fromBufferAttribute(position, vertex).applyMatrix4(mesh.matrixWorld));
+  const [[ax, ay], [bx, by], [cx, cy]] = corner.map((vertex) => [uv.getX(vertex) * width, uv.getY(vertex) * height]);
+  return Math.sqrt(b.sub(a).cross(c.sub(a)).length() / Math.abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)));
+}
+
+/** Returns how far a ray goes before it meets a side of a triangle, at most `most` [scene units].
+ * @param {import("three").Mesh[]} meshes @param {Vector3} origin @param {Vector3} direction unit @param {number} most */
+export function freeDistance(meshes, origin, direction, most) {
+  const corners = [new Vector3(), new Vector3(), new Vector3()], hit = new Vector3(), ray = new Ray(), toMesh = new Matrix4();
+  let free = most;
+  for (const mesh of meshes) {
+    const position = mesh.geometry.getAttribute("position"), index = /** @type {BufferAttribute} */ (mesh.geometry.index);
+    ray.set(origin, direction).applyMatrix4(toMesh.copy(mesh.matrixWorld).invert());
+    for (let i = 0; i + 2 < index.count; i += 3) {
+      corners.forEach((corner, k) => corner.fromBufferAttribute(position, index.getX(i + k)));
+      if (ray.intersectTriangle(corners[0], corners[1], corners[2], false, hit)) free = Math.min(free, hit.applyMatrix4(mesh.matrixWorld).distanceTo(origin));
+    }
+  }
+  return free;
 }

@@ -8,6 +8,7 @@ export function initialState() {
     dominant: false, m: 0.25, f0: 0.04, albedo: 1, light: 1, materials: false, bump: 0, overlay: "none", seams: false, navigation: "orbit", theme: "auto",
     /** @type {number[] | null} position and target */ camera: null,
     /** @type {number[] | null} light map, u, v */ picked: null,
+    /** @type {number[] | null} normal and view of a sample of the report that is picked, in the axes of the light map; a view of 0: the camera's */ shaded: null,
   };
 }
 
@@ -30,8 +31,8 @@ export function stateOf(hash) {
     const start = /** @type {any} */ (state)[key];
     const numbers = text.split(",").map(Number);
     let value = start;
-    if (key === "camera" || key === "picked") {
-      if (numbers.length === (key === "camera" ? 6 : 3) && numbers.every(Number.isFinite)) value = numbers;
+    if (key === "camera" || key === "picked" || key === "shaded") {
+      if (numbers.length === (key === "picked" ? 3 : 6) && numbers.every(Number.isFinite)) value = numbers;
     } else if (typeof start === "number") value = Number.isFinite(numbers[0]) ? numbers[0] : start;
     else if (typeof start === "boolean") value = text === "1";
     else value = text;

@@ -2,25 +2,37 @@
 import { Vector3 } from "three";
 import { Camera } from "./camera.js";
 import { viewingOf } from "./color.js";
+import { freeDistance, texelSideAt } from "./charts.js";
 import { Controls } from "./controls.js";
 import { byId, make } from "./elements.js";
+import { failureTexts } from "./failure_text.js";
 import { hashOf, initialState, stateOf } from "./link.js";
 import { MemoryCard } from "./memory_card.js";
 import { PlaceCard } from "./place_card.js";
+import { savePicture } from "./picture.js";
 import { MODES } from "./shading.js";
+import { bytesCooked, bytesRead } from "./sizes.js";
+import { chosenFiles, droppedFiles, droppedSource, siteSource } from "./source.js";
 import { bytesText } from "./units.js";
 import { View } from "./view.js";
+import { worstCard } from "./worst_card.js";
 
 /** @typedef {import("./link.js").State} State */
 
 const BLINK_MS = 600;
 const POLL_MS = 5000;
+/** The camera in front of a place, as that of the report's pictures: so many texels to their side, or this share of the way to what lies between. */
+const RADIUS_TEXELS = 20, SLOPE = 0.5, FREE = 0.95;
 
 export class Page {
   constructor() {
     this.canvas = /** @type {HTMLCanvasElement} */ (byId("canvas"));
     this.panel = byId("panel");
     this.state = stateOf(location.hash);
+    /** @type {View | undefined} */
+    this.view = undefined;
+    /** @type {Camera | undefined} */
+    this.camera = undefined;
     this.blinked = false;
     this.controls = new Controls(this);
     this.isLoadingLayout = false;
@@ -33,22 +45,11 @@ export class Page {
 
   async start() {
     this.watchContext();
-    const progress = /** @type {HTMLProgressElement} */ (byId("progress"));
-    this.view = new View(this.canvas);
-    await this.view.load((share) => (progress.value = share));
-    const view = this.view;
-    /** @type {any} */
-    this.report = await fetch("cooked/report.json").then((answer) => (answer.ok ? answer.json() : null)).catch(() => null);
-    const axis = view.cooked?.manifest.up_axis ?? "y", up = new Vector3(Number(axis === "x"), Number(axis === "y"), Number(axis === "z"));
-    this.camera = new Camera(this.canvas, up, () => this.moved(), (x, y) => this.click(x, y));
-    const camera = this.state.camera;
-    this.camera.size = Math.max(view.box.getSize(new Vector3()).length(), 1e-6);
-    this.camera.setAspect(view.resize());
-    this.state.camera = camera;
-    this.allow();
-    this.build();
-    this.applyCamera();
-    new ResizeObserver(() => this.camera?.setAspect(view.resize())).observe(this.canvas);
+    this.site = await siteSource();
+    await this.load(this.site);
+    this.listenToWipe();
+    this.listenToDrops();
+    new ResizeObserver(() => this.camera?.setAspect(/** @type {View} */ (this.view).resize())).observe(this.canvas);
     addEventListener("hashchange", () => {
       if (location.hash.slice(1) !== hashOf(this.state)) this.restore(stateOf(location.hash));
     });
@@ -57,10 +58,69 @@ export class Page {
     addEventListener("focus", () => this.lookForNewCook());
     // A server of `lightcook view` is on this machine. Others are asked only when somebody comes back to the page.
     if (["127.0.0.1", "localhost", "[::1]"].includes(location.hostname)) setInterval(() => document.hidden || this.lookForNewCook(), POLL_MS);
+  }
+
+  /** Loads a scene, and shows it in place of the one before. That stays if it cannot be loaded. @param {import("./source.js").SceneSource} source */
+  async load(source) {
+    const progress = /** @type {HTMLProgressElement} */ (byId("progress")), before = this.view, view = new View(this.canvas, before?.renderer);
+    progress.value = 0;
+    await view.load(source, (share) => (progress.value = share));
+    const axis = view.cooked?.manifest.up_axis ?? "y", up = new Vector3(Number(axis === "x"), Number(axis === "y"), Number(axis === "z"));
+    const isSame = before?.cooked?.manifest.scene === view.cooked?.manifest.scene;
+    if (before) this.state = { ...initialState(), theme: this.state.theme, mode: this.state.mode, camera: isSame ? this.state.camera : null };
+    this.view = view;
+    this.report = source.report;
+    this.camera ??= new Camera(this.canvas, up, () => this.moved(), (x, y) => this.click(x, y));
+    this.camera.stop();
+    this.camera.setUp(up);
+    const camera = this.state.camera;
+    this.camera.size = Math.max(view.box.getSize(new Vector3()).length(), 1e-6);
+    this.camera.setAspect(view.resize());
+    this.state.camera = camera;
+    this.controls = new Controls(this);
+    this.allow();
+    this.build();
+    this.applyCamera();
+    before?.dispose();
     byId("loading").hidden = true;
     this.changed();
     if (this.state.picked) this.place?.show();
     await this.needLayouts();
+  }
+
+  /** Shows a cooked folder, or says why not. @param {() => Promise<Map<string, File>>} filesOf */
+  async openFolder(filesOf) {
+    const loading = byId("loading");
+    byId("loading-text").textContent = "Loading the folder";
+    loading.hidden = false;
+    let fault = "";
+    try {
+      await this.load(await droppedSource(await filesOf(), /** @type {import("./source.js").SceneSource} */ (this.site)));
+    } catch (failed) {
+      fault = /** @type {Error} */ (failed).message;
+    }
+    loading.hidden = true;
+    byId("folder-fault").textContent = fault;
+  }
+  /** A cooked folder that is dropped anywhere on the page is shown. */
+  listenToDrops() {
+    const hint = byId("drop"), hasFiles = (/** @type {DragEvent} */ { dataTransfer }) => dataTransfer?.types.includes("Files");
+    addEventListener("dragover", (event) => {
+      if (!hasFiles(event)) return;
+      event.preventDefault();
+      hint.hidden = false;
+    });
+    addEventListener("dragleave", (event) => {
+      if (event.relatedTarget === null) hint.hidden = true;
+    });
+    addEventListener("drop", (event) => {
+      hint.hidden = true;
+      const { dataTransfer } = event;
+      if (!dataTransfer || !hasFiles(event)) return;
+      event.preventDefault();
+      const files = droppedFiles(dataTransfer);
+      void this.openFolder(() => files);
+    });
   }
 
   /** Says when the browser takes the context away, as it does with too little memory, and draws again once it is back. three.js makes its
@@ -84,8 +144,8 @@ export class Page {
 
   /** Offers to reload once the folder has another manifest than the one that is shown. */
   async lookForNewCook() {
-    const offer = byId("again"), shown = /** @type {View} */ (this.view).cooked?.manifest.digest;
-    if (!shown || !offer.hidden) return;
+    const offer = byId("again"), { cooked, source } = /** @type {View} */ (this.view), shown = cooked?.manifest.digest;
+    if (!shown || source?.isDropped || !offer.hidden) return;
     const manifest = await fetch("cooked/cooked.json", { cache: "no-store" }).then((answer) => (answer.ok ? answer.json() : null)).catch(() => null);
     if (manifest?.digest && manifest.digest !== shown) offer.hidden = false;
   }
@@ -137,6 +197,7 @@ export class Page {
     clamp("m", view.roughness[0], view.roughness[1]);
     if (!view.environments[state.environment]) state.environment = 0;
     if (state.picked && !view.maps[state.picked[0]]) state.picked = null;
+    if (!state.picked) state.shaded = null;
     state.dominant &&= has.dominant;
     state.materials &&= has.materials;
     state.seams &&= has.mesh;
@@ -239,7 +300,7 @@ export class Page {
   build() {
     const view = /** @type {View} */ (this.view);
     this.buildStage();
-    const header = this.header(), settings = [this.viewCard(), this.lightCard()], failures = this.failuresCard(), worst = this.worstCard();
+    const header = this.header(), settings = [this.viewCard(), this.lightCard()], failures = this.failuresCard(), worst = worstCard(this);
     this.place = new PlaceCard(this);
     const memory = new MemoryCard(this);
     this.panel.replaceChildren(header, ...settings, ...[failures, worst].filter((card) => card !== null), this.place.element, memory.element, this.helpCard());
@@ -252,13 +313,23 @@ export class Page {
       this.panel.children[1].append(make("p", { class: "note" }, `Working space ${view.workingSpace} is shown as Rec.709.`));
   }
 
-  buildStage() {
-    const wipe = byId("wipe"), legend = byId("legend");
+  listenToWipe() {
+    const wipe = byId("wipe");
     const move = (/** @type {number} */ at) => this.changed({ wipe: Math.min(Math.max(at, 0), 1) });
-    wipe.addEventListener("pointerdown", (event) => wipe.setPointerCapture(event.pointerId));
+    let start = 0, isMoved = false;
+    wipe.addEventListener("pointerdown", (event) => {
+      wipe.setPointerCapture(event.pointerId);
+      [start, isMoved] = [event.clientX, false];
+    });
     wipe.addEventListener("pointermove", (event) => {
       const box = this.canvas.getBoundingClientRect();
-      if (wipe.hasPointerCapture(event.pointerId)) move((event.clientX - box.left) / box.width);
+      isMoved ||= Math.abs(event.clientX - start) >= 3;
+      if (isMoved && wipe.hasPointerCapture(event.pointerId)) move((event.clientX - box.left) / box.width);
+    });
+    // A click means the surface below the line.
+    wipe.addEventListener("pointerup", (event) => {
+      const box = this.canvas.getBoundingClientRect();
+      if (!isMoved && event.button === 0) this.click(event.clientX - box.left, event.clientY - box.top);
     });
     wipe.addEventListener("keydown", (event) => {
       const { wipe: at } = this.state;
@@ -267,6 +338,9 @@ export class Page {
       event.preventDefault();
       move(to);
     });
+  }
+  buildStage() {
+    const wipe = byId("wipe"), legend = byId("legend");
     this.controls.follow(() => {
       const { mode } = this.state, isWiped = mode === "wipe";
       wipe.hidden = !isWiped;
@@ -277,13 +351,22 @@ export class Page {
       this.showTags();
     });
   }
-  /** Names what is shown on each side. */
+  /** Names what is shown on each side, with the bytes of its light maps. */
   showTags() {
-    const view = /** @type {View} */ (this.view), { mode } = this.state, isWiped = mode === "wipe";
+    const view = /** @type {View} */ (this.view), { mode, layout, beside } = this.state, isWiped = mode === "wipe";
     const isReference = mode === "reference" || (mode === "blink" && this.blinked);
-    const right = this.layoutName(this.state.layout);
-    byId("left-tag").textContent = this.isCompared() && (isWiped || isReference) ? (this.state.beside || "Reference") : "";
-    byId("right-tag").textContent = mode === "error" ? `Visible error${view.candidates.length > 0 ? ` of ${right}` : ""}` : isReference ? "" : view.candidates.length > 0 ? right : "Cooked";
+    const right = this.layoutName(layout), tag = (/** @type {string} */ name, /** @type {number} */ bytes) => (bytes > 0 ? `${name}, ${bytesText(bytes)}` : name);
+    byId("left-tag").textContent = this.isCompared() && (isWiped || isReference) ? tag(beside || "Reference", beside ? this.bytesOf(beside) : this.bytesOfBakes()) : "";
+    byId("right-tag").textContent = mode === "error" ? `Visible error${view.candidates.length > 0 ? ` of ${right}` : ""}` : isReference ? ""
+      : tag(view.candidates.length > 0 ? right : "Cooked", this.bytesOf(layout));
+  }
+  /** Returns the GPU memory of the light maps under a layout. @param {string} layout */
+  bytesOf(layout) {
+    return bytesCooked(/** @type {View} */ (this.view).setFor(layout).maps.map(({ asset }) => asset));
+  }
+  /** Returns the bytes of the files of the bakes; 0 without a report. */
+  bytesOfBakes() {
+    return bytesRead((this.report?.assets ?? []).filter((/** @type {any} */ { kind }) => kind === "light-map"));
   }
 
   header() {
@@ -292,12 +375,24 @@ export class Page {
     const theme = make("button", { id: "theme", title: "Theme", onclick: () => this.changed({ theme: themes[(themes.indexOf(this.state.theme) + 1) % 3] }) });
     this.controls.follow(() => (theme.textContent = `Theme: ${this.state.theme}`));
     const link = make("button", { id: "link", title: "Copy a link that reopens this view", onclick: () => this.copyLink(link) }, "Copy link");
+    const picture = make("button", { id: "picture", title: "Save the picture as a PNG", onclick: () => this.savePicture() }, "Save picture");
+    const input = make("input", { type: "file", id: "folder", webkitdirectory: true, hidden: true, "aria-label": "Cooked folder" });
+    input.addEventListener("change", () => input.files && input.files.length > 0 && this.openFolder(async () => chosenFiles(/** @type {FileList} */ (input.files))));
+    const open = make("button", { id: "open", title: "Show another cooked folder of this computer; or drop it on the page", onclick: () => input.click() }, "Open folder");
     const verdict = this.report ? [make("span", { class: `verdict ${this.report.passed ? "passed" : "failed"}` }, this.report.passed ? "Passed" : "Failed")] : [];
-    const report = this.report ? [make("a", { href: "cooked/report.html" }, "Report")] : [];
+    const page = view.source?.reportPage, report = page ? [make("a", { href: page }, "Report")] : [];
+    const read = bytesRead(this.report?.assets ?? []), used = bytesText(bytesCooked(manifest.assets));
+    const sizes = make("p", { class: "sizes" }, ...(read > 0 ? [bytesText(read), " of files → "] : []), make("b", {}, used), " of GPU memory");
     const again = make("button", { id: "again", title: "The folder has another manifest than the scene that is shown", hidden: true, onclick: () => location.reload() },
       "Cooked again: reload");
-    return make("header", { class: "card" }, make("h1", {}, manifest.scene), ...verdict, again, make("nav", {}, link, theme),
-      make("span", { class: "soft", style: "flex: 1 1 100%" }, `${manifest.tool.name} ${manifest.tool.version} `, ...report));
+    return make("header", { class: "card" }, make("h1", {}, manifest.scene), ...verdict, again, sizes, make("nav", {}, picture, link, open, theme, input),
+      make("p", { class: "note warning", id: "folder-fault" }),
+      make("span", { class: "soft", style: "flex: 1 1 100%" }, view.source?.isDropped ? "A folder of this computer, read by the page alone. " : "", `${manifest.tool.name} ${manifest.tool.version} `, ...report));
+  }
+  savePicture() {
+    const { mode, wipe } = this.state, scene = /** @type {View} */ (this.view).cooked?.manifest.scene ?? "scene";
+    this.drawNow();
+    savePicture(this.canvas, `${scene}_${mode}.png`, mode === "wipe" && this.isCompared() ? wipe : null);
   }
   /** @param {HTMLElement} button */
   async copyLink(button) {
@@ -405,63 +500,24 @@ export class Page {
 
   /** Makes the list of what failed, with the advice of the report; null where all passed. */
   failuresCard() {
-    const failures = (this.report?.assets ?? []).flatMap((/** @type {any} */ { failures: found = [] }) => found);
+    const failures = (this.report?.assets ?? []).flatMap((/** @type {any} */ { name, failures: found = [] }) => failureTexts(name, found).map((text) => ({ name, ...text })));
     if (failures.length === 0) return null;
-    return make("section", { class: "card" }, make("h2", {}, "What failed"), ...failures.map((/** @type {any} */ { message }) => make("p", { class: "note warning" }, message)));
+    return make("section", { class: "card" }, make("h2", {}, "What failed"), ...failures.map((/** @type {any} */ { name, found, advice }) =>
+      make("p", { class: "note warning" }, `${name}: ${found}.`, advice && make("b", {}, ` ${advice}`))));
   }
 
-  worstCard() {
-    const view = /** @type {View} */ (this.view);
-    const places = view.maps.flatMap(({ data }, map) => data.worst.map((place) => ({ ...place, map }))).sort((a, b) => b.visible - a.visible);
-    if (places.length === 0) return null;
-    const items = places.map((place) => {
-      const { data } = view.maps[place.map];
-      const stage = { total: "on the surface", "texel centres": "at a texel" }[place.stage] ?? place.stage;
-      const where = `${view.maps.length > 1 ? `${data.name}: ` : ""}${place.what}, ${stage}`;
-      return make("li", {}, make("button", { onclick: () => this.flyToPlace(place), title: `Texel ${place.texel.map((x) => x.toFixed(1)).join(", ")}` },
-        make("b", {}, place.visible.toFixed(1)), make("span", {}, where), make("span", { class: "soft" }, place.texel.map((x) => x.toFixed(0)).join(", "))),
-        make("p", { class: "note" }, this.remarkOfPlace(place)));
-    });
-    return make("section", { class: "card" }, make("h2", {}, "Worst places"), make("ul", { class: "places", id: "worst" }, ...items),
-      make("p", { class: "note" }, "Visible error (Delta E ITP; 1 is just noticeable), light, texel."));
-  }
-  /** Returns why no layout helps a place between texels, if the report says that its chart has few; else "". @param {{ map: number, what: string, stage: string }} place */
-  remarkOfPlace({ map, what, stage }) {
-    const row = this.report?.assets?.find((/** @type {any} */ each) => each.name === this.view?.maps[map].data.name);
-    const few = stage === "total" && row?.charts?.few_texels?.find((/** @type {any} */ each) => each.shading === what);
-    return few?.advice ?? "";
-  }
-  /** Returns the light-map UV of a place. Texels of stage "total" are those of the bake, others those of the light map.
-   * @param {{ map: number, stage: string, texel: [number, number] }} place integers are centres @returns {[number, number] | undefined} */
-  uvOfPlace({ map, stage, texel: [x, y] }) {
-    const view = /** @type {View} */ (this.view), shown = view.maps[map], { width, height } = shown.asset;
-    return stage === "total" && shown.bake !== shown.asset ? view.surfaceOfBake(shown, [x, y])?.uv : [(x + 0.5) / width, (y + 0.5) / height];
-  }
-  /**
-   * Flies to a worst place, and shows the light that errs there: of specular light from the view of the sample, on its surface.
-   * @param {{ map: number, what: string, stage: string, texel: [number, number], view?: [number, number, number], m?: number, f0?: number }} place integers are centres
-   */
-  flyToPlace(place) {
-    const { map, what, view: towards, m, f0 } = place, uv = this.uvOfPlace(place);
-    if (!uv) return;
-    const view = /** @type {View} */ (this.view), shown = view.maps[map], { state } = this, isSpecular = what === "specular" && view.has.tables;
-    state.light = 1;
-    if (isSpecular) Object.assign(state, { diffuse: false, glossy: "area", dominant: false, m: m ?? state.m, f0: f0 ?? state.f0 });
-    else Object.assign(state, { diffuse: true, glossy: "none", dominant: false, albedo: 1 });
-    this.allow();
-    this.flyTo(map, uv[0], uv[1], isSpecular && shown.hasMesh && towards ? new Vector3(...towards) : undefined);
-  }
-  /** @param {number} map @param {number} u @param {number} v @param {Vector3} [towards] unit, from the place to the camera */
-  flyTo(map, u, v, towards) {
-    const view = /** @type {View} */ (this.view), camera = /** @type {Camera} */ (this.camera), found = view.surface(view.maps[map], u, v);
+  /** Flies to a place of a light map, in front of what lies between. @param {number} map @param {number} u @param {number} v
+   * @param {number[] | null} [shaded] normal and view of a sample there @param {Vector3} [towards] unit, from the place to the camera */
+  flyTo(map, u, v, shaded = null, towards = undefined) {
+    const view = /** @type {View} */ (this.view), camera = /** @type {Camera} */ (this.camera), { meshes, asset } = view.maps[map], found = view.surface(view.maps[map], u, v);
     if (!found) return;
-    this.changed({ picked: [map, u, v] });
+    this.changed({ picked: [map, u, v], shaded });
     this.place?.show();
-    const distance = 0.12 * camera.size;
-    if (towards) return camera.flyTo(found.position.clone().addScaledVector(towards, distance), found.position);
     const { up } = camera.view, isLevel = Math.abs(found.normal.dot(up)) > 0.9, aside = new Vector3(up.y, up.z, up.x);
-    const away = found.normal.clone().addScaledVector(isLevel ? aside : up, isLevel ? 0.3 : 0.25);
-    camera.flyTo(found.position.clone().addScaledVector(away.normalize(), distance), found.position);
+    const away = towards ?? found.normal.clone().addScaledVector(isLevel ? aside : up, isLevel ? 0.3 : 0.25).normalize();
+    const side = texelSideAt(found, asset.width, asset.height), wanted = (RADIUS_TEXELS / SLOPE) * side, skipped = 1e-3 * side;
+    const distance = Math.min(wanted, FREE * (skipped + freeDistance(meshes, found.position.clone().addScaledVector(away, skipped), away, wanted)));
+    camera.flyTo(found.position.clone().addScaledVector(away, distance), found.position);
   }
 
   helpCard() {
@@ -479,6 +535,7 @@ export class Page {
     const view = /** @type {View} */ (this.view), { clientWidth, clientHeight } = this.canvas;
     const hit = view.pick(/** @type {Camera} */ (this.camera).view, x / clientWidth, y / clientHeight);
     this.state.picked = hit ? [hit.map, ...hit.uv] : null;
+    this.state.shaded = null;
     this.place?.show();
     this.keepLink();
   }

@@ -65,6 +65,6 @@ export class MemoryCard {
 
   /** Makes the legend of the colours of charts. */
   errorLegend() {
-    return make("p", { class: "note errors" }, "Visible error of charts, p99: ", errorRanges().map(({ words, color }) => make("span", {}, make("i", { style: `background: ${color}` }), words)));
+    return make("p", { class: "note errors" }, "Visible error that 99 % of a chart stay below, in just noticeable differences: ", errorRanges().map(({ words, color }) => make("span", {}, make("i", { style: `background: ${color}` }), words)));
   }
 }

@@ -1,7 +1,7 @@
 // The card of the picked place: its texel, chart, light, coefficients and error.
 import { apply, cssOf, DIFFUSE_WHITE, viewingOf } from "./color.js";
 import { byId, make } from "./elements.js";
-import { bytesText } from "./units.js";
+import { bytesText, visibleText } from "./units.js";
 
 /** @typedef {import("./view.js").ShownMap} ShownMap */
 /** @typedef {import("./view.js").Values} Values */
@@ -54,18 +54,28 @@ export class PlaceCard {
     this.position = found.position;
     this.mark();
     view.apply(state, page.blinked);
-    const eye = /** @type {import("./camera.js").Camera} */ (page.camera).view.position.clone().sub(found.position).normalize();
-    const none = [0, 0, 0];
-    const [values] = view.values(map, [{ uv: [u, v], bakeUv: view.bakeUvAt(map, [u, v], found), cluster: found.cluster, normal: map.hasMesh ? found.normal.toArray() : none, view: map.hasMesh ? eye.toArray() : none }]);
+    const [values] = view.values(map, [{ uv: [u, v], bakeUv: view.bakeUvAt(map, [u, v], found), cluster: found.cluster, ...this.shadingOf(map, found) }]);
     const rows = this.rowsOf(map, [u, v], found), parts = [];
     if (values) {
       rows.push(...this.lightRows(map, values));
+      if (state.shaded) parts.push(make("p", { class: "note" }, `Shaded at the normal${state.shaded.slice(3).some((x) => x !== 0) ? " and from the view" : ""} of the report's sample.`));
       if (map.hasReference) parts.push(this.swatches(map, values));
       if (map.decode.hasDirections) parts.push(this.coefficients(values, map.hasReference));
     }
     const isOnSummary = body.contains(document.activeElement);
     body.replaceChildren(make("dl", {}, ...rows.flatMap(([term, text]) => [make("dt", {}, term), make("dd", { "data-term": term }, text)])), ...parts);
     if (isOnSummary) body.querySelector("summary")?.focus({ preventScroll: true });
+  }
+
+  /** Returns the normal and the view, in the axes of the light map, that a place is shaded with: those of the report's sample, if it is one.
+   * @param {ShownMap} map @param {import("./charts.js").Found} found @returns {{ normal: number[], view: number[] }} */
+  shadingOf({ hasMesh, decode }, found) {
+    const { page } = this, { shaded } = page.state, view = /** @type {import("./view.js").View} */ (page.view), none = [0, 0, 0];
+    const eye = /** @type {import("./camera.js").Camera} */ (page.camera).view.position.clone().sub(found.position).normalize();
+    const own = hasMesh ? { normal: view.toMap(decode.axes, found.normal.toArray()), view: view.toMap(decode.axes, eye.toArray()) } : { normal: none, view: none };
+    if (!shaded) return own;
+    const sampled = shaded.slice(3).some((x) => x !== 0) ? shaded.slice(3) : own.view;
+    return { normal: shaded.slice(0, 3), view: hasMesh || sampled !== own.view ? sampled : shaded.slice(0, 3) };
   }
 
   /** Returns terms and texts of what is known without shading. @param {ShownMap} map @param {[number, number]} uv @param {import("./charts.js").Found} found */
@@ -81,7 +91,7 @@ export class PlaceCard {
   /** @param {ShownMap} map @param {Values} values */
   lightRows({ hasReference }, values) {
     const light = (/** @type {number[]} */ rgb) => rgb.map(short).join("  "), rows = [];
-    if (hasReference) rows.push(["Visible error", values.error.toFixed(2)], ["Reference", light(values.referenceLight)]);
+    if (hasReference) rows.push(["Visible error", visibleText(values.error)], ["Reference", light(values.referenceLight)]);
     rows.push(["Cooked", light(values.cookedLight)]);
     return rows;
   }

@@ -56,6 +56,9 @@ uniform mat3 rec709FromWorking, lmsFromWorking;
 uniform vec2 display;  // cd/m^2 of one unit of light, and of black
 uniform vec2 mapSize;
 uniform vec3 materialAlbedo, materialEmission;
+#ifndef LIGHT_MAP_TEXTURE
+#define LIGHT_MAP_TEXTURE texture
+#endif
 ${referenceLayers > 0 ? "uniform highp sampler2DArray referenceMap;\nuniform float referenceUnit;" : ""}
 
 // The float bake, filtered between covered texels alone. coverage: part of the filter's texels that are covered.
@@ -63,8 +66,8 @@ LcSh referenceSh(vec2 uv, out float coverage) {
   LcSh sh;
   for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);
 ${referenceLayers > 0
-    ? `  coverage = texture(referenceMap, vec3(uv, 0.0)).a;
-  for (int i = 0; i < ${referenceLayers}; ++i) sh.c[i] = texture(referenceMap, vec3(uv, float(i))).rgb * (referenceUnit / max(coverage, 1e-4));`
+    ? `  coverage = LIGHT_MAP_TEXTURE(referenceMap, vec3(uv, 0.0)).a;
+  for (int i = 0; i < ${referenceLayers}; ++i) sh.c[i] = LIGHT_MAP_TEXTURE(referenceMap, vec3(uv, float(i))).rgb * (referenceUnit / max(coverage, 1e-4));`
     : "  coverage = 0.0;"}
   return sh;
 }
@@ -162,7 +165,8 @@ uniform vec3 eye;
 void main() {
   vec3 v = normalize(eye - worldPosition);
   vec3 n = normalize(worldNormal);
-  vec3 tilted = bumped(n, worldPosition);
+  vec3 tilted = lightMapAxes(bumped(n, worldPosition));
+  v = lightMapAxes(v);
 #ifdef NO_MESH
   tilted = brightestNormal(lightMapSh(lightMapUv, cluster));
 #endif
@@ -190,6 +194,20 @@ void main() {
 
 /** Rows of the values that the shader of points writes: a column a point. */
 export const ROWS = { reference: 0, cooked: 9, referenceLight: 18, cookedLight: 19, error: 20, referenceShown: 21, cookedShown: 22, count: 23 };
+
+/** Places are sampled with float weights, of level 0: a GPU's filter has 8 bits, and neighbours of a point lie anywhere. */
+export const POINTS_HEAD = `
+vec4 exactTexture(highp sampler2DArray map, vec3 at) {
+  ivec2 last = textureSize(map, 0).xy - 1;
+  vec2 place = at.xy * vec2(last + 1) - 0.5, low = floor(place), share = place - low;
+  ivec2 a = clamp(ivec2(low), ivec2(0), last), b = clamp(ivec2(low) + 1, ivec2(0), last);
+  int layer = int(at.z + 0.5);
+  vec4 upper = mix(texelFetch(map, ivec3(a, layer), 0), texelFetch(map, ivec3(b.x, a.y, layer), 0), share.x);
+  return mix(upper, mix(texelFetch(map, ivec3(a.x, b.y, layer), 0), texelFetch(map, ivec3(b, layer), 0), share.x), share.y);
+}
+#define LIGHT_MAP_TEXTURE exactTexture
+#define LIGHT_MAP_LEVEL 0.0
+`;
 
 export const POINTS_MAIN = `
 uniform highp sampler2D points;  // row 0: uv and cluster; 1: normal, as shaded, or 0: that of brightestNormal; 2: direction to the viewer; 3: uv of the bake

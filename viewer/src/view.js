@@ -5,9 +5,9 @@ import {
   WebGLRenderer,
 } from "three";
 import {
-  CookedScene, LAYOUTS, clustersOfBlocks, derivedLight, dominantLight, environmentMap, fetchBytes, jsonOf, makeTexture, readKtx2, specularTables,
+  CookedScene, LAYOUTS, clustersOfBlocks, derivedLight, dominantLight, environmentMap, fetchBytes, makeTexture, readKtx2, specularTables,
 } from "../loaders/index.js";
-import { FRAGMENT_MAIN, POINTS_MAIN, POINTS_VERTEX, ROWS, VERTEX, shadingGlsl, sharedUniforms } from "./shading.js";
+import { FRAGMENT_MAIN, POINTS_HEAD, POINTS_MAIN, POINTS_VERTEX, ROWS, VERTEX, shadingGlsl, sharedUniforms } from "./shading.js";
 import { findCharts, findSurface, surfaceAt } from "./charts.js";
 
 /**
@@ -20,8 +20,8 @@ import { findCharts, findSurface, surfaceAt } from "./charts.js";
  * @property {string | null} mesh
  * @property {{ nits: number, black: number } | null} display
  * @property {{ normal_map_tilt: number, m: number[], f0: number[] } | null} shading
- * @property {{ what: string, stage: string, texel: [number, number], visible: number, view?: [number, number, number], m?: number, f0?: number }[]} worst
  */
+/** @typedef {{ schema: number, scene: string, light_maps: ViewedLightMap[], candidates: ViewedCandidate[] }} ViewedScene viewer/scene.json */
 /**
  * @typedef {object} ShownMap a light map in the scene
  * @property {ViewedLightMap} data
@@ -49,7 +49,7 @@ import { findCharts, findSurface, surfaceAt } from "./charts.js";
  * @property {Scene} lines borders of charts
  * @property {ShownMap[]} maps in the order of viewer/scene.json
  */
-/** @typedef {{ uv: [number, number], bakeUv: [number, number], cluster: number, normal: number[], view: number[] }} Point */
+/** @typedef {{ uv: [number, number], bakeUv: [number, number], cluster: number, normal: number[], view: number[] }} Point normal and view: in the axes of the light map */
 /**
  * @typedef {object} Values
  * @property {number[][]} reference nine coefficients, RGB
@@ -79,10 +79,10 @@ const roughnessAt = ([a, b, c, d], coordinate) => {
 };
 
 export class View {
-  /** @param {HTMLCanvasElement} canvas */
-  constructor(canvas) {
+  /** @param {HTMLCanvasElement} canvas @param {WebGLRenderer} [renderer] of an earlier view on that canvas */
+  constructor(canvas, renderer) {
     try {
-      this.renderer = new WebGLRenderer({ canvas, antialias: true });
+      this.renderer = renderer ?? new WebGLRenderer({ canvas, antialias: true });
     } catch {
       throw new Error("This browser has no WebGL2, which the page draws with.");
     }
@@ -126,19 +126,18 @@ export class View {
     return /** @type {WebGL2RenderingContext} */ (this.renderer.getContext());
   }
 
-  /** Loads everything. @param {(share: number) => void} onProgress */
-  async load(onProgress) {
+  /** Loads everything. @param {import("./source.js").SceneSource} source @param {(share: number) => void} onProgress */
+  async load(source, onProgress) {
     let arrived = 0, expected = 1 << 16;
     const onBytes = (/** @type {number} */ bytes) => {
       arrived += bytes;
       onProgress(Math.min(arrived / expected, 1));
     };
-    /** @type {{ schema: number, scene: string, light_maps: ViewedLightMap[], candidates: ViewedCandidate[] }} */
-    const data = jsonOf(await fetchBytes("viewer/scene.json", onBytes), "viewer/scene.json");
-    if (data.schema !== 1) throw new Error(`viewer/scene.json: found schema ${data.schema}, expected 1`);
+    const { data } = source;
+    this.source = source;
     this.lightMaps = data.light_maps;
     this.candidates = data.candidates;
-    this.cooked = await this.open("cooked/", onBytes);
+    this.cooked = await this.open(source.folder, onBytes);
     const { manifest } = this.cooked;
     for (const asset of manifest.assets)
       if (asset.kind !== "rsrm") expected += (asset.bytes_disk ?? 0) + asset.textures.reduce((sum, texture) => sum + texture.bytes_disk, 0);
@@ -176,7 +175,20 @@ export class View {
   }
   /** @param {string} folder @param {(bytes: number) => void} onBytes */
   open(folder, onBytes) {
-    return CookedScene.open(folder, { gl: this.gl(), draco: new URL("assets/draco/", document.baseURI).href, onBytes });
+    return CookedScene.open(folder, { gl: this.gl(), draco: new URL("assets/draco/", document.baseURI).href, onBytes, fetch: this.source?.fetch });
+  }
+  /** Frees what lies in GPU memory. */
+  dispose() {
+    const textures = new Set();
+    for (const { scene, lines, maps } of this.sets.values()) {
+      for (const object of /** @type {any[]} */ ([...scene.children, ...lines.children])) {
+        for (const { value } of Object.values(object.material.uniforms ?? {})) if (value?.isTexture) textures.add(value);
+        object.geometry.dispose();
+        object.material.dispose();
+      }
+      for (const { points } of maps) points.dispose();
+    }
+    for (const texture of textures) texture.dispose();
   }
   /** @param {CookedScene} cooked @param {(bytes: number) => void} onBytes @returns {Promise<LayoutSet>} */
   async setOf(cooked, onBytes) {
@@ -208,7 +220,9 @@ export class View {
     const meshes = meshAsset ? await this.meshesOf(cooked, meshAsset, packing ? packing.uv_before : "TEXCOORD_1") : [];
     const hasReference = reference !== null, hasMesh = meshes.length > 0, hasClusters = !!decode.layout.code;
     if (!hasMesh) meshes.push(this.sheet(asset, left));
-    const shading = shadingGlsl(cooked.shader, decode, { tables: this.tables ?? null, dominant, environment: this.environment ?? null, referenceLayers: data.reference_layers });
+    // Cubemaps are in the world of the mesh.
+    const environment = decode.axes.every(([component, sign], i) => component === i && sign === 1) ? (this.environment ?? null) : null;
+    const shading = shadingGlsl(cooked.shader, decode, { tables: this.tables ?? null, dominant, environment, referenceLayers: data.reference_layers });
     const uniforms = this.uniformsOf(data, asset, { ...decode.uniforms, ...dominant?.uniforms }, reference);
     const defines = { ...(decode.needsCluster && { LIGHT_MAP_CLUSTER: 1 }), ...(hasClusters && { HAS_CLUSTERS: 1 }), ...(!hasMesh && { NO_MESH: 1 }) };
     const charts = findCharts(meshes, asset.width, asset.height);
@@ -222,7 +236,7 @@ export class View {
       glslVersion: GLSL3,
       uniforms: { ...uniforms, materialAlbedo: { value: [1, 1, 1] }, materialEmission: { value: [0, 0, 0] }, points: { value: null } },
       vertexShader: POINTS_VERTEX,
-      fragmentShader: shading + POINTS_MAIN,
+      fragmentShader: POINTS_HEAD + shading + POINTS_MAIN,
       depthTest: false,
       depthWrite: false,
     });
@@ -373,6 +387,19 @@ export class View {
     const weight = barycentric(local, corner.map((k) => new Vector3().fromBufferAttribute(position, k)));
     const surface = surfaceAt(mesh, corner, weight);
     return { map, uv: surface.uv, surface };
+  }
+
+  /** Returns a vector of the mesh's world in the axes of a light map, and one of those in that world.
+   * @param {import("../loaders/core/light_map.js").Axes} axes @param {number[]} vector */
+  toMap(axes, vector) {
+    return axes.map(([component, sign]) => sign * vector[component]);
+  }
+  /** @param {import("../loaders/core/light_map.js").Axes} axes @param {number[]} vector @returns {[number, number, number]} */
+  toMesh(axes, vector) {
+    /** @type {[number, number, number]} */
+    const out = [0, 0, 0];
+    axes.forEach(([component, sign], i) => (out[component] = sign * vector[i]));
+    return out;
   }
 
   /** Returns the surface at a place of a light map. @param {ShownMap} map @param {number} u @param {number} v */

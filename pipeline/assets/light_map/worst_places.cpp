@@ -54,6 +54,7 @@ Result<formats::Image<glm::u8vec3>> draw(const WorstTexel& texel, const CheckedL
         lit.compare();
         drawRow(lit, *reference, left, y, key, picture);
         if (top + y != texel.y) continue;
+        place.normal = glm::dvec3(reference->normal.at(texel.x, y));
         place.reference = lit.reference(texel.x - left);
         place.found = lit.found(texel.x - left);
     }

@@ -62,6 +62,9 @@ TEST(WorstPlaces, PicturesShowBakeCookedAndError) {
     const double key = asset.at("key").get<double>();
     double before = 1e9;
     for (const Json& place : worst) {
+        double squared = 0;
+        for (const Json& component : place.at("normal")) squared += component.get<double>() * component.get<double>();
+        EXPECT_NEAR(squared, 1, 1e-3);
         EXPECT_LE(place.at("visible").get<double>(), before);
         before = place.at("visible").get<double>();
         const auto picture = formats::readImage(scene / "out" / place.at("file").get<std::string>());
