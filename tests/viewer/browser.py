@@ -179,6 +179,12 @@ class Browser:
         self.mouse('mouseReleased', *end)
         self.settle()
 
+    def drop(self, path, x, y):
+        """Drops a file or a folder of this machine."""
+        data = {'items': [], 'files': [str(path)], 'dragOperationsMask': 1}
+        for kind in ('dragEnter', 'dragOver', 'drop'):
+            self.call('Input.dispatchDragEvent', {'type': kind, 'x': x, 'y': y, 'data': data})
+
     def touch(self, moves):
         """Fingers that go down at the first of `moves` (a list of points each) and through the others."""
         for i, points in enumerate(moves):

@@ -830,13 +830,12 @@ class ControlsSoak(ControlsSuite):
         self.browser.open(self.url)
 
     def drop(self, folder):
-        """Drops a folder on the page: through the input of the page, which takes the same files."""
-        files = {str(path.relative_to(folder.parent)): base64.b64encode(path.read_bytes()).decode() for path in folder.rglob('*') if path.is_file() and path.suffix != '.png'}
-        self.browser.evaluate(f"""(async () => {{
-            const files = new Map();
-            for (const [name, bytes] of Object.entries({json.dumps(files)})) files.set(name, new File([await (await fetch('data:;base64,' + bytes)).blob()], name));
-            await lightcook.page.openFolder(async () => files);
-        }})()""")
+        self.browser.evaluate('lightcook.page.opening = undefined')
+        self.browser.drop(folder, *self.browser.place_of('#canvas'))
+        self.browser.evaluate("""(async () => {
+            for (let i = 0; i < 600 && !lightcook.page.opening; ++i) await new Promise((done) => setTimeout(done, 50));
+            await lightcook.page.opening;
+        })()""")
         self.browser.settle()
 
     def test_a_dropped_folder_is_shown_beside_the_bake_of_the_site(self):

@@ -33,6 +33,8 @@ export class Page {
     this.view = undefined;
     /** @type {Camera | undefined} */
     this.camera = undefined;
+    /** Done once a dropped folder is shown. @type {Promise<void> | undefined} */
+    this.opening = undefined;
     this.blinked = false;
     this.controls = new Controls(this);
     this.isLoadingLayout = false;
@@ -119,7 +121,7 @@ export class Page {
       if (!dataTransfer || !hasFiles(event)) return;
       event.preventDefault();
       const files = droppedFiles(dataTransfer);
-      void this.openFolder(() => files);
+      this.opening = this.openFolder(() => files);
     });
   }
 

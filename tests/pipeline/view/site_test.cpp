@@ -6,7 +6,9 @@
 #include <set>
 
 #include "formats/gpu_texture.h"
+#include "pipeline/command/decode.h"
 #include "pipeline/document/json.h"
+#include "pipeline/manifest/manifest.h"
 #include "tests/pipeline/view/cooked_site.h"
 
 namespace lightcook::pipeline {
@@ -36,8 +38,19 @@ TEST_F(CookedSite, HasThePageTheCookedFilesAndTheBakes) {
     EXPECT_EQ(data.at("scene"), "small");
     const Json& map = data.at("light_maps").at(0);
     EXPECT_EQ(map.at("name"), "map");
-    EXPECT_GT(map.at("display").at("nits"), 0);
+    // An engine shows the map as the page does with an exposure of 0.18 / key: middle grey of diffuse white, 203 cd/m^2.
+    const double key = readManifest(scene_ / "out")->at("assets").at(0).at("key").get<double>();
+    EXPECT_NEAR(map.at("display").at("nits").get<double>() / 203, 0.18 / key, 1e-6 / key);
     EXPECT_EQ(map.at("display").at("black"), 0.5);
+}
+
+/// Their light is in units of "range", and the EXR does not look as the map does.
+TEST_F(CookedSite, DecodedTexelsComeWithTheConstantsOfTheirShader) {
+    const Json asset = readManifest(scene_ / "out")->at("assets").at(0);
+    const fs::path texture = scene_ / "out" / asset.at("textures").at(0).at("file").get<std::string>();
+    const auto facts = decodeTexture({texture, scene_ / "texels.exr", 0, 0});
+    ASSERT_TRUE(facts.has_value()) << facts.error().line();
+    EXPECT_EQ(facts->at("constants").at("range"), asset.at("constants").at("range"));
 }
 
 TEST_F(CookedSite, BakeIsThatOfTheFileInHalfFloats) {
