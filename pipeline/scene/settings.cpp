@@ -92,7 +92,7 @@ std::string whyNotPacked(const OutputSettings& output, const LightMapEntry& entr
     return "";
 }
 
-/// Returns what is wrong with other axes of a cooked light map beside its other settings, or an empty text.
+/// Returns what is wrong with the layouts of a light map that is turned into other axes, or an empty text.
 std::string whyNotTurned(const OutputSettings& output, const LightMapEntry& entry) {
     if (entry.description.outputAxes.isIdentity()) return "";
     const std::string asked = layoutAsked(output);
@@ -101,16 +101,9 @@ std::string whyNotTurned(const OutputSettings& output, const LightMapEntry& entr
         const auto layout = formats::lightMapLayoutFromName(name);
         return layout && formats::info(*layout).isForEngine && !formats::info(*layout).isInTangentSpace;
     };
-    if (layouts.empty() || !std::ranges::all_of(layouts, isTurned))
-        return "found light_map.output_axes beside a layout that lightcook.glsl decodes in the axes of the mesh, expected a layout with "
-               "the "
-               "directions of an engine's own shader: light_map_layout = \"bakery\", \"godot\", \"mono-sh\" or \"unreal-hq\"";
-    if (output.gltf)
-        return "found light_map.output_axes with gltf = true, expected one of them: the glTF binds the light in the axes of its mesh";
-    if (isPacked(output, entry)) return "found light_map.output_axes beside charts that are packed, expected charts = \"keep\"";
-    if (entry.groundTruth)
-        return "found light_map.output_axes beside ground_truth, whose values are in the axes of the mesh, expected one of them";
-    return "";
+    if (!layouts.empty() && std::ranges::all_of(layouts, isTurned)) return "";
+    return "found light_map.output_axes beside a layout that lightcook.glsl decodes in the axes of the mesh, expected a layout with the "
+           "directions of an engine's own shader: light_map_layout = \"bakery\", \"godot\", \"mono-sh\" or \"unreal-hq\"";
 }
 
 /// Returns the reason why the format of a reflection map is not possible for a target; empty if it is possible.
@@ -194,7 +187,7 @@ std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry
     const formats::LightMapDescription& description = entry.description;
     const std::string layouts = whyNotLayouts(output, entry), packed = whyNotPacked(output, entry), turned = whyNotTurned(output, entry);
     const char* const charts = entry.charts.mode ? "charts" : "output.charts";
-    const bool hasSurfaces = !description.mesh.empty();
+    const bool hasSurfaces = !description.mesh.empty(), isTurned = !description.outputAxes.isIdentity();
     const DominantLayoutInfo* const dominant = dominantLayoutFromName(entry.dominantLayout.value_or(""));
     const auto withoutMesh = [&](const char* key, const char* why) {
         return SettingsRule{key, !entry.mesh,
@@ -228,6 +221,13 @@ std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry
         {"layouts", !layouts.empty(), layouts, "output.light_map_layout"},
         {charts, !packed.empty(), packed},
         {"output_axes", !turned.empty(), turned, "output.light_map_layout"},
+        {"output_axes", isTurned && output.gltf,
+         "found light_map.output_axes with gltf = true, expected one of them: the glTF binds the light in the axes of its mesh",
+         "output.gltf"},
+        {"output_axes", isTurned && isPacked(output, entry),
+         "found light_map.output_axes beside charts that are packed, expected charts = \"keep\"", charts},
+        {"output_axes", isTurned && entry.groundTruth.has_value(),
+         "found light_map.output_axes beside ground_truth, whose values are in the axes of the mesh, expected one of them", "ground_truth"},
         {"charts_max_visible", !isPacked(output, entry), kNoneIsPacked, charts, Idle::InFile},
     };
 }

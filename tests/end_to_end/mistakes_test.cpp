@@ -476,6 +476,8 @@ const std::vector<Mistake>& allMistakes() {
          "lightcook lightmap cornell_lightmap.exr out --mesh cornell.glb --lmbake room.lmbake",
          [](const ExampleCopy& scene) { writeContent(scene / "room.lmbake", "RSRC"); }},
         {"axes that are no turn", "lightcook lightmap cornell_lightmap.exr out --axes x,y,y", nothing},
+        {"output axes of a layout that is decoded in those of the mesh",
+         "lightcook lightmap cornell_lightmap.exr out --layout ratio --output-axes=-x,y,z", nothing},
         // Bakes that look plausible: lint
         {"the light map has the other sign convention", kLint, faults::otherPhase},
         {"the light map has Y and Z swapped", kLint, faults::swappedAxes},

@@ -1037,7 +1037,7 @@ class Candidates(SceneSuite):
         cls.addClassCleanup(shutil.rmtree, scene, True)
         shutil.copytree(ROOT / 'examples' / 'cornell', scene, dirs_exist_ok=True)
         cls.scene = scene / 'scene.toml'
-        cls.scene.write_text(text.replace('[output]', '[output]\nlayouts = ["hdr", "basis-8", "raw"]', 1))
+        cls.scene.write_text(text.replace('[output]', '[output]\nfilter = "hardware"\nlayouts = ["hdr", "basis-8", "raw"]', 1))
         super().setUpClass()
         cls.sh = {}
         cls.learned = cls.cooked / 'candidates' / 'basis-8'

@@ -52,6 +52,8 @@ TEST_F(OutputAxes, AreForShadersOfEnginesAlone) {
     EXPECT_THAT(firstError(cook("max_error = 0.1", axes)), HasSubstr("expected a layout with the directions of an engine's own"));
     EXPECT_THAT(firstError(cook("layouts = [\"godot\", \"sh4\"]\nmax_error = 0.9", axes)), HasSubstr("output_axes"));
     EXPECT_EQ(firstError(cook("layouts = [\"godot\"]\nmax_error = 0.9", axes)), "");
+    EXPECT_THAT(firstError(cook("light_map_layout = \"godot\"\nmax_error = 0.9\ngltf = true", axes + "mesh = \"none.glb\"\n")),
+                HasSubstr("with gltf = true"));
     EXPECT_THAT(firstError(cook("light_map_layout = \"godot\"\nmax_error = 0.9", "output_axes = \"x,y,y\"\n")),
                 HasSubstr("x, y and z once each"));
 }
