@@ -1,6 +1,7 @@
 // The names of the shader follow from the manifest: layout "unreal-hq" has structs LcUnrealHqTexels and LcUnrealHqConstants and
 // function lcLightMapUnrealHq; texture "ratio" is member `ratio`, an array if the texture has layers; a constant is the member of its
 // name. Learned layouts take the textures themselves. With filter "decoded" the function decodes four texels, and their light is mixed.
+// A map with detail has some of those texels in layout "lit".
 #include "decode_glsl.h"
 
 #include <algorithm>
@@ -69,6 +70,11 @@ struct Decode {
     std::string declarations, body;
 };
 
+/// Returns true for the textures beside those of a layout that decodes four texels.
+bool isBeside(const std::string& role) {
+    return role == "coverage" || role.starts_with("detail_");
+}
+
 Decode learnedDecode(const Json& lightMap, const Fetches& fetches, const std::string& codeCount) {
     std::string body;
     if (findTexture(lightMap, "index") != nullptr) {
@@ -98,7 +104,7 @@ Decode plainDecode(const Json& lightMap, const Fetches& fetches, const std::stri
     const bool hasConstants = include.find("struct Lc" + name + "Constants") != std::string::npos;
     std::string body = "  Lc" + name + "Texels t;\n";
     for (const Json& texture : lightMap.at("textures"))
-        if (texture.at("role") != "coverage") body += fetches.all(texture);
+        if (!isBeside(texture.at("role"))) body += fetches.all(texture);
     return {hasConstants ? "uniform Lc" + name + "Constants constants;\n" : "",
             body + "  return lcLightMap" + name + (hasConstants ? "(t, constants);\n" : "(t);\n")};
 }
@@ -108,6 +114,22 @@ Decode decodeOf(const Json& lightMap, const Fetches& fetches, const std::string&
     if (layout.starts_with("basis-")) return learnedDecode(lightMap, fetches, layout == "basis-3" ? "3" : "4");
     if (layout == "flat" || layout == "flat-2") return flatDecode(lightMap, fetches, shaderName(layout));
     return plainDecode(lightMap, fetches, shaderName(layout), include);
+}
+
+/// Returns a function with the light of a texel of the textures of detail.
+std::string detailGlsl() {
+    const auto fetch = [](const std::string& texture, const std::string& layer) {
+        return "texelFetch(map_detail_" + texture + ", ivec3(texel, " + layer + "), 0);\n";
+    };
+    return "uniform LcLitConstants detailConstants;\nLcSh lightMapDetail(ivec2 texel) {\n  LcLitTexels t;\n  t.l0 = " + fetch("hdr", "0") +
+           "  t.light = " + fetch("hdr", "1") + "  t.direction = " + fetch("ldr", "0") +
+           "  for (int i = 0; i < 8; ++i) t.rest[i] = " + fetch("ldr", "i + 1") + "  return lcLightMapLit(t, detailConstants);\n}\n";
+}
+
+/// Returns the statements of lightMapTexel() that come before the decode of the map's own texel.
+std::string choiceGlsl() {
+    return "  vec4 tile = texelFetch(map_coverage, ivec3(lcCoverageTexel(vec2(texel)), 1), 0);\n"
+           "  if (lcHasDetail(tile)) return lightMapDetail(ivec2(lcDetailTexel(tile, vec2(texel))));\n";
 }
 
 /// Returns the number of mip levels of a light map. Textures of clusters and tables have one.
@@ -127,8 +149,10 @@ std::string mixGlsl(const Json& lightMap) {
         covered += (covered.empty() ? "isCovered(q.texel" : ", isCovered(q.texel") + corner + ", level)";
         decoded += "lightMapTexel(ivec2(q.texel" + corner + "), level, cluster), ";
     }
-    return "float isCovered(vec2 texel, int level) {\n  return lcCovered(texelFetch(map_coverage, ivec2(lcCoverageTexel(texel)), level), "
-           "texel);\n}\n"
+    const std::string at =
+        findTexture(lightMap, "coverage")->at("array") ? "ivec3(lcCoverageTexel(texel), 0)" : "ivec2(lcCoverageTexel(texel))";
+    return "float isCovered(vec2 texel, int level) {\n  return lcCovered(texelFetch(map_coverage, " + at +
+           ", level), texel);\n}\n"
            "LcSh lightMapLevel(vec2 uv, int level, int cluster) {\n  LcQuad q = lcQuad(uv, " +
            size + " * exp2(-float(level)));\n  q = lcCoveredQuad(q, vec4(" + covered + "));\n  return lcMix(" + decoded +
            "q.weights);\n}\n"
@@ -152,9 +176,11 @@ std::string decodeGlsl(const Json& lightMap, const std::string& include) {
                 texture.at("role").get<std::string>() + ";\n";
     const Fetches fetches(lightMap);
     const Decode decode = decodeOf(lightMap, fetches, include);
+    const bool hasDetail = lightMap.contains("detail");
     const std::string head =
         fetches.isDecoded() ? "LcSh lightMapTexel(ivec2 texel, int level, int cluster) {\n" : "LcSh lightMapSh(vec2 uv, int cluster) {\n";
-    return glsl + decode.declarations + head + decode.body + "}\n" + (fetches.isDecoded() ? mixGlsl(lightMap) : "");
+    return glsl + decode.declarations + (hasDetail ? detailGlsl() : "") + head + (hasDetail ? choiceGlsl() : "") + decode.body + "}\n" +
+           (fetches.isDecoded() ? mixGlsl(lightMap) : "");
 }
 
 }  // namespace example

@@ -131,7 +131,8 @@ void draw(const Options& options) {
     const std::string decode = example::decodeGlsl(scene.lightMap, scene.include);
     const GLuint program = example::makeProgram(kVertexShader, "#version 450\n" + scene.include + decode + kShade);
     bindTextures(program, scene);
-    example::setConstants(program, scene.lightMap.value("constants", nlohmann::json::object()));
+    example::setConstants(program, "constants", scene.lightMap.value("constants", nlohmann::json::object()));
+    if (scene.lightMap.contains("detail")) example::setConstants(program, "detailConstants", scene.lightMap.at("detail").at("constants"));
     glProgramUniformMatrix4fv(program, glGetUniformLocation(program, "clipFromWorld"), 1, GL_FALSE, glm::value_ptr(clipFromWorld(options)));
     glProgramUniform1f(program, glGetUniformLocation(program, "exposure"), options.exposure);
 

@@ -51,8 +51,8 @@ std::uint32_t makeProgram(const std::string& vertex, const std::string& fragment
     return program;
 }
 
-void setConstants(std::uint32_t program, const nlohmann::json& constants) {
-    const std::string prefix = "constants.";
+void setConstants(std::uint32_t program, const std::string& uniform, const nlohmann::json& constants) {
+    const std::string prefix = uniform + ".";
     GLint uniformCount = 0;
     glGetProgramiv(program, GL_ACTIVE_UNIFORMS, &uniformCount);
     for (GLint i = 0; i < uniformCount; ++i) {

@@ -11,8 +11,8 @@ namespace example {
 /// Compiles and links. Throws std::runtime_error with the compiler's message. The program is freed with the context.
 std::uint32_t makeProgram(const std::string& vertex, const std::string& fragment);
 
-/// Sets every uniform `constants.NAME` of a program to value NAME of the manifest, whatever its type.
+/// Sets every member of a uniform that is a struct to the value of its name in the manifest, whatever its type.
 /// Throws std::runtime_error for a constant that the manifest does not have.
-void setConstants(std::uint32_t program, const nlohmann::json& constants);
+void setConstants(std::uint32_t program, const std::string& uniform, const nlohmann::json& constants);
 
 }  // namespace example

@@ -1,6 +1,7 @@
 // A scene cooked into its own folder, and opened as an engine and as the verifier do.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,12 +19,24 @@ namespace lightcook::samplers {
 
 using Image = formats::Image<glm::vec4>;
 
+/// A lamp near the map behind bars, below a dim sky. Its direction differs from texel to texel, which suits the layout of detail.
+inline glm::vec3 lampBehindBars(const glm::dvec3& direction, const glm::dvec2& place) {
+    const glm::dvec3 towards(0.5 * (0.5 - place.x), 3 * (0.4 - place.y), 0.35);
+    const double squared = glm::dot(towards, towards);
+    const double lamp = std::fmod(place.x + 6 * place.y, 1.7) > 0.5 ? 1 / (0.2 + squared) : 0;
+    const double lobe = std::pow(std::max(0.0, glm::dot(direction, towards) / std::sqrt(squared)), 16);
+    const glm::dvec3 sky = glm::dvec3(0.2, 0.3, 0.5) * (0.6 + 0.4 * direction.z) * (0.5 + place.y);
+    return glm::vec3(lamp * lobe * glm::dvec3(1.0, 0.8, 0.6) + sky);
+}
+
 /// A cooked folder, and its sources while they are needed.
 class CookedScene {
 public:
-    CookedScene(pipeline::SmallScene::Parts parts, const std::string& target, const std::string& layout)
-        : small_(std::make_unique<pipeline::SmallScene>(parts)) {
-        small_->writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"", target, layout),
+    /// detail  visible error that detail of the light map, of lampBehindBars(), keeps; 0: it has none
+    CookedScene(pipeline::SmallScene::Parts parts, const std::string& target, const std::string& layout, double detail = 0)
+        : small_(std::make_unique<pipeline::SmallScene>(parts, detail > 0 ? lampBehindBars : pipeline::sunAndSky)) {
+        const std::string keys = detail > 0 ? fmt::format("\ndetail = true\nmax_visible = {}", detail) : "";
+        small_->writeSceneFile(fmt::format("target = \"{}\"\nlight_map_layout = \"{}\"{}", target, layout, keys),
                                layout.starts_with("flat") ? "[[material]]\nname = \"*\"\nnormal_map = false\nspecular = false\n" : "");
         pipeline::CookOptions options = small_->options();
         const auto known = formats::lightMapLayoutFromName(layout);

@@ -2,6 +2,7 @@
 // same source compiled as C++.
 #include <gmock/gmock.h>
 
+#include "formats/light_map_detail.h"
 #include "lighting/cube.h"
 #include "tests/formats/light_map_layouts.h"
 #include "tests/samplers/cooked_scene.h"
@@ -21,6 +22,7 @@ using pipeline::SmallScene;
 
 struct LightMapCase {
     std::string target, layout;
+    double detail = 0;  ///< visible error that it keeps; 0: the map has none
 };
 
 /// Light maps shaded with random normals, at random places and at texel centres.
@@ -44,6 +46,21 @@ struct Shown {
     vec3 light, allowed;
 };
 
+/// The decoded textures of a map's detail.
+struct DetailTexels {
+    verify::layouts::Layout layout;
+    Image places;               ///< the second layer of texture "coverage"
+    std::vector<Image> layers;  ///< in the order of the layout's textures
+    std::vector<float> slack;   ///< [layer]
+
+    /// Returns the texel that the shader takes in place of one of the map.
+    std::optional<glm::ivec2> placeOf(const glm::ivec2& texel) const {
+        const glm::ivec4 tile(glm::round(255.0f * places.at(texel.x / 8, texel.y / 4)));
+        if (tile.w != 255) return std::nullopt;
+        return glm::ivec2(8 * tile.x + texel.x % 8, 4 * (tile.y + 256 * tile.z) + texel.y % 4);
+    }
+};
+
 /// The decoded textures of a light map. Each layer has the tolerance of its texels, and the side of the squares of the map that read them.
 struct MapTexels {
     int width = 0, height = 0;
@@ -51,6 +68,7 @@ struct MapTexels {
     std::vector<float> slack;
     std::vector<int> sides;
     Image coverage;  ///< of a map whose filter is decoded
+    std::shared_ptr<const DetailTexels> detail = {};
 
     /// Reads a bit of texture "coverage".
     bool isCovered(const glm::ivec2& texel) const {
@@ -89,6 +107,26 @@ Shown shadeFiltered(const Layout& layout, const MapTexels& map, const glm::dvec2
     });
 }
 
+/// Shades a texel: that of its layers at `at`, which is divided by their sides.
+template <class Layout>
+Shown shadeTexel(const Layout& layout, const std::vector<Image>& layers, const std::vector<float>& slack, const std::vector<int>& sides,
+                 const glm::ivec2& at, const vec3& normal) {
+    verify::layouts::Texels<Layout::kLayers> texels{}, off{};
+    for (std::size_t layer = 0; layer < texels.size(); ++layer) {
+        texels[layer] = layers[layer].at(at.x / sides[layer], at.y / sides[layer]);
+        off[layer] = vec4(slack[layer]);
+    }
+    return shownWithin(texels, off, [&](const auto& moved) {
+        return shaders::lcExitRadiance(verify::layouts::decodeAt(layout, at.x, at.y).decode(moved), normal);
+    });
+}
+/// Shades the detail of a texel.
+Shown shadeDetail(const DetailTexels& detail, const glm::ivec2& at, const vec3& normal) {
+    const std::vector<int> sides(detail.layers.size(), 1);
+    return std::visit([&](const auto& layout) { return shadeTexel(layout, detail.layers, detail.slack, sides, at, normal); },
+                      detail.layout);
+}
+
 /// Mixes what the covered texels around a place show.
 template <class Layout>
 Shown shadeMixed(const Layout& layout, const MapTexels& map, const glm::dvec2& uv, const vec3& normal) {
@@ -99,14 +137,9 @@ Shown shadeMixed(const Layout& layout, const MapTexels& map, const glm::dvec2& u
         const glm::ivec2 texel =
             glm::clamp(glm::ivec2(low) + glm::ivec2(corner % 2, corner / 2), glm::ivec2(0), glm::ivec2(map.width, map.height) - 1);
         const double weight = (corner % 2 ? f.x : 1 - f.x) * (corner / 2 ? f.y : 1 - f.y);
-        verify::layouts::Texels<Layout::kLayers> texels{}, off{};
-        for (std::size_t layer = 0; layer < texels.size(); ++layer) {
-            texels[layer] = map.layers[layer].at(texel.x / map.sides[layer], texel.y / map.sides[layer]);
-            off[layer] = vec4(map.slack[layer]);
-        }
-        const Shown shown = shownWithin(texels, off, [&](const auto& moved) {
-            return shaders::lcExitRadiance(verify::layouts::decodeAt(layout, texel.x, texel.y).decode(moved), normal);
-        });
+        const auto detailed = map.detail ? map.detail->placeOf(texel) : std::nullopt;
+        const Shown shown =
+            detailed ? shadeDetail(*map.detail, *detailed, normal) : shadeTexel(layout, map.layers, map.slack, map.sides, texel, normal);
         for (int i = 0; i < (map.isCovered(texel) ? 2 : 1); ++i) {
             weights[i] += weight;
             sums[i].light += static_cast<float>(weight) * shown.light;
@@ -116,6 +149,15 @@ Shown shadeMixed(const Layout& layout, const MapTexels& map, const glm::dvec2& u
     }
     const int i = weights[1] > 0 ? 1 : 0;
     return {sums[i].light / static_cast<float>(weights[i]), sums[i].allowed / static_cast<float>(weights[i])};
+}
+
+/// Returns the detail of a map without its texels; null if it has none.
+std::shared_ptr<DetailTexels> detailOf(const Json& asset) {
+    if (!asset.contains("detail")) return nullptr;
+    verify::CookedLightMap map;
+    map.layout = asset.at("detail").at("layout").get<std::string>();
+    map.constants = asset.at("detail").at("constants").get<pipeline::LightMapConstants>();
+    return std::make_shared<DetailTexels>(DetailTexels{valueOf(verify::layouts::layoutOf(map)), {}, {}, {}});
 }
 
 void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::string& name, const std::string& label) {
@@ -128,6 +170,8 @@ void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::st
     map.clusterOfBlock = scene.clusters(asset);
     const auto layout = valueOf(verify::layouts::layoutOf(map));
     MapTexels texels{map.width, map.height, {}, {}, {}, {}};
+    const std::shared_ptr<DetailTexels> detail = detailOf(asset);
+    texels.detail = detail;
     int unit = 0;
     for (const Json& texture : asset.at("textures")) {
         const std::string role = texture.at("role").get<std::string>();
@@ -136,6 +180,14 @@ void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::st
         std::vector<Image> layers = scene.decoded(asset, role);
         if (role == formats::kCoverageRole) {
             texels.coverage = std::move(layers[0]);
+            if (detail) detail->places = std::move(layers[1]);
+            continue;
+        }
+        if (formats::isOfDetail(role)) {
+            for (Image& image : layers) {
+                detail->layers.push_back(std::move(image));
+                detail->slack.push_back(texelSlack(texture.at("format").get<std::string>()));
+            }
             continue;
         }
         for (Image& image : layers) {
@@ -170,10 +222,8 @@ void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::st
         const glm::dvec2 uv(places[i]);
         const auto [ours, allowed] = std::visit(
             [&](const auto& each) {
-                if constexpr (verify::layouts::DecodedBeforeFilter<std::decay_t<decltype(each)>>)
-                    return shadeMixed(each, texels, uv, vec3(normals[i]));
-                else
-                    return shadeFiltered(each, texels, uv, vec3(normals[i]));
+                const bool isMixed = verify::layouts::DecodedBeforeFilter<std::decay_t<decltype(each)>> || detail;
+                return isMixed ? shadeMixed(each, texels, uv, vec3(normals[i])) : shadeFiltered(each, texels, uv, vec3(normals[i]));
             },
             layout);
         for (int channel = 0; channel < 3; ++channel) {
@@ -193,18 +243,21 @@ void LightMapShading::expectShadedAsOurs(const CookedScene& scene, const std::st
 }
 
 TEST_P(LightMaps, ShadeAsOursBetweenTexels) {
-    const auto [target, layout] = GetParam();
-    const CookedScene scene(SmallScene::Parts::LightMap, target, layout);
-    expectShadedAsOurs(scene, "map", fmt::format("{} {}", target, layout));
+    const auto [target, layout, detail] = GetParam();
+    const CookedScene scene(SmallScene::Parts::LightMap, target, layout, detail);
+    EXPECT_EQ(scene.asset("map").contains("detail"), detail > 0);
+    expectShadedAsOurs(scene, "map", fmt::format("{} {}{}", target, layout, detail > 0 ? " and detail" : ""));
 }
 
-/// Returns every layout for target bc, and three for target float.
+/// Returns every layout for target bc, three for target float, and two with detail.
 std::vector<LightMapCase> lightMapCases() {
     std::vector<LightMapCase> cases;
     // A layout in tangent space needs a mesh, and is shaded as the engine does (tests/shaders).
     for (const formats::LightMapLayoutInfo& row : formats::allLightMapLayouts())
         if (!row.isInTangentSpace) cases.push_back({"bc", std::string(row.name)});
     for (const char* layout : {"basis-8", "ratio", "halo3"}) cases.push_back({"float", layout});
+    cases.push_back({"bc", "basis-4", 2.2});
+    cases.push_back({"bc", "lit-half", 2});
     return cases;
 }
 
@@ -213,7 +266,7 @@ class BrowserLightMaps : public InABrowser<LightMapShading> {
 protected:
     void expectShadedInABrowserAsOurs(const LightMapCase& each) {
         SCOPED_TRACE(each.layout);
-        const CookedScene scene(SmallScene::Parts::LightMap, each.target, each.layout);
+        const CookedScene scene(SmallScene::Parts::LightMap, each.target, each.layout, each.detail);
         expectShadedAsOurs(scene, "map", fmt::format("{} {}, browser", each.target, each.layout));
     }
 };
@@ -230,21 +283,22 @@ TEST_F(BrowserLightMapsSoak, OfEveryLayoutShadeAsOursBetweenTexels) {
     }
 }
 
-/// Returns the cases that CI runs, a layout of each family and `float` once, or those that it leaves to the soak.
+/// Returns the cases that CI runs, a layout of each family, `float` once and detail, or those that it leaves to the soak.
 std::vector<LightMapCase> casesOf(bool isSoak) {
     const std::vector<formats::LightMapLayout> first = test::layoutsOfEveryFamily();
     std::vector<LightMapCase> cases;
     bool hasFloat = false;
     for (const LightMapCase& each : lightMapCases()) {
         const bool isFloat = each.target == "float";
-        const bool isInCi = isFloat ? !hasFloat : std::ranges::count(first, *formats::lightMapLayoutFromName(each.layout)) > 0;
+        const bool isFirst = std::ranges::count(first, *formats::lightMapLayoutFromName(each.layout)) > 0;
+        const bool isInCi = isFloat ? !hasFloat : isFirst || each.detail > 0;
         hasFloat = hasFloat || isFloat;
         if (isInCi != isSoak) cases.push_back(each);
     }
     return cases;
 }
 std::string nameOfCase(const testing::TestParamInfo<LightMapCase>& tested) {
-    std::string name = fmt::format("{}_{}", tested.param.target, tested.param.layout);
+    std::string name = fmt::format("{}_{}{}", tested.param.target, tested.param.layout, tested.param.detail > 0 ? "_detail" : "");
     std::ranges::replace(name, '-', '_');
     return name;
 }

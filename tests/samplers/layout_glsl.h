@@ -5,11 +5,13 @@
 
 #include <cctype>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "formats/light_map_detail.h"
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/cooked_light_map.h"
 #include "pipeline/assets/light_map/light_map.h"
@@ -36,11 +38,15 @@ public:
         : info_(formats::info(formats::lightMapLayoutFromName(asset.at("layout").get<std::string>()).value())),
           constants_(std::move(constants)),
           mapSize_(fmt::format("vec2({}.0, {}.0)", asset.at("width").get<int>(), asset.at("height").get<int>())) {
+        if (asset.contains("detail"))
+            detail_ = std::make_shared<LayoutGlsl>(LayoutGlsl(asset.at("detail").at("constants").get<pipeline::LightMapConstants>()));
         for (const pipeline::Json& texture : asset.at("textures"))
             if (hasUnit(texture.at("role").get<std::string>())) units_.push_back(texture.at("role").get<std::string>());
     }
     /// Returns true for the textures that the shader reads, in the order of their units. Clusters come with the places, and tables apart.
-    static bool hasUnit(const std::string& role) { return !pipeline::isLookupRole(role) || role == formats::kCoverageRole; }
+    static bool hasUnit(const std::string& role) {
+        return !pipeline::isLookupRole(role) || role == formats::kCoverageRole || formats::isOfDetail(role);
+    }
     std::string samplers() const {
         std::string text;
         for (std::size_t unit = 0; unit < units_.size(); ++unit)
@@ -66,16 +72,27 @@ private:
     struct Array {
         const char *member, *role;
     };
-    bool isMixed() const { return info_.isAlwaysDecoded; }
+    /// Generates the decode of detail.
+    explicit LayoutGlsl(pipeline::LightMapConstants constants)
+        : info_(formats::info(formats::kDetailLayout)), constants_(std::move(constants)), isDetail_(true) {}
+    bool isMixed() const { return info_.isAlwaysDecoded || detail_; }
     /// Returns the decode of the covered texels around a place, and the mix of their light.
     std::string decodeMixed() const {
         return "LcQuad q = lcQuad(place.xy, " + mapSize_ +
                ");\nvec2 corners[4] = vec2[4](q.texel00, q.texel10, q.texel01, q.texel11);\nvec4 covered;\nLcSh lights[4];\n"
                "for (int corner = 0; corner < 4; ++corner) {\nvec2 at = corners[corner];\n"
                "covered[corner] = lcCovered(texelFetch(t_coverage, ivec3(lcCoverageTexel(at), 0), 0), at);\nivec2 texel = ivec2(at);\n" +
-               decodeAtPlace() +
-               "lights[corner] = sh;\n}\n"
+               decodeTexel() +
+               "}\n"
                "LcSh sh = lcMix(lights[0], lights[1], lights[2], lights[3], lcCoveredQuad(q, covered).weights);\n";
+    }
+    /// Returns the decode of a texel, or of its detail, into `lights[corner]`.
+    std::string decodeTexel() const {
+        const std::string own = decodeAtPlace() + "lights[corner] = sh;\n";
+        if (!detail_) return own;
+        return "vec4 tile = texelFetch(t_coverage, ivec3(lcCoverageTexel(at), 1), 0);\nif (lcHasDetail(tile)) {\n"
+               "texel = ivec2(lcDetailTexel(tile, at));\n" +
+               detail_->decodeAtPlace() + "lights[corner] = sh;\n} else {\n" + own + "}\n";
     }
     /// Returns the decode of what fetch() reads.
     std::string decodeAtPlace() const {
@@ -140,6 +157,12 @@ private:
     }
     /// Returns a filtered texel of `place`, or the one that `texel` of the map reads.
     std::string fetch(const std::string& role, const std::string& layer) const {
+        if (isDetail_) {
+            const auto* const texture = formats::findByName(info_.textures, role);
+            const int first = role == "light" || role == "rest" ? 1 : 0;
+            return fmt::format("texelFetch(t_detail_{}, ivec3(texel, {} + {}), 0)",
+                               texture->role == formats::TexelRole::Hdr ? "hdr" : "ldr", first, layer);
+        }
         if (isMixed())
             return fmt::format("texelFetch(t_{}, ivec3(texel / {}, {}), 0)", role, formats::findByName(info_.textures, role)->side, layer);
         return fmt::format("textureLod(t_{}, vec3(place.xy, {}), 0.0)", role, layer);
@@ -202,6 +225,8 @@ private:
     pipeline::LightMapConstants constants_;
     std::string mapSize_;  ///< GLSL
     std::vector<std::string> units_;
+    std::shared_ptr<const LayoutGlsl> detail_;  ///< of a map that has it
+    bool isDetail_ = false;
 };
 
 }  // namespace lightcook::samplers

@@ -107,6 +107,7 @@ std::string useOf(const std::string& layout) {
                "; k.scale[i] = 2.0; k.bias[i] = -1.0; }\nLcSh whole = lcLightMapLit(t, k);\n"
                "LcSh dimmed = lcLightMapLitDimmed(t, k, lcGrey(0.5));\nLcQuad q = lcQuad(vec2(0.3, 0.4), vec2(40.0, 72.0));\n"
                "vec4 bits = vec4(lcCoverageTexel(q.texel11), lcQuadTexel(q, 0.3));\n"
+               "if (lcHasDetail(bits)) { bits.x = lcDetailTexel(bits, q.texel00).x; }\n"
                "q = lcCoveredQuad(q, vec4(lcCovered(bits, q.texel00), lcCovered(bits, q.texel10), lcCovered(bits, q.texel01), "
                "lcCovered(bits, q.texel11)));\nLcSh sh = lcMix(whole, dimmed, dimmed, whole, q.weights);\n"
                "result = lcExitRadiance(sh, lcLitDirection(t.direction)) + lcLitIntensity(t.light, k);\n";

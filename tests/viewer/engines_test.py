@@ -43,8 +43,9 @@ class Scene(Folder):
     @classmethod
     def cook(cls, layout, container):
         """Cooks diffuse light into a folder beside the pages. Returns its name.
-        layout: its name, and after "@" its filter if that is not the usual one"""
+        layout: its name, and after "@" its filter if that is not the usual one, or after "~" the visible error that its detail keeps"""
         name, scene = f'{layout}.{container}', cls.folder / f'{layout}.{container}.toml'
+        layout, _, limit = layout.partition('~')
         layout, _, asked = layout.partition('@')
         # The error is not what is tested: it is that of the bytes, which the verifier reads as well.
         scene.write_text(f'''schema = 1
@@ -53,6 +54,7 @@ name = "scene"
 container = "{container}"
 light_map_layout = "{layout}"
 {f'filter = "{asked}"' if asked else ''}
+{f'detail = true{chr(10)}max_visible = {limit}' if limit else ''}
 max_error = 1
 effort = 1
 gltf = {str(container == "ktx2").lower()}
@@ -66,6 +68,8 @@ normal_map = true
 specular = false
 ''')
         run(LIGHTCOOK, 'cook', scene, '-o', cls.site / name, '--cache', CACHE)
+        if limit:
+            assert any('detail' in asset for asset in json.loads((cls.site / name / 'cooked.json').read_text())['assets'])
         return name
 
     def reference(self, name, mesh):
@@ -139,7 +143,7 @@ specular = false
 
 class Engines(Scene):
     """The scene that ships with lightcook."""
-    layouts = ('hdr', 'basis-4')
+    layouts = ('hdr', 'basis-4', 'basis-4~2.5')
     bake, mesh = (ROOT / 'examples' / 'cornell' / file for file in ('cornell_lightmap.exr', 'cornell.glb'))
     camera = Camera((3.1, 3.3, 13.2), (2.7, 2.7, 2.75), 34, (240, 180))
 
@@ -147,8 +151,8 @@ class Engines(Scene):
     # pictures cover Draco and plain meshes, manifest and glTF, and clusters in the mesh. viewer_test.py draws the layouts, and the shader
     # text is shared.
     drawn = (('three', 'hdr.ktx2', 'lightmap_scene.glb'), ('playcanvas', 'hdr.ktx2', 'lightmap_scene.glb'))
-    drawn_decoded = (('babylon', 'basis-4.ktx2'),)
-    drawn_by_opengl = ('basis-4.ktx2',)
+    drawn_decoded = (('babylon', 'basis-4~2.5.ktx2'),)
+    drawn_by_opengl = ('basis-4.ktx2', 'basis-4~2.5.ktx2')
 
     def test_engines_draw_as_the_verifier_shades(self):
         browser = self.new_browser()
@@ -182,10 +186,12 @@ class Engines(Scene):
 
 class EnginesSoak(Engines):
     """The same for the ways that Engines leaves out, and filter "hardware" of a decode that is not linear."""
-    layouts = (*Engines.layouts, 'basis-4@hardware', 'lit-half')
-    drawn = (('babylon', 'hdr.ktx2'), ('three', 'basis-4.ktx2'), ('babylon', 'basis-4@hardware.ktx2'), ('babylon', 'lit-half.ktx2', 'lightmap_scene.glb'), ('playcanvas', 'lit-half.ktx2'))
-    drawn_decoded = (('playcanvas', 'basis-4.ktx2'), ('three', 'basis-4@hardware.ktx2'), ('three', 'hdr.ktx2'), ('three', 'lit-half.ktx2'))
-    drawn_by_opengl = ('hdr.ktx2', 'hdr.dds', 'basis-4@hardware.ktx2', 'lit-half.ktx2')
+    layouts = (*Engines.layouts, 'basis-4@hardware', 'lit-half', 'lit-half~2.5')
+    drawn = (('babylon', 'hdr.ktx2'), ('three', 'basis-4.ktx2'), ('babylon', 'basis-4@hardware.ktx2'), ('babylon', 'lit-half.ktx2', 'lightmap_scene.glb'), ('playcanvas', 'lit-half.ktx2'),
+             ('three', 'basis-4~2.5.ktx2', 'lightmap_scene.glb'), ('babylon', 'lit-half~2.5.ktx2'), ('playcanvas', 'lit-half~2.5.ktx2', 'lightmap_scene.glb'))
+    drawn_decoded = (('playcanvas', 'basis-4.ktx2'), ('three', 'basis-4@hardware.ktx2'), ('three', 'hdr.ktx2'), ('three', 'lit-half.ktx2'),
+                     ('babylon', 'basis-4.ktx2'), ('playcanvas', 'basis-4~2.5.ktx2'))
+    drawn_by_opengl = ('hdr.ktx2', 'hdr.dds', 'basis-4@hardware.ktx2', 'lit-half.ktx2', 'lit-half~2.5.ktx2')
 
     @classmethod
     def setUpClass(cls):

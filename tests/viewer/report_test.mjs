@@ -30,7 +30,7 @@ test("figures are text for people", () => {
 test("names have captions, and others stand as they are", () => {
   assert.equal(stageCaption("l0"), "mean light");
   assert.equal(stageCaption("no such stage"), "no such stage");
-  assert.deepEqual(["light", "coverage", "no such texture"].map(textureCaption), ["one directional light", "texels inside charts, one bit each", ""]);
+  assert.deepEqual(["light", "coverage", "no such texture"].map(textureCaption), ["one directional light", "texels inside charts, one bit each; with detail, also where it lies", ""]);
   assert.equal(noteCaption("covered_texels"), "Texels inside charts");
   assert.equal(noteCaption("a_new_note"), "a new note");
   assert.equal(placeText({ texel: [12.5, 31], channel: "green", f0: 0.04, local: 3 }), "texel (12.5, 31), green, F0 0.04");
@@ -152,7 +152,7 @@ test("charts are packed only where the scene may do it", () => {
   assert.match(said(report([{ ...hall, charts: undefined }]))[0][1], /anew; name its mesh in \[\[light_map\]\]\. /);
   assert.deepEqual(said(report([{ ...hall, ground_truth: {} }])), []);
   assert.deepEqual(said(report([{ ...hall, notes: { ...hall.notes, packing: "8 x 8 texels of 16 x 16" } }])), []);
-  for (const role of ["tables", "coverage"]) assert.equal(bytesOutsideCharts(hall, { role, bytes_gpu: 4096 }), 0);
+  for (const role of ["tables", "coverage", "detail_ldr"]) assert.equal(bytesOutsideCharts(hall, { role, bytes_gpu: 4096 }), 0);
 });
 
 test("a dominant light as large as its light map may be smaller", () => {

@@ -186,12 +186,14 @@ class PageSuite(Folder):
 class LayoutsSoak(PageSuite):
     """Every layout, learned and not, on a light map without a mesh: places between texels and texel centres, against reconstruct."""
 
-    cases = [*((layout, 'bc') for layout in LAYOUTS), ('ratio', 'float'), ('halo3', 'float')]
+    # After "~": the visible error that detail keeps.
+    cases = [*((layout, 'bc') for layout in LAYOUTS), ('ratio', 'float'), ('halo3', 'float'),
+             ('basis-8~1.5', 'bc'), ('basis-4~1.6', 'float'), ('lit-quarter~1.8', 'bc')]
     decoded_here = ('basis-3', 'halo3', 'unreal-hq')
     products = {'halo3': 32, 'unreal': 8}  # beginnings of layouts whose textures are BC3, and codes that a device may be off
 
     def test_every_layout_is_decoded_as_reconstruct_does(self):
-        # Most texels of charts; and, for filter "decoded", rims of charts. There, sides of the smallest texture of lit-quarter are no multiples
+        # Most texels of charts; and, for filter "decoded" and for detail, rims of charts. There, sides of the smallest texture of lit-quarter are no multiples
         # of 4, which WebGL2 takes in no BC format.
         self.write_window('map', 48, 1)
         self.write_window('rims', 40, 0.8)
@@ -217,10 +219,11 @@ class LayoutsSoak(PageSuite):
         lighting.write_exr(self.folder / f'{name}.exr', {name: values[top:top + size, left:left + size] for name, values in channels.items()}, 'half')
 
     def check_layout(self, layout, target, dist, codes):
-        source = 'rims' if layout.startswith('lit') else 'map'
+        source = 'rims' if layout.startswith('lit') or '~' in layout else 'map'
         window = lighting.read_exr(self.folder / f'{source}.exr')
         bake, inside = lighting.sh_of(window), window['coverage.Y'] > 0
         name = f'{layout}.{target}'
+        layout, _, limit = layout.partition('~')
         scene, cooked, site = self.folder / f'{name}.toml', self.folder / name, self.folder / f'{name}.site'
         scene.write_text(f'''schema = 1
 name = "layouts"
@@ -228,6 +231,7 @@ name = "layouts"
 target = "{target}"
 light_map_layout = "{layout}"
 max_error = 10
+{f'detail = true{chr(10)}max_visible = {limit}' if limit else ''}
 {'' if target == 'float' else 'effort = 1'}
 [[light_map]]
 name = "map"
@@ -238,6 +242,7 @@ normal_map = {str(not layout.startswith('flat')).lower()}
 specular = false
 ''')
         run(LIGHTCOOK, 'cook', scene, '-o', cooked, '--cache', CACHE)
+        self.assertEqual('detail' in json.loads((cooked / 'cooked.json').read_text())['assets'][0], bool(limit))
         run(LIGHTCOOK, 'reconstruct', cooked, 'map', self.folder / 'fine.exr', '--supersample', 2)
         if not site.exists():
             export(LIGHTCOOK, cooked, site, dist)
@@ -248,8 +253,8 @@ specular = false
         places, normals, views = shading_points(width, height, 600, 3)
         # Places of the finer grid, and those of them that lie among covered texels.
         grid = (2 * places + np.random.default_rng(5).integers(0, 2, places.shape)).astype(int)
-        if layout.startswith('lit'):
-            self.check_filter_decoded(grid, fine, normals, views)
+        if source == 'rims':
+            self.check_filter_decoded(layout, grid, fine, normals, views)
         around = np.array([inside[max(y // 2 - 1, 0):y // 2 + 2, max(x // 2 - 1, 0):x // 2 + 2].all() for x, y in grid])
         grid, normals, views = grid[around], normals[around], views[around]
         self.assertGreater(len(grid), 100)
@@ -275,26 +280,75 @@ specular = false
             self.assertFalse(self.browser.evaluate(f'!!document.querySelector("{absent}")'), absent)
         self.assertEqual(self.browser.evaluate('[...document.querySelectorAll("#overlay option")].map((o) => o.value).includes("clusters")'), 'basis' in layout)
 
-    def check_filter_decoded(self, grid, fine, normals, views):
+    def check_filter_decoded(self, layout, grid, fine, normals, views):
         """At rims of charts, too, the light is that of covered texels. The page's control dims the light that the layout stores apart."""
         places, expected = (grid + 0.5) / 2 - 0.5, fine[grid[:, 1], grid[:, 0]]
+        scale = np.abs(expected).max()
+        self.assertLess(np.abs(self.shade('map', places, normals, views)['cooked'] - expected).max() / scale, 2e-3, 'coefficients')
+        if not layout.startswith('lit'):
+            return
         dimmed = []
         for light in (0, 0.5, 1):
             self.browser.evaluate(f'lightcook.page.changed({{ light: {light} }})')
             self.assertEqual(self.browser.evaluate('document.querySelector("#light").value'), str(light))
             dimmed.append(self.shade('map', places, normals, views)['cooked'])
-        scale = np.abs(expected).max()
-        self.assertLess(np.abs(dimmed[2] - expected).max() / scale, 2e-3, 'coefficients')
+        self.assertLess(np.abs(dimmed[2] - expected).max() / scale, 2e-3, 'coefficients as baked')
         self.assertLess(np.abs((dimmed[0] + dimmed[2]) / 2 - dimmed[1]).max() / scale, 1e-5, 'half of the light')
         self.assertGreater(np.abs(dimmed[2] - dimmed[0]).max() / scale, 0.1, 'no light')
+
+
+    def test_the_most_textures_of_a_map_fit_the_units_of_webgl(self):
+        """A learned layout with residual, index and detail, beside dominant light, tables, probe and float bake: sixteen textures."""
+        example = ROOT / 'examples' / 'cornell'
+        scene, cooked, site = self.folder / 'most.toml', self.folder / 'most', self.folder / 'most.site'
+        scene.write_text(f'''schema = 1
+name = "most"
+[output]
+light_map_layout = "basis-8"
+detail = true
+max_visible = 6
+max_error = 0.5
+max_converter_error = 1
+effort = 0
+[[light_map]]
+name = "map"
+file = {json.dumps(str(BAKE))}
+[[probe]]
+name = "probe"
+file = {json.dumps(str(example / 'cornell_probe0.exr'))}
+[[material]]
+name = "*"
+normal_map = true
+specular = true
+m = [0.1, 0.5]
+f0 = [0.04, 0.6]
+''')
+        run(LIGHTCOOK, 'cook', scene, '-o', cooked, '--cache', CACHE)
+        run(LIGHTCOOK, 'reconstruct', cooked, 'map', self.folder / 'fine.exr', '--supersample', 2)
+        export(LIGHTCOOK, cooked, site, self.bundle())
+        self.browser = self.browse(width=500, height=900)
+        self.browser.open(self.serve(site) + '#mode=cooked')
+        fine = lighting.sh_of(lighting.read_exr(self.folder / 'fine.exr'))
+        places, normals, views = shading_points(256, 256, 300, 3)
+        grid = (2 * places + np.random.default_rng(5).integers(0, 2, places.shape)).astype(int)
+        found, expected = self.shade('map', (grid + 0.5) / 2 - 0.5, normals, views)['cooked'], fine[grid[:, 1], grid[:, 0]]
+        self.assertLess(np.abs(found - expected).max() / np.abs(expected).max(), 2e-3)
+        units = self.browser.evaluate("""(() => {
+            const { renderer } = lightcook.page.view, gl = lightcook.page.view.gl(), kinds = [gl.SAMPLER_2D, gl.SAMPLER_2D_ARRAY, gl.SAMPLER_CUBE];
+            const typesOf = ({ program }) => [...Array(gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS)).keys()].map((i) => gl.getActiveUniform(program, i).type);
+            return renderer.info.programs.map((program) => typesOf(program).filter((type) => kinds.includes(type)).length);
+        })()""")
+        self.assertEqual(units, [16, 16], 'of the surface and of single places')
+        self.assertEqual(self.browser.problems(), [])
 
 
 class Layouts(LayoutsSoak):
     """The same for a learned layout, floats of one by formula, and filter "decoded". The soak has the others, and the formats that JavaScript decodes: here Controls
     has these."""
 
-    cases = [('basis-4', 'bc'), ('ratio', 'float'), ('lit-half', 'bc')]
+    cases = [('basis-4', 'bc'), ('ratio', 'float'), ('lit-half', 'bc'), ('basis-4~1.6', 'bc'), ('lit-half~1.6', 'bc')]
     decoded_here = ()
+    test_the_most_textures_of_a_map_fit_the_units_of_webgl = None  # in the soak
 
     def test_every_layout_of_the_table_is_known(self):
         self.assertGreaterEqual(len(LAYOUTS), 17)

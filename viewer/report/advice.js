@@ -2,8 +2,8 @@
 import { bytesText, numberText, percentText } from "../src/units.js";
 import { nameOf, sorted } from "./parts.js";
 
-/** Textures of a light map that are not its texels. */
-const LOOKUPS = ["tables", "index", "coverage"];
+/** Textures of a light map that are not its texels, or those of some of its tiles. */
+const LOOKUPS = ["tables", "index", "coverage", "detail_hdr", "detail_ldr"];
 
 /** Returns the bytes of a light map's texture that lie outside charts; 0 for what is looked up beside its texels, and for other assets. */
 export function bytesOutsideCharts({ kind, width, height, notes }, { role, bytes_gpu }) {

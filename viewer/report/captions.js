@@ -29,7 +29,9 @@ const STAGES = {
 /** Textures of a light map whose names are no stages. @type {Record<string, string>} */
 const TEXTURES = {
   "direction": "direction of that light",
-  "coverage": "texels inside charts, one bit each",
+  "coverage": "texels inside charts, one bit each; with detail, also where it lies",
+  "detail_hdr": "detail: mean light, and one directional light",
+  "detail_ldr": "detail: direction of that light, and ratios of the other light",
 };
 
 /** Keys of `notes` and `measures`: pipeline/assets/note_keys.h. @type {Record<string, string>} */

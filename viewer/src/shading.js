@@ -208,16 +208,19 @@ vec4 exactTexture(highp sampler2DArray map, vec3 at) {
 #define LIGHT_MAP_TEXTURE exactTexture
 #define LIGHT_MAP_LEVEL 0.0
 `;
+/** Attributes of a point. place: uv and cluster; normal: as shaded, or 0: that of brightestNormal; view: direction to the viewer; bake: uv of the bake.
+ * They are no texture, since a learned layout with detail beside all else takes the sixteen that WebGL2 has. */
+const POINT = "vec3 pointPlace, pointNormal, pointView;";
 
 export const POINTS_MAIN = `
-uniform highp sampler2D points;  // row 0: uv and cluster; 1: normal, as shaded, or 0: that of brightestNormal; 2: direction to the viewer; 3: uv of the bake
+flat in ${POINT}
+flat in vec2 pointBake;
 out vec4 fragment;
 void main() {
-  int column = int(gl_FragCoord.x), row = int(gl_FragCoord.y);
-  vec4 place = texelFetch(points, ivec2(column, 0), 0);
-  vec3 n = texelFetch(points, ivec2(column, 1), 0).xyz, v = texelFetch(points, ivec2(column, 2), 0).xyz;
+  int row = int(gl_FragCoord.y);
+  vec3 place = pointPlace, n = pointNormal, v = pointView;
   float coverage;
-  LcSh reference = referenceSh(texelFetch(points, ivec2(column, 3), 0).xy, coverage), cooked = lightMapSh(place.xy, place.z);
+  LcSh reference = referenceSh(pointBake, coverage), cooked = lightMapSh(place.xy, place.z);
   if (dot(n, n) < 0.5) v = n = brightestNormal(cooked);
   if (row < 9) fragment = vec4(reference.c[row], coverage);
   else if (row < 18) fragment = vec4(cooked.c[row - 9], 1.0);
@@ -232,7 +235,17 @@ void main() {
 
 export const VERTEX = lightMapVertex("in float chartId;\nin vec2 bakeUv;\nflat out float chart;\nout vec2 placeOfBake;", "chart = chartId;\nplaceOfBake = bakeUv;");
 
+/** Draws a column for each instance. */
 export const POINTS_VERTEX = `
+in vec3 placeOfPoint, normalOfPoint, viewOfPoint;
+in vec2 bakeOfPoint;
+uniform float pointCount;
+flat out ${POINT}
+flat out vec2 pointBake;
 void main() {
-  gl_Position = vec4(position.xy, 0.0, 1.0);
+  pointPlace = placeOfPoint;
+  pointNormal = normalOfPoint;
+  pointView = viewOfPoint;
+  pointBake = bakeOfPoint;
+  gl_Position = vec4(2.0 * (float(gl_InstanceID) + 0.5 + position.x) / pointCount - 1.0, 2.0 * position.y, 0.0, 1.0);
 }`;

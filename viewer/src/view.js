@@ -1,8 +1,8 @@
 // The scene on the canvas: loads it, draws it, and computes the values of single places with the same shader code.
 import {
-  Box3, BufferAttribute, BufferGeometry, DataTexture, DoubleSide, FloatType, FrontSide, GLSL3, LineBasicMaterial, LineSegments,
-  Mesh, NearestFilter, OrthographicCamera, PlaneGeometry, RGBAFormat, Raycaster, Scene, ShaderMaterial, Vector2, Vector3, WebGLRenderTarget,
-  WebGLRenderer,
+  Box3, BufferAttribute, BufferGeometry, DoubleSide, FloatType, FrontSide, GLSL3, InstancedBufferAttribute, InstancedBufferGeometry,
+  LineBasicMaterial, LineSegments, Mesh, OrthographicCamera, PlaneGeometry, Raycaster, Scene, ShaderMaterial, Vector2, Vector3,
+  WebGLRenderTarget, WebGLRenderer,
 } from "three";
 import {
   CookedScene, LAYOUTS, clustersOfBlocks, derivedLight, dominantLight, environmentMap, fetchBytes, makeTexture, readKtx2, specularTables,
@@ -234,7 +234,7 @@ export class View {
     set.lines.add(new LineSegments(charts.seams, new LineBasicMaterial({ color: 0x22c8ff })));
     const points = new ShaderMaterial({
       glslVersion: GLSL3,
-      uniforms: { ...uniforms, materialAlbedo: { value: [1, 1, 1] }, materialEmission: { value: [0, 0, 0] }, points: { value: null } },
+      uniforms: { ...uniforms, materialAlbedo: { value: [1, 1, 1] }, materialEmission: { value: [0, 0, 0] }, pointCount: { value: 0 } },
       vertexShader: POINTS_VERTEX,
       fragmentShader: POINTS_HEAD + shading + POINTS_MAIN,
       depthTest: false,
@@ -426,19 +426,19 @@ export class View {
     if (!this.gl().getExtension("EXT_color_buffer_float")) return [];
     const most = 2048;
     if (points.length > most) return [...this.values(map, points.slice(0, most)), ...this.values(map, points.slice(most))];
-    const count = points.length, inputs = new Float32Array(16 * count);
-    points.forEach(({ uv, bakeUv, cluster, normal, view }, i) => {
-      inputs.set([...uv, cluster, 0], 4 * i);
-      inputs.set(normal, 4 * (count + i));
-      inputs.set(view, 4 * (2 * count + i));
-      inputs.set(bakeUv, 4 * (3 * count + i));
-    });
-    const texture = new DataTexture(inputs, count, 4, RGBAFormat, FloatType);
-    texture.minFilter = texture.magFilter = NearestFilter;
-    texture.needsUpdate = true;
+    const count = points.length, columns = new InstancedBufferGeometry(), plane = new PlaneGeometry();
+    columns.index = plane.index;
+    columns.setAttribute("position", plane.getAttribute("position"));
+    columns.instanceCount = count;
+    const setEach = (/** @type {string} */ name, /** @type {number} */ size, /** @type {(point: Point) => number[]} */ valuesOf) =>
+      columns.setAttribute(name, new InstancedBufferAttribute(Float32Array.from(points.flatMap(valuesOf)), size));
+    setEach("placeOfPoint", 3, ({ uv, cluster }) => [...uv, cluster]);
+    setEach("normalOfPoint", 3, ({ normal }) => normal);
+    setEach("viewOfPoint", 3, ({ view }) => view);
+    setEach("bakeOfPoint", 2, ({ bakeUv }) => bakeUv);
     const target = new WebGLRenderTarget(count, ROWS.count, { type: FloatType, depthBuffer: false });
-    map.points.uniforms.points.value = texture;
-    const quad = new Mesh(new PlaneGeometry(2, 2), map.points), scene = new Scene();
+    map.points.uniforms.pointCount.value = count;
+    const quad = new Mesh(columns, map.points), scene = new Scene();
     quad.frustumCulled = false;
     scene.add(quad);
     const { renderer } = this;
@@ -448,8 +448,7 @@ export class View {
     renderer.readRenderTargetPixels(target, 0, 0, count, ROWS.count, out);
     renderer.setRenderTarget(null);
     target.dispose();
-    texture.dispose();
-    quad.geometry.dispose();
+    columns.dispose();
     const at = (/** @type {number} */ row, /** @type {number} */ i) => Array.from(out.subarray(4 * (row * count + i), 4 * (row * count + i) + 3));
     return points.map((_, i) => ({
       reference: Array.from({ length: 9 }, (_, k) => at(ROWS.reference + k, i)),

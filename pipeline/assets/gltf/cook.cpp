@@ -53,6 +53,10 @@ Result<Json> boundMapOf(const CookedAsset& asset, const std::string& workingColo
     }
     Json constants = asset.constants.value_or(Json::object());
     constants.erase(kIndexRuns);  // the vertices name the clusters
+    std::vector<std::string> functions = decodeFunctions(formats::info(*layout));
+    if (asset.detail)
+        for (const std::string& function : decodeFunctions(formats::info(formats::kDetailLayout)))
+            if (std::ranges::find(functions, function) == functions.end()) functions.push_back(function);
     Json map = {{"version", 1},
                 {"name", asset.name},
                 {"layout", asset.layout},
@@ -65,7 +69,8 @@ Result<Json> boundMapOf(const CookedAsset& asset, const std::string& workingColo
                 {"color", workingColor},
                 {"textures", std::move(textures)},
                 {"constants", std::move(constants)},
-                {"shader", {{"uri", shader}, {"functions", decodeFunctions(formats::info(*layout))}}}};
+                {"shader", {{"uri", shader}, {"functions", std::move(functions)}}}};
+    if (asset.detail) map["detail"] = toJson(*asset.detail);
     if (asset.filter) map["filter"] = jsonOf(*asset.filter);
     if (hasClustersInMesh(asset)) map["basis"] = {{"attribute", formats::kBasisAttribute}};
     return map;

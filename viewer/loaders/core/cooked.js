@@ -30,6 +30,7 @@ import { manifestOfGltf } from "./gltf.js";
  * @property {number} [bits_per_texel]
  * @property {number} [key] of a light map: 0.18 / key is the exposure that shows it as middle grey
  * @property {any} [constants]
+ * @property {{ layout: string, tiles: number, constants: any }} [detail] tiles of a light map that are stored once more
  * @property {CookedTexture[]} textures
  * @property {{ attribute: string, light_map: string }} [basis]
  * @property {string} [dominant] of a light map: "derived" where the shader derives the dominant light from it

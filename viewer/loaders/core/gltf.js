@@ -39,6 +39,7 @@ export function manifestOfGltf(bytes, file) {
   for (const { name, version } of maps) if (version !== 1) throw new Error(`${file}: light map "${name}" has version ${version}, expected 1`);
   const lightMaps = maps.map((/** @type {any} */ map) => ({
     name: map.name, kind: "light-map", layout: map.layout, width: map.width, height: map.height, constants: map.constants,
+    detail: map.detail,
     textures: map.textures.map((/** @type {any} */ { role, uri, ...rest }) => ({ ...rest, role, file: uri })),
   }));
   const mesh = { name: file, kind: "mesh", layout: "glb", width: 0, height: 0, file, light_map: maps[0].name, textures: [] };

@@ -108,6 +108,13 @@ const fetchTexel = ({ sides = {} }) => (role, layer = "0") => {
   const side = sides[role] ?? 1;
   return `texelFetch(lightMap_${role}, ivec3(${side > 1 ? `texel / ${side}` : "texel"}, ${layer}), level)`;
 };
+/** Where detail has the textures of its layout "lit": the array, and the layer of the first. @type {Record<string, [string, number]>} */
+const IN_DETAIL = { l0: ["detail_hdr", 0], light: ["detail_hdr", 1], direction: ["detail_ldr", 0], rest: ["detail_ldr", 1] };
+/** Detail: texel `texel` of its textures. @type {Fetch} */
+const fetchDetail = (role, layer = "0") => {
+  const [texture, first] = IN_DETAIL[role];
+  return `texelFetch(lightMap_${texture}, ivec3(texel, ${first > 0 ? `${first} + ${layer}` : layer}), 0)`;
+};
 
 const firstOf = (/** @type {any} */ value) => [value].flat()[0];
 /** @param {string} head @param {string[]} body @returns {string[]} lines of a function */
@@ -133,17 +140,18 @@ function learnedParts(asset, textures, { code = 3, residuals = 0 }, fetch) {
   return { declarations, functions: functionOf("int lightMapCluster(vec2 uv, float cluster)", [`return ${row};`]), body, uniforms, needsCluster };
 }
 
-/** The decode of a layout without clusters. @param {Layout} layout @param {any} constants @param {Fetch} fetch @returns {DecodeParts} */
-function plainParts(layout, constants, fetch) {
+/** The decode of a layout without clusters. @param {Layout} layout @param {any} constants @param {Fetch} fetch
+ * @param {string} [name] of the uniform with the constants @returns {DecodeParts} */
+function plainParts(layout, constants, fetch, name = "lightMapConstants") {
   const members = [...(layout.numbers ?? []), ...(layout.lists ?? []), ...(layout.vectors ?? [])];
   const of = (/** @type {string} */ key) =>
     layout.numbers?.includes(key) ? firstOf(constants[key]) : layout.lists?.includes(key) ? Float32Array.from(constants[key]) : constants[key];
   const value = Object.fromEntries(members.map((key) => [key, of(key)]));
-  const hasConstants = members.length > 0, call = ["t", ...(hasConstants ? ["lightMapConstants"] : []), ...(layout.hasLight ? ["lightMapDim"] : [])];
+  const hasConstants = members.length > 0, call = ["t", ...(hasConstants ? [name] : []), ...(layout.hasLight ? ["lightMapDim"] : [])];
   const body = [];
   if (layout.flat)
     body.push("LcSh sh;", "for (int i = 0; i < 9; ++i) sh.c[i] = vec3(0.0);",
-      `sh.c[0] = lcLightMap${layout.name}(${(layout.single ?? []).map((role) => fetch(role)).join(", ")}, lightMapConstants) / 0.28209479;`,
+      `sh.c[0] = lcLightMap${layout.name}(${(layout.single ?? []).map((role) => fetch(role)).join(", ")}, ${name}) / 0.28209479;`,
       "return sh;");
   else {
     body.push(`Lc${layout.name}Texels t;`);
@@ -153,20 +161,31 @@ function plainParts(layout, constants, fetch) {
     body.push(`return lcLightMap${layout.name}${layout.hasLight ? "Dimmed" : ""}(${call.join(", ")});`);
   }
   const declarations = [
-    ...(hasConstants ? [`uniform Lc${layout.name}Constants lightMapConstants;`] : []), ...(layout.hasLight ? ["uniform vec3 lightMapDim;"] : []),
+    ...(hasConstants ? [`uniform Lc${layout.name}Constants ${name};`] : []), ...(layout.hasLight ? ["uniform vec3 lightMapDim;"] : []),
   ];
-  const uniforms = { ...(hasConstants && { lightMapConstants: { value } }), ...(layout.hasLight && { lightMapDim: { value: [1, 1, 1] } }) };
+  const uniforms = { ...(hasConstants && { [name]: { value } }), ...(layout.hasLight && { lightMapDim: { value: [1, 1, 1] } }) };
   return { declarations, functions: [], body, uniforms, needsCluster: false };
 }
 
+/** The decode of the tiles that have detail. It is dimmed as the map is. @param {Layout} layout of the map
+ * @param {NonNullable<import("./cooked.js").CookedAsset["detail"]>} detail @returns {DecodeParts} */
+const detailParts = (layout, detail) =>
+  plainParts({ ...LAYOUTS[detail.layout], hasLight: layout.hasLight }, detail.constants, fetchDetail, "lightMapDetailConstants");
+
 /** Filter "decoded": mixes the light of the covered texels around a place (filter.glsl), and that of two mip levels as a trilinear sampler does.
- * @param {Layout} layout @param {string[]} body of DecodeParts @param {number} mips @returns {string[]} */
-function mixedLines(layout, body, mips) {
+ * @param {Layout} layout @param {string[]} body of DecodeParts @param {number} mips @param {DecodeParts | null} detail of a map with one level
+ * @returns {string[]} */
+function mixedLines(layout, body, mips, detail) {
   const corners = ["00", "10", "01", "11"].map((corner) => `q.texel${corner}`);
   const each = (/** @type {(corner: string) => string} */ call) => corners.map(call).join(", ");
   const ofTexel = layout.code ? ["vec2 uv = (vec2(texel) + 0.5) * exp2(float(level)) / lightMapSize;"] : [];
+  const choice = [
+    "vec4 tile = texelFetch(lightMap_coverage, ivec3(lcCoverageTexel(vec2(texel)), 1), 0);",
+    "if (lcHasDetail(tile)) return lightMapDetail(ivec2(lcDetailTexel(tile, vec2(texel))));",
+  ];
   const lines = [
-    ...functionOf("LcSh lightMapTexel(ivec2 texel, int level, float cluster)", [...ofTexel, ...body]),
+    ...(detail ? functionOf("LcSh lightMapDetail(ivec2 texel)", detail.body) : []),
+    ...functionOf("LcSh lightMapTexel(ivec2 texel, int level, float cluster)", [...(detail ? choice : []), ...ofTexel, ...body]),
     ...functionOf("float lightMapCovered(vec2 texel, int level)",
       ["return lcCovered(texelFetch(lightMap_coverage, ivec3(lcCoverageTexel(texel), 0), level), texel);"]),
     ...functionOf("LcSh lightMapLevel(vec2 uv, int level, float cluster)", ["LcQuad q = lcQuad(uv, lightMapSize * exp2(-float(level)));",
@@ -197,6 +216,8 @@ export function lightMapDecode(asset, textures) {
   const isDecoded = textures.has("coverage"), fetch = isDecoded ? fetchTexel(layout) : fetchFiltered;
   const { declarations, functions, body, uniforms, needsCluster } =
     layout.code ? learnedParts(asset, textures, layout, fetch) : plainParts(layout, asset.constants ?? {}, fetch);
+  const detail = asset.detail ? detailParts(layout, asset.detail) : null;
+  Object.assign(uniforms, detail?.uniforms);
   if (isDecoded || textures.has("index")) {
     uniforms.lightMapSize = { value: [asset.width, asset.height] };
     declarations.push("uniform vec2 lightMapSize;");
@@ -204,9 +225,9 @@ export function lightMapDecode(asset, textures) {
   const samplers = [...textures.keys()].map((role) => `uniform highp sampler2DArray lightMap_${role};`);
   for (const [role, texture] of textures) uniforms[`lightMap_${role}`] = { value: texture };
   const mips = Math.min(...asset.textures.filter(({ role }) => role !== "index" && role !== "tables").map((texture) => texture.mips));
-  const decode = isDecoded ? mixedLines(layout, body, mips) : [...DEFAULT_TEXTURE, ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", body)];
+  const decode = isDecoded ? mixedLines(layout, body, mips, detail) : [...DEFAULT_TEXTURE, ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", body)];
   const axes = axesOf(asset), turned = axes.map(([component, sign]) => `${sign < 0 ? "-" : ""}v.${"xyz"[component]}`).join(", ");
-  const glsl = [...samplers, ...declarations, ...functions, ...decode, ...functionOf("vec3 lightMapAxes(vec3 v)", [`return vec3(${turned});`])].join("\n");
+  const glsl = [...samplers, ...new Set([...declarations, ...(detail?.declarations ?? [])]), ...functions, ...decode, ...functionOf("vec3 lightMapAxes(vec3 v)", [`return vec3(${turned});`])].join("\n");
   return { layout, hasDirections: !layout.flat, needsCluster, axes, uniforms, glsl };
 }
 
