@@ -9,6 +9,7 @@
 
 #include "compress/encode.h"
 #include "formats/gpu_texture.h"
+#include "formats/light_map_detail.h"
 #include "pipeline/assets/textures.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/document/json.h"
@@ -147,8 +148,10 @@ private:
         const auto before = options.metadata;
         if (const auto entry = options.metadata.find(kMetadataKey); entry != options.metadata.end()) {
             Json facts = parseJson(entry->second);
+            const Json decode = formats::isOfDetail(role) ? asset().value("detail", Json::object()) : asset();
+            const Json known = decode.value("constants", Json::object());
             for (auto& [name, value] : facts["constants"].items())
-                if (asset().contains("constants") && constants().contains(name)) value = constants().at(name);
+                if (known.contains(name)) value = known.at(name);
             entry->second = facts.dump();
         }
         if (blocks == nullptr) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <span>
 
 #include "formats/gltf_scene.h"
 #include "formats/light_map.h"
@@ -23,10 +24,7 @@ using Images = std::vector<TexelImage>;
 /// A scene, cooked once for all faults of a test.
 class Cooked {
 public:
-    /// detailLimit  limit that tiles of light maps get detail for; empty: none do
-    Cooked(const std::filesystem::path& scene, const std::string& layout, std::optional<std::string> onlyKind = {},
-           std::optional<double> detailLimit = {})
-        : scene_(scene) {
+    Cooked(const std::filesystem::path& scene, const std::string& layout, std::optional<std::string> onlyKind = {}) : scene_(scene) {
         CookOptions options;
         options.scene = scene;
         options.output = folder_ / "out";
@@ -35,8 +33,6 @@ public:
         options.onlyKind = std::move(onlyKind);
         options.given.set("output.effort", 3);
         options.given.set("output.max_error", 0.02);
-        if (detailLimit) options.given.set("output.detail", true);
-        if (detailLimit) options.given.set("output.max_visible", *detailLimit);
         const RunState state;
         const Outcome outcome = cookScene(options, state);
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
@@ -288,45 +284,46 @@ TEST(Mutation, OfALightMapThatIsDecodedBeforeTheFilterIsCaught) {
     expectCaught(Cooked(scene.sceneFile(), "lit-half", "light-map"), litFaults());
 }
 
-/// Faults of a light map with detail.
+/// Changes the second layer of texture "coverage", which says where detail lies: change(texels, indices of those with detail).
+void changePlaces(CookedCopy& copy, const std::function<void(std::span<vec4> tiles, const std::vector<std::size_t>& detailed)>& change) {
+    copy.edit("coverage", [&](Images& images) {
+        std::vector<vec4>& tiles = images.at(1).texels();
+        std::vector<std::size_t> detailed;
+        for (std::size_t i = 0; i < tiles.size(); ++i)
+            if (tiles[i].w > 0.5f) detailed.push_back(i);
+        change(tiles, detailed);
+    });
+}
+/// Faults of a map some of whose tiles have detail.
 const std::vector<Fault>& detailFaults() {
     static const std::vector<Fault> kFaults = {
-        {"a tile shows the detail of another one", "map", Digests::Rewritten, 4, "rel_rms",
+        {"no tile takes its detail", "map", Digests::Rewritten, 4, "visible",
          [](CookedCopy& c) {
-             Images coverage = c.texels("coverage");
-             for (vec4& tile : coverage[1].texels())
-                 if (tile.w > 0.5f) tile.x = (tile.x > 0 ? 0.0f : 1.0f) / 255;
-             c.setTexels("coverage", coverage);
+             changePlaces(c, [](auto tiles, const auto& detailed) {
+                 for (const std::size_t tile : detailed) tiles[tile] = vec4(0);
+             });
          }},
-        {"detail beyond the textures", "map", Digests::Rewritten, 4, "found detail of tile",
+        {"two tiles take the detail of each other", "map", Digests::Rewritten, 4, "visible",
          [](CookedCopy& c) {
-             Images coverage = c.texels("coverage");
-             for (vec4& tile : coverage[1].texels()) tile = vec4(200.0f / 255, 0, 0, 1);
-             c.setTexels("coverage", coverage);
+             changePlaces(c, [](auto tiles, const auto& detailed) { std::swap(tiles[detailed.front()], tiles[detailed.back()]); });
          }},
-        {"no tile has its detail", "map", Digests::Rewritten, 4, "visible error",
-         [](CookedCopy& c) {
-             Images coverage = c.texels("coverage");
-             for (vec4& tile : coverage[1].texels()) tile = vec4(0);
-             c.setTexels("coverage", coverage);
-         }},
-        {"detail twice as bright", "map", Digests::Rewritten, 4, "rel_rms",
-         [](CookedCopy& c) { changeTexels(c, "detail_hdr", [](const vec4& t) { return 2.0f * t; }); }},
-        {"the detail's range of another map", "map", Digests::Rewritten, 4, "rel_rms",
+        {"detail beyond its textures", "map", Digests::Rewritten, 4, "found detail of tile",
+         [](CookedCopy& c) { changePlaces(c, [](auto tiles, const auto& detailed) { tiles[detailed.front()].x = 200.0f / 255; }); }},
+        {"the range of other detail", "map", Digests::Rewritten, 4, "visible",
          [](CookedCopy& c) { multiply(c.asset()["detail"]["constants"]["range"], 2); }},
-        {"more tiles in the manifest", "map", Digests::Rewritten, 4, "tiles of detail",
-         [](CookedCopy& c) { c.asset()["detail"]["tiles"] = 2000; }},
-        {"no tiles in the manifest", "map", Digests::Rewritten, 3, "tiles", [](CookedCopy& c) { c.asset()["detail"]["tiles"] = 0; }},
-        {"detail in another layout", "map", Digests::Rewritten, 4, "layout",
+        {"detail in another layout", "map", Digests::Rewritten, 4, "expected lit",
          [](CookedCopy& c) { c.asset()["detail"]["layout"] = "ratio"; }},
+        {"more tiles in the manifest", "map", Digests::Rewritten, 4, "width of its asset",
+         [](CookedCopy& c) { c.asset()["detail"]["tiles"] = 100; }},
+        {"no detail in the manifest", "map", Digests::Rewritten, 4, "detail_hdr", [](CookedCopy& c) { c.asset().erase("detail"); }},
     };
     return kFaults;
 }
 
 TEST(Mutation, OfALightMapWithDetailIsCaught) {
-    const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky, 24);
-    constexpr double kLimit = 3;
-    expectCaught(Cooked(scene.sceneFile(), "lit-quarter", "light-map", kLimit), detailFaults());
+    const SmallScene scene(SmallScene::Parts::LightMap);
+    scene.writeSceneFile("light_map_layout = \"lit-half\"\ndetail = true\nmax_visible = 2");
+    expectCaught(Cooked(scene.sceneFile(), "lit-half", "light-map"), detailFaults());
 }
 
 /// Rewrites the metadata of a texture of a copy.
