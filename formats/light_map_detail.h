@@ -7,7 +7,9 @@
 #include <array>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
+#include "formats/layout_cost.h"
 #include "formats/light_map_layout.h"
 
 namespace lightcook::formats {
@@ -51,11 +53,21 @@ struct DetailAtlas {
 /// Largest number of tiles with detail: textures of 2048 x 16384 texels.
 inline constexpr int kMostDetailTiles = 1 << 20;
 
-/// Returns true if a map of this layout may have detail: its texels are decoded before they are filtered, hold light of all directions, and
-/// take fewer bits than the detail's.
-inline bool mayHaveDetail(const LightMapLayoutInfo& layout, LightMapFilter filter, const TargetInfo& target) {
-    return filter == LightMapFilter::Decoded && layout.mayHave(filter) && !layout.isFlat() &&
-           textureBits(layout, target) < textureBits(info(kDetailLayout), target);
+/// Returns the fetches and operations of a sample whose four texels all have detail, or all have none: those of the dearer.
+constexpr std::pair<int, int> costWithDetail(const LightMapLayoutInfo& layout) {
+    constexpr LightMapFilter kDecoded = LightMapFilter::Decoded;
+    const LightMapLayoutInfo& detail = info(kDetailLayout);
+    return {4 + std::max(layout.fetchCount(kDecoded), detail.fetchCount(kDecoded)),
+            std::max(layout.operations(kDecoded), detail.operations(kDecoded))};
+}
+
+/// Returns true if a map of this layout may have detail: its texels are decoded before they are filtered, hold light of all directions,
+/// take fewer bits than the detail's, and both decodes are within the limits.
+inline bool mayHaveDetail(const LightMapLayoutInfo& layout, const DecodeLimits& decode, const TargetInfo& target) {
+    const auto [fetches, operations] = costWithDetail(layout);
+    return decode.filterOf(layout) == LightMapFilter::Decoded && !layout.isFlat() &&
+           textureBits(layout, target) < textureBits(info(kDetailLayout), target) && fetches <= decode.maxFetches.value_or(fetches) &&
+           operations <= decode.maxDecodeOps.value_or(operations);
 }
 
 }  // namespace lightcook::formats

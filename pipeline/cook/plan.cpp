@@ -275,7 +275,7 @@ private:
         const formats::DecodeLimits decode = decodeOf(scene_, entry, reduction.constantOf.has_value());
         add(entry.name, AssetKind::LightMap,
             LightMapParameters{description, layout, target, textures_, visible, hasMips(scene_.output, entry),
-                               decode.filterOf(formats::info(*formats::lightMapLayoutFromName(layout))), detailFor(detailed, decode),
+                               decode.filterOf(formats::info(*formats::lightMapLayoutFromName(layout))), detailFor(entry, detailed, decode),
                                isDominantDerived(entry, reduction)},
             hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
         if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
@@ -293,10 +293,11 @@ private:
     }
 
     /// Returns the detail of a light map; nothing where its decode allows none.
-    std::optional<DetailParameters> detailFor(const DetailedLayout& detailed, const formats::DecodeLimits& decode) const {
+    std::optional<DetailParameters> detailFor(const LightMapEntry& entry, const DetailedLayout& detailed,
+                                              const formats::DecodeLimits& decode) const {
         const formats::LightMapLayoutInfo& layout = formats::info(*formats::lightMapLayoutFromName(detailed.layout));
-        const bool isAllowed = formats::mayHaveDetail(layout, decode.filterOf(layout), formats::info(scene_.output.target));
-        if (!detailed.limit || !isAllowed) return std::nullopt;
+        if (!detailed.limit || hasMips(scene_.output, entry)) return std::nullopt;
+        if (!formats::mayHaveDetail(layout, decode, formats::info(scene_.output.target))) return std::nullopt;
         return DetailParameters{{shading_, scene_.display}, *detailed.limit};
     }
 

@@ -20,7 +20,9 @@ TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const 
     parameters.description.constantOf = reduction.constantOf;
     const Limits limits = layoutLimits(output, entry);
     const formats::LightMapLayoutInfo& detail = formats::info(formats::kDetailLayout);
-    parameters.isDetailTried = output.detail.value_or(true) && !reduction.constantOf && formats::mayTake(parameters.layouts, detail);
+    // Smaller mip levels would have none.
+    parameters.isDetailTried =
+        output.detail.value_or(true) && !reduction.constantOf && !parameters.mips && formats::mayTake(parameters.layouts, detail);
     if (parameters.isDetailTried) parameters.detailLimit = limits[Limit::Visible];
     const bool isMapLimited = *limits[Limit::Error] < kNoErrorLimit || limits[Limit::Visible];
     const std::optional<double>& wholeLimit = output.limits[Limit::WholeVisible];

@@ -119,8 +119,7 @@ std::string whyNotFormat(const GradientEntry& entry, Target target) {
 
 bool mayHaveDetail(const OutputSettings& output) {
     const auto named = formats::lightMapLayoutFromName(layoutAsked(output));
-    return !named ||
-           formats::mayHaveDetail(formats::info(*named), output.decode.filterOf(formats::info(*named)), formats::info(output.target));
+    return !named || formats::mayHaveDetail(formats::info(*named), output.decode, formats::info(output.target));
 }
 
 constexpr const char* kNoneIsPacked = "found charts_max_visible where no charts are packed, expected charts = \"pack\"";
@@ -159,9 +158,13 @@ std::vector<SettingsRule> rulesOf(const OutputSettings& output) {
         {"detail", output.detail == true && !isAuto && !output.limits[Limit::Visible],
          "found detail = true with a named layout and no max_visible, expected max_visible: tiles get detail until the map keeps it",
          "light_map_layout"},
+        {"detail", output.detail == true && output.mips,
+         "found detail = true with mips = true, expected one of them: levels above the first have no detail", "mips"},
         {"detail", output.detail == true && !isAuto && !mayHaveDetail(output),
-         fmt::format("found detail = true with layout {}, expected a layout that is decoded before the filter and takes fewer bits than {}",
-                     layoutAsked(output), formats::info(formats::kDetailLayout).name),
+         fmt::format(
+             "found detail = true with layout {}, expected a layout that is decoded before the filter, takes fewer bits than {} and "
+             "keeps within the limits on the decode with it",
+             layoutAsked(output), formats::info(formats::kDetailLayout).name),
          "light_map_layout"},
         {"gltf", output.gltf && isDds, "found glTF with container dds, expected container ktx2", "container"},
         {"cost", !isAuto, "found output.cost where the layout is named, expected light_map_layout = \"auto\" with max_error or max_visible",

@@ -134,18 +134,6 @@ Result<compress::EncodeReport> encodeLevels(LightMapSource& source, const compre
     return report;
 }
 
-/// Writes the second layer of texture "coverage".
-Result<void> writePlaces(const DetailPlan& detail, const compress::LightMapPlan& plan, AssetTextures& textures) {
-    formats::TextureWriter& coverage = textures.writer(plan.textures.size());
-    LC_CHECK(coverage.writeBlockRows({0, 1, 0}, 0, detail.places()));
-    for (int mip = 1; mip < plan.mipCount; ++mip) {
-        const glm::ivec2 size = glm::max(formats::coverageSize(plan.width, plan.height) >> mip, 1);
-        const std::vector<std::byte> none(formats::bytesPerImage(formats::PixelFormat::Rgba8Unorm, size.x, size.y));
-        LC_CHECK(coverage.writeBlockRows({mip, 1, 0}, 0, none));
-    }
-    return {};
-}
-
 /// Plans the detail of a map; nothing where none was asked for, or no tile needs it.
 Result<std::optional<DetailPlan>> detailOf(LightMapSource& source, const compress::LightMapPlan& plan, const LightMapParameters& parameters,
                                            const MeasuredLightMap& measured, const ActionContext& context) {
@@ -209,7 +197,7 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     LC_CHECK(writeIndex(context, *plan, *textures));
     LC_CHECK(writeTables(context, *plan, *textures));
     if (*detail) {
-        LC_CHECK(writePlaces(**detail, *plan, *textures));
+        LC_CHECK(textures->writer(plan->textures.size()).writeBlockRows({0, 1, 0}, 0, (*detail)->places()));
         LC_TRY(more, writeDetail(**source, **detail, parameters->textures, metadataConstants((*detail)->plan), *textures, context));
         report->add(*more);
     }

@@ -262,9 +262,9 @@ Result<std::optional<DetailPlan>> planDetail(LightMapSource& source, const compr
     if (!chosen || chosen->size() > formats::kMostDetailTiles)
         return failure(
             ErrorCode::Verification, context.action.asset,
-            fmt::format("found a visible error above {:.3g} in 99 % of the samples under detail in every tile, expected detail = "
-                        "{:.3g} to be within reach: a finer layout, such as {}, or a larger limit is needed",
-                        parameters.limit, parameters.limit, formats::info(formats::LightMapLayout::Hdr2).name));
+            fmt::format("found more than 1 % of the samples above a visible error of {:.3g} even with detail in every tile, expected a "
+                        "larger max_visible, or a finer layout, such as {}",
+                        parameters.limit, formats::info(formats::LightMapLayout::Hdr2).name));
     if (chosen->empty()) return std::optional<DetailPlan>();
     return std::optional(DetailPlan{std::move(detail), std::move(*chosen)});
 }

@@ -406,22 +406,10 @@ private:
                 trial.isExcluded};
     }
 
-    /// Returns true if the layout was measured, and detail is finer and fits the limits on the decode.
+    /// Returns true if the layout was measured, and may have detail.
     bool mayHaveDetail(const Tried& tried) const {
-        const TrialParameters& parameters = map_.parameters;
-        const formats::LightMapLayoutInfo& layout = *tried.trial.layout;
-        if (tried.trial.isExcluded || tried.first.tiles.isEmpty()) return false;
-        if (!formats::mayHaveDetail(layout, parameters.decode.filterOf(layout), formats::info(parameters.target))) return false;
-        const auto [fetches, operations] = costWithDetail(layout);
-        return fetches <= parameters.decode.maxFetches.value_or(fetches) &&
-               operations <= parameters.decode.maxDecodeOps.value_or(operations);
-    }
-    /// Returns the fetches and operations of a place whose four texels all have detail, or all have none: those of the dearer.
-    static std::pair<int, int> costWithDetail(const formats::LightMapLayoutInfo& layout) {
-        constexpr formats::LightMapFilter kDecoded = formats::LightMapFilter::Decoded;
-        const formats::LightMapLayoutInfo& detail = formats::info(formats::kDetailLayout);
-        return {4 + std::max(layout.fetchCount(kDecoded), detail.fetchCount(kDecoded)),
-                std::max(layout.operations(kDecoded), detail.operations(kDecoded))};
+        return !tried.trial.isExcluded && !tried.first.tiles.isEmpty() &&
+               formats::mayHaveDetail(*tried.trial.layout, map_.parameters.decode, formats::info(map_.parameters.target));
     }
     /// Adds layouts with detail. A trial of the map alone adds those that miss the limits, with as much as keeps them.
     Result<void> addDetail() {
@@ -469,7 +457,7 @@ private:
         candidate.bitsPerTexel = 8.0 * static_cast<double>(candidate.bytesGpu) / (static_cast<double>(plan.width) * plan.height);
         candidate.visibleDiffuse = std::min(candidate.visibleDiffuse, value);
         candidate.visibleSpecular = std::min(candidate.visibleSpecular, value);
-        std::tie(candidate.fetches, candidate.decodeOps) = costWithDetail(*map.trial.layout);
+        std::tie(candidate.fetches, candidate.decodeOps) = formats::costWithDetail(*map.trial.layout);
         if (whole_) {
             whole_->addDetailed(candidate.layout, map.candidate.layout, detail.candidate.layout, *chosen);
             out.pairs = whole_->pairsOf(candidate.layout, passes_.moreRows(context_));

@@ -130,15 +130,6 @@ TEST_F(SceneDetail, IsNotStoredWhereTheMapKeepsTheLimitWithoutIt) {
     EXPECT_FALSE(map().contains("detail"));
 }
 
-TEST_F(SceneDetail, BelongsToTheFirstMipLevel) {
-    const Outcome coarse = cook("light_map_layout = \"lit-half\"\nmips = true");
-    ASSERT_EQ(firstError(coarse), "");
-    const Outcome outcome =
-        cook(fmt::format("light_map_layout = \"lit-half\"\nmips = true\ndetail = true\nmax_visible = {}", 0.9 * visibleOf(coarse)));
-    // Smaller levels are held to the limit, too, without detail.
-    for (const formats::Error& error : outcome.errors) EXPECT_THAT(error.line(), HasSubstr("mip"));
-}
-
 TEST_F(SceneDetail, IsRefusedWhereNothingWouldUseIt) {
     EXPECT_THAT(firstError(cook("light_map_layout = \"basis-4\"\ndetail = true")), HasSubstr("no max_visible"));
     EXPECT_THAT(firstError(cook("light_map_layout = \"lit\"\ndetail = true\nmax_visible = 5")), HasSubstr("fewer bits than lit"));
@@ -146,6 +137,10 @@ TEST_F(SceneDetail, IsRefusedWhereNothingWouldUseIt) {
     EXPECT_THAT(firstError(cook("light_map_layout = \"ratio\"\nfilter = \"hardware\"\ndetail = true\nmax_visible = 5")),
                 HasSubstr("decoded before the filter"));
     EXPECT_THAT(firstError(cook("light_map_layout = \"basis-4\"\ndetail = true\nmax_visible = 0.001")), HasSubstr("detail in every tile"));
+    EXPECT_THAT(firstError(cook("light_map_layout = \"lit-half\"\nmips = true\ndetail = true\nmax_visible = 5")),
+                HasSubstr("levels above"));
+    EXPECT_THAT(firstError(cook("light_map_layout = \"basis-4\"\nmax_fetches = 48\ndetail = true\nmax_visible = 5")),
+                HasSubstr("within the limits"));
 }
 
 /// Errors of three tiles: of ten samples each, so many over the limit in the map and under detail.
