@@ -80,6 +80,7 @@ struct LightMapSampling {
     std::uint64_t seed = 1;
     int placesPerTexel = 1;  ///< random places on the surface of each covered texel, in the mean; 0: none
     LightMapFigures figures = LightMapFigures::All;
+    bool isLastStageAlone = false;       ///< a trial of the last stage: earlier ones stay without errors
     std::vector<float> tileLimits = {};  ///< visible errors that tiles are counted by (TileErrors), ascending
 
     bool hasBounds() const { return figures == LightMapFigures::All; }

@@ -205,6 +205,7 @@ private:
             const std::size_t tile = index(y / formats::kCoverageRows * tiles_.x + x / formats::kCoverageColumns);
             forEachStage(texels.data(), reference, x, y, [&](std::size_t stage, const LcSh& error) {
                 LightMapErrors::Stage& errors = errors_.stages[stage];
+                if (sampling_.isLastStageAlone && stage + 1 < stages()) return;
                 shader_.add(error, errors.errors, shown, errors.tiles.isEmpty() ? nullptr : &errors.tiles, tile);
             });
             return;

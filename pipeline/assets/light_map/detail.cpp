@@ -29,6 +29,7 @@ Result<verify::LightMapErrors::Stage> errorsOf(LightMapSource& source, const com
     const verify::Viewing viewing{parameters.view.display.of(measured.key.displayKey()), source.bt2020FromWorking()};
     verify::LightMapSampling sampling;
     sampling.figures = verify::LightMapFigures::Trial;
+    sampling.isLastStageAlone = true;
     sampling.tileLimits = {static_cast<float>(parameters.limit)};
     LC_TRY(verifier, verify::LightMapVerifier::create(cookedMapOf(plan), parameters.view.shading, sampling, plan.key, viewing));
     verify::LightMapErrors errors = verifier->noErrors();

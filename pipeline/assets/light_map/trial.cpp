@@ -464,19 +464,23 @@ private:
         }
         return out;
     }
-    /// Keeps the layouts with detail that are the best of some size: no other takes as little memory and errs as little.
+    /// Keeps the layouts with detail that are the best of some size: no other with detail takes as little memory and errs as little, nor
+    /// does one without that takes a little more. Detail takes time to find and fetches to read.
     void keepBest(std::vector<Tried>& detailed) const {
-        using Point = std::pair<std::uint64_t, double>;  // bytes and error
+        constexpr double kWorth = 0.85;           // of the bytes without detail
+        using Point = std::pair<double, double>;  // bytes and error
         const auto pointsOf = [&](const Tried& each) {
             std::vector<Point> points;
-            for (const WholeCandidate& pair : each.pairs) points.emplace_back(bytesOf(each, pair), pair.visible);
-            if (!whole_) points.emplace_back(each.candidate.bytesGpu, triedUse(each.candidate, map_.parameters.limits));
+            for (const WholeCandidate& pair : each.pairs) points.emplace_back(static_cast<double>(bytesOf(each, pair)), pair.visible);
+            if (!whole_)
+                points.emplace_back(static_cast<double>(each.candidate.bytesGpu), triedUse(each.candidate, map_.parameters.limits));
             return points;
         };
         std::vector<Point> all;
-        for (const auto* list : {&std::as_const(tried_), &std::as_const(detailed)})
-            for (const Tried& each : *list)
-                if (!each.trial.isExcluded) std::ranges::copy(pointsOf(each), std::back_inserter(all));
+        for (const Tried& each : tried_)
+            if (!each.trial.isExcluded)
+                for (const Point& point : pointsOf(each)) all.emplace_back(kWorth * point.first, point.second);
+        for (const Tried& each : detailed) std::ranges::copy(pointsOf(each), std::back_inserter(all));
         std::erase_if(detailed, [&](const Tried& each) {
             return std::ranges::all_of(pointsOf(each), [&](const Point& point) {
                 return std::ranges::any_of(
