@@ -216,7 +216,7 @@ Result<void> WholeTrial::tryDivisor(const DominantEncoder& encoder, const std::v
 
 void WholeTrial::add(const std::string& layout, const std::vector<float>& samples) {
     const auto known = std::ranges::find(lightMaps_, layout, &Lit::layout);
-    Lit& lit = known == lightMaps_.end() ? lightMaps_.emplace_back(layout) : *known;
+    Lit& lit = known == lightMaps_.end() ? lightMaps_.emplace_back(Lit{layout}) : *known;
     const std::size_t count = 3 * shader_.stride();
     if (!isDerivedTried_) return append(lit.samples, samples);
     for (auto place = samples.begin(); place != samples.end(); place += static_cast<std::ptrdiff_t>(2 * count)) {
