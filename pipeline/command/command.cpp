@@ -78,9 +78,10 @@ constexpr std::array kCommands = {
 /// Returns true for an option whose values are plain numbers, by the placeholder of its value. Sizes, fractions and percentages have
 /// readers of their own.
 bool takesNumbers(const CLI::Option& option) {
-    constexpr std::array<std::string_view, 11> kOthers = {"TEXT",
+    constexpr std::array<std::string_view, 12> kOthers = {"TEXT",
                                                           "NAME",
                                                           "COMMAND",
+                                                          "URL",
                                                           "SPACE",
                                                           kFilePlaceholder,
                                                           kFolderPlaceholder,

@@ -10,6 +10,7 @@
 #include "pipeline/command/key_options.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
+#include "pipeline/command/remote.h"
 #include "pipeline/command/session.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/depfile.h"
@@ -27,7 +28,9 @@ struct CookCommand {
     CookOptions cook;
     CiOutputs files;
     std::optional<int> samples;
-    std::filesystem::path history;
+    std::filesystem::path history, trace;
+    RemoteOptions remote;
+    bool explain = false;
 };
 
 void addCookOptions(CLI::App& app, CookCommand& command) {
@@ -40,6 +43,7 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
     CLI::Option* only = app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are");
     only->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
+    command.remote.add(app);
     addSamplesOption(app, command.samples);
     app.add_flag(
            "--keep-candidates", cook.keepCandidates,
@@ -50,15 +54,31 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
     app.add_flag("--keep-going", cook.keepGoing, "Cook the other assets after a failure; the exit code is the first failure's");
     addStrictOption(app, cook.strict);
     addRepairOption(app, cook.repair);
+    app.add_flag(
+        "--explain", command.explain,
+        "Print for each action why it runs or does not: which input, parameter or result differs from the last cook into the folder");
+    declareWritten(addFileOption(app, "--trace", command.trace,
+                                 "Write when each action and each exchange with the remote cache ran, for ui.perfetto.dev (Chrome's trace "
+                                 "events)"),
+                   Written::File);
     command.files.add(app);
     declareWritten(
         addFileOption(app, "--history", command.history, "Append a line with the memory and the errors of the scene (JSON lines)"),
         Written::File);
 }
 
+/// Prints why an action ran or did not.
+void explain(Terminal& terminal, const Action& action, bool hasRun, const std::string& why) {
+    if (terminal.format() == LogFormat::Text)
+        return terminal.detail(fmt::format("lightcook: {} {}: {}", action.id, hasRun ? "runs" : "does not run", why));
+    const Json line = {{"level", "explain"}, {"action", action.id}, {"asset", action.asset}, {"runs", hasRun}, {"why", why}};
+    terminal.jsonDetail(line.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
 /// Runs the command. Returns the exit code.
 int runCook(Session& session, CookCommand& command) {
-    for (const auto& [option, file] : {std::pair("--depfile", command.cook.depfile.value_or("")), std::pair("--history", command.history)})
+    for (const auto& [option, file] : {std::pair("--depfile", command.cook.depfile.value_or("")), std::pair("--history", command.history),
+                                       std::pair("--trace", command.trace)})
         if (auto checked = checkIsFile(option, file); !checked) return session.finish(checked);
     if (command.samples) command.cook.samples = *command.samples;
     if (auto ready = command.files.prepare(session); !ready) return session.finish(ready);
@@ -74,7 +94,20 @@ int runCook(Session& session, CookCommand& command) {
     if (scene && command.cook.depfile && session.terminal.verbosity() != Verbosity::Quiet)
         if (const auto warning = warningForMake(*scene, cookedFolder(*scene, command.cook.output)))
             session.terminal.warning(warning->subject, warning->detail);
+    Trace trace;
+    if (!command.trace.empty()) command.cook.trace = &trace;
+    if (command.explain)
+        command.cook.explain = [&session](const Action& action, bool hasRun, const std::string& why) {
+            explain(session.terminal, action, hasRun, why);
+        };
+    auto remote = command.remote.open(command.cook.cache, command.cook.trace);
+    if (!remote) return session.finish(remote);
+    command.cook.remote = remote->get();
     Outcome outcome = scene ? cookScene(std::move(*scene), command.cook, session.state) : outcomeOf(scene.error());
+    if (*remote != nullptr) {
+        outcome.remote = (*remote)->finish();
+        command.remote.warn(session.terminal, *outcome.remote);
+    }
     std::vector<formats::Error> errors = command.files.write(session, "cook", outcome, command.cook.scene, {});
     if (!command.history.empty() && outcome.report.is_object()) {
         const auto report = fromJson<Report>(outcome.report, kReportName);
@@ -83,6 +116,10 @@ int runCook(Session& session, CookCommand& command) {
             if (const auto history = appendHistory(command.history, {historyLine(*report, manifest ? manifest->target : "")}); !history)
                 errors.push_back(history.error());
     }
+    if (!command.trace.empty())
+        if (const auto written = session.write(command.trace, trace.document().dump(-1, ' ', false, Json::error_handler_t::replace));
+            !written)
+            errors.push_back(written.error());
     outcome.errors = std::move(errors);
     printCook(session, outcome);
     return session.finish(outcome.errors);

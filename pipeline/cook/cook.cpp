@@ -79,6 +79,7 @@ private:
         LC_CHECK(checkScene(scene_, outcome_.output));
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
+        keys_.emplace(cache_.root() / "keys" / digestOfText(absolute.string()), options_.explain);
         // Inside the output, so that finished files are renamed. A folder that is made for it goes with it unless the cook leaves files.
         auto staging = TemporaryFolder::create(absolute);
         // A read-only folder is no fault of a cook that has nothing to write: an action that is not up to date fails with this error.
@@ -91,6 +92,7 @@ private:
         staging_ = staging->path();
         auto done = cookAndPublish();
         digests_->save();
+        keys_->save();
         return done;
     }
 
@@ -148,14 +150,15 @@ private:
     std::filesystem::path packedFolder() const { return staging_ / "charts"; }
 
     ExecutionResult execute(const std::vector<Action>& graph) {
-        return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing, unwritable_}, staging_,
-                                 {actionFunction, cache_, *digests_, state_, at_, shared_.get()});
+        return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing, unwritable_}, staging_, executionContext());
+    }
+    ExecutionContext executionContext() {
+        return {actionFunction, cache_, *digests_, state_, at_, shared_.get(), &*keys_, options_.remote, options_.trace};
     }
 
     /// Leaves the files of the actions in a folder.
     ExecutionResult executeInto(const std::filesystem::path& folder, const std::vector<Action>& graph) {
-        return pipeline::execute(graph, {folder, options_.force, options_.keepGoing}, folder,
-                                 {actionFunction, cache_, *digests_, state_, at_, shared_.get()});
+        return pipeline::execute(graph, {folder, options_.force, options_.keepGoing}, folder, executionContext());
     }
 
     /// Looks at the inputs of the planned assets. Its actions do not count as run or reused: they make nothing.
@@ -451,6 +454,7 @@ private:
     Cache cache_;
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
+    std::optional<KeyLog> keys_;
     /// Open bakes, for all graphs of the cook.
     std::unique_ptr<SharedObjects> shared_ = std::make_unique<SharedObjects>();
     std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map

@@ -8,6 +8,9 @@
 
 #include "formats/error.h"
 #include "pipeline/graph/action.h"
+#include "pipeline/graph/key_log.h"
+#include "pipeline/graph/remote_cache.h"
+#include "pipeline/graph/trace.h"
 #include "pipeline/lint/finding.h"
 #include "pipeline/scene/scene.h"
 
@@ -22,10 +25,13 @@ struct CookOptions {
     std::optional<std::string> only;      ///< a name: see PlanOptions
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions
     bool force = false, keepGoing = false, repair = false;
-    bool keepCandidates = false;  ///< also cook the scene with the other layouts that were tried: kept_candidates.h
-    bool strict = false;          ///< every finding of lint that the scene does not allow is an error
-    std::filesystem::path cache;  ///< empty: defaultCacheFolder()
-    int samples = 1;              ///< random positions per texel quad
+    bool keepCandidates = false;    ///< also cook the scene with the other layouts that were tried: kept_candidates.h
+    bool strict = false;            ///< every finding of lint that the scene does not allow is an error
+    std::filesystem::path cache;    ///< empty: defaultCacheFolder()
+    int samples = 1;                ///< random positions per texel quad
+    RemoteCache* remote = nullptr;  ///< beside that cache; null: none
+    Trace* trace = nullptr;         ///< of actions; null: none
+    Explain explain = {};           ///< why each action runs or does not; may be empty
 };
 
 /// Result of a job. The code of the first error is the exit code.
@@ -37,6 +43,7 @@ struct Outcome {
     bool isLinted = false;                     ///< the inputs were looked at
     std::vector<Finding> findings = {};        ///< of lint, also those that are errors or allowed
     std::vector<std::string> candidates = {};  ///< layouts of the candidates that were kept
+    std::optional<RemoteCounts> remote = {};   ///< of the remote cache, if there is one
 };
 
 /// Returns the outcome of what could not begin.

@@ -20,7 +20,7 @@ using formats::Result;
 
 template <class Fields, Is<FileRecord> Self>
 void describe(Fields& fields, Self& file) {
-    fields.required("name", file.name, "path, relative to the output folder");
+    fields.required("name", file.name, kFileInFolder, "path, relative to the output folder");
     fields.required("digest", file.digest, "XXH3-128 of the content");
     fields.required("bytes", file.bytes, "size");
 }
@@ -54,12 +54,16 @@ std::filesystem::path Cache::contentPath(const std::string& digest) const {
 
 std::optional<ActionRecord> Cache::find(const std::string& key) const {
     const auto text = readFile(recordPath(key));
-    if (!text) return std::nullopt;
-    const std::size_t end = text->find('\n');
-    if (end == std::string::npos || recordDigest(key, std::string_view(*text).substr(end + 1)) != text->substr(0, end)) return std::nullopt;
-    const Json json = Json::parse(text->begin() + static_cast<std::ptrdiff_t>(end) + 1, text->end(), nullptr, false);
-    auto record = fromJson<ActionRecord>(json, recordPath(key).string());
+    return text ? parse(key, *text) : std::nullopt;
+}
+
+std::optional<ActionRecord> Cache::parse(const std::string& key, const std::string& text) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string::npos || recordDigest(key, std::string_view(text).substr(end + 1)) != text.substr(0, end)) return std::nullopt;
+    auto record = fromJson<ActionRecord>(parseJson(text.substr(end + 1)), key);
     if (!record) return std::nullopt;
+    for (const FileRecord& file : record->files)  // it becomes the name of a file
+        if (file.digest.find_first_not_of("0123456789abcdef") != std::string::npos) return std::nullopt;
     return std::move(*record);
 }
 

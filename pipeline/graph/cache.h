@@ -27,6 +27,11 @@ public:
     formats::Result<void> store(const std::string& key, const ActionRecord& record, const std::filesystem::path& folder) const;
     /// Copies a content to a file. Returns false if the cache does not have it, or has it damaged.
     bool restore(const std::string& digest, const std::filesystem::path& destination) const;
+    /// Returns the record in the text of one, or nothing if that is damaged or is the record of another key.
+    static std::optional<ActionRecord> parse(const std::string& key, const std::string& text);
+    /// Return the places of a record and of a content, where a shared cache reads and writes them.
+    std::filesystem::path recordPath(const std::string& key) const;
+    std::filesystem::path contentPath(const std::string& digest) const;
     /// Removes the least recently used contents until the rest is within the limit.
     void prune() const;
 
@@ -38,9 +43,6 @@ public:
     const std::filesystem::path& root() const { return root_; }
 
 private:
-    std::filesystem::path recordPath(const std::string& key) const;
-    std::filesystem::path contentPath(const std::string& digest) const;
-
     std::filesystem::path root_;
     std::uint64_t limitBytes_;
 };

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <mutex>
 #include <optional>
@@ -20,6 +21,10 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
+std::string digestOfJson(const Json& json) {
+    return digestOfText(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
 /// Returns the digest of an input. A file of the user that has changed since an action first read it is an error; a file of the staging
 /// folder, such as a packed bake, may be made anew.
 Result<std::string> digestOfInput(const std::filesystem::path& file, const std::filesystem::path& staging, DigestMemo& digests) {
@@ -27,11 +32,11 @@ Result<std::string> digestOfInput(const std::filesystem::path& file, const std::
     return isStaged ? digests.of(file) : digests.ofInput(file);
 }
 
-/// Returns the cache key of an action: a digest of everything that its result depends on. That is its function, parameters and inputs, the
-/// files and results of its dependencies, the sources of this program, and the asset's name, which files and manifest entry have. An input
-/// counts with its extension: a gradient in a .png has sRGB values, and a .hdr is not looked at as OpenEXR.
-Result<std::string> keyOf(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::filesystem::path& staging,
-                          DigestMemo& digests) {
+/// Returns the key of an action, whose digest names its result in a cache: everything that the result depends on. That is its function,
+/// parameters and inputs, the files and results of its dependencies, the sources of this program, and the asset's name, which files and
+/// manifest entry have. An input counts with its extension: a gradient in a .png has sRGB values, and a .hdr is not looked at as OpenEXR.
+Result<Json> keyOf(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::filesystem::path& staging,
+                   DigestMemo& digests) {
     Json key = {{"tool", kSourceDigest},           {"kind", action.kind},      {"asset", action.asset},
                 {"parameters", action.parameters}, {"inputs", Json::object()}, {"upstream", Json::array()}};
     for (const auto& [role, path] : action.inputs) {
@@ -41,9 +46,9 @@ Result<std::string> keyOf(const Action& action, const std::vector<const ActionRe
     for (const ActionRecord* record : upstream) {
         Json files = Json::array();
         for (const FileRecord& file : record->files) files.push_back({file.name, file.digest});
-        key["upstream"].push_back({{"result", record->result}, {"files", files}});
+        key["upstream"].push_back(digestOfJson({{"result", record->result}, {"files", files}}));
     }
-    return digestOfText(key.dump(-1, ' ', false, Json::error_handler_t::replace));
+    return key;
 }
 
 class Execution {
@@ -56,23 +61,85 @@ public:
           digests_(with.digests),
           state_(with.state),
           run_(with.run),
+          keys_(with.keys),
+          remote_(with.remote),
+          trace_(with.trace),
           shared_(with.shared != nullptr ? *with.shared : own_) {}
 
     struct Done {
         ActionRecord record;
-        bool reused = false;
+        ResultSource source = ResultSource::Run;
     };
 
     Result<Done> perform(const Action& action, const std::vector<const ActionRecord*>& upstream) {
+        const Trace::Clock::time_point start = Trace::Clock::now();
         LC_TRY(key, keyOf(action, upstream, staging_, digests_));
-        if (!options_.force) {
-            if (auto record = cache_.find(*key); record && bringBack(*record)) return Done{std::move(*record), true};
+        Result<Done> done = resultOf(action, upstream, digestOfJson(*key));
+        const ResultSource source = done ? done->source : options_.force ? ResultSource::ForcedRun : ResultSource::Run;
+        if (trace_ != nullptr) {
+            constexpr std::array kNames = {"run", "forced run", "local cache", "remote cache"};
+            trace_->add(action.id, "action", start, {{"result", done ? kNames.at(static_cast<std::size_t>(source)) : "none"}});
         }
-        if (options_.unwritable) return tl::make_unexpected(*options_.unwritable);
-        return run(action, upstream, *key);
+        if (keys_ != nullptr) keys_->add(action, std::move(*key), source, done.has_value());
+        return done;
     }
 
 private:
+    Result<Done> resultOf(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::string& key) {
+        if (!options_.force) {
+            if (auto record = reuse(key)) {
+                if (remote_ != nullptr) remote_->upload(key, action.id, RemoteCache::Upload::IfMissing);
+                return Done{std::move(*record), ResultSource::LocalCache};
+            }
+        }
+        if (options_.unwritable) return tl::make_unexpected(*options_.unwritable);
+        if (remote_ != nullptr && !options_.force) return race(action, upstream, key);
+        auto done = run(action, upstream, key, state_);
+        if (done && options_.force) done->source = ResultSource::ForcedRun;
+        if (done && remote_ != nullptr) remote_->upload(key, action.id, RemoteCache::Upload::Replace);
+        return done;
+    }
+
+    /// Asks the remote cache. If it does not answer in time, runs the action beside the request: the first result wins.
+    Result<Done> race(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::string& key) {
+        using Answer = RemoteCache::Answer;
+        RunState racing;  // outlives the request, which interrupts it
+        RemoteCache::Fetch fetch(*remote_, key, action.id);
+        const auto fetched = [&]() -> std::optional<Done> {
+            auto record = reuse(key);
+            return record ? std::optional(Done{std::move(*record), ResultSource::RemoteCache}) : std::nullopt;
+        };
+        if (fetch.wait() == Answer::Hit)
+            if (auto done = fetched()) return std::move(*done);
+        racing.progress = [&](const Action& of, const std::string& what, double fraction) {
+            if (state_.interrupted) racing.interrupted = true;
+            if (state_.progress) state_.progress(of, what, fraction);
+        };
+        racing.event = state_.event;
+        racing.warning = state_.warning;
+        racing.checkOutputs = state_.checkOutputs;
+        fetch.watch([&] { racing.interrupted = true; });
+        auto done = run(action, upstream, key, racing);
+        const Answer answer = fetch.close();
+        if (!done && racing.interrupted && !state_.interrupted) {
+            if (auto other = fetched()) return std::move(*other);
+            done = run(action, upstream, key, state_);
+        }
+        using Upload = RemoteCache::Upload;
+        if (done && answer != Answer::Hit)
+            remote_->upload(key, action.id,
+                            answer == Answer::Miss      ? Upload::New
+                            : answer == Answer::Damaged ? Upload::Replace
+                                                        : Upload::IfMissing);
+        return done;
+    }
+
+    /// Returns the record of a key, with its files in place; nothing if the local cache has not all of them.
+    std::optional<ActionRecord> reuse(const std::string& key) {
+        auto record = cache_.find(key);
+        return record && bringBack(*record) ? std::move(record) : std::nullopt;
+    }
+
     /// Returns true if every file of the record is in the output folder, or could be copied from the cache into the staging folder.
     bool bringBack(const ActionRecord& record) {
         for (const FileRecord& file : record.files) {
@@ -88,10 +155,11 @@ private:
         return true;
     }
 
-    Result<Done> run(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::string& key) {
+    Result<Done> run(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::string& key,
+                     const RunState& state) {
         const auto start = std::chrono::steady_clock::now();
         for (const ActionRecord* record : upstream) LC_CHECK(gather(*record));
-        const ActionContext context{action, staging_, staging_, upstream, shared_, state_};
+        const ActionContext context{action, staging_, staging_, upstream, shared_, state};
         LC_TRY(outcome, functions_(action.kind)(context));
         // The file may not be the one that was digested any more: then the result is not that of the key.
         for (const auto& [role, path] : action.inputs) LC_CHECK(digestOfInput(path, staging_, digests_));
@@ -136,6 +204,9 @@ private:
     DigestMemo& digests_;
     const RunState& state_;
     std::string run_;
+    KeyLog* keys_;
+    RemoteCache* remote_;
+    Trace* trace_;
     SharedObjects own_;
     SharedObjects& shared_;
     std::mutex gatherMutex_;
@@ -175,8 +246,9 @@ ExecutionResult collect(const std::vector<Action>& graph, std::vector<std::optio
             continue;
         }
         Execution::Done& each = **done[index];
-        (each.reused ? result.actionsReused : result.actionsRun) += 1;
-        if (each.reused) result.reused[graph[index].id] = each.record.seconds;
+        const bool reused = isReused(each.source);
+        (reused ? result.actionsReused : result.actionsRun) += 1;
+        if (reused) result.reused[graph[index].id] = each.record.seconds;
         result.files.insert(result.files.end(), each.record.files.begin(), each.record.files.end());
         result.records.emplace(graph[index].id, std::move(each.record));
     }
@@ -224,7 +296,7 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
             if (!outcome)
                 announce(action, ActionEvent::Failed, 0);
             else
-                announce(action, outcome->reused ? ActionEvent::Reused : ActionEvent::Finished, outcome->record.seconds);
+                announce(action, isReused(outcome->source) ? ActionEvent::Reused : ActionEvent::Finished, outcome->record.seconds);
             std::size_t lowest = lowestFailure;
             while (!*done[wave[i]] && wave[i] < lowest && !lowestFailure.compare_exchange_weak(lowest, wave[i])) {
             }

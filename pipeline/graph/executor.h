@@ -11,6 +11,9 @@
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/digest.h"
+#include "pipeline/graph/key_log.h"
+#include "pipeline/graph/remote_cache.h"
+#include "pipeline/graph/trace.h"
 
 namespace lightcook::pipeline {
 
@@ -46,6 +49,9 @@ struct ExecutionContext {
     const RunState& state;
     std::string run = {};             ///< RunRecord::at of this run
     SharedObjects* shared = nullptr;  ///< of several graphs that run one after another; none: this graph has its own
+    KeyLog* keys = nullptr;           ///< of the output folder; none: nothing is explained
+    RemoteCache* remote = nullptr;    ///< asked for what `cache` does not have; none: there is none
+    Trace* trace = nullptr;           ///< none: nothing is traced
 };
 
 /// Runs a graph in which the dependencies of an action stand before it, on the threads of the current TBB arena. New and changed files end

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "pipeline/assets/note_keys.h"
+#include "pipeline/command/remote.h"
 #include "pipeline/report/limit_use.h"
 #include "pipeline/report/words.h"
 #include "pipeline/scene/settings.h"
@@ -147,16 +148,17 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
     const int actions = outcome.actionsRun + outcome.actionsReused;
     const bool passed = outcome.errors.empty() && report.passed;
     if (terminal.format() == LogFormat::JsonLines) {
-        const Json summary = {{"level", "summary"},
-                              {"passed", passed},
-                              {"assets", report.assets.size()},
-                              {"assets_failed", failed},
-                              {"partial", report.partial},
-                              {"bytes_gpu", report.budget.usedBytes},
-                              {"bytes_disk", disk},
-                              {"actions", actions},
-                              {"actions_from_cache", outcome.actionsReused},
-                              {"output", outcome.output.string()}};
+        Json summary = {{"level", "summary"},
+                        {"passed", passed},
+                        {"assets", report.assets.size()},
+                        {"assets_failed", failed},
+                        {"partial", report.partial},
+                        {"bytes_gpu", report.budget.usedBytes},
+                        {"bytes_disk", disk},
+                        {"actions", actions},
+                        {"actions_from_cache", outcome.actionsReused},
+                        {"output", outcome.output.string()}};
+        if (outcome.remote) summary["remote_cache"] = jsonOf(*outcome.remote);
         return terminal.jsonDetail(summary.dump(-1, ' ', false, Json::error_handler_t::replace));
     }
     printFrontier(terminal, report.budget.frontier);
@@ -166,6 +168,7 @@ void printSummary(Terminal& terminal, const Report& report, const Outcome& outco
     // On a terminal the table has said it.
     if (!report.partial.empty() && !terminal.isInteractive()) terminal.say(partialLine(report.scene, report.partial));
     if (!outcome.candidates.empty()) terminal.say(fmt::format("candidates kept for view: {}", fmt::join(outcome.candidates, ", ")));
+    if (outcome.remote) terminal.say(lineOf(*outcome.remote));
     const std::string all = counted(report.assets.size(), "asset");
     // A scene may fail as a whole where each asset passed.
     const std::string assets = failed > 0 ? fmt::format("{} of {}", failed, all)

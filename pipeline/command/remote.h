@@ -1,0 +1,39 @@
+// Options of a command that uses a remote cache, and what it says of it.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "formats/error.h"
+#include "pipeline/graph/remote_cache.h"
+
+namespace CLI {  // NOLINT(readability-identifier-naming): name of the library
+class App;
+}
+
+namespace lightcook::pipeline {
+
+class Terminal;
+
+/// The remote cache that the command line and the environment name.
+class RemoteOptions {
+public:
+    void add(CLI::App& app);
+    /// Opens the cache. Null: none is named.
+    /// local   folder of the local cache; empty: the default one
+    formats::Result<std::unique_ptr<RemoteCache>> open(const std::filesystem::path& local, Trace* trace);
+    /// Warns of what the cache did not do.
+    void warn(Terminal& terminal, const RemoteCounts& counts) const;
+
+private:
+    std::string url_;
+    std::filesystem::path credentials_;
+    bool upload_ = false;
+};
+
+/// Return the figures as one line, and as JSON.
+std::string lineOf(const RemoteCounts& counts);
+Json jsonOf(const RemoteCounts& counts);
+
+}  // namespace lightcook::pipeline
