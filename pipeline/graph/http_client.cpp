@@ -169,7 +169,7 @@ struct HttpServer::Parts {
     std::unique_ptr<SSL_CTX, void (*)(SSL_CTX*)> tls{nullptr, SSL_CTX_free};
 };
 
-HttpServer::HttpServer(HttpUrl url, std::string authorization)
+HttpServer::HttpServer(const HttpUrl& url, std::string authorization)
     : parts_(new Parts{url, std::move(authorization), startLookUp(url.host, url.port)}) {
     if (!url.isTls) return;
     parts_->tls.reset(SSL_CTX_new(TLS_client_method()));

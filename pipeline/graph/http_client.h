@@ -36,7 +36,7 @@ std::string authorizationOf(const std::string& credentials);
 class HttpServer {
 public:
     /// authorization   empty: none
-    HttpServer(HttpUrl url, std::string authorization);
+    HttpServer(const HttpUrl& url, std::string authorization);
     ~HttpServer();
     HttpServer(const HttpServer&) = delete;
     HttpServer& operator=(const HttpServer&) = delete;

@@ -54,9 +54,9 @@ KeyLog::KeyLog(std::filesystem::path file, Explain explain) : file_(std::move(fi
 std::string KeyLog::reason(const Action& action, const Json& key, ResultSource source) const {
     const bool isNew = !keys_.contains(action.id);
     const std::vector<std::string> found = isNew ? std::vector<std::string>() : differences(action, keys_[action.id], key);
-    const std::string changes = isNew           ? "this folder had no result of it"
-                                : found.empty() ? "nothing has changed"
-                                                : fmt::format("{}", fmt::join(found, "; "));
+    std::string changes = isNew           ? "this folder had no result of it"
+                          : found.empty() ? "nothing has changed"
+                                          : fmt::format("{}", fmt::join(found, "; "));
     switch (source) {
         case ResultSource::ForcedRun:
             return "--force; " + changes;

@@ -71,12 +71,12 @@ class RemoteCache::Exchanges {
 public:
     using State = Fetch::State;
 
-    Exchanges(const RemoteCacheOptions& options, HttpUrl url, Cache local, Trace* trace)
+    Exchanges(const RemoteCacheOptions& options, const HttpUrl& url, Cache local, Trace* trace)
         : mayUpload_(options.upload),
           leastWait_(options.leastWait),
           local_(std::move(local)),
           trace_(trace),
-          server_(std::move(url), options.credentials.empty() ? "" : authorizationOf(options.credentials)) {}
+          server_(url, options.credentials.empty() ? "" : authorizationOf(options.credentials)) {}
     ~Exchanges() { end(); }
     Exchanges(const Exchanges&) = delete;
     Exchanges& operator=(const Exchanges&) = delete;
@@ -461,7 +461,7 @@ RemoteCache::~RemoteCache() = default;
 
 formats::Result<std::unique_ptr<RemoteCache>> RemoteCache::open(const RemoteCacheOptions& options, Cache local, Trace* trace) {
     LC_TRY(url, parseHttpUrl(options.url));
-    return std::unique_ptr<RemoteCache>(new RemoteCache(std::make_unique<Exchanges>(options, std::move(*url), std::move(local), trace)));
+    return std::unique_ptr<RemoteCache>(new RemoteCache(std::make_unique<Exchanges>(options, *url, std::move(local), trace)));
 }
 
 RemoteCache::Fetch::Fetch(RemoteCache& cache, const std::string& key, const std::string& id)

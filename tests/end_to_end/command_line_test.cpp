@@ -678,6 +678,31 @@ TEST_F(CommandLine, VerboseNamesEachActionAndQuietNothing) {
     EXPECT_EQ(nlohmann::json::parse(log.err).at("actions_from_cache"), 10);
 }
 
+TEST_F(CommandLine, ExplainAndTraceNameEachAction) {
+    startWithoutCache();
+    run("-q cook scene.toml -o out");
+    scene_.writeSceneFile("light_map_layout = \"ratio\"\neffort = 2");
+    const Ended again = run("cook scene.toml -o out --explain --trace trace.json");
+    EXPECT_THAT(again.err, AllOf(HasSubstr("lightcook: cook/map runs: parameter "), HasSubstr(" -> 2"),
+                                 HasSubstr("lightcook: verify/probe does not run: nothing has changed\n")));
+    std::map<std::string, std::string> results;
+    const auto trace = nlohmann::json::parse(contentOf(scene_ / "trace.json"));
+    for (const auto& event : trace.at("traceEvents"))
+        results[event.at("name").get<std::string>()] = event.at("args").at("result").get<std::string>();
+    EXPECT_EQ(results["cook/map"], "run");
+    EXPECT_EQ(results["verify/probe"], "local cache");
+    const std::string log = run("--log json cook scene.toml -o out --explain").err;
+    const auto line = nlohmann::json::parse(log.substr(0, log.find('\n')));
+    EXPECT_EQ(line.at("level"), "explain");
+    EXPECT_EQ(line.at("runs"), false);
+    EXPECT_EQ(line.at("why"), "nothing has changed");
+    // A cache that is not there costs a warning.
+    const Ended without = run("cook scene.toml -o out2 --force --remote-cache http://127.0.0.1:1/cache --remote-upload");
+    EXPECT_EQ(without.code, 0) << without.err;
+    EXPECT_THAT(without.err, HasSubstr("warning: http://127.0.0.1:1/cache: found "));
+    EXPECT_THAT(without.out, HasSubstr("remote cache: 0 results read"));
+}
+
 TEST_F(CommandLine, TerminalsGetColourAndOneLineOfProgress) {
     if (!isInstalled("script")) GTEST_SKIP() << "no script (util-linux) for a pseudo-terminal";
     startWithoutCache();

@@ -1,0 +1,172 @@
+#!/usr/bin/env python3
+"""Shares results through nginx, set up as docs/guide/team-cache.md says: team_cache_test.py LIGHTCOOK FOLDER
+
+The configuration is that of the page, with the folders, port and name of this machine. Skipped (77) without nginx and openssl.
+"""
+import filecmp
+import json
+import os
+import pathlib
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCENE = ROOT / "examples/cornell/scene.toml"
+MAIN = """daemon off;
+pid {folder}/nginx.pid;
+error_log {folder}/error.log warn;
+{user}
+events {{}}
+http {{
+    access_log {folder}/access.log;
+{server}
+}}
+"""
+
+
+def free_port():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+class Server:
+    def __init__(self, folder):
+        self.folder, self.port = folder, free_port()
+        store = folder / "srv/cache"
+        (store / "lightcook").mkdir(parents=True)
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext",
+                        "subjectAltName=DNS:localhost", "-keyout", folder / "key.pem", "-out", folder / "certificate.pem"],
+                       check=True, capture_output=True)
+        hashed = subprocess.run(["openssl", "passwd", "-apr1", "secret"], check=True, capture_output=True, text=True).stdout
+        (folder / "htpasswd").write_text(f"ci:{hashed}")
+        page = (ROOT / "docs/guide/team-cache.md").read_text()
+        server = re.search(r"```nginx\n(.*?)```", page, re.S).group(1)
+        for there, here in {"443 ssl": f"127.0.0.1:{self.port} ssl", "cache.example.org;": "localhost;",
+                            "/etc/ssl/cache.example.org.pem": f"{folder}/certificate.pem",
+                            "/etc/ssl/private/cache.example.org.key": f"{folder}/key.pem",
+                            "/etc/nginx/lightcook.htpasswd": f"{folder}/htpasswd", "/srv/cache": str(store)}.items():
+            assert there in server, there
+            server = server.replace(there, here)
+        (folder / "nginx.conf").write_text(
+            MAIN.format(folder=folder, server=server, user="user root;" if os.geteuid() == 0 else ""))
+        self.store, self.process = store / "lightcook", None
+        self.start()
+
+    def start(self):
+        self.process = subprocess.Popen(["nginx", "-c", self.folder / "nginx.conf", "-e", self.folder / "error.log"])
+        for _ in range(200):
+            with socket.socket() as client:
+                if client.connect_ex(("127.0.0.1", self.port)) == 0:
+                    return
+            time.sleep(0.02)
+        raise SystemExit((self.folder / "error.log").read_text())
+
+    def stop(self):
+        self.process.terminate()
+        self.process.wait()
+
+    def entries(self):
+        return sorted(file for file in self.store.rglob("*") if file.is_file())
+
+
+def main():
+    program, work = sys.argv[1], pathlib.Path(sys.argv[2])
+    if not shutil.which("nginx", path=os.environ["PATH"] + ":/usr/sbin") or not shutil.which("openssl"):
+        print("skipped: needs nginx and openssl")
+        sys.exit(77)
+    os.environ["PATH"] += ":/usr/sbin"
+    folder = pathlib.Path(tempfile.mkdtemp(dir=work, prefix="team_cache."))
+    server = Server(folder)
+
+    def cook(machine, *options, wrong_password=False, **variables):
+        environment = {**os.environ, "LIGHTCOOK_REMOTE_CACHE": f"https://localhost:{server.port}/lightcook",
+                       "SSL_CERT_FILE": str(folder / "certificate.pem"), **variables}
+        run = subprocess.run([program, "cook", SCENE, "-o", folder / machine / "out", "--cache", folder / machine / "cache", "--log", "json",
+                              *options], env=environment, capture_output=True, text=True)
+        assert run.returncode == 0, run.stderr
+        lines = [json.loads(line) for line in run.stderr.splitlines()]
+        return lines[-1]["remote_cache"], [line for line in lines if line["level"] == "warning"], run.stderr
+
+    def is_same(machine):
+        one, other = folder / "ci/out", folder / machine / "out"
+        names = [file.name for file in one.iterdir() if file.is_file() and not file.name.startswith("report")]
+        equal, different, missing = filecmp.cmpfiles(one, other, names, shallow=False)
+        return len(equal) > 5 and not different and not missing
+
+    try:
+        # Without a password nothing is written, and that is said.
+        counts, warnings, _ = cook("stranger", "--remote-upload")
+        assert counts["refused"] > 0 and counts["written"] == 0, counts
+        assert any("status 401" in warning["detail"] for warning in warnings), warnings
+        assert server.entries() == [] and not list((server.store.parent / "incoming").rglob("lightcook")), server.entries()
+
+        # CI writes: credentials of a file, then of the environment.
+        (folder / "credentials").write_text("ci:secret\n")
+        counts, warnings, log = cook("ci", "--remote-upload", "--remote-credentials", folder / "credentials")
+        assert counts["written"] == counts["not_there"] > 10 and not warnings, (counts, warnings)
+        assert "secret" not in log
+        written = counts["written"]
+        counts, warnings, log = cook("ci", LIGHTCOOK_REMOTE_UPLOAD="1", LIGHTCOOK_REMOTE_CREDENTIALS="ci:secret")
+        assert counts["written"] == 0 and not warnings, (counts, warnings)
+
+        # People read. On a busy machine a short action may be done before the answer.
+        def has_read(counts):
+            return counts["read"] > written / 2 and counts["read"] + counts["late"] == written
+
+        url = f"https://localhost:{server.port}/lightcook/"
+        counts, warnings, _ = cook("reader", "--remote-cache", url, "--trace", folder / "trace.json", LIGHTCOOK_REMOTE_CACHE="")
+        assert has_read(counts) and not warnings and is_same("reader"), (counts, warnings)
+        events = json.loads((folder / "trace.json").read_text())["traceEvents"]
+        assert sum(event["cat"] == "action" for event in events) == written
+        assert sum(event["name"].startswith("GET ac/") for event in events) >= counts["read"]
+
+        # A server that is not known is not read from.
+        counts, warnings, _ = cook("unknown", SSL_CERT_FILE="/dev/null")
+        assert counts["read"] == 0 and "certificate" in warnings[0]["detail"] and is_same("unknown"), (counts, warnings)
+
+        # Every entry is damaged in its turn: half of it gone, another bit, empty. Each cook has the right bytes.
+        for index, file in enumerate(server.entries()):
+            content = file.read_bytes()
+            middle = len(content) // 2
+            file.write_bytes([content[:middle], content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1:], b""][index % 3])
+        counts, warnings, _ = cook("damaged")
+        assert counts["read"] == 0 and counts["damaged"] > 0 and is_same("damaged"), (counts, warnings)
+        # The next cook of CI repairs them: a new machine, or --force.
+        cook("ci2", "--remote-upload", "--force", LIGHTCOOK_REMOTE_CREDENTIALS="ci:secret")
+        counts, warnings, _ = cook("repaired")
+        assert has_read(counts) and not warnings and is_same("repaired"), (counts, warnings)
+
+        # The oldest half is removed, whatever it is.
+        for file in server.entries()[::2]:
+            file.unlink()
+        counts, warnings, _ = cook("cleaned")
+        assert counts["damaged"] + counts["not_there"] + counts["late"] > 0 and is_same("cleaned"), (counts, warnings)
+
+        # The server goes and comes back while a cook runs.
+        environment = {**os.environ, "LIGHTCOOK_REMOTE_CACHE": f"https://localhost:{server.port}/lightcook",
+                       "SSL_CERT_FILE": str(folder / "certificate.pem")}
+        running = subprocess.Popen([program, "cook", SCENE, "-o", folder / "restarted/out", "--cache", folder / "restarted/cache", "-q"],
+                                   env=environment)
+        for _ in range(10):
+            time.sleep(0.1)
+            server.stop()
+            server.start()
+        assert running.wait() == 0 and is_same("restarted")
+
+        server.stop()
+        counts, warnings, _ = cook("alone")
+        assert counts["read"] == 0 and "connection refused" in warnings[0]["detail"] and is_same("alone"), (counts, warnings)
+        print("passed")
+    finally:
+        if server.process.poll() is None:
+            server.stop()
+        shutil.rmtree(folder)
+
+
+main()
