@@ -34,6 +34,8 @@ public:
     const std::filesystem::path& target() const { return target_; }
     const std::filesystem::path& temporary() const { return temporary_.path(); }
 
+    /// Copies the content of a file into temporary(), which is empty.
+    Result<void> copyFrom(const std::filesystem::path& source) const;
     /// Syncs the file temporary() and renames it to target(), or writes it into the stream. Close every stream on it first. Fails with
     /// ErrorCode::Interrupted after stopOutputs().
     Result<void> commit();

@@ -34,8 +34,9 @@ public:
 private:
     Temporary() = default;
     using Make = bool (*)(const char* path);
-    static Result<Temporary> make(const std::filesystem::path& folder, const std::string& ending, Make make, const char* step,
-                                  std::vector<std::filesystem::path> madeParents);
+    /// made   with the parents that were made for it
+    static Result<Temporary> make(Temporary made, const std::filesystem::path& folder, const std::string& ending, Make make,
+                                  const char* step);
     std::filesystem::path path_;                      ///< empty once renamed or moved from
     std::vector<std::filesystem::path> madeParents_;  ///< the deepest first
 };
@@ -51,11 +52,13 @@ private:
     std::unique_lock<std::mutex> lock_;
 };
 
-/// Lets no output appear any more: PendingFile::commit() and OutputTransaction::begin() fail with ErrorCode::Interrupted.
+/// Lets no output appear any more: PendingFile::commit() and OutputTransaction::begin() fail with ErrorCode::Interrupted. Waits a second at
+/// most for those that are just appearing together.
 void stopOutputs();
 /// Returns true after stopOutputs().
 bool areOutputsStopped();
 /// Removes all temporary files and folders of this process, and blocks every thread that makes or removes one. Only _exit(2) may follow.
+/// Allocates nothing. Gives up after a second if a thread that ends the process is just making or removing one.
 void abandonTemporaries();
 /// Removes the temporary files and folders in a folder that have not changed for a day: those of killed processes.
 void removeOldTemporaries(const std::filesystem::path& folder);

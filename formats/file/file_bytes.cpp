@@ -1,6 +1,7 @@
 #include "formats/file/file_bytes.h"
 
 #include "formats/file/file_kind.h"
+#include "formats/system_calls.h"
 #include "formats/temporaries.h"
 
 #include <fcntl.h>
@@ -49,7 +50,8 @@ void FileBytes::close() {
 }
 
 Result<FileBytes> FileBytes::openForReading(const std::filesystem::path& file) {
-    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // not blocked by a FIFO without a writer
+    // Not blocked by a FIFO without a writer.
+    const int descriptor = retried([&] { return ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
     if (descriptor < 0) return readFailure(file, "opening it", errno);
     FileBytes opened(descriptor, file, 0);
     struct stat status {};
@@ -62,15 +64,15 @@ Result<FileBytes> FileBytes::openForReading(const std::filesystem::path& file) {
 }
 
 Result<FileBytes> FileBytes::openForUpdate(const std::filesystem::path& file, const std::filesystem::path& shownAs) {
-    const int descriptor = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
+    const int descriptor = retried([&] { return ::open(file.c_str(), O_RDWR | O_CLOEXEC); });
     if (descriptor < 0) return outputFailure(shownAs, "opening it", errno);
     return FileBytes(descriptor, shownAs, 0);
 }
 
 Result<void> FileBytes::readAt(std::uint64_t offset, std::span<std::byte> out) const {
     while (!out.empty()) {
-        const ssize_t count = ::pread(descriptor_, out.data(), std::min(out.size(), kLargestTransfer), static_cast<off_t>(offset));
-        if (count < 0 && errno == EINTR) continue;
+        const std::size_t wanted = std::min(out.size(), kLargestTransfer);
+        const ssize_t count = retried([&] { return ::pread(descriptor_, out.data(), wanted, static_cast<off_t>(offset)); });
         if (count < 0) return readFailure(shownAs_, fmt::format("reading byte {}", offset).c_str(), errno);
         if (count == 0)
             return failure(ErrorCode::FileUnreadable, shownAs_,
@@ -83,8 +85,8 @@ Result<void> FileBytes::readAt(std::uint64_t offset, std::span<std::byte> out) c
 
 Result<void> FileBytes::writeAt(std::uint64_t offset, std::span<const std::byte> bytes) const {
     while (!bytes.empty()) {
-        const ssize_t count = ::pwrite(descriptor_, bytes.data(), std::min(bytes.size(), kLargestTransfer), static_cast<off_t>(offset));
-        if (count < 0 && errno == EINTR) continue;
+        const std::size_t wanted = std::min(bytes.size(), kLargestTransfer);
+        const ssize_t count = retried([&] { return ::pwrite(descriptor_, bytes.data(), wanted, static_cast<off_t>(offset)); });
         if (count <= 0) return outputFailure(shownAs_, fmt::format("writing byte {}", offset).c_str(), count < 0 ? errno : ENOSPC);
         offset += static_cast<std::uint64_t>(count);
         bytes = bytes.subspan(static_cast<std::size_t>(count));
@@ -93,13 +95,14 @@ Result<void> FileBytes::writeAt(std::uint64_t offset, std::span<const std::byte>
 }
 
 Result<void> FileBytes::resize(std::uint64_t bytes) {
-    if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) return outputFailure(shownAs_, "setting its size", errno);
+    if (retried([&] { return ::ftruncate(descriptor_, static_cast<off_t>(bytes)); }) != 0)
+        return outputFailure(shownAs_, "setting its size", errno);
     size_ = bytes;
     return {};
 }
 
 Result<void> FileBytes::sync() const {
-    if (::fsync(descriptor_) != 0) return outputFailure(shownAs_, "syncing it", errno);
+    if (retried([&] { return ::fsync(descriptor_); }) != 0) return outputFailure(shownAs_, "syncing it", errno);
     return {};
 }
 

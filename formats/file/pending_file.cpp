@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <system_error>
+#include <vector>
 
 #include "formats/file/file_bytes.h"
+#include "formats/system_calls.h"
 #include "formats/temporary_folder.h"
 
 namespace lightcook::formats {
@@ -17,22 +21,32 @@ constexpr int kMostLinks = 40;  ///< as Linux follows
 /// Opened anew it would have a place of its own in the file that standard output was redirected to.
 constexpr const char* kOwnOutput = "/dev/stdout";
 
-/// Copies a complete file into a stream.
-Result<void> pour(const std::filesystem::path& from, const std::filesystem::path& stream, const std::filesystem::path& shownAs) {
-    std::FILE* const source = std::fopen(from.c_str(), "rbe");
-    std::FILE* const sink = stream == kOwnOutput ? stdout : std::fopen(stream.c_str(), "wbe");
-    bool isDone = source != nullptr && sink != nullptr;
-    std::array<char, 1 << 16> buffer;
-    for (std::size_t count = buffer.size(); isDone && count == buffer.size();) {
-        count = std::fread(buffer.data(), 1, buffer.size(), source);
-        isDone = std::ferror(source) == 0 && std::fwrite(buffer.data(), 1, count, sink) == count;
+/// Calls write(offset, bytes), which returns a Result<void>, with each piece of a file.
+template <class Write>
+Result<void> forEachPiece(const FileBytes& file, Write write) {
+    constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
+    std::vector<std::byte> piece(std::min(kPieceBytes, file.size()));
+    for (std::uint64_t offset = 0; offset < file.size(); offset += piece.size()) {
+        piece.resize(std::min(kPieceBytes, file.size() - offset));
+        LC_CHECK(file.readAt(offset, piece));
+        LC_CHECK(write(offset, std::span<const std::byte>(piece)));
     }
-    isDone = isDone && std::fflush(sink) == 0;
-    const int error = errno;
-    if (source != nullptr) std::fclose(source);
-    if (sink != nullptr && sink != stdout) std::fclose(sink);
-    if (!isDone) return outputFailure(shownAs, "writing it", error);
     return {};
+}
+
+/// Writes a complete file into a stream.
+Result<void> pour(const std::filesystem::path& from, const std::filesystem::path& stream, const std::filesystem::path& shownAs) {
+    LC_TRY(source, FileBytes::openForReading(from));
+    const bool isOwn = stream == kOwnOutput;
+    const int sink = isOwn ? STDOUT_FILENO : retried([&] { return ::open(stream.c_str(), O_WRONLY | O_CLOEXEC); });
+    if (sink < 0) return outputFailure(shownAs, "opening it", errno);
+    const auto poured = forEachPiece(*source, [&](std::uint64_t /*offset*/, std::span<const std::byte> piece) -> Result<void> {
+        if (!writeWhole(sink, {reinterpret_cast<const char*>(piece.data()), piece.size()}))
+            return outputFailure(shownAs, "writing it", errno);
+        return {};
+    });
+    if (!isOwn) ::close(sink);
+    return poured;
 }
 
 }  // namespace
@@ -74,6 +88,12 @@ Result<void> PendingFile::commit() {
     auto renamed = temporary_.renameTo(place_.path);
     if (!renamed) return failure(renamed.error().code, target_, renamed.error().detail);
     return {};
+}
+
+Result<void> PendingFile::copyFrom(const std::filesystem::path& source) const {
+    LC_TRY(from, FileBytes::openForReading(source));
+    LC_TRY(to, FileBytes::openForUpdate(temporary(), target_));
+    return forEachPiece(*from, [&](std::uint64_t offset, std::span<const std::byte> piece) { return to->writeAt(offset, piece); });
 }
 
 Result<PendingFile> prepareWholeFile(const std::filesystem::path& file, std::span<const std::byte> bytes, OutputLink link) {

@@ -1,15 +1,22 @@
 #include "formats/temporaries.h"
 
+#include "formats/system_calls.h"
+
+#include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
+#include <cstddef>
 #include <cstring>
 #include <map>
+#include <new>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -21,7 +28,8 @@ namespace fs = std::filesystem;
 /// Longer extensions are no image format, and the name has to stay below 256 bytes.
 constexpr std::size_t kLongestExtension = 16;
 
-/// Temporaries of the process. Never destroyed: a signal may come while static objects are.
+/// Temporaries of the process. Never destroyed: a signal may come while static objects are. Made without the heap: the first to ask may be
+/// the end of a process without memory.
 struct Registry {
     std::mutex mutex;
     std::map<fs::path, std::vector<fs::path>> paths;  ///< with the parents that were made for each, the deepest first
@@ -29,14 +37,52 @@ struct Registry {
     std::atomic<bool> isStopped{false};
 };
 Registry& registry() {
-    static Registry& only = *new Registry;
-    return only;
+    alignas(Registry) static std::array<std::byte, sizeof(Registry)> place;
+    static Registry* const only = ::new (place.data()) Registry;
+    return *only;
 }
 
+// What removes temporaries allocates nothing and throws nothing: it runs in destructors, and when memory has run out.
+
 void removeEmpty(const std::vector<fs::path>& folders) {
-    std::error_code ignored;
-    for (const fs::path& folder : folders)
-        if (fs::is_empty(folder, ignored)) fs::remove(folder, ignored);
+    for (const fs::path& folder : folders) ::rmdir(folder.c_str());  // fails unless it is empty
+}
+
+void removeTree(int parent, const char* name);
+
+/// Removes what a folder holds.
+void removeContent(int folder) {
+    alignas(dirent64) char buffer[4096];
+    ::lseek(folder, 0, SEEK_SET);
+    for (ssize_t count = 0; (count = ::getdents64(folder, buffer, sizeof buffer)) > 0;)
+        for (ssize_t at = 0; at < count;) {
+            const auto* const entry = reinterpret_cast<const dirent64*>(buffer + at);
+            const std::string_view name = entry->d_name;
+            if (name != "." && name != "..") removeTree(folder, entry->d_name);
+            at += entry->d_reclen;
+        }
+}
+
+/// Removes a file, or a folder with all that it holds. Of a symbolic link only the link goes.
+/// parent   descriptor of the folder that holds it; AT_FDCWD: the path is that of the process
+void removeTree(int parent, const char* name) {
+    if (::unlinkat(parent, name, 0) == 0 || (errno != EISDIR && errno != EPERM)) return;
+    // Threads that write may still add a file while the folder is emptied, and a descriptor may be free a moment later.
+    for (int attempt = 0; attempt < 3 && ::unlinkat(parent, name, AT_REMOVEDIR) != 0; ++attempt) {
+        const int folder = retried([&] { return ::openat(parent, name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC); });
+        if (folder < 0) continue;
+        removeContent(folder);
+        ::close(folder);
+    }
+}
+
+/// Takes a lock within a second. Returns false if another thread keeps it, or this one has it.
+bool takeInTime(std::mutex& mutex) {
+    for (int attempt = 0; attempt < 1000; ++attempt) {
+        if (mutex.try_lock()) return true;
+        ::usleep(1000);
+    }
+    return false;
 }
 
 }  // namespace
@@ -61,8 +107,9 @@ Result<OutputTransaction> OutputTransaction::begin() {
 }
 
 void stopOutputs() {
-    const std::lock_guard lock(registry().appearing);
+    const bool isTaken = takeInTime(registry().appearing);
     registry().isStopped = true;
+    if (isTaken) registry().appearing.unlock();
 }
 
 bool areOutputsStopped() {
@@ -70,11 +117,8 @@ bool areOutputsStopped() {
 }
 
 void abandonTemporaries() {
-    registry().mutex.lock();  // for ever
-    std::error_code ignored;
-    for (const auto& [path, madeParents] : registry().paths)
-        // Threads that write may still add a file while the folder is emptied.
-        for (int attempt = 0; attempt < 3 && fs::exists(path, ignored); ++attempt) fs::remove_all(path, ignored);
+    if (!takeInTime(registry().mutex)) return;  // for ever
+    for (const auto& [path, madeParents] : registry().paths) removeTree(AT_FDCWD, path.c_str());
     for (const auto& [path, madeParents] : registry().paths) removeEmpty(madeParents);
 }
 
@@ -87,22 +131,20 @@ void removeOldTemporaries(const fs::path& folder) {
     }
 }
 
-Result<Temporary> Temporary::make(const fs::path& folder, const std::string& ending, Make make, const char* step,
-                                  std::vector<fs::path> madeParents) {
+Result<Temporary> Temporary::make(Temporary made, const fs::path& folder, const std::string& ending, Make make, const char* step) {
     static std::atomic<unsigned> counter = 0;
     for (;;) {
-        const std::lock_guard enlisting(registry().mutex);  // abandonTemporaries() sees what exists
-        Temporary made;
-        made.path_ = folder / fmt::format("{}{}-{}{}", kTemporaryPrefix, ::getpid(), counter++, ending);
-        if (make(made.path_.c_str())) {
-            registry().paths[made.path_] = madeParents;
-            made.madeParents_ = std::move(madeParents);
+        fs::path path = folder / fmt::format("{}{}-{}{}", kTemporaryPrefix, ::getpid(), counter++, ending);
+        std::unique_lock enlisting(registry().mutex);  // abandonTemporaries() sees what exists
+        const auto row = registry().paths.try_emplace(path, made.madeParents_);
+        if (row.second && make(path.c_str())) {
+            made.path_ = std::move(path);
             return made;
         }
-        made.path_.clear();
-        if (errno == EEXIST) continue;  // of a process with our number, in another container or before
-        const int errorNumber = errno;
-        removeEmpty(madeParents);
+        const int errorNumber = row.second ? errno : EEXIST;
+        if (row.second) registry().paths.erase(row.first);
+        if (errorNumber == EEXIST) continue;  // of a process with our number, in another container or before
+        enlisting.unlock();
         return outputFailure(folder, step, errorNumber);
     }
 }
@@ -110,25 +152,22 @@ Result<Temporary> Temporary::make(const fs::path& folder, const std::string& end
 Result<Temporary> Temporary::makeFile(const fs::path& folder, const fs::path& extension) {
     const auto create = [](const char* path) {
         // open(2) and not mkstemp(3), which ignores the umask.
-        const int descriptor = ::open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        const int descriptor = retried([path] { return ::open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666); });
         return descriptor >= 0 && ::close(descriptor) == 0;
     };
-    return make(folder, extension.string().size() <= kLongestExtension ? extension.string() : "", create, "creating it", {});
+    return make({}, folder, extension.string().size() <= kLongestExtension ? extension.string() : "", create, "creating it");
 }
 
 Result<Temporary> Temporary::makeFolder(const fs::path& parent) {
-    std::vector<fs::path> missing;
+    Temporary made;  // removes the parents again unless it is made
     std::error_code code;
-    for (fs::path each = parent; !each.empty() && !fs::exists(each, code); each = each.parent_path()) missing.push_back(each);
+    for (fs::path each = parent; !each.empty() && !fs::exists(each, code); each = each.parent_path()) made.madeParents_.push_back(each);
     code.clear();
     fs::create_directories(parent, code);
     constexpr const char* kStep = "making a temporary folder in it";
-    if (code) {
-        removeEmpty(missing);
-        return outputFailure(parent, kStep, code.value());
-    }
+    if (code) return outputFailure(parent, kStep, code.value());
     return make(
-        parent, "", [](const char* path) { return ::mkdir(path, 0700) == 0; }, kStep, std::move(missing));
+        std::move(made), parent, "", [](const char* path) { return ::mkdir(path, 0700) == 0; }, kStep);
 }
 
 Temporary& Temporary::operator=(Temporary&& other) noexcept {
@@ -138,10 +177,9 @@ Temporary& Temporary::operator=(Temporary&& other) noexcept {
 }
 
 Temporary::~Temporary() {
-    if (path_.empty()) return;
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
+    if (!path_.empty()) removeTree(AT_FDCWD, path_.c_str());
     removeEmpty(madeParents_);
+    if (path_.empty()) return;
     const std::lock_guard lock(registry().mutex);
     registry().paths.erase(path_);
 }

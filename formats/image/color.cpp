@@ -14,6 +14,7 @@
 
 #include "formats/file/one_line.h"
 #include "formats/image/exr_file.h"
+#include "formats/image/out_of_memory.h"
 #include "formats/image/radiance_file.h"
 #include "formats/nearest.h"
 
@@ -170,6 +171,7 @@ Result<OCIO::ConstConfigRcPtr> openConfig(const ColorSpaces& spaces) {
         OCIO::ClearAllCaches();  // it keeps the files that a configuration refers to, which may have changed
         return OCIO::Config::CreateFromFile(spaces.config.c_str());
     } catch (const std::exception& exception) {
+        throwIfOutOfMemory(exception);
         return failure(ErrorCode::FileUnreadable, spaces.config,
                        fmt::format("found {}, expected an OpenColorIO config file", quotedLine(exception.what())));
     }
@@ -350,6 +352,7 @@ Result<LinearConversion> linearConversion(const ColorSpaces& spaces, const std::
         describeSpaces(result, **config, *working, spaces.config.empty());
         return result;
     } catch (const std::exception& exception) {
+        throwIfOutOfMemory(exception);
         return failure(ErrorCode::ColorSpace, subject,
                        fmt::format("found {} in {}, expected a conversion that OpenColorIO can make", quotedLine(exception.what()),
                                    configName(spaces)));
@@ -369,7 +372,8 @@ std::vector<std::filesystem::path> filesOfConversion(const ColorSpaces& spaces) 
         if (!source || !working) return {};
         add(*source, *working);
         if ((*config)->hasRole(kAcesInterchange)) add(*working, (*config)->getColorSpace(kAcesInterchange));  // see describeSpaces
-    } catch (const std::exception&) {
+    } catch (const std::exception& exception) {
+        throwIfOutOfMemory(exception);
         return {};
     }
     return {files.begin(), files.end()};

@@ -25,6 +25,7 @@
 #include "formats/file/file_kind.h"
 #include "formats/file/one_line.h"
 #include "formats/image/exr_windows.h"
+#include "formats/image/out_of_memory.h"
 #include "formats/memory.h"
 #include "formats/pending_file.h"
 
@@ -40,6 +41,7 @@ tl::unexpected<Error> unreadable(const std::filesystem::path& file, std::string 
     return failure(ErrorCode::FileUnreadable, file, std::move(detail));
 }
 tl::unexpected<Error> unreadable(const std::filesystem::path& file, const std::exception& exception) {
+    throwIfOutOfMemory(exception);
     return unreadable(file, fmt::format("found {}, expected a whole OpenEXR file", quotedLine(exception.what())));
 }
 
@@ -392,6 +394,7 @@ Result<void> ExrReader::readRows(int firstRow, int rowCount, std::span<const Exr
         state_->giveBack(std::move(handle));
         return {};
     } catch (const std::exception& exception) {
+        throwIfOutOfMemory(exception);
         return failure(ErrorCode::FileUnreadable, Subject(state_->file).at(fmt::format("rows {} to {}", firstRow, firstRow + rowCount - 1)),
                        fmt::format("found {}, expected whole pixel data", quotedLine(exception.what())));
     }
@@ -406,6 +409,10 @@ struct ExrWriter::State {
     std::unique_ptr<Imf::OutputFile> scanLines;
     std::unique_ptr<Imf::TiledOutputFile> tiles;
 
+    Error fault(const std::exception& exception) const {
+        throwIfOutOfMemory(exception);
+        return fault(exception.what());
+    }
     Error fault(const char* found) const {
         return {ErrorCode::Internal, pending.target(),
                 fmt::format("found {} while writing, expected room for the file", quotedLine(found))};
@@ -438,7 +445,7 @@ Result<ExrWriter> ExrWriter::create(const std::filesystem::path& file, int width
             state->scanLines = std::make_unique<Imf::OutputFile>(*state->sink, header, kThreadCount);
         }
     } catch (const std::exception& exception) {
-        return tl::make_unexpected(state->fault(exception.what()));
+        return tl::make_unexpected(state->fault(exception));
     }
     return ExrWriter(std::move(state));
 }
@@ -465,7 +472,7 @@ Result<void> ExrWriter::append(const float* texels, std::ptrdiff_t rowStride, in
             state.scanLines->writePixels(rowCount);
         }
     } catch (const std::exception& exception) {
-        return tl::make_unexpected(state.fault(exception.what()));
+        return tl::make_unexpected(state.fault(exception));
     }
     state.rowsWritten += rowCount;
     return {};

@@ -98,11 +98,7 @@ Result<std::optional<formats::PendingFile>> prepareFileIfChanged(const std::file
 Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination, OutputLink link) {
     LC_CHECK(makeFolder(destination.parent_path()));
     LC_TRY(pending, formats::PendingFile::create(destination, link));
-    std::error_code code;
-    std::filesystem::copy_file(source, pending->temporary(), std::filesystem::copy_options::overwrite_existing, code);
-    if (code)
-        return failure(ErrorCode::Internal, destination,
-                       fmt::format("found '{}', expected to copy {} here", code.message(), source.string()));
+    LC_CHECK(pending->copyFrom(source));
     return pending->commit();
 }
 

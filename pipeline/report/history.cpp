@@ -11,6 +11,7 @@
 #include <cstring>
 #include <sstream>
 
+#include "formats/system_calls.h"
 #include "pipeline/document/json.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/version.h"
@@ -33,7 +34,7 @@ public:
             close();
             isNew_ = open(O_EXCL);
             if (descriptor_ < 0 && errno == EEXIST) open(0);
-            if (descriptor_ >= 0) ::flock(descriptor_, LOCK_EX);
+            if (descriptor_ >= 0) formats::retried([&] { return ::flock(descriptor_, LOCK_EX); });
         } while (descriptor_ >= 0 && !isInPlace());
     }
     LockedFile(const LockedFile&) = delete;
@@ -48,9 +49,7 @@ public:
     bool append(const std::string& text) {
         struct stat before {};
         if (::fstat(descriptor_, &before) != 0) return false;
-        const ssize_t written = ::write(descriptor_, text.data(), text.size());
-        if (written >= 0 && written < static_cast<ssize_t>(text.size())) errno = ENOSPC;
-        if (written == static_cast<ssize_t>(text.size()) && ::fsync(descriptor_) == 0) {
+        if (formats::writeWhole(descriptor_, text) && formats::retried([&] { return ::fsync(descriptor_); }) == 0) {
             isNew_ = false;
             return true;
         }
@@ -62,7 +61,7 @@ public:
 
 private:
     bool open(int mode) {
-        descriptor_ = ::open(file_.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC | mode, 0644);
+        descriptor_ = formats::retried([&] { return ::open(file_.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC | mode, 0644); });
         return descriptor_ >= 0;
     }
     void close() {

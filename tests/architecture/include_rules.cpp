@@ -79,6 +79,8 @@ const std::vector<Library> kLibraries = {
     {"glm/", {}},
     // Headers of the system: only some modules use files and threads. A mutex is allowed everywhere, for readers that threads share.
     {"sys/", {"formats", "pipeline"}},
+    {"cxxabi.h", {"pipeline"}},
+    {"dirent.h", {"formats"}},
     {"dlfcn.h", {"formats"}},
     {"fcntl.h", {"formats", "pipeline"}},
     {"glob.h", {"pipeline"}},
