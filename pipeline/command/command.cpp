@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -210,8 +211,13 @@ ParsedCommandLine parseCommandLine(int argc, const char* const* argv, GlobalOpti
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& mistake) {
-        if (mistake.get_exit_code() == 0) return {{}, app.exit(mistake), {}};  // --help, --version
-        if (argc < 2) fmt::print("{}\n", app.help());
+        if (mistake.get_exit_code() == 0) {  // --help, --version
+            std::ostringstream text;
+            const int code = app.exit(mistake, text, text);
+            Terminal(global.terminal()).data(text.str());
+            return {{}, code, {}};
+        }
+        if (argc < 2) Terminal(global.terminal()).data(app.help() + "\n");
         if (std::ranges::find(app.get_option("--log")->results(), "json") != app.get_option("--log")->results().end()) global.log = "json";
         return refuse(errorOf(app, mistake));
     }

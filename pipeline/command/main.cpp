@@ -6,12 +6,13 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <new>
+#include <stdexcept>
 #include <system_error>
 
 #include "compress/encode_options.h"
 #include "pipeline/command/command.h"
+#include "pipeline/command/last_resort.h"
 #include "pipeline/command/session.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/report/exit_codes.h"
@@ -23,7 +24,7 @@ using formats::ErrorCode;
 
 /// Reports a standard output that cannot be written, such as a full disk. Returns the exit code then, or that of the command.
 int finishStandardOutput(int code, LogFormat log) {
-    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+    if (!Terminal::hasLostOutput()) return code;
     Terminal(log).error({ErrorCode::Internal, "standard output", "found a write that failed, expected room for all that is printed"});
     return code != 0 ? code : exitCode(ErrorCode::Internal);
 }
@@ -35,18 +36,21 @@ int runCommand(const CommandFunction& command, const GlobalOptions& global) {
     const tbb::global_control parallelism(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     // An arena of its own: the default one has no more slots than the machine has cores, whatever -j says.
     tbb::task_arena arena(threads);
-    return arena.execute([&] {
-        Session session(global);
-        const int code = command(session);
-        // Also where the command returned 0, because its outputs were complete before the signal.
-        return session.state.interrupted ? session.exitCodeOfSignal() : finishStandardOutput(code, global.logFormat());
-    });
+    try {
+        return arena.execute([&] {
+            Session session(global);
+            const int code = command(session);
+            // Also where the command returned 0, because its outputs were complete before the signal.
+            return session.state.interrupted ? session.exitCodeOfSignal() : finishStandardOutput(code, global.logFormat());
+        });
+    } catch (const std::bad_alloc&) {
+        endOutOfMemory();  // here, since the destructors of oneTBB wait for ever after it threw this
+    }
 }
 
 int run(int argc, char** argv) {
     GlobalOptions global;
-    const ParsedCommandLine parsed = parseCommandLine(argc, argv, global);
-    if (!parsed.function) return finishStandardOutput(parsed.exitCode, global.logFormat());
+    ParsedCommandLine parsed;
     const auto fail = [&](const std::string& subject, const std::string& detail) {
         Terminal terminal(global.logFormat());
         const formats::Error error{ErrorCode::Internal, subject, detail};
@@ -55,11 +59,18 @@ int run(int argc, char** argv) {
         return exitCode(ErrorCode::Internal);
     };
     try {
+        parsed = parseCommandLine(argc, argv, global);
+        setLastResortLog(global.logFormat());
+        if (!parsed.function) return finishStandardOutput(parsed.exitCode, global.logFormat());
         return runCommand(parsed.function, global);
     } catch (const std::system_error& fault) {
+        if (fault.code() == std::errc::resource_unavailable_try_again)
+            return fail("threads", "found no room for another one, expected more: use fewer (-j N), or raise the limit (ulimit -u)");
         return fail("the operating system", fmt::format("found the error '{}', expected success", fault.what()));
     } catch (const std::bad_alloc&) {
-        return fail("memory", "found too little of it, expected more: free some, or use fewer threads (-j N)");
+        endOutOfMemory();
+    } catch (const std::length_error&) {  // more than any memory holds
+        return fail(kMemorySubject, kTooLittleMemory);
     } catch (const std::exception& fault) {
         return fail(kToolName, fmt::format("found an internal error ({}), expected none", fault.what()));
     }
@@ -75,10 +86,16 @@ void openStandardStreams() {
         }
 }
 
+/// Before the other initializers of the program, which may run out of memory too.
+struct LastResort {
+    LastResort() { installLastResort(); }
+};
+[[gnu::init_priority(101)]] const LastResort lastResort;
+
 }  // namespace
 }  // namespace lightcook::pipeline
 
 int main(int argc, char** argv) {
     lightcook::pipeline::openStandardStreams();
-    return lightcook::pipeline::run(argc, argv);
+    return lightcook::pipeline::run(argc, argv);  // what it throws goes to the last resort
 }

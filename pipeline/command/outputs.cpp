@@ -1,6 +1,7 @@
 #include "pipeline/command/outputs.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/App.hpp>
 #include <algorithm>
@@ -262,9 +263,7 @@ Result<FoldersOfFile> FoldersOfFile::make(const std::filesystem::path& file) {
 }
 
 FoldersOfFile::~FoldersOfFile() {
-    std::error_code ignored;
-    for (const std::filesystem::path& folder : made_)
-        if (isDirectory(folder)) std::filesystem::remove(folder, ignored);  // not if it holds anything
+    for (const std::filesystem::path& folder : made_) ::rmdir(folder.c_str());  // not if it holds anything
 }
 
 void JsonOutput::add(CLI::App& app, const std::string& what) {

@@ -43,7 +43,6 @@ int serve(Session& session, const ViewOptions& options, const Site& site) {
     say(session, fmt::format("{} is shown at {}; Ctrl-C ends it", site.scene(), url));
     if (auto written = options.json.write(session, Json{{"scene", site.scene()}, {"url", url}, {"port", server->port()}}, {}); !written)
         return session.finish(written);
-    std::fflush(stdout);    // whoever reads the address from a file or a pipe waits for it
     session.endOnSignal();  // as the line above said
     server->run(session.state);
     return 0;

@@ -69,10 +69,20 @@ public:
 
     Outcome run() {
         if (auto done = tryRun(); !done) outcome_.errors.insert(outcome_.errors.begin(), done.error());
+        for (Error& error : outcome_.errors) blameSystem(error);
         return std::move(outcome_);
     }
 
 private:
+    /// A file that the cook itself made and cannot read is no fault of an input. The user knows it by its name in the output folder.
+    void blameSystem(Error& error) const {
+        const std::string made = staging_.string();
+        if (made.empty() || !error.file.string().starts_with(made)) return;
+        if (error.code == ErrorCode::FileUnreadable) error.code = ErrorCode::Internal;
+        error.file = outcome_.output / error.file.lexically_relative(staging_);
+        if (error.subject.starts_with(made)) error.subject = outcome_.output.string() + error.subject.substr(made.size());
+    }
+
     Result<void> tryRun() {
         outcome_.output = cookedFolder(scene_, options_.output);
         if (options_.cache.empty()) LC_CHECK(checkDefaultCacheFolder());

@@ -4,10 +4,11 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <cstdio>
+#include <atomic>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "formats/system_calls.h"
 #include "pipeline/report/exit_codes.h"
 
 namespace lightcook::pipeline {
@@ -30,6 +31,13 @@ int codeOf(Style style) {
     return 0;
 }
 
+std::atomic<bool> isOutputLost{false};
+
+/// Writes to standard output or standard error at once. There is nobody to tell that standard error cannot be written.
+void print(int descriptor, std::string_view text) {
+    if (!formats::writeWhole(descriptor, text) && descriptor == STDOUT_FILENO) isOutputLost = true;
+}
+
 /// Returns JSON as one line. Bytes of a file name that are not UTF-8 become U+FFFD.
 std::string lineOf(const nlohmann::ordered_json& json) {
     return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
@@ -42,6 +50,10 @@ bool takesEscapes(int descriptor) {
     return term != nullptr && std::string_view(term) != "dumb" && ::isatty(descriptor) == 1;
 }
 
+bool Terminal::hasLostOutput() {
+    return isOutputLost;
+}
+
 Terminal::Terminal(const TerminalOptions& options)
     : options_(options),
       isInteractive_(options.format == LogFormat::Text && options.verbosity != Verbosity::Quiet && ::isatty(STDERR_FILENO) == 1),
@@ -52,15 +64,14 @@ Terminal::~Terminal() {
 }
 
 void Terminal::clearProgress() {
-    if (progressIsDrawn_) fmt::print(stderr, "\r\x1b[K");
+    if (progressIsDrawn_) print(STDERR_FILENO, "\r\x1b[K");
     progressIsDrawn_ = false;
 }
 
 void Terminal::progress(const std::string& line) {
     if (!drawsProgress_) return;
     const std::lock_guard lock(mutex_);
-    fmt::print(stderr, "\r\x1b[K{}", line);
-    std::fflush(stderr);
+    print(STDERR_FILENO, "\r\x1b[K" + line);
     progressIsDrawn_ = true;
 }
 
@@ -74,22 +85,22 @@ void Terminal::printMessage(std::string_view level, Style style, const std::stri
     const std::lock_guard lock(mutex_);
     clearProgress();
     if (hasColor(STDERR_FILENO))
-        fmt::print(stderr, "lightcook: \x1b[{}m{}:\x1b[0m {}\n", codeOf(style), level, text);
+        print(STDERR_FILENO, fmt::format("lightcook: \x1b[{}m{}:\x1b[0m {}\n", codeOf(style), level, text));
     else
-        fmt::print(stderr, "lightcook: {}: {}\n", level, text);
+        print(STDERR_FILENO, fmt::format("lightcook: {}: {}\n", level, text));
 }
 
 void Terminal::error(const formats::Error& error) {
     if (options_.format == LogFormat::Text) return printMessage("error", Style::Bad, error.line());
     const std::lock_guard lock(mutex_);
-    fmt::print(stderr, "{}\n",
-               lineOf({{"level", "error"}, {"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}}));
+    print(STDERR_FILENO,
+          lineOf({{"level", "error"}, {"code", exitCode(error.code)}, {"subject", error.subject}, {"detail", error.detail}}) + "\n");
 }
 
 void Terminal::report(std::string_view level, Style style, const std::string& subject, const std::string& detail) {
     if (options_.format == LogFormat::Text) return printMessage(level, style, formats::withoutControls(subject + ": " + detail));
     const std::lock_guard lock(mutex_);
-    fmt::print(stderr, "{}\n", lineOf({{"level", std::string(level)}, {"subject", subject}, {"detail", detail}}));
+    print(STDERR_FILENO, lineOf({{"level", std::string(level)}, {"subject", subject}, {"detail", detail}}) + "\n");
 }
 
 void Terminal::warning(const std::string& subject, const std::string& detail) {
@@ -109,7 +120,7 @@ void Terminal::say(const StyledLine& line) {
         const std::string words = formats::withoutControls(text);
         shown += isColored && style != Style::Plain ? fmt::format("\x1b[{}m{}\x1b[0m", codeOf(style), words) : words;
     }
-    fmt::print(outputIsData_ ? stderr : stdout, "{}\n", shown);
+    print(outputIsData_ ? STDERR_FILENO : STDOUT_FILENO, shown + "\n");
 }
 
 void Terminal::detail(const std::string& line) {
@@ -119,13 +130,13 @@ void Terminal::detail(const std::string& line) {
 void Terminal::jsonDetail(const std::string& json) {
     const std::lock_guard lock(mutex_);
     clearProgress();
-    fmt::print(stderr, "{}\n", json);
+    print(STDERR_FILENO, json + "\n");
 }
 
 void Terminal::data(const std::string& text) {
     const std::lock_guard lock(mutex_);
     clearProgress();
-    std::fwrite(text.data(), 1, text.size(), stdout);
+    print(STDOUT_FILENO, text);
 }
 
 int Terminal::columns() {

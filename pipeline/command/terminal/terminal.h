@@ -69,6 +69,8 @@ public:
     bool isInteractive() const { return isInteractive_; }
     Verbosity verbosity() const { return options_.verbosity; }
     LogFormat format() const { return options_.format; }
+    /// Returns true if something could not be written to standard output.
+    static bool hasLostOutput();
     /// Returns the width of the terminal [characters].
     static int columns();
 
