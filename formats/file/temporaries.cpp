@@ -135,14 +135,18 @@ Result<Temporary> Temporary::make(Temporary made, const fs::path& folder, const 
     static std::atomic<unsigned> counter = 0;
     for (;;) {
         fs::path path = folder / fmt::format("{}{}-{}{}", kTemporaryPrefix, ::getpid(), counter++, ending);
-        std::unique_lock enlisting(registry().mutex);  // abandonTemporaries() sees what exists
-        const auto row = registry().paths.try_emplace(path, made.madeParents_);
-        if (row.second && make(path.c_str())) {
+        std::map<fs::path, std::vector<fs::path>> rows;
+        rows.emplace(path, made.madeParents_);
+        auto node = rows.extract(rows.begin());
+        // abandonTemporaries() sees what exists. Nothing is allocated under the lock: where memory runs out, that function is called.
+        std::unique_lock enlisting(registry().mutex);
+        const auto row = registry().paths.insert(std::move(node));
+        if (row.inserted && make(path.c_str())) {
             made.path_ = std::move(path);
             return made;
         }
-        const int errorNumber = row.second ? errno : EEXIST;
-        if (row.second) registry().paths.erase(row.first);
+        const int errorNumber = row.inserted ? errno : EEXIST;
+        if (row.inserted) registry().paths.erase(row.position);
         if (errorNumber == EEXIST) continue;  // of a process with our number, in another container or before
         enlisting.unlock();
         return outputFailure(folder, step, errorNumber);

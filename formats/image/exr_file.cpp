@@ -223,8 +223,8 @@ Result<ExrInfo> readInfo(const std::filesystem::path& file) {
         header.sanityCheck(Imf::isTiled(*version));
         std::error_code error;
         return checkedInfo(header, Imf::isTiled(*version), std::filesystem::file_size(file, error), file);
-    } catch (const std::exception& exception) {
-        return unreadable(file, exception);
+    } catch (const std::exception& exception) {  // std::bad_alloc too: a damaged header may ask for gigabytes
+        return unreadable(file, fmt::format("found {}, expected a whole OpenEXR file", quotedLine(exception.what())));
     }
 }
 
