@@ -24,7 +24,10 @@ if(LIGHTCOOK_SANITIZE)
   # The address sanitizer stops at null pointers, object sizes and virtual tables as well. Leaving these three checks out saves a quarter
   # of the compile time. GCC's flow warnings are off because they report paths that only the instrumentation added.
   list(APPEND compile_options -fsanitize=${LIGHTCOOK_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all
-    -fno-sanitize=null,object-size,vptr -Wno-null-dereference -Wno-maybe-uninitialized)
+    -fno-sanitize=null,object-size,vptr -Wno-null-dereference)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    list(APPEND compile_options -Wno-maybe-uninitialized)
+  endif()
   list(APPEND link_options -fsanitize=${LIGHTCOOK_SANITIZE})
 endif()
 
@@ -59,5 +62,5 @@ if(LIGHTCOOK_UNITY)
   set(CMAKE_UNITY_BUILD ON)
   set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
   # GCC allows a type of an unnamed namespace as a member in the source itself only, and here sources are included.
-  target_compile_options(project_options INTERFACE $<BUILD_INTERFACE:-Wno-subobject-linkage>)
+  target_compile_options(project_options INTERFACE $<BUILD_INTERFACE:$<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>>)
 endif()

@@ -51,7 +51,7 @@ DisjointSets islandsOf(const TriangleMesh& mesh) {
     return islands;
 }
 
-constexpr int kUnknown = -1;
+constexpr int kNoCluster = -1;
 
 Corners cornersOf(const TriangleMesh& mesh, const MeshAttribute& uv, std::size_t triangle, int width, int height) {
     Corners corners;
@@ -101,11 +101,11 @@ std::vector<IslandRun> islandRuns(std::span<const TriangleMesh* const> meshes, i
         const MeshAttribute* uv = mesh->find("TEXCOORD_1");
         if (uv == nullptr) continue;
         DisjointSets islands = islandsOf(*mesh);
-        std::vector<int> nameOf(mesh->vertexCount(), kUnknown);  // of each island, stored at its lowest vertex
+        std::vector<int> nameOf(mesh->vertexCount(), kNoCluster);  // of each island, stored at its lowest vertex
         std::vector<bool> hasCentre(mesh->vertexCount(), false);
         for (std::size_t triangle = 0; triangle < mesh->triangleCount(); ++triangle) {
             const std::uint32_t island = islands.find(mesh->indices[3 * triangle]);
-            if (nameOf[island] == kUnknown) nameOf[island] = next++;
+            if (nameOf[island] == kNoCluster) nameOf[island] = next++;
             const Corners corners = cornersOf(*mesh, *uv, triangle, width, height);
             forEachRun(corners, width, height, Touch::Inside, [&](int row, int begin, int end) {
                 runs.push_back({nameOf[island], row, begin, end, true});
@@ -130,7 +130,7 @@ tl::expected<std::vector<std::uint8_t>, std::string> clustersOfVertices(const Tr
     const MeshAttribute* uv = mesh.find("TEXCOORD_1");
     if (uv == nullptr) return tl::make_unexpected(std::string("found no TEXCOORD_1, expected light-map UVs"));
     DisjointSets islands = islandsOf(mesh);
-    std::vector<int> clusters(mesh.vertexCount(), kUnknown);  // of each island, stored at its lowest vertex
+    std::vector<int> clusters(mesh.vertexCount(), kNoCluster);  // of each island, stored at its lowest vertex
     for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle) {
         int& known = clusters[islands.find(mesh.indices[3 * triangle])];
         std::string conflict;
@@ -138,7 +138,7 @@ tl::expected<std::vector<std::uint8_t>, std::string> clustersOfVertices(const Tr
             cornersOf(mesh, *uv, triangle, map.width, map.height), map.width, map.height, Touch::Inside, [&](int y, int begin, int end) {
                 for (int x = begin; x < end; ++x) {
                     const int found = map.at(x, y);
-                    if (known == kUnknown) known = found;
+                    if (known == kNoCluster) known = found;
                     if (known != found && conflict.empty())
                         conflict = fmt::format("found cluster {} at texel ({}, {}) of triangle {}, expected {} as elsewhere in its island",
                                                found, x, y, triangle, known);
@@ -148,7 +148,7 @@ tl::expected<std::vector<std::uint8_t>, std::string> clustersOfVertices(const Tr
     }
     for (std::size_t triangle = 0; triangle < mesh.triangleCount(); ++triangle) {
         int& known = clusters[islands.find(mesh.indices[3 * triangle])];
-        if (known != kUnknown) continue;
+        if (known != kNoCluster) continue;
         const glm::ivec2 texel = texelAtCentroid(cornersOf(mesh, *uv, triangle, map.width, map.height), map.width, map.height);
         known = map.at(texel.x, texel.y);
     }

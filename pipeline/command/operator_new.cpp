@@ -4,7 +4,14 @@
 
 #include "pipeline/command/last_resort.h"
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if defined(__has_feature)  // of Clang
+#define LIGHTCOOK_IS_SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define LIGHTCOOK_IS_SANITIZED 1
+#else
+#define LIGHTCOOK_IS_SANITIZED 0
+#endif
+#if !LIGHTCOOK_IS_SANITIZED
 
 namespace {
 
