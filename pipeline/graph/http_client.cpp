@@ -1,5 +1,6 @@
 #include "pipeline/graph/http_client.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <netdb.h>
 #include <netinet/in.h>
@@ -249,7 +250,9 @@ private:
             if (!mayGoOn()) return fail("no address");
         if (server_.addresses.get().empty()) return fail(fmt::format("no address of {}", server_.url.host));
         for (const Address& address : server_.addresses.get()) {
-            descriptor_ = ::socket(address.bytes.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+            descriptor_ = ::socket(address.bytes.ss_family, SOCK_STREAM, 0);
+            ::fcntl(descriptor_, F_SETFD, FD_CLOEXEC);
+            ::fcntl(descriptor_, F_SETFL, O_NONBLOCK);
             const int on = 1;
             ::setsockopt(descriptor_, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
             int error = ::connect(descriptor_, reinterpret_cast<const sockaddr*>(&address.bytes), address.size) == 0 ? 0 : errno;

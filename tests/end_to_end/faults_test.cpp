@@ -24,10 +24,10 @@ namespace fs = std::filesystem;
 using formats::contentOf;
 using testing::HasSubstr;
 
-const std::vector<std::string> kCook = {"lightmap", "map.exr", "out", "-j", "1", "--layout", "ratio", "--effort", "0"};
-const std::vector<std::string> kCookOnTwo = {"lightmap", "map.exr", "out", "-j", "2", "--layout", "ratio", "--effort", "0"};
-const std::vector<std::string> kVerify = {"verify", "whole", "-j", "1", "--json", "out.json"};
-const std::vector<std::string> kReport = {"report", "whole", "-j", "1", "--json", "out.json"};
+const std::vector<std::string> kCook = {"lightmap", "map.exr", "out", "-j", "1", "--layout", "ratio", "--effort", "0", "--quiet"};
+const std::vector<std::string> kCookOnTwo = {"lightmap", "map.exr", "out", "-j", "2", "--layout", "ratio", "--effort", "0", "--quiet"};
+const std::vector<std::string> kVerify = {"verify", "whole", "-j", "1", "--json", "out.json", "--quiet"};
+const std::vector<std::string> kReport = {"report", "whole", "-j", "1", "--json", "out.json", "--quiet"};
 
 /// Calls that fail one after the other, each in a run of its own.
 struct Row {

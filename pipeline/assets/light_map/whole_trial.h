@@ -58,8 +58,8 @@ public:
 private:
     struct Lit {
         std::string layout = {};
-        std::vector<float> derived = {};  ///< of a light map: what the light derived from it adds
         std::vector<float> samples = {};  ///< [place][channel][sample], places of the first rows before those of the rest; empty: no light
+        std::vector<float> derived = {};  ///< of a light map: what the light derived from it adds
     };
     WholeTrial(LightMapSource& source, std::vector<TrialRows> first, std::vector<TrialRows> rest, verify::WholeShader shader,
                const verify::Viewing& viewing);

@@ -87,7 +87,7 @@ TEST(ParseCommandLine, AnEmptyValueIsRefused) {
 
 TEST(ParseCommandLine, NumbersAreFiniteAndDecimal) {
     // The texts that an option may take in place of numbers; a new placeholder belongs to one of both lists.
-    const std::vector<std::string> texts = {"TEXT", "NAME", "COMMAND", "FILE", "FOLDER", "NAME,..."};
+    const std::vector<std::string> texts = {"TEXT", "NAME", "COMMAND", "URL", "SPACE", "FILE", "FOLDER", "NAME,..."};
     const std::vector<std::string> numbers = {"FLOAT",   "INT",  "UINT",    "NUMBER",   "JND",     "X",       "N",
                                               "R,G,B,A", "SIZE", "PERCENT", "FRACTION", "N,N,...", "LOW,HIGH"};
     int count = 0;

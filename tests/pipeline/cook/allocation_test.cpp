@@ -277,8 +277,9 @@ TEST_F(WholeLimit, OnRelRmsTakesTheSmallestSceneWithinIt) {
         EXPECT_LE(usedBytes(outcome), bytes) << "less memory for a looser limit";
         bytes = usedBytes(outcome);
     }
-    const Outcome both = cookWithin(scene_, "max_whole_error = 0.9\nmax_whole_visible = 4");
-    EXPECT_LE(wholeOf(both), 4);
+    const double visible = 0.7 * wholeOf(cookWithin(scene_, "max_whole_error = 0.9"));
+    const Outcome both = cookWithin(scene_, fmt::format("max_whole_error = 0.9\nmax_whole_visible = {}", visible));
+    EXPECT_LE(wholeOf(both), visible);
     EXPECT_GT(usedBytes(both), bytes);
 }
 
@@ -386,7 +387,8 @@ TEST(CookSceneSoak, ABudgetIsSharedOutOverTheExampleScene) {
 
 TEST(CookScene, ALightMapLayoutThatTheSceneNamesIsKept) {
     const SmallScene scene(Parts::LightMap);
-    scene.writeSceneFile("light_map_layout = \"hdr-2\"");
+    // The shader derives no light of this fit. Derived, it would be better than all others here.
+    scene.writeSceneFile("light_map_layout = \"hdr-2\"", "dominant_fit = \"halo3\"\n");
     const Outcome outcome = BudgetedScene(scene.sceneFile(), scene / "cooked").cook(1 << 20);
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
     EXPECT_EQ(assetOf(outcome.report, "map").at("layout"), "hdr-2");
