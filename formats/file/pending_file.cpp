@@ -40,7 +40,7 @@ Result<void> pour(const std::filesystem::path& from, const std::filesystem::path
     const bool isOwn = stream == kOwnOutput;
     const int sink = isOwn ? STDOUT_FILENO : retried([&] { return ::open(stream.c_str(), O_WRONLY | O_CLOEXEC); });
     if (sink < 0) return outputFailure(shownAs, "opening it", errno);
-    const auto poured = forEachPiece(*source, [&](std::uint64_t /*offset*/, std::span<const std::byte> piece) -> Result<void> {
+    auto poured = forEachPiece(*source, [&](std::uint64_t /*offset*/, std::span<const std::byte> piece) -> Result<void> {
         if (!writeWhole(sink, {reinterpret_cast<const char*>(piece.data()), piece.size()}))
             return outputFailure(shownAs, "writing it", errno);
         return {};

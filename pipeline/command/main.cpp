@@ -90,7 +90,7 @@ void openStandardStreams() {
 struct LastResort {
     LastResort() { installLastResort(); }
 };
-[[gnu::init_priority(101)]] const LastResort lastResort;
+[[gnu::init_priority(101)]] const LastResort kLastResort;
 
 }  // namespace
 }  // namespace lightcook::pipeline

@@ -1,5 +1,6 @@
 // Cooked folders of earlier versions, with their sources: this version verifies, reports and shows each of them. A release adds its own to
 // tests/end_to_end/kept (cook a small scene, then tar -czf VERSION.tar.gz of its folder); one that is out is never made anew.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>

@@ -155,12 +155,11 @@ test("charts are packed only where the scene may do it", () => {
   for (const role of ["tables", "coverage", "detail_ldr"]) assert.equal(bytesOutsideCharts(hall, { role, bytes_gpu: 4096 }), 0);
 });
 
-test("a dominant light as large as its light map may be smaller", () => {
-  const light = (width, roles) => ({ name: "hall_dominant", kind: "dominant", passed: true, width, bytes_gpu: 8192, textures: roles.map((role) => ({ role })) });
+test("a dominant light may be derived from its light map", () => {
+  const light = { name: "hall_dominant", kind: "dominant", passed: true, width: 100, bytes_gpu: 8192, textures: [{ role: "direction" }] };
   const lines = (...assets) => said(report(assets)).map(([gain, , line, where]) => [gain, line, where]);
-  assert.deepEqual(lines(map(), light(100, ["direction", "residual", "intensity"])), [["Save 6.00 KiB (15.0 % of the memory)", 'dominant_layout = "half"', "[[light_map]] hall"]]);
-  assert.equal(lines(map(), light(100, ["direction", "intensity"]))[0][1], 'dominant_layout = "half-coarse"');
-  assert.deepEqual(lines(map(), light(50, ["direction", "intensity"])), []);
+  assert.deepEqual(lines(map(), light), [["Save 8.00 KiB (20.0 % of the memory)", 'dominant_layout = "derived"', "[[light_map]] hall"]]);
+  assert.deepEqual(lines(light), []);
 });
 
 test("cubemaps of one size share an opportunity, and what was measured comes first", () => {

@@ -68,16 +68,15 @@ function layouts(asset, isAlone) {
 
 const NOT_MEASURED = "What that does to the error was not measured: cook it into another folder, and compare with `report --baseline`.";
 
-/** Returns a dominant light of a quarter of the texels, where it has one for each of its light map's. @returns {Opportunity[]} */
-function smallerDominant({ assets, budget }) {
+/** Returns a dominant light without textures. @returns {Opportunity[]} */
+function derivedDominant({ assets, budget }) {
   if (budget.frontier?.length > 0) return [];  // tried with the light maps
   return assets.filter(({ kind }) => kind === "dominant").flatMap((asset) => {
     const map = sorted(assets.filter(({ kind, name }) => kind === "light-map" && asset.name.startsWith(`${name}_`)), ({ name }) => name.length)[0];
-    if (!map || asset.width !== map.width) return [];
-    const isCoarse = !asset.textures?.some(({ role }) => role === "residual");
+    if (!map) return [];
     return [{
-      saved: Math.floor(0.75 * asset.bytes_gpu), words: `${nameOf(asset)} at half the width and height. ${NOT_MEASURED}`, lines: [`dominant_layout = "half${isCoarse ? "-coarse" : ""}"`],
-      where: `[[light_map]] ${map.name}`, isMeasured: false,
+      saved: asset.bytes_gpu, words: `Without ${nameOf(asset)}: the shader derives the light from the light map (lcDerivedLight). ${NOT_MEASURED}`,
+      lines: ['dominant_layout = "derived"'], where: `[[light_map]] ${map.name}`, isMeasured: false,
     }];
   });
 }
@@ -135,7 +134,7 @@ function isFitting({ saved, error, isMeasured }, { assets, budget }) {
 /** Returns the opportunities of a report, the largest share of the memory or of the error first; those whose error was not measured come last. @returns {Opportunity[]} */
 export function opportunitiesOf(report) {
   const maps = report.assets.filter(({ kind }) => kind === "light-map"), allocated = allocations(report);
-  const all = [...allocated, ...(allocated.length > 0 ? [] : maps.flatMap((map) => layouts(map, maps.length === 1))), ...maps.flatMap(unusedTexels), ...smallerDominant(report),
+  const all = [...allocated, ...(allocated.length > 0 ? [] : maps.flatMap((map) => layouts(map, maps.length === 1))), ...maps.flatMap(unusedTexels), ...derivedDominant(report),
     ...cubemapLevels(report.assets)].filter((each) => isFitting(each, report));
   return sorted(all, (each) => (each.isMeasured ? 1e3 : 0) + Math.min(gainOf(each, report.budget.used_bytes), 1));
 }

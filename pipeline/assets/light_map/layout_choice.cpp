@@ -1,7 +1,6 @@
 #include "pipeline/assets/light_map/layout_choice.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -55,7 +54,7 @@ std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const Limi
 void expectBounds(const LightMapCandidate& verified, std::vector<LightMapCandidate>& candidates) {
     for (LightMapCandidate& each : candidates)
         if (each.visible < verified.visible)
-            each.usedOfLimits = std::max(each.usedOfLimits, verified.usedOfLimits * std::sqrt(each.visible / verified.visible));
+            each.usedOfLimits = std::max(each.usedOfLimits, verified.usedOfLimits * each.visible / verified.visible);
 }
 
 std::vector<std::string> layoutsOfCurve(std::vector<LightMapCandidate> candidates) {

@@ -36,8 +36,8 @@ using LightMapCandidates = std::map<std::string, std::vector<LightMapCandidate>>
 /// Returns the candidates that the scene's list of layouts has.
 std::vector<LightMapCandidate> candidatesOf(const TrialResult& trial, const Limits& limits);
 
-/// Notes that a verified candidate misses its limit on the bound. Bounds of others are expected to be smaller by the root of the ratio of
-/// visible errors at most, so that the search for one within the limit is short.
+/// Notes that a verified candidate misses its limit on the bound. Bounds of others are expected to shrink as their visible errors do, at
+/// best, so that the search for one within the limit is short.
 void expectBounds(const LightMapCandidate& verified, std::vector<LightMapCandidate>& candidates);
 
 /// Returns the layouts that no other candidate beats in both bytes and usedOfLimits, the smallest first.
