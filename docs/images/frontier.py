@@ -14,9 +14,9 @@ import sys
 WIDTH, HEIGHT = 470, 300  # [pixels] of a panel
 LEFT, RIGHT, TOP, BOTTOM = 48, 16, 30, 44
 COLUMNS = 2
-ERRORS = (0.5, 1, 2, 5, 10, 20, 50, 100)  # lines across every panel; the first and the last are the ends of the axis
+ERRORS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)  # lines across every panel; the first and the last are the ends of the axis
 LABEL_WIDTH = 46  # [pixels]
-COLOUR = {"full": "#1f5fa8", "half": "#2e8b57", "quarter": "#b8860b", "none": "#a33c3c"}
+COLOUR = {"full": "#1f5fa8", "half": "#2e8b57", "quarter": "#b8860b", "derived": "#6b4fa0", "none": "#a33c3c"}
 
 
 def read_frontier(folder):
@@ -72,7 +72,7 @@ def panel(name, points, across, down):
 def legend(down):
     """One line: the colours of the dominant light's size."""
     out = [f'<g transform="translate({LEFT} {down})">', '<text x="0" y="4">dominant light:</text>']
-    out.append('<text x="500" y="4">across: GPU memory; up: visible error, p99</text>')
+    out.append('<text x="580" y="4">across: GPU memory; up: visible error, p99</text>')
     for i, (name, colour) in enumerate(COLOUR.items()):
         out.append(f'<circle cx="{110 + 90 * i}" cy="0" r="4" stroke="{colour}" fill="{colour}"/>')
         out.append(f'<text x="{120 + 90 * i}" y="4">{name}</text>')
