@@ -13,6 +13,7 @@
 #include "formats/light_map_layout.h"
 #include "formats/probe_place.h"
 #include "pipeline/assets/asset_kind.h"
+#include "pipeline/document/enum_names.h"
 #include "pipeline/document/json_fields.h"
 
 namespace lightcook::pipeline {

@@ -7,7 +7,6 @@
 
 #include "formats/light_map_detail.h"
 #include "pipeline/assets/textures.h"
-#include "pipeline/document/enum_names.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/texture_unit.h"
 
