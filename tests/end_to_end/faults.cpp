@@ -105,7 +105,7 @@ __attribute__((constructor)) void begin() {
         const long place = syscall(SYS_mmap, nullptr, sizeof(FaultFile), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
         if (descriptor < 0 || place < 0) abort();
         syscall(SYS_close, descriptor);
-        counters = reinterpret_cast<FaultFile*>(place);
+        counters = reinterpret_cast<FaultFile*>(place);  // NOLINT(performance-no-int-to-ptr): of a system call
     }
     const char* fault = std::getenv("LIGHTCOOK_FAULT");
     if (fault != nullptr && *fault != '\0') {
@@ -219,6 +219,7 @@ int symlink(const char* from, const char* to) {
     return isFaulty(Rename) ? -1 : static_cast<int>(syscall(SYS_symlink, from, to));
 }
 void* mmap(void* place, std::size_t bytes, int protection, int flags, int file, off_t at) {
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): of a system call
     return isFaulty(Map) ? MAP_FAILED : reinterpret_cast<void*>(syscall(SYS_mmap, place, bytes, protection, flags, file, at));
 }
 void* mmap64(void* place, std::size_t bytes, int protection, int flags, int file, off64_t at) __attribute__((alias("mmap")));

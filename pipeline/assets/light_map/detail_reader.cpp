@@ -106,9 +106,10 @@ Result<verify::DetailTexels> DetailReader::read(int firstRow, int rowCount) cons
         std::vector<formats::Image<glm::vec4>>& layers = out.textures.emplace_back();
         for (int i = 0; i < part.layerCount; ++i, ++layer[which]) {
             formats::Image<glm::vec4>& image = layers.emplace_back(width_, rowCount);
-            for (const auto& [row, tiles] : tilesOfRow) {
+            for (const auto& each : tilesOfRow) {
+                const int row = each.first;
                 LC_TRY(texels, readTiles(textures_[which], layer[which], row));
-                for (const glm::ivec2& tile : tiles)
+                for (const glm::ivec2& tile : each.second)
                     forEachTexel(tile, [&](int x, int y, const glm::ivec2& at) {
                         image.at(x, y) = texels->at(at.x, at.y - kCoverageRows * row);
                         out.has.at(x, y) = 1;

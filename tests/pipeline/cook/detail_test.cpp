@@ -71,7 +71,8 @@ TEST_F(SceneDetail, BringsAMapWithinItsLimitInFewerBytesThanTheFinerLayout) {
     const Outcome detailed = cook(fmt::format("light_map_layout = \"basis-4\"\ndetail = true\nmax_visible = {}", limit));
     ASSERT_EQ(firstError(detailed), "");
     EXPECT_LE(visibleOf(detailed), limit);
-    const Json cooked = map(), detail = cooked.at("detail");
+    const Json cooked = map();
+    const Json& detail = cooked.at("detail");
     EXPECT_EQ(detail.at("layout"), "lit");
     EXPECT_LT(detail.at("tiles").get<int>(), 2 * kRows / formats::kCoverageRows / 2) << "where the light jumps, and hardly anywhere else";
     EXPECT_LT(rowOf(detailed).at("bytes_gpu"), rowOf(fine).at("bytes_gpu"));

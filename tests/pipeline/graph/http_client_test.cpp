@@ -15,7 +15,6 @@
 namespace lightcook::pipeline {
 namespace {
 
-using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 using namespace std::chrono_literals;
