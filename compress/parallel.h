@@ -1,4 +1,4 @@
-// How the fits of learned layouts spread their loops over threads. This module starts no thread and knows no scheduler.
+// The fits of learned layouts spread their loops over threads by this function. The module starts no thread and knows no scheduler.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // Detail of a light map: tiles whose error would be large are stored once more, in a finer layout. A tile is what a texel of texture
 // "coverage" stands for: 8 x 4 texels of the map. The second layer of that texture says where the tile's detail lies, and the shader reads
-// each of its four texels (LightMapFilter::Decoded) from the map or from there. Detail belongs to mip level 0.
+// each of its four texels (LightMapFilter::Decoded) from the map or from there. A map with detail has one mip level.
 #pragma once
 
 #include <algorithm>

@@ -12,7 +12,7 @@
 
 namespace lightcook::pipeline {
 
-/// What is said where memory runs out.
+/// The program says this where memory runs out.
 inline constexpr const char* kMemorySubject = "memory";
 inline constexpr const char* kTooLittleMemory = "found too little of it, expected more: free some, or use fewer threads (-j N)";
 inline constexpr std::size_t kSmallAllocation = std::size_t{64} << 20;  ///< [bytes]

@@ -47,7 +47,7 @@ struct BakeBefore {
     UnpackedBake unpacked;
 };
 
-/// Where passes of a verification end, about, as a part of its time: the survey of the bake, and the comparison of all texels.
+/// Passes of a verification end at about these parts of its time: the survey of the bake, and the comparison of all texels.
 inline constexpr double kSurveyEnd = 0.04, kTexelsEnd = 0.8;
 
 struct CheckedLightMap {

@@ -210,7 +210,7 @@ std::optional<std::vector<std::uint32_t>> tilesWithin(const DetailErrors& errors
         }
         if (gain.saved[0] > 0 || gain.saved[1] > 0) gains.push_back(gain);
     }
-    // What is within the limit already gains nothing.
+    // Light that is within the limit already gains nothing.
     const auto worthOf = [over](const Gain& gain) { return (over[0] > 1 ? gain.saved[0] : 0) + (over[1] > 1 ? gain.saved[1] : 0); };
     std::ranges::stable_sort(gains, [&](const Gain& a, const Gain& b) { return worthOf(a) > worthOf(b); });
     std::vector<std::uint32_t> chosen;
