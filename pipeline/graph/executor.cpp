@@ -222,13 +222,14 @@ void removeLinks(const std::filesystem::path& staging) {
     for (const std::filesystem::path& link : links) std::filesystem::remove(link, code);
 }
 
-/// Returns the indices of the actions in waves: the dependencies of an action are all in earlier waves.
+/// Returns the indices of the actions in waves: the dependencies of an action are in earlier waves, as far as they are of this graph.
 std::vector<std::vector<std::size_t>> waves(const std::vector<Action>& graph) {
     std::map<std::string, std::size_t> waveOf;
     std::vector<std::vector<std::size_t>> result;
     for (std::size_t index = 0; index < graph.size(); ++index) {
         std::size_t wave = 0;
-        for (const std::string& id : graph[index].dependencies) wave = std::max(wave, waveOf.at(id) + 1);
+        for (const std::string& id : graph[index].dependencies)
+            if (const auto of = waveOf.find(id); of != waveOf.end()) wave = std::max(wave, of->second + 1);
         waveOf[graph[index].id] = wave;
         if (result.size() <= wave) result.resize(wave + 1);
         result[wave].push_back(index);
@@ -273,6 +274,15 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
     std::vector<std::optional<Result<Execution::Done>>> done(graph.size());
     std::map<std::string, std::size_t> indexOf;
     for (std::size_t index = 0; index < graph.size(); ++index) indexOf[graph[index].id] = index;
+    const auto recordOf = [&](const std::string& id) -> const ActionRecord* {
+        if (const auto index = indexOf.find(id); index != indexOf.end()) {
+            const auto& here = done[index->second];
+            return here && *here ? &(*here)->record : nullptr;
+        }
+        for (const ExecutionResult* earlier : context.earlier)
+            if (const auto record = earlier->records.find(id); record != earlier->records.end()) return &record->second;
+        return nullptr;
+    };
     const auto announce = [&](const Action& action, ActionEvent event, double seconds) {
         if (context.state.event) context.state.event(action, event, seconds);
     };
@@ -286,9 +296,8 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
             if (context.state.interrupted || (wave[i] > lowestFailure && !options.keepGoing)) return;
             std::vector<const ActionRecord*> upstream;
             for (const std::string& id : action.dependencies) {
-                const auto& dependency = done[indexOf.at(id)];
-                if (!dependency || !*dependency) return;
-                upstream.push_back(&(*dependency)->record);
+                upstream.push_back(recordOf(id));
+                if (upstream.back() == nullptr) return;
             }
             announce(action, ActionEvent::Started, 0);
             done[wave[i]] = formats::ofAsset(action.asset, execution.perform(action, upstream));

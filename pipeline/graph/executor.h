@@ -47,15 +47,17 @@ struct ExecutionContext {
     const Cache& cache;
     DigestMemo& digests;
     const RunState& state;
-    std::string run = {};             ///< RunRecord::at of this run
-    SharedObjects* shared = nullptr;  ///< of several graphs that run one after another; none: this graph has its own
-    KeyLog* keys = nullptr;           ///< of the output folder; none: nothing is explained
-    RemoteCache* remote = nullptr;    ///< asked for what `cache` does not have; none: there is none
-    Trace* trace = nullptr;           ///< none: nothing is traced
+    std::string run = {};                              ///< RunRecord::at of this run
+    SharedObjects* shared = nullptr;                   ///< of several graphs that run one after another; none: this graph has its own
+    KeyLog* keys = nullptr;                            ///< of the output folder; none: nothing is explained
+    RemoteCache* remote = nullptr;                     ///< asked for what `cache` does not have; none: there is none
+    Trace* trace = nullptr;                            ///< none: nothing is traced
+    std::vector<const ExecutionResult*> earlier = {};  ///< of graphs that ran before this one into the same folders
 };
 
-/// Runs a graph in which the dependencies of an action stand before it, on the threads of the current TBB arena. New and changed files end
-/// up in `staging` under their names; publish() moves them. Unchanged files stay in the output folder.
+/// Runs a graph, on the threads of the current TBB arena. The dependencies of an action stand before it, or are of an earlier graph;
+/// without their results it does not run. New and changed files end up in `staging` under their names; publish() moves them. Unchanged
+/// files stay in the output folder.
 ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& options, const std::filesystem::path& staging,
                         const ExecutionContext& context);
 
