@@ -58,9 +58,8 @@ Unexplained unexplainedBy(const lighting::ShRgb& incident, const DominantLightSa
 /// The cooked textures as their manifest describes them: direction = scale * texel + bias, intensity = range * texel.
 struct CookedDominant {
     float directionScale = 1, directionBias = 0, intensityRange = 1;
-    int width = 0, height = 0;  ///< of the light map [texels]
+    int width = 0, height = 0;  ///< of the light map and of the textures [texels]
     DominantFit fit = DominantFit::Closed;
-    int textureWidth = width, textureHeight = height;  ///< may be smaller than the light map; both have the same UVs
 };
 
 struct DominantShading {

@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "lighting/sh.h"
 #include "verify/dominant.h"
@@ -43,13 +44,19 @@ private:
     std::unique_ptr<const State> state_;
 };
 
-/// Returns the RMS of the error of samples over the RMS of the reference, with the arguments of visibleErrorsOfSum; 0 without light.
-double relRmsOfSum(std::span<const float> reference, std::span<const float> a, std::span<const float> b, std::size_t sampleCount,
-                   std::size_t stride);
+/// Errors of the whole shading at places, one by one, so that places of several layouts can be put together.
+struct WholeErrors {
+    std::vector<float> visible;                        ///< [place][sample]
+    std::vector<double> squaredErrors, squaredLights;  ///< [place] of all samples and channels
 
-/// Returns the visible errors of samples: of `a` and `b` together against those of the reference.
+    void append(const WholeErrors& other);
+    VisibleFigures visibleFigures() const;
+    /// Returns the RMS of the errors over that of the reference; 0 without light.
+    double relRms() const;
+};
+/// Returns the errors of samples: of `a` and `b` together against those of the reference.
 /// a, b, reference  places of 3 stride values each; b may be empty, for nothing
-VisibleFigures visibleErrorsOfSum(std::span<const float> reference, std::span<const float> a, std::span<const float> b,
-                                  std::size_t sampleCount, std::size_t stride, const Viewing& viewing);
+WholeErrors wholeErrors(std::span<const float> reference, std::span<const float> a, std::span<const float> b, std::size_t sampleCount,
+                        std::size_t stride, const Viewing& viewing);
 
 }  // namespace lightcook::verify

@@ -64,15 +64,6 @@ KeyOption lobeOption() {
             withCaptions("Specular lobe of the engine's materials", formats::sceneLobes())};
 }
 
-/// Returns the option of the layout of a dominant light: one that has textures.
-KeyOption dominantLayoutOption() {
-    std::vector<DominantLayoutInfo> layouts(allDominantLayouts().begin(), allDominantLayouts().end());
-    std::erase_if(layouts, [](const DominantLayoutInfo& each) { return each.divisor == 0; });
-    const std::span<const DominantLayoutInfo> rows = layouts;
-    return {"light_map.dominant_layout", "layout", formats::namesOf(rows),
-            withCaptions("Size and number of the textures, the first by default", rows)};
-}
-
 const std::vector<ConverterInfo>& allConverters() {
     constexpr const char* kFileToo = "or a .ktx2 file";
     static const std::vector<ConverterInfo> kConverters = {
@@ -96,7 +87,7 @@ const std::vector<ConverterInfo>& allConverters() {
                  converterLimitOptions(),
                  {sourceOption()},
                  conventionOptions(),
-                 {{"light_map.dominant_fit", "fit"}, dominantLayoutOption(), lobeOption()}})},
+                 {{"light_map.dominant_fit", "fit"}, lobeOption()}})},
         {"cubemap", "probe", AssetKind::Cubemap, "The environment", "A folder, or a .ktx2 or (--filter sh) .json file",
          Written::FileOrFolder, "or a .ktx2 file, or a .json file with --filter sh",
          joined({textureOptions(), converterLimitOptions(), {sourceOption(), lobeOption(), {"probe.layout"}, {"probe.sh"}}}),
@@ -256,6 +247,7 @@ Outcome convert(const Conversion& conversion, const RunState& state) {
         if (auto checked = converter.check(conversion, *scene); !checked) return outcomeOf(checked.error());
     CookOptions cook = conversion.cook;
     cook.onlyKind = info(converter.kind).name;
+    if (converter.kind == AssetKind::Dominant) scene->lightMaps.front().dominantLayout = kStoredDominant;
     if (!isFile) {
         cook.output = conversion.output;
         return cookScene(std::move(*scene), cook, state);

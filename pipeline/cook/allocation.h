@@ -1,12 +1,12 @@
-// Allocation of a scene's memory among all its light maps and dominant lights together, by what each byte buys in the visible error of the
-// whole shading; and the views of the Cook-Torrance tables beside them.
+// Allocation of a scene's memory among all its light maps together, by what each byte buys in the visible error of the whole shading; and
+// the views of the Cook-Torrance tables beside them.
 //
-// Method: each light map has measured choices, pairs of layouts of the map and of its dominant light (assets/light_map/whole_trial.h). The
-// error of a scene is the largest 99th percentile of its maps, so under an error E every map takes its smallest choice within E, and no
-// other allocation of at most that error is smaller. The frontier has one point for each E that any choice has, less the points that cost
-// more without a smaller error: it is exact, not only a hull. A budget selects the last point that fits beside tables of the fewest views,
-// so the error never grows with the budget. The tables have more views only where that same point still fits: light maps and dominant
-// lights come first. The error of the tables, which `visible` leaves out, may therefore grow where the light maps take a next step.
+// Method: each light map has measured choices, its layouts (assets/light_map/whole_trial.h). The error of a scene is the largest 99th
+// percentile of its maps, so under an error E every map takes its smallest choice within E, and no other allocation of at most that error
+// is smaller. The frontier has one point for each E that any choice has, less the points that cost more without a smaller error: it is
+// exact, not only a hull. A budget selects the last point that fits beside tables of the fewest views, so the error never grows with the
+// budget. The tables have more views only where that same point still fits: light maps come first. The error of the tables, which `visible`
+// leaves out, may therefore grow where the light maps take a next step.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@
 
 namespace lightcook::pipeline {
 
-/// A pair of layouts for one light map.
+/// A layout for one light map.
 struct AllocationChoice {
-    std::string lightMap, dominant;  ///< layouts; dominant: empty where the map has none
-    std::uint64_t bytes = 0;         ///< of both
-    double visible = 0;              ///< 99th percentile of visible errors of the whole shading
-    double relRms = 0;               ///< of the whole shading
+    std::string layout;
+    std::uint64_t bytes = 0;
+    double visible = 0;  ///< 99th percentile of visible errors of the whole shading
+    double relRms = 0;   ///< of the whole shading
 };
 /// Choices by the name of the light map; none is empty.
 using AllocationChoices = std::map<std::string, std::vector<AllocationChoice>>;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
 
 #include "pipeline/assets/action_kind.h"
@@ -83,15 +85,12 @@ bool LayoutDecision::isErrorLimited(const std::string& map) const {
     return entry == scene_.lightMaps.end() ? scene_.output.isErrorLimited() : pipeline::isErrorLimited(scene_.output, *entry);
 }
 
-/// Adds the pairs of a joint trial, less dominant lights over a limit that was asked for or worse than none.
+/// Adds the layouts of a joint trial that are not known.
 void LayoutDecision::addChoices(const std::string& map, const JointTrialResult& trial) {
-    const double limit = scene_.output.limits[Limit::ConverterError].value_or(1);
-    for (const WholeCandidate& pair : trial.whole) {
-        const auto lightMap = std::ranges::find(trial.trial.candidates, pair.lightMap, &TrialCandidate::layout);
-        const auto dominant = std::ranges::find(trial.dominants, pair.dominant, &DominantCandidate::layout);
-        const std::uint64_t dominantBytes = dominant == trial.dominants.end() ? 0 : dominant->bytesGpu;
-        if (dominantBytes > 0 && dominant->relRms > limit) continue;
-        choices_[map].push_back({pair.lightMap, pair.dominant, lightMap->bytesGpu + dominantBytes, pair.visible, pair.relRms});
+    for (const WholeCandidate& each : trial.whole) {
+        if (std::ranges::find(choices_[map], each.layout, &AllocationChoice::layout) != choices_[map].end()) continue;
+        const auto candidate = std::ranges::find(trial.trial.candidates, each.layout, &TrialCandidate::layout);
+        choices_[map].push_back({each.layout, candidate->bytesGpu, each.visible, each.relRms});
     }
 }
 
@@ -109,11 +108,11 @@ AllocationChoices LayoutDecision::allowedChoices() const {
         AllocationChoices::mapped_type& choices = entry.second;
         if (isErrorLimited(map)) {
             const std::string cheapest = cheapestWithin({{map, candidates_.at(map)}}, 1, scene_.output.cost).at(map);
-            std::erase_if(choices, [&](const AllocationChoice& each) { return !keepsLimits(map, each.lightMap, cheapest); });
+            std::erase_if(choices, [&](const AllocationChoice& each) { return !keepsLimits(map, each.layout, cheapest); });
         }
         if (scene_.output.limits[Limit::WholeError]) keepWithin(*scene_.output.limits[Limit::WholeError], choices);
         if (const auto mesh = meshes_.find(map); mesh != meshes_.end())
-            for (AllocationChoice& each : choices) each.bytes += mesh->second.bytesOf(each.lightMap);
+            for (AllocationChoice& each : choices) each.bytes += mesh->second.bytesOf(each.layout);
     }
     return allowed;
 }
@@ -138,10 +137,7 @@ std::map<std::string, std::string> LayoutDecision::choose() {
         for (AllocationPoint& point : frontier_) point.bytes += choice.areTablesFine ? tables.fine : tables.least;
         if (openTables_) tableViews_ = choice.areTablesFine ? kFineViewCount : kLeastViewCount;
     }
-    for (const auto& [map, choice] : frontier_[chosenPoint_].choices) {
-        chosen_[map] = choice.lightMap;
-        if (!choice.dominant.empty()) chosen_[dominantNameOf(map)] = choice.dominant;
-    }
+    for (const auto& [map, choice] : frontier_[chosenPoint_].choices) chosen_[map] = choice.layout;
     return chosen_;
 }
 
@@ -152,9 +148,14 @@ std::size_t LayoutDecision::pointOfLimits() const {
 
 std::vector<std::string> LayoutDecision::mapsToTry() const {
     std::vector<std::string> maps;
-    for (const std::string& map : pruned_)
-        if (std::ranges::none_of(candidates_.at(map), [](const LightMapCandidate& each) { return each.usedOfLimits <= 1; }))
-            maps.push_back(map);
+    const auto isLeft = [&](const std::string& map) {
+        if (const auto joint = choices_.find(map); joint != choices_.end())
+            return std::ranges::any_of(joint->second, [&](const AllocationChoice& each) {
+                return each.visible <= scene_.output.limits[Limit::WholeVisible].value_or(0);
+            });
+        return std::ranges::any_of(candidates_.at(map), [](const LightMapCandidate& each) { return each.usedOfLimits <= 1; });
+    };
+    std::ranges::copy_if(pruned_, std::back_inserter(maps), std::not_fn(isLeft));
     return maps;
 }
 
@@ -163,6 +164,7 @@ Result<void> LayoutDecision::addTrial(const std::string& map, const ActionRecord
     std::vector<LightMapCandidate>& known = candidates_.at(map);
     for (LightMapCandidate& each : candidatesOf(trial->trial, layoutLimitsOf(scene_, map)))
         if (std::ranges::find(known, each.layout, &LightMapCandidate::layout) == known.end()) known.push_back(std::move(each));
+    addChoices(map, *trial);
     pruned_.erase(map);
     return {};
 }
@@ -179,7 +181,6 @@ std::map<std::string, std::map<std::string, std::string>> LayoutDecision::altern
 Result<bool> LayoutDecision::learnFrom(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
     const auto isMapRefuted = noteVerifiedMaps(chosen);
     if (!isMapRefuted || choices_.empty()) return isMapRefuted;
-    LC_CHECK(noteFailedDominants(chosen));
     LC_CHECK(noteFailedTables(chosen));
     LC_CHECK(noteFailedWholes(chosen));
     LC_CHECK(correctBytes(plan, others, chosen));
@@ -206,20 +207,6 @@ Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
     return isRefuted;
 }
 
-/// Notes dominant lights that failed their verification, so that they are chosen last.
-Result<void> LayoutDecision::noteFailedDominants(const ExecutionResult& chosen) {
-    for (auto& [map, choices] : choices_) {
-        const auto record = chosen.records.find(actionId(ActionStep::Verify, dominantNameOf(map)));
-        if (record == chosen.records.end()) continue;
-        LC_TRY(verified, fromJson<VerifyResult>(record->second.result, record->second.id));
-        if (verified->verdict.passed) continue;
-        const std::string& layout = chosen_.at(dominantNameOf(map));
-        for (AllocationChoice& choice : choices)
-            if (choice.dominant == layout) choice.visible = choice.relRms = std::numeric_limits<double>::infinity();
-    }
-    return {};
-}
-
 /// Notes that open tables of the fewest views missed a limit of theirs.
 Result<void> LayoutDecision::noteFailedTables(const ExecutionResult& chosen) {
     const auto record = chosen.records.find(actionId(ActionStep::Verify, kTablesName));
@@ -229,19 +216,16 @@ Result<void> LayoutDecision::noteFailedTables(const ExecutionResult& chosen) {
     return {};
 }
 
-/// Notes pairs over a limit on what a pixel shows, which the trial of a part of the map had found within it.
+/// Notes layouts over a limit on what a pixel shows, which the trial of a part of the map had found within it.
 Result<void> LayoutDecision::noteFailedWholes(const ExecutionResult& chosen) {
     for (auto& [map, choices] : choices_) {
         const auto record = chosen.records.find(actionId(ActionStep::Whole, map));
         if (record == chosen.records.end()) continue;
         LC_TRY(whole, fromJson<WholeFigures>(record->second.result, record->second.id));
         if (areKept(whole->checks())) continue;
-        const auto dominant = chosen_.find(dominantNameOf(map));
-        for (AllocationChoice& choice : choices)
-            if (choice.lightMap == chosen_.at(map) && choice.dominant == (dominant == chosen_.end() ? "" : dominant->second)) {
-                choice.visible = std::max(choice.visible, whole->visible.p99);
-                choice.relRms = std::max(choice.relRms, whole->relRms);
-            }
+        AllocationChoice& choice = *std::ranges::find(choices, chosen_.at(map), &AllocationChoice::layout);
+        choice.visible = std::max(choice.visible, whole->visible.p99);
+        choice.relRms = std::max(choice.relRms, whole->relRms);
     }
     return {};
 }
@@ -298,8 +282,7 @@ std::vector<FrontierPoint> frontierOf(const LayoutDecision& decision) {
     std::vector<FrontierPoint> out;
     for (const AllocationPoint& point : decision.frontier()) {
         out.push_back({point.bytes, point.visible, out.size() == decision.chosenPoint(), {}});
-        for (const auto& [map, choice] : point.choices)
-            out.back().layouts.push_back({map, choice.lightMap, choice.dominant.empty() ? std::nullopt : std::optional(choice.dominant)});
+        for (const auto& [map, choice] : point.choices) out.back().layouts.push_back({map, choice.layout});
     }
     return out;
 }

@@ -1,5 +1,5 @@
-// Decides the layouts that a scene leaves open: those of light maps by error, or those of light maps and dominant lights together by
-// budget or by the error of what a pixel shows; from their trials, and again after verification.
+// Decides the layouts that a scene leaves open: by the errors of each light map, or of all light maps together by budget or by the error of
+// what a pixel shows; from their trials, and again after verification.
 #pragma once
 
 #include <cstdint>
@@ -45,9 +45,9 @@ public:
     static formats::Result<LayoutDecision> create(const Scene& scene, const Plan& open, const ExecutionResult& trials,
                                                   const ExecutionResult& materials);
 
-    /// Returns layouts by asset: of each map, and of each dominant light that is chosen with it. They are the cheapest within the error; or
-    /// with a budget the allocation of least error within it; or with a limit on what a pixel shows the smallest allocation within it, or
-    /// within the budget as well. Beside an error of light maps, maps keep the cheapest within it, and the rest is for the dominant lights.
+    /// Returns layouts by light map: the cheapest within the error; or with a budget the allocation of least error within it; or with a
+    /// limit on what a pixel shows the smallest allocation within it, or within the budget as well. Beside an error of light maps and a
+    /// budget, maps keep the cheapest within that error.
     std::map<std::string, std::string> choose();
     /// Returns the light maps under the default limit that no layout of theirs keeps: the best one is held to no limit.
     const std::set<std::string>& unlimited() const { return unlimited_; }
@@ -81,7 +81,6 @@ private:
     AllocationChoices allowedChoices() const;
     std::size_t pointOfLimits() const;
     formats::Result<bool> noteVerifiedMaps(const ExecutionResult& chosen);
-    formats::Result<void> noteFailedDominants(const ExecutionResult& chosen);
     formats::Result<void> noteFailedTables(const ExecutionResult& chosen);
     formats::Result<void> noteFailedWholes(const ExecutionResult& chosen);
     std::uint64_t chosenMeshBytes() const;

@@ -175,6 +175,13 @@ private:
         std::optional<double> detail;
         if (layout == kAutoLayout && isDecided) {
             const DetailedLayout chosen = DetailedLayout::ofName(options_.decisions.layouts.at(entry.name));
+            if (!formats::lightMapLayoutFromName(chosen.layout)) {  // of a manifest that somebody wrote
+                mistake_ = formats::Error{formats::ErrorCode::Verification, entry.name,
+                                          fmt::format("found the layout '{}' in the decisions of its cook, expected one of lightcook's: "
+                                                      "cook the scene again",
+                                                      chosen.layout)};
+                return;
+            }
             layout = chosen.layout;
             detail = chosen.limit;
         } else if (scene_.output.detail == true && isDecided) {
@@ -192,7 +199,7 @@ private:
         if (hasMesh && !isDecided) takeNames(meshAssetName(scene_, entry), AssetKind::Mesh);
         if (hasMap && isDecided) addLightMap(entry, description, {layout, detail}, reduction);
         if (hasMap && isDecided && scene_.output.gltf && entry.mesh) addGltf(entry, description);
-        if (isDecided || !isDominantChosen(joint)) planDominant(entry, description, reduction);
+        planDominant(entry, description, reduction);
         if (hasMap && isDecided) addWhole(entry, reduction);
         if (hasMesh && isDecided && (scene_.output.draco || hasLearnedBases(layout) || packed != nullptr))
             addMesh(entry, description, layout);
@@ -207,21 +214,14 @@ private:
         return packed == options_.packed.end() ? nullptr : &packed->second;
     }
 
-    static bool isDominantChosen(const std::optional<JointTrial>& joint) { return joint && joint->dominant; }
-
-    /// Returns what is chosen together with a light map. Empty: neither a budget nor a limit asks for it, or nothing of the map is left to
-    /// choose. A dominant light that is cooked without its light map was asked for, and is not traded.
+    /// Returns what is tried with a light map whose layout is chosen by what pixels show. Empty: neither a budget nor a limit asks for it,
+    /// or the layout is given.
     std::optional<JointTrial> jointTrialOf(const LightMapEntry& entry, const LightMapReduction& reduction) const {
-        if (!scene_.output.isChosenByWhole() || reduction.constantOf) return std::nullopt;
+        if (!scene_.output.isChosenByWhole() || reduction.constantOf || reduction.layout != kAutoLayout) return std::nullopt;
         if (!wants(entry.name, AssetKind::LightMap, entry)) return std::nullopt;
-        const bool isLayoutChosen = reduction.layout == kAutoLayout;
         JointTrial joint;
-        if (reduction.layout != kAutoLayout) joint.layout = reduction.layout;
-        if (isDominantShown(entry, reduction)) {
-            joint.dominant = DominantTrial{
-                entry.dominantFit, entry.dominantLayout ? std::vector{*entry.dominantLayout} : formats::namesOf(allDominantLayouts())};
-        }
-        return isLayoutChosen || isDominantChosen(joint) ? std::optional(joint) : std::nullopt;
+        if (isDominantShown(entry, reduction)) joint.dominant = DominantTrial{entry.dominantFit, dominantLayoutOf(entry)};
+        return joint;
     }
 
     /// Returns true if pixels show a dominant light of the map that differs from texel to texel.
@@ -232,7 +232,7 @@ private:
 
     /// Returns true if the shader derives the dominant light of a map.
     bool isDominantDerived(const LightMapEntry& entry, const LightMapReduction& reduction) const {
-        return isDominantShown(entry, reduction) && dominantLayoutFromName(dominantLayoutOf(entry))->isDerived;
+        return isDominantShown(entry, reduction) && dominantLayoutOf(entry) == kDerivedDominant;
     }
 
     /// Adds the verification of a light map and its dominant light together, where that chose their layouts, or nothing else verifies the
@@ -316,31 +316,23 @@ private:
             return leaveOut(reduction.hasDirections ? "no single light explains enough of any texel: all specular light is area specular"
                                                     : "the light map has no directions");
         const std::string layout = dominantLayoutOf(entry);
-        if (dominantLayoutFromName(layout)->isDerived) return leaveOut("the shader derives it from the light map's coefficients");
-        if (layout == kNoDominant)
-            return leaveOut(entry.dominantLayout ? "the scene file leaves it out" : "within the budget its bytes buy more elsewhere");
+        if (layout == kDerivedDominant) return leaveOut("the shader derives it from the light map's coefficients");
+        if (layout == kNoDominant) return leaveOut("the scene file leaves it out");
         if (reduction.isDominantConstant) {
             description.constantOf = size;
             skip(dominant, "texels of the dominant light of '" + entry.name + "'", "every covered texel has the same light and normal",
                  savedBytes(bytesOf(images, size), bytesOf(images, {kConstantSide, kConstantSide})), {"dominant", texelsOf(size)});
         }
-        DominantParameters parameters{description, entry.dominantFit, scene_.output.target, textures_, entry.name, {}};
-        if (layout != allDominantLayouts().front().name && !description.constantOf) parameters.layout = layout;
+        const DominantParameters parameters{description, entry.dominantFit, scene_.output.target, textures_, entry.name};
         Limits limits = visible(AssetKind::Dominant).limits;
-        // A layout that was named or chosen with the light map's is held to no limit that was not asked for.
-        if ((parameters.layout || scene_.output.isChosenByWhole()) && !scene_.output.limits[Limit::ConverterError])
-            limits[Limit::Error].reset();
+        if (scene_.output.isChosenByWhole() && !scene_.output.limits[Limit::ConverterError]) limits[Limit::Error].reset();
         add(dominant, AssetKind::Dominant, parameters, bakeInputs(entry.file, entry.description),
             DominantVerifyParameters{{shading_, scene_.display}, limits},
             description.constantOf ? bakeInputs(entry.file, entry.description) : tracedInputs(entry));
     }
 
-    /// Returns the layout of a dominant light: that of the scene file or the chosen one, else the first.
     std::string dominantLayoutOf(const LightMapEntry& entry) const {
-        if (entry.dominantLayout) return *entry.dominantLayout;
-        const auto chosen = options_.decisions.layouts.find(dominantNameOf(entry.name));
-        const bool isKnown = chosen != options_.decisions.layouts.end() && dominantLayoutFromName(chosen->second) != nullptr;
-        return !isKnown ? std::string(allDominantLayouts().front().name) : chosen->second;
+        return entry.dominantLayout.value_or(std::string(usualDominantLayout(layoutAsked(scene_.output), entry.dominantFit)));
     }
 
     /// Returns the inputs of a verification with traced light, which no cook reads.

@@ -26,7 +26,8 @@ TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const 
     if (parameters.isDetailTried) parameters.detailLimit = limits[Limit::Visible];
     const bool isMapLimited = *limits[Limit::Error] < kNoErrorLimit || limits[Limit::Visible];
     const std::optional<double>& wholeLimit = output.limits[Limit::WholeVisible];
-    parameters.isComplete = isComplete || (joint && (isMapLimited || output.limits[Limit::WholeError] || !wholeLimit));
+    parameters.isComplete =
+        isComplete || (joint && (isMapLimited || output.limits[Limit::WholeError] || output.budgetBytes || !wholeLimit));
     if (parameters.isComplete) return parameters;  // its figures serve any limits
     if (joint) {
         parameters.limits[Limit::WholeVisible] = wholeLimit;
@@ -55,11 +56,20 @@ Action trialAction(const LightMapEntry& entry, const TrialParameters& parameters
 }
 
 Action completeTrial(Action trial) {
-    auto parameters = fromJson<TrialParameters>(trial.parameters, trial.id);
-    parameters->isComplete = true;
-    parameters->limits = {};
-    parameters->cost = formats::LayoutCost::Bytes;
-    trial.parameters = toJson(*parameters);
+    const auto complete = [](TrialParameters& parameters) {
+        parameters.isComplete = true;
+        parameters.limits = {};
+        parameters.cost = formats::LayoutCost::Bytes;
+    };
+    if (trial.kind == kJointTrialKind) {
+        auto parameters = fromJson<JointTrialParameters>(trial.parameters, trial.id);
+        complete(parameters->trial);
+        trial.parameters = toJson(*parameters);
+    } else {
+        auto parameters = fromJson<TrialParameters>(trial.parameters, trial.id);
+        complete(*parameters);
+        trial.parameters = toJson(*parameters);
+    }
     return trial;
 }
 

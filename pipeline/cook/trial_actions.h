@@ -16,7 +16,8 @@ namespace lightcook::pipeline {
 
 /// Returns the parameters of the trial of a light map.
 /// joint       assets whose layouts are chosen together with the map's; empty: none
-/// isComplete  every layout is measured on the whole map. So it is in a joint trial under other limits than that on visible errors
+/// isComplete  every layout is measured on the whole map. So it is in a joint trial under a budget, and under other limits than that on
+///             visible errors
 TrialParameters trialParametersOf(const Scene& scene, const Needs& needs, const LightMapEntry& entry, const LightMapReduction& reduction,
                                   bool repair, const std::optional<JointTrial>& joint, bool isComplete);
 
@@ -27,7 +28,7 @@ std::map<std::string, std::filesystem::path> learnedInputsOf(const LightMapEntry
 /// Returns the trial of a light map, "trial/" and its name.
 /// joint  chooses the layout of the dominant light, too; empty: the trial is of the light map alone
 Action trialAction(const LightMapEntry& entry, const TrialParameters& parameters, const std::optional<JointTrial>& joint);
-/// Returns a trial of a light map alone as a complete one.
+/// Returns a trial as a complete one.
 Action completeTrial(Action trial);
 
 }  // namespace lightcook::pipeline

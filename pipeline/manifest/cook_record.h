@@ -14,15 +14,14 @@ namespace lightcook::pipeline {
 
 /// What trials decide before or between the actions of a plan.
 struct Decisions {
-    /// Layouts of light maps whose layout is "auto", by name, and of dominant lights that are chosen with them. A map that is not here
-    /// gets a trial instead.
+    /// Layouts of light maps whose layout is "auto", by name. A map that is not here gets a trial instead.
     std::map<std::string, std::string> layouts = {};
     std::set<std::string> unlimited = {};  ///< light maps that are held to no default limit (LayoutDecision::unlimited)
     std::optional<int> tableViews = {};    ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
 };
 template <class Fields, Is<Decisions> Self>
 void describe(Fields& fields, Self& decisions) {
-    fields.presentIf(!decisions.layouts.empty(), "layouts", decisions.layouts, "layouts that trials chose, by asset");
+    fields.presentIf(!decisions.layouts.empty(), "layouts", decisions.layouts, "layouts that trials chose, by light map");
     fields.presentIf(!decisions.unlimited.empty(), "unlimited", decisions.unlimited,
                      "light maps that no layout keeps within the default limit: they are held to none");
     fields.optional("table_views", decisions.tableViews, "views of the Cook-Torrance tables that the budget leaves room for");

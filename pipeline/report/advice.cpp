@@ -9,7 +9,9 @@
 
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/detailed_layout.h"
+#include "pipeline/assets/note_keys.h"
 #include "pipeline/report/words.h"
+#include "pipeline/scene/dominant_layout.h"
 #include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
@@ -85,11 +87,9 @@ bool isMadeByFilter(const ReportRow& row) {
 }
 
 std::string dominantRemedy(const ReportRow& row, const ReportRow* lightMap) {
-    if (lightMap != nullptr && row.width > 0 && row.width < lightMap->width) {
-        const double more = static_cast<double>(lightMap->width) * lightMap->height / (static_cast<double>(row.width) * row.height) - 1;
-        return fmt::format("dominant_layout = \"full\" has a texel for each of the light map ({} more).",
-                           sizeWords(static_cast<std::uint64_t>(std::lround(more * static_cast<double>(row.bytesGpu)))));
-    }
+    const std::string fit = row.notes ? row.notes->value(note_keys::kFit, "") : "";
+    if (lightMap != nullptr && usualDominantLayout(lightMap->layout, fit) == kDerivedDominant)
+        return fmt::format("dominant_layout = \"{}\" has no textures to err ({} less).", kDerivedDominant, sizeWords(row.bytesGpu));
     return isMadeByFilter(row) ? "Filtering between its texels makes the error: only more texels in the bake lower it." : "";
 }
 

@@ -6,9 +6,7 @@ namespace lightcook::pipeline {
 
 std::string layoutWords(const FrontierPoint& point) {
     std::string out;
-    for (const AllocatedLayouts& each : point.layouts)
-        out += fmt::format("{}{}: {}{}", out.empty() ? "" : "; ", each.lightMap, each.layout,
-                           each.dominantLayout ? ", dominant light " + *each.dominantLayout : "");
+    for (const AllocatedLayout& each : point.layouts) out += fmt::format("{}{}: {}", out.empty() ? "" : "; ", each.lightMap, each.layout);
     return out;
 }
 

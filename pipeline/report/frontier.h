@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,16 +11,14 @@
 
 namespace lightcook::pipeline {
 
-/// Layouts of a light map and of its dominant light.
-struct AllocatedLayouts {
+/// Layout of a light map.
+struct AllocatedLayout {
     std::string lightMap, layout;
-    std::optional<std::string> dominantLayout;  ///< none: the map has no dominant light to choose
 };
-template <class Fields, Is<AllocatedLayouts> Self>
+template <class Fields, Is<AllocatedLayout> Self>
 void describe(Fields& fields, Self& layouts) {
     fields.required("light_map", layouts.lightMap, "name of the light map");
     fields.required("layout", layouts.layout, "its layout");
-    fields.optional("dominant_layout", layouts.dominantLayout, "layout of its dominant light; `none`: it is left out");
 }
 
 /// A scene under one allocation.
@@ -29,7 +26,7 @@ struct FrontierPoint {
     std::uint64_t bytesGpu = 0;
     double visible = 0;
     bool isChosen = false;
-    std::vector<AllocatedLayouts> layouts;
+    std::vector<AllocatedLayout> layouts;
 };
 template <class Fields, Is<FrontierPoint> Self>
 void describe(Fields& fields, Self& point) {
@@ -41,7 +38,7 @@ void describe(Fields& fields, Self& point) {
     fields.required("layouts", point.layouts, "what each light map gets");
 }
 
-/// Returns "lightmap: basis-4, dominant light half; ...".
+/// Returns "lightmap: basis-4; ...".
 std::string layoutWords(const FrontierPoint& point);
 
 }  // namespace lightcook::pipeline

@@ -36,4 +36,9 @@ formats::Result<const DominantFitInfo*> dominantFitOf(const std::string& asset, 
                             fmt::format("found \"{}\", expected {}", name, formats::listOfNames(allDominantFits())));
 }
 
+bool isDerivable(std::string_view fit) {
+    const DominantFitInfo* const known = dominantFitFromName(fit);
+    return known != nullptr && known->verified == verify::DominantFit::Explained;
+}
+
 }  // namespace lightcook::pipeline

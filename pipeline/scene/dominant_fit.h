@@ -26,4 +26,7 @@ const DominantFitInfo* dominantFitFromName(std::string_view name);
 /// asset  name of the dominant light, for the message
 formats::Result<const DominantFitInfo*> dominantFitOf(const std::string& asset, std::string_view name);
 
+/// Returns true if the light of a fit is the one that a shader derives from a light map's coefficients.
+bool isDerivable(std::string_view fit);
+
 }  // namespace lightcook::pipeline

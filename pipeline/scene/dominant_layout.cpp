@@ -2,20 +2,17 @@
 
 #include <array>
 
+#include "formats/light_map_layout.h"
 #include "formats/vocabulary.h"
+#include "pipeline/scene/dominant_fit.h"
 
 namespace lightcook::pipeline {
 namespace {
 
 constexpr std::array kDominantLayouts = {
-    DominantLayoutInfo{"full", "direction, its residual and intensity, as large as the light map", 1, true},
-    DominantLayoutInfo{"full-coarse", "the same without the residual", 1, false},
-    DominantLayoutInfo{"half", "the first at half the width and height", 2, true},
-    DominantLayoutInfo{"half-coarse", "the second at half the width and height", 2, false},
-    DominantLayoutInfo{"quarter", "the first at a quarter of the width and height", 4, true},
-    DominantLayoutInfo{"quarter-coarse", "the second at a quarter of the width and height", 4, false},
-    DominantLayoutInfo{"derived", "no textures: the shader derives the light from the light map's coefficients", 0, false, true},
-    DominantLayoutInfo{"none", "no dominant light: all specular light is area specular", 0, false},
+    DominantLayoutInfo{kStoredDominant, "textures of direction, its residual and intensity, as large as the light map"},
+    DominantLayoutInfo{kDerivedDominant, "no textures: the shader derives the light from the light map's coefficients"},
+    DominantLayoutInfo{kNoDominant, "no dominant light: all specular light is area specular"},
 };
 
 }  // namespace
@@ -26,6 +23,12 @@ std::span<const DominantLayoutInfo> allDominantLayouts() {
 
 const DominantLayoutInfo* dominantLayoutFromName(std::string_view name) {
     return formats::findByName(allDominantLayouts(), name);
+}
+
+std::string_view usualDominantLayout(std::string_view lightMapLayout, std::string_view fit) {
+    const auto layout = formats::lightMapLayoutFromName(lightMapLayout);
+    const bool hasCoefficients = !layout || (!formats::info(*layout).isForEngine && formats::info(*layout).lacks.empty());
+    return isDerivable(fit) && hasCoefficients ? kDerivedDominant : kStoredDominant;
 }
 
 }  // namespace lightcook::pipeline

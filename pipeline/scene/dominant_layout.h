@@ -1,5 +1,4 @@
-// Layouts of the dominant light: size and number of its textures. One table, from which the cook, its trial and the allocation of memory
-// derive.
+// Layouts of the dominant light: whether it has textures, or the shader derives it.
 #pragma once
 
 #include <span>
@@ -8,19 +7,20 @@
 namespace lightcook::pipeline {
 
 struct DominantLayoutInfo {
-    std::string_view name;  ///< value of `dominant_layout` and `dominant --layout`; in parameters of actions and in the report
+    std::string_view name;  ///< value of `dominant_layout`
     std::string_view caption;
-    int divisor = 1;          ///< of the light map's width and height, rounded up; 0: no textures
-    bool hasResidual = true;  ///< under targets that have a residual texture
-    bool isDerived = false;   ///< the shader takes the light from the light map's coefficients
 };
 
-/// The layout without a dominant light.
-inline constexpr std::string_view kNoDominant = "none";
+/// The layout that has textures, that whose light the shader takes from the light map's coefficients, and that without a dominant light.
+inline constexpr std::string_view kStoredDominant = "full", kDerivedDominant = "derived", kNoDominant = "none";
 
 /// Returns every layout, the largest first.
 std::span<const DominantLayoutInfo> allDominantLayouts();
 /// Returns nullptr for names that are not in the table.
 const DominantLayoutInfo* dominantLayoutFromName(std::string_view name);
+/// Returns the layout where the scene file names none. The shader derives the light if that is the light of the fit, and if it reads the
+/// coefficients of the map: the textures of engines and flat ones have fewer.
+/// lightMapLayout  its name, or kAutoLayout
+std::string_view usualDominantLayout(std::string_view lightMapLayout, std::string_view fit);
 
 }  // namespace lightcook::pipeline

@@ -214,9 +214,9 @@ struct LightMapEntry {
     std::filesystem::path file;
     formats::LightMapDescription description;
     std::optional<std::filesystem::path> mesh;
-    std::string dominantFit = "explained";           ///< a name of allDominantFits()
-    std::optional<std::string> dominantLayout = {};  ///< a name of allDominantLayouts(); absent: the first or, with a budget, what it buys
-    Limits limits;                                   ///< override those of the output
+    std::string dominantFit = "explained";             ///< a name of allDominantFits()
+    std::optional<std::string> dominantLayout = {};    ///< a name of allDominantLayouts(); absent: usualDominantLayout()
+    Limits limits;                                     ///< override those of the output
     std::optional<std::filesystem::path> groundTruth;  ///< traced light at texels of the map (formats::readShadingValues)
     formats::LayoutList layouts = {};                  ///< that "auto" may take; empty: those of the output
     std::optional<bool> mips = {};                     ///< overrides that of the output
@@ -286,8 +286,9 @@ void describeKeys(Keys& keys, LightMapEntry& entry) {
     keys.optional("dominant_fit", entry.dominantFit, oneOf(allDominantFits()),
                   withCaptions("method of the [dominant light](../theory/lighting.md#dominant-light)", allDominantFits()));
     keys.optional("dominant_layout", entry.dominantLayout, oneOf(allDominantLayouts()).otherwise("none; see right"),
-                  withCaptions("size and number of the textures of the dominant light", allDominantLayouts()) +
-                      ". Absent: `\"full\"`, or with a `budget` what the budget buys");
+                  withCaptions("where shaders have the dominant light from", allDominantLayouts()) +
+                      ". Absent: `\"derived\"`; `\"full\"` with another `dominant_fit` than `explained`, or with a light-map layout that "
+                      "an engine reads or that lacks directions or band 2");
     keys.optional("max_visible", entry.limits[Limit::Visible], kVisibleLimit.before("output.max_visible"),
                   "limit on the visible error of this light map, and of its mesh");
     keys.optional("max_visible_bound", entry.limits[Limit::VisibleBound], kVisibleLimit.before("output.max_visible_bound"),

@@ -191,7 +191,6 @@ std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry
     const std::string layouts = whyNotLayouts(output, entry), packed = whyNotPacked(output, entry), turned = whyNotTurned(output, entry);
     const char* const charts = entry.charts.mode ? "charts" : "output.charts";
     const bool hasSurfaces = !description.mesh.empty(), isTurned = !description.outputAxes.isIdentity();
-    const DominantLayoutInfo* const dominant = dominantLayoutFromName(entry.dominantLayout.value_or(""));
     const auto withoutMesh = [&](const char* key, const char* why) {
         return SettingsRule{key, !entry.mesh,
                             fmt::format("found light_map.{} without a mesh for '{}', expected mesh = \"FILE\": {}", key, entry.name, why)};
@@ -213,14 +212,14 @@ std::vector<SettingsRule> rulesOf(const Scene& scene, const LightMapEntry& entry
          fmt::format("found light_map.place beside {}, which places the nodes too, expected one of them: lmbake = \"{}\" leaves the file "
                      "out",
                      description.lmbake.filename().string(), formats::kNoLmbake)},
-        {"dominant_fit", dominant != nullptr && dominant->isDerived && entry.dominantFit != "explained",
+        {"dominant_fit", entry.dominantLayout == kDerivedDominant && !isDerivable(entry.dominantFit),
          fmt::format(
              "found dominant_fit \"{}\" beside dominant_layout = \"{}\", expected \"explained\": that is the light which the shader "
              "derives",
-             entry.dominantFit, entry.dominantLayout.value_or(""))},
+             entry.dominantFit, kDerivedDominant)},
         {"dominant_fit", entry.dominantLayout == kNoDominant,
          fmt::format("found light_map.dominant_fit beside dominant_layout = \"{}\", expected one of them: there is no dominant light",
-                     entry.dominantLayout.value_or(""))},
+                     kNoDominant)},
         {"layouts", !layouts.empty(), layouts, "output.light_map_layout"},
         {charts, !packed.empty(), packed},
         {"output_axes", !turned.empty(), turned, "output.light_map_layout"},

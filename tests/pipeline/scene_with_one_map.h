@@ -13,6 +13,7 @@ inline Scene sceneWithOneMap() {
     LightMapEntry map;
     map.name = "map";
     map.file = "map.exr";
+    map.dominantLayout = "full";
     scene.lightMaps.push_back(map);
     scene.probes.push_back({"probe", "probe.exr", std::nullopt});
     scene.gradients.push_back({"sky", "sky.exr", {1, 16}});

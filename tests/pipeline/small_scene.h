@@ -74,15 +74,17 @@ public:
     std::filesystem::path operator/(const std::filesystem::path& name) const { return folder_ / name; }
     std::filesystem::path sceneFile() const { return folder_ / "scene.toml"; }
 
-    /// output  lines for [output]; materials  whole [[material]] tables; root  lines before the first table
+    /// The dominant light has textures, so that the scene has it as an asset, unless `materials` names its layout.
+    /// output  lines for [output]; materials  keys of the light map, and whole tables; root  lines before the first table
     void writeSceneFile(const std::string& output, const std::string& materials = "", const std::string& root = "") const {
         const std::string others = parts_ == Parts::LightMap
                                        ? ""
                                        : "[[probe]]\nname = \"probe\"\nfile = \"probe.exr\"\nsize = 16\n\n"
                                          "[[gradient]]\nname = \"sky\"\nfile = \"sky.exr\"\nexponents = [1, 16, 256]\n\n";
+        const bool isNamed = materials.find("dominant_layout") != std::string::npos;
         formats::writeContent(sceneFile(), fmt::format("schema = 1\nname = \"small\"\n{}\n[output]\n{}\n\n"
-                                                       "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\n\n{}{}\n",
-                                                       root, output, others, materials));
+                                                       "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\n{}\n{}{}\n",
+                                                       root, output, isNamed ? "" : "dominant_layout = \"full\"\n", others, materials));
     }
 
     /// Options of a cook into the folder "out", with the cache that all tests share: one run of an action serves every test.

@@ -43,12 +43,6 @@ double luminanceOf(const glm::dvec3& color, const glm::vec3& weights) {
     return glm::dot(color, glm::dvec3(weights));
 }
 
-/// Returns where a texture has the UV of a place of the light map, along one axis: both spread their texels over the same [0, 1].
-/// place, return value  [texels of the map, and of the texture] integers are texel centres
-double texelAt(double place, int mapTexels, int textureTexels) {
-    return (place + 0.5) * textureTexels / mapTexels - 0.5;
-}
-
 }  // namespace
 
 struct DominantVerifier::Place {
@@ -179,8 +173,8 @@ DominantVerifier::DominantVerifier(const CookedDominant& map, const DominantShad
 }
 
 DominantRowRange dominantRowsFor(const CookedDominant& map, double first, double last) {
-    const auto rowOf = [&](double place) { return static_cast<int>(std::floor(texelAt(place, map.height, map.textureHeight))); };
-    const int top = std::clamp(rowOf(first), 0, map.textureHeight - 1), bottom = std::clamp(rowOf(last) + 1, 0, map.textureHeight - 1);
+    const auto rowOf = [](double place) { return static_cast<int>(std::floor(place)); };
+    const int top = std::clamp(rowOf(first), 0, map.height - 1), bottom = std::clamp(rowOf(last) + 1, 0, map.height - 1);
     return {top, bottom - top + 1};
 }
 
@@ -190,8 +184,7 @@ DominantLightSample DominantVerifier::decodeTexel(const DecodedDominantRows& tex
 }
 
 DominantLightSample DominantVerifier::decode(const DecodedDominantRows& texels, double x, double y) const {
-    const double u = std::clamp(texelAt(x, map_.width, map_.textureWidth), 0.0, map_.textureWidth - 1.0),
-                 v = std::clamp(texelAt(y, map_.height, map_.textureHeight), 0.0, map_.textureHeight - 1.0);
+    const double u = std::clamp(x, 0.0, map_.width - 1.0), v = std::clamp(y, 0.0, map_.height - 1.0);
     const int left = static_cast<int>(u), top = static_cast<int>(v);
     const double right = u - left, below = v - top;
     DominantLightSample sum;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "lighting/sphere.h"
@@ -88,34 +89,48 @@ DominantLightSample derivedLight(const lighting::ShRgb& incident, const glm::vec
     return {glm::dvec3(light.direction), glm::dvec3(light.intensity)};
 }
 
-double relRmsOfSum(std::span<const float> reference, std::span<const float> a, std::span<const float> b, std::size_t sampleCount,
-                   std::size_t stride) {
-    assert(reference.size() == a.size() && (b.empty() || b.size() == a.size()));
-    double squaredError = 0, squaredReference = 0;
-    for (std::size_t first = 0; first < reference.size(); first += stride)  // the planes of all places
-        for (std::size_t i = first; i < first + sampleCount; ++i) {
-            const auto expected = static_cast<double>(reference[i]);
-            const double error = static_cast<double>(a[i]) + (b.empty() ? 0.0 : static_cast<double>(b[i])) - expected;
-            squaredError += error * error;
-            squaredReference += expected * expected;
-        }
-    return squaredReference > 0 ? std::sqrt(squaredError / squaredReference) : 0;
+void WholeErrors::append(const WholeErrors& other) {
+    visible.insert(visible.end(), other.visible.begin(), other.visible.end());
+    squaredErrors.insert(squaredErrors.end(), other.squaredErrors.begin(), other.squaredErrors.end());
+    squaredLights.insert(squaredLights.end(), other.squaredLights.begin(), other.squaredLights.end());
 }
 
-VisibleFigures visibleErrorsOfSum(std::span<const float> reference, std::span<const float> a, std::span<const float> b,
-                                  std::size_t sampleCount, std::size_t stride, const Viewing& viewing) {
+VisibleFigures WholeErrors::visibleFigures() const {
+    VisibleAccumulator errors;
+    errors.add(visible);
+    return errors.figures();
+}
+
+double WholeErrors::relRms() const {
+    const double errors = std::accumulate(squaredErrors.begin(), squaredErrors.end(), 0.0),
+                 lights = std::accumulate(squaredLights.begin(), squaredLights.end(), 0.0);
+    return lights > 0 ? std::sqrt(errors / lights) : 0;
+}
+
+WholeErrors wholeErrors(std::span<const float> reference, std::span<const float> a, std::span<const float> b, std::size_t sampleCount,
+                        std::size_t stride, const Viewing& viewing) {
     assert(reference.size() == a.size() && (b.empty() || b.size() == a.size()));
     const DisplayTransform display(viewing, 1);
-    VisibleAccumulator errors;
+    WholeErrors errors;
     std::vector<float> found(3 * stride), shownReference(3 * stride), shownFound(3 * stride), apart(stride);
     for (std::size_t place = 0; place < reference.size(); place += 3 * stride) {
         for (std::size_t i = 0; i < found.size(); ++i) found[i] = a[place + i] + (b.empty() ? 0.0f : b[place + i]);
         display.apply(reference.data() + place, stride, shownReference.data());
         display.apply(found.data(), stride, shownFound.data());
         visibleDifferences(shownReference.data(), shownFound.data(), stride, apart.data());
-        errors.add(std::span(apart).first(sampleCount));
+        errors.visible.insert(errors.visible.end(), apart.begin(), apart.begin() + static_cast<std::ptrdiff_t>(sampleCount));
+        double squaredError = 0, squaredLight = 0;
+        for (std::size_t channel = 0; channel < found.size(); channel += stride)
+            for (std::size_t i = channel; i < channel + sampleCount; ++i) {
+                const auto expected = static_cast<double>(reference[place + i]);
+                const double error = static_cast<double>(a[place + i]) + (b.empty() ? 0.0 : static_cast<double>(b[place + i])) - expected;
+                squaredError += error * error;
+                squaredLight += expected * expected;
+            }
+        errors.squaredErrors.push_back(squaredError);
+        errors.squaredLights.push_back(squaredLight);
     }
-    return errors.figures();
+    return errors;
 }
 
 }  // namespace lightcook::verify

@@ -97,18 +97,10 @@ std::vector<PixelFormat> dominantFormats(formats::Target target, bool withResidu
     return all;
 }
 
-formats::Result<const DominantLayoutInfo*> dominantLayoutOf(const std::string& asset, const DominantParameters& parameters) {
-    const DominantLayoutInfo* layout = dominantLayoutFromName(parameters.layout.value_or(std::string(allDominantLayouts().front().name)));
-    if (layout != nullptr && layout->divisor > 0) return layout;
-    return formats::failure(formats::ErrorCode::InvalidRequest, asset + ", layout",
-                            fmt::format("found \"{}\", expected {}", *parameters.layout, formats::listOfNames(allDominantLayouts())));
-}
-
 Result<ActionOutcome> cookDominant(const ActionContext& context) {
     LC_TRY(parameters, parametersOf<DominantParameters>(context));
-    LC_TRY(layout, dominantLayoutOf(context.action.asset, *parameters));
     LC_TRY(source, openLightMap(context, parameters->description));
-    LC_TRY(encoder, DominantEncoder::create(**source, *parameters, **layout, context));
+    LC_TRY(encoder, DominantEncoder::create(**source, *parameters, context));
     LC_TRY(outputs, createOutputs(*encoder, parameters->textures, context));
     LC_TRY(report, encodeStrips(**source, *encoder, *outputs, context));
 

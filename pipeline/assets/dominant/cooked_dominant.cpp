@@ -6,9 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "pipeline/assets/dominant/reduced_strip.h"
 #include "pipeline/scene/dominant_fit.h"
-#include "pipeline/scene/dominant_layout.h"
 #include "shaders/lightcook_cpp.h"
 #include "verify/texture_unit.h"
 
@@ -45,13 +43,6 @@ Image<glm::vec4> copyOf(const Image<glm::vec4>& image) {
     return copy;
 }
 
-/// Returns true if a layout gives textures of a size from that of the light map.
-bool isSizeOfALayout(const glm::ivec2& texture, const glm::ivec2& lightMap) {
-    return std::ranges::any_of(allDominantLayouts(), [&](const DominantLayoutInfo& layout) {
-        return layout.divisor > 0 && reducedSize(lightMap, layout.divisor) == texture;
-    });
-}
-
 }  // namespace
 
 void addResidual(Image<glm::vec4>& directions, const Image<glm::vec4>& residual, const DominantConstants& constants) {
@@ -72,22 +63,18 @@ Result<CookedDominantReader> CookedDominantReader::open(const std::filesystem::p
         LC_TRY(residual, openTexture(folder, asset, "residual"));
         reader.residual_ = std::move(*residual);
     }
-    const auto sizeOf = [](const formats::TextureReader& texture) { return glm::ivec2(texture.shape().width, texture.shape().height); };
-    const glm::ivec2 found = sizeOf(reader.direction_);
-    const bool areAlike = sizeOf(reader.intensity_) == found && (!reader.residual_ || sizeOf(*reader.residual_) == found);
-    if (!areAlike || !isSizeOfALayout(found, lightMap))
+    const auto check = [&](const formats::TextureReader& texture) -> Result<void> {
+        const glm::ivec2 found(texture.shape().width, texture.shape().height);
+        if (found == lightMap) return {};
         return formats::failure(
             formats::ErrorCode::Verification, asset.name,
-            fmt::format("found textures of {} x {} texels, expected {} x {} as the source, or a half or a quarter of that", found.x,
-                        found.y, lightMap.x, lightMap.y));
-    reader.map_ = {constants->directionScale,
-                   constants->directionBias,
-                   constants->intensityRange,
-                   lightMap.x,
-                   lightMap.y,
-                   (*fit)->verified,
-                   found.x,
-                   found.y};
+            fmt::format("found a texture of {} x {} texels, expected {} x {} as the source", found.x, found.y, lightMap.x, lightMap.y));
+    };
+    LC_CHECK(check(reader.direction_));
+    LC_CHECK(check(reader.intensity_));
+    if (reader.residual_) LC_CHECK(check(*reader.residual_));
+    reader.map_ = {constants->directionScale, constants->directionBias, constants->intensityRange, lightMap.x, lightMap.y,
+                   (*fit)->verified};
     return reader;
 }
 

@@ -15,7 +15,7 @@ namespace lightcook::pipeline {
 /// Reads and decodes a cooked dominant light from its manifest entry and the files beside it.
 class CookedDominantReader {
 public:
-    /// Refuses textures that are not as large as the light map, or a half or a quarter of it.
+    /// Refuses textures that are not as large as the light map.
     /// lightMap  its width and height [texels]
     static formats::Result<CookedDominantReader> open(const std::filesystem::path& folder, const CookedAsset& asset,
                                                       const glm::ivec2& lightMap);

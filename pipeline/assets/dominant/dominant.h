@@ -23,7 +23,6 @@ struct DominantParameters {
     formats::Target target = formats::Target::Bc;
     TextureSettings textures;
     std::optional<std::string> lightMap = {};
-    std::optional<std::string> layout = {};  ///< a name of allDominantLayouts() with textures; absent: the first
 };
 template <class Fields, Is<DominantParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -32,7 +31,6 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("target", parameters.target, "target");
     fields.required("textures", parameters.textures, "settings of the files");
     fields.optional("light_map", parameters.lightMap, "name of the light map");
-    fields.optional("layout", parameters.layout, "size and number of the textures; absent: all, as large as the light map");
 }
 
 /// Constants of the shader's decode: direction = direction_scale * stored + direction_bias, where stored is the texel of "direction", to

@@ -162,10 +162,8 @@ DominantFormats dominantFormatsOf(formats::Target target) {
 }
 
 Result<DominantEncoder> DominantEncoder::create(LightMapSource& source, const DominantParameters& parameters,
-                                                const DominantLayoutInfo& layout, const ActionContext& context) {
+                                                const ActionContext& context) {
     DominantEncoder encoder(source);
-    encoder.divisor_ = layout.divisor;
-    encoder.size_ = reducedSize({source.width(), source.height()}, layout.divisor);
     encoder.options_.light.luminanceWeights = source.luminanceWeights();
     LC_TRY(fit, dominantFitOf(context.action.asset, parameters.fit));
     encoder.options_.light.fit = (*fit)->cooked;
@@ -176,26 +174,19 @@ Result<DominantEncoder> DominantEncoder::create(LightMapSource& source, const Do
     const bool isBiased = encoder.formats_.hasResidual;
     encoder.constants_ = {.directionScale = isBiased ? 2.0f : 1.0f,
                           .directionBias = isBiased ? -1.0f : 0.0f,
-                          .residualScale = isBiased && layout.hasResidual ? kResidualScale : 0.0f,
+                          .residualScale = isBiased ? kResidualScale : 0.0f,
                           .residualCentre = kResidualCentre,
                           .intensityRange = hdrRange(measured->brightest)};
     encoder.encodeOptions_ = parameters.textures.encodeOptions();
     return encoder;
 }
 
-std::uint64_t DominantEncoder::gpuBytes(bool withResidual) const {
-    const auto bytes = [&](PixelFormat format) { return std::uint64_t{formats::bytesPerImage(format, size_.x, size_.y)}; };
-    return bytes(formats_.direction) * (withResidual && hasResidual() ? 2 : 1) + bytes(formats_.intensity);
-}
-
 Result<EncodedDominantRows> DominantEncoder::encode(int strip) const {
     EncodedDominantRows out;
-    out.firstRow = source_->stripFirstRow(strip) / divisor_;
-    out.rowCount = reducedSize({0, source_->stripRows(strip)}, divisor_).y;
-    const int first = std::max(0, out.firstRow - kMargin), end = std::min(size_.y, out.firstRow + out.rowCount + kMargin);
-    const MapRows needed = rowsUnder(first, end - first, source_->height(), size_.y);
-    LC_TRY(texels, source_->rows(needed.first, needed.count));
-    if (divisor_ > 1) *texels = reducedStrip(*texels, source_->height(), size_, first, end - first);
+    out.firstRow = source_->stripFirstRow(strip);
+    out.rowCount = source_->stripRows(strip);
+    const int first = std::max(0, out.firstRow - kMargin), end = std::min(source_->height(), out.firstRow + out.rowCount + kMargin);
+    LC_TRY(texels, source_->rows(first, end - first));
     DominantRows rows = fitRows(*texels, out.firstRow, out.rowCount, options_, out.fitted);
     encodeRows(rows, constants_, formats_, encodeOptions_, out);
     return out;

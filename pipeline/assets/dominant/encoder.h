@@ -8,9 +8,7 @@
 #include "compress/encode.h"
 #include "fit/filtered_light.h"
 #include "pipeline/assets/dominant/dominant.h"
-#include "pipeline/assets/dominant/reduced_strip.h"
 #include "pipeline/scene/dominant_fit.h"
-#include "pipeline/scene/dominant_layout.h"
 
 namespace lightcook::pipeline {
 
@@ -35,21 +33,18 @@ struct EncodedDominantRows {
     DominantFitCounts fitted;
 };
 
-/// The lights of one map at one size.
+/// The lights of one map.
 class DominantEncoder {
 public:
     /// Measures the map.
-    /// layout   with textures: its divisor is not 0
     static formats::Result<DominantEncoder> create(LightMapSource& source, const DominantParameters& parameters,
-                                                   const DominantLayoutInfo& layout, const ActionContext& context);
+                                                   const ActionContext& context);
 
     const DominantFormats& formats() const { return formats_; }
     const DominantConstants& constants() const { return constants_; }
     bool hasResidual() const { return constants_.residualScale != 0; }
-    glm::ivec2 size() const { return size_; }  ///< of the textures
+    glm::ivec2 size() const { return {source_->width(), source_->height()}; }  ///< of the textures
     fit::DominantFit fit() const { return options_.light.fit; }
-    /// Returns the GPU memory of all textures, or of all but the residual [bytes].
-    std::uint64_t gpuBytes(bool withResidual) const;
     /// Encodes the rows of a strip of the source. Pure; safe on several threads.
     formats::Result<EncodedDominantRows> encode(int strip) const;
 
@@ -57,8 +52,6 @@ private:
     explicit DominantEncoder(LightMapSource& source) : source_(&source) {}
 
     LightMapSource* source_;
-    int divisor_ = 1;
-    glm::ivec2 size_{0};
     fit::FilteredLightOptions options_;
     DominantFormats formats_{};
     DominantConstants constants_;

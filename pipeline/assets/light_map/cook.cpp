@@ -11,6 +11,7 @@
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/note_keys.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/scene/dominant_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -154,7 +155,7 @@ CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan&
     if (plan.tableBytes() > 0)
         (*asset.constants)[kTablesRole] = {{"file", fmt::format("{}_{}{}", name, kTablesRole, parameters.textures.extension())}};
     if (plan.vertexBytes > 0) asset.vertexBytes = plan.vertexBytes;
-    if (parameters.isDominantDerived) asset.dominant = "derived";
+    if (parameters.isDominantDerived) asset.dominant = kDerivedDominant;
     asset.source.description = toJson(parameters.description);
     return asset;
 }

@@ -8,22 +8,14 @@
 #include <optional>
 
 #include "pipeline/assets/light_map/bake_filter.h"
-#include "pipeline/scene/dominant_layout.h"
 
 namespace lightcook::pipeline {
 namespace {
 
-/// Places of a map at most, about: with eight views and six materials the 99th percentile of their errors is that of a hundred thousand
-/// samples.
-constexpr double kMostSurfacePlaces = 2500;
-/// Rows at the ends of a strip that have no places: the filter of a texture of a quarter of the map's size reads two rows of the map more.
-constexpr int kFilterRows = 2;
-/// Returns how far row i of the smallest texture of a dominant light may begin above row `divisor` i of its map [rows of the map]: the
-/// texture's rows are rounded up where the divisor does not divide the map's height.
-int rowsOfRounding(int height) {
-    const int divisor = std::ranges::max(allDominantLayouts(), {}, &DominantLayoutInfo::divisor).divisor;
-    return (divisor - height % divisor) % divisor;
-}
+/// Places of a map at most, about. The samples of one place are alike: of 2500 places a band of rows is no sample (docs/lab/pipeline.md).
+constexpr double kMostSurfacePlaces = 10000;
+/// Rows at the ends of a strip that have no places: a filter reads one row more.
+constexpr int kFilterRows = 1;
 
 /// Returns the bake at a place, filtered between covered texels. Nothing where charts meet.
 /// at  as for mayCrossCharts
@@ -63,13 +55,12 @@ glm::dvec2 placeInTexel(std::int64_t number) {
 SurfacePlaces::SurfacePlaces(int width, int height)
     : width_(width),
       height_(height),
-      step_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / kMostSurfacePlaces))) | 1),
-      rowsAtEnd_(kFilterRows + rowsOfRounding(height)) {}
+      step_(static_cast<int>(std::ceil(std::sqrt(static_cast<double>(width) * height / kMostSurfacePlaces))) | 1) {}
 
 std::vector<SurfacePlace> SurfacePlaces::of(const formats::LightMapStrip& texels, int firstRow, int rowCount, int from, int end) const {
     const int endRow = firstRow + rowCount;
     const int firstPlace = std::max(from, firstRow == 0 ? 0 : firstRow + kFilterRows),
-              endPlace = std::min(end, endRow == height_ ? endRow : endRow - rowsAtEnd_);
+              endPlace = std::min(end, endRow == height_ ? endRow : endRow - kFilterRows);
     const int placesAcross = (width_ + step_ - 1) / step_;
     std::vector<SurfacePlace> places;
     for (int y = firstPlace; y < endPlace; ++y)

@@ -41,8 +41,7 @@ public:
 
 private:
     int width_, height_;
-    int step_;       ///< between texels that have a place, along both axes
-    int rowsAtEnd_;  ///< of a strip, without places
+    int step_;  ///< between texels that have a place, along both axes
 };
 
 }  // namespace lightcook::pipeline

@@ -27,6 +27,7 @@
 #include "pipeline/assets/light_map/trial_rows.h"
 #include "pipeline/assets/light_map/whole_trial.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/scene/dominant_layout.h"
 #include "verify/light_map.h"
 
 namespace lightcook::pipeline {
@@ -47,9 +48,8 @@ struct Trial {
     bool isExcluded;
 };
 
-/// Returns the layouts to measure, in the order of the table. A joint trial may name the only one.
-std::vector<Trial> trialsOf(const TrialParameters& parameters, const std::optional<JointTrial>& joint, std::int64_t texels) {
-    if (joint && joint->layout) return {{&formats::info(*formats::lightMapLayoutFromName(*joint->layout)), false}};
+/// Returns the layouts to measure, in the order of the table.
+std::vector<Trial> trialsOf(const TrialParameters& parameters, std::int64_t texels) {
     std::vector<Trial> trials;
     std::set<formats::LightMapLayout> measured;
     for (const formats::LightMapLayoutInfo& layout : formats::allLightMapLayouts()) {
@@ -90,10 +90,9 @@ std::pair<int, int> leastCost(const formats::LightMapLayoutInfo& layout, const T
 }
 
 /// Returns the layouts to measure by the plan that they share, the cheapest first. Learned ones come together, the longest plan first.
-/// joint  empty for a trial of the light map alone
-std::vector<LayoutGroup> layoutGroups(const TrialParameters& parameters, const std::optional<JointTrial>& joint, std::int64_t texels) {
+std::vector<LayoutGroup> layoutGroups(const TrialParameters& parameters, std::int64_t texels) {
     std::vector<LayoutGroup> groups;
-    for (const Trial& trial : trialsOf(parameters, joint, texels)) {
+    for (const Trial& trial : trialsOf(parameters, texels)) {
         const formats::LightMapLayoutInfo& planned = formats::info(trialOf(*trial.layout));
         const formats::LightMapFilter filter = parameters.decode.filterOf(*trial.layout);
         if (groups.empty() || groups.back().planned != &planned || groups.back().filter != filter) groups.push_back({&planned, filter, {}});
@@ -235,15 +234,15 @@ std::optional<SceneView> objectiveOf(const TrialParameters& parameters) {
 /// The passes of a trial and about how long they take beside each other, for its progress.
 class TrialPasses {
 public:
-    TrialPasses(const std::vector<LayoutGroup>& groups, bool isJoint) {
-        constexpr double kMeasurement = 1, kDominants = 14, kLearned = 8, kOther = 2.5, kMore = 8;
+    TrialPasses(const std::vector<LayoutGroup>& groups, const std::optional<JointTrial>& joint) {
+        constexpr double kMeasurement = 1, kReference = 0.7, kStored = 6, kLearned = 8, kOther = 2.5, kMore = 8;
         add(kMeasurement);
-        add(isJoint ? kDominants : 0);
+        add(!joint ? 0 : joint->dominant && joint->dominant->layout == kStoredDominant ? kStored : kReference);
         for (const LayoutGroup& group : groups) add(group.planned->isLearned() ? kLearned : kOther);
         add(kMore);
     }
     ActionContext measurement(const ActionContext& whole) const { return of(0, whole); }
-    ActionContext dominants(const ActionContext& whole) const { return of(1, whole); }
+    ActionContext reference(const ActionContext& whole) const { return of(1, whole); }
     ActionContext group(std::size_t index, const ActionContext& whole) const { return of(2 + index, whole); }
     /// Returns the pass over further rows, when all groups have been measured.
     ActionContext moreRows(const ActionContext& whole) const { return of(ends_.size() - 2, whole); }
@@ -256,7 +255,7 @@ private:
     std::vector<double> ends_ = {0};
 };
 
-/// Tries the layouts of a light map, with a joint trial those of its dominant light too.
+/// Tries the layouts of a light map, in a joint trial beside its dominant light.
 class LayoutTrial {
 public:
     /// joint     empty for a trial of the light map alone
@@ -271,7 +270,7 @@ public:
           joint_(joint),
           levels_(source),
           groups_(std::move(groups)),
-          passes_(groups_, joint.has_value()),
+          passes_(groups_, joint),
           planner_(source, parameters.target, parameters.textures, measured, objectiveOf(parameters), mipCount, context),
           context_(context) {}
 
@@ -284,7 +283,6 @@ public:
         }
         LC_CHECK(addDetail());
         if (best_) LC_CHECK(measureNextLarger());
-        if (whole_ && map_.parameters.limits[Limit::WholeVisible]) LC_CHECK(decidePairs(*map_.parameters.limits[Limit::WholeVisible]));
         if (context_.state.interrupted) return interrupted(context_);
         return result();
     }
@@ -294,13 +292,13 @@ private:
         Trial trial;
         TrialCandidate candidate;
         verify::ShadedErrors errors;
-        int level;                               ///< of the rows that it was measured on
-        verify::LightMapErrors::Stage first;     ///< of the first rows, with their tiles; none of a layout with detail
-        std::vector<WholeCandidate> pairs = {};  ///< of a joint trial: with each layout of the dominant light
+        int level;                                 ///< of the rows that it was measured on
+        verify::LightMapErrors::Stage first;       ///< of the first rows, with their tiles; none of a layout with detail
+        std::optional<WholeCandidate> whole = {};  ///< of a joint trial
     };
     enum class Verdict { Keeps, Misses, Unsure };
 
-    bool measuresAll() const { return joint_ || map_.parameters.isComplete; }
+    bool measuresAll() const { return map_.parameters.isComplete; }
 
     /// Returns the level that layouts are measured on first. rel_rms is that of the brightest texels: no sample knows it.
     int firstLevel() const {
@@ -309,7 +307,7 @@ private:
         return joint_ ? std::min(1, levels_.last()) : 0;
     }
 
-    /// Shades the reference and the dominant lights of a joint trial.
+    /// Shades the reference of a joint trial, and a dominant light that is stored.
     Result<void> startJointTrial() {
         if (!joint_) return {};
         const TrialParameters& parameters = map_.parameters;
@@ -317,9 +315,8 @@ private:
                                          parameters.shading, map_.viewing));
         whole_.emplace(std::move(*trial));
         const std::optional<DominantTrial>& dominant = joint_->dominant;
-        return whole_->tryDominants(dominant,
-                                    {parameters.description, dominant ? dominant->fit : "", parameters.target, parameters.textures},
-                                    passes_.dominants(context_));
+        return whole_->start(dominant, {parameters.description, dominant ? dominant->fit : "", parameters.target, parameters.textures},
+                             passes_.reference(context_));
     }
 
     auto costOf(const Tried& tried) const {
@@ -361,15 +358,15 @@ private:
             const Trial& trial = group.layouts[i];
             const verify::LightMapErrors::Stage& stage = errorsOf(*trial.layout, *plan, measured->errors);
             tried_.push_back({trial, candidateOf(trial, *plan, stage.errors), stage.errors, level, stage});
-            if (whole_ && !trial.isExcluded) addSamples(tried_.back(), measured->samples[i], pass.between(1, 1));
+            if (whole_ && !trial.isExcluded) addSamples(tried_.back(), measured->samples[i]);
         }
         return {};
     }
 
     /// Adds what places show under a layout in a joint trial.
-    void addSamples(Tried& tried, const std::vector<float>& samples, const ActionContext& context) {
+    void addSamples(Tried& tried, const std::vector<float>& samples) {
         whole_->add(tried.candidate.layout, samples);
-        tried.pairs = whole_->pairsOf(tried.candidate.layout, context);
+        tried.whole = whole_->candidateOf(tried.candidate.layout);
     }
 
     /// Measures a layout on further levels, up to `level`, in a pass of the trial.
@@ -381,7 +378,7 @@ private:
         LC_TRY(more, tryPlan(map_, *plan, levels_.rows(tried.level + 1, level + 1), *shader, !whole_, pass));
         tried.level = level;
         if (whole_) {
-            addSamples(tried, more->samples.front(), pass);
+            addSamples(tried, more->samples.front());
             return {};
         }
         tried.errors.merge(more->errors.stages.back().errors);
@@ -411,7 +408,7 @@ private:
         return !tried.trial.isExcluded && !tried.first.tiles.isEmpty() &&
                formats::mayHaveDetail(*tried.trial.layout, map_.parameters.decode, formats::info(map_.parameters.target));
     }
-    /// Adds layouts with detail. A trial of the map alone adds those that miss the limits, with as much as keeps them.
+    /// Adds layouts with detail. A trial that ends at the best layout adds those that miss the limits, with as much as keeps them.
     Result<void> addDetail() {
         const std::vector<float>& limits = map_.tileLimits;
         if (limits.empty()) return {};
@@ -454,14 +451,12 @@ private:
         TrialCandidate& candidate = out.candidate;
         candidate.layout = DetailedLayout{map.candidate.layout, value}.name();
         candidate.bytesGpu += DetailPlan::gpuBytes(plan, count);
+        if (best_ && candidate.bytesGpu >= tried_[*best_].candidate.bytesGpu && !measuresAll()) return std::nullopt;
         candidate.bitsPerTexel = 8.0 * static_cast<double>(candidate.bytesGpu) / (static_cast<double>(plan.width) * plan.height);
         candidate.visibleDiffuse = std::min(candidate.visibleDiffuse, value);
         candidate.visibleSpecular = std::min(candidate.visibleSpecular, value);
         std::tie(candidate.fetches, candidate.decodeOps) = formats::costWithDetail(*map.trial.layout);
-        if (whole_) {
-            whole_->addDetailed(candidate.layout, map.candidate.layout, detail.candidate.layout, *chosen);
-            out.pairs = whole_->pairsOf(candidate.layout, passes_.moreRows(context_));
-        }
+        if (whole_) out.whole = whole_->candidateWith(candidate.layout, map.candidate.layout, detail.candidate.layout, *chosen);
         return out;
     }
     /// Keeps the layouts with detail that are the best of some size: no other with detail takes as little memory and errs as little, nor
@@ -469,28 +464,28 @@ private:
     void keepBest(std::vector<Tried>& detailed) const {
         constexpr double kWorth = 0.85;           // of the bytes without detail
         using Point = std::pair<double, double>;  // bytes and error
-        const auto pointsOf = [&](const Tried& each) {
-            std::vector<Point> points;
-            for (const WholeCandidate& pair : each.pairs) points.emplace_back(static_cast<double>(bytesOf(each, pair)), pair.visible);
-            if (!whole_)
-                points.emplace_back(static_cast<double>(each.candidate.bytesGpu), triedUse(each.candidate, map_.parameters.limits));
-            return points;
+        const auto pointOf = [&](const Tried& each, double share) {
+            return Point{share * static_cast<double>(each.candidate.bytesGpu), each.whole ? each.whole->visible : useOf(each)};
         };
         std::vector<Point> all;
         for (const Tried& each : tried_)
-            if (!each.trial.isExcluded)
-                for (const Point& point : pointsOf(each)) all.emplace_back(kWorth * point.first, point.second);
-        for (const Tried& each : detailed) std::ranges::copy(pointsOf(each), std::back_inserter(all));
+            if (!each.trial.isExcluded) all.push_back(pointOf(each, kWorth));
+        for (const Tried& each : detailed) all.push_back(pointOf(each, 1));
         std::erase_if(detailed, [&](const Tried& each) {
-            return std::ranges::all_of(pointsOf(each), [&](const Point& point) {
-                return std::ranges::any_of(
-                    all, [&](const Point& other) { return other != point && other.first <= point.first && other.second <= point.second; });
-            });
+            const Point point = pointOf(each, 1);
+            return std::ranges::any_of(
+                all, [&](const Point& other) { return other != point && other.first <= point.first && other.second <= point.second; });
         });
     }
 
+    /// Returns the largest part of its limits that a layout uses.
+    double useOf(const Tried& tried) const {
+        const auto& ofWhole = map_.parameters.limits[Limit::WholeVisible];
+        return tried.whole && ofWhole ? tried.whole->visible / *ofWhole : triedUse(tried.candidate, map_.parameters.limits);
+    }
+
     Verdict verdictOn(const Tried& tried) const {
-        const double used = triedUse(tried.candidate, map_.parameters.limits), margin = levels_.margin(tried.level);
+        const double used = useOf(tried), margin = levels_.margin(tried.level);
         if (used * (1 + margin) <= 1) return Verdict::Keeps;
         return used > 1 + margin ? Verdict::Misses : Verdict::Unsure;
     }
@@ -513,43 +508,15 @@ private:
     /// Measures layouts that cost more than the best one, up to the first of less error: the report says what that costs. Learned ones are
     /// left out, as they take long to plan.
     Result<void> measureNextLarger() {
-        const auto use = [&](const Tried& each) { return triedUse(each.candidate, map_.parameters.limits); };
         const auto isBetter = [&](const Tried& each) {
-            return !each.trial.isExcluded && use(each) < use(tried_[*best_]) && costOf(each) > costOf(tried_[*best_]);
+            return !each.trial.isExcluded && useOf(each) < useOf(tried_[*best_]) && costOf(each) > costOf(tried_[*best_]);
         };
         for (const LayoutGroup& group : groups_) {
             if (std::ranges::any_of(tried_, isBetter)) return {};
             const auto isOfGroup = [&](const Tried& each) { return each.trial.layout == group.layouts.front().layout; };
-            if (!group.planned->isLearned() && std::ranges::none_of(tried_, isOfGroup)) LC_CHECK(measure(group, 0));
+            if (!group.planned->isLearned() && std::ranges::none_of(tried_, isOfGroup)) LC_CHECK(measure(group, joint_ ? firstLevel() : 0));
         }
         return {};
-    }
-
-    /// Returns the GPU memory of a layout with one of the dominant light.
-    std::uint64_t bytesOf(const Tried& tried, const WholeCandidate& pair) const {
-        const auto dominant = std::ranges::find(whole_->dominants(), pair.dominant, &DominantCandidate::layout);
-        return tried.candidate.bytesGpu + (dominant == whole_->dominants().end() ? 0 : dominant->bytesGpu);
-    }
-
-    /// Measures the layouts on all rows that may be part of the smallest pair within a limit on visible errors.
-    Result<void> decidePairs(double limit) {
-        while (true) {
-            std::uint64_t kept = std::numeric_limits<std::uint64_t>::max(), least = kept;
-            Tried* unsure = nullptr;
-            for (Tried& each : tried_)
-                for (const WholeCandidate& pair : each.pairs) {
-                    const double margin = levels_.margin(each.level);
-                    const std::uint64_t bytes = bytesOf(each, pair);
-                    if (pair.visible * (1 + margin) <= limit) {
-                        kept = std::min(kept, bytes);
-                    } else if (margin > 0 && pair.visible <= limit * (1 + margin) && bytes < least) {
-                        least = bytes;
-                        unsure = &each;
-                    }
-                }
-            if (unsure == nullptr || least >= kept) return {};
-            LC_CHECK(measureMore(*unsure, levels_.last(), passes_.moreRows(context_)));
-        }
     }
 
     JointTrialResult result() {
@@ -561,10 +528,8 @@ private:
             result.trial.candidates.push_back(std::move(each.candidate));
             level = std::min(level, each.level);
         }
-        if (whole_) {
-            result.dominants = whole_->dominants();
-            for (const Tried& each : tried_) result.whole.insert(result.whole.end(), each.pairs.begin(), each.pairs.end());
-        }
+        for (const Tried& each : tried_)
+            if (each.whole) result.whole.push_back(*each.whole);
         std::ranges::stable_sort(result.trial.candidates, {}, &TrialCandidate::bytesGpu);
         result.trial.share = levels_.share(level);
         result.trial.isPruned = best_ && tried_.size() < layouts;
@@ -583,14 +548,15 @@ private:
     std::optional<std::size_t> best_;  ///< the cheapest that keeps the limits, among tried_
 };
 
-/// Tries the layouts of a light map, with `joint` those of its dominant light too.
+/// Tries the layouts of a light map.
+/// joint  empty for a trial of the light map alone
 Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std::optional<JointTrial>& joint,
                                     const ActionContext& context) {
     LC_TRY(source, openLightMap(context, parameters.description));
-    std::vector<LayoutGroup> groups = layoutGroups(parameters, joint, static_cast<std::int64_t>((*source)->width()) * (*source)->height());
+    std::vector<LayoutGroup> groups = layoutGroups(parameters, static_cast<std::int64_t>((*source)->width()) * (*source)->height());
     const bool hasSharedExit =
         std::ranges::any_of(groups, [](const LayoutGroup& group) { return compress::needsSharedExit(group.planned->id); });
-    const ActionContext measurement = TrialPasses(groups, joint.has_value()).measurement(context);
+    const ActionContext measurement = TrialPasses(groups, joint).measurement(context);
     LC_TRY(measured, measureLightMap(**source, hasSharedExit, measurement));
     LC_TRY(mipCount, mipCountOf(**source, parameters.mips, measurement));
     return LayoutTrial(**source, parameters, joint, std::move(groups), *measured, *mipCount, context).run();
@@ -613,7 +579,7 @@ Result<ActionOutcome> tryJointly(const ActionContext& context) {
 Result<JointTrialResult> trialIn(const ActionRecord& record) {
     if (record.result.contains("whole")) return fromJson<JointTrialResult>(record.result, record.id);
     LC_TRY(trial, fromJson<TrialResult>(record.result, record.id));
-    return JointTrialResult{std::move(*trial), {}, {}};
+    return JointTrialResult{std::move(*trial), {}};
 }
 
 }  // namespace lightcook::pipeline

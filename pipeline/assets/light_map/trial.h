@@ -7,8 +7,8 @@
 // limits, so does one of fewer numbers.
 // Where tiles may have detail, each layout is judged with it as well, from the errors of its tiles and from those of the detail: a layout
 // that misses the limits keeps them with as much detail as they ask for.
-// A complete trial measures every layout on all rows. A joint one (joint_trial.h) measures every layout, and on all rows those that may be
-// part of the smallest pair within the limit on what a pixel shows.
+// A complete trial measures every layout on all rows. A joint one (joint_trial.h) judges layouts by what a pixel shows of the map and its
+// dominant light together.
 #pragma once
 
 #include <string>

@@ -21,11 +21,6 @@ using formats::Result;
 /// Samples of places, as WholeShader writes them.
 struct WholeSamples {
     std::vector<float> reference, lightMap, dominant;
-    void append(const WholeSamples& other) {
-        reference.insert(reference.end(), other.reference.begin(), other.reference.end());
-        lightMap.insert(lightMap.end(), other.lightMap.begin(), other.lightMap.end());
-        dominant.insert(dominant.end(), other.dominant.begin(), other.dominant.end());
-    }
 };
 
 /// A light map and its dominant light, beside their bake.
@@ -35,7 +30,8 @@ public:
     /// isDerived  the shader derives it from the light map
     /// fit        of the reference; empty: the reference has no dominant light
     WholeComparison(LightMapSource& bake, const CookedLightMapReader& lightMap, double key, const CookedDominantReader* dominant,
-                    bool isDerived, const std::optional<verify::DominantFit>& fit, const verify::WholeShader& shader)
+                    bool isDerived, const std::optional<verify::DominantFit>& fit, const verify::WholeShader& shader,
+                    const verify::Viewing& viewing)
         : bake_(bake),
           lightMap_(lightMap),
           key_(key),
@@ -43,9 +39,10 @@ public:
           isDerived_(isDerived),
           fit_(fit),
           shader_(shader),
+          viewing_(viewing),
           places_(bake.width(), bake.height()) {}
 
-    Result<WholeSamples> shadeStrip(int index) const {
+    Result<verify::WholeErrors> errorsOf(int index) const {
         LC_TRY(strip, readStrip(bake_, lightMap_, index));
         const std::vector<SurfacePlace> places = places_.of(strip->reference, strip->firstRow, strip->rowCount);
         const std::size_t count = 3 * shader_.stride(), all = places.size() * count;
@@ -64,7 +61,8 @@ public:
                 shader_.shadeDominant(verify::derivedLight(light.back(), places[i].normal), places[i].normal,
                                       std::span(samples.dominant).subspan(i * count, count));
         }
-        return samples;
+        return verify::wholeErrors(samples.reference, samples.lightMap, samples.dominant, shader_.sampleCount(), shader_.stride(),
+                                   viewing_);
     }
 
 private:
@@ -97,6 +95,7 @@ private:
     bool isDerived_;
     std::optional<verify::DominantFit> fit_;
     const verify::WholeShader& shader_;
+    verify::Viewing viewing_;
     SurfacePlaces places_;
 };
 
@@ -128,19 +127,15 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     LC_TRY(lightMap, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->view.shading, sampling, surveyed->key()}));
     LC_TRY(dominant, openDominant(context, bake));
     LC_TRY(shader, verify::WholeShader::create(parameters->view.shading));
-    const WholeComparison comparison(bake, *lightMap, surveyed->key(), *dominant ? &**dominant : nullptr, parameters->isDerived, fit,
-                                     *shader);
-    WholeSamples samples;
-    const auto shaded = foldInOrder<WholeSamples>(
-        bake.stripCount(), context, fmt::format("verify the whole of {}", context.action.asset),
-        [&](int index) { return comparison.shadeStrip(index); }, [&](const WholeSamples& strip) { samples.append(strip); });
-    if (!shaded) return tl::make_unexpected(shaded.error());
     const verify::Viewing viewing{parameters->view.display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
-    const std::size_t count = shader->sampleCount(), stride = shader->stride();
-    const WholeFigures result{verify::visibleErrorsOfSum(samples.reference, samples.lightMap, samples.dominant, count, stride, viewing),
-                              verify::relRmsOfSum(samples.reference, samples.lightMap, samples.dominant, count, stride),
-                              static_cast<int>(samples.reference.size() / (3 * stride)), parameters->limits};
-    return outcomeWith(result);
+    const WholeComparison comparison(bake, *lightMap, surveyed->key(), *dominant ? &**dominant : nullptr, parameters->isDerived, fit,
+                                     *shader, viewing);
+    verify::WholeErrors errors;
+    LC_CHECK(foldInOrder<verify::WholeErrors>(
+        bake.stripCount(), context, fmt::format("verify the whole of {}", context.action.asset),
+        [&](int index) { return comparison.errorsOf(index); }, [&](const verify::WholeErrors& strip) { errors.append(strip); }));
+    return outcomeWith(
+        WholeFigures{errors.visibleFigures(), errors.relRms(), static_cast<int>(errors.squaredErrors.size()), parameters->limits});
 }
 
 }  // namespace lightcook::pipeline

@@ -1,4 +1,4 @@
-// Memory shared out among light maps and dominant lights together.
+// Memory shared out among light maps.
 #include "pipeline/cook/allocation.h"
 
 #include <gmock/gmock.h>
@@ -29,7 +29,7 @@ AllocationChoices randomChoices(std::mt19937& random, int maps) {
     for (int map = 0; map < maps; ++map)
         for (int i = 0; i < 6; ++i)
             choices["map" + std::to_string(map)].push_back(
-                {"layout" + std::to_string(i), "full", 100 + random() % 1000, static_cast<double>(1 + random() % 40)});
+                {"layout" + std::to_string(i), 100 + random() % 1000, static_cast<double>(1 + random() % 40)});
     return choices;
 }
 
@@ -83,10 +83,10 @@ TEST(Allocation, BytesGrowAndErrorsFallAlongTheFrontier) {
 }
 
 TEST(Allocation, AChoiceWithoutAFiniteErrorIsTheLastResort) {
-    const AllocationChoices choices = {{"map", {{"small", "", 10, HUGE_VAL}, {"large", "", 100, 3}}}};
+    const AllocationChoices choices = {{"map", {{"small", 10, HUGE_VAL}, {"large", 100, 3}}}};
     const std::vector<AllocationPoint> frontier = allocationFrontier(choices, 0);
-    EXPECT_EQ(frontier[pointWithin(frontier, 100)].choices.at("map").lightMap, "large");
-    EXPECT_EQ(frontier[pointWithin(frontier, 50)].choices.at("map").lightMap, "small");
+    EXPECT_EQ(frontier[pointWithin(frontier, 100)].choices.at("map").layout, "large");
+    EXPECT_EQ(frontier[pointWithin(frontier, 50)].choices.at("map").layout, "small");
 }
 
 TEST(Allocation, ALimitTakesTheFirstPointWithinIt) {
@@ -219,7 +219,9 @@ TEST(CookScene, ABudgetCountsErrorsBetweenTexels) {
 class WholeLimit : public testing::Test {
 protected:
     static Outcome cookWithin(const SmallScene& scene, const std::string& output, const std::string& folder = "out") {
-        scene.writeSceneFile(output, "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.2, 0.5]\n");
+        scene.writeSceneFile(output,
+                             "dominant_layout = \"derived\"\n"
+                             "[[material]]\nname = \"*\"\nnormal_map = true\nspecular = true\nm = [0.2, 0.5]\n");
         CookOptions options = scene.options();
         options.output = scene / folder;
         return pipeline::cook(options);
@@ -260,7 +262,6 @@ TEST_F(WholeLimit, TakesTheSmallestSceneWithinItAndVerifiesIt) {
         EXPECT_LE(usedBytes(outcome), bytes) << "less memory for a looser limit";
         bytes = usedBytes(outcome);
     }
-    EXPECT_FALSE(hasAsset(cookWithin(scene_, "max_whole_visible = 1000").report, "map_dominant")) << "a dominant light that nobody misses";
 }
 
 using WholeLimitSoak = WholeLimit;
@@ -294,7 +295,7 @@ TEST_F(WholeLimitSoak, BesideALimitOfTheMapTakesAFinerLayoutWhereItMust) {
     double limit = cheapest.at("whole").at("rel_rms");
     Json finer = cheapest;
     for (int i = 0; i < 12 && finer.at("layout") == cheapest.at("layout"); ++i) {
-        limit *= 0.7;  // first a dominant light, then a larger one
+        limit *= 0.7;
         finer = cookedWith(limit);
     }
     EXPECT_NE(finer.at("layout"), cheapest.at("layout"));
@@ -354,8 +355,7 @@ TEST_F(WholeLimit, DoesNotCountChartsWithFewerTexels) {
     EXPECT_THAT(outcome.errors[0].line(), HasSubstr("found max_whole_visible beside charts with fewer texels"));
 }
 
-/// The example scene: the error never grows with the budget, a small one is met by trading the dominant light, and one that nothing meets
-/// is refused with the least bytes.
+/// The example scene: the error never grows with the budget, and one that nothing meets is refused with the least bytes.
 TEST(CookSceneSoak, ABudgetIsSharedOutOverTheExampleScene) {
     const formats::TemporaryFolder folder;
     std::filesystem::copy(exampleFolder(), folder / "scene", std::filesystem::copy_options::recursive);
@@ -371,7 +371,6 @@ TEST(CookSceneSoak, ABudgetIsSharedOutOverTheExampleScene) {
     EXPECT_THAT(refused.errors.front().line(),
                 testing::AllOf(testing::HasSubstr(fmt::format("found {} of GPU memory", sizeWords(usedBytes(refused)))),
                                testing::HasSubstr("No other layouts are smaller. A budget of ")));
-    EXPECT_FALSE(hasAsset(refused.report, "lightmap_dominant"));
 
     std::vector<std::uint64_t> budgets;
     for (const Json& point : frontierOf(refused)) budgets.push_back(bytesOf(point));
@@ -387,14 +386,11 @@ TEST(CookSceneSoak, ABudgetIsSharedOutOverTheExampleScene) {
 
 TEST(CookScene, ALightMapLayoutThatTheSceneNamesIsKept) {
     const SmallScene scene(Parts::LightMap);
-    // The shader derives no light of this fit. Derived, it would be better than all others here.
-    scene.writeSceneFile("light_map_layout = \"hdr-2\"", "dominant_fit = \"halo3\"\n");
+    scene.writeSceneFile("light_map_layout = \"hdr-2\"");
     const Outcome outcome = BudgetedScene(scene.sceneFile(), scene / "cooked").cook(1 << 20);
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
     EXPECT_EQ(assetOf(outcome.report, "map").at("layout"), "hdr-2");
-    const Json& frontier = frontierOf(outcome);
-    EXPECT_GT(frontier.size(), 2u) << "the dominant light is left to the program";
-    for (const Json& point : frontier) EXPECT_EQ(point.at("layouts").at(0).at("layout"), "hdr-2");
+    EXPECT_FALSE(outcome.report.at("budget").contains("frontier")) << "nothing is left to choose";
 }
 
 /// Light that bands 0 and 1 do not have at all: every layout without band 2 is far over the default of max_error.
@@ -454,7 +450,7 @@ TEST(CookSceneSoak, AConstantMapUnderABudgetGetsALayoutOfTheList) {
     EXPECT_EQ(assetOf(outcome.report, "even").at("width"), 4);
 }
 
-/// A limit on the error decides the light map as without a budget, and the budget is for the dominant light.
+/// A limit on the error decides the light map as without a budget.
 TEST(CookScene, ALimitOnTheErrorKeepsTheLightMapsLayout) {
     const SmallScene scene(Parts::LightMap);
     const BudgetedScene budgeted(scene.sceneFile(), scene / "cooked");
@@ -462,35 +458,23 @@ TEST(CookScene, ALimitOnTheErrorKeepsTheLightMapsLayout) {
     const Outcome outcome = budgeted.cook(1 << 20);
     ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
     const Json& frontier = frontierOf(outcome);
-    EXPECT_GT(frontier.size(), 2u);
-    for (const Json& point : frontier) EXPECT_EQ(point.at("layouts").at(0).at("layout"), assetOf(outcome.report, "map").at("layout"));
+    ASSERT_EQ(frontier.size(), 1u);
+    EXPECT_EQ(frontier[0].at("layouts").at(0).at("layout"), assetOf(outcome.report, "map").at("layout"));
 }
 
-/// A scene file that names the layout of the dominant light gets it, with and without a budget.
+/// A stored dominant light is one of the other assets of a budget, and layouts of the map are judged beside it.
 TEST(CookScene, ANamedDominantLayoutIsKeptUnderABudget) {
     const SmallScene scene(Parts::LightMap);
-    const auto write = [&](const std::string& layout) {
-        scene.writeSceneFile("");
-        std::string text = formats::contentOf(scene.sceneFile());
-        const std::string file = "file = \"map.exr\"\n";
-        formats::writeContent(scene.sceneFile(),
-                              text.replace(text.find(file), file.size(), file + "dominant_layout = \"" + layout + "\"\n"));
-    };
-    write("half-coarse");
-    const Outcome half = cookScene(scene.options(), RunState());
-    ASSERT_TRUE(half.errors.empty()) << half.errors.front().line();
-    const Manifest manifest = *loadManifest(scene / "out");
-    const auto dominant = std::ranges::find(manifest.assets, "map_dominant", &CookedAsset::name);
-    ASSERT_NE(dominant, manifest.assets.end());
-    ASSERT_EQ(dominant->textures.size(), 2u) << "direction and intensity";
-    EXPECT_EQ(dominant->textures[0].width, SmallScene::kWidth / 2);
-    write("quarter");
-    const BudgetedScene budgeted(scene.sceneFile(), scene / "cooked");
-    const Outcome budget = budgeted.cook(1 << 20);
-    ASSERT_TRUE(budget.errors.empty()) << budget.errors.front().line();
-    ASSERT_FALSE(frontierOf(budget).empty());
-    for (const Json& point : frontierOf(budget)) EXPECT_EQ(point.at("layouts").at(0).at("dominant_layout"), "quarter");
-    write("none");
+    scene.writeSceneFile("", "dominant_layout = \"full\"\n");
+    const std::uint64_t budget = std::uint64_t{1} << 20;
+    const Outcome stored = BudgetedScene(scene.sceneFile(), scene / "cooked").cook(budget);
+    expectWithin(stored, "map", budget);
+    EXPECT_GT(frontierOf(stored).size(), 1u);
+    ASSERT_TRUE(hasAsset(stored.report, "map_dominant"));
+    EXPECT_EQ(assetOf(stored.report, "map_dominant").at("textures").size(), 3u) << "direction, residual and intensity";
+    const double whole = assetOf(stored.report, "map").at("whole").at("visible").at("p99");
+    EXPECT_NEAR(frontierOf(stored)[chosenOn(frontierOf(stored))].at("visible").get<double>(), whole, 1e-6);
+    scene.writeSceneFile("", "dominant_layout = \"none\"\n");
     const Outcome none = cookScene(scene.options(), RunState());
     ASSERT_TRUE(none.errors.empty()) << none.errors.front().line();
     EXPECT_FALSE(hasAsset(none.report, "map_dominant"));

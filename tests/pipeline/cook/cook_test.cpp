@@ -671,8 +671,7 @@ protected:
 
 TEST_F(TablesUnderABudget, TakeNoBytesFromBetterLayouts) {
     const SmallScene scene(Parts::LightMap);
-    // The shader derives no light of this fit. Derived, it would leave no better layout.
-    scene.writeSceneFile("light_map_layout = \"ratio\"", "dominant_fit = \"halo3\"\n");
+    scene.writeSceneFile("");
     const Outcome smallest = cookWithin(scene, 100);
     expectOverBudget(smallest);
     const Json frontier = frontierOf(smallest);

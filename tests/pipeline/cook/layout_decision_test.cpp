@@ -110,7 +110,7 @@ public:
         JointTrialResult trial;
         for (const Layout& each : kLayouts) {
             trial.trial.candidates.push_back({.layout = each.name, .bytesGpu = each.bytes});
-            trial.whole.push_back({each.name, "", each.visible, 0});
+            trial.whole.push_back({each.name, each.visible, 0});
         }
         ExecutionResult trials, materials;
         record(trials, actionId(ActionStep::Trial, "map"), trial);

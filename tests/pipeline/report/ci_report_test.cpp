@@ -109,7 +109,7 @@ TEST_F(CiReport, FailedChecksHaveFindingsAtLinesOfTheSceneFile) {
     for (const char* fact : {"asset: map", "stage: ", "texel: ", "normal: ", "found: ", "reference: ", "allowed: "})
         EXPECT_THAT(junit, HasSubstr(fmt::format("\n  {}", fact)));
 
-    // schema, name, -, [output], four keys, -, [[light_map]] in line 10; [[probe]] in line 14.
+    // schema, name, -, [output], four keys, -, [[light_map]] in line 10; [[probe]] in line 15.
     const Json sarif = parseJson(text);
     const Json& results = sarif.at("runs")[0].at("results");
     ASSERT_EQ(results.size(), outcome_.errors.size());
@@ -118,7 +118,7 @@ TEST_F(CiReport, FailedChecksHaveFindingsAtLinesOfTheSceneFile) {
         EXPECT_THAT(place.at("artifactLocation").at("uri").get<std::string>(), testing::EndsWith("/scene.toml"));
         const std::string asset = result.at("locations")[0].at("logicalLocations")[0].at("name");
         const int line = place.at("region").at("startLine");
-        const std::map<std::string, int> lines = {{"map", 10}, {"map_dominant", 10}, {"probe", 14}, {kSceneSuite, 7}};
+        const std::map<std::string, int> lines = {{"map", 10}, {"map_dominant", 10}, {"probe", 15}, {kSceneSuite, 7}};
         if (const auto expected = lines.find(asset); expected != lines.end()) {
             EXPECT_EQ(line, expected->second) << result.dump(2);
         }

@@ -167,13 +167,11 @@ TEST(FailureAdvice, NamesWhatADominantLightAndTablesLack) {
     light.kind = AssetKind::Dominant;
     light.name = "a_dominant";
     light.bytesGpu = 1024;
-    map.width = map.height = 64;
-    light.width = light.height = 32;
+    light.notes = Json::object({{"fit", "explained"}});
     const auto adviceBeside = [&](const ReportRow& row) { return failuresOf(row, LimitsFrom::SceneFile, &map).back().advice; };
-    EXPECT_EQ(adviceBeside(light),
-              "dominant_layout = \"full\" has a texel for each of the light map (3.00 KiB more). A limit of 12.4 allows it.");
-    light.width = light.height = 64;
-    EXPECT_EQ(adviceBeside(light), "A limit of 12.4 allows it.");
+    EXPECT_EQ(adviceBeside(light), "dominant_layout = \"derived\" has no textures to err (1.00 KiB less). A limit of 12.4 allows it.");
+    light.notes = Json::object({{"fit", "halo3"}});
+    EXPECT_EQ(adviceBeside(light), "A limit of 12.4 allows it.") << "the shader derives no other fit";
     ReportRow tables = mapOverLimit();
     tables.kind = AssetKind::Lut;
     tables.width = 8;

@@ -203,7 +203,7 @@ TEST(ReadScene, WrongValuesAreRefusedWithFoundAndExpected) {
     expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_fit = \"best\"\n",
                   "6:", "expected one of: explained, halo3, refined, refined-ambient");
     expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_layout = \"third\"\n",
-                  "6:", "expected one of: full, full-coarse, half, half-coarse, quarter, quarter-coarse, derived, none");
+                  "6:", "expected one of: full, derived, none");
     expectRefused(kHead + "[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\ndominant_layout = \"none\"\ndominant_fit = \"halo3\"\n", "7:16",
                   "found light_map.dominant_fit beside dominant_layout = \"none\", expected one of them");
     expectRefused(kHead + "[output]\ngltf = true\n[[light_map]]\nname = \"a\"\nfile = \"a.exr\"\n", "4:8",

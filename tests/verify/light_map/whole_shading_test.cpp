@@ -106,63 +106,16 @@ TEST(WholeShader, VisibleErrorsOfASumAreThoseOfEachSample) {
             }
             largest = std::max(largest, lighting::visibleDifference(truth, found, viewing.display, viewing.bt2020FromWorking));
         }
-    EXPECT_NEAR(visibleErrorsOfSum(reference, a, b, kStride, kStride, viewing).max, largest, 1e-3 * largest);
-    EXPECT_EQ(visibleErrorsOfSum(reference, reference, {}, kStride, kStride, viewing).max, 0);
+    EXPECT_NEAR(wholeErrors(reference, a, b, kStride, kStride, viewing).visibleFigures().max, largest, 1e-3 * largest);
+    EXPECT_EQ(wholeErrors(reference, reference, {}, kStride, kStride, viewing).visibleFigures().max, 0);
     double squaredError = 0, squaredReference = 0;
     for (std::size_t i = 0; i < reference.size(); ++i) {
         const double error = static_cast<double>(a[i]) + static_cast<double>(b[i]) - static_cast<double>(reference[i]);
         squaredError += error * error;
         squaredReference += static_cast<double>(reference[i]) * static_cast<double>(reference[i]);
     }
-    EXPECT_NEAR(relRmsOfSum(reference, a, b, kStride, kStride), std::sqrt(squaredError / squaredReference), 1e-12);
-    EXPECT_EQ(relRmsOfSum(reference, reference, {}, kStride, kStride), 0);
-}
-
-/// Textures of half the size are fetched as a GPU fetches them at the light map's texel centres: 1/4 and 3/4 between their own.
-TEST(DominantVerifier, SmallerTexturesAreFilteredAtThePlacesOfTheLightMap) {
-    CookedDominant map;
-    map.width = 8;
-    map.height = 6;
-    map.textureWidth = 4;
-    map.textureHeight = 3;
-    const DominantVerifier verifier(map, {}, lighting::kRec709Luminance, 1);
-    DecodedDominantRows rows{0, formats::Image<glm::vec4>(4, 3), formats::Image<glm::vec4>(4, 3)};
-    for (int y = 0; y < 3; ++y)
-        for (int x = 0; x < 4; ++x) {
-            rows.direction.at(x, y) = glm::vec4(x, y, 1, 1);
-            rows.intensity.at(x, y) = glm::vec4(static_cast<float>(x * y));
-        }
-    const DominantLightSample inside = verifier.decode(rows, 3, 2);  // (1.25, 0.75) in the textures
-    EXPECT_DOUBLE_EQ(inside.direction.x, 1.25);
-    EXPECT_DOUBLE_EQ(inside.direction.y, 0.75);
-    EXPECT_DOUBLE_EQ(inside.intensity.x, 1.25 * 0.75);
-    EXPECT_DOUBLE_EQ(verifier.decode(rows, 0, 0).direction.x, 0) << "clamped at the edge";
-    EXPECT_DOUBLE_EQ(verifier.decode(rows, 2.5, 2.5).direction.x, 1) << "the middle of a quad is a texel centre";
-    const DominantRowRange range = dominantRowsFor(map, 2, 4);
-    EXPECT_EQ(range.first, 0);
-    EXPECT_EQ(range.count, 3);
-}
-
-/// Shaders know no texels: they sample both maps with the same UVs, also where the smaller one's size is rounded up.
-TEST(DominantVerifier, SmallerTexturesHaveTheUvsOfTheLightMap) {
-    constexpr int kSize = 33, kTextureSize = 17;
-    CookedDominant map;
-    map.width = map.height = kSize;
-    map.textureWidth = map.textureHeight = kTextureSize;
-    const DominantVerifier verifier(map, {}, lighting::kRec709Luminance, 1);
-    DecodedDominantRows rows{0, formats::Image<glm::vec4>(kTextureSize, kTextureSize),
-                             formats::Image<glm::vec4>(kTextureSize, kTextureSize)};
-    for (int y = 0; y < kTextureSize; ++y)
-        for (int x = 0; x < kTextureSize; ++x)
-            rows.direction.at(x, y) = glm::vec4((glm::vec2(x, y) + 0.5f) / static_cast<float>(kTextureSize), 1, 1);
-    for (int i = 1; i < kSize - 1; ++i) {
-        EXPECT_NEAR(verifier.decode(rows, i, 5).direction.x, (i + 0.5) / kSize, 1e-6) << i;
-        EXPECT_NEAR(verifier.decode(rows, 5, i).direction.y, (i + 0.5) / kSize, 1e-6) << i;
-        const DominantRowRange range = dominantRowsFor(map, i, i);
-        const double row = (i + 0.5) / kSize * kTextureSize - 0.5;
-        EXPECT_LE(range.first, row);
-        EXPECT_GE(range.first + range.count - 1, row);
-    }
+    EXPECT_NEAR(wholeErrors(reference, a, b, kStride, kStride, viewing).relRms(), std::sqrt(squaredError / squaredReference), 1e-12);
+    EXPECT_EQ(wholeErrors(reference, reference, {}, kStride, kStride, viewing).relRms(), 0);
 }
 
 /// A strong light with a weaker one, under a sky: what fit "explained" keeps.

@@ -21,8 +21,10 @@ glm::vec3 shadowEdge(const glm::dvec3& direction, const glm::dvec2& place) {
 }
 
 void writeScene(const SmallScene& scene, const std::string& fit, const std::string& display = "") {
-    formats::writeContent(scene.sceneFile(), "schema = 1\nname = \"small\"\n" + display +
-                                                 "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"" + fit + "\"\n");
+    formats::writeContent(scene.sceneFile(),
+                          "schema = 1\nname = \"small\"\n" + display +
+                              "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_layout = \"full\"\ndominant_fit = \"" + fit +
+                              "\"\n");
 }
 
 /// Cooks the dominant light alone.

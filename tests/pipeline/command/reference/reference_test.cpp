@@ -70,7 +70,7 @@ TEST(CommandReference, OptionsAreListedOnlyWhereTheyAct) {
                 if (option.names.back() == name) commands.push_back(command.name);
         return commands;
     };
-    EXPECT_THAT(commandsWith("--layout"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "demo"));
+    EXPECT_THAT(commandsWith("--layout"), ElementsAre("cook", "lightmap", "cubemap", "demo"));
     EXPECT_THAT(commandsWith("--budget"), ElementsAre("cook", "lightmap", "dominant", "cubemap", "lut", "rsrm", "demo"));
     EXPECT_THAT(commandsWith("--max-converter-error"), ElementsAre("cook", "demo"));
     EXPECT_THAT(commandsWith("--max-converter-visible"), ElementsAre("cook", "demo"));
