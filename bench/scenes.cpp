@@ -58,7 +58,6 @@ struct Row {
     double secondsAgain = 0;  ///< of a second cook of the unchanged scene
     std::int64_t peakRssBytes = 0;
     std::int64_t gpuBytes = 0;  ///< of the scene
-    Json pair = {};             ///< layouts of the light map and its dominant light, where both were chosen together
 };
 
 double medianOf(std::vector<double> values) {
@@ -99,8 +98,6 @@ Row cook(const Options& options, const fs::path& program, const std::string& sce
     row.secondsAgain = cookOnce(command, log, what + ", again").seconds;
     const Json report = Json::parse(contentOf(out / "report.json"));
     row.gpuBytes = report.at("budget").at("used_bytes").get<std::int64_t>();
-    for (const Json& point : report.at("budget").value("frontier", Json::array()))
-        if (point.at("chosen").get<bool>()) row.pair = point.at("layouts").front();
     for (const Json& asset : report.at("assets")) {
         if (asset.at("kind") == "light-map") row.lightMap = asset;
     }
@@ -153,19 +150,12 @@ void benchDraft(const Options& options, const fs::path& program, const std::stri
     const Row row = cook(options, program, scene, file, "as init writes it");
     const Json& map = row.lightMap;
     const std::string layout = map.at("layout").get<std::string>();
-    const std::string dominant = row.pair.is_null() ? "" : row.pair.at("dominant_layout").get<std::string>();
-    const fs::path named = folder.path() / "named.toml";
-    std::string text = contentOf(file);
-    constexpr std::string_view kSection = "[[light_map]]\n";
-    if (!dominant.empty()) text.insert(text.find(kSection) + kSection.size(), fmt::format("dominant_layout = \"{}\"\n", dominant));
-    std::ofstream(named) << text;
-    const Row alone = cook(options, program, scene, named, layout, {"--layout", layout});
+    const Row alone = cook(options, program, scene, file, layout, {"--layout", layout});
     const auto texels = map.at("width").get<std::int64_t>() * map.at("height").get<std::int64_t>();
     const int floats = formats::isFlat(layout) ? 3 : 27;
     printTableRow("{} | {:.4g} MiB | {:.2f} MiB | {} | {:.1f} | {:.1f} | {:.1f} | {:.1f} | {:.1f}", scene,
-                  floats * 4 * static_cast<double>(texels) / (1 << 20), static_cast<double>(row.gpuBytes) / (1 << 20),
-                  dominant.empty() ? layout : layout + ", " + dominant, visibleOf(map), row.seconds, alone.seconds, row.userSeconds,
-                  alone.userSeconds);
+                  floats * 4 * static_cast<double>(texels) / (1 << 20), static_cast<double>(row.gpuBytes) / (1 << 20), layout,
+                  visibleOf(map), row.seconds, alone.seconds, row.userSeconds, alone.userSeconds);
 }
 
 /// Returns the light maps that engines baked, without the ending of their names, of the shared data.

@@ -29,14 +29,13 @@ function trades(steps, chosen, bytesOf, errorOf, isVisible) {
   ].filter((each) => each !== undefined);
 }
 
-/** Returns the layouts of light maps and dominant lights that another budget, or another limit on the whole shading, chooses. @returns {Opportunity[]} */
+/** Returns the layouts of light maps that another budget, or another limit on the whole shading, chooses. @returns {Opportunity[]} */
 function allocations({ budget, assets }) {
   const points = budget.frontier ?? [], chosen = points.find((point) => point.chosen), limit = assets.find(({ whole }) => typeof whole?.max_visible === "number")?.whole.max_visible;
   if (!chosen || (budget.limit_bytes === null && limit === undefined)) return [];
   return trades(points, chosen, ({ bytes_gpu }) => bytes_gpu, ({ visible }) => visible ?? Infinity, true).map((to) => {
-    const changed = to.layouts.filter((each, i) => each.layout !== chosen.layouts[i]?.layout || each.dominant_layout !== chosen.layouts[i]?.dominant_layout);
-    const names = changed.slice(0, 2).map((each) => `${each.light_map} as ${each.layout}${each.dominant_layout === "none" ? " without a dominant light"
-      : each.dominant_layout ? ` with dominant light ${each.dominant_layout}` : ""}`);
+    const changed = to.layouts.filter((each, i) => each.layout !== chosen.layouts[i]?.layout);
+    const names = changed.slice(0, 2).map((each) => `${each.light_map} as ${each.layout}`);
     if (changed.length > names.length) names.push(`${changed.length - names.length} more`);
     const newLimit = limitAbove(to.visible), isBudget = budget.limit_bytes !== null;
     return {
@@ -69,9 +68,8 @@ function layouts(asset, isAlone) {
 const NOT_MEASURED = "What that does to the error was not measured: cook it into another folder, and compare with `report --baseline`.";
 
 /** Returns a dominant light without textures. @returns {Opportunity[]} */
-function derivedDominant({ assets, budget }) {
-  if (budget.frontier?.length > 0) return [];  // tried with the light maps
-  return assets.filter(({ kind }) => kind === "dominant").flatMap((asset) => {
+function derivedDominant({ assets }) {
+  return assets.filter(({ kind, notes }) => kind === "dominant" && notes?.fit === "explained").flatMap((asset) => {
     const map = sorted(assets.filter(({ kind, name }) => kind === "light-map" && asset.name.startsWith(`${name}_`)), ({ name }) => name.length)[0];
     if (!map) return [];
     return [{

@@ -53,11 +53,11 @@ function memory({ assets, budget }) {
 function frontier({ frontier: points = [], limit_bytes: limit }) {
   const chosen = points.findIndex((point) => point.chosen);
   if (points.length < 2 || chosen < 0) return null;
-  const words = ({ layouts }) => layouts.map((each) => `${each.light_map}: ${each.layout}${each.dominant_layout ? `, dominant light ${each.dominant_layout}` : ""}`).join("; ");
+  const words = ({ layouts }) => layouts.map((each) => `${each.light_map}: ${each.layout}`).join("; ");
   const step = (to) => `${bytesText(Math.abs(to.bytes_gpu - points[chosen].bytes_gpu))} ${to.bytes_gpu > points[chosen].bytes_gpu ? "more" : "less"} take the visible error from ${
     numberText(points[chosen].visible)} to ${numberText(to.visible)} (${words(to)}).`;
   return card("What another budget buys",
-    soft("Light maps and dominant lights share the memory. No other choice of their layouts has fewer bytes and no larger visible error of the whole " +
+    soft("Light maps share the memory. No other choice of layouts that was tried has fewer bytes and no larger visible error of the whole " +
       "shading (p99 of the worst light map, as the trials measured it)."),
     make("div", { class: "curve-frame" }, frontierPlot(points, limit ?? 0, words)), list([points[chosen + 1], points[chosen - 1]].filter((to) => to).map(step)),
     make("details", {}, make("summary", {}, `All ${points.length} allocations`), table("frontier", ["Layouts", "#GPU memory", "#Visible p99"], points.map((point) =>
