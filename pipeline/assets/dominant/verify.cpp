@@ -97,8 +97,9 @@ private:
                 if (isCompared(*reference, x, y, firstRow)) compareTexel(*reference, *cooked, x, y, firstRow, part);
         part.errors = verifier_.verifyRows(cooked->whole, *reference, firstRow, rowCount);
         LC_TRY(traced, groundTruth_.within(*reference, firstRow, rowCount));
-        part.truthPlaces =
-            dominantPlaces(*traced, *reference, verifier_, cooked->whole, cooked_.map().fit == verify::DominantFit::RefinedAmbient);
+        part.truthPlaces = dominantPlaces(
+            bakedPlaces(*traced, *reference), verifier_, cooked_.map().fit == verify::DominantFit::RefinedAmbient,
+            [&](const verify::LightMapTruthPlace& place) { return verifier_.decode(cooked->whole, place.value.x, place.value.y); });
         return part;
     }
 

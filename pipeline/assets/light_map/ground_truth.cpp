@@ -10,6 +10,8 @@
 #include "formats/color.h"
 #include "pipeline/assets/light_map/checked_light_map.h"
 #include "pipeline/assets/source_colors.h"
+#include "pipeline/scene/dominant_layout.h"
+#include "verify/whole_shading.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -77,39 +79,43 @@ Result<std::span<const ShadingValue>> GroundTruth::within(const formats::LightMa
     return std::span(first, last);
 }
 
-std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& strip,
-                                                       const formats::Image<lighting::ShRgb>& cooked, int firstRow) {
+std::vector<verify::LightMapTruthPlace> bakedPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& strip) {
     std::vector<verify::LightMapTruthPlace> places;
     for (const ShadingValue& value : values) {
         const int row = value.y - strip.firstRow;
-        places.push_back(
-            {value, glm::dvec3(strip.normal.at(value.x, row)), strip.sh.at(value.x, row), cooked.at(value.x, value.y - firstRow)});
+        places.push_back({value, glm::dvec3(strip.normal.at(value.x, row)), strip.sh.at(value.x, row), {}});
     }
     return places;
 }
 
-std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& strip,
-                                                       const verify::DominantVerifier& verifier, const verify::DecodedDominantRows& texels,
-                                                       bool hasAmbient) {
-    std::vector<verify::DominantTruthPlace> places;
-    for (const ShadingValue& value : values) {
+std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const ShadingValue> values, const formats::LightMapStrip& strip,
+                                                       const formats::Image<lighting::ShRgb>& cooked, int firstRow) {
+    std::vector<verify::LightMapTruthPlace> places = bakedPlaces(values, strip);
+    for (verify::LightMapTruthPlace& place : places) place.cooked = cooked.at(place.value.x, place.value.y - firstRow);
+    return places;
+}
+
+std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const verify::LightMapTruthPlace> places,
+                                                       const verify::DominantVerifier& verifier, bool hasAmbient,
+                                                       const CookedLight& cookedLight) {
+    std::vector<verify::DominantTruthPlace> lit;
+    for (const verify::LightMapTruthPlace& each : places) {
+        const ShadingValue& value = each.value;
         if (value.kind != ShadingValue::Kind::Specular) continue;
         // Values of one texel follow each other: its light is fitted once.
-        if (!places.empty() && places.back().value.x == value.x && places.back().value.y == value.y) {
-            places.push_back(places.back());
-            places.back().value = value;
+        if (!lit.empty() && lit.back().value.x == value.x && lit.back().value.y == value.y) {
+            lit.push_back(lit.back());
+            lit.back().value = value;
             continue;
         }
-        const int row = value.y - strip.firstRow;
-        verify::DominantTruthPlace place{value, glm::dvec3(strip.normal.at(value.x, row)), strip.sh.at(value.x, row), {}, {}, {}};
-        place.cooked = verifier.decode(texels, value.x, value.y);
+        verify::DominantTruthPlace place{value, each.normal, each.baked, {}, cookedLight(each), {}};
         place.fitted = verifier.reference(place.baked, place.normal, place.cooked);
         const fit::TwoLights two = fit::bestTwoLights(place.baked, glm::normalize(place.fitted.direction), hasAmbient);
         place.two = {verify::DominantLightSample{two.first.direction, two.first.intensity},
                      verify::DominantLightSample{two.second.direction, two.second.intensity}};
-        places.push_back(place);
+        lit.push_back(place);
     }
-    return places;
+    return lit;
 }
 
 Json toJson(const verify::LightMapTruth& truth) {
@@ -142,7 +148,21 @@ Json toJson(const verify::DominantTruth& truth) {
 }
 
 Result<void> checkGroundTruth(CheckedLightMap& map) {
-    map.result.groundTruth = toJson(verify::lightMapTruth(map.texels.truthPlaces, map.parameters.shading.lobe, map.viewing));
+    const lighting::NormalDistribution lobe = map.parameters.shading.lobe;
+    Json truth = toJson(verify::lightMapTruth(map.texels.truthPlaces, lobe, map.viewing));
+    if (map.asset.dominant == kDerivedDominant) {
+        verify::CookedDominant light;
+        light.fit = verify::DominantFit::Explained;
+        const verify::DominantVerifier verifier(light, {}, map.bake.luminanceWeights(), 0);
+        const std::vector<verify::DominantTruthPlace> places = dominantPlaces(
+            map.texels.truthPlaces, verifier, false,
+            [](const verify::LightMapTruthPlace& place) { return verify::derivedLight(place.cooked, glm::vec3(place.normal)); });
+        if (!places.empty()) {
+            const Json specular = toJson(verify::dominantTruth(places, lobe, map.viewing));
+            for (const char* each : {"specular", "fit_is_largest"}) truth[each] = specular.at(each);
+        }
+    }
+    map.result.groundTruth = std::move(truth);
     return {};
 }
 

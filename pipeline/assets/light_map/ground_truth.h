@@ -1,6 +1,7 @@
 // Traced light beside a light map ([[light_map]] ground_truth): its values by rows of the map, and its errors for the report.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -32,16 +33,19 @@ private:
     std::vector<formats::ShadingValue> values_;
 };
 
+/// Returns the values with the baked texels.
+std::vector<verify::LightMapTruthPlace> bakedPlaces(std::span<const formats::ShadingValue> values, const formats::LightMapStrip& strip);
 /// Returns the values with the baked and the cooked texels.
 /// cooked   as the shader reads it, rows from firstRow on
 std::vector<verify::LightMapTruthPlace> lightMapPlaces(std::span<const formats::ShadingValue> values, const formats::LightMapStrip& strip,
                                                        const formats::Image<lighting::ShRgb>& cooked, int firstRow);
 
+/// Returns the dominant light that a shader has at a place.
+using CookedLight = std::function<verify::DominantLightSample(const verify::LightMapTruthPlace& place)>;
 /// Returns the specular values with the lights of the cooked texels, of the fit, and of a fit of two lights.
-/// texels   rows that hold the texels of the values
-std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const formats::ShadingValue> values, const formats::LightMapStrip& strip,
-                                                       const verify::DominantVerifier& verifier, const verify::DecodedDominantRows& texels,
-                                                       bool hasAmbient);
+std::vector<verify::DominantTruthPlace> dominantPlaces(std::span<const verify::LightMapTruthPlace> places,
+                                                       const verify::DominantVerifier& verifier, bool hasAmbient,
+                                                       const CookedLight& cookedLight);
 
 /// Returns {"values", "lambert": {"truncation", "quantization", "total", "visible"}, "area_specular": the same but "visible", and "by_m":
 /// [{"m", ...}]}. visible: {"quantization", "total"} with figures of visible errors.

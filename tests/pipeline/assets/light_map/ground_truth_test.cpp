@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <map>
 #include <numbers>
 
 #include "lighting/radiometry.h"
@@ -31,13 +33,12 @@ std::string tracedIrradiance(float scale) {
 class GroundTruthScene : public testing::Test {
 protected:
     Outcome cookWith(const std::string& csv) const { return cookWith(csv, scene_.options()); }
-    Outcome cookWith(const std::string& csv, const CookOptions& options) const {
+    /// keys  of the light map; "explained" would dim the light of these texels to none
+    Outcome cookWith(const std::string& csv, const CookOptions& options, const std::string& keys = "dominant_fit = \"halo3\"\n") const {
         formats::writeContent(scene_ / "truth.csv", csv);
         formats::writeContent(
             scene_.sceneFile(),
-            // "explained" would dim the light of these texels to none.
-            "schema = 1\nname = \"small\"\n[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\nground_truth = \"truth.csv\"\ndominant_fit = "
-            "\"halo3\"\n");
+            "schema = 1\nname = \"small\"\n[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\nground_truth = \"truth.csv\"\n" + keys);
         const RunState state;
         return cookScene(options, state);
     }
@@ -91,6 +92,31 @@ TEST_F(GroundTruthScene, VerifyAgreesAndOnlyVerificationRunsAgainForAChangedFile
     EXPECT_EQ(cookWith(kHead + specular, options).actionsRun, 0);
     EXPECT_EQ(cookWith(kHead + specular + "9,9,spec,0.5,0.6,0,0.2,1,0.6,0.5,0.4\n", options).actionsRun, 2)
         << "both are verified, none is cooked";
+}
+
+/// A light that the shader derives is judged with its light map, by the same figures as one that is stored as it is.
+TEST_F(GroundTruthScene, ADerivedLightIsComparedWithTheLightMap) {
+    const SmallScene sun(Parts::LightMap, [](const glm::dvec3& direction, const glm::dvec2& place) {
+        const double towards = std::max(0.0, glm::dot(direction, glm::normalize(glm::dvec3(0.3, 0.2, 0.9))));
+        return glm::vec3(static_cast<float>((1 + place.x) * std::pow(towards, 20)));
+    });
+    std::string csv = kHead;
+    for (int y = 5; y < 60; y += 9) csv += fmt::format("4,{},spec,0.25,0.04,0.1,0,1,0.5,0.5,0.4\n", y);
+    std::map<std::string, Json> found;
+    for (const std::string layout : {"full", "derived"}) {
+        formats::writeContent(sun / "truth.csv", csv);
+        sun.writeSceneFile("target = \"float\"\nlight_map_layout = \"raw\"",
+                           "ground_truth = \"truth.csv\"\ndominant_layout = \"" + layout + "\"\n");
+        const Outcome outcome = cook(sun.options());
+        ASSERT_TRUE(outcome.errors.empty()) << outcome.errors.front().line();
+        const Json* truth = truthOf(outcome, layout == "full" ? "map_dominant" : "map");
+        ASSERT_NE(truth, nullptr);
+        found[layout] = truth->at("specular");
+    }
+    for (const char* same : {"truncation", "fit", "two_lights"})
+        EXPECT_DOUBLE_EQ(found["derived"].at(same).get<double>(), found["full"].at(same).get<double>()) << same;
+    EXPECT_LT(found["derived"].at("quantization").get<double>(), 0.01) << "the light of the fit, from coefficients in halves";
+    EXPECT_NEAR(found["derived"].at("with_rest").get<double>(), found["full"].at("with_rest").get<double>(), 0.02);
 }
 
 TEST_F(GroundTruthScene, RefusesTexelsOutsideTheMapAndViewsBelowTheSurface) {
