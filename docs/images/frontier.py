@@ -16,16 +16,16 @@ LEFT, RIGHT, TOP, BOTTOM = 48, 16, 30, 44
 COLUMNS = 2
 ERRORS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)  # lines across every panel; the first and the last are the ends of the axis
 LABEL_WIDTH = 46  # [pixels]
-COLOUR = {"full": "#1f5fa8", "half": "#2e8b57", "quarter": "#b8860b", "derived": "#6b4fa0", "none": "#a33c3c"}
+COLOUR = {"one layout": "#1f5fa8", "with detail": "#b8860b"}
 
 
 def read_frontier(folder):
-    """List of (KiB, visible error, chosen, light-map layout, dominant-light layout)."""
+    """List of (KiB, visible error, chosen, layout, kind of the point: a key of COLOUR)."""
     report = json.loads((pathlib.Path(folder) / "report.json").read_text())
     points = []
     for entry in report["budget"]["frontier"]:
-        first = entry["layouts"][0]
-        points.append((entry["bytes_gpu"] / 1024, entry["visible"], entry["chosen"], first["layout"], first.get("dominant_layout", "none")))
+        layout, plus, _ = entry["layouts"][0]["layout"].partition("+")
+        points.append((entry["bytes_gpu"] / 1024, entry["visible"], entry["chosen"], layout, "with detail" if plus else "one layout"))
     return points
 
 
@@ -60,8 +60,8 @@ def panel(name, points, across, down):
             out.append(f'<text x="{x(kib):.1f}" y="{HEIGHT - BOTTOM + 16}" class="middle">{text}</text>')
     line = "L".join(f"{x(kib):.1f} {y(min(error, ERRORS[-1])):.1f}" for kib, error, *_ in points)
     out.append(f'<path d="M{line}" class="line"/>')
-    for kib, error, chosen, _, dominant in points:
-        colour = COLOUR[dominant.split("-")[0]]
+    for kib, error, chosen, _, kind in points:
+        colour = COLOUR[kind]
         fill = colour if chosen else "#ffffff"
         out.append(f'<circle cx="{x(kib):.1f}" cy="{y(min(error, ERRORS[-1])):.1f}" r="{5 if chosen else 3}" stroke="{colour}" fill="{fill}"/>')
     for kib, error, _, layout, _ in labelled(points, x):
@@ -70,12 +70,12 @@ def panel(name, points, across, down):
 
 
 def legend(down):
-    """One line: the colours of the dominant light's size."""
-    out = [f'<g transform="translate({LEFT} {down})">', '<text x="0" y="4">dominant light:</text>']
+    """One line: the colours of the points."""
+    out = [f'<g transform="translate({LEFT} {down})">']
     out.append('<text x="580" y="4">across: GPU memory; up: visible error, p99</text>')
     for i, (name, colour) in enumerate(COLOUR.items()):
-        out.append(f'<circle cx="{110 + 90 * i}" cy="0" r="4" stroke="{colour}" fill="{colour}"/>')
-        out.append(f'<text x="{120 + 90 * i}" y="4">{name}</text>')
+        out.append(f'<circle cx="{10 + 110 * i}" cy="0" r="4" stroke="{colour}" fill="{colour}"/>')
+        out.append(f'<text x="{20 + 110 * i}" y="4">{name}</text>')
     return out + ["</g>"]
 
 
