@@ -30,14 +30,19 @@ public:
     std::int64_t over(std::size_t tile, Kind kind, std::size_t limit) const;
 
 private:
-    std::size_t indexOf(std::size_t tile, Kind kind) const {
-        return ((tile - firstTile_) * kKinds + static_cast<std::size_t>(kind)) * limits_.size();
+    /// Tiles beside each other.
+    struct Run {
+        std::size_t firstTile = 0, tiles = 0;
+        std::vector<std::uint32_t> counts = {};  ///< [tile][kind][limit]
+        std::size_t end() const { return firstTile + tiles; }
+    };
+    std::size_t indexOf(const Run& run, std::size_t tile, Kind kind) const {
+        return ((tile - run.firstTile) * kKinds + static_cast<std::size_t>(kind)) * limits_.size();
     }
-    std::size_t tiles() const { return limits_.empty() ? 0 : counts_.size() / (kKinds * limits_.size()); }
+    void merge(const Run& run);
 
     std::vector<float> limits_;
-    std::size_t firstTile_ = 0;
-    std::vector<std::uint32_t> counts_;  ///< [tile][kind][limit]
+    std::vector<Run> runs_;  ///< ascending, apart from each other: a trial has bands of rows
 };
 
 }  // namespace lightcook::verify

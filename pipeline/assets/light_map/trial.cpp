@@ -7,7 +7,6 @@
 #include <functional>
 #include <iterator>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <ranges>
 #include <set>
@@ -161,7 +160,7 @@ std::vector<float> tileLimitsOf(const TrialParameters& parameters, bool isJoint)
     std::vector<float> limits;
     if (!parameters.isDetailTried) return limits;
     if (isJoint)
-        for (float limit = 1; limit < 16; limit *= std::numbers::sqrt2_v<float>) limits.push_back(limit);
+        for (float limit = 1; limit < 16; limit *= 1.19f) limits.push_back(std::round(100 * limit) / 100);
     if (parameters.detailLimit) limits.push_back(static_cast<float>(*parameters.detailLimit));
     std::ranges::sort(limits);
     limits.erase(std::unique(limits.begin(), limits.end()), limits.end());

@@ -144,6 +144,28 @@ TEST_F(SceneDetail, IsRefusedWhereNothingWouldUseIt) {
                 HasSubstr("within the limits"));
 }
 
+/// Bands of a map in any order count as a whole map does, and take the memory of their tiles alone.
+TEST(TileErrors, RunsAreMergedWhereTheyTouch) {
+    const auto band = [](std::size_t first, std::size_t count, float error) {
+        verify::TileErrors tiles({1.0f, 2.0f}, first, count);
+        for (std::size_t tile = first; tile < first + count; ++tile) tiles.add(tile, Kind::Specular, {&error, 1});
+        return tiles;
+    };
+    verify::TileErrors all;
+    for (const auto& each : {band(40, 10, 1.5f), band(0, 10, 3.0f), band(20, 15, 1.5f), band(34, 7, 3.0f), band(1000000, 1, 3.0f)})
+        all.merge(each);
+    const auto over = [&](std::size_t tile, std::size_t limit) { return all.over(tile, Kind::Specular, limit); };
+    for (const std::size_t outside : {10, 19, 50, 999999, 1000001}) EXPECT_EQ(over(outside, 0), 0) << outside;
+    EXPECT_EQ(over(0, 1), 1);
+    EXPECT_EQ(over(20, 0), 1);
+    EXPECT_EQ(over(20, 1), 0);
+    for (const std::size_t both : {34, 40}) EXPECT_EQ(over(both, 0), 2) << both;
+    for (const std::size_t both : {34, 40}) EXPECT_EQ(over(both, 1), 1) << both;
+    EXPECT_EQ(over(49, 0), 1);
+    EXPECT_EQ(over(1000000, 1), 1);
+    EXPECT_EQ(all.over(0, Kind::Diffuse, 0), 0);
+}
+
 /// Errors of three tiles: of ten samples each, so many over the limit in the map and under detail.
 TEST(TilesWithin, TakesTheFewestThatBringTheMapToItsLimit) {
     const auto stageOf = [](const std::vector<int>& over) {
