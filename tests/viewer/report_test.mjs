@@ -95,7 +95,7 @@ test("advice names the assets that take most memory or make most error", () => {
   assert.equal(adviceOf(report([hall, light], { whole: { parts } })).length, 1, "no share of the map is known");
   assert.deepEqual(adviceOf(report([])), []);
   const other = { layout: "bakery", bytes_saved: 2048, rel_rms: 0.02, rel_rms_then: 0.01, visible: 4, visible_then: 3 };
-  assert.match(adviceOf(report([map({ better_excluded: other })]))[0], /with layout bakery in the scene's layouts it saves 2\.00 KiB; the error .* from 4\.00 to 3\.00\./);
+  assert.match(adviceOf(report([map({ better_excluded: other })]))[0], /with layout bakery in the scene's layouts it saves 2\.00 KiB; the RMS error .* from 4\.00 to 3\.00, as the trial/);
 });
 
 test("a layout is an opportunity if it gains more than it costs", () => {
@@ -132,6 +132,8 @@ test("an allocation is a budget or a limit to write", () => {
   ]);
   assert.deepEqual(said(scene(205 << 10, undefined)).map(([, , line]) => line), ['budget = "390 KiB"', 'budget = "100 KiB"']);
   assert.deepEqual(said(scene(205 << 10, 6)).map(([, , line]) => line), ['budget = "390 KiB"', 'budget = "100 KiB"; max_whole_visible = 9.41'], "the limit holds beside the budget");
+  const alone = report([map({ trial_candidates: [candidate("basis-3", 1024, 0.015), ...map().trial_candidates], whole: { max_visible: 6 } })], { budget: { used_bytes: 40960, limit_bytes: null, frontier: [frontier[1]] } });
+  assert.deepEqual(said(alone), [], "a layout that no allocation has would break the limit");
 });
 
 test("a scene that fails gets nothing that makes it worse", () => {
@@ -148,8 +150,8 @@ test("charts are packed only where the scene may do it", () => {
   const hall = map({ trial_candidates: undefined, notes: { covered_texels: 5000 }, textures: [{ role: "l0", bytes_gpu: 4096 }, { role: "tables", bytes_gpu: 0 }], charts: {} });
   const [[gain, words, line]] = said(report([hall]));
   assert.deepEqual([gain, line], ["Save up to 2.00 KiB (5.00 % of the memory)", 'charts = "pack"']);
-  assert.match(words, /^50\.0 % of the textures of light map 'hall' lie outside charts, which are packed anew\. /);
-  assert.match(said(report([{ ...hall, charts: undefined }]))[0][1], /anew; name its mesh in \[\[light_map\]\]\. /);
+  assert.match(words, /^50\.0 % of the textures of light map 'hall' lie outside charts: packed anew, they need fewer texels\. Where/);
+  assert.match(said(report([{ ...hall, charts: undefined }]))[0][1], /texels\. Name the mesh in \[\[light_map\]\] for that\. Where/);
   assert.deepEqual(said(report([{ ...hall, ground_truth: {} }])), []);
   assert.deepEqual(said(report([{ ...hall, notes: { ...hall.notes, packing: "8 x 8 texels of 16 x 16" } }])), []);
   for (const role of ["tables", "coverage", "detail_ldr"]) assert.equal(bytesOutsideCharts(hall, { role, bytes_gpu: 4096 }), 0);

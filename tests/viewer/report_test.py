@@ -131,7 +131,7 @@ class Report(unittest.TestCase):
 
     def test_the_first_screen_has_verdict_memory_pictures_and_opportunities(self):
         self.show(self.cooked / 'report.html', unfolded=False)
-        for selector in ('header .verdict', 'header .sizes', '.first .wipe', '.first .opportunities li:has(code)'):
+        for selector in ('header .verdict', 'header .sizes', '.opening .wipe', '.opening .opportunities li:has(code)'):
             boxes = self.boxes(selector)
             self.assertGreater(len(boxes), 0, selector)
             for left, top, right, bottom in boxes:
@@ -203,7 +203,7 @@ class Report(unittest.TestCase):
         light_map['notes'] = {EVIL: EVIL}
         for key in ('role', 'format'):
             light_map['textures'][0][key] = EVIL
-        report['skipped'] = [{'what': EVIL, 'why': EVIL, 'bytes_saved': 1, 'seconds_saved': 1}]
+        report['skipped'] = [{'what': EVIL, 'why': EVIL, 'asset': EVIL, 'bytes_saved': 1, 'seconds_saved': 1}]
         self.show_report(report)
         self.assertIsNone(self.browser.evaluate('window.evil ?? null'))
         self.assertEqual(self.all('main script, main img[src=x]'), [])
@@ -211,6 +211,27 @@ class Report(unittest.TestCase):
         self.assertEqual(self.browser.evaluate('document.title'), f'{EVIL}: failed')
         self.assertIn(EVIL, self.section('Skipped'))
         self.assertEqual(len(self.all('section.asset')), len(report['assets']))
+
+    def test_what_is_skipped_for_one_reason_is_one_row(self):
+        report, light_map = self.edited()
+        report['skipped'] = [{'what': f'levels of probe{i}', 'why': 'too rough', 'asset': f'probe{i}', 'bytes_saved': 1024, 'seconds_saved': None} for i in range(3)]
+        report['skipped'] += [{'what': f'{step}/specular', 'why': 'nothing that it depends on has changed', 'bytes_saved': 0, 'seconds_saved': 0.5} for step in ('cook', 'verify')]
+        self.show_report(report)
+        rows = [' '.join(text.split()) for text in self.all('.skips tbody tr', 'innerText')]
+        self.assertEqual(rows, ['levels of probe0 and 2 more too rough 3.00 KiB –', '2 results taken from the cache 0 B 1.00 s', 'Together 3.00 KiB 1.00 s'])
+
+    def test_names_of_figures_are_those_of_the_guide(self):
+        report, light_map = self.edited()
+        light_map['choice'] = 'basis-4+lit@5.65685'
+        light_map['whole'] = {'visible': {'rms': 1, 'p50': 1, 'p95': 2, 'p99': 4.56, 'p999': 5, 'max': 6}, 'rel_rms': 0.01, 'places': 10, 'max_visible': 5}
+        self.show_report(report)
+        self.assertEqual(self.all('.assets thead th')[5:], ['Shading', 'RMS error', 'Visible error'])
+        row = next(text for text in self.all('.assets tbody th') if text.startswith(light_map['name']))
+        self.assertIn('basis-4, detail', row)
+        self.assertIn('with its dominant light visible error 4.56 of 5', row)
+        shown = self.browser.evaluate('document.querySelector("main").innerText').split('What the figures mean')[0]
+        for jargon in ('rel_rms', 'p99', '+lit@'):
+            self.assertNotIn(jargon, shown)
 
     def test_failures_are_those_of_the_report(self):
         report, light_map = self.edited()

@@ -55,9 +55,9 @@ function excluded(asset) {
   const other = asset.better_excluded;
   if (!other) return null;
   const bytes = bytesText(Math.abs(other.bytes_saved)), memory = other.bytes_saved < 0 ? `costs ${bytes} more` : `saves ${bytes}`;
-  return `${nameOf(asset)}: with layout ${other.layout} in the scene's layouts it ${memory}; the error (rel_rms, in the trial) goes from ` +
-    `${percentText(other.rel_rms)} to ${percentText(other.rel_rms_then)}, the visible error (p99) from ${numberText(other.visible)} to ` +
-    `${numberText(other.visible_then)}.`;
+  return `${nameOf(asset)}: with layout ${other.layout} in the scene's layouts it ${memory}; the RMS error goes from ` +
+    `${percentText(other.rel_rms)} to ${percentText(other.rel_rms_then)}, the visible error from ${numberText(other.visible)} to ` +
+    `${numberText(other.visible_then)}, as the trial measured them.`;
 }
 
 /** Returns the sentences of a report, the most important one first. @returns {string[]} */

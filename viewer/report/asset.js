@@ -4,7 +4,7 @@ import { bytesText, countText, numberText, percentText } from "../src/units.js";
 import { alternativesOf } from "./advice.js";
 import { noteCaption, stageCaption, textureCaption } from "./captions.js";
 import {
-  bytes, cell, DASH, fact, figure, kindCaption, lastStage, limitedError, limitedVisible, number, part, placeText, row, seconds, shadingsOf, shadingTable, sizeText, soft, sub,
+  bytes, cell, DASH, fact, figure, kindCaption, lastStage, layoutText, limitedError, limitedVisible, number, part, placeText, row, seconds, shadingsOf, shadingTable, sizeText, soft, sub,
   swatch, table, titled, vectorText, verdict, visible,
 } from "./parts.js";
 import { comparison, picture, viewsOf } from "./pictures.js";
@@ -33,11 +33,11 @@ function stageName({ name, at_texels }) {
 
 function stageTable(asset) {
   const shadings = shadingsOf(asset), last = lastStage(asset);
-  return shadingTable("", "After the stage", shadings, ["rel_rms", "p99", "max sampled"], asset.stages.map((stage) => row(stage === last ? "last" : "", stageName(stage),
+  return shadingTable("", "After the stage", shadings, ["RMS error", "local error, 99 %", "largest"], asset.stages.map((stage) => row(stage === last ? "last" : "", stageName(stage),
     ...shadings.flatMap((shading) => {
       const figures = stage.error[shading];
       return [stage === last ? limitedError(figures, asset) : figure(figures, "rel_rms"), figure(figures, "p99"), figure(figures, "max_sampled")];
-    }), seconds(stage.seconds))), "Time");
+    }))));
 }
 
 /** Makes the visible errors of each stage, and their histogram. */
@@ -45,7 +45,7 @@ function visibleTable(asset) {
   const shadings = shadingsOf(asset), last = lastStage(asset), keys = ["rms", "p50", "p99", "p999", "max", "bound"];
   const stages = asset.stages.filter(({ error }) => error.diffuse?.visible || error.specular?.visible);
   return stages.length > 0 && [
-    shadingTable("visible", "Visible error", shadings, ["rms", "median", "p99", "p99.9", "max", "bound"], stages.map((stage) => row(stage === last ? "last" : "", stageName(stage),
+    shadingTable("visible", "Visible error", shadings, ["RMS", "median", "99 %", "99.9 %", "largest", "bound"], stages.map((stage) => row(stage === last ? "last" : "", stageName(stage),
       ...shadings.flatMap((shading) => keys.map((key) => {
         const figures = stage.error[shading];
         return stage === last && (key === "p99" || key === "bound") ? limitedVisible(figures, key, asset) : visible(figures?.visible, key);
@@ -59,8 +59,9 @@ function visibleTable(asset) {
 function wholeError({ whole }) {
   if (!whole) return null;
   const { visible: errors, rel_rms, places, max_visible, max_error } = whole, text = (key) => numberText(errors[key]);
-  return make("p", {}, `Together with its dominant light, at ${countText(places)} places of the surface: visible error ${text("p99")} (p99${
-    max_visible === undefined ? "" : `, limit ${numberText(max_visible)}`}), median ${text("p50")}, p99.9 ${text("p999")}, max ${text("max")}; rel_rms ${percentText(rel_rms)}${
+  return make("p", {}, `Together with its dominant light, at ${countText(places)} places of the surface: visible error below ${text("p99")} at 99 % of the samples${
+    max_visible === undefined ? "" : ` (limit ${numberText(max_visible)})`}, below ${text("p50")} at half of them, below ${text("p999")} at 99.9 %, largest ${
+    text("max")}; RMS error ${percentText(rel_rms)}${
     max_error === undefined ? "" : ` (limit ${percentText(max_error)})`}.`);
 }
 
@@ -70,7 +71,7 @@ function mipTable(asset) {
   if (!end && mips.length === 0) return null;
   const shadings = shadingsOf(asset), rows = mips.flatMap((mip, i) => (blends[i] ? [blends[i], mip] : [mip]));
   return part("Mip levels",
-    rows.length > 0 && shadingTable("", "Mip level", shadings, ["rel_rms", "visible p99", "p99.9", "bound"], rows.map(({ name, error }) => [name, ...shadings.flatMap((shading) => {
+    rows.length > 0 && shadingTable("", "Mip level", shadings, ["RMS error", "visible error, 99 %", "99.9 %", "bound"], rows.map(({ name, error }) => [name, ...shadings.flatMap((shading) => {
       const figures = error[shading];
       return [limitedError(figures, asset), limitedVisible(figures, "p99", asset), visible(figures?.visible, "p999"), limitedVisible(figures, "bound", asset)];
     })])),
@@ -90,7 +91,7 @@ function seamTables(seams, views) {
     seamName(seam), visible(seam, "added"), visible(seam, "bake_step"), visible(seam, "cooked_step"),
     sides(seam.texels), sides(seam.reference), sides(seam.found)]));
   return [
-    shadingTable("seams", "Steps between both sides", shadings, ["p99", "max"], [steps("", "bake", (shading) => seams[`bake_${shading}`]), ...stages.flatMap((stage) =>
+    shadingTable("seams", "Steps between both sides", shadings, ["99 %", "largest"], [steps("", "bake", (shading) => seams[`bake_${shading}`]), ...stages.flatMap((stage) =>
       ["cooked", "added"].map((kind) => steps(stage === last && kind === "added" ? "last" : "", `${kind}, ${stageCaption(stage.name)}`, (shading) => stage[shading]?.[kind])))]),
     worst("Largest steps that cooking adds", "worst"),
     viewsOf((views ?? []).slice(0, seams.worst?.length ?? 0), (i) => `the seam ${seamName(seams.worst[i])}`),
@@ -134,13 +135,13 @@ function candidates(asset) {
     return plot && make("div", {}, soft(title), make("div", { class: "curve-frame" }, plot));
   };
   const columns = ["Candidate", "#GPU", "#Bits per texel", "#Fetches", "#Operations",
-    "#Diffuse rel_rms", "#Specular rel_rms", "#Diffuse visible p99", "#Specular visible p99"];
+    "#Diffuse RMS error", "#Specular RMS error", "#Diffuse visible error", "#Specular visible error"];
   return part("Layouts tried",
     make("div", { class: "columns" },
-      curve("Error (rel_rms) against memory", false, "bits_per_texel"), curve("Visible error (p99) against memory", true, "bits_per_texel"),
-      curve("Error against run time: operations", false, "decode_ops"), curve("Error against run time: fetches", false, "fetches")),
+      curve("RMS error against memory", false, "bits_per_texel"), curve("Visible error, 99 %, against memory", true, "bits_per_texel"),
+      curve("RMS error against run time: operations", false, "decode_ops"), curve("RMS error against run time: fetches", false, "fetches")),
     soft("Point at a dot for its name; layouts without room for theirs have it there alone, and in the table."),
-    table("candidates", columns, all.map((each) => row(each === chosen ? "total" : "", each.layout + roleOf(each),
+    table("candidates", columns, all.map((each) => row(each === chosen ? "total" : "", layoutText(each.layout, true) + roleOf(each),
       bytes(each.bytes_gpu), numberText(each.bits_per_texel), countText(each.fetches), countText(each.decode_ops),
       figure(each, "diffuse"), figure(each, "specular"), visible(each, "visible_diffuse"), visible(each, "visible_specular")))));
 }
@@ -154,7 +155,7 @@ function groundTruth({ ground_truth: truth }) {
     return errors ? [rowOf(name, errors), ...(errors.by_m ?? []).map((each) => rowOf(`m ${numberText(each.m)}`, each))] : [];
   });
   return rows.length > 0 && part(`Ground truth: ${countText(truth.values ?? 0)} values`,
-    table("truth", ["Against traced light, rel_rms", "#Nine coefficients", "#One light", "#Cooking", "#Total", "#With area specular of the rest", "#Two lights"], rows),
+    table("truth", ["RMS error against traced light", "#Nine coefficients", "#One light", "#Cooking", "#Total", "#With area specular of the rest", "#Two lights"], rows),
     truth.fit_is_largest && make("p", {}, `One light cannot explain this scene: its fit is the largest of the three parts. A second light would take it from ${
       percentText(truth.specular.fit)} to ${percentText(truth.specular.two_lights)}.`));
 }
@@ -185,7 +186,7 @@ const textureTable = ({ kind, textures }) => textures?.length > 0 && table("text
 function facts(asset) {
   const size = sizeText(asset), { worst_block: block } = asset;
   return make("dl", { class: "facts small" },
-    fact("Kind", swatch(asset.kind), kindCaption(asset.kind)), fact("Layout", asset.choice ?? asset.layout), size && fact("Size", size), asset.bytes_in > 0 && fact("Read", bytes(asset.bytes_in)),
+    fact("Kind", swatch(asset.kind), kindCaption(asset.kind)), fact("Layout", layoutText(asset.choice ?? asset.layout)), size && fact("Size", size), asset.bytes_in > 0 && fact("Read", bytes(asset.bytes_in)),
     fact("GPU", bytes(asset.bytes_gpu)), fact("Disk", bytes(asset.bytes_disk)), asset.bits_per_texel > 0 && fact("Bits/texel", number(asset.bits_per_texel)),
     fact("Cooked in", seconds(asset.seconds)), fact("Verified in", seconds(asset.verify_seconds ?? null)), typeof asset.key === "number" && fact("Key", number(asset.key)),
     block && fact("Worst block", titled(`${numberText(block.visible)} at ${vectorText(block.block)}`, String(block.visible))));
@@ -193,7 +194,7 @@ function facts(asset) {
 
 /** Makes the section; that of an asset which passed is folded. @param {string} id for links */
 export function assetSection(asset, id) {
-  const lists = [textureTable(asset), notes(asset)], size = [kindCaption(asset.kind), asset.choice ?? asset.layout, bytesText(asset.bytes_gpu)].filter((each) => each).join(", ");
+  const lists = [textureTable(asset), notes(asset)], size = [kindCaption(asset.kind), layoutText(asset.choice ?? asset.layout), bytesText(asset.bytes_gpu)].filter((each) => each).join(", ");
   return make("section", { class: "card asset", id }, make("details", { open: !asset.passed },
     make("summary", {}, make("h2", {}, asset.name), verdict(asset.passed), make("span", { class: "soft" }, size)), facts(asset), comparison(asset), worstPlaces(asset),
     stageTable(asset), visibleTable(asset), wholeError(asset), mipTable(asset), seamPart(asset), chartPart(asset), worstTable(asset),

@@ -41,7 +41,7 @@ const NOTES = {
   unread_texels: "Texels inside charts that no triangle reads: left out of the packed map",
   unread_levels: "Largest levels that no material is smooth enough to read",
   unread_bytes: "Memory of these levels [bytes]",
-  whole_visible: "Visible error of the whole shading (p99), as the trial measured it",
+  whole_visible: "Visible error of the whole shading, as the trial measured it",
   beyond_positive_bounds: "Texels whose coefficients no positive light could give",
   repaired_not_finite: "Texels set to zero because a coefficient was not finite",
   repaired_negative_dc: "Channels set to zero because their mean was negative",
@@ -62,7 +62,7 @@ const NOTES = {
   solved_with_neighbours: "Texels fitted together with their neighbours",
   light_map_uv_bits: "Bits of a light-map UV",
   normal_bits: "Bits of a normal",
-  bound_of_rel_rms: "Upper bound of the error that these bits make (rel_rms)",
+  bound_of_rel_rms: "Upper bound of the RMS error that these bits make",
   zones: "Zones of equal solid angle that the source was read in",
   asymmetric_energy: "Share of the source's energy that is not symmetric around its axis",
   gradient_uncertainty: "Uncertainty of the average around the axis, of the largest value",
@@ -79,11 +79,12 @@ const NOTES = {
 
 /** What the figures mean, for the end of the page. */
 export const TERMS = {
-  "error": "of shaded exit radiance on a white surface, against the float bake, at texels inside charts; bilinear magnification is part of it",
-  "rel_rms": "the RMS of the error over the RMS of the reference, over texels, directions and channels. The limit is on this figure of the last stage, diffuse and specular",
-  "local relative error": "|error| / (|reference| + 0.02 key). p99 and max sampled are of this one",
+  "error": "of shaded exit radiance on a white surface, against the float bake, at texels inside charts and between them",
+  "RMS error": "rel_rms in report.json: the RMS of the error over the RMS of the reference, over texels, directions and channels",
+  "visible error": "Delta E ITP, in just noticeable differences: 1 is at the threshold of a trained eye, 10 is plain to see",
+  "99 %": "of the samples are below this figure: p99 in report.json. The largest is the largest that was seen",
+  "local error": "|error| / (|reference| + 0.02 key), at each sample",
   "key": "the log-average, over the map, of the luminance of the exit radiance at each texel's own normal",
-  "p99, max sampled": "99 of 100 samples are below p99; max sampled is the largest that was seen",
   "bound": "of visible errors: no place, normal, view, material or allowed sampler can exceed it; computed, not sampled",
 };
 

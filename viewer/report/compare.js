@@ -33,7 +33,7 @@ function changeRow(asset, name) {
     both("diffuse_rel_rms", percentText), both("specular_rel_rms", percentText), both("visible_p99", visibleText), asset.change + verdicts];
 }
 
-const changeTable = (rows) => table("baseline", ["Asset", "#GPU before", "#GPU now", "#Growth", "#Diffuse rel_rms", "#Specular rel_rms", "#Visible p99", "Change"], rows);
+const changeTable = (rows) => table("baseline", ["Asset", "#GPU before", "#GPU now", "#Growth", "#Diffuse RMS error", "#Specular RMS error", "#Visible error", "Change"], rows);
 
 function changes(sentence, rows, pictures) {
   const shown = pictures.filter((each) => each);
@@ -146,7 +146,7 @@ export function collectionPage({ collection, errors, history, links, uses }) {
   return [
     header(collection), failures(scenes, errors), platformSection(collection.platforms), growthSection(collection.baseline), trendSection(history, false), memory(collection, links),
     card("Scenes",
-      table("scenes sortable", ["Scene", "Target", "#GPU memory", "#Of its budget", "#Largest error, of its limit", "#Visible error, p99",
+      table("scenes sortable", ["Scene", "Target", "#GPU memory", "#Of its budget", "#Largest error, of its limit", "#Visible error",
         "#Error of the whole scene", "#Disk", "#Findings", "Verdict"], scenes.map((scene, i) => sceneRow(scene, links[i], uses[i], most))),
       soft("The largest error is that of the asset that uses most of one of its limits. Visible errors are in just noticeable differences: 1 is at the threshold of a trained eye.")),
   ];

@@ -29,7 +29,7 @@ function verdictSentence({ assets, incomplete, partial }, uses) {
 /** Makes name, verdict and memory. */
 function header(report, uses) {
   const { assets, budget } = report, { used_bytes: used, limit_bytes: limit } = budget, read = bytesRead(assets), isOver = limit !== null && used > limit;
-  const sizes = fact(read > 0 ? "Files read → GPU memory" : "GPU memory", read > 0 && [bytes(read), " → "], make("b", {}, bytes(used)));
+  const sizes = fact(read > 0 ? "Compressed files → GPU memory" : "GPU memory", read > 0 && [bytes(read), " → "], make("b", {}, bytes(used)));
   sizes.className = "sizes";
   const left = limit === null ? "none" : [bytesText(limit), make("span", { class: isOver ? "sub over" : "sub" }, `${limit > 0 ? `${percentText(used / limit)} used, ` : ""}${
     bytesText(Math.abs(limit - used))} ${isOver ? "over" : "free"}`)];
@@ -107,5 +107,5 @@ function opportunities(found, used, isPassed) {
 /** Makes the first screen, and returns with it the opportunities that it has no room for. */
 export function firstScreen(report, uses) {
   const found = opportunitiesOf(report), used = report.budget.used_bytes;
-  return { sections: [header(report, uses), failures(report), make("div", { class: "first" }, wipe(report.assets), opportunities(found, used, report.passed))], more: found.slice(SHOWN) };
+  return { sections: [header(report, uses), failures(report), make("div", { class: "opening" }, wipe(report.assets), opportunities(found, used, report.passed))], more: found.slice(SHOWN) };
 }

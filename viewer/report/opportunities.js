@@ -5,7 +5,7 @@
 // gains more than it costs. Visible errors below 1 count as 1, since nobody sees them; a step up takes at most twice the memory.
 import { bytesText, numberText, percentText } from "../src/units.js";
 import { alternativesOf, bytesOutsideCharts } from "./advice.js";
-import { formats, nameOf, sorted } from "./parts.js";
+import { formats, layoutText, nameOf, sorted } from "./parts.js";
 
 /** @typedef {{ saved: number, error?: { name: string, from: number, to: number, text: (value: number) => string }, words: string, lines: string[], where: string,
  *   isMeasured: boolean, isAtMost?: boolean }} Opportunity saved: bytes of GPU memory, negative for what costs some; lines: to write in the section `where` of the scene file */
@@ -35,7 +35,7 @@ function allocations({ budget, assets }) {
   if (!chosen || (budget.limit_bytes === null && limit === undefined)) return [];
   return trades(points, chosen, ({ bytes_gpu }) => bytes_gpu, ({ visible }) => visible ?? Infinity, true).map((to) => {
     const changed = to.layouts.filter((each, i) => each.layout !== chosen.layouts[i]?.layout);
-    const names = changed.slice(0, 2).map((each) => `${each.light_map} as ${each.layout}`);
+    const names = changed.slice(0, 2).map((each) => `${each.light_map} as ${layoutText(each.layout, true)}`);
     if (changed.length > names.length) names.push(`${changed.length - names.length} more`);
     const newLimit = limitAbove(to.visible), isBudget = budget.limit_bytes !== null;
     return {
@@ -59,7 +59,7 @@ function layouts(asset, isAlone) {
     const lines = isOver ? [`${isVisible ? "max_visible" : "max_error"} = ${limitAbove(errorOf(to))}`] : isAlone ? asNamed : asListed;
     return {
       saved: chosen.bytes_gpu - to.bytes_gpu, error: { name, from: errorOf(chosen), to: errorOf(to), text },
-      words: `${nameOf(asset)} as ${to.layout} in place of ${chosen.layout}${where}${isOver ? `; today's limit is ${text(limit)}` : ""}.`,
+      words: `${nameOf(asset)} as ${layoutText(to.layout, true)} in place of ${layoutText(chosen.layout, true)}${where}${isOver ? `; today's limit is ${text(limit)}` : ""}.`,
       lines, where: isAlone || (isOver && !isVisible) ? "[output]" : `[[light_map]] ${asset.name}`, isMeasured: true,
     };
   });
@@ -88,7 +88,7 @@ function unusedTexels(asset) {
   if (!(share >= 0.1)) return [];
   return [{
     saved: unused, isAtMost: true, isMeasured: false,
-    words: `${percentText(share)} of the textures of ${nameOf(asset)} lie outside charts, which are packed anew${asset.charts ? "" : "; name its mesh in [[light_map]]"}. ` +
+    words: `${percentText(share)} of the textures of ${nameOf(asset)} lie outside charts: packed anew, they need fewer texels${asset.charts ? "" : ". Name the mesh in [[light_map]] for that"}. ` +
       "Where a bright chart comes beside a dark one, the RMS error may rise several times, visible errors hardly: compare with `report --baseline`.",
     lines: ['charts = "pack"'], where: "[output]",
   }];
@@ -131,8 +131,9 @@ function isFitting({ saved, error, isMeasured }, { assets, budget }) {
 
 /** Returns the opportunities of a report, the largest share of the memory or of the error first; those whose error was not measured come last. @returns {Opportunity[]} */
 export function opportunitiesOf(report) {
-  const maps = report.assets.filter(({ kind }) => kind === "light-map"), allocated = allocations(report);
-  const all = [...allocated, ...(allocated.length > 0 ? [] : maps.flatMap((map) => layouts(map, maps.length === 1))), ...maps.flatMap(unusedTexels), ...derivedDominant(report),
+  const maps = report.assets.filter(({ kind }) => kind === "light-map");
+  // A layout that no allocation has would break the limit, or the budget, that chose them.
+  const all = [...allocations(report), ...(report.budget.frontier?.length > 0 ? [] : maps.flatMap((map) => layouts(map, maps.length === 1))), ...maps.flatMap(unusedTexels), ...derivedDominant(report),
     ...cubemapLevels(report.assets)].filter((each) => isFitting(each, report));
   return sorted(all, (each) => (each.isMeasured ? 1e3 : 0) + Math.min(gainOf(each, report.budget.used_bytes), 1));
 }
@@ -144,4 +145,8 @@ export function gainText({ saved, error, isAtMost }, used) {
 }
 
 /** Returns how the error changes: "The visible error goes from 4.85 to 9.43: "; empty where it was not measured. @param {Opportunity} opportunity */
-export const errorText = ({ error }) => (error ? `The ${error.name} ${error.to > error.from ? "grows" : "falls"} from ${error.text(error.from)} to ${error.text(error.to)}: ` : "");
+export function errorText({ error }) {
+  if (!error) return "";
+  const [from, to] = [error.from, error.to].map(error.text);
+  return `The ${error.name} ${from === to ? `stays at ${to}` : `${error.to > error.from ? "grows" : "falls"} from ${from} to ${to}`}: `;
+}

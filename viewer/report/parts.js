@@ -35,10 +35,9 @@ export function table(kind, columns, rows) {
 }
 
 /** Makes a table with the same figures of each kind of shading. @param {string} kind @param {string} title of the first column
- * @param {string[]} shadings @param {string[]} figures names @param {any[]} rows as of table() @param {string} [last] a further column */
-export function shadingTable(kind, title, shadings, figures, rows, last) {
-  const groups = make("tr", {}, head(title, { rowspan: 2 }), shadings.map((shading) => head(shading, { class: "group", colspan: figures.length })),
-    last && head(`#${last}`, { rowspan: 2 }));
+ * @param {string[]} shadings @param {string[]} figures names @param {any[]} rows as of table() */
+export function shadingTable(kind, title, shadings, figures, rows) {
+  const groups = make("tr", {}, head(title, { rowspan: 2 }), shadings.map((shading) => head(shading, { class: "group", colspan: figures.length })));
   const names = make("tr", {}, shadings.map(() => figures.map((name, i) => head(`#${name}`, { class: i === 0 ? "num first" : "num" }))));
   return framed(`stages ${kind}${shadings.length === 1 ? " one" : ""}`, [groups, names], rows, (i) => i > 0);
 }
@@ -116,6 +115,12 @@ export function shadingsOf(asset) {
 
 /** Returns "256 × 256" or "128 × 128 × 6"; empty for an asset without texels. */
 export const sizeText = ({ width, height, kind }) => (width && height ? `${width} × ${height}${kind === "cubemap" ? " × 6" : ""}` : "");
+
+/** Returns a layout for people: "basis-4+lit@5" is "basis-4, detail", or "basis-4, detail above 5". @param {string} name @param {boolean} [withLimit] */
+export function layoutText(name, withLimit = false) {
+  const [layout, detail] = name.split("+"), limit = detail?.split("@")[1];
+  return detail ? `${layout}, detail${withLimit && limit ? ` above ${shortText(Number(limit), 2)}` : ""}` : layout;
+}
 
 /** Returns "(1, 2.5, 3)". */
 export const vectorText = (values, text = (value) => shortText(value, 4)) => (values ? `(${values.map(text).join(", ")})` : DASH);

@@ -127,7 +127,7 @@ export function visibleHistogram(error, limit) {
     [1, 1e-2, 1e-4, 1e-6].map((tick) => [line("grid", left, share.at(tick), right, share.at(tick)), label("tick end", left - 7, share.at(tick) + 4, `${shortText(100 * tick)} %`)]),
     [1, 4, 7, 10, 13].map((octave) => label("tick middle", at(octave), bottom + 15, shortText(2 ** (LOWEST + octave - 1)))),
     label("tick middle", (left + right) / 2, height - 4, "visible error (filled: diffuse, outlined: specular)"), drawn,
-    limit > 0 && x > left && x < right && [line("limit", x, top, x, bottom), label("tick limit", x + 4, top + 10, "limit on p99")]);
+    limit > 0 && x > left && x < right && [line("limit", x, top, x, bottom), label("tick limit", x + 4, top + 10, "limit for 99 %")]);
 }
 
 // Allocations of memory
@@ -199,7 +199,7 @@ function trend(points, title, key, textOf) {
 export function trends(points, isOneScene) {
   return [
     trend(points, isOneScene ? "GPU memory" : "GPU memory of all scenes", "bytes", bytesText),
-    trend(points, isOneScene ? "Largest rel_rms of an asset" : "Largest rel_rms of an asset of any scene", "error", percentText),
-    trend(points, "Largest visible error (p99)", "visible", numberText),
+    trend(points, isOneScene ? "Largest RMS error of an asset" : "Largest RMS error of an asset of any scene", "error", percentText),
+    trend(points, "Largest visible error (99 %)", "visible", numberText),
   ];
 }

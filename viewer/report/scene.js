@@ -1,13 +1,13 @@
 // The page of one scene.
 import { make } from "../src/elements.js";
-import { bytesText, numberText, percentText, shortText } from "../src/units.js";
+import { bytesText, counted, numberText, percentText, shortText } from "../src/units.js";
 import { adviceOf, bytesOutsideCharts } from "./advice.js";
 import { assetSection } from "./asset.js";
 import { stageCaption, TERMS } from "./captions.js";
 import { baselineSection, platformSection, trendSection } from "./compare.js";
 import { firstScreen, opportunityList } from "./first.js";
 import {
-  anchor, budgetSentence, bytes, card, cell, DASH, fact, figure, kindCaption, kindColor, lastStage, limitedError, limitedVisible, list, number, percent, row, seconds,
+  anchor, budgetSentence, bytes, card, cell, DASH, fact, kindCaption, kindColor, lastStage, layoutText, limitedError, limitedVisible, list, number, percent, row, seconds,
   shadingsOf, shares, sizeText, soft, sorted, sub, swatch, table, titled, verdict,
 } from "./parts.js";
 import { frontierPlot } from "./plots.js";
@@ -53,14 +53,14 @@ function memory({ assets, budget }) {
 function frontier({ frontier: points = [], limit_bytes: limit }) {
   const chosen = points.findIndex((point) => point.chosen);
   if (points.length < 2 || chosen < 0) return null;
-  const words = ({ layouts }) => layouts.map((each) => `${each.light_map}: ${each.layout}`).join("; ");
+  const words = ({ layouts }) => layouts.map((each) => `${each.light_map}: ${layoutText(each.layout, true)}`).join("; ");
   const step = (to) => `${bytesText(Math.abs(to.bytes_gpu - points[chosen].bytes_gpu))} ${to.bytes_gpu > points[chosen].bytes_gpu ? "more" : "less"} take the visible error from ${
     numberText(points[chosen].visible)} to ${numberText(to.visible)} (${words(to)}).`;
   return card("What another budget buys",
     soft("Light maps share the memory. No other choice of layouts that was tried has fewer bytes and no larger visible error of the whole " +
-      "shading (p99 of the worst light map, as the trials measured it)."),
+      "shading (99 % of what pixels show of the worst light map; of the chosen one as cooked, of the others as their trials measured it)."),
     make("div", { class: "curve-frame" }, frontierPlot(points, limit ?? 0, words)), list([points[chosen + 1], points[chosen - 1]].filter((to) => to).map(step)),
-    make("details", {}, make("summary", {}, `All ${points.length} allocations`), table("frontier", ["Layouts", "#GPU memory", "#Visible p99"], points.map((point) =>
+    make("details", {}, make("summary", {}, `All ${points.length} allocations`), table("frontier", ["Layouts", "#GPU memory", "#Visible error"], points.map((point) =>
       row(point.chosen ? "total" : "", words(point) + (point.chosen ? " (chosen)" : ""), bytes(point.bytes_gpu), number(point.visible))))));
 }
 
@@ -72,9 +72,8 @@ function advice(report, more) {
 
 // The whole shading
 
-/** Returns "each alone: mean light 3.00 %, directions 98.0 %", of the squared error. */
-const stagesText = ({ stages }) => stages.filter(({ share }) => share > 0).map(({ name, share }, i) =>
-  `${i === 0 ? "each alone: " : ""}${stageCaption(name)} ${share <= 1 ? percentText(share) : `${numberText(share)} times`}`).join(", ");
+/** Returns "mean light 3.00 %, directions 98.0 %", of the squared error. */
+const stagesText = ({ stages }) => stages.filter(({ share }) => share > 0).map(({ name, share }) => `${stageCaption(name)} ${percentText(share)}`).join(", ");
 
 function whole(error) {
   if (!error) return null;
@@ -85,9 +84,11 @@ function whole(error) {
       "visible_rms" in error && [fact("Visible error, RMS", numberText(error.visible_rms)), fact(atMost, numberText(error.visible_rms_bound ?? 0))]),
     partsBar(parts.map(({ asset, kind, shading, share }) => ({ share, color: kindColor(kind), title: `${asset}, ${shading}: ${percentText(share)}` })), error.advice ?? "", false),
     make("p", { class: "sentence" }, error.advice),
-    parts.length > 0 && table("shares", ["Asset", "Light", "#Share of the squared error", "#rel_rms of its light"], parts.map((part) => [
-      [swatch(part.kind), part.asset, stagesText(part) && sub(stagesText(part))], cell("shading", part.shading), percent(part.share), percent(part.rel_rms)])),
-    parts.some(stagesText) && soft("Each alone: the squared error of the scene if only that stage erred. Errors of stages cancel in part, so one can be larger than the sum."),
+    parts.length > 0 && table("shares", ["Asset", "Light", "#Share of the squared error", "#RMS error of its light"], parts.map((part) => [
+      [swatch(part.kind), part.asset], cell("shading", part.shading), percent(part.share), percent(part.rel_rms)])),
+    parts.some(stagesText) && make("details", {}, make("summary", {}, "Shares of their stages"),
+      soft("The squared error of the scene if that stage alone erred. Errors of stages cancel in part, so one can be larger than the sum."),
+      table("stage-shares", ["Asset", "Light", "Stages"], parts.filter(stagesText).map((part) => [part.asset, cell("shading", part.shading), stagesText(part)]))),
     maps.length > 0 && table("shares", ["Light map", "#Of the texels", "#Whole error", "#Upper bound"], maps.map((map) => [
       [map.name, map.advice && sub(map.advice)], percent(map.weight), percent(map.rel_rms), percent(map.rel_rms_bound)])),
     apart.length > 0 && soft("No part of what the light maps' pixels show: ",
@@ -99,23 +100,26 @@ function whole(error) {
 /** Limits on rel_rms from here on only tell an error from light that is lost: nobody asked for them. */
 const NO_ERROR_LIMIT = 2;
 
-function limitNote({ limit }) {
-  const limits = [["value", "rel_rms"], ["max_visible", "visible p99"], ["max_visible_bound", "visible bound"], ["max_seam", "seam"]].filter(([key]) =>
+function limitNote({ limit, whole: shown }) {
+  const limits = [["value", "RMS error"], ["max_visible", "visible error"], ["max_visible_bound", "visible bound"], ["max_seam", "seam"]].filter(([key]) =>
     typeof limit[key] === "number" && !(key === "value" && limit.value >= NO_ERROR_LIMIT));
-  return limits.length > 0 && make("span", { class: "sub" }, `limit${limits.length > 1 ? "s" : ""}: `,
-    limits.map(([key, name], i) => [`${i > 0 ? ", " : ""}${name} `, key === "value" ? percent(limit.value) : shortText(limit[key])]));
+  const words = limits.map(([key, name]) => [`${name} `, key === "value" ? percent(limit.value) : shortText(limit[key])]);
+  // Figures of the light map alone stand in the columns, those with its dominant light here.
+  if (typeof shown?.max_visible === "number") words.push([`with its dominant light visible error ${numberText(shown.visible.p99)} of ${shortText(shown.max_visible)}`]);
+  if (typeof shown?.max_error === "number") words.push(["with its dominant light RMS error ", percent(shown.rel_rms), ` of ${percentText(shown.max_error)}`]);
+  return words.length > 0 && make("span", { class: "sub" }, `limit${words.length > 1 ? "s" : ""}: `, words.map((each, i) => [i > 0 && ", ", each]));
 }
 
 /** Makes the rows of an asset, one for each kind of shading. The first has the cells that all share. */
 function assetRows(asset, index, hasBounds) {
   const shadings = shadingsOf(asset), { error } = lastStage(asset), rowspan = shadings.length, shared = (kind, ...content) => make("td", { class: `num ${kind}`, rowspan }, content);
   const name = make("th", { scope: "rowgroup", rowspan }, make("a", { href: `#${anchor(index)}` }, asset.name),
-    make("span", { class: "sub" }, swatch(asset.kind), [kindCaption(asset.kind), sizeText(asset), asset.choice ?? asset.layout].filter((each) => each).join(", ")), limitNote(asset));
+    make("span", { class: "sub" }, swatch(asset.kind), [kindCaption(asset.kind), sizeText(asset), layoutText(asset.choice ?? asset.layout)].filter((each) => each).join(", ")), limitNote(asset));
   return make("tbody", {}, shadings.map((shading, i) => {
     const figures = error[shading];
     const bits = asset.bits_per_texel > 0 ? number(asset.bits_per_texel) : titled(DASH, "0");
     return make("tr", {}, i === 0 && [name, make("td", { class: "named", rowspan }, verdict(asset.passed)), shared("", bytes(asset.bytes_gpu)), shared("wide", bytes(asset.bytes_disk)), shared("wide", bits)],
-      cell("shading", shading), limitedError(figures, asset), cell("num wide", figure(figures, "p99")),
+      cell("shading", shading), limitedError(figures, asset),
       (hasBounds ? ["p99", "bound"] : ["p99"]).map((key) => limitedVisible(figures, key, asset)));
   }));
 }
@@ -123,22 +127,31 @@ function assetRows(asset, index, hasBounds) {
 function allAssets({ assets }) {
   if (assets.length === 0) return card("Assets", soft("No assets were cooked."));
   const hasBounds = assets.some(({ limit }) => typeof limit.max_visible_bound === "number");
-  const framed = table(hasBounds ? "assets bounded" : "assets", ["Asset", "Verdict", "#GPU", "#Disk", "#Bits per texel", "Shading", "#rel_rms", "#Local p99", "#Visible p99", ...(hasBounds ? ["#Visible bound"] : [])], []);
+  const framed = table(hasBounds ? "assets bounded" : "assets", ["Asset", "Verdict", "#GPU", "#Disk", "#Bits per texel", "Shading", "#RMS error", "#Visible error", ...(hasBounds ? ["#Visible bound"] : [])], []);
   // Columns that narrow screens leave out, and those that stand over the figures there.
-  for (const [kind, columns] of Object.entries({ wide: [3, 4, 7], named: [0, 1] })) for (const at of columns) framed.querySelectorAll("th")[at].classList.add(kind);
+  for (const [kind, columns] of Object.entries({ wide: [3, 4], named: [0, 1] })) for (const at of columns) framed.querySelectorAll("th")[at].classList.add(kind);
   framed.querySelector("tbody")?.replaceWith(...assets.map((asset, i) => assetRows(asset, i, hasBounds)));
-  return card("Assets", framed, soft("Thin lines show rel_rms and visible errors on the way to their limits. All figures are of the last stage; point at " +
-    "a number for its exact value. The sections of the assets below have the largest samples and the bounds."));
+  return card("Assets", framed, soft("RMS error: of all samples, relative to their light. Visible error: 99 % of the samples differ by less, in just noticeable differences. " +
+    "Thin lines show both on the way to their limits. Point at a number for its exact value; the sections of the assets below have the largest samples and the bounds."));
 }
 
 // Skipped work, and the meaning of the terms
 
 function skips({ skipped }) {
   if (skipped.length === 0) return card("Skipped", soft("Nothing was skipped."));
-  const sum = (key) => skipped.reduce((all, skip) => all + (skip[key] ?? 0), 0);
+  const sum = (skips, key) => skips.reduce((all, skip) => all + (skip[key] ?? 0), 0), isMeasured = (skips) => skips.some((skip) => typeof skip.seconds_saved === "number");
+  // Assets that are skipped for one reason, and results of earlier cooks, are one row each.
+  /** @type {Map<string, any[]>} */
+  const groups = new Map();
+  for (const skip of skipped) {
+    const key = skip.asset === undefined ? "" : skip.why;
+    groups.set(key, [...groups.get(key) ?? [], skip]);
+  }
+  const whatOf = (skips) => (skips[0].asset === undefined ? counted(skips.length, "result") : skips[0].what + (skips.length > 1 ? ` and ${skips.length - 1} more` : ""));
+  const saved = (skips) => [bytes(sum(skips, "bytes_saved")), seconds(isMeasured(skips) ? sum(skips, "seconds_saved") : null)];
   return card("Skipped", table("skips", ["What", "Why", "#Memory saved", "#Time saved"], [
-    ...skipped.map((skip) => [skip.what, skip.why, bytes(skip.bytes_saved), seconds(skip.seconds_saved ?? null)]),
-    row("total", "Together", "", bytes(sum("bytes_saved")), seconds(sum("seconds_saved")))]));
+    ...[...groups.values()].map((skips) => [titled(whatOf(skips), skips.map(({ what }) => what).join(", ")), skips[0].asset === undefined ? "taken from the cache" : skips[0].why, ...saved(skips)]),
+    row("total", "Together", "", ...saved(skipped))]));
 }
 
 /** Says what made the report, and what its terms mean. */

@@ -67,6 +67,6 @@ export function chartPart({ charts, bytes_gpu }) {
     soft(`${countText(count)} ${count === 1 ? "chart" : "charts"}. Areas are GPU memory, colours the visible error that 99 % of a chart's texels stay under, at their own normals:`),
     make("p", { class: "soft error-classes" }, errorRanges().map(({ words, color }) => make("span", {}, make("i", { class: "swatch", style: `background:${color}` }), words))),
     tilesOf(tiles, "GPU memory of each chart, coloured by its visible error"),
-    worst.length > 0 && table("charts", ["Most visible", "#GPU", "#From texel", "#Size", "#p99", "#max", "#at texel"], worst.map((chart) => [
+    worst.length > 0 && table("charts", ["Most visible", "#GPU", "#From texel", "#Size", "#99 %", "#largest", "#at texel"], worst.map((chart) => [
       `chart ${chart.number}`, bytes(chart.bytes), pairText(chart.first), pairText(chart.size), visible(chart, "visible_p99"), visible(chart, "visible_max"), pairText(chart.worst)])));
 }
