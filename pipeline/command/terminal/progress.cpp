@@ -15,7 +15,9 @@ namespace {
 
 constexpr int kBarWidth = 24;
 /// Time left is shown from here on: earlier estimates jump.
-constexpr double kLeastSeconds = 2, kLeastFraction = 0.08;
+constexpr double kLeastSeconds = 2, kLeastFraction = 0.2;
+/// An estimate of the end replaces the one that is shown if the time left differs by more than this ratio: it is no better below.
+constexpr double kSteadyRatio = 1.25;
 
 /// Time of an action, as measured on the public scenes with one thread.
 struct WorkRate {
@@ -29,6 +31,12 @@ constexpr std::array kWorkRates = {
     WorkRate{"cubemap", 0.1},          WorkRate{"verify-cubemap", 1.2}, WorkRate{"mesh", 0.01},
     WorkRate{"verify-mesh", 0.02},     WorkRate{kPackChartsKind, 0.3},
 };
+
+/// Returns true if a cook runs actions of this kind before it has its plan, or lint its findings.
+bool isPreparation(std::string_view kind) {
+    constexpr std::array kKinds = {kMaterialsKind, kContentKind, kFloorKind, kProbeUseKind};
+    return kind.starts_with("lint-") || std::ranges::find(kKinds, kind) != kKinds.end();
+}
 
 /// Returns "0:14", "12:05" or "1:02:10".
 std::string clockWords(double seconds) {
@@ -68,12 +76,17 @@ double workOf(const Action& action) {
 
 void Progress::onEvent(const Action& action, ActionEvent event) {
     const std::lock_guard lock(mutex_);
+    isPlanned_ = isPlanned_ || !isPreparation(action.kind);
     switch (event) {
         case ActionEvent::Planned:
             weights_.emplace(action.id, workOf(action));
             break;
         case ActionEvent::Started:
             running_[action.id] = {action.id, 0};
+            if (done_.erase(action.id) > 0) {
+                repeatedWork_ += weights_.at(action.id);
+                ++repeated_;
+            }
             break;
         case ActionEvent::Finished:
         case ActionEvent::Reused:
@@ -86,6 +99,7 @@ void Progress::onEvent(const Action& action, ActionEvent event) {
 
 void Progress::onPass(const Action& action, const std::string& what, double fraction) {
     const std::lock_guard lock(mutex_);
+    isPlanned_ = isPlanned_ || !isPreparation(action.kind);
     weights_.emplace(action.id, workOf(action));
     Running& running = running_[action.id];
     running.what = what;
@@ -94,7 +108,7 @@ void Progress::onPass(const Action& action, const std::string& what, double frac
 }
 
 double Progress::fractionLocked() const {
-    double all = 0, done = 0;
+    double all = repeatedWork_, done = repeatedWork_;
     for (const auto& [id, weight] : weights_) {
         all += weight;
         const auto running = running_.find(id);
@@ -111,15 +125,23 @@ double Progress::fraction() const {
     return fractionLocked();
 }
 
-std::string Progress::line(double seconds, int columns) const {
+std::string Progress::leftLocked(double seconds, double fraction) {
+    if (seconds < kLeastSeconds || fraction < kLeastFraction || fraction >= 1) return "";
+    const double left = seconds * (1 - fraction) / fraction, shown = end_ - seconds;
+    if (shown <= 0 || left > kSteadyRatio * shown || shown > kSteadyRatio * left) end_ = seconds + left;
+    return fmt::format("  {} left", clockWords(end_ - seconds));
+}
+
+std::string Progress::line(double seconds, int columns) {
     const std::lock_guard lock(mutex_);
     const double fraction = fractionLocked();
     std::string stages;
     for (const auto& [id, running] : running_)
         stages += fmt::format("{}{} {:.0f} %", stages.empty() ? "" : ", ", formats::withoutControls(running.what), 100 * running.fraction);
-    const std::string head = fmt::format("{} {:3.0f} %  {}/{} ", bar(fraction), 100 * fraction, done_.size(), weights_.size());
-    const bool isKnown = seconds >= kLeastSeconds && fraction >= kLeastFraction && fraction < 1;
-    const std::string tail = isKnown ? fmt::format("  {} left", clockWords(seconds * (1 - fraction) / fraction)) : "";
+    if (!isPlanned_) return cut(stages, columns - 1);
+    const std::string head =
+        fmt::format("{} {:3.0f} %  {}/{} ", bar(fraction), 100 * fraction, done_.size() + repeated_, weights_.size() + repeated_);
+    const std::string tail = leftLocked(seconds, fraction);
     // The last column stays free: some terminals wrap there.
     const int room = columns - 1 - static_cast<int>(head.size() + tail.size());
     return cut(head + cut(stages, std::max(room, 0)) + tail, columns - 1);

@@ -18,12 +18,13 @@ public:
     /// Records how far a pass of an action is. An action without events, such as that of `dominant --report`, counts from its first pass.
     void onPass(const Action& action, const std::string& what, double fraction);
 
-    /// Returns the done fraction of the job. It never decreases while no actions are added.
+    /// Returns the done fraction of the job. It never decreases while no actions are added, and none runs again.
     double fraction() const;
 
-    /// Returns "[######........]  43 %  5/12 encode lobby 70 %, verify probe0 12 %  0:14 left", at most `columns` long.
-    /// seconds   since the job began
-    std::string line(double seconds, int columns) const;
+    /// Returns "[######........]  43 %  5/12 encode lobby 70 %, verify probe0 12 %  0:14 left", at most `columns` long. While only actions
+    /// are known that the plan of a cook needs, nobody knows how much there is to do: the line has no bar then.
+    /// seconds   since the job began, at least those of the call before
+    std::string line(double seconds, int columns);
 
 private:
     struct Running {
@@ -31,11 +32,16 @@ private:
         double fraction = 0;
     };
     double fractionLocked() const;
+    std::string leftLocked(double seconds, double fraction);
 
     mutable std::mutex mutex_;
     std::map<std::string, double> weights_;  ///< by action id
     std::set<std::string> done_;
     std::map<std::string, Running> running_;
+    bool isPlanned_ = false;    ///< an action is known that a plan does not need
+    double repeatedWork_ = 0;   ///< of earlier runs of actions that run once more
+    std::size_t repeated_ = 0;  ///< number of these runs
+    double end_ = 0;            ///< expected, as shown [s since the job began]; 0: none was shown
 };
 
 /// Returns the expected time of an action on a common machine [s], by its kind and the size of its inputs: an estimate for the line of

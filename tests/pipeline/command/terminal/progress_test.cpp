@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "pipeline/assets/action_kind.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
@@ -49,6 +50,47 @@ TEST(Progress, ExpectsTheTimeThatKindsOfActionsTake) {
     EXPECT_GT(workOfKind("joint-trial"), workOfKind("light-map") + workOfKind("verify-light-map"));
     EXPECT_GT(workOfKind("verify-light-map"), 3 * workOfKind("light-map"));
     EXPECT_LT(workOfKind("lint-light-map"), 0.1 * workOfKind("joint-trial"));
+}
+
+/// The bar would reach its end twice otherwise: nobody knows what a cook has to do before it has read the scene.
+TEST(Progress, HasNoBarBeforeThePlanIsMade) {
+    Progress progress;
+    Action content = actionOf("content/map");
+    content.kind = kContentKind;
+    progress.onEvent(content, ActionEvent::Planned);
+    progress.onEvent(content, ActionEvent::Started);
+    progress.onPass(content, "survey the content of map", 0.5);
+    EXPECT_EQ(progress.line(5, 100), "survey the content of map 50 %");
+    progress.onEvent(actionOf("cook/map"), ActionEvent::Planned);
+    EXPECT_THAT(progress.line(5, 100), testing::StartsWith("[######"));
+}
+
+TEST(Progress, CountsAnActionThatRunsAgain) {
+    Progress progress;
+    const Action cook = actionOf("cook/map"), verify = actionOf("verify/map");
+    for (const Action& action : {cook, verify})
+        for (const ActionEvent event : {ActionEvent::Planned, ActionEvent::Started, ActionEvent::Finished}) progress.onEvent(action, event);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 1);
+    progress.onEvent(cook, ActionEvent::Started);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 2.0 / 3);
+    progress.onPass(cook, "encode map", 0.5);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 2.5 / 3);
+    EXPECT_THAT(progress.line(30, 100), HasSubstr(" 2/3 encode map 50 %  0:06 left"));
+}
+
+/// Estimates of the end move with each pass; what is shown counts down until they differ clearly.
+TEST(Progress, CountsTheTimeLeftDown) {
+    Progress progress;
+    const Action cook = actionOf("cook/map");
+    progress.onEvent(cook, ActionEvent::Started);
+    const auto lineAt = [&](double seconds, double fraction) {
+        progress.onPass(cook, "encode map", fraction);
+        return progress.line(seconds, 100);
+    };
+    EXPECT_THAT(lineAt(20, 0.1), Not(HasSubstr("left"))) << "too early to tell";
+    EXPECT_THAT(lineAt(50, 0.5), HasSubstr("0:50 left"));
+    EXPECT_THAT(lineAt(60, 0.56), HasSubstr("0:40 left")) << "the new estimate, 0:47, is about the same";
+    EXPECT_THAT(lineAt(90, 0.57), HasSubstr("1:08 left")) << "far from the 10 that are left of the first estimate";
 }
 
 TEST(Progress, ShowsControlCharactersOfNamesAsEscapes) {
