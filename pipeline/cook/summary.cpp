@@ -232,7 +232,7 @@ void SummaryWriter::addRunsOfKeptRows(std::vector<RunRecord>& runs) const {
 
 Result<Report> SummaryWriter::prepare(const Plan& plan, const ExecutionResult& result, const std::filesystem::path& staging,
                                       bool isAnythingRun, ReportFrame frame, const WorkRates& rates) {
-    LC_CHECK(collect(plan, result));
+    LC_CHECK(collect(plan, result, frame.frontier));
     frame.incomplete = incompleteOf(plan);
     frame.partial = leftOut(frame.incomplete);
     frame.findings = withKeptFindings(std::move(frame.findings));
@@ -341,7 +341,7 @@ std::optional<IncompleteCook> SummaryWriter::incompleteOf(const Plan& plan) cons
 }
 
 /// Collects entries and rows in the order of the scene.
-Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& result) {
+Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& result, const std::vector<FrontierPoint>& frontier) {
     if (isPartial_) {
         std::set<std::string> left;
         for (const CookedAsset& asset : oldManifest_->assets) {
@@ -360,7 +360,8 @@ Result<void> SummaryWriter::collect(const Plan& plan, const ExecutionResult& res
             for (const FileRecord& file : gltf->second.files) gltf_.push_back({file.name, name, file.digest});
     }
     if (isPartial_) sortAsInScene();
-    addFailures(rows_, scene_.file.empty() ? LimitsFrom::Converter : LimitsFrom::SceneFile);
+    addFailures(rows_, scene_.file.empty() ? LimitsFrom::Converter : LimitsFrom::SceneFile,
+                scene_.output.budgetBytes ? frontier : std::vector<FrontierPoint>());
     return {};
 }
 
@@ -451,7 +452,7 @@ Result<void> SummaryWriter::prepareManifest(const Plan& plan, const ReportFrame&
 bool SummaryWriter::isReportCurrent(const ReportFrame& frame, const std::filesystem::path& staging) const {
     if (!oldReport_ || !oldManifest_ || withSelfDigest(toJson(*oldManifest_)) != manifestText_) return false;
     return jsonOf(oldReport_->assets) == jsonOf(rows_) && jsonOf(oldReport_->findings) == jsonOf(frame.findings) &&
-           jsonOf(oldReport_->budget.frontier) == jsonOf(frame.frontier) && oldReport_->incomplete == frame.incomplete &&
+           jsonOf(oldReport_->budget.frontier) == jsonOf(asCooked(frame.frontier, rows_)) && oldReport_->incomplete == frame.incomplete &&
            oldReport_->partial == frame.partial && oldReport_->budget.limitBytes == scene_.output.budgetBytes &&
            checkReportFiles({folder_, staging}, manifestText_, *oldReport_).empty();
 }

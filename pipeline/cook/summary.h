@@ -56,7 +56,7 @@ public:
     formats::Result<void> commit();
 
 private:
-    formats::Result<void> collect(const Plan& plan, const ExecutionResult& result);
+    formats::Result<void> collect(const Plan& plan, const ExecutionResult& result, const std::vector<FrontierPoint>& frontier);
     void sortAsInScene();
     formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
     bool isInFolder(const std::string& asset) const;

@@ -14,14 +14,18 @@ public:
     explicit WorkRates(std::filesystem::path file);
     /// Notes a measured action of a kind.
     void add(const std::string& kind, double texels, double seconds);
-    /// Returns the time of as many texels at the measured rate; nothing if this machine never cooked that kind.
+    /// Returns the time of as many texels at the measured rate. Nothing if this machine never cooked that kind, or only assets so much
+    /// smaller that what an action costs whatever its size decides their rate.
     std::optional<double> secondsOf(const std::string& kind, double texels) const;
     /// Writes the rates if there are new ones. A failure costs figures of later reports only.
     void save() const;
 
 private:
     std::filesystem::path file_;
-    std::map<std::string, double> secondsPerTexel_;
+    struct Measured {
+        double texels = 0, seconds = 0;
+    };
+    std::map<std::string, Measured> measured_;
     bool isChanged_ = false;
 };
 

@@ -37,6 +37,31 @@ std::string costWords(std::uint64_t bytes, std::uint64_t bytesNow) {
                                            bytes > bytesNow ? "more" : "less");
 }
 
+/// Returns true for a layout that an engine decodes with its own shader, which reads no other, and for a name of none.
+bool isFixed(const std::string& name) {
+    const auto layout = formats::lightMapLayoutFromName(name);
+    return !layout || formats::info(*layout).isForEngine;
+}
+
+/// Returns the remedy where the scene allows the row's layout alone.
+std::string remedyOfNamed(const ReportRow& row) {
+    return isFixed(row.layout) ? "" : "No other layout is allowed: light_map_layout = \"auto\" takes the smallest that keeps the limit.";
+}
+
+/// Returns true if a scene allows one layout alone, which was tried for the choice of its dominant light.
+bool isAlone(const Candidates& candidates) {
+    return std::ranges::count(candidates, false, &TrialCandidate::isExcluded) == 1;
+}
+
+/// Returns true if a layout of another figure gains more than it costs: bytes times visible error are below those of the chosen one, as for
+/// the opportunities of the page. Visible errors below 1 count as 1, since nobody sees them.
+bool isWorthItsBytes(const TrialCandidate& each, double figure, const TrialCandidate& chosen, double chosenFigure) {
+    const auto cost = [](const TrialCandidate& candidate, double visible) {
+        return static_cast<double>(candidate.bytesGpu) * std::max(visible, 1.0);
+    };
+    return cost(each, figure) < cost(chosen, chosenFigure);
+}
+
 /// Returns the layout that a trial of the map found to help, or that none does.
 std::string triedRemedy(const ReportRow& row, const Candidates& candidates, const std::optional<Check>& over) {
     const Limit limit = over ? over->figure.limit : Limit::Visible;
@@ -48,7 +73,7 @@ std::string triedRemedy(const ReportRow& row, const Candidates& candidates, cons
     for (const TrialCandidate& each : candidates) {  // the smallest first
         const double figure = figureOf(each);
         if (!(figure < least)) continue;
-        const bool helps = !over || figure <= over->allowed;
+        const bool helps = over ? figure <= over->allowed : isWorthItsBytes(each, figure, *chosen, least);
         const TrialCandidate*& first = each.isExcluded ? excluded : smallest;
         if (helps && first == nullptr) first = &each;
         if (!each.isExcluded && (best == nullptr || figure < figureOf(*best))) best = &each;
@@ -62,17 +87,24 @@ std::string triedRemedy(const ReportRow& row, const Candidates& candidates, cons
         return fmt::format("light_map_layout = \"{}\"{} {} {}.", named.layout, named.limit ? " with detail = true" : "", does,
                            words(*smallest));
     }
-    if (excluded != nullptr) return fmt::format("{}, which layouts leaves out, {} {}.", excluded->layout, does, words(*excluded));
+    const auto name = [](const TrialCandidate& each) { return DetailedLayout::ofName(each.layout).words(); };
+    if (excluded != nullptr) return fmt::format("{}, which layouts leaves out, {} {}.", name(*excluded), does, words(*excluded));
     if (!over) return "";
-    return best == nullptr ? "No layout has less."
-                           : fmt::format("No layout keeps the limit: the least is that of {} {}.", best->layout, words(*best));
+    if (best != nullptr) return fmt::format("No layout keeps the limit: the least is that of {} {}.", name(*best), words(*best));
+    if (least <= over->allowed)
+        return fmt::format("{} kept the limit when it was tried ({}): a lower limit takes a larger layout.", name(*chosen),
+                           figureWords(limit, least));
+    return isAlone(candidates) ? remedyOfNamed(row) : "No layout has less.";
 }
 
 std::string lightMapRemedy(const ReportRow& row, const std::optional<Check>& over) {
-    const bool isTried = !over || triedFigure({}, over->figure.limit);
-    if (row.trialCandidates) return isTried ? triedRemedy(row, *row.trialCandidates, over) : "";
-    const auto layout = formats::lightMapLayoutFromName(row.layout);
-    if (!layout || formats::info(*layout).isForEngine) return "";  // the engine reads no other
+    if (!over && row.whole) return "";  // chosen with its dominant light: the next scenes of that choice stand elsewhere
+    if (row.trialCandidates) {
+        if (!over || triedFigure({}, over->figure.limit)) return triedRemedy(row, *row.trialCandidates, over);
+        const bool isOfWhole = over->figure.limit == Limit::WholeVisible || over->figure.limit == Limit::WholeError;
+        return isOfWhole && isAlone(*row.trialCandidates) ? remedyOfNamed(row) : "";
+    }
+    if (isFixed(row.layout)) return "";
     return over ? "light_map_layout = \"auto\" takes the smallest layout that keeps the limit."
                 : "light_map_layout = \"auto\" with max_visible measures what the other layouts give.";
 }
@@ -97,6 +129,12 @@ std::string tablesRemedy(const ReportRow& row) {
     if (row.width <= 0 || row.width >= kFineViewCount) return "";
     const auto more = row.bytesGpu * static_cast<std::uint64_t>(kFineViewCount - row.width) / static_cast<std::uint64_t>(row.width);
     return fmt::format("views = {} in [tables] in place of {} takes {} more.", kFineViewCount, row.width, sizeWords(more));
+}
+
+/// Returns the least whole KiB that hold as many bytes.
+std::uint64_t kibibytesFor(std::uint64_t bytes) {
+    constexpr std::uint64_t kStep = 1024;
+    return (bytes + kStep - 1) / kStep;
 }
 
 /// Returns the least limit that allows every figure of an asset that it holds, rounded up to three digits; nothing if one is not finite.
@@ -155,6 +193,13 @@ std::string adviceOn(const ReportRow& row, const Check& over, const ReportRow* l
     return fmt::format("{}", fmt::join(sentences, " "));
 }
 
+std::string budgetRemedy(const std::vector<FrontierPoint>& frontier, double maxWholeVisible) {
+    const auto kept =
+        std::ranges::find_if(frontier, [&](const FrontierPoint& point) { return !point.isChosen && point.visible <= maxWholeVisible; });
+    if (kept == frontier.end()) return "";
+    return fmt::format("A budget of {} KiB keeps it ({}). ", kibibytesFor(kept->bytesGpu), layoutWords(*kept));
+}
+
 std::string budgetAdvice(const std::vector<ReportRow>& rows, std::uint64_t usedBytes, bool isChosen) {
     std::vector<std::string> sentences;
     if (const auto largest = std::ranges::max_element(rows, {}, &ReportRow::bytesGpu); largest != rows.end())
@@ -165,8 +210,7 @@ std::string budgetAdvice(const std::vector<ReportRow>& rows, std::uint64_t usedB
         sentences.emplace_back("No other layouts are smaller.");
     else if (std::ranges::any_of(rows, isNamed))
         sentences.emplace_back("Without light_map_layout the budget chooses the layouts.");
-    constexpr std::uint64_t kStep = 1024;
-    sentences.push_back(fmt::format("A budget of {} KiB allows it.", (usedBytes + kStep - 1) / kStep));
+    sentences.push_back(fmt::format("A budget of {} KiB allows it.", kibibytesFor(usedBytes)));
     return fmt::format("{}", fmt::join(sentences, " "));
 }
 

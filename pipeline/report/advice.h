@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/report/frontier.h"
 #include "pipeline/report/report_row.h"
 
 namespace lightcook::pipeline {
@@ -22,6 +23,10 @@ std::string remedyOf(const ReportRow& row, const std::optional<Check>& over, con
 
 /// Returns the advice under a figure over its limit: the cause if it is known, the remedy, and the value of the limit that allows it.
 std::string adviceOn(const ReportRow& row, const Check& over, const ReportRow* lightMap);
+
+/// Returns "A budget of 625 KiB keeps it (map: basis-4, dominant light derived). ", of the smallest scene that keeps a limit on the visible
+/// error of the whole; empty: there is none.
+std::string budgetRemedy(const std::vector<FrontierPoint>& frontier, double maxWholeVisible);
 
 /// Returns the advice under a budget that is not kept: what takes most of it, whether other layouts would help, the budget that allows it.
 /// isChosen  the budget chose the layouts

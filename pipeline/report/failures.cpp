@@ -207,7 +207,8 @@ std::string placeWords(const Json& at) {
     return words;
 }
 
-std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom, const ReportRow* lightMap) {
+std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom, const ReportRow* lightMap,
+                                const std::vector<FrontierPoint>& frontier) {
     const Names names{limitsFrom, lightMap};
     std::vector<Failure> failures;
     for (const verify::Violation& each : row.verdict.violations) {
@@ -231,18 +232,19 @@ std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom, con
     for (const Check& check : row.whole ? row.whole->checks() : std::vector<Check>()) {
         if (check.isKept()) continue;
         Failure failure = failureOf(row, check, names);
+        if (check.figure.limit == Limit::WholeVisible) failure.advice = budgetRemedy(frontier, check.allowed) + failure.advice;
         complete(failure, row, "together with its dominant light", {});
         failures.push_back(std::move(failure));
     }
     return failures;
 }
 
-void addFailures(std::vector<ReportRow>& rows, LimitsFrom limitsFrom) {
+void addFailures(std::vector<ReportRow>& rows, LimitsFrom limitsFrom, const std::vector<FrontierPoint>& frontier) {
     std::vector<const ReportRow*> lightMaps;
     for (const ReportRow& row : rows)
         if (row.kind == AssetKind::LightMap) lightMaps.push_back(&row);
     for (ReportRow& row : rows)
-        if (!row.verdict.passed && row.failures.empty()) row.failures = failuresOf(row, limitsFrom, lightMapOf(row, lightMaps));
+        if (!row.verdict.passed && row.failures.empty()) row.failures = failuresOf(row, limitsFrom, lightMapOf(row, lightMaps), frontier);
 }
 
 std::vector<formats::Error> errorsOf(const std::vector<Failure>& failures) {

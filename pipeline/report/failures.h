@@ -6,6 +6,7 @@
 
 #include "formats/error.h"
 #include "pipeline/document/json.h"
+#include "pipeline/report/frontier.h"
 #include "pipeline/report/report_row.h"
 
 namespace lightcook::pipeline {
@@ -14,10 +15,13 @@ namespace lightcook::pipeline {
 /// and its worst seam, if that is over its limit.
 /// The text of a failure names the key of its limit, or the option of the command that converted the asset.
 /// lightMap  that a dominant light belongs to, for the advice; may be null
-std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom, const ReportRow* lightMap = nullptr);
+/// frontier  see addFailures()
+std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom, const ReportRow* lightMap = nullptr,
+                                const std::vector<FrontierPoint>& frontier = {});
 
 /// Gives the rows that did not pass their failures, those that have none yet. Call when all else in the rows is there.
-void addFailures(std::vector<ReportRow>& rows, LimitsFrom limitsFrom);
+/// frontier  of a scene whose budget chose the layouts: a limit on the whole that it does not allow is told with the budget that does
+void addFailures(std::vector<ReportRow>& rows, LimitsFrom limitsFrom, const std::vector<FrontierPoint>& frontier = {});
 
 /// Returns a place of report.json ("sampled_at", "bound_at", "at") as text: "texel (12, 31), green, normal (0, 0, 1)". Leaves out members
 /// that are absent or of another type.

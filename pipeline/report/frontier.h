@@ -8,6 +8,7 @@
 
 #include "pipeline/assets/cooked_asset.h"
 #include "pipeline/document/json_fields.h"
+#include "pipeline/report/report_row.h"
 
 namespace lightcook::pipeline {
 
@@ -34,9 +35,13 @@ void describe(Fields& fields, Self& point) {
                     "GPU memory of the whole scene, with the specular tables of this cook");
     fields.required("visible", point.visible, between(0, HUGE_VAL),
                     "99th percentile of the visible errors of the whole shading, of the worst light map, as the trials measured it");
-    fields.required("chosen", point.isChosen, "true for the allocation of this cook");
+    fields.required("chosen", point.isChosen, "true for the allocation of this cook, whose bytes and error are those of the cooked files");
     fields.required("layouts", point.layouts, "what each light map gets");
 }
+
+/// Returns the points with the bytes and the error that the chosen one has in the rows of its cook, and without those that it beats then:
+/// trials estimate both. As they are if the rows do not have the error.
+std::vector<FrontierPoint> asCooked(std::vector<FrontierPoint> points, const std::vector<ReportRow>& rows);
 
 /// Returns "lightmap: basis-4; ...".
 std::string layoutWords(const FrontierPoint& point);

@@ -109,7 +109,7 @@ Report makeReport(const ReportFrame& frame, std::vector<ReportRow> rows, std::ve
         report.peakRssBytes = std::max(report.peakRssBytes, run.peakRssBytes);
     }
     report.budget.limitBytes = frame.budgetBytes;
-    report.budget.frontier = frame.frontier;
+    report.budget.frontier = asCooked(frame.frontier, rows);
     report.passed = true;
     for (const ReportRow& row : rows) {
         report.passed = report.passed && row.verdict.passed;

@@ -294,7 +294,8 @@ std::optional<SceneError> sceneError(const std::vector<ReportRow>& rows) {
 std::string lineOf(const SceneError& whole) {
     const ShadingError& shading = whole.shading;
     const std::string visible =
-        shading.visibleRms ? fmt::format("; visible {:.2f}, at most {:.2f}", *shading.visibleRms, *shading.visibleRmsBound) : "";
+        shading.visibleRms ? fmt::format("; visible error {:.2f} (RMS), at most {:.2f}", *shading.visibleRms, *shading.visibleRmsBound)
+                           : "";
     return fmt::format("whole shading: {} of its light (RMS), at most {}{}. {}", humanPercent(shading.relRms),
                        humanPercent(shading.relRmsBound), visible, shading.advice);
 }

@@ -19,6 +19,11 @@ struct DetailedLayout {
     std::string name() const {
         return limit ? fmt::format("{}+{}@{:.6g}", layout, formats::info(formats::kDetailLayout).name, *limit) : layout;
     }
+    /// Returns the layout for people: "basis-4, detail", or "basis-4, detail above 5" where layouts differ in the limit alone.
+    std::string words(bool withLimit = false) const {
+        if (!limit) return layout;
+        return withLimit ? fmt::format("{}, detail above {:.2g}", layout, *limit) : layout + ", detail";
+    }
     /// Returns the layout of a name. One without a number is the layout alone.
     static DetailedLayout ofName(std::string_view name) {
         const std::size_t plus = name.find('+'), at = name.find('@');

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <utility>
 
+#include "pipeline/assets/light_map/detailed_layout.h"
 #include "pipeline/assets/note_keys.h"
 #include "pipeline/command/remote.h"
 #include "pipeline/report/limit_use.h"
@@ -89,9 +90,9 @@ void printAssets(Terminal& terminal, const std::vector<ReportRow>& rows) {
         {"asset", "kind", "layout", "bake", "GPU, MiB", "error of its limit", "verdict"}};
     for (const ReportRow& row : rows) {
         const auto use = mostUsedLimit(row);
-        table.push_back({row.name, std::string(info(row.kind).name), row.triedLayout(), row.bytesIn > 0 ? mebibytes(row.bytesIn) : "-",
-                         mebibytes(row.bytesGpu), use ? use->brief : errorWords(row.verdict.stages.back()),
-                         verdictWord(row.verdict.passed).text + seamWords(row)});
+        table.push_back({row.name, std::string(info(row.kind).name), DetailedLayout::ofName(row.triedLayout()).words(),
+                         row.bytesIn > 0 ? mebibytes(row.bytesIn) : "-", mebibytes(row.bytesGpu),
+                         use ? use->brief : errorWords(row.verdict.stages.back()), verdictWord(row.verdict.passed).text + seamWords(row)});
     }
     std::array<std::size_t, ColumnCount> widths{};
     for (const auto& cells : table)
@@ -112,6 +113,8 @@ void printAssets(Terminal& terminal, const std::vector<ReportRow>& rows) {
         terminal.say(StyledLine{{Style::Plain, line}, verdictWord(row->verdict.passed), {Style::Warning, seamWords(*row)}});
         if (row->mipsEnd) terminal.say(mipLine(*row));
     }
+    if (std::ranges::any_of(rows, [](const ReportRow& row) { return !seamWords(row).empty(); }))
+        terminal.say(StyledLine{{Style::Faint, "seam: cooking adds a step that shows where two charts meet, and no max_seam limits it"}});
 }
 
 /// Returns a line that names what a folder lacks of its scene.

@@ -149,11 +149,32 @@ TEST(FailureAdvice, NamesTheSmallestLayoutThatKeptTheLimitAndWhatItCosts) {
     EXPECT_THAT(adviceOf(row), StartsWith("No layout keeps the limit: the least is that of basis-8 (visible error 7.5 when"));
     row.trialCandidates = {tried("basis-3", 3072, 23), tried("basis-4", 4096, 12)};
     EXPECT_EQ(adviceOf(row), "No layout has less. A limit of 12.4 allows it.");
+    row.trialCandidates = {tried("basis-4", 4096, 12)};
+    EXPECT_EQ(
+        adviceOf(row),
+        "No other layout is allowed: light_map_layout = \"auto\" takes the smallest that keeps the limit. A limit of 12.4 allows it.");
+    row.trialCandidates = {tried("basis-4", 4096, 4.9)};
+    EXPECT_EQ(
+        adviceOf(row),
+        "basis-4 kept the limit when it was tried (visible error 4.9): a lower limit takes a larger layout. A limit of 12.4 allows it.");
+    row.trialCandidates = {tried("basis-3", 3072, 23), tried("basis-4", 4096, 12)};
     row.trialCandidates->push_back(tried("hdr-2", 8192, 4.5, true));
     EXPECT_THAT(adviceOf(row), StartsWith("hdr-2, which layouts leaves out, keeps the limit (visible error 4.5 when"));
     row.layout = "godot";
     row.trialCandidates.reset();
     EXPECT_EQ(adviceOf(row), "A limit of 12.4 allows it.") << "the engine reads no other layout";
+}
+
+TEST(FailureAdvice, NamesTheBudgetThatKeepsALimitOnTheWhole) {
+    ReportRow row = mapOverLimit();
+    row.verdict.limits = {};
+    row.trialCandidates = {TrialCandidate{"basis-3", 1500}, TrialCandidate{"basis-4", 2500}};
+    row.whole.emplace().visible.p99 = 6.1;
+    row.whole->limits[Limit::WholeVisible] = 5;
+    const std::vector<FrontierPoint> frontier = {
+        {2000, 6.1, true, {{"a", "basis-3"}}}, {5000, 4.9, false, {{"a", "basis-4+lit@5.65685"}}}, {9000, 3, false, {{"a", "raw"}}}};
+    EXPECT_EQ(failuresOf(row, LimitsFrom::SceneFile, nullptr, frontier).back().advice,
+              "A budget of 5 KiB keeps it (a: basis-4, detail above 5.7). A limit of 6.1 allows it.");
 }
 
 TEST(FailureAdvice, NamesAChartOfFewTexelsAsTheCause) {

@@ -186,11 +186,13 @@ TEST(SceneError, AdvisesTheNextBetterLayoutThatWasTried) {
     Json tried = lightMap("map", 0.1, 0, 1, 0);
     tried["layout"] = "basis-4";
     tried["trial_candidates"] = Json::array();
-    for (const auto& [layout, bytes, visible] : {std::tuple("basis-4", 4096, 9.0), std::tuple("basis-8", 6144, 6.0)})
+    for (const auto& [layout, bytes, visible] : {std::tuple("basis-4", 4096, 9.0), std::tuple("basis-8", 6144, 5.5)})
         tried["trial_candidates"].push_back(
             toJson(TrialCandidate{layout, static_cast<std::uint64_t>(bytes), 1, 0.1, 0.1, visible, visible, 1, 1, 0, false}));
     EXPECT_THAT(readWhole(wholeOf({tried})).shading.advice,
-                HasSubstr("light. light_map_layout = \"basis-8\" has less (visible error 6 when it was tried, 2.00 KiB more)."));
+                HasSubstr("light. light_map_layout = \"basis-8\" has less (visible error 5.5 when it was tried, 2.00 KiB more)."));
+    tried["trial_candidates"][1]["visible_diffuse"] = tried["trial_candidates"][1]["visible_specular"] = 6.5;
+    EXPECT_THAT(readWhole(wholeOf({tried})).shading.advice, ::testing::EndsWith("in diffuse light.")) << "it costs more than it gains";
 }
 
 TEST(SceneError, AdvisesAutoWhereNoLayoutWasTried) {
