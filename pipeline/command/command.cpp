@@ -23,8 +23,10 @@
 #include "pipeline/command/reference/program_doc.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal/terminal.h"
+#include "pipeline/document/given_keys.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/report/exit_codes.h"
+#include "pipeline/scene/scene.h"
 
 namespace lightcook::pipeline {
 
@@ -128,6 +130,16 @@ std::vector<std::string> optionNames(const CLI::App& app) {
     return names;
 }
 
+/// Returns "; nearest is '--layout'" for an option that is unknown: that of the key of [output] with this name, or else the nearest one.
+std::string optionHint(const std::string& name, const std::vector<std::string>& known) {
+    for (const KeyTable& table : sceneKeyTables())
+        for (const KeyRow& row : table.keys)
+            if (table.name == "output" && optionNamed(row.name) == name && !row.rule.option.empty())
+                if (std::string option = optionNamed(std::string(row.rule.option)); std::ranges::find(known, option) != known.end())
+                    return "; nearest is '" + option + "'";
+    return formats::nearestHint(name, known);
+}
+
 /// Returns the message of CLI11 as an error: the option that it begins with is the subject. A word that is unknown is named with the
 /// nearest one.
 formats::Error errorOf(const CLI::App& app, const CLI::ParseError& mistake) {
@@ -136,9 +148,9 @@ formats::Error errorOf(const CLI::App& app, const CLI::ParseError& mistake) {
         const std::string name = unknown.front().substr(0, unknown.front().find('='));
         const std::string of = app.get_subcommands().empty() ? "" : " of " + app.get_subcommands().front()->get_name();
         return {formats::ErrorCode::InvalidRequest, "command line",
-                name.starts_with('-') ? fmt::format("found the unknown option '{}', expected an option{}{}", name, of,
-                                                    formats::nearestHint(name, optionNames(app)))
-                                      : fmt::format("found '{}', expected no further argument{}", name, of)};
+                name.starts_with('-')
+                    ? fmt::format("found the unknown option '{}', expected an option{}{}", name, of, optionHint(name, optionNames(app)))
+                    : fmt::format("found '{}', expected no further argument{}", name, of)};
     }
     if (!unknown.empty() && app.get_subcommands().empty()) return unknownCommand(unknown.front());
     const std::string message = mistake.what();

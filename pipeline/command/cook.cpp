@@ -122,6 +122,9 @@ int runCook(Session& session, CookCommand& command) {
             errors.push_back(written.error());
     outcome.errors = std::move(errors);
     printCook(session, outcome);
+    if (outcome.report.is_object() && session.terminal.isInteractive() && session.terminal.verbosity() != Verbosity::Quiet)
+        session.terminal.say(
+            fmt::format("the report is {}; next: lightcook view {}", (outcome.output / kReportHtmlName).string(), outcome.output.string()));
     return session.finish(outcome.errors);
 }
 

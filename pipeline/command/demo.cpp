@@ -49,9 +49,9 @@ CommandFunction defineDemo(CLI::App& app) {
         printCook(session, cooked);
         if (cooked.errors.empty() && session.terminal.verbosity() != Verbosity::Quiet) {
             if (!session.terminal.isInteractive()) printReport(session.terminal, cooked.report);
-            session.terminal.say(
-                fmt::format("cooked and verified; the report is {}",
-                            std::filesystem::absolute(options->cook.output / kReportHtmlName).lexically_normal().string()));
+            session.terminal.say(fmt::format("cooked and verified; the report is {}; next: lightcook view {}",
+                                             std::filesystem::absolute(options->cook.output / kReportHtmlName).lexically_normal().string(),
+                                             options->cook.output.string()));
         }
         return options->json.finish(session, cooked.report, cooked.errors);
     };

@@ -46,6 +46,9 @@ TEST(ParseCommandLine, NamesTheNearestOptionOrCommand) {
               "'--max-error'\n");
     EXPECT_THAT(refusalOf("cok scene.toml"), AllOf(HasSubstr("the unknown command 'cok'"), HasSubstr("nearest is 'cook'")));
     EXPECT_THAT(refusalOf("cook scene.toml --efort=3"), HasSubstr("'--efort', expected an option of cook; nearest is '--effort'"));
+    EXPECT_THAT(refusalOf("cook scene.toml --light-map-layout sh4"),
+                HasSubstr("'--light-map-layout', expected an option of cook; nearest is '--layout'"))
+        << "the key of the scene file";
     EXPECT_THAT(refusalOf("--quite info a.exr"), HasSubstr("'--quite', expected an option of info; nearest is '--quiet'"));
     EXPECT_THAT(refusalOf("cook scene.toml --no-such-flag"), AllOf(HasSubstr("'--no-such-flag'"), Not(HasSubstr("nearest"))));
     EXPECT_THAT(refusalOf("verify out demo"), HasSubstr("command line: found 'demo', expected no further argument of verify"));
