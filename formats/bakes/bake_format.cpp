@@ -22,14 +22,13 @@
 #include "formats/bakes/unreal.h"
 #include "formats/epic_light_maps.h"
 #include "formats/file/one_line.h"
+#include "formats/unity_axes.h"
 #include "formats/vocabulary.h"
 
 namespace lightcook::formats {
 namespace {
 
 using Kind = BakeMatch::Kind;
-
-constexpr std::string_view kUnityAxes = "the axes are those of the world that was baked, which is left-handed in Unity";
 
 constexpr std::string_view kTangents =
     "tangents are those of the mesh, or without TANGENT follow TEXCOORD_0; the y of the three directions points down a picture";

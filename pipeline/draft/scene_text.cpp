@@ -7,6 +7,7 @@
 #include <set>
 
 #include "formats/lmbake.h"
+#include "formats/unity_axes.h"
 #include "pipeline/document/json.h"
 #include "pipeline/scene/asset_name.h"
 #include "pipeline/scene/checks.h"
@@ -128,14 +129,19 @@ private:
             text_ +=
                 oneLine(fmt::format("# The file would also fit bake = \"{}\".", fmt::join(map.reading.otherReadings, "\" or \""))) + "\n";
         const bool isCoveredByMesh = map.mesh && !map.hasCoverage;
-        // A mesh gives a bake the coverage and the normals that it lacks.
+        const bool isOfUnity = map.mesh && std::ranges::find(map.reading.assumed, formats::kUnityAxes) != map.reading.assumed.end();
+        // A mesh gives a bake the coverage and the normals that it lacks, and says the axes.
+        const auto isKnown = [&](const std::string& assumed) {
+            return (map.mesh && assumed == kEverySurfaceFacesZ) || ((map.mesh || map.gaps > 0) && assumed == kEveryTexelIsCovered) ||
+                   (isOfUnity && assumed == formats::kUnityAxes);
+        };
         for (const std::string& assumed : map.reading.assumed)
-            if (!(map.mesh && assumed == kEverySurfaceFacesZ) && !((map.mesh || map.gaps > 0) && assumed == kEveryTexelIsCovered))
-                text_ += oneLine("# Assumed: " + assumed) + "\n";
+            if (!isKnown(assumed)) text_ += oneLine("# Assumed: " + assumed) + "\n";
         if (map.mesh)
             text_ += line("mesh", pathOf(*map.mesh), "TEXCOORD_1 is the light-map UV");
         else
             text_ += line("# mesh", "\"level.glb\"", "the mesh that the map lies on, if there is one");
+        if (isOfUnity) text_ += line("axes", "\"-x,y,z\"", "Unity's, for a glTF that Unity exported: lint names others that fit better");
         if (const fs::path lmbake = missingLmbakeOf(map); !lmbake.empty())
             text_ += line("# lmbake", tomlString(lmbake.filename().string()),
                           "Godot's file with the rectangles of the nodes: without it the mesh reads other places of the map");

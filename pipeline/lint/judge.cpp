@@ -263,6 +263,8 @@ private:
             add(LintCheck::LitFromBehind, "file", what, {{"behind", found}});
         } else if (leftByAxes <= explained) {
             with(LintCheck::WrongAxes, facts_.hasMeshNormals ? "axes" : "file", "with " + axes, leftByAxes);
+        } else if (entry_.description.axes.then(choice).name() == entry_.description.axes.name()) {
+            add(LintCheck::LitFromBehind, "file", what + "; no other axes leave less", {{"behind", found}});
         } else {
             with(LintCheck::LitFromBehind, "file", fmt::format("with {}, the best choice,", axes), leftByAxes);
         }

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "formats/unity_axes.h"
 #include "pipeline/scene/scene.h"
 #include "tests/pipeline/small_scene.h"
 
@@ -9,6 +10,7 @@ namespace lightcook::pipeline {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -170,6 +172,18 @@ TEST(SceneDraft, OffersALimitOnSeamsWhereThereIsAMesh) {
     EXPECT_THAT(draftScene(inputs, "/maps").value_or(""), HasSubstr("\n# max_seam = 5 "));
     EXPECT_THAT(draftScene(inputs, "/maps").value_or(""), Not(HasSubstr("faces +z"))) << "the mesh has normals";
     EXPECT_THAT(draftScene(inputs, "/maps").value_or(""), HasSubstr("# Assumed: the axes are those of the world\n"));
+}
+
+/// The coefficients of Bakery are in Unity's axes, the mesh in those of glTF.
+TEST(SceneDraft, TurnsUnitysAxesIntoThoseOfTheMesh) {
+    DraftInputs inputs;
+    inputs.lightMaps = {lightMap("/maps/room_L0.exr")};
+    inputs.lightMaps[0].reading = {"", "bakery-sh", "4 files", {std::string(formats::kUnityAxes)}, {}, {}};
+    const std::string alone = draftScene(inputs, "/maps").value_or("");
+    EXPECT_THAT(alone, AllOf(HasSubstr("# Assumed: the axes are those of the world that was baked"), Not(HasSubstr("\naxes"))));
+    inputs.lightMaps[0].mesh = "/maps/room.glb";
+    const std::string onMesh = draftScene(inputs, "/maps").value_or("");
+    EXPECT_THAT(onMesh, AllOf(Not(HasSubstr("# Assumed: the axes")), HasSubstr("\naxes = \"-x,y,z\"")));
 }
 
 TEST(SceneDraft, SaysWhatWasAssumedAndWhatElseTheFileMayBe) {

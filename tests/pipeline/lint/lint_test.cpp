@@ -129,6 +129,18 @@ TEST(Lint, NamesLightFromBehindThatNoConventionExplains) {
     EXPECT_THAT(codesOf(scene.lint()), ElementsAre("lit-from-behind"));
 }
 
+/// Axes that are there already are no advice.
+TEST(Lint, SaysWhereNoOtherAxesLeaveLessLightFromBehind) {
+    const PlantedScene scene;
+    scene.editLightMap([](Channels& map) {
+        for (const char* name : {"normal.X", "normal.Y", "normal.Z"})
+            for (std::size_t texel = 0; texel < map.values.at(name).size(); texel += 8) map.values.at(name)[texel] *= -1;
+    });
+    const Outcome outcome = scene.lint();
+    ASSERT_THAT(codesOf(outcome), ElementsAre("lit-from-behind"));
+    EXPECT_THAT(outcome.findings[0].found, HasSubstr("; no other axes leave less"));
+}
+
 // Quantity, units, curve
 
 TEST(Lint, NamesIrradianceGivenAsRadiance) {
