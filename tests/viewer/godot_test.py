@@ -35,7 +35,9 @@ class GodotSoak(Folder):
         cls.cooked = cls.folder / 'cooked'
         run(LIGHTCOOK, 'cook', cls.folder / 'scene.toml', '-o', cls.cooked, '--cache', CACHE)
         cls.project, cls.site = cls.folder / 'project', cls.folder / 'site'
-        shutil.copytree(cls.cooked, cls.project / 'cooked')
+        (cls.project / 'cooked').mkdir(parents=True)
+        for name in ('cooked.json', 'room_sh.dds'):
+            shutil.copy(cls.cooked / name, cls.project / 'cooked')
         shutil.copy(cls.folder / 'room.glb', cls.project)
         for name in ('project.godot', 'main.tscn', 'main.gd'):
             shutil.copy(HERE / name, cls.project)
