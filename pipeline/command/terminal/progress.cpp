@@ -83,10 +83,7 @@ void Progress::onEvent(const Action& action, ActionEvent event) {
             break;
         case ActionEvent::Started:
             running_[action.id] = {action.id, 0};
-            if (done_.erase(action.id) > 0) {
-                repeatedWork_ += weights_.at(action.id);
-                ++repeated_;
-            }
+            repeatLocked(action.id);
             break;
         case ActionEvent::Finished:
         case ActionEvent::Reused:
@@ -95,6 +92,14 @@ void Progress::onEvent(const Action& action, ActionEvent event) {
             done_.insert(action.id);
             break;
     }
+}
+
+void Progress::repeatLocked(const std::string& id) {
+    if (done_.erase(id) == 0) return;
+    repeatedWork_ += weights_.at(id);
+    ++repeated_;
+    if (!isOfStep(id, ActionStep::Cook)) return;
+    for (const ActionStep step : {ActionStep::Verify, ActionStep::Whole}) repeatLocked(actionId(step, actionSubject(id, ActionStep::Cook)));
 }
 
 void Progress::onPass(const Action& action, const std::string& what, double fraction) {

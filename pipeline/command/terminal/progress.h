@@ -32,6 +32,8 @@ private:
         double fraction = 0;
     };
     double fractionLocked() const;
+    /// Counts an action that is done once more. What verifies an asset runs again after its cook.
+    void repeatLocked(const std::string& id);
     std::string leftLocked(double seconds, double fraction);
 
     mutable std::mutex mutex_;

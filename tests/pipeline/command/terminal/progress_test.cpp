@@ -72,10 +72,15 @@ TEST(Progress, CountsAnActionThatRunsAgain) {
         for (const ActionEvent event : {ActionEvent::Planned, ActionEvent::Started, ActionEvent::Finished}) progress.onEvent(action, event);
     EXPECT_DOUBLE_EQ(progress.fraction(), 1);
     progress.onEvent(cook, ActionEvent::Started);
-    EXPECT_DOUBLE_EQ(progress.fraction(), 2.0 / 3);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 2.0 / 4) << "its verification runs again, too";
     progress.onPass(cook, "encode map", 0.5);
-    EXPECT_DOUBLE_EQ(progress.fraction(), 2.5 / 3);
-    EXPECT_THAT(progress.line(30, 100), HasSubstr(" 2/3 encode map 50 %  0:06 left"));
+    EXPECT_DOUBLE_EQ(progress.fraction(), 2.5 / 4);
+    EXPECT_THAT(progress.line(30, 100), HasSubstr(" 2/4 encode map 50 %  0:18 left"));
+    progress.onEvent(cook, ActionEvent::Finished);
+    progress.onEvent(verify, ActionEvent::Started);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 3.0 / 4);
+    progress.onEvent(verify, ActionEvent::Reused);
+    EXPECT_DOUBLE_EQ(progress.fraction(), 1);
 }
 
 /// Estimates of the end move with each pass; what is shown counts down until they differ clearly.
