@@ -14,10 +14,20 @@
 
 namespace lightcook::formats {
 
+/// Memory that a process may allocate which cannot look at the machine [bytes]: a reader behind walls. 0: it looks.
+inline std::uint64_t& statedMemory() {
+    static std::uint64_t bytes = 0;
+    return bytes;
+}
+inline void limitAvailableMemory(std::uint64_t bytes) {
+    statedMemory() = bytes;
+}
+
 /// Returns the memory that this process can still allocate [bytes]: the least of the free memory of the machine, the rest of the control
 /// group's limit, and the rest of the limit on address space (ulimit -v).
 inline std::uint64_t availableMemory() {
     constexpr std::uint64_t kUnknown = std::numeric_limits<std::uint64_t>::max();
+    if (statedMemory() > 0) return statedMemory();
     const auto numberIn = [](const char* file) {
         std::uint64_t number = 0;
         std::ifstream stream(file);
