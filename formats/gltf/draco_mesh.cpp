@@ -15,7 +15,9 @@
 #include <stdexcept>
 
 #include "formats/file/one_line.h"
+#include "formats/gltf/draco_sources.h"
 #include "formats/memory.h"
+#include "formats/reader/reader_process.h"
 
 namespace lightcook::formats {
 namespace {
@@ -193,12 +195,12 @@ tl::expected<DracoMesh, std::string> encodeDraco(const TriangleMesh& mesh, std::
         attributes.push_back(
             {attribute.semantic, result.uniqueIds[i], attribute.componentType, attribute.componentCount, attribute.isNormalized});
     }
-    LC_TRY(decoded, decodeDraco(result.bytes, attributes));
+    LC_TRY(decoded, decodeDracoHere(result.bytes, attributes));
     result.decoded = std::move(*decoded);
     return result;
 }
 
-tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> bytes, std::span<const DracoAttribute> attributes) {
+tl::expected<TriangleMesh, std::string> decodeDracoHere(std::span<const std::byte> bytes, std::span<const DracoAttribute> attributes) {
     LC_TRY(mesh, decodeMesh(bytes, false));
     TriangleMesh result;
     const std::uint32_t pointCount = (*mesh)->num_points();
@@ -229,7 +231,7 @@ tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> b
     return result;
 }
 
-tl::expected<DracoLattices, std::string> dracoLattices(std::span<const std::byte> bytes) {
+tl::expected<DracoLattices, std::string> dracoLatticesHere(std::span<const std::byte> bytes) {
     LC_TRY(mesh, decodeMesh(bytes, true));
     DracoLattices lattices;
     for (int index = 0; index < (*mesh)->num_attributes(); ++index) {
@@ -247,6 +249,14 @@ tl::expected<DracoLattices, std::string> dracoLattices(std::span<const std::byte
         }
     }
     return lattices;
+}
+
+tl::expected<TriangleMesh, std::string> decodeDraco(std::span<const std::byte> bytes, std::span<const DracoAttribute> attributes) {
+    return areReadersChildren() ? decodeDracoInChild(bytes, attributes) : decodeDracoHere(bytes, attributes);
+}
+
+tl::expected<DracoLattices, std::string> dracoLattices(std::span<const std::byte> bytes) {
+    return areReadersChildren() ? dracoLatticesInChild(bytes) : dracoLatticesHere(bytes);
 }
 
 }  // namespace lightcook::formats

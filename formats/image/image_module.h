@@ -2,6 +2,7 @@
 // (video, fonts, volumes, databases): linking it cost every command 0.15 s and 120 MiB before main() ran.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "formats/error.h"
@@ -13,12 +14,18 @@ namespace lightcook::formats {
 struct ImageModule {
     const char* version;  ///< version of lightcook that the module was built with; the functions of another version may differ
     /// See plain_image.h.
-    Result<PlainImage> (*readImage)(const std::filesystem::path& file);
+    /// progress   called now and then while a file is read; null: nobody asks
+    Result<PlainImage> (*readImage)(const std::filesystem::path& file, void (*progress)());
+    /// See memory.h, of which the module has a copy.
+    void (*limitAvailableMemory)(std::uint64_t bytes);
 };
 
 /// Loads lightcook_images.so at the first call, from the folder of the running program, else from ../lib/lightcook relative to it. Safe
 /// from several threads. The error says where it was searched, or why it does not load.
 Result<const ImageModule*> imageModule();
+
+/// Reads an image by the module, in a child process if readers are such (foreign_files.h).
+Result<PlainImage> readImageByModule(const std::filesystem::path& file);
 
 }  // namespace lightcook::formats
 

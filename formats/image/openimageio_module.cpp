@@ -11,6 +11,7 @@
 #include "formats/image/image_claims.h"
 #include "formats/image/image_module.h"
 #include "formats/lower_extension.h"
+#include "formats/memory.h"
 
 namespace lightcook::formats {
 namespace {
@@ -76,12 +77,20 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
 }
 
 /// Reads channels [begin, end) of every texel, interleaved and packed.
-Result<void> readChannels(OpenedImage& image, const std::filesystem::path& file, int begin, int end, float* out) {
-    if (image.input->read_image(0, 0, begin, end, OIIO::TypeDesc::FLOAT, out)) return {};
+/// progress   see ImageModule
+Result<void> readChannels(OpenedImage& image, const std::filesystem::path& file, int begin, int end, float* out, void (*progress)()) {
+    const auto call = [](void* function, float /*share*/) {
+        if (function != nullptr) (*static_cast<void (**)()>(function))();
+        return false;  // go on
+    };
+    void* const function = progress != nullptr ? &progress : nullptr;
+    if (image.input->read_image(0, 0, begin, end, OIIO::TypeDesc::FLOAT, out, OIIO::AutoStride, OIIO::AutoStride, OIIO::AutoStride, call,
+                                function))
+        return {};
     return unreadable(file, image.input->geterror());
 }
 
-Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
+Result<PlainImage> loadPlainImage(const std::filesystem::path& file, void (*progress)()) {
     Result<OpenedImage> image = openImage(file);
     if (!image) return tl::make_unexpected(image.error());
     PlainImage plain;
@@ -96,7 +105,7 @@ Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
     const bool isGrey = colourCount == 1 && image->channels.front() != "R";
     const int readCount = std::min(plain.channelCount, 4);
     std::vector<float> values(plain.texels.texels().size() * static_cast<std::size_t>(readCount));
-    LC_CHECK(readChannels(*image, file, 0, readCount, values.data()));
+    LC_CHECK(readChannels(*image, file, 0, readCount, values.data(), progress));
     const float* next = values.data();
     for (glm::vec4& texel : plain.texels.texels()) {
         for (int channel = 0; channel < readCount; ++channel) texel[channel == alpha ? 3 : channel] = *next++;
@@ -110,6 +119,6 @@ Result<PlainImage> loadPlainImage(const std::filesystem::path& file) {
 
 extern "C" [[gnu::visibility("default")]] const lightcook::formats::ImageModule* lightcookImageModule() {
     namespace formats = lightcook::formats;
-    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadPlainImage};
+    static constexpr formats::ImageModule kModule = {LIGHTCOOK_VERSION, formats::loadPlainImage, formats::limitAvailableMemory};
     return &kModule;
 }

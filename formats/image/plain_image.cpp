@@ -58,8 +58,7 @@ bool isTgaWithoutAlpha(const std::filesystem::path& file) {
 
 Result<PlainImage> readByOpenImageIo(const std::filesystem::path& file) {
     LC_TRY(factors, radianceFactors(file));
-    const auto module = imageModule();
-    auto image = module ? (*module)->readImage(file) : tl::make_unexpected(module.error());
+    auto image = readImageByModule(file);
     if (image && *factors != glm::vec3(1))
         for (glm::vec4& texel : image->texels.texels()) texel /= glm::vec4(*factors, 1);
     if (image && image->hasAlpha && isTgaWithoutAlpha(file)) {

@@ -69,7 +69,7 @@ std::string differenceToOpenImageIo(const std::filesystem::path& file) {
     const auto own = readImage(file);
     const auto module = imageModule();
     if (!own || !module) return own ? module.error().line() : own.error().line();
-    const auto theirs = (*module)->readImage(file);
+    const auto theirs = (*module)->readImage(file, nullptr);
     if (!theirs) return theirs.error().line();
     if (own->channelCount != theirs->channelCount) return fmt::format("{} and {} channels", own->channelCount, theirs->channelCount);
     if (own->texels.width() != theirs->texels.width() || own->texels.height() != theirs->texels.height()) return "size";
