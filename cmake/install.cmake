@@ -1,5 +1,6 @@
 # `cmake --install build/release --prefix DIR` and, through cmake/package.cmake, the Debian packages.
 #   bin/lightcook                    the program; it finds all else relative to itself
+#   bin/lightcook-read               what decodes foreign files for it
 #   lib/lightcook/                   lightcook_images.so, which the program loads when it opens a picture
 #   share/lightcook/                 shader sources, the examples, the npm package of loaders
 #   share/man, share/bash-completion, share/zsh, share/fish, share/doc/lightcook
@@ -13,6 +14,7 @@ include(CMakePackageConfigHelpers)
 
 install(TARGETS lightcook EXPORT lightcook_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime)
 set_target_properties(lightcook PROPERTIES EXPORT_NAME program)
+install(TARGETS lightcook-read RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT runtime)
 # Not CMAKE_INSTALL_LIBDIR, which may hold an architecture's name: the program looks in ../lib/lightcook (formats/image/image_module.cpp).
 install(TARGETS lightcook_images LIBRARY DESTINATION lib/lightcook COMPONENT runtime)
 install(DIRECTORY shaders/ DESTINATION ${CMAKE_INSTALL_DATADIR}/lightcook/shaders COMPONENT runtime FILES_MATCHING PATTERN "*.glsl")

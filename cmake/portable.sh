@@ -50,9 +50,9 @@ add_licence() {
     echo "| $2 | $package $(dpkg-query -W -f '${Version}' "$1") | [$package.txt]($package.txt) |" >>"$work/rows"
 }
 
-program=$tree/bin/lightcook images=$tree/lib/lightcook/lightcook_images.so
-for file in "$program" "$images"; do libraries_of "$file"; done | sort -u | grep -vE "$glibc" >"$work/needed"
-if { ldd "$program"; ldd "$images"; } | grep 'not found'; then die "libraries are missing on this machine"; fi
+program=$tree/bin/lightcook reader=$tree/bin/lightcook-read images=$tree/lib/lightcook/lightcook_images.so
+for file in "$program" "$reader" "$images"; do libraries_of "$file"; done | sort -u | grep -vE "$glibc" >"$work/needed"
+if { ldd "$program"; ldd "$reader"; ldd "$images"; } | grep 'not found'; then die "libraries are missing on this machine"; fi
 cut -d ' ' -f 2 "$work/needed" | packages_of >"$work/owners"
 while read -r library path; do
     cp -L "$path" "$libraries/$library"
@@ -63,7 +63,7 @@ while read -r library path; do
     echo "$package $library" >>"$work/packages"
 done <"$work/needed"
 # shellcheck disable=SC2016
-patchelf --set-rpath '$ORIGIN/../lib/lightcook/libraries' "$program"
+for file in "$program" "$reader"; do patchelf --set-rpath '$ORIGIN/../lib/lightcook/libraries' "$file"; done
 # shellcheck disable=SC2016
 patchelf --set-rpath '$ORIGIN/libraries' "$images"
 

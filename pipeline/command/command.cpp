@@ -203,6 +203,8 @@ void defineProgram(CLI::App& app, GlobalOptions& global, CommandFunction& select
     app.add_option("--instructions", global.instructions, "Vector instructions that the encoders may use; the output is the same for both")
         ->check(CLI::IsMember({"widest", "avx2"}))
         ->capture_default_str();
+    app.add_flag("--no-sandbox", global.noSandbox,
+                 "Decode OpenEXR, OpenImageIO and Draco files in this process, for a debugger: one that is made to harm may take it over");
     for (const CommandInfo& command : kCommands) {
         CLI::App* sub = app.add_subcommand(std::string(command.name), std::string(command.summary));
         const CommandFunction function = command.define(*sub);

@@ -11,6 +11,8 @@
 #include <system_error>
 
 #include "compress/encode_options.h"
+#include "formats/foreign_files.h"
+#include "formats/process.h"
 #include "pipeline/command/command.h"
 #include "pipeline/command/last_resort.h"
 #include "pipeline/command/session.h"
@@ -62,6 +64,11 @@ int run(int argc, char** argv) {
         parsed = parseCommandLine(argc, argv, global);
         setLastResortLog(global.logFormat());
         if (!parsed.function) return finishStandardOutput(parsed.exitCode, global.logFormat());
+        if (!global.noSandbox) {
+            const auto folder = formats::programFolder();
+            if (!folder) return fail(folder.error().subject, folder.error().detail);
+            formats::readInChildProcesses({.program = *folder / "lightcook-read"});
+        }
         return runCommand(parsed.function, global);
     } catch (const std::system_error& fault) {
         if (fault.code() == std::errc::resource_unavailable_try_again)

@@ -29,6 +29,7 @@ struct GlobalOptions {
     int threads = 0;                      ///< 0: one for each core
     std::string instructions = "widest";  ///< widest or avx2
     bool quiet = false, verbose = false;
+    bool noSandbox = false;  ///< foreign files are read in this process: formats/foreign_files.h
 
     LogFormat logFormat() const { return log == "json" ? LogFormat::JsonLines : LogFormat::Text; }
     TerminalOptions terminal() const;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <set>
 
+#include "formats/foreign_files.h"
 #include "formats/light_map_layout.h"
 #include "formats/temporaries.h"
 #include "pipeline/assets/action_kind.h"
@@ -408,7 +409,7 @@ private:
         writer.setLinted(linted_);
         writer.setCook({scene_.document, plan.wanted, options_.repair, options_.samples, needs, planOptions_.decisions});
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-        const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun, workByRun(result)[at_]};
+        const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun, workByRun(result)[at_], formats::wallsOfReaders()};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
         LC_TRY(report, writer.prepare(plan, result, staging_, outcome_.actionsRun > 0,
                                       {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current),

@@ -215,6 +215,7 @@ TEST_F(Command, LoadsItsImageLibraryOnlyToReadOtherImages) {
     fs::create_directories(program.parent_path());
     fs::create_directories(installed.parent_path());
     fs::copy_file(LIGHTCOOK_PROGRAM, program);
+    fs::copy_file(LIGHTCOOK_PROGRAM "-read", scene_ / "bin/lightcook-read");
     formats::writeContent(scene_ / "grey.ppm", "P6\n2 2\n255\n" + std::string(12, 'x'));
     for (const char* command : {"--version", "info probe.exr", "cook scene.toml -o out"})  // a cook writes PNG
         EXPECT_EQ(run(command, program).code, 0) << command;

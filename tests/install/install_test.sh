@@ -15,7 +15,7 @@ die() { echo "install_test: $*" >&2; exit 1; }
 mv "$work/staged" "$work/prefix"
 prefix=$work/prefix
 
-for file in bin/lightcook lib/lightcook/lightcook_images.so share/lightcook/shaders/sh.glsl share/lightcook/examples/cornell/scene.toml \
+for file in bin/lightcook bin/lightcook-read lib/lightcook/lightcook_images.so share/lightcook/shaders/sh.glsl share/lightcook/examples/cornell/scene.toml \
     share/doc/lightcook/copyright share/doc/lightcook/README.md include/lightcook/compress/encode.h \
     share/man/man1/lightcook.1 share/bash-completion/completions/lightcook share/zsh/vendor-completions/_lightcook \
     share/fish/vendor_completions.d/lightcook.fish; do

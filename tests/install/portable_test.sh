@@ -29,7 +29,7 @@ program=/opt/lightcook/bin/lightcook
 
 foreign='=> /(lib|usr)/'
 glibc='(libc|libm|libdl|libpthread|librt|libresolv|libutil|libmvec)\.so'
-inside libraries bash -c "ldd $program /opt/lightcook/lib/lightcook/lightcook_images.so"
+inside libraries bash -c "ldd $program $program-read /opt/lightcook/lib/lightcook/lightcook_images.so"
 if grep 'not found' "$out/libraries.log"; then die "libraries are missing"; fi
 if grep -E "$foreign" "$out/libraries.log" | grep -vE "$glibc"; then die "libraries of the system are used"; fi
 [[ -s $root/opt/lightcook/share/doc/lightcook/licences/THIRD-PARTY.md ]] || die "the licences are not listed"

@@ -158,7 +158,7 @@ function skips({ skipped }) {
 function footnote({ runs = [], tool, peak_rss_bytes: peak }) {
   const made = runs.map(({ at }) => at).filter((at) => at).join(", ");
   return make("footer", {}, make("h2", {}, "What the figures mean"), make("dl", {}, Object.entries(TERMS).map(([term, meaning]) => [make("dt", {}, term), make("dd", {}, meaning)])),
-    make("p", {}, `Made by ${tool ? `${tool.name} ${tool.version}, ` : ""}${made ? `${runs.length > 1 ? "runs" : "the run"} of ${made}` : "this run"}; peak memory ${bytesText(peak)}.`));
+    make("p", {}, `Made by ${tool ? `${tool.name} ${tool.version}, ` : ""}${made ? `${runs.length > 1 ? "runs" : "the run"} of ${made}` : "this run"}; peak memory ${bytesText(peak)}.${runs.some(({ walls }) => walls?.includes("none")) ? " Input files were decoded without walls (--no-sandbox)." : ""}`));
 }
 
 /** Makes the page of a scene. */
