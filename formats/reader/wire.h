@@ -17,7 +17,7 @@ namespace lightcook::formats {
 class WireWriter {
 public:
     template <class T>
-        requires std::is_arithmetic_v<T> || std::is_enum_v<T>
+    requires std::is_arithmetic_v<T> || std::is_enum_v<T>
     void put(T value) {
         char bytes[sizeof(T)];
         std::memcpy(bytes, &value, sizeof value);
