@@ -75,7 +75,7 @@ public:
         request.put(memory);
         request.put(std::string_view(path.native()));
         const std::array<int, 2> descriptors = {socket, file};
-        const auto answer = exchange(FrameType::Start, request, descriptors);
+        auto answer = exchange(FrameType::Start, request, descriptors);
         if (!answer) return systemFault(options()->program.string(), "starting a reader", ECHILD);
         WireReader content(std::move(answer->content));
         const auto number = content.get<std::int32_t>();
@@ -93,7 +93,7 @@ public:
         const std::lock_guard lock(mutex_);
         WireWriter request;
         request.put(static_cast<std::int32_t>(reader));
-        const auto answer = exchange(FrameType::GetStatus, request, {});
+        auto answer = exchange(FrameType::GetStatus, request, {});
         if (!answer || answer->type != FrameType::Answer) return SIGKILL;
         return WireReader(std::move(answer->content)).get<std::int32_t>();
     }
