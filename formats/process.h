@@ -1,6 +1,10 @@
-// These functions ask the system where the program of this process lies. A port to another system replaces this file and formats/memory.h.
+// These functions ask the system about this process: where its program lies, and the memory that it took. A port to another system replaces
+// this file and formats/memory.h.
 #pragma once
 
+#include <sys/resource.h>
+
+#include <cstdint>
 #include <filesystem>
 #include <system_error>
 
@@ -19,6 +23,13 @@ inline Result<std::filesystem::path> programFile() {
 /// Returns the folder of the running program.
 inline Result<std::filesystem::path> programFolder() {
     return programFile().map([](const std::filesystem::path& program) { return program.parent_path(); });
+}
+
+/// Returns the peak resident memory of this process [bytes].
+inline std::uint64_t peakResidentBytes() {
+    struct rusage usage {};
+    ::getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
 }  // namespace lightcook::formats

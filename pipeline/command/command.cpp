@@ -38,6 +38,7 @@ CommandFunction defineVerify(CLI::App& app);
 CommandFunction defineReport(CLI::App& app);
 CommandFunction defineView(CLI::App& app);
 CommandFunction definePlan(CLI::App& app);
+CommandFunction defineWork(CLI::App& app);
 CommandFunction defineRepack(CLI::App& app);
 CommandFunction defineLightmap(CLI::App& app);
 CommandFunction defineDominant(CLI::App& app);
@@ -62,6 +63,7 @@ constexpr std::array kCommands = {
     CommandInfo{"report", "Print the memory and errors of a cooked scene; compare them with a baseline", defineReport, FolderUse::Reports},
     CommandInfo{"view", "Show a cooked scene in the browser, beside its bake", defineView},
     CommandInfo{"plan", "Write the cook of a scene as a Ninja file, for a build system or a cluster", definePlan, FolderUse::Cooks},
+    CommandInfo{"work", "Run one action of a cook on a node of a cluster", defineWork},
     CommandInfo{"repack", "Pack the charts of a light map anew, with fewer texels where its light is smooth", defineRepack},
     CommandInfo{"lightmap", "Compress one SH light map", defineLightmap, FolderUse::CooksAndReports},
     CommandInfo{"dominant", "Fit and compress the dominant light of one SH light map", defineDominant, FolderUse::CooksAndReports},

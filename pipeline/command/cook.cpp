@@ -8,6 +8,7 @@
 
 #include "pipeline/command/command.h"
 #include "pipeline/command/key_options.h"
+#include "pipeline/command/launcher_option.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/remote.h"
@@ -30,6 +31,7 @@ struct CookCommand {
     std::optional<int> samples;
     std::filesystem::path history, trace;
     RemoteOptions remote;
+    std::string launcher;
     bool explain = false;
 };
 
@@ -44,6 +46,9 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
     only->type_name("NAME");
     addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
     command.remote.add(app);
+    app.add_option("--launcher", command.launcher,
+                   "Run what takes long on other machines: put this before a command of one action, {memory} in MiB and {time} in minutes")
+        ->type_name("COMMAND");
     addSamplesOption(app, command.samples);
     app.add_flag(
            "--keep-candidates", cook.keepCandidates,
@@ -100,9 +105,17 @@ int runCook(Session& session, CookCommand& command) {
         command.cook.explain = [&session](const Action& action, bool hasRun, const std::string& why) {
             explain(session.terminal, action, hasRun, why);
         };
-    auto remote = command.remote.open(command.cook.cache, command.cook.trace);
+    if (auto checked = checkLauncher(command.launcher); !checked) return session.finish(checked);
+    auto remote = command.remote.open(command.cook.cache, command.cook.trace, !command.launcher.empty());
     if (!remote) return session.finish(remote);
     command.cook.remote = remote->get();
+    if (!command.launcher.empty()) {
+        const std::filesystem::path cache = command.cook.cache.empty() ? defaultCacheFolder() : command.cook.cache;
+        const std::vector<std::string> folder = {"--cache", std::filesystem::absolute(cache).string()};
+        auto launch = launchOptionsOf(command.launcher, *remote != nullptr ? command.remote.words() : folder);
+        if (!launch) return session.finish(launch);
+        command.cook.launch = std::move(*launch);
+    }
     Outcome outcome = scene ? cookScene(std::move(*scene), command.cook, session.state) : outcomeOf(scene.error());
     if (*remote != nullptr) {
         outcome.remote = (*remote)->finish();
@@ -153,6 +166,12 @@ and fireflies.
 --keep-candidates keeps those of the tried layouts that no other beats in bytes and error. Each is a
 cooked folder, DIR/candidates/LAYOUT, whose report says whether it keeps the limits. A cook without
 the option removes them, but no other file there.
+
+With --launcher, each action that is predicted to take 5 s or more is a command `COMMAND lightcook work
+JOB`, which may run on another machine. Machines need the same lightcook under the same path, and a
+remote cache that they may write; without one, all have to see the files of the scene, the output folder
+and the cache folder. Up to -j actions are launched at once. An action is done when the cache has its
+record and its outputs; until then it is launched again, five times in all.
 
 --rdo applies to every BC texture. The verifier's bounds include what it changes.
 

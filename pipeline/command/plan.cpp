@@ -1,14 +1,14 @@
 // lightcook plan: a scene as a Ninja file.
-#include <fmt/format.h>
-
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <memory>
 
 #include "formats/process.h"
 #include "pipeline/command/command.h"
+#include "pipeline/command/launcher_option.h"
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/outputs.h"
+#include "pipeline/command/remote.h"
 #include "pipeline/command/session.h"
 #include "pipeline/cook/ninja.h"
 #include "pipeline/scene/settings.h"
@@ -19,6 +19,7 @@ namespace {
 struct PlanCommand {
     std::filesystem::path scene, ninja, output, cache;
     std::string launcher;
+    RemoteOptions remote;
     JsonOutput json;
 };
 
@@ -27,9 +28,7 @@ std::filesystem::path absolutePath(const std::filesystem::path& path) {
 }
 
 formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
-    if (formats::withoutControls(options.launcher) != options.launcher)
-        return formats::failure(formats::ErrorCode::InvalidRequest, "--launcher",
-                                fmt::format("found '{}', expected a command in one line, without control characters", options.launcher));
+    LC_CHECK(checkLauncher(options.launcher));
     LC_TRY(scene, readScene(options.scene));
     if (const std::string why = whyNothing(*scene); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, options.scene, why);
@@ -38,7 +37,7 @@ formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
     const std::filesystem::path output = cookedFolder(*scene, options.output);
     LC_CHECK(session.paths.checkAgainstScene(*scene, output));
     const NinjaOptions ninja{*program, absolutePath(output), options.cache.empty() ? options.cache : absolutePath(options.cache),
-                             options.launcher};
+                             options.launcher, options.remote.words()};
     LC_CHECK(checkNinjaPaths(*scene, ninja));
     if (const auto warning = warningOfDepfiles(*scene, ninja)) session.terminal.warning(warning->subject, warning->detail);
     LC_CHECK(session.write(options.ninja, ninjaFileOf(*scene, ninja)));
@@ -54,10 +53,10 @@ CommandFunction definePlan(CLI::App& app) {
     declareWritten(addFileOption(app, "--ninja", options->ninja, "The Ninja file to write; -: standard output"), Written::File)->required();
     declareWritten(addFolderOption(app, "-o,--output", options->output, "Output folder of the cook; default: <scene name>.cooked"),
                    Written::Folder);
-    app.add_option("--launcher", options->launcher, "Put this before every command: a program that runs it elsewhere, with its options")
+    app.add_option("--launcher", options->launcher, "Run what takes long on other machines: --launcher of `cook`, for every command")
         ->type_name("COMMAND");
-    addFolderOption(app, "--cache", options->cache,
-                    "Cache folder of the commands, which all machines must share; default: that of their environment");
+    addFolderOption(app, "--cache", options->cache, "Cache folder of the commands; default: that of their environment");
+    options->remote.add(app, false);
     options->json.add(app, "the parts of the scene that have a command each");
     app.footer(R"(Each light map with what derives from it, each probe, each gradient and the specular tables are cooked and
 verified by a command of their own, in DIR.assets/NAME. A last command puts the scene together in DIR: it
@@ -67,8 +66,8 @@ so ninja runs those alone whose inputs changed:
   lightcook plan scene.toml --ninja scene.ninja -o out
   ninja -f scene.ninja
 
-Paths in the file are absolute. With --launcher, commands may run on other machines that see the same
-files, and --cache must name a folder that they share.
+Paths in the file are absolute. The commands run on this machine. With --launcher, they put what takes
+long on others, and wait: give ninja as many jobs (-j) as the cluster takes at once. See `cook --help`.
 
 Settings are those of the scene file. A scene file with other assets needs another plan.)");
     return [options](Session& session) {

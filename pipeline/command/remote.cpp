@@ -41,18 +41,20 @@ Result<std::string> readCredentials(const std::filesystem::path& file) {
 
 }  // namespace
 
-void RemoteOptions::add(CLI::App& app) {
+void RemoteOptions::add(CLI::App& app, bool mayUpload) {
     app.add_option("--remote-cache", url_,
                    "Address of a cache that a team shares over HTTP: results that the cache folder does not have come from there; default: "
                    "$LIGHTCOOK_REMOTE_CACHE, else none")
         ->type_name("URL");
-    app.add_flag("--remote-upload", upload_, "Also write results into the remote cache; default: only if $LIGHTCOOK_REMOTE_UPLOAD is 1");
+    if (mayUpload)
+        app.add_flag("--remote-upload", upload_,
+                     "Also write results into the remote cache; default: only if $LIGHTCOOK_REMOTE_UPLOAD is 1");
     addFileOption(app, "--remote-credentials", credentials_,
                   "File whose first line is 'user:password' or a token for the remote cache; default: $LIGHTCOOK_REMOTE_CREDENTIALS, which "
                   "has that line itself");
 }
 
-Result<std::unique_ptr<RemoteCache>> RemoteOptions::open(const std::filesystem::path& local, Trace* trace) {
+Result<std::unique_ptr<RemoteCache>> RemoteOptions::open(const std::filesystem::path& local, Trace* trace, bool isNeeded) {
     if (url_.empty()) url_ = variable("LIGHTCOOK_REMOTE_CACHE");
     if (url_.empty()) {
         if (!upload_ && credentials_.empty()) return nullptr;
@@ -60,9 +62,16 @@ Result<std::unique_ptr<RemoteCache>> RemoteOptions::open(const std::filesystem::
                        "found no remote cache, expected --remote-cache URL or $LIGHTCOOK_REMOTE_CACHE");
     }
     LC_TRY(credentials, readCredentials(credentials_));
-    const bool upload = upload_ || variable("LIGHTCOOK_REMOTE_UPLOAD") == "1";
-    return RemoteCache::open({url_, upload, std::move(*credentials)}, Cache(local.empty() ? defaultCacheFolder() : local, kCacheLimitBytes),
-                             trace);
+    const bool upload = isNeeded || upload_ || variable("LIGHTCOOK_REMOTE_UPLOAD") == "1";
+    return RemoteCache::open({.url = url_, .upload = upload, .credentials = std::move(*credentials), .isNeeded = isNeeded},
+                             Cache(local.empty() ? defaultCacheFolder() : local, kCacheLimitBytes), trace);
+}
+
+std::vector<std::string> RemoteOptions::words() const {
+    std::vector<std::string> words;
+    if (!url_.empty()) words = {"--remote-cache", url_};
+    if (!credentials_.empty()) words.insert(words.end(), {"--remote-credentials", std::filesystem::absolute(credentials_).string()});
+    return words;
 }
 
 void RemoteOptions::warn(Terminal& terminal, const RemoteCounts& counts) const {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "formats/error.h"
 #include "pipeline/graph/remote_cache.h"
@@ -19,10 +20,15 @@ class Terminal;
 /// The remote cache that the command line and the environment name.
 class RemoteOptions {
 public:
-    void add(CLI::App& app);
+    /// mayUpload  with the option that allows it; else who opens the cache decides
+    void add(CLI::App& app, bool mayUpload = true);
     /// Opens the cache. Null: none is named.
-    /// local   folder of the local cache; empty: the default one
-    formats::Result<std::unique_ptr<RemoteCache>> open(const std::filesystem::path& local, Trace* trace);
+    /// local     folder of the local cache; empty: the default one
+    /// isNeeded  see RemoteCacheOptions; also allows uploads
+    formats::Result<std::unique_ptr<RemoteCache>> open(const std::filesystem::path& local, Trace* trace, bool isNeeded = false);
+    /// Returns the options that name the cache to another command: those of the command line, and after open() those of the environment
+    /// but for the credentials.
+    std::vector<std::string> words() const;
     /// Warns of what the cache did not do.
     void warn(Terminal& terminal, const RemoteCounts& counts) const;
 

@@ -10,6 +10,7 @@
 
 #include "formats/foreign_files.h"
 #include "formats/light_map_layout.h"
+#include "formats/process.h"
 #include "formats/temporaries.h"
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/asset_kind.h"
@@ -91,6 +92,7 @@ private:
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));
         keys_.emplace(cache_.root() / "keys" / digestOfText(absolute.string()), options_.explain);
+        if (options_.launch) launcher_.emplace(*options_.launch, cache_, options_.remote, options_.trace);
         // Inside the output, so that finished files are renamed. A folder that is made for it goes with it unless the cook leaves files.
         auto staging = TemporaryFolder::create(absolute);
         // A read-only folder is no fault of a cook that has nothing to write: an action that is not up to date fails with this error.
@@ -104,6 +106,7 @@ private:
         auto done = cookAndPublish();
         digests_->save();
         keys_->save();
+        if (launcher_) launcher_->save();
         return done;
     }
 
@@ -167,7 +170,8 @@ private:
         return pipeline::execute(graph, {outcome_.output, options_.force, options_.keepGoing, unwritable_}, staging_, context);
     }
     ExecutionContext executionContext() {
-        return {actionFunction, cache_, *digests_, state_, at_, shared_.get(), &*keys_, options_.remote, options_.trace};
+        return {actionFunction, cache_,  *digests_,       state_,         at_,
+                shared_.get(),  &*keys_, options_.remote, options_.trace, launcher_ ? &*launcher_ : nullptr};
     }
 
     /// Leaves the files of the actions in a folder.
@@ -409,7 +413,8 @@ private:
         writer.setLinted(linted_);
         writer.setCook({scene_.document, plan.wanted, options_.repair, options_.samples, needs, planOptions_.decisions});
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
-        const RunRecord current{at_, seconds, peakResidentBytes(), outcome_.actionsRun, workByRun(result)[at_], formats::wallsOfReaders()};
+        const RunRecord current{
+            at_, seconds, formats::peakResidentBytes(), outcome_.actionsRun, workByRun(result)[at_], formats::wallsOfReaders()};
         if (outcome_.actionsRun > 0) cache_.storeRun(current);
         LC_TRY(report, writer.prepare(plan, result, staging_, outcome_.actionsRun > 0,
                                       {scene_.name, seconds, current.peakRssBytes, scene_.output.budgetBytes, runsOf(result, current),
@@ -484,6 +489,7 @@ private:
     PlanOptions planOptions_;
     std::optional<DigestMemo> digests_;
     std::optional<KeyLog> keys_;
+    std::optional<Launcher> launcher_;
     /// Open bakes, for all graphs of the cook.
     std::unique_ptr<SharedObjects> shared_ = std::make_unique<SharedObjects>();
     std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map

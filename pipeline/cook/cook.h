@@ -9,6 +9,7 @@
 #include "formats/error.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/key_log.h"
+#include "pipeline/graph/launcher.h"
 #include "pipeline/graph/remote_cache.h"
 #include "pipeline/graph/trace.h"
 #include "pipeline/lint/finding.h"
@@ -25,13 +26,14 @@ struct CookOptions {
     std::optional<std::string> only;      ///< a name: see PlanOptions
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions
     bool force = false, keepGoing = false, repair = false;
-    bool keepCandidates = false;    ///< also cook the scene with the other layouts that were tried: kept_candidates.h
-    bool strict = false;            ///< every finding of lint that the scene does not allow is an error
-    std::filesystem::path cache;    ///< empty: defaultCacheFolder()
-    int samples = 1;                ///< random positions per texel quad
-    RemoteCache* remote = nullptr;  ///< beside that cache; null: none
-    Trace* trace = nullptr;         ///< of actions; null: none
-    Explain explain = {};           ///< why each action runs or does not; may be empty
+    bool keepCandidates = false;               ///< also cook the scene with the other layouts that were tried: kept_candidates.h
+    bool strict = false;                       ///< every finding of lint that the scene does not allow is an error
+    std::filesystem::path cache;               ///< empty: defaultCacheFolder()
+    int samples = 1;                           ///< random positions per texel quad
+    RemoteCache* remote = nullptr;             ///< beside that cache; null: none
+    std::optional<LaunchOptions> launch = {};  ///< how actions get to other machines; none: all run here
+    Trace* trace = nullptr;                    ///< of actions; null: none
+    Explain explain = {};                      ///< why each action runs or does not; may be empty
 };
 
 /// Result of a job. The code of the first error is the exit code.

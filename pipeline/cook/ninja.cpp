@@ -38,11 +38,6 @@ std::string ninjaWord(const std::filesystem::path& path) {
     return dollarsEscaped(shellQuoted(path.string()));
 }
 
-/// Returns the launcher as the beginning of a command: its variables are those of the shell.
-std::string launcherWords(const std::string& launcher) {
-    return launcher.empty() ? "" : dollarsEscaped(launcher) + " ";
-}
-
 /// Characters that end a path in a depfile as Ninja 1.11 reads it. It has no escape for them.
 constexpr std::string_view kNotInDepfiles = "&'\"?*;<>^`|";
 
@@ -82,8 +77,10 @@ std::vector<std::string> ninjaPartsOf(const Scene& scene) {
 }
 
 std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options) {
-    const std::string cook = fmt::format("{}{} --quiet cook {}{}", launcherWords(options.launcher), ninjaWord(options.program),
-                                         ninjaWord(scene.file), options.cache.empty() ? "" : " --cache " + ninjaWord(options.cache));
+    std::string cook = fmt::format("{} --quiet cook {}", ninjaWord(options.program), ninjaWord(scene.file));
+    if (!options.cache.empty()) cook += " --cache " + ninjaWord(options.cache);
+    if (!options.launcher.empty()) cook += " --launcher " + ninjaWord(options.launcher);
+    for (const std::string& word : options.words) cook += " " + ninjaWord(word);
     std::string text = fmt::format("# Written by `lightcook plan`: cooks the scene {}.\n\nbar = |\n", scene.name);
     const auto addRule = [&](const char* rule, const char* more, const std::string& description) {
         text += fmt::format("\nrule {}\n  command = {}{} -o $folder --depfile $inputs\n  description = {}\n  restat = 1\n", rule, cook,

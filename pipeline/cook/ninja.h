@@ -1,5 +1,5 @@
-// A scene as a Ninja file: each asset is cooked by a command of its own, beside the others or on other machines, and a last command puts
-// the scene together. The commands meet in the cache: the last one finds what the others cooked and verified.
+// A scene as a Ninja file: each asset is cooked by a command of its own, beside the others, and a last command puts the scene together. The
+// commands meet in the cache: the last one finds what the others cooked and verified.
 #pragma once
 
 #include <filesystem>
@@ -13,10 +13,11 @@
 namespace lightcook::pipeline {
 
 struct NinjaOptions {
-    std::filesystem::path program;  ///< absolute
-    std::filesystem::path output;   ///< folder of the scene, absolute. Each asset has a folder of its own in <output>.assets
-    std::filesystem::path cache;    ///< that all commands share, absolute; empty: that of their environment
-    std::string launcher;           ///< put before every command, as it is; may be empty
+    std::filesystem::path program;        ///< absolute
+    std::filesystem::path output;         ///< folder of the scene, absolute. Each asset has a folder of its own in <output>.assets
+    std::filesystem::path cache;          ///< that all commands share, absolute; empty: that of their environment
+    std::string launcher;                 ///< of every command; may be empty
+    std::vector<std::string> words = {};  ///< options of every command that name a remote cache
 };
 
 /// Returns the parts of a scene that have a command each, by the names that `cook --only` takes: light maps with what derives from them,

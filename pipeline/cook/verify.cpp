@@ -5,6 +5,7 @@
 #include <set>
 
 #include "formats/gltf_light_map.h"
+#include "formats/process.h"
 #include "pipeline/assets/action_kind.h"
 #include "pipeline/assets/gltf/gltf.h"
 #include "pipeline/assets/light_map/source.h"
@@ -111,7 +112,7 @@ private:
         std::optional<IncompleteCook> incomplete = previous_ ? previous_->incomplete : leftOut(manifestFile().text, manifest_);
         const Report report = makeReport({manifest_.scene,
                                           watch_.seconds(),
-                                          peakResidentBytes(),
+                                          formats::peakResidentBytes(),
                                           cooks_.back().scene.output.budgetBytes,
                                           {},
                                           outcome_.findings,

@@ -37,8 +37,9 @@ struct ActionRecord {
     std::string id;
     Json result;  ///< manifest entry, figures, counts: see assets/results.h
     std::vector<FileRecord> files;
-    double seconds = 0;    ///< of its last run
-    std::string run = {};  ///< RunRecord::at of the run that made it
+    double seconds = 0;              ///< of its last run
+    std::string run = {};            ///< RunRecord::at of the run that made it
+    std::uint64_t peakRssBytes = 0;  ///< of a process that ran this action alone; 0: it was not measured
 };
 
 /// Events of an action while its graph runs. Each action of a graph is Planned before the first one is Started.

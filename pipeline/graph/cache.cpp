@@ -9,29 +9,14 @@
 #include <ctime>
 
 #include "formats/temporaries.h"
-#include "pipeline/document/json_fields.h"
 #include "pipeline/document/written_path.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/graph/record_fields.h"
 
 namespace lightcook::pipeline {
 
 using formats::Result;
-
-template <class Fields, Is<FileRecord> Self>
-void describe(Fields& fields, Self& file) {
-    fields.required("name", file.name, kFileInFolder, "path, relative to the output folder");
-    fields.required("digest", file.digest, "XXH3-128 of the content");
-    fields.required("bytes", file.bytes, "size");
-}
-template <class Fields, Is<ActionRecord> Self>
-void describe(Fields& fields, Self& record) {
-    fields.required("id", record.id, "action");
-    fields.required("seconds", record.seconds, "wall time of its last run");
-    fields.presentIf(!record.run.empty(), "run", record.run, "run that made it");
-    fields.required("result", record.result, "result of the action");
-    fields.required("files", record.files, "files that it wrote");
-}
 
 namespace {
 

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "formats/lower_extension.h"
+#include "formats/process.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/source_digest.h"
 
@@ -64,6 +65,7 @@ public:
           keys_(with.keys),
           remote_(with.remote),
           trace_(with.trace),
+          launcher_(with.launcher),
           shared_(with.shared != nullptr ? *with.shared : own_) {}
 
     struct Done {
@@ -78,10 +80,24 @@ public:
         const ResultSource source = done ? done->source : options_.force ? ResultSource::ForcedRun : ResultSource::Run;
         if (trace_ != nullptr) {
             constexpr std::array kNames = {"run", "forced run", "local cache", "remote cache"};
-            trace_->add(action.id, "action", start, {{"result", done ? kNames.at(static_cast<std::size_t>(source)) : "none"}});
+            trace_->add(
+                action.id, "action", start,
+                {{"result", done ? kNames.at(static_cast<std::size_t>(source)) : "none"}, {"seconds", done ? done->record.seconds : 0}});
         }
         if (keys_ != nullptr) keys_->add(action, std::move(*key), source, done.has_value());
         return done;
+    }
+
+    /// Runs the action of a job.
+    Result<ActionRecord> perform(const Job& job, const Action& action) {
+        isAlone_ = true;
+        std::vector<const ActionRecord*> upstream;
+        for (const ActionRecord& record : job.upstream) upstream.push_back(&record);
+        LC_TRY(key, keyOf(action, upstream, staging_, digests_));
+        if (digestOfJson(*key) != job.key)
+            return failure(ErrorCode::Internal, action.id, "found files that are not those of the job, expected the same on every machine");
+        LC_TRY(done, resultOf(action, upstream, job.key));
+        return std::move(done->record);
     }
 
 private:
@@ -93,6 +109,7 @@ private:
             }
         }
         if (options_.unwritable) return tl::make_unexpected(*options_.unwritable);
+        if (launcher_ != nullptr) return launchOrRun(action, upstream, key);
         if (remote_ != nullptr && !options_.force) return race(action, upstream, key);
         auto done = run(action, upstream, key, state_);
         if (done && options_.force) done->source = ResultSource::ForcedRun;
@@ -125,13 +142,45 @@ private:
             if (auto other = fetched()) return std::move(*other);
             done = run(action, upstream, key, state_);
         }
-        using Upload = RemoteCache::Upload;
-        if (done && answer != Answer::Hit)
-            remote_->upload(key, action.id,
-                            answer == Answer::Miss      ? Upload::New
-                            : answer == Answer::Damaged ? Upload::Replace
-                                                        : Upload::IfMissing);
+        if (done && answer != Answer::Hit) upload(key, action, answer);
         return done;
+    }
+
+    /// Uploads a result that was made here after an answer.
+    void upload(const std::string& key, const Action& action, RemoteCache::Answer answer) {
+        using Answer = RemoteCache::Answer;
+        using Upload = RemoteCache::Upload;
+        remote_->upload(key, action.id,
+                        answer == Answer::Miss      ? Upload::New
+                        : answer == Answer::Damaged ? Upload::Replace
+                                                    : Upload::IfMissing);
+    }
+
+    /// Asks the remote cache, if there is one. Without a result there the action is launched, or runs here if it is short.
+    Result<Done> launchOrRun(const Action& action, const std::vector<const ActionRecord*>& upstream, const std::string& key) {
+        using Answer = RemoteCache::Answer;
+        std::optional<ActionRecord> record;
+        const auto fetch = [&] {
+            const Answer answer = remote_ == nullptr ? Answer::Hit : RemoteCache::Fetch(*remote_, key, action.id).wait();
+            if (answer == Answer::Hit) record = reuse(key);
+            return answer;
+        };
+        const Answer before = remote_ == nullptr ? Answer::Miss : options_.force ? Answer::Damaged : fetch();
+        if (record) return Done{std::move(*record), ResultSource::RemoteCache};
+        const ResultSource source = options_.force ? ResultSource::ForcedRun : ResultSource::Run;
+        if (!launcher_->takes(action, upstream)) {
+            auto done = run(action, upstream, key, state_);
+            if (!done) return done;
+            done->source = source;
+            launcher_->learn(action, upstream, done->record);
+            if (remote_ != nullptr) upload(key, action, before);
+            return done;
+        }
+        for (const ActionRecord* each : upstream) LC_CHECK(gather(*each));
+        const auto isDone = [&] { return fetch() == Answer::Hit && record.has_value(); };
+        LC_CHECK(launcher_->launch({action, upstream, key, options_.force, staging_, digests_, state_, isDone}));
+        launcher_->learn(action, upstream, *record);
+        return Done{std::move(*record), source};
     }
 
     /// Returns the record of a key, with its files in place; nothing if the local cache has not all of them.
@@ -171,6 +220,7 @@ private:
             LC_TRY(digest, digestOfFile(staging_ / name));
             done.record.files.push_back({name, *digest, std::filesystem::file_size(staging_ / name)});
         }
+        if (isAlone_) done.record.peakRssBytes = formats::peakResidentBytes();
         done.record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         // A cache that is full or read-only costs time later.
         if (const auto stored = cache_.store(key, done.record, staging_);
@@ -207,6 +257,8 @@ private:
     KeyLog* keys_;
     RemoteCache* remote_;
     Trace* trace_;
+    Launcher* launcher_;
+    bool isAlone_ = false;  ///< in this process
     SharedObjects own_;
     SharedObjects& shared_;
     std::mutex gatherMutex_;
@@ -315,6 +367,10 @@ ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& 
     // The errors of interrupted actions say nothing else.
     if (context.state.interrupted) result.errors.assign(1, Error{ErrorCode::Interrupted, "cook", "interrupted"});
     return result;
+}
+
+Result<ActionRecord> executeJob(const Job& job, const Action& action, const ExecuteOptions& options, const ExecutionContext& context) {
+    return formats::ofAsset(action.asset, Execution(options, options.outputFolder, context).perform(job, action));
 }
 
 Result<void> publish(const ExecutionResult& result, const std::filesystem::path& staging, const std::filesystem::path& outputFolder) {

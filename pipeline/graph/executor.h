@@ -11,7 +11,9 @@
 #include "pipeline/graph/action.h"
 #include "pipeline/graph/cache.h"
 #include "pipeline/graph/digest.h"
+#include "pipeline/graph/job.h"
 #include "pipeline/graph/key_log.h"
+#include "pipeline/graph/launcher.h"
 #include "pipeline/graph/remote_cache.h"
 #include "pipeline/graph/trace.h"
 
@@ -52,6 +54,7 @@ struct ExecutionContext {
     KeyLog* keys = nullptr;                            ///< of the output folder; none: nothing is explained
     RemoteCache* remote = nullptr;                     ///< asked for what `cache` does not have; none: there is none
     Trace* trace = nullptr;                            ///< none: nothing is traced
+    Launcher* launcher = nullptr;                      ///< of actions that take long, on other machines; none: all run here
     std::vector<const ExecutionResult*> earlier = {};  ///< of graphs that ran before this one into the same folders
 };
 
@@ -60,6 +63,12 @@ struct ExecutionContext {
 /// files stay in the output folder.
 ExecutionResult execute(const std::vector<Action>& graph, const ExecuteOptions& options, const std::filesystem::path& staging,
                         const ExecutionContext& context);
+
+/// Runs one action on a node, or takes its result from the cache. Its record has the memory of this process.
+/// action   that of the job, with the inputs of this machine
+/// options  the output folder has the files of the dependencies, and gets those of the action
+formats::Result<ActionRecord> executeJob(const Job& job, const Action& action, const ExecuteOptions& options,
+                                         const ExecutionContext& context);
 
 /// Moves the files that execute() staged into the output folder.
 formats::Result<void> publish(const ExecutionResult& result, const std::filesystem::path& staging,

@@ -95,6 +95,12 @@ Result<std::optional<formats::PendingFile>> prepareFileIfChanged(const std::file
     return formats::prepareWholeFile(file, std::as_bytes(std::span(content)), OutputLink::Replace);
 }
 
+std::uint64_t sizeOf(const std::filesystem::path& file) {
+    std::error_code code;
+    const std::uintmax_t size = std::filesystem::file_size(file, code);
+    return code ? 0 : size;
+}
+
 Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination, OutputLink link) {
     LC_CHECK(makeFolder(destination.parent_path()));
     LC_TRY(pending, formats::PendingFile::create(destination, link));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -37,6 +38,8 @@ formats::Result<void> writeFile(const std::filesystem::path& file, std::span<con
 formats::Result<std::optional<formats::PendingFile>> prepareFileIfChanged(const std::filesystem::path& file, std::string_view content);
 /// Returns the content of a file.
 formats::Result<std::string> readFile(const std::filesystem::path& file);
+/// Returns the size of a file [bytes]; 0 if there is none.
+std::uint64_t sizeOf(const std::filesystem::path& file);
 /// Copies through a temporary beside the destination.
 formats::Result<void> copyFile(const std::filesystem::path& source, const std::filesystem::path& destination,
                                OutputLink link = OutputLink::Replace);

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <deque>
 #include <fstream>
+#include <future>
 #include <mutex>
 #include <set>
 #include <sstream>
@@ -45,10 +46,12 @@ std::string sharedKey(const std::string& key) {
     return sha256OfText(fmt::format("lightcook action {} {}", key, __VERSION__));
 }
 
-std::uint64_t sizeOf(const std::filesystem::path& file) {
-    std::error_code code;
-    const std::uintmax_t size = std::filesystem::file_size(file, code);
-    return code ? 0 : size;
+/// Lets this thread write into sockets that the server may have closed, as OpenSSL does.
+void blockBrokenPipes() {
+    sigset_t broken;
+    sigemptyset(&broken);
+    sigaddset(&broken, SIGPIPE);
+    ::pthread_sigmask(SIG_BLOCK, &broken, nullptr);
 }
 
 double secondsSince(Clock::time_point start) {
@@ -72,7 +75,9 @@ public:
     using State = Fetch::State;
 
     Exchanges(const RemoteCacheOptions& options, const HttpUrl& url, Cache local, Trace* trace)
-        : mayUpload_(options.upload),
+        : url_(options.url),
+          mayUpload_(options.upload),
+          isNeeded_(options.isNeeded),
           leastWait_(options.leastWait),
           local_(std::move(local)),
           trace_(trace),
@@ -97,7 +102,8 @@ public:
         const double left = kFreeWait + kWaitShare * secondsSince(start_) + kSavedShare * savedSeconds_ - wastedSeconds_;
         const Clock::time_point start = Clock::now();
         const std::chrono::duration<double> most(std::max(leastWait_, std::min(2 * meanAnswer_, left)));
-        changed_.wait_for(lock, most, [&] { return fetch.answer != Answer::None; });
+        const auto hasAnswer = [&] { return fetch.answer != Answer::None; };
+        isNeeded_ ? changed_.wait(lock, hasAnswer) : (void)changed_.wait_for(lock, most, hasAnswer);
         if (fetch.answer != Answer::Hit) wastedSeconds_ += secondsSince(start);
         const Answer answer = fetch.answer;
         lock.unlock();
@@ -134,13 +140,54 @@ public:
             const auto wait = [&](double seconds) { changed_.wait_for(lock, std::chrono::duration<double>(seconds), isDone); };
             const double most = std::max(kUploadWait, kUploadShare * secondsSince(start_));
             const Clock::time_point start = Clock::now();
-            wait(kLastMoment);
+            if (isNeeded_)
+                changed_.wait(lock, isDone);
+            else
+                wait(kLastMoment);
             if (hasTaken_ && !isGivenUp_) wait(most - kLastMoment);
             counts_.lostSeconds = wastedSeconds_ + secondsSince(start);
         }
         end();
         counts_.notUploaded += static_cast<int>(writes_.size());
         return counts_;
+    }
+
+    /// Calls exchange(connection) in a thread of its own, until it is done or the run is interrupted.
+    template <class Exchange>
+    auto inThread(const std::atomic<bool>& interrupted, Exchange exchange) {
+        return std::async(std::launch::async,
+                          [&] {
+                              blockBrokenPipes();
+                              HttpConnection connection(server_, [&] { return isEnding_ || interrupted; });
+                              return exchange(connection);
+                          })
+            .get();
+    }
+
+    formats::Result<void> writeNow(const std::string& name, const OutputFile& file, std::istream& body, bool replace,
+                                   HttpConnection& connection) {
+        std::string why;
+        const Write write{{}, name, replace ? Upload::Replace : Upload::New};
+        const Answer answer = writeContent(write, file, body, connection, why);
+        if (answer == Answer::Hit) return {};
+        const bool isRefused = answer == Answer::Damaged;
+        return formats::failure(isRefused ? formats::ErrorCode::InvalidRequest : formats::ErrorCode::Internal, url_,
+                                fmt::format("found that {} cannot be written there ({}), expected a cache that takes it{}", name, why,
+                                            isRefused ? ": see --remote-credentials" : ""));
+    }
+
+    formats::Result<void> readNow(const SharedContent& content, HttpConnection& connection) {
+        const std::string fault = readContent(content.name, content, connection);
+        if (fault.empty()) return {};
+        return formats::failure(formats::ErrorCode::Internal, url_, fmt::format("found that {}, expected it in the remote cache", fault));
+    }
+
+    formats::Result<std::string> readTextNow(const std::string& sha256, HttpConnection& connection) {
+        std::string text;
+        const HttpResult got = get(connection, sha256, "cas/" + sha256, kMostRecordBytes, text);
+        if (got && got->status == 200 && sha256OfText(text) == sha256) return text;
+        return formats::failure(formats::ErrorCode::Internal, url_,
+                                fmt::format("found that cas/{} is {}, expected it in the remote cache", sha256, faultOf(got)));
     }
 
 private:
@@ -166,10 +213,7 @@ private:
     }
 
     void work() {
-        sigset_t broken;  // OpenSSL writes into sockets that the server may have closed
-        sigemptyset(&broken);
-        sigaddset(&broken, SIGPIPE);
-        ::pthread_sigmask(SIG_BLOCK, &broken, nullptr);
+        blockBrokenPipes();
         std::shared_ptr<State> fetch;
         HttpConnection connection(server_, [&] { return isEnding_ || (fetch != nullptr && fetch->isClosed); });
         std::unique_lock lock(mutex_);
@@ -229,7 +273,7 @@ private:
 
     void noteLocked(bool hasAnswered) {
         failuresInARow_ = hasAnswered ? 0 : failuresInARow_ + 1;
-        isGivenUp_ = isGivenUp_ || failuresInARow_ >= kMostFailures;
+        isGivenUp_ = isGivenUp_ || (!isNeeded_ && failuresInARow_ >= kMostFailures);
     }
 
     /// Reads a result into the local cache.
@@ -264,7 +308,8 @@ private:
             const auto output = outputOf(file.name);
             if (output == outputs->end() || output->bytes != file.bytes)
                 return damaged(fmt::format("its files are not those of its record ({})", file.name));
-            if (const std::string fault = readContent(fetch, *output, file, connection); !fault.empty()) return damaged(fault);
+            const SharedContent content{file.name, output->sha256, file.digest, output->bytes};
+            if (const std::string fault = readContent(fetch.id, content, connection); !fault.empty()) return damaged(fault);
         }
         if (const auto written = writeFile(local_.recordPath(fetch.key), recordText); !written) {
             why = written.error().line();
@@ -282,25 +327,29 @@ private:
     }
 
     /// Reads a content into the local cache, unless that has it. Returns what is wrong with it.
-    std::string readContent(const State& fetch, const OutputFile& output, const FileRecord& file, HttpConnection& connection) {
-        const std::filesystem::path place = local_.contentPath(file.digest);
-        if (output.bytes > kCacheLimitBytes) return fmt::format("{} is larger than a cache", file.name);
+    /// reader   the action, for the trace
+    std::string readContent(const std::string& reader, const SharedContent& content, HttpConnection& connection) {
+        const std::filesystem::path place = local_.contentPath(content.digest);
+        if (content.bytes > kCacheLimitBytes) return fmt::format("{} is larger than a cache", content.name);
         std::error_code code;
-        if (std::filesystem::is_regular_file(place, code) && sizeOf(place) == file.bytes) return {};
+        if (std::filesystem::is_regular_file(place, code) && sizeOf(place) == content.bytes) return {};
         if (const auto made = makeFolder(place.parent_path()); !made) return made.error().line();
         auto pending = formats::PendingFile::create(place);
         if (!pending) return pending.error().line();
         std::ofstream stream(pending->temporary(), std::ios::binary);
         Sha256 digest;
-        const HttpResult got = get(connection, fetch.id, "cas/" + output.sha256, output.bytes, [&](std::string_view piece) {
+        bool isFull = false;
+        const HttpResult got = get(connection, reader, "cas/" + content.sha256, content.bytes, [&](std::string_view piece) {
             digest.add(piece);
-            return static_cast<bool>(stream.write(piece.data(), static_cast<std::streamsize>(piece.size())));
+            isFull = !stream.write(piece.data(), static_cast<std::streamsize>(piece.size()));
+            return !isFull;
         });
         stream.close();
-        if (!got || got->status != 200 || digest.hex() != output.sha256) return fmt::format("{} is {}", file.name, faultOf(got));
+        if (isFull || !stream) return fmt::format("{} cannot be written into the cache folder {}", content.name, local_.root().string());
+        if (!got || got->status != 200 || digest.hex() != content.sha256) return fmt::format("{} is {}", content.name, faultOf(got));
         // The record says so too, and the local cache trusts it.
-        if (const auto found = digestOfFile(pending->temporary()); !found || *found != file.digest)
-            return file.name + " is another content";
+        if (const auto found = digestOfFile(pending->temporary()); !found || *found != content.digest)
+            return content.name + " is another content";
         const auto written = pending->commit();
         return written ? "" : written.error().line();
     }
@@ -332,7 +381,7 @@ private:
     void write(const Write& write, HttpConnection& connection) {
         {
             const std::lock_guard lock(mutex_);
-            if (isGivenUp_ || refusalsInARow_ >= kMostFailures) {
+            if (isGivenUp_ || (!isNeeded_ && refusalsInARow_ >= kMostFailures)) {
                 ++(isGivenUp_ ? counts_.notUploaded : counts_.refused);
                 return;
             }
@@ -433,7 +482,8 @@ private:
         trace_->add(name, category, start, arguments);
     }
 
-    const bool mayUpload_;
+    const std::string url_;
+    const bool mayUpload_, isNeeded_;
     const double leastWait_;
     const Cache local_;
     Trace* const trace_;
@@ -485,6 +535,28 @@ RemoteCache::Answer RemoteCache::Fetch::close() {
 
 void RemoteCache::upload(const std::string& key, const std::string& id, Upload mode) {
     exchanges_->startWrite(key, id, mode);
+}
+
+formats::Result<void> RemoteCache::writeContents(const std::vector<SharedContent>& contents,
+                                                 const std::vector<std::filesystem::path>& files, bool replace,
+                                                 const std::atomic<bool>& interrupted) {
+    return exchanges_->inThread(interrupted, [&](HttpConnection& connection) -> formats::Result<void> {
+        for (std::size_t i = 0; i < contents.size(); ++i) {
+            std::ifstream body(files[i], std::ios::binary);
+            LC_CHECK(exchanges_->writeNow(contents[i].name, {contents[i].name, contents[i].sha256, contents[i].bytes}, body, replace,
+                                          connection));
+        }
+        return {};
+    });
+}
+formats::Result<void> RemoteCache::readContents(const std::vector<SharedContent>& contents, const std::atomic<bool>& interrupted) {
+    return exchanges_->inThread(interrupted, [&](HttpConnection& connection) -> formats::Result<void> {
+        for (const SharedContent& content : contents) LC_CHECK(exchanges_->readNow(content, connection));
+        return {};
+    });
+}
+formats::Result<std::string> RemoteCache::readText(const std::string& sha256, const std::atomic<bool>& interrupted) {
+    return exchanges_->inThread(interrupted, [&](HttpConnection& connection) { return exchanges_->readTextNow(sha256, connection); });
 }
 
 RemoteCounts RemoteCache::finish() {

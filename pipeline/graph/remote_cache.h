@@ -11,10 +11,13 @@
 // here, beside the request, and the first result wins. Uploads have what is left of the cook, and finish() gives them a little more.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "formats/error.h"
 #include "pipeline/graph/cache.h"
@@ -27,6 +30,14 @@ struct RemoteCacheOptions {
     bool upload = false;
     std::string credentials = {};  ///< see authorizationOf(); empty: none
     double leastWait = 0;          ///< seconds that an action waits for an answer in any case; tests want all answers
+    bool isNeeded = false;         ///< waits for every answer and upload, and asks again after failures: a cluster has nothing else
+};
+
+/// A content that a job of a cluster needs.
+struct SharedContent {
+    std::string name;            ///< for messages
+    std::string sha256, digest;  ///< names in the remote and in the local cache
+    std::uint64_t bytes = 0;
 };
 
 /// Figures of one run.
@@ -87,6 +98,17 @@ public:
     };
     /// Writes the result of an action, which the local cache has, in the background. Does nothing without RemoteCacheOptions::upload.
     void upload(const std::string& key, const std::string& id, Upload mode);
+
+    /// Return when they have written or read some contents over one connection, in a thread of their own. Errors of code Internal may pass;
+    /// others stay.
+    /// files    of the contents, in their order
+    /// replace  also contents that it has: they may be damaged
+    formats::Result<void> writeContents(const std::vector<SharedContent>& contents, const std::vector<std::filesystem::path>& files,
+                                        bool replace, const std::atomic<bool>& interrupted);
+    /// Reads them into the local cache, unless that has them.
+    formats::Result<void> readContents(const std::vector<SharedContent>& contents, const std::atomic<bool>& interrupted);
+    /// Returns a content as text.
+    formats::Result<std::string> readText(const std::string& sha256, const std::atomic<bool>& interrupted);
 
     /// Ends all requests. Uploads have a moment more. Call it once, after the cook.
     RemoteCounts finish();

@@ -210,7 +210,7 @@ std::string titleOf(std::string_view code) {
     return title;
 }
 
-Json rulesOf() {
+Json sarifRules() {
     Json rules = Json::array();
     for (const CiRuleInfo& rule : allCiRules())
         rules.push_back({{"id", rule.name},
@@ -253,7 +253,7 @@ std::string sarifReport(const CiRun& run) {
         for (const CiCheck& check : suite.checks)
             for (const CiFinding& finding : check.findings) results.push_back(resultOf(run, suite, check, finding));
     for (const Finding& finding : run.lint) results.push_back(resultOf(run, finding));
-    const Json driver = {{"name", kToolName}, {"version", kToolVersion}, {"semanticVersion", kToolVersion}, {"rules", rulesOf()}};
+    const Json driver = {{"name", kToolName}, {"version", kToolVersion}, {"semanticVersion", kToolVersion}, {"rules", sarifRules()}};
     const Json sarif = {
         {"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
         {"version", "2.1.0"},

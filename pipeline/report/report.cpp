@@ -1,7 +1,5 @@
 #include "pipeline/report/report.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 
 #include "pipeline/assets/light_map/detailed_layout.h"
@@ -150,12 +148,6 @@ Result<Report> loadReport(const std::filesystem::path& file) {
 Result<Json> readReport(const std::filesystem::path& file) {
     LC_TRY(both, readBoth(file));
     return std::move(both->first);
-}
-
-std::uint64_t peakResidentBytes() {
-    struct rusage usage {};
-    ::getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
 }  // namespace lightcook::pipeline

@@ -185,7 +185,4 @@ formats::Result<Report> loadReport(const std::filesystem::path& file);
 /// Returns the same as JSON.
 formats::Result<Json> readReport(const std::filesystem::path& file);
 
-/// Returns the peak resident memory of this process [bytes].
-std::uint64_t peakResidentBytes();
-
 }  // namespace lightcook::pipeline

@@ -164,6 +164,10 @@ TEST_F(Command, PlanIsANinjaFileThatCooksTheSame) {
     startWithoutCache();
     formats::writeContent(scene_ / "launch.sh", "#!/bin/sh\necho \"$@\" >>launched\nexec \"$@\"\n");
     fs::permissions(scene_ / "launch.sh", fs::perms::owner_all);
+    // As if each byte of an input took a second.
+    fs::create_directories(scene_ / "cache");
+    formats::writeContent(scene_ / "cache/launch_seconds.json",
+                          R"({"light-map":1,"cubemap":1,"rsrm":1,"verify-cubemap":1,"verify-rsrm":1})");
     const Ended plan = run("plan scene.toml --ninja scene.ninja -o 'out $1' --cache cache --launcher \"'$PWD/launch.sh'\"");
     ASSERT_EQ(plan.code, 0) << plan.err;
     EXPECT_EQ(plan.out + plan.err, "");
@@ -171,7 +175,7 @@ TEST_F(Command, PlanIsANinjaFileThatCooksTheSame) {
     EXPECT_THAT(ninja(""), HasSubstr("[5/5] cook the scene small"));
     const std::string launched = formats::contentOf(scene_ / "launched");
     EXPECT_EQ(std::count(launched.begin(), launched.end(), '\n'), 5) << launched;
-    for (const char* part : {"--only map", "--only probe", "--only sky", "--only specular"}) EXPECT_THAT(launched, HasSubstr(part));
+    EXPECT_THAT(launched, HasSubstr(" work "));
     EXPECT_THAT(ninja(""), HasSubstr("no work to do"));
     EXPECT_THAT(run("cook scene.toml -o 'out $1'").out, HasSubstr("10 of 10 actions from the cache")) << "nothing was left for it to do";
     EXPECT_EQ(run("verify 'out $1'").code, 0);
