@@ -167,7 +167,7 @@ and fireflies.
 cooked folder, DIR/candidates/LAYOUT, whose report says whether it keeps the limits. A cook without
 the option removes them, but no other file there.
 
-With --launcher, each action that is predicted to take 5 s or more is a command `COMMAND lightcook work
+With --launcher, each action that is predicted to take 10 s or more is a command `COMMAND lightcook work
 JOB`, which may run on another machine. Machines need the same lightcook under the same path, and a
 remote cache that they may write; without one, all have to see the files of the scene, the output folder
 and the cache folder. Up to -j actions are launched at once. An action is done when the cache has its
