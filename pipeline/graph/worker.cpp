@@ -18,7 +18,12 @@
 namespace lightcook::pipeline {
 namespace {
 
-constexpr std::size_t kWrittenBytes = 1 << 20;
+using formats::Error;
+using formats::ErrorCode;
+using formats::failure;
+using formats::Result;
+
+constexpr std::size_t kWrittenBytes = 1 << 20;  ///< that show that a folder takes files
 
 std::string machineName() {
     std::array<char, 256> name{};
