@@ -114,8 +114,12 @@ public:
         const TriangleMesh* mesh;  ///< one of triangleMeshes()
         glm::dmat4 worldFromMesh;
         bool isDoubleSided = false;  ///< its material shows both sides
+        std::size_t node = 0;        ///< that draws it
+        std::size_t primitive = 0;   ///< index in the mesh of that node
     };
     std::vector<Placed> placedMeshes() const;
+    /// Returns "node 5 'Dome'", for messages.
+    std::string nameOfNode(std::size_t node) const;
     /// Returns how often the scene draws one of its triangle meshes, at most: once for each node, or for each of the instances that the
     /// node has (EXT_mesh_gpu_instancing).
     std::int64_t mostDrawn() const;

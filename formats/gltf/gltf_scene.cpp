@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 #include <map>
@@ -111,15 +112,20 @@ std::int64_t instancesOf(const Json& gltf, const Json& node) {
     return most;
 }
 
-/// Returns "mesh 3 'Sky' of node 'Dome'".
+/// Returns "node 5 'Dome'", or "mesh 3 'Sky'" of array "meshes".
+std::string nameOfEntry(const Json& gltf, const char* array, std::size_t index) {
+    const Json& entry = gltf[array][index];
+    const auto name = entry.find("name");
+    const std::string kind = std::string(array, std::strlen(array) - 1);
+    return fmt::format("{} {}{}", kind, index,
+                       name != entry.end() && name->is_string() ? " '" + oneLine(name->get<std::string>()) + "'" : std::string());
+}
+
+/// Returns "mesh 3 'Sky' of node 5 'Dome'".
 std::string nameOfMesh(const Json& gltf, std::uint64_t mesh) {
-    const auto nameIn = [](const Json& owner) {
-        const auto name = owner.find("name");
-        return name != owner.end() && name->is_string() ? " '" + oneLine(name->get<std::string>()) + "'" : std::string();
-    };
-    std::string text = fmt::format("mesh {}{}", mesh, nameIn(gltf["meshes"][mesh]));
+    std::string text = nameOfEntry(gltf, "meshes", mesh);
     for (const std::size_t node : drawingNodes(gltf))
-        if (gltf["nodes"][node]["mesh"] == mesh) return fmt::format("{} of node {}{}", text, node, nameIn(gltf["nodes"][node]));
+        if (gltf["nodes"][node]["mesh"] == mesh) return fmt::format("{} of {}", text, nameOfEntry(gltf, "nodes", node));
     return text;
 }
 
@@ -179,12 +185,12 @@ struct GltfScene::State {
 
     /// Refuses vertices that lie too far away in the world.
     void checkPlaces() const {
-        const std::map<std::uint64_t, std::vector<glm::dmat4>> places = placesOfMeshes(document.json());
+        const auto places = placesOfMeshes(document.json());
         for (const Primitive& primitive : primitives) {
             const auto placed = places.find(primitive.mesh);
             const double reach = reachOf(*primitive.geometry.find("POSITION"));
-            for (const glm::dmat4& toWorld : placed == places.end() ? std::vector{glm::dmat4(1)} : placed->second)
-                if (!(reachOf(toWorld, reach) <= kFarthest)) checkPlaces(primitive, toWorld);
+            for (const NodePlacement& each : placed == places.end() ? std::vector{NodePlacement{0, glm::dmat4(1)}} : placed->second)
+                if (!(reachOf(each.worldFromMesh, reach) <= kFarthest)) checkPlaces(primitive, each.worldFromMesh);
         }
     }
     void checkPlaces(const Primitive& primitive, const glm::dmat4& toWorld) const {
@@ -359,9 +365,14 @@ std::vector<GltfScene::Placed> GltfScene::placedMeshes() const {
         const auto found = places.find(primitive.mesh);
         if (!primitive.isTriangles || found == places.end()) continue;
         const bool isDoubleSided = state_->isDoubleSided(primitive);
-        for (const glm::dmat4& place : found->second) placed.push_back({&primitive.geometry, place, isDoubleSided});
+        for (const auto& [node, worldFromMesh] : found->second)
+            placed.push_back({&primitive.geometry, worldFromMesh, isDoubleSided, node, primitive.index});
     }
     return placed;
+}
+
+std::string GltfScene::nameOfNode(std::size_t node) const {
+    return nameOfEntry(state_->document.json(), "nodes", node);
 }
 
 std::int64_t GltfScene::mostDrawn() const {

@@ -96,10 +96,10 @@ std::optional<std::uint64_t> meshOfNode(const nlohmann::json& gltf, std::size_t 
 
 }  // namespace
 
-std::map<std::uint64_t, std::vector<glm::dmat4>> placesOfMeshes(const nlohmann::json& gltf) {
-    std::map<std::uint64_t, std::vector<glm::dmat4>> places;
+std::map<std::uint64_t, std::vector<NodePlacement>> placesOfMeshes(const nlohmann::json& gltf) {
+    std::map<std::uint64_t, std::vector<NodePlacement>> places;
     visitNodes(gltf, [&](std::size_t node, const glm::dmat4& world, std::size_t) {
-        if (const auto mesh = meshOfNode(gltf, node)) places[*mesh].push_back(world);
+        if (const auto mesh = meshOfNode(gltf, node)) places[*mesh].push_back({node, world});
     });
     return places;
 }

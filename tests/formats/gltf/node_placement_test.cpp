@@ -17,7 +17,7 @@ TEST(PlacesOfMeshes, MultiplyTheTransformsOfAllAncestors) {
         {"translation": [0, 0, 2], "scale": [2, 2, 2], "mesh": 4}]})");
     const auto places = placesOfMeshes(gltf);
     ASSERT_EQ(places.at(4).size(), 1u);
-    const glm::dmat4 place = places.at(4)[0];
+    const glm::dmat4 place = places.at(4)[0].worldFromMesh;
     EXPECT_NEAR(originOf(place).x, 3, 1e-12) << "a quarter turn about y brings +z to +x";
     EXPECT_NEAR(originOf(place).z, 3, 1e-12);
     EXPECT_NEAR((place * glm::dvec4(1, 0, 0, 0)).z, -2, 1e-12) << "scaled, then turned";
@@ -27,13 +27,14 @@ TEST(PlacesOfMeshes, AMeshDrawnTwiceHasTwoPlacesAndAnUndrawnOneNone) {
     const nlohmann::json gltf = nlohmann::json::parse(R"({"scenes": [{"nodes": [0, 1]}], "nodes": [
         {"mesh": 0}, {"mesh": 0, "matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 7,8,9,1]}, {"mesh": 1}]})");
     const auto places = placesOfMeshes(gltf);
-    EXPECT_EQ(places.at(0).size(), 2u);
+    ASSERT_EQ(places.at(0).size(), 2u);
+    EXPECT_EQ(places.at(0)[0].node + places.at(0)[1].node, 1u);
     EXPECT_FALSE(places.contains(1)) << "no scene has its node";
 }
 
 TEST(PlacesOfMeshes, WithoutScenesTheRootsAreTheNodesWithoutParents) {
     const nlohmann::json gltf = nlohmann::json::parse(R"({"nodes": [{"mesh": 0}, {"children": [0], "translation": [5, 0, 0]}]})");
-    EXPECT_EQ(originOf(placesOfMeshes(gltf).at(0)[0]).x, 5);
+    EXPECT_EQ(originOf(placesOfMeshes(gltf).at(0)[0].worldFromMesh).x, 5);
 }
 
 TEST(PlacesOfMeshes, ACycleEndsAndWrongShapesCountAsUntransformed) {
@@ -41,7 +42,7 @@ TEST(PlacesOfMeshes, ACycleEndsAndWrongShapesCountAsUntransformed) {
         {"children": [1], "translation": "far"}, {"children": [0, 1], "mesh": 0}]})");
     const auto places = placesOfMeshes(gltf);
     ASSERT_EQ(places.at(0).size(), 1u);
-    EXPECT_EQ(places.at(0)[0], glm::dmat4(1));
+    EXPECT_EQ(places.at(0)[0].worldFromMesh, glm::dmat4(1));
     EXPECT_TRUE(placesOfMeshes(nlohmann::json::object()).empty());
 }
 
