@@ -34,6 +34,7 @@ namespace lightcook::pipeline {
 CommandFunction defineCook(CLI::App& app);
 CommandFunction defineInit(CLI::App& app);
 CommandFunction defineLint(CLI::App& app);
+CommandFunction defineEstimate(CLI::App& app);
 CommandFunction defineVerify(CLI::App& app);
 CommandFunction defineReport(CLI::App& app);
 CommandFunction defineView(CLI::App& app);
@@ -59,6 +60,7 @@ constexpr std::array kCommands = {
     CommandInfo{"cook", "Cook a whole scene, incrementally, and verify it", defineCook, FolderUse::CooksAndReports},
     CommandInfo{"init", "Write a first scene file for some bakes, meshes and environments", defineInit},
     CommandInfo{"lint", "Look for what is implausible in the inputs of a scene, before a cook", defineLint},
+    CommandInfo{"estimate", "Estimate pages, memory and cook time of the light maps of meshes, before a bake", defineEstimate},
     CommandInfo{"verify", "Reopen a cooked scene; measure and bound its errors again from the files", defineVerify},
     CommandInfo{"report", "Print the memory and errors of a cooked scene; compare them with a baseline", defineReport, FolderUse::Reports},
     CommandInfo{"view", "Show a cooked scene in the browser, beside its bake", defineView},

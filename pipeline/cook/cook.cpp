@@ -464,14 +464,28 @@ private:
 
     /// Returns the rates of this machine, with those of the assets that were just cooked.
     WorkRates measureRates(const ExecutionResult& result) const {
-        WorkRates rates(cache_.root() / "rates.json");
+        WorkRates rates(cache_.root() / kRatesName);
         for (const auto& [id, record] : result.records) {
             if (result.reused.contains(id) || !isOfStep(id, ActionStep::Cook)) continue;
-            if (const auto cooked = fromJson<CookResult>(record.result, id))
-                rates.add(kindOfWork(cooked->asset), workOf(cooked->asset), record.seconds);
+            const auto cooked = fromJson<CookResult>(record.result, id);
+            if (!cooked) continue;
+            rates.add(kindOfWork(cooked->asset), workOf(cooked->asset), record.seconds);
+            if (cooked->asset.kind == AssetKind::LightMap) addLightMapRates(result, cooked->asset, record.seconds, rates);
         }
         rates.save();
         return rates;
+    }
+
+    /// Adds the rates of a light map that was just cooked: with its verification, and of its trial.
+    static void addLightMapRates(const ExecutionResult& result, const CookedAsset& asset, double cookSeconds, WorkRates& rates) {
+        const auto secondsOf = [&](ActionStep step) -> std::optional<double> {
+            const auto record = result.records.find(actionId(step, asset.name));
+            return record == result.records.end() || result.reused.contains(record->first) ? std::nullopt
+                                                                                           : std::optional(record->second.seconds);
+        };
+        if (const auto verified = secondsOf(ActionStep::Verify))
+            rates.add(kLayoutWork + asset.layout, workOf(asset), cookSeconds + *verified);
+        if (const auto tried = secondsOf(ActionStep::Trial)) rates.add(kTrialWork, workOf(asset), *tried);
     }
 
     /// Adds the errors of some actions.

@@ -53,12 +53,7 @@ std::uint64_t savedBytes(std::uint64_t would, std::uint64_t is) {
 std::vector<SkippedImages> imagesOf(const std::string& name, formats::Target target, const formats::DecodeLimits& decode) {
     const formats::LightMapLayoutInfo& layout =
         formats::info(formats::lightMapLayoutFromName(name).value_or(formats::LightMapLayout::Ratio));
-    std::vector<SkippedImages> images;
-    for (const formats::LightMapTextureInfo& texture : layout.textures)
-        images.push_back({formats::formatFor(texture.role, formats::info(target)), texture.layerCount, texture.side});
-    if (decode.filterOf(layout) == formats::LightMapFilter::Decoded)
-        images.push_back({.format = formats::PixelFormat::Rgba8Unorm, .isCoverage = true});
-    return images;
+    return texturesOf(layout, target, decode.filterOf(layout));
 }
 
 double texelsOf(const glm::ivec2& size) {
@@ -574,6 +569,14 @@ std::string dominantNameOf(const std::string& lightMap) {
 std::vector<SkippedImages> dominantImages(formats::Target target, bool withResidual) {
     std::vector<SkippedImages> images;
     for (const formats::PixelFormat format : dominantFormats(target, withResidual)) images.push_back({format, 1});
+    return images;
+}
+
+std::vector<SkippedImages> texturesOf(const formats::LightMapLayoutInfo& layout, formats::Target target, formats::LightMapFilter filter) {
+    std::vector<SkippedImages> images;
+    for (const formats::LightMapTextureInfo& texture : layout.textures)
+        images.push_back({formats::formatFor(texture.role, formats::info(target)), texture.layerCount, texture.side});
+    if (filter == formats::LightMapFilter::Decoded) images.push_back({.format = formats::PixelFormat::Rgba8Unorm, .isCoverage = true});
     return images;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "formats/light_map_layout.h"
 #include "pipeline/assets/asset_kind.h"
 #include "pipeline/assets/needs.h"
 #include "pipeline/cook/allocation.h"
@@ -46,6 +47,9 @@ struct Plan {
 /// Returns the textures of a dominant light under a target.
 /// withResidual  with the residual texture, if the target has one
 std::vector<SkippedImages> dominantImages(formats::Target target, bool withResidual = true);
+
+/// Returns the textures of a layout under a filter, without learned tables.
+std::vector<SkippedImages> texturesOf(const formats::LightMapLayoutInfo& layout, formats::Target target, formats::LightMapFilter filter);
 
 /// Returns the GPU memory of images of a size [bytes].
 std::uint64_t bytesOf(const std::vector<SkippedImages>& images, const glm::ivec2& size);

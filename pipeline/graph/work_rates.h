@@ -1,4 +1,5 @@
-// Seconds a texel of cooking each kind of asset on this machine, from the last cook. The time that a skip saved is estimated from them.
+// Seconds a texel of cooking each kind of asset on this machine, from the last cook. The time that a skip saved
+// and that of a bake to come are estimated from them.
 #pragma once
 
 #include <filesystem>
@@ -7,6 +8,12 @@
 #include <string>
 
 namespace lightcook::pipeline {
+
+/// Kinds of work beside those of assets: a light map that is cooked and verified in a layout, whose name follows, and the trial of layouts.
+inline constexpr const char* kLayoutWork = "layout/";
+inline constexpr const char* kTrialWork = "trial";
+/// File of the rates in a cache folder.
+inline constexpr const char* kRatesName = "rates.json";
 
 class WorkRates {
 public:

@@ -57,7 +57,7 @@ constexpr double kLeastClipped = 0.001, kMostClipped = 0.9;
 /// Note: light that halves hold with their usual precision four octaves down and one up. A unit may be smaller or larger, and right.
 constexpr double kDarkestKey = 1e-4, kBrightestKey = 3e4;
 /// Shares of the texels that a mesh reads.
-constexpr double kMostUncovered = 0.005, kMostShared = 0.03;
+constexpr double kMostUncovered = 0.005;
 /// Shares of the texels with light that the mesh may leave unread, and of the texels that it reads without light, in a map whose other UVs
 /// explain these; and a number of texels, for maps of few.
 constexpr double kMostUnread = 0.01, kMostUnfit = 0.01;

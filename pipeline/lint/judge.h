@@ -28,6 +28,8 @@ bool fits(const LightMapEntry& entry, const MeshFacts& facts, bool isWholeMap);
 Findings judgeGodot(const LightMapEntry& entry, bool isFitting);
 /// nodes  with light-map UVs that no light map of their mesh has a place for
 Findings judgePlaces(const LightMapEntry& entry, const std::vector<std::string>& nodes);
+/// Share of the texels that a mesh reads which two triangles may read: see judgeMesh().
+inline constexpr double kMostShared = 0.03;
 /// Looks for nodes and rectangles of a bake of Godot that have no counterpart.
 Findings judgeLmbake(const LightMapEntry& entry, const MeshFacts& facts);
 Findings judgeProbe(const ProbeEntry& entry, const ProbeFacts& facts);

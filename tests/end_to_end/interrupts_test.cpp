@@ -34,6 +34,7 @@ const BusyCommand kBusyCommands[] = {
     {"cook", {"scene.toml", "-o", "out", "--force"}},
     {"init", {"map.exr", "probe.exr", "-o", "out"}},
     {"lint", {"scene.toml", "--json", "out"}},
+    {"estimate", {LIGHTCOOK_SOURCE_DIR "/examples/cornell/cornell.glb", "--texel-density", "200"}},
     {"verify", {"cooked", "--json", "out"}},
     {"report", {"cooked", "--json", "out"}},
     {"plan", {"scene.toml", "--ninja", "out"}},

@@ -230,6 +230,9 @@ const std::vector<Mistake>& allMistakes() {
                      for (int x = 0; x < map.width; ++x) map["coverage.Y"][map.index(x, y)] = 0;
              });
          }},
+        {"a light map beyond the largest page, before its bake", "lightcook estimate cornell.glb --texel-density 1000 -q", nothing},
+        {"more memory than light maps may take, before their bake",
+         "lightcook estimate cornell.glb --texel-density 20 --layout basis-4 --budget \"64 KiB\" -q", nothing},
         {"two documents on standard output", "lightcook lint scene.toml --json - --sarif -", nothing},
         {"decode to an 8-bit image", "lightcook decode probe.ktx2 probe.png",
          [](const ExampleCopy& scene) { scene.run("lightcook encode cornell_probe0.exr probe.ktx2 --format bc6h-uf16"); }},

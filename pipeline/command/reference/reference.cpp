@@ -12,6 +12,7 @@
 #include "pipeline/command/reference/schemas.h"
 #include "pipeline/command/terminal/terminal.h"
 #include "pipeline/document/json_schema.h"
+#include "pipeline/estimate/estimate.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/budgets.h"
@@ -187,7 +188,7 @@ std::string documentReference(const char* title, const std::string& intro, const
 }  // namespace
 
 std::vector<ReferencePage> referencePages() {
-    const Json manifest = manifestSchema(), report = reportSchema();
+    const Json manifest = manifestSchema(), report = reportSchema(), estimate = documentSchema<Estimate>("lightcook: what estimate writes");
     return {
         {"commands.md", commandReference(describeProgram())},
         {"scene-file.md", sceneFileReference()},
@@ -210,9 +211,13 @@ std::vector<ReferencePage> referencePages() {
              "`lightcook report DIR... --history F` and `lightcook cook --history F` append a line of JSON for each scene, and "
              "the page of a report draws the trend. A line that equals the last one of its scene and target is not written again.",
              documentSchema<HistoryLine>(""))},
+        {"estimate.md",
+         documentReference("Estimate", "`lightcook estimate MESH... --texel-density D --json F` writes what the light maps of meshes cost.",
+                           estimate)},
         {"budgets.md", budgetsReference()},
         {"cooked.schema.json", schemaText(manifest)},
-        {"report.schema.json", schemaText(report)}};
+        {"report.schema.json", schemaText(report)},
+        {"estimate.schema.json", schemaText(estimate)}};
 }
 
 std::string commandReference(const ProgramDoc& program) {
