@@ -50,6 +50,7 @@ CommandFunction defineEncode(CLI::App& app);
 CommandFunction defineDecode(CLI::App& app);
 CommandFunction defineReconstruct(CLI::App& app);
 CommandFunction defineCompare(CLI::App& app);
+CommandFunction defineDiff(CLI::App& app);
 CommandFunction defineInfo(CLI::App& app);
 CommandFunction defineDemo(CLI::App& app);
 CommandFunction defineHelp(CLI::App& app);
@@ -77,6 +78,7 @@ constexpr std::array kCommands = {
     CommandInfo{"decode", "Decode a texture into a float EXR", defineDecode},
     CommandInfo{"reconstruct", "Write a cooked light map as the shader sees it, in the form of a bake", defineReconstruct},
     CommandInfo{"compare", "Print the differences of two images, textures, light maps or cooked scenes", defineCompare},
+    CommandInfo{"diff", "Print the byte ranges in which a cooked scene differs from an older one, for a patch", defineDiff},
     CommandInfo{"info", "Print the contents of a file or a cooked scene", defineInfo},
     CommandInfo{"demo", "Cook, verify and report the scene that ships with the program", defineDemo, FolderUse::Cooks},
     CommandInfo{"help", "Print the help of the program or of one command", defineHelp},

@@ -49,6 +49,7 @@ const BusyCommand kBusyCommands[] = {
     {"decode", {"large.ktx2", "out.exr"}},
     {"reconstruct", {"cooked", "map", "out.exr"}},
     {"compare", {"large.ktx2", "large.ktx2"}},
+    {"diff", {"cooked", "cooked"}},
     {"info", {"large.exr"}},
     {"demo", {"-o", "out"}},
     {"view", {"cooked", "--port", "0"}},

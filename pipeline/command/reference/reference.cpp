@@ -14,6 +14,7 @@
 #include "pipeline/document/json_schema.h"
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/graph/version.h"
+#include "pipeline/manifest/folder_difference.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/budgets.h"
 #include "pipeline/report/collection.h"
@@ -214,6 +215,9 @@ std::vector<ReferencePage> referencePages() {
         {"estimate.md",
          documentReference("Estimate", "`lightcook estimate MESH... --texel-density D --json F` writes what the light maps of meshes cost.",
                            estimate)},
+        {"difference.md",
+         documentReference("Difference of cooked folders", "`lightcook diff OLD NEW --json F` writes what a patch has to carry.",
+                           documentSchema<FolderDifference>(""))},
         {"budgets.md", budgetsReference()},
         {"cooked.schema.json", schemaText(manifest)},
         {"report.schema.json", schemaText(report)},
