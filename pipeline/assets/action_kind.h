@@ -18,6 +18,7 @@ inline constexpr const char* kPackChartsKind = "pack-charts";
 inline constexpr const char* kLightMapTrialKind = "light-map-trial";
 inline constexpr const char* kJointTrialKind = "joint-trial";
 inline constexpr const char* kVerifyWholeKind = "verify-whole";
+inline constexpr const char* kSampledKind = "sample-light-map";
 inline constexpr const char* kGltfKind = "gltf";
 inline constexpr const char* kLintLightMapKind = "lint-light-map";
 inline constexpr const char* kLintMeshKind = "lint-mesh";

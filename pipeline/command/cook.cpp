@@ -3,6 +3,7 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -15,9 +16,11 @@
 #include "pipeline/command/session.h"
 #include "pipeline/cook/cook.h"
 #include "pipeline/cook/depfile.h"
+#include "pipeline/cook/preview.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/history.h"
 #include "pipeline/report/report.h"
+#include "pipeline/report/words.h"
 #include "pipeline/scene/settings.h"
 
 namespace lightcook::pipeline {
@@ -55,6 +58,10 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
            "Also cook the scene with each other layout that was tried and may be worth its bytes, into DIR/candidates: view shows them "
            "beside each other")
         ->excludes(only);
+    CLI::Option* const preview = app.add_flag(
+        "--preview", cook.preview,
+        "Cook as fast as the light can be seen: effort 0, the layouts of the last cook into the folder or else a fast one, no limits, no "
+        "report, and errors of some rows of light maps alone. verify refuses the folder");
     app.add_flag("--force", cook.force, "Cook everything again");
     app.add_flag("--keep-going", cook.keepGoing, "Cook the other assets after a failure; the exit code is the first failure's");
     addStrictOption(app, cook.strict);
@@ -70,6 +77,22 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
     declareWritten(
         addFileOption(app, "--history", command.history, "Append a line with the memory and the errors of the scene (JSON lines)"),
         Written::File);
+    for (const char* other : {"--only", "--keep-candidates", "--strict", "--junit", "--sarif", "--history", "--effort"})
+        preview->excludes(app.get_option(other));
+}
+
+/// Prints what a preview found.
+void printPreview(Session& session, const Outcome& outcome) {
+    const auto summary = fromJson<PreviewSummary>(outcome.report, "preview");
+    if (!summary || session.terminal.verbosity() == Verbosity::Quiet) return;
+    for (const PreviewedMap& map : summary->lightMaps) {
+        const verify::StageError& total = map.errors.total;
+        session.terminal.say(fmt::format("{} ({}): rel_rms {}, visible error {:.1f}, in {} of {} rows", map.name, map.layout,
+                                         humanPercent(std::max(total.diffuse.relRms, total.specular.relRms)), visibleP99(total).value_or(0),
+                                         map.errors.rows, map.errors.rowsOfMap));
+    }
+    session.terminal.say(fmt::format("preview of {} in {:.1f} s, {} of GPU memory, in {}: not verified, no release", summary->scene,
+                                     summary->seconds, sizeWords(summary->bytesGpu), outcome.output.string()));
 }
 
 /// Prints why an action ran or did not.
@@ -134,8 +157,12 @@ int runCook(Session& session, CookCommand& command) {
             !written)
             errors.push_back(written.error());
     outcome.errors = std::move(errors);
-    printCook(session, outcome);
-    if (outcome.report.is_object() && session.terminal.isInteractive() && session.terminal.verbosity() != Verbosity::Quiet)
+    if (command.cook.preview)
+        printPreview(session, outcome);
+    else
+        printCook(session, outcome);
+    if (!command.cook.preview && outcome.report.is_object() && session.terminal.isInteractive() &&
+        session.terminal.verbosity() != Verbosity::Quiet)
         session.terminal.say(
             fmt::format("the report is {}; next: lightcook view {}", (outcome.output / kReportHtmlName).string(), outcome.output.string()));
     return session.finish(outcome.errors);
@@ -172,6 +199,9 @@ JOB`, which may run on another machine. Machines need the same lightcook under t
 remote cache that they may write; without one, all have to see the files of the scene, the output folder
 and the cache folder. Up to -j actions are launched at once. An action is done when the cache has its
 record and its outputs; until then it is launched again, five times in all.
+
+--preview is for the time between a bake and a first look. Its manifest says that it is a preview, and a
+later cook without the option replaces it. --json then writes what a preview found, which is no report.
 
 --rdo applies to every BC texture. The verifier's bounds include what it changes.
 

@@ -14,6 +14,7 @@
 #include "pipeline/assets/light_map/floor.h"
 #include "pipeline/assets/light_map/joint_trial.h"
 #include "pipeline/assets/light_map/light_map.h"
+#include "pipeline/assets/light_map/sampled.h"
 #include "pipeline/assets/light_map/trial.h"
 #include "pipeline/assets/light_map/whole_errors.h"
 #include "pipeline/assets/lut/lut.h"
@@ -52,7 +53,7 @@ constexpr std::array kPlanActions = {
     PlanAction{kLightMapTrialKind, tryLightMap},   PlanAction{kJointTrialKind, tryJointly}, PlanAction{kVerifyWholeKind, verifyWhole},
     PlanAction{kContentKind, readLightMapContent}, PlanAction{kFloorKind, measureFloor},    PlanAction{kProbeUseKind, findUnusedProbes},
     PlanAction{kLintLightMapKind, lintLightMap},   PlanAction{kLintMeshKind, lintMesh},     PlanAction{kLintProbeKind, lintProbe},
-    PlanAction{kLintGradientKind, lintGradient}};
+    PlanAction{kLintGradientKind, lintGradient},   PlanAction{kSampledKind, sampleLightMap}};
 
 formats::Result<ActionOutcome> failUnknownKind(const ActionContext& context) {
     return formats::failure(formats::ErrorCode::FileUnreadable, context.action.asset,

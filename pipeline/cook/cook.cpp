@@ -23,6 +23,7 @@
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/cook/map_preparation.h"
 #include "pipeline/cook/plan.h"
+#include "pipeline/cook/preview.h"
 #include "pipeline/cook/summary.h"
 #include "pipeline/cook/trial_actions.h"
 #include "pipeline/cook/verdicts.h"
@@ -63,7 +64,7 @@ public:
         : options_(options),
           state_(state),
           start_(Clock::now()),
-          scene_(std::move(scene)),
+          scene_(options.preview ? previewOf(std::move(scene)) : std::move(scene)),
           cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
           planOptions_{options.only, options.onlyKind, options.repair, options.samples, {std::move(layouts)}} {
         planOptions_.areTrialsComplete = options.keepCandidates;
@@ -125,6 +126,7 @@ private:
         addErrors(contents);
         if (isStopped(contents)) return {};
         LC_CHECK(addContents(contents, needs));
+        if (options_.preview) return preview(planned, needs, needsGraph, contentGraph);
         LC_TRY(floors, errorsOfFloors(planned, contents));
         outcome_.errors.insert(outcome_.errors.end(), floors->begin(), floors->end());
         if (isStopped()) return {};
@@ -157,6 +159,40 @@ private:
             *report,
             budget != nullptr ? formats::Subject(budget->option) : placeIn(scene_, "output", "", "budget", "[output]").at("budget"),
             outcome_.errors);
+        return {};
+    }
+
+    /// Cooks and publishes a preview of a scene whose contents are known. Layouts are those of the last cook into the folder.
+    Result<void> preview(const Scene& planned, const Needs& needs, const std::vector<Action>& needsGraph,
+                         const std::vector<Action>& contentGraph) {
+        planOptions_.decisions = decisionsIn(outcome_.output, scene_);
+        LC_TRY(plan, planScene(planned, needs, planOptions_));
+        if (!plan->undecided.empty()) {
+            for (const LightMapEntry& entry : planned.lightMaps)
+                if (std::ranges::count(plan->undecided, entry.name) > 0)
+                    planOptions_.decisions.layouts[entry.name] = previewLayoutOf(planned, entry);
+            LC_TRY(decided, planScene(planned, needs, planOptions_));
+            plan = std::move(*decided);
+        }
+        const ExecutionResult result = execute(previewActionsOf(*plan));
+        outcome_.actionsRun += result.actionsRun;
+        outcome_.actionsReused += result.actionsReused;
+        addErrors(result);
+        if (isStopped(result) || !outcome_.errors.empty()) return {};
+        shared_.reset();
+        warnOfOtherScene();
+        LC_TRY(transaction, formats::OutputTransaction::begin());
+        LC_CHECK(checkOutputs(result));
+        SummaryWriter writer(scene_, outcome_.output, false, *digests_);
+        writer.setCook({scene_.document, plan->wanted, options_.repair, options_.samples, needs, planOptions_.decisions});
+        LC_CHECK(writer.preparePreview(*plan, result));
+        LC_CHECK(publish(result, staging_, outcome_.output));
+        LC_CHECK(writer.commit());
+        const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+        LC_TRY(summary, previewSummary(scene_, *plan, result, seconds));
+        outcome_.report = toJson(*summary);
+        if (options_.depfile) LC_CHECK(writeDepfile(*plan, needsGraph, contentGraph, planned, needs));
+        cache_.prune();
         return {};
     }
 

@@ -27,6 +27,7 @@ struct CookOptions {
     std::optional<std::string> onlyKind;  ///< a kind: see PlanOptions
     bool force = false, keepGoing = false, repair = false;
     bool keepCandidates = false;               ///< also cook the scene with the other layouts that were tried: kept_candidates.h
+    bool preview = false;                      ///< a preview alone: preview.h
     bool strict = false;                       ///< every finding of lint that the scene does not allow is an error
     std::filesystem::path cache;               ///< empty: defaultCacheFolder()
     int samples = 1;                           ///< random positions per texel quad

@@ -177,6 +177,9 @@ bool takeOver(const CookRecord& old, CookRecord& current) {
 std::string whyNotLeft(const Scene& scene, const Plan& plan, const std::filesystem::path& folder) {
     auto old = loadManifest(folder);
     if (!old) return {};
+    if (old->isPreview)
+        return fmt::format("found a preview in {}, expected a release beside the asset: cook the whole scene, without --only",
+                           folder.string());
     const auto isUndecided = [&](const CookedAsset& asset) { return std::ranges::count(plan.undecided, lightMapOf(asset)) > 0; };
     const auto isOfOtherScene = [&](const CookedAsset& asset) { return isLeft(plan, asset) && !isUndecided(asset); };
     if (const auto other = std::ranges::find_if(old->assets, isOfOtherScene); old->scene != scene.name && other != old->assets.end())
@@ -244,11 +247,25 @@ Result<Report> SummaryWriter::prepare(const Plan& plan, const ExecutionResult& r
     return prepareReport(makeReport(frame, rows_, std::move(skips)), staging);
 }
 
+Result<void> SummaryWriter::preparePreview(const Plan& plan, const ExecutionResult& result) {
+    isPreview_ = true;
+    for (const std::string& name : plan.assets) {
+        const auto cooked = result.records.find(actionId(ActionStep::Cook, name));
+        if (cooked == result.records.end()) continue;
+        LC_TRY(asset, entryOf(plan, cooked->second, name));
+        assets_.push_back(std::move(*asset));
+    }
+    return prepareManifest(plan, {});
+}
+
 Result<void> SummaryWriter::commit() {
     for (formats::PendingFile& file : pending_) LC_CHECK(file.commit());
     const NamedPlaces inputs(scene_);
     if (oldManifest_) removeStale(folder_, *oldManifest_, *manifest_, inputs);
-    if (isReportNew_ && oldReport_) removeStalePictures(folder_, oldReport_->assets, rows_, inputs);
+    if (isPreview_)
+        for (const char* name : {kReportName, kReportHtmlName})
+            if (!inputs.contains(folder_ / name)) removeFileOf(folder_, name);
+    if ((isReportNew_ || isPreview_) && oldReport_) removeStalePictures(folder_, oldReport_->assets, rows_, inputs);
     return {};
 }
 
@@ -393,14 +410,20 @@ void SummaryWriter::sortAsInScene() {
     std::ranges::stable_sort(gltf_, {}, [&](const GltfFile& gltf) { return indexIn(scene_.lightMaps, gltf.lightMap); });
 }
 
+/// Returns the entry of an asset in the manifest, without its verification.
+Result<CookedAsset> SummaryWriter::entryOf(const Plan& plan, const ActionRecord& cooked, const std::string& name) {
+    LC_TRY(asset, manifestAsset(cooked, sourcesOf(plan, name), scene_.directory, digests_));
+    if (const auto packed = plan.packed.find(name); packed != plan.packed.end()) LC_CHECK(describeSource(packed->second, *asset));
+    return std::move(*asset);
+}
+
 Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name) {
     const auto cooked = result.records.find(actionId(ActionStep::Cook, name)),
                verified = result.records.find(actionId(ActionStep::Verify, name));
     if (cooked == result.records.end() || verified == result.records.end()) return {};
     const auto packed = plan.packed.find(name);
-    LC_TRY(asset, manifestAsset(cooked->second, sourcesOf(plan, name), scene_.directory, digests_));
+    LC_TRY(asset, entryOf(plan, cooked->second, name));
     asset->verify = actionOf(plan, verified->first).parameters;
-    if (packed != plan.packed.end()) LC_CHECK(describeSource(packed->second, *asset));
     const auto recordOf = [&](ActionStep step) {
         const auto found = result.records.find(actionId(step, name));
         return found == result.records.end() ? nullptr : &found->second;
@@ -442,6 +465,7 @@ Result<void> SummaryWriter::prepareManifest(const Plan& plan, const ReportFrame&
     manifest.cooks = cooksOf(plan);
     if (frame.incomplete) manifest.incomplete = frame.incomplete->assets;
     manifest.partial = frame.partial;
+    manifest.isPreview = isPreview_;
     manifestText_ = withSelfDigest(toJson(manifest));
     manifest_ = std::move(manifest);
     LC_CHECK(prepareFileIfChanged(kShaderName, shader));

@@ -52,6 +52,8 @@ public:
     /// rates   of this machine, for what was skipped
     formats::Result<Report> prepare(const Plan& plan, const ExecutionResult& result, const std::filesystem::path& staging,
                                     bool isAnythingRun, ReportFrame frame, const WorkRates& rates);
+    /// Writes manifest and shader of a preview under temporary names. There is no report, and commit() removes an earlier one.
+    formats::Result<void> preparePreview(const Plan& plan, const ExecutionResult& result);
     /// Gives these files their names, then removes files of an earlier cook: a manifest that stays names no file that is gone.
     formats::Result<void> commit();
 
@@ -59,6 +61,7 @@ private:
     formats::Result<void> collect(const Plan& plan, const ExecutionResult& result, const std::vector<FrontierPoint>& frontier);
     void sortAsInScene();
     formats::Result<void> addAsset(const Plan& plan, const ExecutionResult& result, const std::string& name);
+    formats::Result<CookedAsset> entryOf(const Plan& plan, const ActionRecord& cooked, const std::string& name);
     bool isInFolder(const std::string& asset) const;
     std::optional<IncompleteCook> incompleteOf(const Plan& plan) const;
     std::vector<std::string> leftOut(const std::optional<IncompleteCook>& incomplete) const;
@@ -89,7 +92,7 @@ private:
     std::string manifestText_;
     std::optional<Manifest> manifest_;           ///< the new one
     std::vector<formats::PendingFile> pending_;  ///< in the order of their appearance
-    bool isReportNew_ = false;
+    bool isReportNew_ = false, isPreview_ = false;
 };
 
 }  // namespace lightcook::pipeline

@@ -86,6 +86,9 @@ private:
     Result<void> tryRun() {
         LC_TRY(loaded, loadManifest(options_.folder));
         manifest_ = std::move(*loaded);
+        if (manifest_.isPreview)
+            return formats::failure(ErrorCode::Verification, manifestFile(),
+                                    "found a preview, which has no certificate, expected a release: cook the scene without --preview");
         outcome_.errors = checkDigests(options_.folder, manifest_);
         if (!outcome_.errors.empty()) return {};
         if (auto report = loadReport(options_.folder / kReportName)) previous_ = std::move(*report);

@@ -65,6 +65,7 @@ struct Manifest {
     std::vector<GltfFile> gltf;
     std::optional<std::vector<std::string>> incomplete;
     std::vector<std::string> partial = {};
+    bool isPreview = false;
     std::vector<CookedAsset> assets;
     std::vector<CookRecord> cooks = {};
 };
@@ -84,6 +85,8 @@ void describe(Fields& fields, Self& manifest) {
     fields.presentIf(!manifest.gltf.empty(), "gltf", manifest.gltf, "the scene as glTF: of `cook --gltf`");
     fields.optional("incomplete", manifest.incomplete, "assets that `cook --keep-going` could not cook; absent if the folder is complete");
     fields.presentIf(!manifest.partial.empty(), "partial", manifest.partial, kPartialCaption);
+    fields.presentIf(manifest.isPreview, "preview", manifest.isPreview,
+                     "true after `cook --preview`: nothing is verified or bounded, and `verify` refuses the folder");
     fields.required("assets", manifest.assets, "assets, in the order of the report");
     fields.required("cooks", manifest.cooks, atLeast(1),
                     "what `verify` plans the assets again from: one cook, or several of which the later ones had `--only`");

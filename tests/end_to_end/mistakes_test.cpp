@@ -243,6 +243,11 @@ const std::vector<Mistake>& allMistakes() {
         {"a single DDS file for texels that need constants", "lightcook rsrm clear_sky_256x1.exr sky.dds", nothing},
         {"standard output is a full disk", "lightcook report out >/dev/full", cookGradient},
         {"verify of a folder that nothing was cooked to", "lightcook verify out", emptyFolder},
+        {"verify of a preview", "lightcook verify out",
+         [](const ExampleCopy& scene) {
+             scene.keepGradient();
+             scene.run("lightcook cook scene.toml -o out --preview -q");
+         }},
         {"a scene file in place of the cooked folder", "lightcook view scene.toml", nothing},
         {"a file in place of the folder of a report", "lightcook report scene.toml", nothing},
         // Scene file

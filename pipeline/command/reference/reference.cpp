@@ -11,6 +11,7 @@
 #include "pipeline/command/reference/field_tables.h"
 #include "pipeline/command/reference/schemas.h"
 #include "pipeline/command/terminal/terminal.h"
+#include "pipeline/cook/preview.h"
 #include "pipeline/document/json_schema.h"
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/graph/version.h"
@@ -218,6 +219,9 @@ std::vector<ReferencePage> referencePages() {
         {"difference.md",
          documentReference("Difference of cooked folders", "`lightcook diff OLD NEW --json F` writes what a patch has to carry.",
                            documentSchema<FolderDifference>(""))},
+        {"preview.md",
+         documentReference("Preview", "`lightcook cook SCENE --preview --json F` writes what a preview has found, in place of a report.",
+                           documentSchema<PreviewSummary>(""))},
         {"budgets.md", budgetsReference()},
         {"cooked.schema.json", schemaText(manifest)},
         {"report.schema.json", schemaText(report)},
