@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 #include <map>
@@ -113,19 +112,18 @@ std::int64_t instancesOf(const Json& gltf, const Json& node) {
 }
 
 /// Returns "node 5 'Dome'", or "mesh 3 'Sky'" of array "meshes".
-std::string nameOfEntry(const Json& gltf, const char* array, std::size_t index) {
+std::string nameOfEntry(const Json& gltf, const char* array, const char* kind, std::size_t index) {
     const Json& entry = gltf[array][index];
     const auto name = entry.find("name");
-    const std::string kind = std::string(array, std::strlen(array) - 1);
     return fmt::format("{} {}{}", kind, index,
                        name != entry.end() && name->is_string() ? " '" + oneLine(name->get<std::string>()) + "'" : std::string());
 }
 
 /// Returns "mesh 3 'Sky' of node 5 'Dome'".
 std::string nameOfMesh(const Json& gltf, std::uint64_t mesh) {
-    std::string text = nameOfEntry(gltf, "meshes", mesh);
+    std::string text = nameOfEntry(gltf, "meshes", "mesh", mesh);
     for (const std::size_t node : drawingNodes(gltf))
-        if (gltf["nodes"][node]["mesh"] == mesh) return fmt::format("{} of {}", text, nameOfEntry(gltf, "nodes", node));
+        if (gltf["nodes"][node]["mesh"] == mesh) return fmt::format("{} of {}", text, nameOfEntry(gltf, "nodes", "node", node));
     return text;
 }
 
@@ -372,7 +370,7 @@ std::vector<GltfScene::Placed> GltfScene::placedMeshes() const {
 }
 
 std::string GltfScene::nameOfNode(std::size_t node) const {
-    return nameOfEntry(state_->document.json(), "nodes", node);
+    return nameOfEntry(state_->document.json(), "nodes", "node", node);
 }
 
 std::int64_t GltfScene::mostDrawn() const {

@@ -1,6 +1,7 @@
 #include "pipeline/command/command.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -10,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -176,6 +178,21 @@ formats::Error errorOf(const CLI::App& app, const CLI::ParseError& mistake) {
                         formats::nearestHint(value, doc.choices))};
 }
 
+/// Names the options that exclude one in the order of their names: CLI11 has them in that of their addresses.
+class SortedFormatter : public CLI::Formatter {
+public:
+    std::string make_option_opts(const CLI::Option* option) const override {
+        constexpr std::string_view kExcludes = " Excludes:";
+        const std::string text = CLI::Formatter::make_option_opts(option);
+        const std::size_t at = text.find(kExcludes);
+        if (at == std::string::npos) return text;
+        std::istringstream rest(text.substr(at + kExcludes.size()));
+        std::vector<std::string> names{std::istream_iterator<std::string>(rest), {}};
+        std::ranges::sort(names);
+        return text.substr(0, at) + fmt::format("{} {}", kExcludes, fmt::join(names, " "));
+    }
+};
+
 }  // namespace
 
 std::span<const CommandInfo> allCommands() {
@@ -191,6 +208,7 @@ formats::Error unknownCommand(const std::string& name) {
 }
 
 void defineProgram(CLI::App& app, GlobalOptions& global, CommandFunction& selected) {
+    app.formatter(std::make_shared<SortedFormatter>());
     app.name("lightcook");
     app.description("lightcook compresses baked lighting into GPU textures and certifies the error of the shaded result.");
     app.set_version_flag("-V,--version", fmt::format("{} {}", kToolName, kToolVersion), "Print the version and exit");

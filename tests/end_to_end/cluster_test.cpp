@@ -21,9 +21,9 @@ using formats::writeContent;
 using testing::HasSubstr;
 using testing::Not;
 
-/// Kinds of the small scene that read files, as if each byte took a second.
-constexpr const char* kSlow = R"({"light-map":1,"dominant":1,"cubemap":1,"rsrm":1,"verify-light-map":1,"verify-dominant":1,)"
-                              R"("verify-cubemap":1,"verify-rsrm":1,"verify-lut":1})";
+/// Kinds of the small scene that read files.
+const std::vector<std::string> kSlow = {"light-map",       "dominant",       "cubemap",     "rsrm",      "verify-light-map",
+                                        "verify-dominant", "verify-cubemap", "verify-rsrm", "verify-lut"};
 constexpr std::ptrdiff_t kLaunched = 9, kOfSky = 2;
 
 class Cluster : public Command {
@@ -47,9 +47,8 @@ exit $status
     }
 
     /// Cooks with every long action on a node, one after the other.
-    Ended cook(const std::string& options = "", bool isShared = false, const std::string& slow = kSlow) {
-        fs::create_directories(cache_);
-        writeContent(cache_ / "launch_seconds.json", slow);
+    Ended cook(const std::string& options = "", bool isShared = false, const std::vector<std::string>& slow = kSlow) {
+        writeSlowRates(cache_, slow);
         fs::remove(scene_ / "launched");
         const std::string remote = isShared ? "" : " --remote-cache " + server_.url();
         return run(fmt::format("-j 1 cook scene.toml -o out --launcher \"'{}' {{memory}} {{time}}\"{} {}", (scene_ / "node.sh").string(),
@@ -212,7 +211,7 @@ TEST_F(Cluster, AMistakeHasTheNameThatTheSceneGivesTheFile) {
     std::string gradient = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 64\n";
     for (int i = 0; i < 100; ++i) gradient += "\x80\x80\x80\x81";
     writeContent(scene_ / "sky.exr", gradient);
-    const Ended direct = run("cook scene.toml -o direct --only sky"), cooked = cook("--only sky", false, R"({"lint-gradient":1})");
+    const Ended direct = run("cook scene.toml -o direct --only sky"), cooked = cook("--only sky", false, {"lint-gradient"});
     EXPECT_EQ(launches(), 1);
     EXPECT_EQ(cooked.code, direct.code);
     EXPECT_EQ(cooked.code, 3);

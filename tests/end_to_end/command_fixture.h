@@ -26,6 +26,14 @@ protected:
         return {runShell(command), formats::contentOf(scene_ / "stdout"), formats::contentOf(scene_ / "stderr")};
     }
 
+    /// Notes in the cache that each byte which actions of these kinds read took a second: --launcher takes them.
+    static void writeSlowRates(const std::filesystem::path& cache, const std::vector<std::string>& kinds) {
+        std::filesystem::create_directories(cache);
+        Json rates = Json::object();
+        for (const std::string& kind : kinds) rates[kind] = {{"texels", 1e12}, {"seconds", 1e12}};
+        formats::writeContent(cache / "launch_seconds.json", rates.dump());
+    }
+
     /// Expects the exit code, one error line with the words, and no output folder.
     void expectRefused(const std::string& arguments, int code, const std::vector<std::string>& words) const {
         SCOPED_TRACE(arguments);

@@ -164,10 +164,7 @@ TEST_F(Command, PlanIsANinjaFileThatCooksTheSame) {
     startWithoutCache();
     formats::writeContent(scene_ / "launch.sh", "#!/bin/sh\necho \"$@\" >>launched\nexec \"$@\"\n");
     fs::permissions(scene_ / "launch.sh", fs::perms::owner_all);
-    // As if each byte of an input took a second.
-    fs::create_directories(scene_ / "cache");
-    formats::writeContent(scene_ / "cache/launch_seconds.json",
-                          R"({"light-map":1,"cubemap":1,"rsrm":1,"verify-cubemap":1,"verify-rsrm":1})");
+    writeSlowRates(scene_ / "cache", {"light-map", "cubemap", "rsrm", "verify-cubemap", "verify-rsrm"});
     const Ended plan = run("plan scene.toml --ninja scene.ninja -o 'out $1' --cache cache --launcher \"'$PWD/launch.sh'\"");
     ASSERT_EQ(plan.code, 0) << plan.err;
     EXPECT_EQ(plan.out + plan.err, "");

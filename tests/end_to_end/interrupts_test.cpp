@@ -38,6 +38,7 @@ const BusyCommand kBusyCommands[] = {
     {"verify", {"cooked", "--json", "out"}},
     {"report", {"cooked", "--json", "out"}},
     {"plan", {"scene.toml", "--ninja", "out"}},
+    {"work", {"--help"}},  // what it runs is an action of a cook
     {"repack",
      {LIGHTCOOK_SOURCE_DIR "/examples/cornell/cornell_lightmap.exr", LIGHTCOOK_SOURCE_DIR "/examples/cornell/cornell.glb", "-o", "out"}},
     {"lightmap", {"map.exr", "out"}},
