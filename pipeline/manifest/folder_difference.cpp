@@ -41,7 +41,8 @@ Result<std::size_t> readChunk(std::ifstream& stream, const std::filesystem::path
     return static_cast<std::size_t>(stream.gcount());
 }
 
-Result<std::vector<ByteRange>> changedRanges(const std::filesystem::path& old, const std::filesystem::path& updated, const RunState& state) {
+Result<std::vector<ByteRange>> changedRanges(const std::filesystem::path& old, const std::filesystem::path& updated,
+                                             const RunState& state) {
     std::ifstream oldStream(old, std::ios::binary), newStream(updated, std::ios::binary);
     std::vector<ByteRange> ranges;
     std::array<char, kChunkBytes> oldChunk, newChunk;
