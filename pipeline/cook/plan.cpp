@@ -219,10 +219,10 @@ private:
         return joint;
     }
 
-    /// Returns true if pixels show a dominant light of the map that differs from texel to texel.
+    /// Returns true if pixels show a dominant light of the map whose textures, if it has them, are as large as the map.
     bool isDominantShown(const LightMapEntry& entry, const LightMapReduction& reduction) const {
-        return needs_.specular && reduction.hasDominant && !reduction.isDominantConstant &&
-               wants(dominantNameOf(entry.name), AssetKind::Dominant, entry);
+        return needs_.specular && reduction.hasDominant && wants(dominantNameOf(entry.name), AssetKind::Dominant, entry) &&
+               (!reduction.isDominantConstant || dominantLayoutOf(entry) == kDerivedDominant);
     }
 
     /// Returns true if the shader derives the dominant light of a map.

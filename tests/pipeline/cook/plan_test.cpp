@@ -145,6 +145,24 @@ TEST(PlanScene, TablesUnderABudgetWaitForTheirViews) {
     EXPECT_EQ(action->parameters.at("view_count"), 24);
 }
 
+/// The manifest says so, and nothing stores it.
+TEST(PlanScene, ADominantLightThatIsTheSameEverywhereIsDerivedToo) {
+    Scene scene = sceneWithOneMap();
+    Needs needs = resolveNeeds(scene, {});
+    LightMapContent& content = needs.contents["map"];
+    content.width = content.height = 64;
+    content.covered = 4096;
+    content.isConstant = content.hasOneNormal = true;
+    for (const char* layout : {"derived", "full", "none"}) {
+        scene.lightMaps[0].dominantLayout = layout;
+        const auto plan = planScene(scene, needs, {});
+        ASSERT_TRUE(plan.has_value());
+        const auto map = std::ranges::find(plan->actions, "cook/map", &Action::id);
+        EXPECT_EQ(map->parameters.value("derived_dominant", false), std::string(layout) == "derived") << layout;
+        EXPECT_EQ(hasAsset(*plan, "map_dominant"), std::string(layout) == "full") << layout;
+    }
+}
+
 TEST(PlanScene, AConstantDominantLightThatIsSmallerThanABlockSavesNothing) {
     Scene scene = sceneWithOneMap();
     scene.output.target = formats::Target::Float;
