@@ -88,7 +88,8 @@ TEST(CookSceneSoak, RefinedDominantLightsExplainMoreAndAreHeldAgainstTheBestLigh
         SCOPED_TRACE(fit);
         formats::writeContent(scene.sceneFile(),
                               fmt::format("schema = 1\nname = \"small\"\n[output]\nkeep_unused = true\nlight_map_layout = \"raw\"\n"
-                                          "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"{}\"\n",
+                                          "[[light_map]]\nname = \"map\"\nfile = \"map.exr\"\ndominant_fit = \"{}\"\n"
+                                          "dominant_layout = \"full\"\n",
                                           fit));
         const Outcome outcome = cook(scene.options());
         for (const formats::Error& error : outcome.errors) ADD_FAILURE() << error.line();
