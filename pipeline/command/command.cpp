@@ -183,7 +183,7 @@ class SortedFormatter : public CLI::Formatter {
 public:
     std::string make_option_opts(const CLI::Option* option) const override {
         constexpr std::string_view kExcludes = " Excludes:";
-        const std::string text = CLI::Formatter::make_option_opts(option);
+        std::string text = CLI::Formatter::make_option_opts(option);
         const std::size_t at = text.find(kExcludes);
         if (at == std::string::npos) return text;
         std::istringstream rest(text.substr(at + kExcludes.size()));

@@ -179,7 +179,7 @@ std::map<std::string, std::map<std::string, std::string>> LayoutDecision::altern
 }
 
 Result<bool> LayoutDecision::learnFrom(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen) {
-    const auto isMapRefuted = noteVerifiedMaps(chosen);
+    auto isMapRefuted = noteVerifiedMaps(chosen);
     if (!isMapRefuted || choices_.empty()) return isMapRefuted;
     LC_CHECK(noteFailedTables(chosen));
     LC_CHECK(noteFailedWholes(chosen));
