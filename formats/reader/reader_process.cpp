@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
@@ -19,6 +18,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "formats/file/file_kind.h"
@@ -26,6 +26,7 @@
 #include "formats/foreign_files.h"
 #include "formats/memory.h"
 #include "formats/reader/walls.h"
+#include "formats/spawn.h"
 #include "formats/system_calls.h"
 
 namespace lightcook::formats {
@@ -127,35 +128,19 @@ private:
         const fs::path& program = options()->program;
         auto sockets = makeSockets();
         if (!sockets) return systemFault("socket", "making a pair", errno);
-        posix_spawn_file_actions_t actions;
-        posix_spawnattr_t attributes;
-        ::posix_spawn_file_actions_init(&actions);
-        ::posix_spawnattr_init(&attributes);
-        // The socket first: it may have the number of a standard stream.
-        ::posix_spawn_file_actions_adddup2(&actions, sockets->theirs.number(), kServerSocket);
+        SpawnFiles files;
+        files.give(sockets->theirs.number(), kServerSocket);                   // first: it may have the number of a standard stream
         for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})  // libraries print warnings
-            if (stream != STDERR_FILENO || !areReadersSanitized())
-                ::posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
-        // A group of its own: what a terminal sends to that of this process is for this process to answer.
-        ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-        sigset_t none, all;
-        ::sigemptyset(&none);
-        ::sigfillset(&all);
-        ::posix_spawnattr_setsigmask(&attributes, &none);
-        ::posix_spawnattr_setsigdefault(&attributes, &all);
-        std::string name = program.string(), family(kFamilyNames.at(static_cast<std::size_t>(family_)));
-        std::array<char*, 3> arguments = {name.data(), family.data(), nullptr};
-        const int fault = ::posix_spawn(&process_, name.c_str(), &actions, &attributes, arguments.data(), environ);
-        ::posix_spawn_file_actions_destroy(&actions);
-        ::posix_spawnattr_destroy(&attributes);
-        if (fault != 0) {
-            process_ = 0;
+            if (stream != STDERR_FILENO || !areReadersSanitized()) files.giveNothing(stream);
+        int fault = 0;
+        std::tie(process_, fault) =
+            spawn(program.string(), {program.string(), std::string(kFamilyNames.at(static_cast<std::size_t>(family_)))}, files);
+        if (fault != 0)
             return failure(
                 ErrorCode::Internal, program,
                 fmt::format("found \"{}\", expected the program that reads images beside lightcook: install it too, or trust all "
                             "input files and give --no-sandbox",
                             std::strerror(fault)));
-        }
         sockets->theirs = Descriptor();
         std::swap(socket_, sockets->ours);
         auto hello = receive();

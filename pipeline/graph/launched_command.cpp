@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -17,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-extern char** environ;  // NOLINT(readability-identifier-naming): POSIX
+#include "formats/spawn.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -31,29 +30,12 @@ constexpr std::size_t kMostOutput = 64 << 10;
 constexpr int kPollMs = 20;
 constexpr std::chrono::milliseconds kGrace{100};  ///< of an interrupted command, less than that of Interrupts
 
-/// Starts a shell whose output goes into a descriptor. It handles signals as a new program does, whatever this one blocks or ignores.
+/// Starts a shell whose output goes into a descriptor.
 Result<pid_t> start(const std::string& command, int output) {
-    posix_spawn_file_actions_t files;
-    ::posix_spawn_file_actions_init(&files);
-    ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    ::posix_spawn_file_actions_adddup2(&files, output, STDOUT_FILENO);
-    ::posix_spawn_file_actions_adddup2(&files, output, STDERR_FILENO);
-    posix_spawnattr_t attributes;
-    ::posix_spawnattr_init(&attributes);
-    sigset_t none, handled;
-    sigemptyset(&none);
-    sigemptyset(&handled);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ}) sigaddset(&handled, signal);
-    ::posix_spawnattr_setsigmask(&attributes, &none);
-    ::posix_spawnattr_setsigdefault(&attributes, &handled);
-    ::posix_spawnattr_setpgroup(&attributes, 0);
-    ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-    std::array<std::string, 3> words = {"sh", "-c", command};
-    std::array<char*, 4> arguments = {words[0].data(), words[1].data(), words[2].data(), nullptr};
-    pid_t child = 0;
-    const int fault = ::posix_spawn(&child, "/bin/sh", &files, &attributes, arguments.data(), environ);
-    ::posix_spawn_file_actions_destroy(&files);
-    ::posix_spawnattr_destroy(&attributes);
+    formats::SpawnFiles files;
+    files.giveNothing(STDIN_FILENO);
+    for (const int stream : {STDOUT_FILENO, STDERR_FILENO}) files.give(output, stream);
+    const auto [child, fault] = formats::spawn("/bin/sh", {"sh", "-c", command}, files);
     if (fault != 0) return failure(ErrorCode::Internal, "/bin/sh", fmt::format("found {}, expected to start it", std::strerror(fault)));
     return child;
 }

@@ -92,7 +92,7 @@ const std::vector<Library> kLibraries = {
     {"sched.h", {"formats"}},
     {"semaphore.h", {"pipeline"}},
     {"signal.h", {"pipeline"}},
-    {"spawn.h", {"formats", "pipeline"}},
+    {"spawn.h", {"formats"}},
     {"unistd.h", {"formats", "pipeline"}},
     {"filesystem", {"formats", "verify", "pipeline"}},
     {"fstream", {"formats", "verify", "pipeline"}},
