@@ -18,11 +18,6 @@ namespace {
 
 using formats::Result;
 
-/// Samples of places, as WholeShader writes them.
-struct WholeSamples {
-    std::vector<float> reference, lightMap, dominant;
-};
-
 /// A light map and its dominant light, beside their bake.
 class WholeComparison {
 public:
@@ -46,46 +41,35 @@ public:
         LC_TRY(strip, readStrip(bake_, lightMap_, index));
         const std::vector<SurfacePlace> places = places_.of(strip->reference, strip->firstRow, strip->rowCount);
         const std::size_t count = 3 * shader_.stride(), all = places.size() * count;
-        WholeSamples samples{std::vector<float>(all), std::vector<float>(all),
-                             std::vector<float>(dominant_ != nullptr || isDerived_ ? all : 0)};
-        LC_CHECK(shadeDominant(*strip, places, samples));
+        const std::vector<float> reference = shadeReference(shader_, places, fit_, bake_.luminanceWeights());
+        std::vector<float> lightMap(all);
+        LC_TRY(dominant, shadeStored(*strip, places));
+        if (isDerived_) dominant->resize(all);
         std::vector<lighting::ShRgb> light(lightMap_.verifier().lightCount());
-        std::vector<float> bake(count);
         for (std::size_t i = 0; i < places.size(); ++i) {
-            shader_.shadeLightMap(places[i].bake, places[i].normal, bake);
-            for (std::size_t k = 0; k < count; ++k) samples.reference[i * count + k] += bake[k];
             if (!lightMap_.verifier().lightAt(strip->texels, strip->reference, places[i].at, light)) continue;
             for (glm::vec3& coefficient : light.back()) coefficient *= static_cast<float>(key_);
-            shader_.shadeLightMap(light.back(), places[i].normal, std::span(samples.lightMap).subspan(i * count, count));
+            shader_.shadeLightMap(light.back(), places[i].normal, std::span(lightMap).subspan(i * count, count));
             if (isDerived_)
                 shader_.shadeDominant(verify::derivedLight(light.back(), places[i].normal), places[i].normal,
-                                      std::span(samples.dominant).subspan(i * count, count));
+                                      std::span(*dominant).subspan(i * count, count));
         }
-        return verify::wholeErrors(samples.reference, samples.lightMap, samples.dominant, shader_.sampleCount(), shader_.stride(),
-                                   viewing_);
+        return verify::wholeErrors(reference, lightMap, *dominant, shader_.sampleCount(), shader_.stride(), viewing_);
     }
 
 private:
-    /// Shades the dominant light: that of the reference, and the cooked one.
-    Result<void> shadeDominant(const CookedStrip& strip, const std::vector<SurfacePlace>& places, WholeSamples& samples) const {
-        if (!fit_) return {};
-        verify::CookedDominant map;
-        map.fit = *fit_;
+    /// Returns what the stored dominant light adds; nothing without one.
+    Result<std::vector<float>> shadeStored(const CookedStrip& strip, const std::vector<SurfacePlace>& places) const {
+        std::vector<float> samples;
+        if (dominant_ == nullptr) return samples;
         const std::size_t count = 3 * shader_.stride();
-        const verify::DominantVerifier reference(map, {}, bake_.luminanceWeights(), 0);
-        for (std::size_t i = 0; i < places.size(); ++i) {
-            const glm::dvec3 normal(places[i].normal);
-            const verify::DominantLightSample towardsNormal{normal, glm::dvec3(0)};  // decides between equally good lights
-            shader_.shadeDominant(reference.reference(places[i].bake, normal, towardsNormal), places[i].normal,
-                                  std::span(samples.reference).subspan(i * count, count));
-        }
-        if (dominant_ == nullptr) return {};
+        samples.resize(places.size() * count);
         LC_TRY(rows, dominant_->read(strip.firstRow, strip.rowCount));
         const verify::DominantVerifier cooked(dominant_->map(), {}, bake_.luminanceWeights(), 0);
         for (std::size_t i = 0; i < places.size(); ++i)
             shader_.shadeDominant(cooked.decode(rows->whole, places[i].at.x, places[i].at.y), places[i].normal,
-                                  std::span(samples.dominant).subspan(i * count, count));
-        return {};
+                                  std::span(samples).subspan(i * count, count));
+        return samples;
     }
 
     LightMapSource& bake_;
@@ -108,6 +92,26 @@ Result<std::optional<CookedDominantReader>> openDominant(const ActionContext& co
 }
 
 }  // namespace
+
+std::vector<float> shadeReference(const verify::WholeShader& shader, std::span<const SurfacePlace> places,
+                                  const std::optional<verify::DominantFit>& fit, const glm::vec3& luminanceWeights) {
+    const std::size_t count = 3 * shader.stride();
+    std::vector<float> samples(places.size() * count), light(count);
+    verify::CookedDominant map;
+    map.fit = fit.value_or(map.fit);
+    const verify::DominantVerifier verifier(map, {}, luminanceWeights, 0);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const SurfacePlace& place = places[i];
+        const auto out = std::span(samples).subspan(i * count, count);
+        shader.shadeLightMap(place.bake, place.normal, out);
+        if (!fit) continue;
+        const glm::dvec3 normal(place.normal);
+        const verify::DominantLightSample towardsNormal{normal, glm::dvec3(0)};  // decides between equally good lights
+        shader.shadeDominant(verifier.reference(place.bake, normal, towardsNormal), place.normal, light);
+        for (std::size_t k = 0; k < count; ++k) out[k] += light[k];
+    }
+    return samples;
+}
 
 Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     LC_TRY(parameters, parametersOf<WholeVerifyParameters>(context));

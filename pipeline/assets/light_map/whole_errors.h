@@ -4,14 +4,19 @@
 // diffuse light, area specular and the highlight of the dominant light (verify/whole_shading.h).
 #pragma once
 
+#include <glm/vec3.hpp>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "pipeline/assets/light_map/shading.h"
+#include "pipeline/assets/light_map/surface_places.h"
 #include "pipeline/assets/results.h"
 #include "pipeline/document/json_fields.h"
 #include "pipeline/graph/action.h"
 #include "pipeline/limits/limits.h"
+#include "verify/whole_shading.h"
 
 namespace lightcook::pipeline {
 
@@ -31,6 +36,11 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("max_visible", parameters.limits[Limit::WholeVisible], info(Limit::WholeVisible).caption);
     fields.optional("max_error", parameters.limits[Limit::WholeError], info(Limit::WholeError).caption);
 }
+
+/// Shades places by the bake and, with a fit, by its dominant light: what the whole shading is compared with. Returns samples of
+/// WholeShader.
+std::vector<float> shadeReference(const verify::WholeShader& shader, std::span<const SurfacePlace> places,
+                                  const std::optional<verify::DominantFit>& fit, const glm::vec3& luminanceWeights);
 
 /// Returns a WholeFigures.
 formats::Result<ActionOutcome> verifyWhole(const ActionContext& context);

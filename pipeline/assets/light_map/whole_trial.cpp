@@ -6,6 +6,7 @@
 #include <iterator>
 #include <set>
 
+#include "pipeline/assets/light_map/whole_errors.h"
 #include "pipeline/graph/parallel_for.h"
 #include "pipeline/scene/dominant_layout.h"
 #include "verify/texture_unit.h"
@@ -58,26 +59,22 @@ Result<WholeTrial> WholeTrial::create(LightMapSource& source, std::vector<TrialR
     return WholeTrial(source, std::move(first), std::move(rest), std::move(*shader), viewing);
 }
 
-void WholeTrial::addDominant(const verify::DominantLightSample& light, const glm::vec3& normal, std::span<float> samples) const {
-    std::vector<float> more(samples.size());
-    shader_.shadeDominant(light, normal, more);
-    for (std::size_t i = 0; i < samples.size(); ++i) samples[i] += more[i];
-}
-
 std::vector<float> WholeTrial::shadeLightMap(const verify::LightMapVerifier& verifier, double key,
                                              const verify::DecodedLightMapRows& decoded, const formats::LightMapStrip& texels,
                                              const TrialRows& rows) const {
     const std::vector<SurfacePlace> places = places_.of(texels, source_->stripFirstRow(rows.strip), source_->stripRows(rows.strip),
                                                         rows.firstRow, rows.firstRow + rows.rowCount);
     const std::size_t count = 3 * shader_.stride();
-    std::vector<float> samples(places.size() * count);
+    std::vector<float> samples(places.size() * count), derived(count);
     std::vector<lighting::ShRgb> light(verifier.lightCount());
     for (std::size_t i = 0; i < places.size(); ++i) {
         if (!verifier.lightAt(decoded, texels, places[i].at, light)) continue;
         for (glm::vec3& coefficient : light.back()) coefficient *= static_cast<float>(key);
         const auto out = std::span(samples).subspan(i * count, count);
         shader_.shadeLightMap(light.back(), places[i].normal, out);
-        if (isDerived_) addDominant(verify::derivedLight(light.back(), places[i].normal), places[i].normal, out);
+        if (!isDerived_) continue;
+        shader_.shadeDominant(verify::derivedLight(light.back(), places[i].normal), places[i].normal, derived);
+        for (std::size_t k = 0; k < count; ++k) out[k] += derived[k];
     }
     return samples;
 }
@@ -117,22 +114,12 @@ Result<WholeTrial::LitRows> WholeTrial::shadeStrips(const ActionContext& context
 
 /// Shades places by the bake and, with a fit, by its light.
 WholeTrial::LitRows WholeTrial::shadeBake(const std::vector<SurfacePlace>& places, const std::optional<verify::DominantFit>& fit) const {
-    const std::size_t count = 3 * shader_.stride();
-    LitRows lit{std::vector<float>(places.size() * count), {}};
+    LitRows lit{shadeReference(shader_, places, fit, source_->luminanceWeights()), {}};
     const int tilesAcross = formats::coverageSize(source_->width(), 1).x;
-    verify::CookedDominant map;
-    map.fit = fit.value_or(map.fit);
-    const verify::DominantVerifier verifier(map, {}, source_->luminanceWeights(), 0);
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        const SurfacePlace& place = places[i];
-        const auto out = std::span(lit.samples).subspan(i * count, count);
-        shader_.shadeLightMap(place.bake, place.normal, out);
+    for (const SurfacePlace& place : places) {
         const glm::ivec2 texel(glm::floor(place.at + 0.5));
         lit.tiles.push_back(
             static_cast<std::uint32_t>(texel.y / formats::kCoverageRows * tilesAcross + texel.x / formats::kCoverageColumns));
-        if (!fit) continue;
-        const verify::DominantLightSample towardsNormal{glm::dvec3(place.normal), glm::dvec3(0)};  // decides between equally good lights
-        addDominant(verifier.reference(place.bake, glm::dvec3(place.normal), towardsNormal), place.normal, out);
     }
     return lit;
 }

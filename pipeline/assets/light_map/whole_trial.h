@@ -74,7 +74,6 @@ private:
     formats::Result<LitRows> shadeStrips(const ActionContext& context, const std::string& what, Shade shade) const;
     LitRows shadeBake(const std::vector<SurfacePlace>& places, const std::optional<verify::DominantFit>& fit) const;
     formats::Result<LitStrip> shadeStored(int strip, const DominantEncoder& encoder, verify::DominantFit fit) const;
-    void addDominant(const verify::DominantLightSample& light, const glm::vec3& normal, std::span<float> samples) const;
 
     LightMapSource* source_;
     std::vector<TrialRows> first_, rest_;
