@@ -56,6 +56,13 @@ std::vector<SkippedImages> imagesOf(const std::string& name, formats::Target tar
     return texturesOf(layout, target, decode.filterOf(layout));
 }
 
+/// Returns the textures of a dominant light under a target.
+std::vector<SkippedImages> dominantImages(formats::Target target) {
+    std::vector<SkippedImages> images;
+    for (const formats::PixelFormat format : dominantFormats(target)) images.push_back({format, 1});
+    return images;
+}
+
 double texelsOf(const glm::ivec2& size) {
     return static_cast<double>(size.x) * size.y;
 }
@@ -564,12 +571,6 @@ private:
 
 std::string dominantNameOf(const std::string& lightMap) {
     return lightMap + "_dominant";
-}
-
-std::vector<SkippedImages> dominantImages(formats::Target target, bool withResidual) {
-    std::vector<SkippedImages> images;
-    for (const formats::PixelFormat format : dominantFormats(target, withResidual)) images.push_back({format, 1});
-    return images;
 }
 
 std::vector<SkippedImages> texturesOf(const formats::LightMapLayoutInfo& layout, formats::Target target, formats::LightMapFilter filter) {

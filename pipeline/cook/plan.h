@@ -44,10 +44,6 @@ struct Plan {
     std::optional<TableBytes> openTables = {};          ///< of tables that wait for the choice of their views: an asset without actions
 };
 
-/// Returns the textures of a dominant light under a target.
-/// withResidual  with the residual texture, if the target has one
-std::vector<SkippedImages> dominantImages(formats::Target target, bool withResidual = true);
-
 /// Returns the textures of a layout under a filter, without learned tables.
 std::vector<SkippedImages> texturesOf(const formats::LightMapLayoutInfo& layout, formats::Target target, formats::LightMapFilter filter);
 

@@ -3,7 +3,6 @@
 #include <array>
 
 #include "formats/light_map_layout.h"
-#include "formats/vocabulary.h"
 #include "pipeline/scene/dominant_fit.h"
 
 namespace lightcook::pipeline {
@@ -19,10 +18,6 @@ constexpr std::array kDominantLayouts = {
 
 std::span<const DominantLayoutInfo> allDominantLayouts() {
     return kDominantLayouts;
-}
-
-const DominantLayoutInfo* dominantLayoutFromName(std::string_view name) {
-    return formats::findByName(allDominantLayouts(), name);
 }
 
 std::string_view usualDominantLayout(std::string_view lightMapLayout, std::string_view fit) {

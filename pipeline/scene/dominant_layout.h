@@ -16,8 +16,6 @@ inline constexpr std::string_view kStoredDominant = "full", kDerivedDominant = "
 
 /// Returns every layout, the largest first.
 std::span<const DominantLayoutInfo> allDominantLayouts();
-/// Returns nullptr for names that are not in the table.
-const DominantLayoutInfo* dominantLayoutFromName(std::string_view name);
 /// Returns the layout where the scene file names none. The shader derives the light if that is the light of the fit, and if it reads the
 /// coefficients of the map: the textures of engines and flat ones have fewer.
 /// lightMapLayout  its name, or kAutoLayout

@@ -90,10 +90,10 @@ Json notesOf(const std::string& fitName, fit::DominantFit fit, const StripReport
 
 }  // namespace
 
-std::vector<PixelFormat> dominantFormats(formats::Target target, bool withResidual) {
+std::vector<PixelFormat> dominantFormats(formats::Target target) {
     const DominantFormats formats = dominantFormatsOf(target);
     std::vector<PixelFormat> all = {formats.direction, formats.intensity};
-    if (withResidual && formats.hasResidual) all.push_back(formats.direction);
+    if (formats.hasResidual) all.push_back(formats.direction);
     return all;
 }
 

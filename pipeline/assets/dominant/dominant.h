@@ -65,8 +65,7 @@ void describe(Fields& fields, Self& parameters) {
 void addResidual(formats::Image<glm::vec4>& directions, const formats::Image<glm::vec4>& residual, const DominantConstants& constants);
 
 /// Returns the formats of the textures of a target.
-/// withResidual  with that of the residual texture, if the target has one
-std::vector<formats::PixelFormat> dominantFormats(formats::Target target, bool withResidual);
+std::vector<formats::PixelFormat> dominantFormats(formats::Target target);
 
 formats::Result<ActionOutcome> cookDominant(const ActionContext& context);
 /// Verifies the shaded light of the cooked textures against that of the fit to the bake. Parameters are a SceneView, beside max_error;

@@ -37,7 +37,7 @@ formats::Result<ActionOutcome> sampleLightMap(const ActionContext& context) {
     SampledErrors sampled{.total = {}, .rowsOfMap = bake.height()};
     for (const int strip : strips) sampled.rows += rowsOf(strip);
     verify::LightMapErrors errors = cooked->verifier().noErrors();
-    const auto done = foldInOrder<verify::LightMapErrors>(
+    LC_CHECK(foldInOrder<verify::LightMapErrors>(
         static_cast<int>(strips.size()), context.between(0.5, 1), "compare " + context.action.asset,
         [&](int index) -> formats::Result<verify::LightMapErrors> {
             const int strip = strips[static_cast<std::size_t>(index)], firstRow = bake.stripFirstRow(strip), rows = rowsOf(strip);
@@ -45,8 +45,7 @@ formats::Result<ActionOutcome> sampleLightMap(const ActionContext& context) {
             LC_TRY(texels, cooked->read(firstRow, rows + 1));
             return cooked->verifier().verifyRows(*texels, *reference, firstRow, rows);
         },
-        [&](const verify::LightMapErrors& each) { errors.merge(each); });
-    if (!done) return tl::make_unexpected(done.error());
+        [&](const verify::LightMapErrors& each) { errors.merge(each); }));
     sampled.total = errors.figures().back();
     sampled.total.atTexels.reset();
     sampled.total.diffuse.maxBound.reset();  // nothing was bounded

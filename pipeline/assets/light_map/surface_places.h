@@ -30,8 +30,8 @@ class SurfacePlaces {
 public:
     /// Size of a map [texels].
     SurfacePlaces(int width, int height);
-    /// Returns the places of a strip, row by row. Its first and last rows have none, except at the ends of the map: filters of smaller
-    /// textures read rows beyond them.
+    /// Returns the places of a strip, row by row. Its first and last rows have none, except at the ends of the map: a filter reads rows
+    /// beyond them.
     /// texels  hold the strip
     std::vector<SurfacePlace> of(const formats::LightMapStrip& texels, int firstRow, int rowCount) const {
         return of(texels, firstRow, rowCount, firstRow, firstRow + rowCount);

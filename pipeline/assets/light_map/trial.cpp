@@ -234,17 +234,17 @@ std::optional<SceneView> objectiveOf(const TrialParameters& parameters) {
 class TrialPasses {
 public:
     TrialPasses(const std::vector<LayoutGroup>& groups, const std::optional<JointTrial>& joint) {
-        constexpr double kMeasurement = 1, kReference = 0.7, kStored = 6, kLearned = 8, kOther = 2.5, kMore = 8;
+        constexpr double kMeasurement = 1, kReference = 0.7, kStored = 6, kLearned = 8, kOther = 2.5, kDetail = 8;
         add(kMeasurement);
         add(!joint ? 0 : joint->dominant && joint->dominant->layout == kStoredDominant ? kStored : kReference);
         for (const LayoutGroup& group : groups) add(group.planned->isLearned() ? kLearned : kOther);
-        add(kMore);
+        add(kDetail);
     }
     ActionContext measurement(const ActionContext& whole) const { return of(0, whole); }
     ActionContext reference(const ActionContext& whole) const { return of(1, whole); }
     ActionContext group(std::size_t index, const ActionContext& whole) const { return of(2 + index, whole); }
-    /// Returns the pass over further rows, when all groups have been measured.
-    ActionContext moreRows(const ActionContext& whole) const { return of(ends_.size() - 2, whole); }
+    /// Returns the pass that plans detail, when the groups have been measured.
+    ActionContext detail(const ActionContext& whole) const { return of(ends_.size() - 2, whole); }
 
 private:
     void add(double length) { ends_.push_back(ends_.back() + length); }
@@ -421,7 +421,7 @@ private:
                 LC_CHECK(measure(group, firstLevel()));
         const auto detail = std::ranges::find_if(tried_, isDetail);
         if (detail == tried_.end()) return {};
-        LC_TRY(plan, planner_.plan(std::string(detail->trial.layout->name), formats::LightMapFilter::Decoded, passes_.moreRows(context_)));
+        LC_TRY(plan, planner_.plan(std::string(detail->trial.layout->name), formats::LightMapFilter::Decoded, passes_.detail(context_)));
         std::vector<Tried> added;
         for (const Tried& each : tried_)
             if (isWanted(each))
