@@ -21,8 +21,9 @@ struct Pages {
     std::vector<PlaceOnPage> places;  ///< of each image
 };
 
-/// Places images, the largest first, each at the lowest row, then column, that is free down to it (skyline, bottom left). What fits on one
-/// page goes to the smallest one of some widths; else a page of the largest size takes what it can, and the rest is placed likewise.
+/// Places images, the largest first, each at the lowest row, then column, that is free down to it (skyline, bottom left). Images that fit
+/// on one page get the smallest page of those widths that are tried. Otherwise a page of the largest size takes what it can, and the images
+/// that are left are placed in the same way.
 /// sides    of the images [texels], at most `largest`
 /// padding  texels between images
 /// largest  side of a page [texels]

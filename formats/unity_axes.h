@@ -1,4 +1,4 @@
-// What is assumed of the bakes that are in the axes of Unity's world: `info` says it, and a first scene file writes the axes of a mesh.
+// Bakes of Unity and Bakery are assumed to be in the axes of Unity's world. `info` says so, and `init` writes the axes of a mesh.
 #pragma once
 
 #include <string_view>

@@ -1,4 +1,4 @@
-// Messages between the program, a server of readers and a reader: what they are, and how they go through a socket.
+// The program, a server of readers and a reader send each other the messages that this file lists, through a socket.
 //
 // The program starts a server (lightcook-read), once for each ReaderFamily. For every file that is opened, the server forks a reader, and
 // the program talks to that reader alone: it sends Open and Read, one at a time, and gets an Answer, a Failure or OutOfMemory, with any
@@ -20,7 +20,7 @@
 
 namespace lightcook::formats {
 
-/// What a reader decodes. A decoder for each: reader_server.h.
+/// Kinds of files that readers decode. Each kind has a decoder (ForeignDecoder).
 enum class ForeignKind : std::uint8_t { Exr, Image, DracoMesh, DracoLattices };
 inline constexpr std::size_t kForeignKinds = 4;
 

@@ -85,7 +85,7 @@ private:
         else
             sendError(done.error());
     }
-    ::_exit(0);  // no destructor runs over what a file has left
+    ::_exit(0);  // destructors might run over objects that the file has damaged
 }
 
 /// Forks a reader. Returns its process, or 0 with the cause in errno.
@@ -141,7 +141,7 @@ void reportProgress() {
 int serveReaders(ReaderFamily family, const ReaderProgram& program) {
     for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE}) ::signal(number, SIG_IGN);  // the program decides when it ends
     closeFrom(kServerSocket + 1);
-    // Where memory runs out, the kernel ends a reader before anything else.
+    // The kernel ends readers first when the machine's memory runs out.
     const Descriptor score(::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC));
     if (score.isOpen()) writeWhole(score.number(), "1000");
     if (const auto prepared = program.prepare(family); !prepared) {

@@ -32,7 +32,7 @@ public:
     virtual Result<void> read(WireReader& arguments, std::span<std::byte> out) = 0;
 };
 
-/// What a reader program can decode.
+/// The decoders of a reader program.
 struct ReaderProgram {
     using Make = std::unique_ptr<ForeignDecoder> (*)(const ForeignInput& input);
     std::array<Make, kForeignKinds> decoders;

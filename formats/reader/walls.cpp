@@ -197,13 +197,13 @@ bool raiseSeccomp() {
     constexpr std::uint32_t kThread = CLONE_VM | CLONE_THREAD | CLONE_SIGHAND;
     filter.allowIf(SYS_clone, 0, kThread, kThread);
     filter.answer(SYS_clone3, ENOSYS);  // its flags lie in memory: the C library takes clone() instead
-    // Of descriptors that are open. Others of fcntl() let the kernel send signals.
+    // These calls act on descriptors that are open. Other commands of fcntl() let the kernel send signals.
     constexpr std::uint32_t kEmptyPath = 0x1000;  // AT_EMPTY_PATH
     filter.allowIf(SYS_newfstatat, 3, kEmptyPath, kEmptyPath);
     filter.allowIf(SYS_statx, 2, kEmptyPath, kEmptyPath);
     for (const std::uint32_t command : {F_DUPFD, F_GETFD, F_SETFD, F_GETFL, F_DUPFD_CLOEXEC}) filter.allowIf(SYS_fcntl, 1, kWhole, command);
     filter.answer(SYS_ioctl, ENOTTY);  // isatty()
-    // Of the process itself: its limits, and abort().
+    // The process may ask for its own limits, and end itself by abort().
     filter.allowIf(SYS_prlimit64, 0, kWhole, 0);
     filter.allowIf(SYS_tgkill, 0, kWhole, self);
     return filter.install();

@@ -1,4 +1,4 @@
-// The walls round a process that decodes a file from outside: what it may not do, whatever the file made of it.
+// Walls keep a process that decodes a file from outside from all that decoding does not need, even if the file controls it.
 //
 //   limits       setrlimit: address space, CPU time, descriptors, no files written, no core dump
 //   privileges   no new ones (execve of a program with the set-user-ID bit), and no debugger of the same user
@@ -20,7 +20,7 @@ enum Wall : Walls { kLimitsWall = 1, kPrivilegesWall = 2, kLandlockWall = 4, kSe
 inline constexpr Walls kAllWalls = 15;
 
 /// Puts up all walls that this system has, for the process that calls it and for good. Returns those that stand.
-/// memoryBytes   that the process may allocate beside what it has now; 0: without limit
+/// memoryBytes  the process may allocate so much beside what it has now; 0: as much as it wants
 Walls putUpWalls(std::uint64_t memoryBytes);
 
 /// Returns true in a build with sanitizers.
