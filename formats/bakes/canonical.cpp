@@ -196,6 +196,7 @@ void limitInfiniteLight(ShRgb& sh) {
 /// Refuses coefficients that no light has, or repairs and counts them.
 /// brightest   largest sh00 of the row
 Result<void> Canonicalizer::checkTexel(ShRgb& sh, int x, int y, float brightest, LightMapStrip& strip, const BakeReader& reader) const {
+    if (sh == ShRgb{}) return {};
     if (!isFinite(sh)) {
         if (repairs_) {
             ++strip.repairs.notFinite;

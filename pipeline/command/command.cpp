@@ -154,10 +154,15 @@ formats::Error errorOf(const CLI::App& app, const CLI::ParseError& mistake) {
     const std::vector<std::string> unknown = app.remaining(true);
     if (!unknown.empty() && dynamic_cast<const CLI::ExtrasError*>(&mistake) != nullptr) {
         const std::string name = unknown.front().substr(0, unknown.front().find('='));
-        const std::string of = app.get_subcommands().empty() ? "" : " of " + app.get_subcommands().front()->get_name();
+        const std::string command = app.get_subcommands().empty() ? "" : app.get_subcommands().front()->get_name();
+        const std::string of = command.empty() ? "" : " of " + command;
+        const std::vector<std::string> known = optionNames(app);
+        if (std::ranges::find(known, name) != known.end())
+            return {formats::ErrorCode::InvalidRequest, "command line",
+                    fmt::format("found '{}' before '{}', expected it after the command", name, command)};
         return {formats::ErrorCode::InvalidRequest, "command line",
                 name.starts_with('-')
-                    ? fmt::format("found the unknown option '{}', expected an option{}{}", name, of, optionHint(name, optionNames(app)))
+                    ? fmt::format("found the unknown option '{}', expected an option{}{}", name, of, optionHint(name, known))
                     : fmt::format("found '{}', expected no further argument{}", name, of)};
     }
     if (!unknown.empty() && app.get_subcommands().empty()) return unknownCommand(unknown.front());

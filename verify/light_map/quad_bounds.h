@@ -53,6 +53,7 @@ public:
             coarseBound.measure(below, y + 1, lower);
             for (int x = 0; x + 1 < rows_.width(); ++x) {
                 if (!rows_.isQuad(above, below, x)) continue;
+                if (!tolerance_.isOfBlocks() && rows_.repeatsLeft(above, below, x)) continue;
                 const Corners corners = rows_.cornersOf(above, below, x);
                 if (!coarseBound.isKnown()) {
                     bound(corners.texels, corners.references, x, y, true);

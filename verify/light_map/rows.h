@@ -82,6 +82,7 @@ public:
     struct Row {
         std::vector<std::uint8_t> covered;
         std::vector<std::uint32_t> chart;  ///< empty as in the reference
+        std::vector<std::uint8_t> repeats;  ///< the texel has all that decides its light from its left neighbour
         std::vector<LcSh> reference;
         std::size_t layers = 0;
         std::vector<glm::vec4> texels;  ///< [column][layer]
@@ -122,6 +123,12 @@ public:
         const std::size_t i = index(x);
         if (above.covered[i] == 0 || above.covered[i + 1] == 0 || below.covered[i] == 0 || below.covered[i + 1] == 0) return false;
         return above.chart.empty() || formats::mayHoldSurface({above.chart[i], above.chart[i + 1], below.chart[i], below.chart[i + 1]});
+    }
+    /// Returns true if quad x has all that decides its light from its left neighbour, but for tolerances of blocks.
+    static bool repeatsLeft(const Row& above, const Row& below, int x) {
+        if (x < 1 || x + 1 >= static_cast<int>(above.repeats.size())) return false;
+        const std::size_t i = index(x);
+        return (above.repeats[i] & above.repeats[i + 1] & below.repeats[i] & below.repeats[i + 1]) != 0;
     }
     /// Calls work(corners, x, y) for every quad of covered texels that begins in these rows.
     template <class Work>
@@ -189,6 +196,19 @@ private:
             row.reference[index(i)] = referenceAt(x, stripRow);
             if (decoder_.isMixed()) decodeTexel(x, y, row.reference[index(i)], texels);
         }
+        row.repeats.assign(index(count), 0);
+        for (int i = 1; i < count; ++i) row.repeats[index(i)] = isLikeLeft(row, i, firstX + i, y) ? 1 : 0;
+    }
+    /// Returns true if texel i of a row, (x, y) of the map, has all that decides its light from its left neighbour.
+    bool isLikeLeft(const Row& row, int i, int x, int y) const {
+        const std::size_t at = index(i), left = at - 1;
+        if (row.covered[at] != row.covered[left] || (!row.chart.empty() && row.chart[at] != row.chart[left])) return false;
+        if (!std::equal(row.texelsAt(at), row.texelsAt(at) + row.layers, row.texelsAt(left))) return false;
+        if (row.covered[at] == 0) return true;
+        const int stripRow = y - reference_.firstRow;
+        if (!std::ranges::equal(row.reference[at].c, row.reference[left].c) || normalAt(x, y) != normalAt(x - 1, y)) return false;
+        if (decoder_.isInTangentSpace() && reference_.tangent.at(x, stripRow) != reference_.tangent.at(x - 1, stripRow)) return false;
+        return !decoder_.hasClusters() || decoder_.hasSameDecode(decoder_.clusterAt(x, y), decoder_.clusterAt(x - 1, y));
     }
     /// Returns what decoders of blocks differ by, of each layer. Empty: nothing
     static std::vector<glm::vec4> tolerancesOf(const std::vector<formats::PixelFormat>& formats,

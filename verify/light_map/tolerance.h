@@ -19,6 +19,8 @@ public:
     }
     const std::vector<FormatTolerance>& formats() const { return formats_; }
     bool isNone() const { return formats_.empty(); }
+    /// Returns true if equal texels of two blocks may have different tolerances.
+    bool isOfBlocks() const { return !spans_.empty() && std::ranges::any_of(formats_, &FormatTolerance::hasSpans); }
 
     /// Returns the slack at the centre of texel (x, y).
     ChannelSlack centreSlack(LayerTexels texels, int x, int y) const {

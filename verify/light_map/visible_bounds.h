@@ -172,7 +172,8 @@ public:
         for (int y = first; y <= last; ++y) {
             if (y == first) load(std::max(y, 0), above);
             load(std::min(y + 1, rows_.height() - 1), below);
-            for (int x = firstX; x <= lastX; ++x) boundQuad(above, below, x, y);
+            for (int x = firstX; x <= lastX; ++x)
+                if (x == firstX || tolerance_.isOfBlocks() || !rows_.repeatsLeft(above.row, below.row, x)) boundQuad(above, below, x, y);
             std::swap(above, below);
         }
         for (const ShadingKind kind : kShadingKinds) search(kind);
@@ -212,9 +213,16 @@ private:
         rows_.load(0, rows_.width(), y, out.row);
         out.lengths.resize(index(rows_.width()));
         out.lowest.resize(index(rows_.width()));
-        for (int x = 0; x < rows_.width(); ++x)
-            if (out.row.covered[index(x)] != 0)
-                measure(out.row.texelsAt(index(x)), out.row.reference[index(x)], x, y, out.lengths[index(x)], out.lowest[index(x)]);
+        for (int x = 0; x < rows_.width(); ++x) {
+            const std::size_t i = index(x);
+            if (out.row.covered[i] == 0) continue;
+            if (out.row.repeats[i] != 0) {
+                out.lengths[i] = out.lengths[i - 1];
+                out.lowest[i] = out.lowest[i - 1];
+            } else {
+                measure(out.row.texelsAt(i), out.row.reference[i], x, y, out.lengths[i], out.lowest[i]);
+            }
+        }
     }
     /// Measures a covered texel.
     void measure(LayerTexels texels, const LcSh& reference, int x, int y, TexelLengths& lengths, PerKind<glm::dvec3>& lowest) {

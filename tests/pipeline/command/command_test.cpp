@@ -49,6 +49,7 @@ TEST(ParseCommandLine, NamesTheNearestOptionOrCommand) {
     EXPECT_THAT(refusalOf("cook scene.toml --light-map-layout sh4"),
                 HasSubstr("'--light-map-layout', expected an option of cook; nearest is '--layout'"))
         << "the key of the scene file";
+    EXPECT_THAT(refusalOf("--cache x cook scene.toml"), HasSubstr("found '--cache' before 'cook', expected it after the command"));
     EXPECT_THAT(refusalOf("--quite info a.exr"), HasSubstr("'--quite', expected an option of info; nearest is '--quiet'"));
     EXPECT_THAT(refusalOf("cook scene.toml --no-such-flag"), AllOf(HasSubstr("'--no-such-flag'"), Not(HasSubstr("nearest"))));
     EXPECT_THAT(refusalOf("verify out demo"), HasSubstr("command line: found 'demo', expected no further argument of verify"));

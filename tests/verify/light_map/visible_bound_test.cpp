@@ -127,6 +127,33 @@ TEST(VisibleBound, WithoutATiltIsOfTheOwnNormalAlone) {
     EXPECT_EQ(own.specular.visible->p99, cap.specular.visible->p99);
 }
 
+/// Quads that repeat their left neighbour are left out.
+TEST(VisibleBound, FindsTheTexelThatDiffersFromARun) {
+    formats::LightMapStrip strip = synthetic::makeBand(Kind::Gradient, kBoundWidth, 0, kBoundHeight);
+    std::ranges::fill(strip.sh.texels(), strip.sh.at(0, 0));
+    std::ranges::fill(strip.normal.texels(), glm::vec3(0, 0, 1));
+    std::ranges::fill(strip.covered.texels(), std::uint8_t{1});
+    Cooked cooked = test::cook(std::move(strip), LightMapLayout::Hdr, formats::Target::Float, 1);
+    const verify::Viewing viewing = test::viewingOf(cooked);
+    const auto verifier = verify::LightMapVerifier::create(cooked.map, test::sampledShading(), {}, cooked.key, viewing);
+    ASSERT_TRUE(verifier.has_value());
+    const auto figuresOf = [&] { return verifier->verifyRows(cooked.texels, cooked.reference, 0, kBoundHeight).figures().back(); };
+    const verify::StageError before = figuresOf();
+    constexpr int kX = 20, kY = 10;
+    cooked.texels.textures[0][0].at(kX, kY) *= 2.0f;
+    const auto whole = verifier->visibleBound(cooked.texels, cooked.reference, {0, 0, kBoundWidth, kBoundHeight});
+    const auto around = verifier->visibleBound(cooked.texels, cooked.reference, {kX - 1, kY - 1, 2, 2});
+    EXPECT_EQ(whole.diffuse, around.diffuse);
+    EXPECT_EQ(whole.specular, around.specular);
+    const verify::StageError after = figuresOf();
+    double local = 0;
+    for (const int y : {kY - 1, kY})
+        for (const int x : {kX - 1, kX}) local = std::max(local, verifier->boundQuad(cooked.texels, cooked.reference, x, y).diffuse);
+    EXPECT_EQ(after.diffuse.maxBound, local);
+    EXPECT_GT(*after.diffuse.maxBound, *before.diffuse.maxBound + 0.5);
+    EXPECT_GT(*after.diffuse.visible->bound, *before.diffuse.visible->bound + 10);
+}
+
 INSTANTIATE_TEST_SUITE_P(EveryFamily, VisibleBoundOfLayout, testing::ValuesIn(test::layoutsOfEveryFamily()), test::nameOfLayout);
 INSTANTIATE_TEST_SUITE_P(Every, VisibleBoundOfLayoutSoak, testing::ValuesIn(test::kEveryLayout), test::nameOfLayout);
 
