@@ -22,6 +22,8 @@ enum Part : std::size_t { kDc, kLight, kDirection, kRest, kParts };
 
 /// Ratios reach to this share of what light that is nowhere negative can have.
 constexpr float kShareOfBound = 0.9f;
+/// Of texels of 8 bits, the code of ratio 0: a rest that is the same from everywhere is exact.
+constexpr float kZero = 128.0f / 255;
 
 /// Returns the octahedral projection of a unit vector, mapped to [0, 1].
 glm::vec2 octahedral(const glm::vec3& d) {
@@ -36,10 +38,10 @@ glm::vec3 directionOf(const glm::vec4& texel) {
     return glm::normalize(glm::vec3(p.x - (p.x >= 0 ? below : -below), p.y - (p.y >= 0 ? below : -below), z));
 }
 
-/// Returns the largest ratios that the constants allow.
+/// Returns the largest ratios that the constants allow in both signs.
 std::array<float, LitFit::kHigher> largestRatios(const LightMapPlan& plan) {
     std::array<float, LitFit::kHigher> largest{};
-    for (std::size_t i = 0; i < largest.size(); ++i) largest[i] = -constant(plan, "bias", i);
+    for (std::size_t i = 0; i < largest.size(); ++i) largest[i] = constant(plan, "scale", i) + constant(plan, "bias", i);
     return largest;
 }
 
@@ -136,7 +138,7 @@ void planLit(LightMapPlan& plan, const LightMapMeasure& measure) {
     for (std::size_t i = 1; i < lighting::kShCount; ++i) {
         const float largest = kShareOfBound * std::sqrt(2.0f * static_cast<float>(lighting::kShBand[i]) + 1);
         plan.constants["scale"].push_back(2 * largest);
-        plan.constants["bias"].push_back(-largest);
+        plan.constants["bias"].push_back(-kZero * 2 * largest);
     }
 }
 

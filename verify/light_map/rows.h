@@ -81,7 +81,7 @@ public:
     /// One row of the map; light in units of the key.
     struct Row {
         std::vector<std::uint8_t> covered;
-        std::vector<std::uint32_t> chart;  ///< empty as in the reference
+        std::vector<std::uint32_t> chart;   ///< empty as in the reference
         std::vector<std::uint8_t> repeats;  ///< the texel has all that decides its light from its left neighbour
         std::vector<LcSh> reference;
         std::size_t layers = 0;
