@@ -10,14 +10,18 @@
 namespace lightcook::formats {
 
 struct Firefly {
-    int x = 0, y = 0;                ///< y: row of the map
-    int colour = 0;                  ///< the largest one of sh00: 0 red, 1 green, 2 blue
-    float found = 0, brightest = 0;  ///< the largest colour of sh00, of the texel and of its brightest neighbour
+    int x = 0, y = 0;  ///< y: row of the map
+    int colour = 0;    ///< the largest one of sh00: 0 red, 1 green, 2 blue
+    float found = 0;   ///< the largest colour of sh00
+    float beside = 0;  ///< light that it is compared with
+    double ratio = 0;  ///< most that `found` may be of `beside`
+    bool isRim = false;
 };
 
 /// Finds the fireflies of a strip: covered texels that are brighter than `limit` times their brightest neighbour and brighter than nine in
-/// ten covered texels of the strip. All neighbours (eight; five in the first and last row of the strip) must be covered. limit  > 0; the
-/// ratio stays under 3 in bakes without fireflies
+/// ten covered texels of the strip. At rims, where not all neighbours are covered (eight; five in the first and last row of the strip),
+/// they are brighter than limit^3 times both: light sources of few texels are kept there, and a texel of 1e30, beside which all other light
+/// would be stored as 0, is not. limit  > 0; the ratio stays under 3 in bakes without fireflies
 std::vector<Firefly> findFireflies(const LightMapStrip& strip, double limit);
 
 /// Fails at the first firefly or, with `repair`, replaces each by the mean of its neighbours and counts it.

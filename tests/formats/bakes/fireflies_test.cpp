@@ -28,7 +28,7 @@ TEST(Fireflies, AreSingleTexelsAmongCoveredOnes) {
     EXPECT_EQ(found[0].y, 64);
     EXPECT_EQ(found[1].y, 67);
     EXPECT_EQ(found[1].found, 2000);
-    EXPECT_EQ(found[1].brightest, 1);
+    EXPECT_EQ(found[1].beside, 1);
     EXPECT_EQ(found[0].colour, 0);
     EXPECT_EQ(found[1].colour, 1);
     EXPECT_EQ(findFireflies(strip, 1500).size(), 1u);
@@ -42,6 +42,30 @@ TEST(Fireflies, LightSourcesOfTwoTexelsSmallChartsAndEdgesOfTheMapAreKept) {
     strip = darkRoom(16, 8, 1);
     strip.sh.at(10, 4)[0] = glm::vec3(60000);
     strip.covered.at(11, 5) = 0;  // at a chart's edge
+    EXPECT_TRUE(findFireflies(strip, 1000).empty());
+}
+
+TEST(Fireflies, AtRimsTheyAreBeyondTheRangeOfLight) {
+    LightMapStrip strip = darkRoom(16, 8, 1);
+    strip.covered.at(11, 5) = 0;
+    for (const glm::ivec2 rim : {glm::ivec2(10, 4), glm::ivec2(0, 4), glm::ivec2(15, 0)}) {
+        strip.sh.at(rim.x, rim.y)[0].g = 1e9f;
+        EXPECT_TRUE(findFireflies(strip, 1000).empty());
+        strip.sh.at(rim.x, rim.y)[0].g = 1.1e9f;
+        const std::vector<Firefly> found = findFireflies(strip, 1000);
+        ASSERT_EQ(found.size(), 1u);
+        EXPECT_EQ(found[0].ratio, 1e9);
+        ASSERT_TRUE(checkFireflies(strip, 1000, true, [](const Firefly&) { return std::string("map.exr"); }));
+        EXPECT_EQ(strip.sh.at(rim.x, rim.y)[0], glm::vec3(1)) << "the mean of the covered neighbours";
+    }
+    // A chart of one texel has none, and in the dark nothing says what light is.
+    strip = darkRoom(16, 8, 1);
+    for (int v = 3; v <= 5; ++v)
+        for (int u = 9; u <= 11; ++u) strip.covered.at(u, v) = u == 10 && v == 4 ? 1 : 0;
+    strip.sh.at(10, 4)[0] = glm::vec3(1e30f);
+    EXPECT_TRUE(findFireflies(strip, 1000).empty());
+    strip = darkRoom(16, 8, 0);
+    strip.sh.at(0, 4)[0] = glm::vec3(1e30f);
     EXPECT_TRUE(findFireflies(strip, 1000).empty());
 }
 
