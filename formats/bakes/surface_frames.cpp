@@ -71,7 +71,10 @@ MeshTriangle triangleOf(const TriangleMesh& mesh, std::size_t index) {
         triangle.position[i] = positions.at(triangle.vertex[i]);
     }
     const glm::dvec3 face = unit(glm::cross(triangle.position[1] - triangle.position[0], triangle.position[2] - triangle.position[0]));
-    for (std::size_t i = 0; i < 3; ++i) triangle.normal[i] = normals != nullptr ? unit(normals->at(triangle.vertex[i])) : face;
+    for (std::size_t i = 0; i < 3; ++i) {
+        if (normals != nullptr) triangle.normal[i] = unit(normals->at(triangle.vertex[i]));
+        if (triangle.normal[i] == glm::dvec3(0)) triangle.normal[i] = face;
+    }
     return triangle;
 }
 

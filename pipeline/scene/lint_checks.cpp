@@ -131,7 +131,7 @@ constexpr std::array kLintChecks = {
     LintCheckInfo{LintCheck::FlatTriangles, "flat-triangles", Error, "most of the light map lies on triangles without area in the world",
                   "Look for a scale of 0 in a node, and for vertices that were all put into one place."},
     LintCheckInfo{LintCheck::MeshNormals, "mesh-normals", Note, "vertices of the mesh have a normal of zero or shorter than 1/2",
-                  "Compute the normals of the mesh again. Triangles without area have none."},
+                  "Compute the normals of the mesh again. Those of the triangles stand in for them. Triangles without area have none."},
     LintCheckInfo{LintCheck::UnknownMaterial, "unknown-material", Warning, "a `[[material]]` names no material of a mesh",
                   "Write the name that the glTF has. The entry changes what is cooked, but describes nothing in the scene."},
     LintCheckInfo{LintCheck::MaterialExtension, "material-extension", Note,

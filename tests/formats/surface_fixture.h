@@ -25,6 +25,7 @@ struct Square {
     std::optional<glm::mat2> texture = glm::mat2(1);  ///< TEXCOORD_0 = texture (x, z); empty: it has none
     std::optional<glm::vec4> tangent = {};            ///< TANGENT of each corner
     glm::mat4 node{1};
+    bool hasNormals = true;  ///< else those of the file are zero
 };
 
 inline void writeSquare(const std::filesystem::path& file, const Square& square) {
@@ -46,7 +47,7 @@ inline void writeSquare(const std::filesystem::path& file, const Square& square)
     std::vector<float> positions, normals, lightMap, texture, tangents;
     for (const glm::vec2& at : corners) {
         positions.insert(positions.end(), {at.x, 0, at.y});
-        normals.insert(normals.end(), {0, 1, 0});
+        normals.insert(normals.end(), {0, square.hasNormals ? 1.0f : 0.0f, 0});
         lightMap.insert(lightMap.end(), {at.x * square.lightMap.x, at.y * square.lightMap.y});
         const glm::vec2 uv = square.texture.value_or(glm::mat2(1)) * at;
         texture.insert(texture.end(), {uv.x, uv.y});

@@ -104,6 +104,11 @@ TEST(Flat, NormalsAreThoseOfTheMeshIfTheFileHasNone) {
     ASSERT_TRUE(reader);
     EXPECT_TRUE(reader->hasNormals());
     EXPECT_FALSE(LightMapReader::open(map.path, {})->hasNormals());
+    // Where a normal is zero, that of the triangle stands in.
+    writeSquare(folder / "bare.glb", {.lightMap = {0.5f, 1}, .hasNormals = false});
+    description.mesh = folder / "bare.glb";
+    const LightMapStrip bare = readAll(map.path, description);
+    for (int x = 0; x < 12; ++x) EXPECT_EQ(bare.normal.at(x, 3), up) << x;
 }
 
 TEST(Flat, CoverageOfAMeshNeedsOne) {
