@@ -221,7 +221,8 @@ std::vector<std::filesystem::path> epicFilesBeside(const std::filesystem::path& 
         for (const std::uint64_t image : extension.images()) {
             const Json& json = document.entry("images", image);
             const std::string uri = json.value("uri", "");
-            if (!uri.empty() && !uri.starts_with("data:")) beside.push_back(document.beside(uri));
+            if (uri.empty() || uri.starts_with("data:")) continue;
+            if (auto path = document.beside(uri)) beside.push_back(std::move(*path));
         }
         return beside;
     });

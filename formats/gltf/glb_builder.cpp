@@ -49,7 +49,8 @@ public:
         return viewCount() + newViews_.size() - 1;
     }
 
-    /// Moves image files beside the scene into the GLB, which may lie elsewhere. Images that cannot be read stay uris.
+    /// Moves image files beside the scene into the GLB, which may lie elsewhere. Images that cannot be read, and those outside the folder
+    /// of the scene, stay uris.
     void embedImages(Json& json) {
         if (!json.contains("images")) return;
         for (Json& image : json["images"]) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <string_view>
 
 #include "formats/file/file_bytes.h"
@@ -173,11 +174,18 @@ void GltfDocument::parse(std::span<const std::byte> bytes) {
 }
 
 Result<std::vector<std::byte>> GltfDocument::readBeside(const std::string& uri) const {
-    return readWholeFile(beside(uri));
+    if (const auto path = beside(uri)) return readWholeFile(*path);
+    return failure(
+        ErrorCode::FormatUnsupported, file_,
+        fmt::format("found the file \"{}\", expected one in the folder of the glTF or below it: a glTF may come from anybody, and "
+                    "names no other files. Copy it there, or pack all into one file: `gltf-transform copy IN.gltf OUT.glb`",
+                    oneLine(uri)));
 }
 
-std::filesystem::path GltfDocument::beside(const std::string& uri) const {
-    return file_.parent_path() / percentDecoded(uri);
+std::optional<std::filesystem::path> GltfDocument::beside(const std::string& uri) const {
+    const std::filesystem::path path = std::filesystem::path(percentDecoded(uri)).lexically_normal();
+    if (path.empty() || path.is_absolute() || *path.begin() == "..") return std::nullopt;
+    return file_.parent_path() / path;
 }
 
 GltfDocument GltfDocument::withoutBuffers(const std::filesystem::path& file) {
@@ -194,10 +202,11 @@ std::vector<std::filesystem::path> GltfDocument::filesBeside(std::span<const cha
     for (const char* array : arrays)
         for (const Json& entry : json_.value(array, Json::array())) {
             const std::string uri = entry.value("uri", "");
-            const std::filesystem::path path = beside(uri);
+            if (uri.empty() || uri.starts_with("data:")) continue;
+            const auto path = beside(uri);
             std::error_code code;
-            if (uri.empty() || uri.starts_with("data:") || !std::filesystem::is_regular_file(path, code)) continue;
-            if (std::find(files.begin(), files.end(), path) == files.end()) files.push_back(path);
+            if (!path || !std::filesystem::is_regular_file(*path, code)) continue;
+            if (std::find(files.begin(), files.end(), *path) == files.end()) files.push_back(*path);
         }
     return files;
 }
@@ -213,6 +222,7 @@ std::vector<std::byte> GltfDocument::readUri(const std::string& uri, const std::
         return bytes;
     }
     auto bytes = readBeside(uri);
+    if (!bytes && bytes.error().code != ErrorCode::FileUnreadable) fail(bytes.error().code, place, bytes.error().detail);
     if (!bytes) fail(ErrorCode::FileUnreadable, place, fmt::format("found no readable file \"{}\", expected {}", oneLine(uri), what));
     return std::move(*bytes);
 }
@@ -221,30 +231,36 @@ void GltfDocument::readBuffers() {
     const Json buffers = json_.value("buffers", Json::array());
     if (buffers.size() > kMostBuffers)
         fail(ErrorCode::WrongShape, "buffers", fmt::format("found {} buffers, expected at most {}", buffers.size(), kMostBuffers));
+    std::map<std::filesystem::path, SharedBytes> read;  // several buffers may be of one file
     for (std::size_t index = 0; index < buffers.size(); ++index) {
         const std::string place = fmt::format("buffer {}", index);
         const std::uint64_t byteLength = number(buffers[index], "byteLength", 0, place);
-        std::vector<std::byte> bytes;
+        SharedBytes bytes;
         if (buffers[index].contains("uri")) {
             const std::string uri = buffers[index]["uri"].get<std::string>();
-            bytes = readUri(uri, place, "the buffer");
-            if (!uri.starts_with("data:")) fileBytes_ += bytes.size();
+            const bool isFile = !uri.starts_with("data:");
+            SharedBytes& known = read[isFile ? beside(uri).value_or("") : std::filesystem::path()];
+            if (known == nullptr || !isFile) {
+                known = std::make_shared<std::vector<std::byte>>(readUri(uri, place, "the buffer"));
+                if (isFile) fileBytes_ += known->size();
+            }
+            bytes = known;
         } else if (index == 0 && !glbBuffer_.empty()) {
-            bytes = std::move(glbBuffer_);
+            bytes = std::make_shared<std::vector<std::byte>>(std::move(glbBuffer_));
         } else {
             fail(ErrorCode::FileUnreadable, place, "found neither a uri nor a GLB chunk, expected one of them");
         }
-        if (bytes.size() < byteLength) {
-            fail(ErrorCode::FileUnreadable, place, fmt::format("found {} bytes, expected {}", bytes.size(), byteLength));
+        if (bytes->size() < byteLength) {
+            fail(ErrorCode::FileUnreadable, place, fmt::format("found {} bytes, expected {}", bytes->size(), byteLength));
         }
-        bytes.resize(byteLength);
-        buffers_.push_back(std::move(bytes));
+        buffers_.push_back({std::move(bytes), byteLength});
     }
 }
 
 std::uint64_t GltfDocument::addBuffer(std::vector<std::byte> bytes) {
     json_["buffers"].push_back({{"byteLength", bytes.size()}});
-    buffers_.push_back(std::move(bytes));
+    const std::size_t size = bytes.size();
+    buffers_.push_back({std::make_shared<std::vector<std::byte>>(std::move(bytes)), size});
     return buffers_.size() - 1;
 }
 
@@ -282,12 +298,12 @@ std::span<const std::byte> GltfDocument::bufferView(std::uint64_t index) const {
     if (buffer >= buffers_.size())
         fail(ErrorCode::WrongShape, place, fmt::format("found buffer {}, expected less than {}", buffer, buffers_.size()));
     const std::uint64_t offset = number(view, "byteOffset", 0, place), length = number(view, "byteLength", 0, place),
-                        size = buffers_[buffer].size();
+                        size = buffers_[buffer].length;
     if (offset > size || length > size - offset) {
         fail(ErrorCode::WrongShape, place,
              fmt::format("found bytes {} + {}, expected them within the {} of buffer {}", offset, length, size, buffer));
     }
-    return std::span(buffers_[buffer]).subspan(offset, length);
+    return std::span(*buffers_[buffer].bytes).subspan(offset, length);
 }
 
 std::vector<std::byte> GltfDocument::imageBytes(std::uint64_t index) const {

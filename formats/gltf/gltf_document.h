@@ -6,7 +6,9 @@
 #include <exception>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -59,9 +61,11 @@ public:
     std::span<const std::byte> bufferView(std::uint64_t index) const;
     /// Returns the encoded bytes of an entry of "images": of a buffer view, a data URI or a file.
     std::vector<std::byte> imageBytes(std::uint64_t index) const;
-    /// Reads the file that a relative uri names.
+    /// Reads the file that a uri names.
     Result<std::vector<std::byte>> readBeside(const std::string& uri) const;
-    std::filesystem::path beside(const std::string& uri) const;
+    /// Returns the path of the file that a uri names; nothing if it lies outside the folder of the document. The user wrote the path of the
+    /// document, but somebody else may have written what is in it: "/etc/passwd" as a buffer, or a picture of another project as a texture.
+    std::optional<std::filesystem::path> beside(const std::string& uri) const;
     /// Returns the component type and count that the accessor declares, without values.
     MeshAttribute accessorType(std::uint64_t accessor, const std::string& semantic) const;
     /// Returns the elements of an accessor, packed, with sparse elements applied. Errors name the use of the accessor by `semantic`.
@@ -83,7 +87,12 @@ private:
     std::size_t fileBytes_ = 0;
     Json json_;
     std::vector<std::byte> glbBuffer_;
-    std::vector<std::vector<std::byte>> buffers_;
+    using SharedBytes = std::shared_ptr<const std::vector<std::byte>>;
+    struct Buffer {
+        SharedBytes bytes;
+        std::uint64_t length = 0;  ///< of its first bytes
+    };
+    std::vector<Buffer> buffers_;
 };
 
 /// Returns the error for JSON whose members have other types than glTF gives them.

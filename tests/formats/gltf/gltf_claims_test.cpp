@@ -85,5 +85,46 @@ TEST_F(GltfClaims, DracoCountsAreCheckedAgainstTheMemory) {
     }
 }
 
+/// A thousand buffers of one file are read once.
+TEST_F(GltfClaims, BuffersOfOneFileShareItsBytes) {
+    const std::size_t length = std::size_t{32} << 20;
+    writeContent(folder_ / "a.bin", std::string(length, '\0'));
+    std::string buffers;
+    for (int i = 0; i < 1024; ++i)
+        buffers += fmt::format(R"({}{{"byteLength":{},"uri":"{}a.bin"}})", i == 0 ? "" : ",", length - static_cast<std::size_t>(i),
+                               i % 2 == 0 ? "" : "./");
+    writeContent(folder_ / "a.gltf", fmt::format(R"({{"asset":{{"version":"2.0"}},"buffers":[{}],"bufferViews":[
+        {{"buffer":1023,"byteLength":{}}}, {{"buffer":1023,"byteLength":{}}}]}})",
+                                                 buffers, length - 1023, length));
+    const GltfDocument document(folder_ / "a.gltf");
+    EXPECT_EQ(document.bufferView(0).size(), length - 1023);
+    EXPECT_THROW((void)document.bufferView(1), GltfFault) << "the buffer is shorter than its file";
+    EXPECT_EQ(document.fileBytes(), length + std::filesystem::file_size(folder_ / "a.gltf"));
+}
+
+/// A glTF may come from anybody.
+TEST_F(GltfClaims, FilesOutsideItsFolderAreNotRead) {
+    std::filesystem::create_directories(folder_ / "scene/parts");
+    writeContent(folder_ / "secret.bin", std::string(36, '\0'));
+    writeContent(folder_ / "scene/parts/a.bin", std::string(36, '\0'));
+    const auto refusalOfUri = [&](const std::string& uri) {
+        writeContent(folder_ / "scene/a.gltf",
+                     fmt::format(R"({{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":36,"uri":"{}"}}]}})", uri));
+        const auto scene = GltfScene::load(folder_ / "scene/a.gltf");
+        EXPECT_EQ(gltfFilesBeside(folder_ / "scene/a.gltf", GltfFiles::All).size(), scene ? 1u : 0u);
+        return scene ? Error{} : scene.error();
+    };
+    for (const std::string& uri : {std::string("parts/a.bin"), std::string("./parts/../parts/a.bin"), std::string("parts%2Fa.bin")})
+        EXPECT_EQ(refusalOfUri(uri).line(), ": ") << uri;
+    for (const std::string& uri :
+         {std::string("../secret.bin"), (folder_ / "secret.bin").string(), std::string("parts/../../secret.bin"),
+          std::string("%2E%2E/secret.bin"), std::string("..%2fsecret.bin"), std::string("/etc/passwd"), std::string("%2Fetc/passwd")}) {
+        const Error error = refusalOfUri(uri);
+        EXPECT_EQ(error.code, ErrorCode::FormatUnsupported);
+        EXPECT_THAT(error.line(),
+                    HasSubstr(fmt::format("a.gltf, buffer 0: found the file \"{}\", expected one in the folder of the glTF", uri)));
+    }
+}
+
 }  // namespace
 }  // namespace lightcook::formats
