@@ -39,4 +39,13 @@ inline Result<void> checkExtent(int width, int height, int channelCount, int flo
     return checkMemory(floats * sizeof(float), subject);
 }
 
+/// Refuses an image of more bytes than those of its file can stand for.
+/// mostPerByte  bytes of texels, as the format stores them, for each byte of the file
+inline Result<void> checkFileHolds(std::uint64_t texelBytes, std::uint64_t fileBytes, std::uint64_t mostPerByte, const Subject& subject) {
+    if (texelBytes / mostPerByte <= fileBytes) return {};
+    return failure(
+        ErrorCode::FileUnreadable, subject,
+        fmt::format("found {} bytes, expected more for {} bytes of texels: truncated, or a broken header", fileBytes, texelBytes));
+}
+
 }  // namespace lightcook::formats

@@ -66,6 +66,12 @@ Result<OpenedImage> openImage(const std::filesystem::path& file) {
     image.channelCount = spec.nchannels;
     image.channels = spec.channelnames;
     LC_CHECK(checkExtent(spec.width, spec.height, spec.nchannels, kFloatsThroughLibrary, file));
+    // The densest are texels of one bit in Deflate, 8 in each of the 1032 bytes that a byte stands for.
+    constexpr std::uint64_t kMostTexelsPerByte = 16384;
+    const std::uint64_t texelCount = static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
+    std::error_code code;
+    if (const std::uintmax_t fileBytes = std::filesystem::file_size(file, code); !code)
+        LC_CHECK(checkFileHolds(texelCount, fileBytes, kMostTexelsPerByte, file));
     if (spec.depth > 1 || spec.deep) {
         return failure(ErrorCode::FormatUnsupported, file, "found a volume or a deep image, expected a flat one");
     }

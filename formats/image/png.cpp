@@ -64,7 +64,8 @@ void appendBytes(png_structp png, png_bytep bytes, std::size_t count) {
 struct PngRows {
     int width = 0, height = 0, channelCount = 0;
     int bytesPerChannel = 1;
-    bool hasAlpha = false;  ///< in the last channel
+    bool hasAlpha = false;           ///< in the last channel
+    std::size_t storedRowBytes = 0;  ///< of palettes and of 1 to 4 bits as the file has them
 
     std::size_t rowBytes() const {
         return static_cast<std::size_t>(width) * static_cast<std::size_t>(channelCount) * static_cast<std::size_t>(bytesPerChannel);
@@ -78,6 +79,7 @@ bool readHeader(png_structp png, png_infop info, PngRows& rows) {
     if (setjmp(png_jmpbuf(png)) != 0) return false;
     png_set_crc_action(png, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
     png_read_info(png, info);
+    const std::size_t storedRowBytes = png_get_rowbytes(png, info);
     png_set_expand(png);  // palettes, 1 to 4 bits, and transparent colours
     if (png_get_bit_depth(png, info) == 16) png_set_swap(png);
     png_set_interlace_handling(png);
@@ -86,7 +88,8 @@ bool readHeader(png_structp png, png_infop info, PngRows& rows) {
             .height = static_cast<int>(std::min<png_uint_32>(png_get_image_height(png, info), PNG_USER_HEIGHT_MAX)),
             .channelCount = png_get_channels(png, info),
             .bytesPerChannel = png_get_bit_depth(png, info) / 8,
-            .hasAlpha = (png_get_color_type(png, info) & PNG_COLOR_MASK_ALPHA) != 0};
+            .hasAlpha = (png_get_color_type(png, info) & PNG_COLOR_MASK_ALPHA) != 0,
+            .storedRowBytes = storedRowBytes};
     return true;
 }
 
@@ -211,6 +214,8 @@ Result<PlainImage> decodePng(std::span<const std::byte> png, const Subject& subj
     if (!reading.readHeader(rows)) return damaged();
     LC_CHECK(checkExtent(rows.width, rows.height, rows.channelCount, kFloatsThroughLibrary, subject));
     const auto height = static_cast<std::size_t>(rows.height);
+    constexpr std::uint64_t kDensestDeflate = 1032;  // 258 bytes in two bits
+    LC_CHECK(checkFileHolds(rows.storedRowBytes * height, png.size(), kDensestDeflate, subject));
     std::vector<std::byte> bytes(rows.rowBytes() * height);
     std::vector<png_bytep> rowStarts(height);
     for (std::size_t y = 0; y < height; ++y) rowStarts[y] = reinterpret_cast<png_bytep>(bytes.data() + y * rows.rowBytes());

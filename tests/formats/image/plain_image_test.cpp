@@ -259,6 +259,22 @@ TEST(ReadImage, APngIsKnownByItsContent) {
     EXPECT_EQ(image->texels.at(2, 1), glm::vec4(45, 46, 47, 255) / 255.0f);
 }
 
+/// Refused by the size of the file, before gigabytes are allocated.
+TEST(ReadImage, AFileHoldsItsTexels) {
+    const TemporaryFolder folder;
+    std::string tga(18, '\0');
+    tga[2] = 10;                                             // runs of true colours
+    tga[12] = tga[14] = '\x40', tga[13] = tga[15] = '\x1f';  // 8000 x 8000
+    tga[16] = 32;
+    for (const auto& [name, content] : {std::pair<const char*, std::string>("a.tga", tga + std::string(40, '\xff')),
+                                        {"a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 10000 +X 20000\n" + std::string(2000, '\1')}}) {
+        writeContent(folder / name, content);
+        const auto image = readImage(folder / name);
+        ASSERT_FALSE(image);
+        EXPECT_THAT(image.error().line(), testing::HasSubstr(fmt::format("{}: found {} bytes, expected more for ", name, content.size())));
+    }
+}
+
 TEST(ReadImage, AFileOfNoImageFormatIsNamedByItsExtension) {
     const TemporaryFolder folder;
     for (const auto& [name, words] : {std::pair{"a.json", "found a file of the extension '.json', whose content is no image, expected an"},
