@@ -21,7 +21,7 @@ namespace lightcook::formats {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kIsSanitized = true;  // they reserve terabytes, and open files for their reports
+constexpr bool kIsSanitized = true;  // they reserve terabytes, and write their reports to files
 #elif defined(__has_feature)
 constexpr bool kIsSanitized = __has_feature(address_sanitizer) || __has_feature(thread_sanitizer);
 #else
@@ -36,8 +36,8 @@ bool limit(__rlimit_resource resource, std::uint64_t most) {
 bool limitResources(std::uint64_t memoryBytes) {
     constexpr std::uint64_t kMostCpuSeconds = 4 * 3600, kMostOpen = 256;
     constexpr std::uint64_t kBeside = std::uint64_t{256} << 20;  // stacks of threads, and what malloc reserves for them
-    bool isLimited =
-        limit(RLIMIT_CORE, 0) && limit(RLIMIT_FSIZE, 0) && limit(RLIMIT_CPU, kMostCpuSeconds) && limit(RLIMIT_NOFILE, kMostOpen);
+    bool isLimited = limit(RLIMIT_CORE, 0) && (kIsSanitized || limit(RLIMIT_FSIZE, 0)) && limit(RLIMIT_CPU, kMostCpuSeconds) &&
+                     limit(RLIMIT_NOFILE, kMostOpen);
     if (memoryBytes == 0 || kIsSanitized) return isLimited;
     std::uint64_t pages = 0;
     if (!(std::ifstream("/proc/self/statm") >> pages)) return false;
