@@ -61,15 +61,18 @@ protected:
     static Json entryOf(const std::filesystem::path& folder) {
         return parseJson(formats::contentOf(folder / kManifestName)).at("assets").at(0);
     }
-    void expectCooked(int size, const std::string& layout) {
-        const Conversion wanted = options(size, layout);
+    /// The figure is that of the worst level, all texels of it. Of float texels it is the filter's own error. Blocks beside the sun have
+    /// most of the rest: at size 32, where they are largest, 0.056 (0.048 at effort 9).
+    void expectCooked(int size, const std::string& layout, const std::string& target) {
+        Conversion wanted = options(size, layout);
+        wanted.cook.given.set("output.target", target);
         const Json found = asset(wanted);
         ASSERT_TRUE(found.is_object());
         EXPECT_TRUE(found.at("passed"));
         EXPECT_EQ(found.at("width"), size);
         EXPECT_TRUE(found.contains("preview"));
         const Json& error = found.at("stages").back().at("error").at("specular");
-        EXPECT_LT(error.at("rel_rms"), 0.05);
+        EXPECT_LT(error.at("rel_rms"), target == "float" ? 0.002 : 0.06) << size << ' ' << target;
         EXPECT_GE(error.at("max_bound"), error.at("max_sampled"));
         const Json entry = entryOf(wanted.output);
         EXPECT_EQ(entry.at("layout"), layout);
@@ -98,12 +101,13 @@ TEST_F(CookCubemap, LevelsOfFewTexelsAreEncodedWithCareAtAnyEffort) {
 
 using CookCubemapSoak = CookCubemap;
 TEST_F(CookCubemapSoak, EverySizeHasItsLevelsAndIsVerified) {
-    for (const int size : {16, 32, 128}) expectCooked(size, size == 32 ? "prefiltered" : "pre-divided");
+    for (const int size : {16, 32, 128})
+        for (const char* target : {"bc", "float"}) expectCooked(size, size == 32 ? "prefiltered" : "pre-divided", target);
 }
 
 TEST_F(CookCubemapSoak, TheLargestSizesAreVerified) {
-    expectCooked(512, "pre-divided");
-    expectCooked(2048, "prefiltered");
+    expectCooked(512, "pre-divided", "bc");
+    expectCooked(2048, "prefiltered", "bc");
 }
 
 TEST_F(CookCubemap, OtherSizesAreRefused) {
