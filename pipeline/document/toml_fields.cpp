@@ -43,6 +43,17 @@ std::string tablesWith(std::span<const KeyTable> tables, std::string_view key) {
     return text;
 }
 
+/// Leaves out the middle of a text that holds a long value: what was expected is at its end.
+std::string withoutMiddle(const std::string& text) {
+    constexpr std::size_t kLongest = 4000, kKept = 500;
+    if (text.size() <= kLongest) return text;
+    const auto isInsideOfCharacter = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xC0) == 0x80; };
+    std::size_t end = kKept, next = text.size() - kKept;
+    while (isInsideOfCharacter(end)) --end;
+    while (isInsideOfCharacter(next)) --next;
+    return text.substr(0, end) + " ... " + text.substr(next);
+}
+
 }  // namespace
 
 formats::Subject TomlDocument::placeOf(const toml::source_position& at) const {
@@ -56,7 +67,7 @@ formats::Subject TomlDocument::placeOf(const toml::node& node) const {
 }
 
 void TomlDocument::fail(const toml::node& node, const std::string& detail) const {
-    throw TomlMistake{{ErrorCode::InvalidRequest, placeOf(node), detail}};
+    throw TomlMistake{{ErrorCode::InvalidRequest, placeOf(node), withoutMiddle(detail)}};
 }
 
 const toml::table* TomlDocument::table(std::string_view section, std::size_t index) const {

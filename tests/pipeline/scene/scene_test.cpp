@@ -33,6 +33,17 @@ void expectRefused(const std::string& text, const std::string& place, const std:
     EXPECT_EQ(scene.error().line().find('\n'), std::string::npos) << "one line";
 }
 
+TEST(ReadScene, AMessageLeavesOutTheMiddleOfALongValue) {
+    std::string value;
+    for (int i = 0; i < 5000; ++i) value += "\u00e9";
+    const auto scene = sceneFromText(kHead + "lobe = \"" + value + "\"\n");
+    ASSERT_FALSE(scene);
+    EXPECT_LT(scene.error().detail.size(), 1100u);
+    EXPECT_THAT(scene.error().detail, testing::StartsWith("found '\u00e9"));
+    EXPECT_THAT(scene.error().detail, testing::HasSubstr("\u00e9 ... \u00e9")) << "whole characters";
+    EXPECT_THAT(scene.error().detail, testing::EndsWith("expected one of: beckmann, ggx, phong, phong-power"));
+}
+
 TEST(ReadScene, TablesHaveASectionOfTheirOwn) {
     const auto scene = sceneFromText(kHead + R"toml(lobe = "ggx"
 [tables]
