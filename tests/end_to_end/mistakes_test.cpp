@@ -3,14 +3,12 @@
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
-#include <fstream>
 #include <functional>
 #include <limits>
-#include <map>
-#include <sstream>
 
 #include "formats/light_map.h"
 #include "formats/plain_image.h"
+#include "tests/end_to_end/result_table.h"
 #include "tests/formats/picture_fixture.h"
 #include "tests/formats/unreal_fixture.h"
 #include "tests/pipeline/lint/faults.h"
@@ -23,7 +21,7 @@ namespace fs = std::filesystem;
 using formats::contentOf;
 using formats::writeContent;
 
-const fs::path kTable = fs::path(LIGHTCOOK_SOURCE_DIR) / "tests/end_to_end/mistakes.md";
+const ResultTable kTable(fs::path(LIGHTCOOK_SOURCE_DIR) / "tests/end_to_end/mistakes.md");
 
 /// A copy of the example scene, to make a mistake in.
 class ExampleCopy : public PlantedScene {
@@ -528,83 +526,6 @@ const std::vector<Mistake>& allMistakes() {
     return mistakes;
 }
 
-/// A row of the table.
-struct Row {
-    std::string command, printed;
-    int code = -1;
-};
-
-/// Returns the cells of a line of a Markdown table.
-std::vector<std::string> cellsOf(const std::string& line) {
-    std::vector<std::string> cells(1);
-    for (std::size_t i = 0; i < line.size(); ++i) {
-        if (line[i] == '\\' && i + 1 < line.size() && line[i + 1] == '|') {
-            cells.back() += line[++i];
-        } else if (line[i] == '|') {
-            cells.emplace_back();
-        } else {
-            cells.back() += line[i];
-        }
-    }
-    for (std::string& cell : cells) {
-        cell.erase(0, cell.find_first_not_of(' '));
-        cell.erase(cell.find_last_not_of(' ') + 1);
-        // Code spans: `text`, or `` text ` `` around back quotes
-        const std::size_t quote = cell.starts_with("`` ") ? 3 : cell.starts_with('`') ? 1 : 0;
-        if (cell.size() >= 2 * quote) cell = cell.substr(quote, cell.size() - 2 * quote);
-    }
-    return cells;
-}
-
-std::map<std::string, Row> readTable() {
-    std::map<std::string, Row> rows;
-    std::istringstream table(contentOf(kTable));
-    for (std::string line; std::getline(table, line);) {
-        const std::vector<std::string> cells = cellsOf(line);
-        if (cells.size() != 6 || cells[2].rfind("lightcook", 0) != 0) continue;  // no row of a table, or its head
-        rows[cells[1]] = {cells[2], cells[3], std::stoi(cells[4])};
-    }
-    return rows;
-}
-
-std::string rowText(const Mistake& mistake, const std::string& printed, int code) {
-    std::string escaped;
-    for (const char c : printed) escaped += c == '|' ? std::string("\\|") : std::string(1, c);
-    const bool hasQuote = escaped.find('`') != std::string::npos;
-    return fmt::format("| {} | `{}` | {}{}{} | {} |", mistake.what, mistake.command, hasQuote ? "`` " : "`", escaped,
-                       hasQuote ? " ``" : "`", code);
-}
-
-/// Writes the row of a mistake into the table: in place of the old one, or after the last row.
-void updateTable(const Mistake& mistake, const std::string& printed, int code) {
-    std::vector<std::string> lines;
-    std::istringstream table(contentOf(kTable));
-    std::size_t last = 0, old = 0;
-    for (std::string line; std::getline(table, line);) {
-        const std::vector<std::string> cells = cellsOf(line);
-        if (cells.size() == 6) last = lines.size();
-        if (cells.size() == 6 && cells[1] == mistake.what) old = lines.size();
-        lines.push_back(line);
-    }
-    if (old != 0)
-        lines[old] = rowText(mistake, printed, code);
-    else
-        lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(last) + 1, rowText(mistake, printed, code));
-    std::string text;
-    for (const std::string& line : lines) text += line + "\n";
-    writeContent(kTable, text);
-}
-
-/// Returns true if the line is the pattern, in which "..." stands for anything.
-bool matches(std::string_view line, std::string_view pattern) {
-    const std::size_t gap = pattern.find("...");
-    if (gap == std::string_view::npos) return line == pattern;
-    if (!line.starts_with(pattern.substr(0, gap))) return false;
-    for (std::size_t at = gap; at <= line.size(); ++at)
-        if (matches(line.substr(at), pattern.substr(gap + 3))) return true;
-    return false;
-}
-
 class Mistakes : public testing::TestWithParam<Mistake> {};
 
 TEST_P(Mistakes, EndAsTheTableSays) {
@@ -612,22 +533,13 @@ TEST_P(Mistakes, EndAsTheTableSays) {
     SCOPED_TRACE(mistake.what);
     const ExampleCopy scene;
     mistake.make(scene);
-    std::map<fs::path, bool> before;
-    for (const auto& entry : fs::directory_iterator(scene.path())) before[entry.path()] = true;
     const int code = scene.shell(mistake.command);
     const std::string errors = withoutDone(contentOf(scene / "stderr")), printed = errors.substr(0, errors.find('\n'));
-    if (std::getenv("LIGHTCOOK_UPDATE_DOCS") != nullptr) {
-        const auto rows = readTable();
-        if (!rows.contains(mistake.what) || rows.at(mistake.what).code != code || rows.at(mistake.what).command != mistake.command ||
-            !matches(printed, rows.at(mistake.what).printed))
-            updateTable(mistake, printed, code);
-    }
-    const auto rows = readTable();
-    ASSERT_TRUE(rows.contains(mistake.what)) << "tests/end_to_end/mistakes.md has no row for it; what is printed: " << errors;
-    const Row& row = rows.at(mistake.what);
-    EXPECT_EQ(row.command, mistake.command);
-    EXPECT_EQ(row.code, code) << errors;
-    EXPECT_TRUE(matches(printed, row.printed)) << "found:    " << printed << "\nexpected: " << row.printed;
+    const Cells found = {mistake.what, mistake.command, printed, std::to_string(code)}, row = kTable.rowFor(found);
+    ASSERT_EQ(row.size(), found.size()) << "tests/end_to_end/mistakes.md has no row for it; what is printed: " << errors;
+    EXPECT_EQ(row[1], found[1]);
+    EXPECT_TRUE(matches(printed, row[2])) << "found:    " << printed << "\nexpected: " << row[2];
+    EXPECT_EQ(row[3], found[3]) << errors;
     EXPECT_NE(code, 0);
     // Several figures may be over their limits.
     if (code != 4) {
@@ -662,7 +574,7 @@ INSTANTIATE_TEST_SUITE_P(Soak, Mistakes, testing::ValuesIn(rowsOf(true)), nameOf
 TEST(MistakesTable, HasARowForEachTestAndNoOther) {
     std::vector<std::string> tested, written;
     for (const Mistake& mistake : allMistakes()) tested.emplace_back(mistake.what);
-    for (const auto& [what, row] : readTable()) written.push_back(what);
+    for (const auto& [what, row] : kTable.rows()) written.push_back(what);
     EXPECT_THAT(written, testing::UnorderedElementsAreArray(tested));
     EXPECT_GE(written.size(), 40u);
 }
