@@ -242,8 +242,8 @@ Result<void> Canonicalizer::checkBandLengths(ShRgb& sh, int x, int y, float brig
                 return failure(ErrorCode::ValueOutOfRange,
                                placeOfRun(placeOf(first, channel, x, strip.firstRow + y, reader),
                                           placeOf(end - 1, channel, x, strip.firstRow + y, reader)),
-                               fmt::format("found a length of {}, expected at most {}: {} times what light with sh00 of {} has", length,
-                                           kAllowance * longest, kAllowance, sh[0][channel]));
+                               fmt::format("found a length of {:.7g}, expected at most {:.7g}: {} times what light with sh00 of {} has",
+                                           length, kAllowance * longest, kAllowance, sh[0][channel]));
             ++strip.repairs.bandsBeyond;
             for (std::size_t i = first; i < end; ++i) sh[i][channel] = static_cast<float>(sh[i][channel] * (longest / length));
         }
