@@ -72,7 +72,8 @@ void addStrictOption(CLI::App& app, bool& strict) {
 
 void addRepairOption(CLI::App& app, bool& repair) {
     app.add_flag("--repair", repair,
-                 "Repair bad input values (NaN, infinite, negative energy) and count them, instead of refusing the file");
+                 "Repair values that no light has (NaN, infinite, negative; in light maps also bands that are too long, and fireflies) and "
+                 "count them, instead of refusing the file");
 }
 
 void addSamplesOption(CLI::App& app, std::optional<int>& samples) {
