@@ -319,7 +319,7 @@ BlockSorter::BlockSorter(std::span<const Block> blocks, std::size_t channelCount
         int different = 0;
         for (std::size_t c = 0; c < channelCount; ++c) {
             const float value = block.channel[c][counting];
-            for (std::size_t t = 0; t < kTexelCount; ++t) different |= (block.channel[c][t] != value) & (block.significance[t] > 0);
+            for (std::size_t t = 0; t < kTexelCount; ++t) different |= int{block.channel[c][t] != value} & int{block.significance[t] > 0};
         }
         if (!different)
             constant.emplace_back(&block, counting);

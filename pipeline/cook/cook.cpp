@@ -311,8 +311,8 @@ private:
     std::vector<std::vector<Action>> partsOf(std::vector<Action> actions) const {
         if (!scene_.output.isChosenByWhole()) return {std::move(actions)};
         const auto isFirst = [](const Action& each) { return isOfStep(each.id, ActionStep::Cook) || isOfStep(each.id, ActionStep::Whole); };
-        const auto rest = std::ranges::stable_partition(actions, isFirst);
-        return {{actions.begin(), rest.begin()}, {rest.begin(), rest.end()}};
+        const auto rest = std::stable_partition(actions.begin(), actions.end(), isFirst);
+        return {{actions.begin(), rest}, {rest, actions.end()}};
     }
 
     /// Tries the other layouts of maps that none of those that were tried is left for.

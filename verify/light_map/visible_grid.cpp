@@ -208,7 +208,8 @@ KernelGrid KernelGrid::diffuse(double tilt, int fineness) {
 KernelGrid KernelGrid::specular(const LightMapShading& shading, const ScannedKernels& scanned, int fineness) {
     // Steps of the scanned kernels.
     const int viewStep = fineness == 1 ? 6 : 3, shapeStep = fineness == 1 ? 12 : 4;
-    const auto [lowF0, highF0] = std::ranges::minmax(shading.f0);
+    const auto range = std::ranges::minmax(shading.f0);
+    const double lowF0 = range.min, highF0 = range.max;
     const auto stations = [](int count, int step) {
         std::vector<int> out;
         for (int i = 0; i < count - 1; i += step) out.push_back(i);
