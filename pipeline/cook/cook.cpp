@@ -301,6 +301,7 @@ private:
             result.add(std::move(chosen));
             if (options_.keepCandidates) alternatives_ = decision->alternatives();
             notes_ = wholeVisibleNotes(*decision);
+            seams_ = decision->seams();
             frontier_ = frontierOf(*decision);
             return plan;
         }
@@ -320,6 +321,7 @@ private:
         for (const std::string& map : decision.mapsToTry()) {
             const std::string id = actionId(ActionStep::Trial, map);
             ExecutionResult complete = execute({completeTrial(*std::ranges::find(open.actions, id, &Action::id))});
+            decision.setTried(map);
             if (const auto record = complete.records.find(id); record != complete.records.end()) {
                 LC_CHECK(decision.addTrial(map, record->second));
                 result.records.insert_or_assign(id, record->second);
@@ -444,6 +446,7 @@ private:
         SummaryWriter writer(scene_, outcome_.output, options_.only.has_value(), *digests_);
         writer.addNotes(notes_);
         writer.addNotes(plan.notes);
+        writer.setSeams(seams_);
         writer.addFailed(failed_);
         writer.setSceneAssets(sceneAssets_);
         writer.setLinted(linted_);
@@ -543,6 +546,7 @@ private:
     /// Open bakes, for all graphs of the cook.
     std::unique_ptr<SharedObjects> shared_ = std::make_unique<SharedObjects>();
     std::map<std::string, Json> notes_;                                       ///< of a scene with a budget, by light map
+    std::map<std::string, std::map<std::string, double>> seams_;              ///< LayoutDecision::seams()
     std::vector<FrontierPoint> frontier_;                                     ///< of such a scene
     std::map<std::string, std::map<std::string, std::string>> alternatives_;  ///< to cook as well: LayoutDecision::alternatives
     std::vector<Action> packGraph_;

@@ -151,7 +151,9 @@ std::vector<std::string> LayoutDecision::mapsToTry() const {
     const auto isLeft = [&](const std::string& map) {
         if (const auto joint = choices_.find(map); joint != choices_.end())
             return std::ranges::any_of(joint->second, [&](const AllocationChoice& each) {
-                return each.visible <= scene_.output.limits[Limit::WholeVisible].value_or(0);
+                const auto alone = std::ranges::find(candidates_.at(map), each.layout, &LightMapCandidate::layout);
+                return each.visible <= scene_.output.limits[Limit::WholeVisible].value_or(0) &&
+                       (!isErrorLimited(map) || alone->usedOfLimits <= 1);
             });
         return std::ranges::any_of(candidates_.at(map), [](const LightMapCandidate& each) { return each.usedOfLimits <= 1; });
     };
@@ -165,7 +167,6 @@ Result<void> LayoutDecision::addTrial(const std::string& map, const ActionRecord
     for (LightMapCandidate& each : candidatesOf(trial->trial, layoutLimitsOf(scene_, map)))
         if (std::ranges::find(known, each.layout, &LightMapCandidate::layout) == known.end()) known.push_back(std::move(each));
     addChoices(map, *trial);
-    pruned_.erase(map);
     return {};
 }
 
@@ -182,11 +183,11 @@ Result<bool> LayoutDecision::learnFrom(const Plan& plan, const ExecutionResult& 
     auto isMapRefuted = noteVerifiedMaps(chosen);
     if (!isMapRefuted || choices_.empty()) return isMapRefuted;
     LC_CHECK(noteFailedTables(chosen));
-    LC_CHECK(noteFailedWholes(chosen));
+    LC_CHECK(noteWholes(chosen));
     LC_CHECK(correctBytes(plan, others, chosen));
     const std::map<std::string, std::string> before = chosen_;
     const std::optional<int> viewsBefore = tableViews_;
-    return choose() != before || tableViews_ != viewsBefore;
+    return choose() != before || tableViews_ != viewsBefore || !mapsToTry().empty();
 }
 
 /// Notes the verified errors of light maps. Returns true if one misses a limit that its trial had kept.
@@ -197,6 +198,7 @@ Result<bool> LayoutDecision::noteVerifiedMaps(const ExecutionResult& chosen) {
         const auto record = chosen.records.find(actionId(ActionStep::Verify, map));
         if (record == chosen.records.end()) continue;
         LC_TRY(verified, fromJson<VerifyResult>(record->second.result, record->second.id));
+        if (verified->seams) seams_[map][layout] = verified->seams->largestAdded();
         const double found = verifiedUse(*verified, layoutLimitsOf(scene_, map));
         LightMapCandidate& candidate = *std::ranges::find(candidates, layout, &LightMapCandidate::layout);
         const bool isMissed = found > 1 && candidate.usedOfLimits <= 1;
@@ -216,14 +218,18 @@ Result<void> LayoutDecision::noteFailedTables(const ExecutionResult& chosen) {
     return {};
 }
 
-/// Notes layouts over a limit on what a pixel shows, which the trial of a part of the map had found within it.
-Result<void> LayoutDecision::noteFailedWholes(const ExecutionResult& chosen) {
+/// Notes what pixels show of the layouts that were verified: the trial of a part of the map may have found less. Layouts over a limit on it
+/// are not chosen again.
+Result<void> LayoutDecision::noteWholes(const ExecutionResult& chosen) {
     for (auto& [map, choices] : choices_) {
         const auto record = chosen.records.find(actionId(ActionStep::Whole, map));
         if (record == chosen.records.end()) continue;
         LC_TRY(whole, fromJson<WholeFigures>(record->second.result, record->second.id));
-        if (areKept(whole->checks())) continue;
         AllocationChoice& choice = *std::ranges::find(choices, chosen_.at(map), &AllocationChoice::layout);
+        double& excess = trialExcess_.try_emplace(map, 1).first->second;
+        if (wholes_[map].try_emplace(choice.layout, whole->visible.p99).second && choice.visible > 0)
+            excess = std::max(excess, whole->visible.p99 / choice.visible);
+        if (areKept(whole->checks())) continue;
         choice.visible = std::max(choice.visible, whole->visible.p99);
         choice.relRms = std::max(choice.relRms, whole->relRms);
     }
@@ -278,11 +284,26 @@ const std::string& lightMapOf(const Plan& plan, const std::string& asset) {
     return mesh == plan.meshes.end() ? asset : mesh->second;
 }
 
+double LayoutDecision::expectedVisible(const std::string& map, const AllocationChoice& choice) const {
+    const auto verified = wholes_.find(map);
+    if (verified == wholes_.end()) return choice.visible;
+    const auto found = verified->second.find(choice.layout);
+    return found == verified->second.end() ? choice.visible * trialExcess_.at(map) : found->second;
+}
+
 std::vector<FrontierPoint> frontierOf(const LayoutDecision& decision) {
     std::vector<FrontierPoint> out;
-    for (const AllocationPoint& point : decision.frontier()) {
-        out.push_back({point.bytes, point.visible, out.size() == decision.chosenPoint(), {}});
-        for (const auto& [map, choice] : point.choices) out.back().layouts.push_back({map, choice.layout});
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < decision.frontier().size(); ++i) {
+        const AllocationPoint& point = decision.frontier()[i];
+        FrontierPoint made{point.bytes, 0, i == decision.chosenPoint(), {}};
+        for (const auto& [map, choice] : point.choices) {
+            made.visible = std::max(made.visible, decision.expectedVisible(map, choice));
+            made.layouts.push_back({map, choice.layout});
+        }
+        if (!made.isChosen && made.visible >= least) continue;
+        least = std::min(least, made.visible);
+        out.push_back(std::move(made));
     }
     return out;
 }

@@ -55,15 +55,20 @@ public:
     const std::optional<int>& tableViews() const { return tableViews_; }
     /// Notes what verification found of the chosen assets: errors of light maps, failures, and the bytes that meshes take. Where layouts
     /// are chosen together, also chooses again. Returns true if the choice has to be tried anew: a map missed a limit that its trial had
-    /// kept, since a trial of a part of a map may be too good; or another allocation was chosen, as meshes turned out smaller than their
-    /// upper bound.
+    /// kept, since a trial of a part of a map may be too good; another allocation was chosen, as meshes turned out smaller than their upper
+    /// bound; or a map is left without a layout that keeps its limits, while its trial left out some.
     formats::Result<bool> learnFrom(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
     /// Returns the maps that no layout is left for of those that their trial measured, while it left out others: they need a complete
     /// trial.
     std::vector<std::string> mapsToTry() const;
+    /// Says that a complete trial of a map was run, so that it is not asked for again, also where it failed.
+    void setTried(const std::string& map) { pruned_.erase(map); }
     /// Adds the layouts of a complete trial that the first one left out.
     formats::Result<void> addTrial(const std::string& map, const ActionRecord& trial);
+
+    /// Returns the largest steps that layouts add to edges, by light map and layout: of those that were verified.
+    const std::map<std::string, std::map<std::string, double>>& seams() const { return seams_; }
 
     /// Returns other choices than the last choose(), by layout: each map that the layout is on the curve of (layoutsOfCurve) has it, the
     /// other assets are as chosen.
@@ -72,6 +77,9 @@ public:
     /// Returns the frontier of the last choose(), with the point that it chose. Empty where only errors of light maps decide.
     const std::vector<AllocationPoint>& frontier() const { return frontier_; }
     std::size_t chosenPoint() const { return chosenPoint_; }
+    /// Returns the visible error of the whole shading of a choice: verified, or else that of its trial, times how much more the verified
+    /// choices of the map had than their trials found.
+    double expectedVisible(const std::string& map, const AllocationChoice& choice) const;
 
 private:
     explicit LayoutDecision(const Scene& scene) : scene_(scene) {}
@@ -82,15 +90,18 @@ private:
     std::size_t pointOfLimits() const;
     formats::Result<bool> noteVerifiedMaps(const ExecutionResult& chosen);
     formats::Result<void> noteFailedTables(const ExecutionResult& chosen);
-    formats::Result<void> noteFailedWholes(const ExecutionResult& chosen);
+    formats::Result<void> noteWholes(const ExecutionResult& chosen);
     std::uint64_t chosenMeshBytes() const;
     formats::Result<void> noteMeshes(const Plan& plan, const ExecutionResult& chosen);
     formats::Result<void> correctBytes(const Plan& plan, const ExecutionResult& others, const ExecutionResult& chosen);
 
     const Scene& scene_;
     LightMapCandidates candidates_;
-    std::set<std::string> pruned_;  ///< maps whose trial left out layouts
-    AllocationChoices choices_;     ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole), without meshes
+    std::set<std::string> pruned_;                                 ///< maps whose trial left out layouts
+    std::map<std::string, std::map<std::string, double>> seams_;   ///< see seams()
+    std::map<std::string, std::map<std::string, double>> wholes_;  ///< visible errors of the whole, of layouts that were verified
+    std::map<std::string, double> trialExcess_;                    ///< largest ratio of these to those of the trial; at least 1
+    AllocationChoices choices_;  ///< of a scene whose layouts are chosen together (OutputSettings::isChosenByWhole), without meshes
     std::map<std::string, MeshMemory> meshes_;  ///< of maps whose layout is open, by light map
     std::uint64_t otherBytes_ = 0;          ///< GPU memory of assets without a choice, meshes at their upper bound, open tables left out
     std::optional<TableBytes> openTables_;  ///< Plan::openTables

@@ -435,6 +435,9 @@ Result<void> SummaryWriter::addAsset(const Plan& plan, const ExecutionResult& re
         // Whatever else allows a smaller layout, one of a large error is not better.
         Limits limits = layoutLimitsOf(scene_, name);
         limits[Limit::Error] = errorLimit(scene_.output);
+        if (const auto seams = seams_.find(name); seams != seams_.end())
+            for (TrialCandidate& each : trial->trial.candidates)
+                if (const auto seam = seams->second.find(each.layout); seam != seams->second.end()) each.seam = seam->second;
         addTrial(std::move(trial->trial), limits, *row);
     }
     if (const auto notes = notes_.find(name); notes != notes_.end()) {

@@ -37,6 +37,8 @@ public:
     void addNotes(const std::map<std::string, Json>& notes) {
         for (const auto& [asset, added] : notes) notes_[asset].update(added);
     }
+    /// Takes the seams of the layouts that were verified: LayoutDecision::seams().
+    void setSeams(std::map<std::string, std::map<std::string, double>> seams) { seams_ = std::move(seams); }
     /// Adds the errors of actions that failed in a cook that went on with the others.
     void addFailed(const std::vector<formats::Error>& errors) { failed_.insert(failed_.end(), errors.begin(), errors.end()); }
     /// Says which assets the whole scene has, in a cook of some: those that are not in the folder then are named.
@@ -85,6 +87,7 @@ private:
     std::vector<ReportRow> rows_;  ///< of the report
     std::vector<GltfFile> gltf_;
     std::map<std::string, Json> notes_;  ///< by asset, beside those of its cook
+    std::map<std::string, std::map<std::string, double>> seams_;
     std::vector<formats::Error> failed_;
     std::vector<std::string> sceneAssets_;
     std::set<std::string> linted_;

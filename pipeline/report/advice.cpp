@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <iterator>
 
 #include "formats/light_map_layout.h"
@@ -19,15 +20,22 @@ namespace {
 
 using Candidates = std::vector<TrialCandidate>;
 
-/// Returns the figure of a layout in its trial that a limit holds; nothing of a limit that trials have no figure of.
-std::optional<double> triedFigure(const TrialCandidate& candidate, Limit limit) {
-    if (limit == Limit::Error) return std::max(candidate.diffuse, candidate.specular);
-    if (limit == Limit::Visible) return std::max(candidate.visibleDiffuse, candidate.visibleSpecular);
-    return std::nullopt;
+/// Returns true for a limit whose figures are known of the layouts that were tried or, of seams, verified for the choice.
+bool isTried(Limit limit) {
+    return limit == Limit::Error || limit == Limit::Visible || limit == Limit::Seam;
 }
 
+/// Returns the figure of a layout that such a limit holds; NaN: it was not measured.
+double triedFigure(const TrialCandidate& candidate, Limit limit) {
+    if (limit == Limit::Error) return std::max(candidate.diffuse, candidate.specular);
+    if (limit == Limit::Visible) return std::max(candidate.visibleDiffuse, candidate.visibleSpecular);
+    return candidate.seam.value_or(std::nan(""));
+}
+
+/// Returns "visible error 4.32 when it was tried".
 std::string figureWords(Limit limit, double value) {
-    return limit == Limit::Error ? "rel_rms " + humanPercent(value) : fmt::format("visible error {:.3g}", value);
+    if (limit == Limit::Seam) return fmt::format("a seam of {:.3g} when it was verified", value);
+    return (limit == Limit::Error ? "rel_rms " + humanPercent(value) : fmt::format("visible error {:.3g}", value)) + " when it was tried";
 }
 
 /// Returns "12.00 KiB more than now".
@@ -67,8 +75,9 @@ std::string triedRemedy(const ReportRow& row, const Candidates& candidates, cons
     const Limit limit = over ? over->figure.limit : Limit::Visible;
     const auto chosen = std::ranges::find(candidates, row.triedLayout(), &TrialCandidate::layout);
     if (chosen == candidates.end()) return "";
-    const auto figureOf = [&](const TrialCandidate& each) { return triedFigure(each, limit).value_or(std::nan("")); };
+    const auto figureOf = [&](const TrialCandidate& each) { return triedFigure(each, limit); };
     const double least = figureOf(*chosen);
+    if (std::isnan(least)) return isAlone(candidates) ? remedyOfNamed(row) : "";
     const TrialCandidate *smallest = nullptr, *excluded = nullptr, *best = nullptr;
     for (const TrialCandidate& each : candidates) {  // the smallest first
         const double figure = figureOf(each);
@@ -79,7 +88,7 @@ std::string triedRemedy(const ReportRow& row, const Candidates& candidates, cons
         if (!each.isExcluded && (best == nullptr || figure < figureOf(*best))) best = &each;
     }
     const auto words = [&](const TrialCandidate& each) {
-        return fmt::format("({} when it was tried, {})", figureWords(limit, figureOf(each)), costWords(each.bytesGpu, chosen->bytesGpu));
+        return fmt::format("({}, {})", figureWords(limit, figureOf(each)), costWords(each.bytesGpu, chosen->bytesGpu));
     };
     const char* const does = over ? "keeps the limit" : "has less";
     if (smallest != nullptr) {
@@ -92,21 +101,58 @@ std::string triedRemedy(const ReportRow& row, const Candidates& candidates, cons
     if (!over) return "";
     if (best != nullptr) return fmt::format("No layout keeps the limit: the least is that of {} {}.", name(*best), words(*best));
     if (least <= over->allowed)
-        return fmt::format("{} kept the limit when it was tried ({}): a lower limit takes a larger layout.", name(*chosen),
-                           figureWords(limit, least));
-    return isAlone(candidates) ? remedyOfNamed(row) : "No layout has less.";
+        return fmt::format("{} kept the limit ({}): a lower limit takes a larger layout.", name(*chosen), figureWords(limit, least));
+    return isAlone(candidates)    ? remedyOfNamed(row)
+           : limit == Limit::Seam ? "No layout that was verified has less."
+                                  : "No layout has less.";
 }
 
 std::string lightMapRemedy(const ReportRow& row, const std::optional<Check>& over) {
     if (!over && row.whole) return "";  // chosen with its dominant light: the next scenes of that choice stand elsewhere
     if (row.trialCandidates) {
-        if (!over || triedFigure({}, over->figure.limit)) return triedRemedy(row, *row.trialCandidates, over);
+        if (!over || isTried(over->figure.limit)) return triedRemedy(row, *row.trialCandidates, over);
         const bool isOfWhole = over->figure.limit == Limit::WholeVisible || over->figure.limit == Limit::WholeError;
         return isOfWhole && isAlone(*row.trialCandidates) ? remedyOfNamed(row) : "";
     }
     if (isFixed(row.layout)) return "";
+    if (over && over->figure.limit == Limit::Seam)
+        return "light_map_layout = \"auto\" takes the smallest layout that keeps the limit, or that of the smallest seam.";
     return over ? "light_map_layout = \"auto\" takes the smallest layout that keeps the limit."
                 : "light_map_layout = \"auto\" with max_visible measures what the other layouts give.";
+}
+
+/// Returns which side of the worst edge makes the step, and how much its light errs; of a filter that reads past charts, the other filter.
+std::string seamCause(const ReportRow& row) {
+    if (!row.seams || row.seams->worst.empty() || !(row.key.value_or(0) > 0)) return "";
+    const SeamPlace& at = row.seams->worst.front();
+    const auto offAt = [&](std::size_t side) {
+        const glm::dvec3 off = glm::abs(at.found[side] - at.reference[side]);
+        return std::max({off.x, off.y, off.z});
+    };
+    const std::size_t side = offAt(1) > offAt(0) ? 1 : 0;
+    const glm::dvec3& light = at.reference[side];
+    std::string words = fmt::format("The worst step is made at texel ({:.1f}, {:.1f}), whose light is off by {:.3g}, {} of the map's key",
+                                    at.texels[side][0], at.texels[side][1], offAt(side), humanPercent(offAt(side) / *row.key));
+    constexpr double kDark = 0.25;
+    words += std::max({light.x, light.y, light.z}) < kDark * *row.key ? "; it is dark there, where little light shows." : ".";
+    const auto layout = formats::lightMapLayoutFromName(row.layout);
+    if (row.filter == formats::LightMapFilter::Hardware && layout && formats::info(*layout).mayHave(formats::LightMapFilter::Decoded))
+        words += fmt::format(
+            " The sampler reads texels beside charts: filter = \"decoded\" leaves them out ({} more, and four decodes a pixel).",
+            sizeWords(static_cast<std::uint64_t>(row.width) * static_cast<std::uint64_t>(row.height) / 8));
+    return words;
+}
+
+/// Returns the layout that stores the texels of the bake as half floats, with what it costs: the way out where no block format keeps a seam
+/// small enough.
+std::string unquantizedRemedy(const ReportRow& row) {
+    const formats::LightMapLayoutInfo& raw = formats::info(formats::LightMapLayout::Raw);
+    if (isFixed(row.layout) || formats::info(*formats::lightMapLayoutFromName(row.layout)).isFlat()) return "";
+    const auto texels = static_cast<std::uint64_t>(row.width) * static_cast<std::uint64_t>(row.height);
+    const std::uint64_t bytes = texels * static_cast<std::uint64_t>(formats::textureBits(raw, formats::info(formats::Target::Bc)) + 1) / 8;
+    if (bytes <= row.bytesGpu) return "";
+    return fmt::format("light_map_layout = \"{}\" with filter = \"decoded\" has the half floats of the bake, and next to no step ({}).",
+                       raw.name, costWords(bytes, row.bytesGpu));
 }
 
 /// Returns true if filtering between the texels of a dominant light makes a larger error than there is at texel centres. The texels are
@@ -151,6 +197,13 @@ std::optional<double> allowingLimit(const ReportRow& row, Limit limit) {
 
 }  // namespace
 
+std::vector<const ReportRow*> lightMapsOf(const std::vector<ReportRow>& rows) {
+    std::vector<const ReportRow*> lightMaps;
+    for (const ReportRow& row : rows)
+        if (row.kind == AssetKind::LightMap) lightMaps.push_back(&row);
+    return lightMaps;
+}
+
 const ReportRow* lightMapOf(const ReportRow& row, const std::vector<const ReportRow*>& lightMaps) {
     const auto bakeOf = [](const ReportRow& each) { return each.light ? each.light->bake.value_or("") : std::string(); };
     const ReportRow* found = nullptr;
@@ -188,7 +241,11 @@ std::string adviceOn(const ReportRow& row, const Check& over, const ReportRow* l
     if (row.charts && isVisible)
         if (const auto few = std::ranges::find(row.charts->few, over.figure.shading, &FewTexels::shading); few != row.charts->few.end())
             sentences.push_back(few->advice);
+    if (over.figure.limit == Limit::Seam)
+        if (std::string cause = seamCause(row); !cause.empty()) sentences.push_back(std::move(cause));
     if (std::string remedy = remedyOf(row, over, lightMap); !remedy.empty()) sentences.push_back(std::move(remedy));
+    if (over.figure.limit == Limit::Seam && row.trialCandidates)
+        if (std::string remedy = unquantizedRemedy(row); !remedy.empty()) sentences.push_back(std::move(remedy));
     if (const auto limit = allowingLimit(row, over.figure.limit)) sentences.push_back(fmt::format("A limit of {:.3g} allows it.", *limit));
     return fmt::format("{}", fmt::join(sentences, " "));
 }
@@ -205,9 +262,16 @@ std::string budgetAdvice(const std::vector<ReportRow>& rows, std::uint64_t usedB
     if (const auto largest = std::ranges::max_element(rows, {}, &ReportRow::bytesGpu); largest != rows.end())
         sentences.push_back(fmt::format("The largest asset is the {} '{}' ({}).", info(largest->kind).shortCaption, largest->name,
                                         sizeWords(largest->bytesGpu)));
+    for (const ReportRow& row : rows) {
+        const std::string fit = row.notes ? row.notes->value(note_keys::kFit, "") : "";
+        const ReportRow* lightMap = row.kind == AssetKind::Dominant ? lightMapOf(row, lightMapsOf(rows)) : nullptr;
+        if (lightMap == nullptr || usualDominantLayout(lightMap->layout, fit) != kDerivedDominant) continue;
+        sentences.push_back(
+            fmt::format("dominant_layout = \"{}\" for {} takes {} less.", kDerivedDominant, lightMap->name, sizeWords(row.bytesGpu)));
+    }
     const auto isNamed = [](const ReportRow& row) { return row.kind == AssetKind::LightMap && !row.trialCandidates; };
     if (isChosen)
-        sentences.emplace_back("No other layouts are smaller.");
+        sentences.emplace_back("No other layouts that the limits allow are smaller.");
     else if (std::ranges::any_of(rows, isNamed))
         sentences.emplace_back("Without light_map_layout the budget chooses the layouts.");
     sentences.push_back(fmt::format("A budget of {} KiB allows it.", kibibytesFor(usedBytes)));

@@ -12,6 +12,9 @@
 
 namespace lightcook::pipeline {
 
+/// Returns the rows of light maps.
+std::vector<const ReportRow*> lightMapsOf(const std::vector<ReportRow>& rows);
+
 /// Returns the row of the light map that a dominant light or a mesh belongs to: the one with the same bake; of several, the one whose name
 /// theirs begins with. Null: there is none.
 const ReportRow* lightMapOf(const ReportRow& row, const std::vector<const ReportRow*>& lightMaps);

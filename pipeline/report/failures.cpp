@@ -240,9 +240,7 @@ std::vector<Failure> failuresOf(const ReportRow& row, LimitsFrom limitsFrom, con
 }
 
 void addFailures(std::vector<ReportRow>& rows, LimitsFrom limitsFrom, const std::vector<FrontierPoint>& frontier) {
-    std::vector<const ReportRow*> lightMaps;
-    for (const ReportRow& row : rows)
-        if (row.kind == AssetKind::LightMap) lightMaps.push_back(&row);
+    const std::vector<const ReportRow*> lightMaps = lightMapsOf(rows);
     for (ReportRow& row : rows)
         if (!row.verdict.passed && row.failures.empty()) row.failures = failuresOf(row, limitsFrom, lightMapOf(row, lightMaps), frontier);
 }

@@ -33,8 +33,10 @@ template <class Fields, Is<FrontierPoint> Self>
 void describe(Fields& fields, Self& point) {
     fields.required("bytes_gpu", point.bytesGpu, between(0, kLargestBytes),
                     "GPU memory of the whole scene, with the specular tables of this cook");
-    fields.required("visible", point.visible, between(0, HUGE_VAL),
-                    "99th percentile of the visible errors of the whole shading, of the worst light map, as the trials measured it");
+    fields.required(
+        "visible", point.visible, between(0, HUGE_VAL),
+        "99th percentile of the visible errors of the whole shading, of the worst light map: verified, or as its trial measured it, times "
+        "how much more the verified layouts had than their trials");
     fields.required("chosen", point.isChosen, "true for the allocation of this cook, whose bytes and error are those of the cooked files");
     fields.required("layouts", point.layouts, "what each light map gets");
 }

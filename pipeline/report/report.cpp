@@ -78,6 +78,7 @@ Result<ReportRow> reportRow(const CookedAsset& asset, const AssetRecords& record
     LC_TRY(cook, fromJson<CookResult>(cooked.result, asset.name));
     LC_TRY(verification, fromJson<VerifyResult>(verified.result, asset.name));
     ReportRow row = rowOf(asset, std::move(*cook), std::move(*verification));
+    row.filter = asset.filter;
     row.seconds = cooked.seconds;
     row.verifySeconds = verified.seconds;
     if (!cooked.run.empty()) row.cookedAt = cooked.run;

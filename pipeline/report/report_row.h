@@ -91,7 +91,8 @@ struct ReportRow : VerifyResult {
     std::uint64_t bytesIn = 0, bytesGpu = 0, bytesDisk = 0;
     double bitsPerTexel = 0;
     std::string layout;
-    std::optional<std::string> choice;  ///< of a light map with detail: DetailedLayout::name
+    std::optional<std::string> choice;              ///< of a light map with detail: DetailedLayout::name
+    std::optional<formats::LightMapFilter> filter;  ///< of a light map
     double seconds = 0, verifySeconds = 0;
     std::vector<ReportTexture> textures;
     std::optional<std::string> mipsEnd;  ///< CookedAsset::mipsEnd
@@ -122,6 +123,7 @@ void describe(Fields& fields, Self& row) {
                     "GPU memory of a texel, with tables, and with the index or vertex attribute that names bases [bits]");
     fields.required("layout", row.layout, "layout of the textures");
     fields.optional("choice", row.choice, "of a light map with detail: `basis-4+lit@5`, the layout, that of the detail, and the limit");
+    fields.optional("filter", row.filter, "of a light map: `hardware` or `decoded`, as in cooked.json");
     fields.required("seconds", row.seconds, kNotNegative, "wall time of the cook");
     fields.presentIf(true, "verify_seconds", row.verifySeconds, "wall time of the verification");
     fields.presentIf(true, "textures", row.textures, "textures of the layout");

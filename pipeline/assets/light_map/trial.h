@@ -75,6 +75,7 @@ struct TrialCandidate {
     int decodeOps = 0;                               ///< scalar multiply-adds of its decode
     std::uint64_t tableBytes = 0;                    ///< constants of the decode that are learned [bytes]
     bool isExcluded = false;                         ///< the scene's list of layouts lacks it: measured for comparison alone
+    std::optional<double> seam = {};                 ///< SeamFigures::largestAdded, if it was verified: trials measure no seams
 };
 template <class Fields, Is<TrialCandidate> Self>
 void describe(Fields& fields, Self& candidate) {
@@ -89,6 +90,7 @@ void describe(Fields& fields, Self& candidate) {
     fields.required("decode_ops", candidate.decodeOps, "scalar multiply-adds of a sample's decode");
     fields.required("table_bytes", candidate.tableBytes, "learned constants of the decode [bytes]");
     fields.presentIf(candidate.isExcluded, "excluded", candidate.isExcluded, "true if the scene's list of layouts lacks it");
+    fields.optional("seam", candidate.seam, "largest step that it adds to an edge; of layouts that were verified for the choice alone");
 }
 
 struct TrialResult {

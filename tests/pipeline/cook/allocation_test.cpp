@@ -370,7 +370,7 @@ TEST(CookSceneSoak, ABudgetIsSharedOutOverTheExampleScene) {
     EXPECT_EQ(chosenOn(frontierOf(refused)), 0u) << "the least that is possible";
     EXPECT_THAT(refused.errors.front().line(),
                 testing::AllOf(testing::HasSubstr(fmt::format("found {} of GPU memory", sizeWords(usedBytes(refused)))),
-                               testing::HasSubstr("No other layouts are smaller. A budget of ")));
+                               testing::HasSubstr("No other layouts that the limits allow are smaller. A budget of ")));
 
     std::vector<std::uint64_t> budgets;
     for (const Json& point : frontierOf(refused)) budgets.push_back(bytesOf(point));

@@ -107,18 +107,7 @@ public:
     /// Returns the layout that a cook within a budget ends with.
     Layout cookWithin(std::uint64_t budget) {
         scene_.output.budgetBytes = budget;
-        JointTrialResult trial;
-        for (const Layout& each : kLayouts) {
-            trial.trial.candidates.push_back({.layout = each.name, .bytesGpu = each.bytes});
-            trial.whole.push_back({each.name, each.visible, 0});
-        }
-        ExecutionResult trials, materials;
-        record(trials, actionId(ActionStep::Trial, "map"), trial);
-        record(materials, actionId(ActionStep::Materials, "mesh.glb"), MaterialsResult{kMostVertices, {}});
-        Plan open;
-        open.undecided = {"map"};
-        auto decision = LayoutDecision::create(scene_, open, trials, materials);
-        EXPECT_TRUE(decision) << decision.error().line();
+        auto decision = tried();
         for (int round = 0; round < 10; ++round) {
             const std::string chosen = decision->choose().at("map");
             const Layout& layout = *std::ranges::find_if(kLayouts, [&](const Layout& each) { return each.name == chosen; });
@@ -137,7 +126,36 @@ public:
         return kLayouts[0];
     }
 
+    /// Returns the frontier of a cook under a limit on the whole, after the verification of its layout found an error.
+    std::vector<FrontierPoint> frontierOfWhole(double limit, double found) {
+        scene_.output.limits[Limit::WholeVisible] = limit;
+        auto decision = tried();
+        decision->choose();
+        ExecutionResult cooked;
+        WholeFigures whole;
+        whole.visible.p99 = found;
+        whole.limits[Limit::WholeVisible] = limit;
+        record(cooked, actionId(ActionStep::Whole, "map"), whole);
+        EXPECT_TRUE(decision->learnFrom({}, {}, cooked));
+        return frontierOf(*decision);
+    }
+
 private:
+    formats::Result<LayoutDecision> tried() const {
+        JointTrialResult trial;
+        for (const Layout& each : kLayouts) {
+            trial.trial.candidates.push_back({.layout = each.name, .bytesGpu = each.bytes});
+            trial.whole.push_back({each.name, each.visible, 0});
+        }
+        ExecutionResult trials, materials;
+        record(trials, actionId(ActionStep::Trial, "map"), trial);
+        record(materials, actionId(ActionStep::Materials, "mesh.glb"), MaterialsResult{kMostVertices, {}});
+        Plan open;
+        open.undecided = {"map"};
+        auto decision = LayoutDecision::create(scene_, open, trials, materials);
+        EXPECT_TRUE(decision) << decision.error().line();
+        return decision;
+    }
     template <class Result>
     static void record(ExecutionResult& results, const std::string& id, const Result& result) {
         ActionRecord& made = results.records[id];
@@ -156,6 +174,19 @@ private:
     bool isDraco_;
     std::uint64_t vertices_;
 };
+
+/// A trial of a part of a map errs alike for all of its layouts: what is said of the others has what was found of the chosen one.
+TEST(LayoutDecision, OtherLayoutsAreExpectedToExceedTheirTrialsAsTheVerifiedOneDoes) {
+    const auto visible = [](const std::vector<FrontierPoint>& frontier) {
+        std::vector<double> out;
+        for (const FrontierPoint& each : frontier) out.push_back(each.visible);
+        return out;
+    };
+    EXPECT_EQ(visible(MapWithMesh(false, 0).frontierOfWhole(5, 4.5)), (std::vector{10.125, 6.75, 4.5, 3.375, 1.125}));
+    EXPECT_EQ(visible(MapWithMesh(false, 0).frontierOfWhole(5, 3.5)), (std::vector<double>{9, 6, 3.5, 3, 1}))
+        << "no less than its trial found";
+    EXPECT_EQ(visible(MapWithMesh(false, 0).frontierOfWhole(5, 8)), (std::vector<double>{18, 12, 6, 2})) << "8 is over the limit";
+}
 
 TEST(LayoutDecision, TheErrorNeverGrowsWithTheBudgetWhereTheMeshDependsOnTheLayout) {
     for (const bool isDraco : {false, true})

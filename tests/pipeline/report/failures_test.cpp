@@ -156,13 +156,53 @@ TEST(FailureAdvice, NamesTheSmallestLayoutThatKeptTheLimitAndWhatItCosts) {
     row.trialCandidates = {tried("basis-4", 4096, 4.9)};
     EXPECT_EQ(
         adviceOf(row),
-        "basis-4 kept the limit when it was tried (visible error 4.9): a lower limit takes a larger layout. A limit of 12.4 allows it.");
+        "basis-4 kept the limit (visible error 4.9 when it was tried): a lower limit takes a larger layout. A limit of 12.4 allows it.");
     row.trialCandidates = {tried("basis-3", 3072, 23), tried("basis-4", 4096, 12)};
     row.trialCandidates->push_back(tried("hdr-2", 8192, 4.5, true));
     EXPECT_THAT(adviceOf(row), StartsWith("hdr-2, which layouts leaves out, keeps the limit (visible error 4.5 when"));
     row.layout = "godot";
     row.trialCandidates.reset();
     EXPECT_EQ(adviceOf(row), "A limit of 12.4 allows it.") << "the engine reads no other layout";
+}
+
+/// A seam is made by one side of the edge. Its cause, the layouts that were verified, and the way out stand under it.
+TEST(FailureAdvice, NamesTheSideThatMakesASeamAndTheLayoutsThatWereVerified) {
+    ReportRow row;
+    row.name = "a";
+    row.layout = "basis-4";
+    row.width = row.height = 64;
+    row.bytesGpu = 4096;
+    row.key = 0.5;
+    row.filter = formats::LightMapFilter::Decoded;
+    SeamFigures& seams = row.seams.emplace();
+    seams.stages.push_back({"total", {{1, 12}, {2, 20}}, {}});
+    SeamPlace& worst = seams.worst.emplace_back();
+    worst.shading = "diffuse";
+    worst.texels = {{{1.5, 2}, {30, 40.25}}};
+    worst.reference = {glm::dvec3(0.1), glm::dvec3(0.11)};
+    worst.found = {glm::dvec3(0.1), glm::dvec3(0.11, 0.05, 0.11)};
+    row.verdict = makeVerdict({verify::StageError()}, {{Limit::Seam, 5}});
+    row.verdict.passed = false;
+    const std::string cause =
+        "The worst step is made at texel (30.0, 40.2), whose light is off by 0.06, 12.0 % of the map's key; it is dark there, where little "
+        "light shows. ";
+    EXPECT_EQ(adviceOf(row),
+              cause +
+                  "light_map_layout = \"auto\" takes the smallest layout that keeps the limit, or that of the smallest seam. A "
+                  "limit of 12 allows it.");
+    row.trialCandidates = {TrialCandidate{"basis-4", 4096}, TrialCandidate{"basis-8", 5120}};
+    (*row.trialCandidates)[0].seam = 12;
+    const std::string raw =
+        "light_map_layout = \"raw\" with filter = \"decoded\" has the half floats of the bake, and next to no step (284.50 KiB more). ";
+    EXPECT_EQ(adviceOf(row), cause + "No layout that was verified has less. " + raw + "A limit of 12 allows it.");
+    (*row.trialCandidates)[1].seam = 7.5;
+    EXPECT_THAT(adviceOf(row), HasSubstr("the least is that of basis-8 (a seam of 7.5 when it was verified, 1.00 KiB more). "));
+    row.filter = formats::LightMapFilter::Hardware;
+    worst.reference = {glm::dvec3(0.1), glm::dvec3(1)};
+    worst.found = {glm::dvec3(0.1), glm::dvec3(0.9)};
+    EXPECT_THAT(adviceOf(row),
+                StartsWith("The worst step is made at texel (30.0, 40.2), whose light is off by 0.1, 20.0 % of the map's key. The "
+                           "sampler reads texels beside charts: filter = \"decoded\" leaves them out (512 bytes more"));
 }
 
 TEST(FailureAdvice, NamesTheBudgetThatKeepsALimitOnTheWhole) {
