@@ -171,7 +171,7 @@ class Report(unittest.TestCase):
         self.show_report(report, unfolded=False)
         opened = [asset['name'] == light_map['name'] for asset in report['assets']]
         self.assertEqual(self.all('.asset > details', 'open'), opened)
-        last = f'#asset-{len(opened)}'
+        last = self.all('.assets tbody th a', 'getAttribute("href")')[-1]
         self.browser.click(f'.assets a[href="{last}"]')
         self.browser.evaluate('new Promise((done) => setTimeout(done, 50))')
         self.assertEqual(self.all(f'{last} > details', 'open'), [True])
@@ -228,10 +228,13 @@ class Report(unittest.TestCase):
         self.assertEqual(self.all('.assets thead th')[5:], ['Shading', 'RMS error', 'Visible error'])
         row = next(text for text in self.all('.assets tbody th') if text.startswith(light_map['name']))
         self.assertIn('basis-4, detail', row)
-        self.assertIn('with its dominant light visible error 4.56 of 5', row)
+        self.assertIn('visible error of the whole shading 4.56 of 5', row)
         shown = self.browser.evaluate('document.querySelector("main").innerText').split('What the figures mean')[0]
         for jargon in ('rel_rms', 'p99', '+lit@'):
             self.assertNotIn(jargon, shown)
+
+    SEAM = {'shading': 'diffuse', 'position': [1, 2, 3], 'edge': [[0, 0, 0], [1, 1, 1]], 'normal': [0, 1, 0], 'added': 20.25, 'bake_step': 0.5, 'cooked_step': 20.75,
+            'texels': [[1.5, 2], [3, 4]], 'reference': [[0.1, 0.2, 0.3], [0.1, 0.2, 0.3]], 'found': [[0.5, 0.2, 0.3], [0.1, 0.2, 0.3]]}
 
     def test_failures_are_those_of_the_report(self):
         report, light_map = self.edited()
@@ -254,14 +257,20 @@ class Report(unittest.TestCase):
         self.assertEqual(self.all('.failures code'), ['light_map_layout = "basis-8"'])
         self.assertRegex(memory, r'^memory budget: .* of 1\.00 KiB used \(.* %\), .* overThe largest asset is the light map\.$')
         self.assertGreater(len(self.all('.assets .over .meter')), 0, 'figures over their limit')
+        # Where seams alone failed, the picture is that of the worst seam.
+        light_map['failures'][0]['seam'] = 43
+        light_map['seams'] = {**light_map['seams'], 'worst': [self.SEAM]}
+        light_map['preview']['seams'] = [light_map['preview']['worst'][0]['view']]
+        self.show_report(report, width=420, unfolded=False)
+        self.assertEqual(self.all('.opening h2')[0], 'Before and after, at the worst seam')
+        self.assertIn('Cooking adds a step of 20.3 there', self.all('.wipe + p')[0])
         self.assertEqual(len(self.all('.bar.over b')), 1)
 
     def test_every_part_of_an_asset(self):
         report, light_map = self.edited()
         stage = light_map['stages'][-1]
         steps = {'p99': 1.5, 'max': 20.25}
-        place = {'shading': 'diffuse', 'position': [1, 2, 3], 'edge': [[0, 0, 0], [1, 1, 1]], 'normal': [0, 1, 0], 'added': 20.25, 'bake_step': 0.5, 'cooked_step': 20.75,
-                 'texels': [[1.5, 2], [3, 4]], 'reference': [[0.1, 0.2, 0.3], [0.1, 0.2, 0.3]], 'found': [[0.5, 0.2, 0.3], [0.1, 0.2, 0.3]]}
+        place = self.SEAM
         seams = {'edges': 7, 'joined_edges': 6, 'hard_edges': 5, 'open_edges': 4, 'places': 1234, 'dark_places': 0, 'bake_diffuse': steps, 'worst': [place], 'worst_of_bake': [place],
                  'stages': [{'name': 'total', 'diffuse': {'added': steps, 'cooked': steps}}]}
         view = {key: light_map['preview']['worst'][0]['view'][key] for key in light_map['preview']['worst'][0]['view']}

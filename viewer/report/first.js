@@ -4,7 +4,7 @@ import { failureTexts, plain } from "../src/failure_text.js";
 import { bytesRead } from "../src/sizes.js";
 import { bytesText, counted, numberText, percentText } from "../src/units.js";
 import { errorText, gainText, opportunitiesOf } from "./opportunities.js";
-import { anchor, budgetSentence, bytes, card, fact, kindCaption, lastStage, seconds, soft, sorted, sub, verdict } from "./parts.js";
+import { budgetSentence, bytes, card, fact, kindCaption, lastStage, link, seconds, soft, sorted, sub, verdict } from "./parts.js";
 import { pictures, sharpness, sizeOf } from "./pictures.js";
 
 const SHOWN = 3;
@@ -29,7 +29,8 @@ function verdictSentence({ assets, incomplete, partial }, uses) {
 /** Makes name, verdict and memory. */
 function header(report, uses) {
   const { assets, budget } = report, { used_bytes: used, limit_bytes: limit } = budget, read = bytesRead(assets), isOver = limit !== null && used > limit;
-  const sizes = fact(read > 0 ? "Compressed files → GPU memory" : "GPU memory", read > 0 && [bytes(read), " → "], make("b", {}, bytes(used)));
+  const packed = used > read && read > 0 && sub("the files are packed for the disk: no GPU reads them so");
+  const sizes = fact(read > 0 ? "Compressed files → GPU memory" : "GPU memory", read > 0 && [bytes(read), " → "], make("b", {}, bytes(used)), packed);
   sizes.className = "sizes";
   const left = limit === null ? "none" : [bytesText(limit), make("span", { class: isOver ? "sub over" : "sub" }, `${limit > 0 ? `${percentText(used / limit)} used, ` : ""}${
     bytesText(Math.abs(limit - used))} ${isOver ? "over" : "free"}`)];
@@ -44,8 +45,8 @@ const marked = (words) => words.split(/(`[^`]+`|\b[a-z_]+ = (?:"[^"]*"|\[[^\]]*\
   (i % 2 === 1 ? make("code", {}, part.replaceAll("`", "")) : part));
 
 function failures({ assets, budget }) {
-  const lines = assets.flatMap(({ name, passed, failures: reasons = [] }, i) => (passed ? [] : failureTexts(name, reasons).map(({ found, worst, advice }) =>
-    make("li", {}, make("a", { href: `#${anchor(i)}` }, name), `: ${found}`, advice && sub(marked(advice)),
+  const lines = assets.flatMap(({ name, passed, failures: reasons = [] }) => (passed ? [] : failureTexts(name, reasons).map(({ found, worst, advice }) =>
+    make("li", {}, make("a", { href: link({ name }) }, name), `: ${found}`, advice && sub(marked(advice)),
       worst && make("details", { class: "where" }, make("summary", {}, "The worst place"), `At ${worst}.`)))));
   if (budget.limit_bytes !== null && budget.used_bytes > budget.limit_bytes) lines.push(make("li", {}, `memory budget: ${budgetSentence(budget)}`, budget.advice && sub(marked(budget.advice))));
   return lines.length > 0 && make("section", { class: "card failures" }, make("h2", {}, "What failed"), make("ul", {}, lines));
@@ -53,10 +54,20 @@ function failures({ assets, budget }) {
 
 // Before and after
 
-/** Returns the two pictures that show most: the mesh around the largest visible error that has a view; else the texels of the largest light map or, without
- * one, of the largest asset with pictures; and their words. */
+/** Returns the two pictures that show most: the mesh around the worst seam if that is what failed, or around the largest visible error that has a view; else the
+ * texels of the largest light map or, without one, of the largest asset with pictures; and their words. */
 function beforeAndAfter(assets) {
   const isThere = (pair) => pair && pair.reference in pictures && pair.cooked in pictures;
+  const isSeamAlone = ({ failures: reasons = [] }) => reasons.length > 0 && reasons.every(({ seam }) => seam !== undefined);
+  const torn = assets.find((asset) => isSeamAlone(asset) && isThere(asset.preview?.seams?.[0]));
+  if (torn) {
+    const [{ added, texels: [at, other] }] = torn.seams.worst, placeOf = (texel) => texel.map((each) => numberText(each)).join(", ");
+    return {
+      pair: torn.preview.seams[0], kind: "smooth", sides: ["Bake", "Cooked"], title: "Before and after, at the worst seam",
+      words: `${torn.name}: the charts meet in the middle, at texels ${placeOf(at)} and ${placeOf(other)}. Cooking adds a step of ${numberText(added)} there, for one normal or view; 1 is just ` +
+        "noticeable. A white surface under the light map alone, at its own normals.",
+    };
+  }
   const places = assets.flatMap((asset) => (asset.preview?.worst ?? []).filter(({ view }) => isThere(view)).map((place) => ({ asset, place })));
   const [worst] = sorted(places, ({ place }) => place.visible ?? 1e300);
   if (worst) {

@@ -5,7 +5,7 @@
 // gains more than it costs. Visible errors below 1 count as 1, since nobody sees them; a step up takes at most twice the memory.
 import { bytesText, numberText, percentText } from "../src/units.js";
 import { alternativesOf, bytesOutsideCharts } from "./advice.js";
-import { formats, layoutText, nameOf, sorted } from "./parts.js";
+import { formats, lastStage, layoutText, nameOf, shadingsOf, sorted } from "./parts.js";
 
 /** @typedef {{ saved: number, error?: { name: string, from: number, to: number, text: (value: number) => string }, words: string, lines: string[], where: string,
  *   isMeasured: boolean, isAtMost?: boolean }} Opportunity saved: bytes of GPU memory, negative for what costs some; lines: to write in the section `where` of the scene file */
@@ -46,10 +46,17 @@ function allocations({ budget, assets }) {
   });
 }
 
+/** Returns how much more the verification of a light map found than the trial of its layout, which may have looked at a part of it; at least 1. */
+function excessOfTrial(asset, tried, isVisible) {
+  const { error } = lastStage(asset), found = shadingsOf(asset).map((shading) => (isVisible ? error[shading]?.visible?.p99 : error[shading]?.rel_rms) ?? 0);
+  return tried > 0 ? Math.max(1, Math.max(...found) / tried) : 1;
+}
+
 /** Returns the layouts that a light map may have in place of its own, where no allocation chose it. @returns {Opportunity[]} */
 function layouts(asset, isAlone) {
-  const { chosen, errorOf, isVisible, limit, text } = alternativesOf(asset);
+  const { chosen, errorOf: triedError, isVisible, limit, text } = alternativesOf(asset);
   if (!chosen) return [];
+  const excess = excessOfTrial(asset, triedError(chosen), isVisible), errorOf = (each) => excess * triedError(each);
   const steps = asset.trial_candidates.filter(({ excluded }) => !excluded), where = asset.trial_share < 1 ? `, measured on ${percentText(asset.trial_share)} of the map` : "";
   return trades(steps, chosen, ({ bytes_gpu }) => bytes_gpu, errorOf, isVisible).map((to) => {
     const isOver = errorOf(to) > limit, name = isVisible ? "visible error" : "RMS error";

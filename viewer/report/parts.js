@@ -92,8 +92,10 @@ export function shares(title, byName, used, isKind) {
 
 // Reading the report
 
-/** Returns the name of the section of an asset. */
-export const anchor = (index) => `asset-${index + 1}`;
+/** Returns the name of the section of an asset, the same in every report of the scene, so that links to it stay. */
+export const anchor = ({ name }) => `asset-${name}`;
+/** Returns the address of that section on the page. */
+export const link = (asset) => `#${encodeURIComponent(anchor(asset))}`;
 
 export function budgetSentence({ used_bytes: used, limit_bytes: limit }) {
   if (limit === null) return `${bytesText(used)} used; the scene has no memory budget`;

@@ -7,7 +7,7 @@ import { stageCaption, TERMS } from "./captions.js";
 import { baselineSection, platformSection, trendSection } from "./compare.js";
 import { firstScreen, opportunityList } from "./first.js";
 import {
-  anchor, budgetSentence, bytes, card, cell, DASH, fact, kindCaption, kindColor, lastStage, layoutText, limitedError, limitedVisible, list, number, percent, row, seconds,
+  anchor, budgetSentence, bytes, card, cell, DASH, fact, kindCaption, kindColor, lastStage, layoutText, limitedError, limitedVisible, link, list, number, percent, row, seconds,
   shadingsOf, shares, sizeText, soft, sorted, sub, swatch, table, titled, verdict,
 } from "./parts.js";
 import { frontierPlot } from "./plots.js";
@@ -27,7 +27,7 @@ const partsBar = (parts, words, isOver, ...more) => make("div", { class: isOver 
 
 /** Makes a treemap of the assets, each divided into its textures. Of light maps, texels outside charts stand apart. */
 function assetTiles(assets) {
-  const tiles = assets.map((asset, i) => {
+  const tiles = assets.map((asset) => {
     const color = kindColor(asset.kind), parts = (asset.textures ?? []).flatMap((texture) => {
       const unused = bytesOutsideCharts(asset, texture), name = `${texture.role}, ${texture.format}`;
       return [
@@ -35,7 +35,7 @@ function assetTiles(assets) {
         { name: "outside charts", detail: name, color: "var(--track)", bytes: unused },
       ];
     });
-    return { name: asset.name, detail: kindCaption(asset.kind), color, link: `#${anchor(i)}`, bytes: asset.bytes_gpu, parts };
+    return { name: asset.name, detail: kindCaption(asset.kind), color, link: link(asset), bytes: asset.bytes_gpu, parts };
   });
   return tilesOf(tiles, "GPU memory of each asset and of its textures; the tables below have the figures");
 }
@@ -58,7 +58,7 @@ function frontier({ frontier: points = [], limit_bytes: limit }) {
     numberText(points[chosen].visible)} to ${numberText(to.visible)} (${words(to)}).`;
   return card("What another budget buys",
     soft("Light maps share the memory. No other choice of layouts that was tried has fewer bytes and no larger visible error of the whole " +
-      "shading (99 % of what pixels show of the worst light map; of the chosen one as cooked, of the others as their trials measured it)."),
+      "shading (99 % of what pixels show of the worst light map; of the chosen one as cooked, of the others as their trials measured it, times how much more was found of the cooked one)."),
     make("div", { class: "curve-frame" }, frontierPlot(points, limit ?? 0, words)), list([points[chosen + 1], points[chosen - 1]].filter((to) => to).map(step)),
     make("details", {}, make("summary", {}, `All ${points.length} allocations`), table("frontier", ["Layouts", "#GPU memory", "#Visible error"], points.map((point) =>
       row(point.chosen ? "total" : "", words(point) + (point.chosen ? " (chosen)" : ""), bytes(point.bytes_gpu), number(point.visible))))));
@@ -104,16 +104,16 @@ function limitNote({ limit, whole: shown }) {
   const limits = [["value", "RMS error"], ["max_visible", "visible error"], ["max_visible_bound", "visible bound"], ["max_seam", "seam"]].filter(([key]) =>
     typeof limit[key] === "number" && !(key === "value" && limit.value >= NO_ERROR_LIMIT));
   const words = limits.map(([key, name]) => [`${name} `, key === "value" ? percent(limit.value) : shortText(limit[key])]);
-  // Figures of the light map alone stand in the columns, those with its dominant light here.
-  if (typeof shown?.max_visible === "number") words.push([`with its dominant light visible error ${numberText(shown.visible.p99)} of ${shortText(shown.max_visible)}`]);
-  if (typeof shown?.max_error === "number") words.push(["with its dominant light RMS error ", percent(shown.rel_rms), ` of ${percentText(shown.max_error)}`]);
+  // Figures of the light map alone stand in the columns, those of the whole shading here.
+  if (typeof shown?.max_visible === "number") words.push([`visible error of the whole shading ${numberText(shown.visible.p99)} of ${shortText(shown.max_visible)}`]);
+  if (typeof shown?.max_error === "number") words.push(["RMS error of the whole shading ", percent(shown.rel_rms), ` of ${percentText(shown.max_error)}`]);
   return words.length > 0 && make("span", { class: "sub" }, `limit${words.length > 1 ? "s" : ""}: `, words.map((each, i) => [i > 0 && ", ", each]));
 }
 
 /** Makes the rows of an asset, one for each kind of shading. The first has the cells that all share. */
-function assetRows(asset, index, hasBounds) {
+function assetRows(asset, hasBounds) {
   const shadings = shadingsOf(asset), { error } = lastStage(asset), rowspan = shadings.length, shared = (kind, ...content) => make("td", { class: `num ${kind}`, rowspan }, content);
-  const name = make("th", { scope: "rowgroup", rowspan }, make("a", { href: `#${anchor(index)}` }, asset.name),
+  const name = make("th", { scope: "rowgroup", rowspan }, make("a", { href: link(asset) }, asset.name),
     make("span", { class: "sub" }, swatch(asset.kind), [kindCaption(asset.kind), sizeText(asset), layoutText(asset.choice ?? asset.layout)].filter((each) => each).join(", ")), limitNote(asset));
   return make("tbody", {}, shadings.map((shading, i) => {
     const figures = error[shading];
@@ -130,7 +130,7 @@ function allAssets({ assets }) {
   const framed = table(hasBounds ? "assets bounded" : "assets", ["Asset", "Verdict", "#GPU", "#Disk", "#Bits per texel", "Shading", "#RMS error", "#Visible error", ...(hasBounds ? ["#Visible bound"] : [])], []);
   // Columns that narrow screens leave out, and those that stand over the figures there.
   for (const [kind, columns] of Object.entries({ wide: [3, 4], named: [0, 1] })) for (const at of columns) framed.querySelectorAll("th")[at].classList.add(kind);
-  framed.querySelector("tbody")?.replaceWith(...assets.map((asset, i) => assetRows(asset, i, hasBounds)));
+  framed.querySelector("tbody")?.replaceWith(...assets.map((asset) => assetRows(asset, hasBounds)));
   return card("Assets", framed, soft("RMS error: of all samples, relative to their light. Visible error: 99 % of the samples differ by less, in just noticeable differences. " +
     "Thin lines show both on the way to their limits. Point at a number for its exact value; the sections of the assets below have the largest samples and the bounds."));
 }
@@ -166,6 +166,6 @@ export function scenePage({ report, history, uses }) {
   const { sections, more } = firstScreen(report, uses);
   return [
     ...sections, findings(report), platformSection(report.platforms), baselineSection(report.baseline), trendSection(history, true), allAssets(report),
-    report.assets.map((asset, i) => assetSection(asset, anchor(i))), memory(report), frontier(report.budget), advice(report, more), whole(report.whole), skips(report), footnote(report),
+    report.assets.map((asset) => assetSection(asset, anchor(asset))), memory(report), frontier(report.budget), advice(report, more), whole(report.whole), skips(report), footnote(report),
   ];
 }

@@ -2,7 +2,7 @@
 
 /** Says the names of figures plainly. @param {string} words */
 export const plain = (words) => words.replace(/(an? visible error of [0-9.e+-]+) \(p99\)/, "$1 at 99 % of the samples").replace("found rel_rms ", "found an RMS error of ")
-  .replace(/^visible p99/, "visible error").replace(/^rel_rms/, "RMS error");
+  .replace(/^visible p99/, "visible error").replace(/^rel_rms/, "RMS error").replace(" with its dominant light", " of the whole shading");
 
 /**
  * Returns the failures of an asset: what was found, where it is worst, and what to do. One piece of advice may stand for several limits: the last has it.
