@@ -22,6 +22,7 @@
 #include "bench/markdown_table.h"
 #include "bench/run_program.h"
 #include "bench/scene_files.h"
+#include "bench/tiled_map.h"
 #include "formats/light_map_layout.h"
 #include "formats/temporary_folder.h"
 
@@ -35,9 +36,11 @@ using formats::TemporaryFolder;
 struct Options {
     fs::path data = LIGHTCOOK_SHARED_DATA;
     std::vector<std::string> layouts = {"basis-4", "basis-8", "ratio", "hdr-2"};
-    std::string scene;  ///< only scenes whose name contains this
-    fs::path json;      ///< file of the rows as JSON; empty: none
-    int runs = 1;       ///< cooks of each scene and layout
+    std::string scene;                ///< only scenes whose name contains this
+    fs::path json;                    ///< file of the rows as JSON; empty: none
+    TiledMap tiled = {.columns = 0};  ///< cook these maps of copies; 0: the maps themselves
+    fs::path write;                   ///< a folder: write such maps there, and cook nothing
+    int runs = 1;                     ///< cooks of each scene and layout
 };
 
 /// Writes a scene of one light map whose materials need all shading, with a maximum error that no layout exceeds: the figures are wanted
@@ -118,18 +121,19 @@ std::string percent(double fraction) {
 
 void printHead() {
     printTableHead({"scene", ">size", "layout", ">bits/texel", ">GPU KiB", ">disk KiB", ">diffuse %", ">specular %", ">p99 %",
-                    ">max sampled %", ">max bound %", ">s", ">unchanged s", ">peak MiB"});
+                    ">max sampled %", ">max bound %", ">s", ">CPU us/texel", ">unchanged s", ">peak MiB"});
 }
 
 void printRow(const Row& row) {
     const auto pair = [&row](const char* figure) {
         return percent(verdict(row, "diffuse", figure)) + " / " + percent(verdict(row, "specular", figure));
     };
-    printTableRow("{} | {} | {} | {:g} | {} | {} | {} | {} | {} | {} | {} | {:.2f} | {:.3f} | {}", row.scene,
-                  row.lightMap.at("width").get<int>(), row.layout, row.lightMap.at("bits_per_texel").get<double>(),
-                  row.lightMap.at("bytes_gpu").get<std::int64_t>() / 1024, row.lightMap.at("bytes_disk").get<std::int64_t>() / 1024,
-                  percent(verdict(row, "diffuse", "rel_rms")), percent(verdict(row, "specular", "rel_rms")), pair("p99"),
-                  pair("max_sampled"), pair("max_bound"), row.seconds, row.secondsAgain, row.peakRssBytes >> 20);
+    const int width = row.lightMap.at("width").get<int>(), height = row.lightMap.at("height").get<int>();
+    printTableRow("{} | {} | {} | {:g} | {} | {} | {} | {} | {} | {} | {} | {:.2f} | {:.2f} | {:.3f} | {}", row.scene, width, row.layout,
+                  row.lightMap.at("bits_per_texel").get<double>(), row.lightMap.at("bytes_gpu").get<std::int64_t>() / 1024,
+                  row.lightMap.at("bytes_disk").get<std::int64_t>() / 1024, percent(verdict(row, "diffuse", "rel_rms")),
+                  percent(verdict(row, "specular", "rel_rms")), pair("p99"), pair("max_sampled"), pair("max_bound"), row.seconds,
+                  1e6 * row.userSeconds / width / height, row.secondsAgain, row.peakRssBytes >> 20);
 }
 
 /// Returns the visible error (p99) of what a pixel shows; of a map without directions, that of its diffuse light.
@@ -178,14 +182,29 @@ Json toJson(const Row& row) {
             {"light_map", row.lightMap}};
 }
 
+/// Returns the light maps to cook. Writes those of the option --copies into a folder.
+std::map<std::string, fs::path> mapsOf(const Options& options, const fs::path& folder) {
+    std::map<std::string, fs::path> maps = sceneFiles(options.data, options.scene);
+    if (options.tiled.columns == 0) return maps;
+    for (auto& [scene, lightMap] : maps) {
+        const fs::path tiled = folder / lightMap.filename();
+        writeTiledMap(lightMap, tiled, options.tiled);
+        lightMap = tiled;
+    }
+    return maps;
+}
+
 int benchScenes(const Options& options) {
+    const TemporaryFolder written;
+    const std::map<std::string, fs::path> maps = mapsOf(options, options.write.empty() ? written.path() : options.write);
+    if (!options.write.empty()) return 0;
     const fs::path program = lightcookProgram();
     fmt::print(
         "Whole cooks with their verification, {} processors, {}. Errors are the verdict's; diffuse / specular where there are two.\n\n",
         ::sysconf(_SC_NPROCESSORS_ONLN), options.runs == 1 ? "one run" : fmt::format("median of {} runs", options.runs));
     printHead();
     Json rows = Json::array();
-    for (const auto& [scene, lightMap] : sceneFiles(options.data, options.scene)) {
+    for (const auto& [scene, lightMap] : maps) {
         for (const std::string& layout : options.layouts) {
             const TemporaryFolder folder;
             writeScene(folder.path() / "scene.toml", scene, lightMap, layout);
@@ -194,13 +213,14 @@ int benchScenes(const Options& options) {
             rows.push_back(toJson(row));
         }
     }
+    if (!options.json.empty()) std::ofstream(options.json) << rows.dump(1) << '\n';
+    if (options.tiled.columns > 0) return 0;
     fmt::print("\nWhole scenes as init writes them: a visible error (p99) of what a pixel shows within 5.\n\n");
     printTableHead({"scene", ">float bake", ">GPU", "light map, dominant light", ">visible", ">s", ">s of these alone", ">CPU s",
                     ">CPU s of these alone"});
-    for (const auto& [scene, lightMap] : sceneFiles(options.data, options.scene))
+    for (const auto& [scene, lightMap] : maps)
         if (fs::exists(lightMap.parent_path() / (scene + ".glb"))) benchDraft(options, program, scene, lightMap);
     for (const auto& [scene, lightMap] : engineMaps(options)) benchDraft(options, program, scene, lightMap);
-    if (!options.json.empty()) std::ofstream(options.json) << rows.dump(1) << '\n';
     return 0;
 }
 
@@ -215,7 +235,20 @@ int main(int argumentCount, char** arguments) {
     app.add_option("--scene", options.scene, "cook only scenes whose name contains this");
     app.add_option("--runs", options.runs, "number of cooks of each; the median is reported")->check(CLI::Range(1, 99));
     app.add_option("--json", options.json, "write the rows to this file too");
+    CLI::Option* const copies =
+        app.add_option("--copies", options.tiled.columns,
+                       "cook maps of this many copies in a row, each with its own factor, for time and memory at any size")
+            ->check(CLI::Range(1, 64));
+    CLI::Option* const rows = app.add_option("--rows", options.tiled.rows, "rows of copies in these maps; default: as many as columns")
+                                  ->check(CLI::Range(1, 64))
+                                  ->needs(copies);
+    app.add_option("--period", options.tiled.period, "leave these maps empty but for each N-th copy of a row")
+        ->check(CLI::Range(1, 64))
+        ->needs(copies);
+    app.add_flag("!--scan-lines", options.tiled.isTiled, "write these maps without tiles of OpenEXR")->needs(copies);
+    app.add_option("--write", options.write, "write these maps to this folder, and cook nothing")->needs(copies);
     CLI11_PARSE(app, argumentCount, arguments);
+    if (rows->empty()) options.tiled.rows = options.tiled.columns;
     try {
         return lightcook::bench::benchScenes(options);
     } catch (const std::exception& error) {

@@ -16,6 +16,7 @@ run() {
 mkdir "$folder/scenes"
 mv "$folder/room.exr" "$folder/scenes/room_lightmap.exr"
 run lightcook_bench --data "$folder" --layouts ratio
+run lightcook_bench --data "$folder" --layouts ratio --copies 3 --period 2 --scan-lines
 run lightcook_verify_bench --kinds even --layouts flat --size 16 --beside "$folder/scenes/room_lightmap.exr"
 run lightcook_verify_bench --kinds even --layouts flat --size 16 --unity --beside "$folder/scenes/room_lightmap.exr"
 run lightcook_peers --data "$folder" --layouts ratio,l1-truncation --effort 0
