@@ -65,7 +65,7 @@ void LightMapSources::keep(LightMapSource& source, int index, std::size_t bytes)
     else
         kept_.erase(known);
     kept_.push_back({&source, index, bytes});
-    while (keptBytes_ > kKeptBytes && kept_.size() > 1) {
+    while (keptBytes_ > kKeptBytes && kept_.size() > kLeastKept) {
         const Kept oldest = kept_.front();
         kept_.pop_front();
         keptBytes_ -= oldest.bytes;
