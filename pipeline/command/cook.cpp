@@ -79,6 +79,7 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
         Written::File);
     for (const char* other : {"--only", "--keep-candidates", "--strict", "--junit", "--sarif", "--history", "--effort"})
         preview->excludes(app.get_option(other));
+    app.get_option("--targets")->excludes(app.get_option("--target"));
 }
 
 /// Prints what a preview found.
@@ -103,6 +104,17 @@ void explain(Terminal& terminal, const Action& action, bool hasRun, const std::s
     terminal.jsonDetail(line.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
+/// Returns the lines of --history.
+std::vector<HistoryLine> historyOf(const std::vector<Outcome>& outcomes) {
+    std::vector<HistoryLine> lines;
+    for (const Outcome& outcome : outcomes) {
+        const auto manifest = loadManifest(outcome.output);
+        if (const auto report = fromJson<Report>(outcome.report, kReportName))
+            lines.push_back(historyLine(*report, manifest ? manifest->target : ""));
+    }
+    return lines;
+}
+
 /// Runs the command. Returns the exit code.
 int runCook(Session& session, CookCommand& command) {
     for (const auto& [option, file] : {std::pair("--depfile", command.cook.depfile.value_or("")), std::pair("--history", command.history),
@@ -110,17 +122,17 @@ int runCook(Session& session, CookCommand& command) {
         if (auto checked = checkIsFile(option, file); !checked) return session.finish(checked);
     if (command.samples) command.cook.samples = *command.samples;
     if (auto ready = command.files.prepare(session); !ready) return session.finish(ready);
-    // Read once: between two reads the file could become another scene.
-    auto scene = readScene(command.cook.scene, command.cook.given);
-    if (scene)
-        if (auto checked = session.paths.checkAgainstScene(*scene, cookedFolder(*scene, command.cook.output)); !checked)
-            return session.finish(checked);
+    auto scenes = readScenes(command.cook.scene, command.cook.given);
+    if (scenes)
+        for (const Scene& scene : *scenes)
+            if (auto checked = session.paths.checkAgainstScene(scene, cookedFolder(scene, command.cook.output)); !checked)
+                return session.finish(checked);
     // A file that is no history is refused before the cook.
     if (!command.history.empty())
         if (const auto history = readHistory(command.history); !history) return session.finish(history);
     // Quiet cooks are those of `plan`, whose depfiles Make does not read.
-    if (scene && command.cook.depfile && session.terminal.verbosity() != Verbosity::Quiet)
-        if (const auto warning = warningForMake(*scene, cookedFolder(*scene, command.cook.output)))
+    if (scenes && command.cook.depfile && session.terminal.verbosity() != Verbosity::Quiet)
+        if (const auto warning = warningForMake(scenes->front(), cookedFolder(scenes->front(), command.cook.output)))
             session.terminal.warning(warning->subject, warning->detail);
     Trace trace;
     if (!command.trace.empty()) command.cook.trace = &trace;
@@ -139,33 +151,32 @@ int runCook(Session& session, CookCommand& command) {
         if (!launch) return session.finish(launch);
         command.cook.launch = std::move(*launch);
     }
-    Outcome outcome = scene ? cookScene(std::move(*scene), command.cook, session.state) : outcomeOf(scene.error());
+    std::vector<Outcome> outcomes =
+        scenes ? cookScenes(std::move(*scenes), command.cook, session.state) : std::vector<Outcome>{outcomeOf(scenes.error())};
     if (*remote != nullptr) {
-        outcome.remote = (*remote)->finish();
-        command.remote.warn(session.terminal, *outcome.remote);
+        outcomes.back().remote = (*remote)->finish();
+        command.remote.warn(session.terminal, *outcomes.back().remote);
     }
-    std::vector<formats::Error> errors = command.files.write(session, "cook", outcome, command.cook.scene, {});
-    if (!command.history.empty() && outcome.report.is_object()) {
-        const auto report = fromJson<Report>(outcome.report, kReportName);
-        const auto manifest = loadManifest(outcome.output);
-        if (report)
-            if (const auto history = appendHistory(command.history, {historyLine(*report, manifest ? manifest->target : "")}); !history)
-                errors.push_back(history.error());
-    }
+    std::vector<formats::Error> errors = command.files.write(session, "cook", outcomes, command.cook.scene, {});
+    if (const std::vector<HistoryLine> lines = historyOf(outcomes); !command.history.empty() && !lines.empty())
+        if (const auto history = appendHistory(command.history, lines); !history) errors.push_back(history.error());
     if (!command.trace.empty())
         if (const auto written = session.write(command.trace, trace.document().dump(-1, ' ', false, Json::error_handler_t::replace));
             !written)
             errors.push_back(written.error());
-    outcome.errors = std::move(errors);
-    if (command.cook.preview)
-        printPreview(session, outcome);
-    else
-        printCook(session, outcome);
-    if (!command.cook.preview && outcome.report.is_object() && session.terminal.isInteractive() &&
-        session.terminal.verbosity() != Verbosity::Quiet)
-        session.terminal.say(
-            fmt::format("the report is {}; next: lightcook view {}", (outcome.output / kReportHtmlName).string(), outcome.output.string()));
-    return session.finish(outcome.errors);
+    if (outcomes.size() == 1) outcomes.front().errors = errors;
+    keepFindingsOnce(outcomes);
+    for (const Outcome& outcome : outcomes) {
+        if (command.cook.preview)
+            printPreview(session, outcome);
+        else
+            printCook(session, outcome);
+        if (!command.cook.preview && outcome.report.is_object() && session.terminal.isInteractive() &&
+            session.terminal.verbosity() != Verbosity::Quiet)
+            session.terminal.say(fmt::format("the report is {}; next: lightcook view {}", (outcome.output / kReportHtmlName).string(),
+                                             outcome.output.string()));
+    }
+    return session.finish(errors);
 }
 
 }  // namespace
@@ -174,7 +185,11 @@ CommandFunction defineCook(CLI::App& app) {
     const auto command = std::make_shared<CookCommand>();
     addCookOptions(app, *command);
     app.footer(R"(Each key of [output] is an option, whose default is what the scene file says. It goes before the file, and
-before what light maps, probes, gradients and tables of the file have of their own.
+before what targets, light maps, probes, gradients and tables of the file have of their own.
+
+With targets, each is cooked into DIR/TARGET, one after another; they share what does not depend on the
+target. One that is over a limit or the budget does not keep the next from being cooked, and the exit code is
+that of the first failure. --target cooks one alone, into DIR.
 
 An action (one step: cooks or verifies an asset, tries layouts, packs charts) is identified by a
 digest of the content of its inputs, its parameters and lightcook's own sources. Results of earlier

@@ -38,6 +38,7 @@ CommandFunction defineDemo(CLI::App& app) {
     options->cook.output = "demo.cooked";
     declareWritten(addFolderOption(app, "-o,--output", options->cook.output, "Output folder; default: demo.cooked"), Written::Folder);
     addOutputOptions(app, options->cook.given);
+    app.remove_option(app.get_option("--targets"));
     options->json.add(app, "the report");
     return [options](Session& session) {
         options->json.prepare(session);

@@ -174,6 +174,15 @@ Json describeScene(const Scene& scene) {
     return json;
 }
 
+/// Returns the first of the scenes of a file, with the names of their targets.
+Json describeScenes(const std::vector<Scene>& scenes) {
+    Json json = describeScene(scenes.front());
+    if (!scenes.front().isOfTargets) return json;
+    json.erase("target");
+    for (const Scene& scene : scenes) json["targets"].push_back(formats::info(scene.output.target).name);
+    return json;
+}
+
 /// Returns the figures of a whole asset under one kind of shading: rel_rms, null for light that the asset does not have, and visible errors
 /// where some were measured.
 Json describeErrors(const std::vector<verify::StageError>& stages, verify::ErrorFigures verify::StageError::*shading) {
@@ -241,7 +250,7 @@ Result<Json> describeFile(const std::filesystem::path& file) {
         return loadManifest(file).and_then([&](const Manifest& manifest) { return describeFolder(file, manifest); });
     const std::string extension = formats::lowerExtension(file);
     if (isTextureFile(file)) return formats::TextureReader::open(file).map(describeTexture);
-    if (extension == ".toml") return readScene(file).map(describeScene);
+    if (extension == ".toml") return readScenes(file).map(describeScenes);
     if (file.filename() == kManifestName || file.filename() == kReportName)
         return formats::failure(formats::ErrorCode::FileUnreadable, file,
                                 fmt::format("found a file of a cooked scene, expected its folder: {}",

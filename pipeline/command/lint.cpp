@@ -68,7 +68,7 @@ warning or a note.)");
         if (scene)
             if (auto checked = session.paths.checkAgainstScene(*scene, {}); !checked) return session.finish(checked);
         const Outcome outcome = scene ? lintScene(*scene, options->lint, session.state) : outcomeOf(scene.error());
-        const std::vector<formats::Error> errors = options->files.write(session, "lint", outcome, options->lint.scene, {});
+        const std::vector<formats::Error> errors = options->files.write(session, "lint", {outcome}, options->lint.scene, {});
         if (session.terminal.verbosity() != Verbosity::Quiet) printReadings(session.terminal, outcome.report);
         printFindings(session.terminal, outcome.findings);
         if (outcome.isLinted && session.terminal.verbosity() != Verbosity::Quiet)

@@ -6,6 +6,7 @@
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <array>
+#include <set>
 #include <string_view>
 #include <system_error>
 
@@ -18,8 +19,10 @@
 #include "pipeline/command/terminal/printing.h"
 #include "pipeline/document/written_path.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/manifest/cooked_folder.h"
 #include "pipeline/manifest/manifest.h"
 #include "pipeline/report/ci_report.h"
+#include "pipeline/report/collection.h"
 #include "pipeline/report/exit_codes.h"
 #include "pipeline/report/report.h"
 #include "pipeline/scene/named_files.h"
@@ -110,6 +113,27 @@ Json failureDocument(Json facts, const std::vector<Error>& errors) {
     return facts;
 }
 
+/// Returns the report of a scene, or that of several targets.
+Json reportOf(const std::vector<Outcome>& outcomes) {
+    if (outcomes.size() == 1) return outcomes.front().report;
+    std::vector<CookedFolder> folders;
+    Json all = Json::array();
+    for (const Outcome& outcome : outcomes) {
+        if (!outcome.report.is_object()) continue;
+        all.push_back(outcome.report);
+        if (auto report = fromJson<Report>(outcome.report, kReportName))
+            folders.push_back({outcome.output, outcome.report, std::move(*report), outcome.output.filename(), outcome.errors});
+    }
+    if (folders.empty()) return all.empty() ? Json() : all;  // of previews, which are no reports
+    return toJson(makeCollection(folders));
+}
+
+/// Returns an error of a target that says so, unless it is one of the inputs.
+Error ofTarget(const Outcome& outcome, Error error) {
+    if (isOfTarget(error)) error.subject = fmt::format("{}, {}", outcome.output.filename().string(), error.subject);
+    return error;
+}
+
 }  // namespace
 
 CommandPaths CommandPaths::of(CLI::App& command) {
@@ -164,7 +188,7 @@ Result<void> CommandPaths::check(const Path& output) const {
             for (const std::filesystem::path& beside : formats::gltfFilesBeside(input.path))
                 if (isSamePlace(output.path, beside)) return samePlace(output.name, output.path, "a file of " + input.path.string());
         if (!isDirectory(input.path)) continue;
-        LC_CHECK(checkCooked(output, input.path));
+        for (const std::filesystem::path& folder : targetFolders(input.path)) LC_CHECK(checkCooked(output, folder));
         LC_CHECK(checkSources(output, input.path));
     }
     for (const Path& other : outputs_)
@@ -309,21 +333,27 @@ Result<void> CiOutputs::prepare(Session& session) const {
     return {};
 }
 
-std::vector<Error> CiOutputs::write(Session& session, const std::string& command, const Outcome& outcome,
+std::vector<Error> CiOutputs::write(Session& session, const std::string& command, const std::vector<Outcome>& outcomes,
                                     const std::filesystem::path& sceneFile, const std::filesystem::path& sources) const {
-    std::vector<Error> errors = outcome.errors;
+    std::vector<Error> errors;
+    for (const Outcome& outcome : outcomes)
+        for (const Error& error : outcome.errors) formats::addOnce(errors, outcomes.size() == 1 ? error : ofTarget(outcome, error));
     const auto keep = [&](const Result<void>& written) {
         if (!written) errors.push_back(written.error());
     };
-    keep(json_.write(session, outcome.report, outcome.errors));
+    keep(json_.write(session, reportOf(outcomes), errors));
     if (junit_.empty() && sarif_.empty()) return errors;
-    const CiRun run = ciRun(
-        {command, outcome.output, sceneFile, sources, outcome.report, outcome.errors, outcome.isLinted ? &outcome.findings : nullptr});
+    std::vector<CiRun> runs;
+    for (const Outcome& outcome : outcomes) {
+        runs.push_back(ciRun(
+            {command, outcome.output, sceneFile, sources, outcome.report, outcome.errors, outcome.isLinted ? &outcome.findings : nullptr}));
+        if (outcomes.size() > 1) runs.back().scene += "." + outcome.output.filename().string();
+    }
     const auto isWritten = [&](const std::filesystem::path& file) {
         return !file.empty() && (file == kStandardOutput || !session.paths.isRefused());
     };
-    if (isWritten(junit_)) keep(session.write(junit_, junitReport(run)));
-    if (isWritten(sarif_)) keep(session.write(sarif_, sarifReport(run)));
+    if (isWritten(junit_)) keep(session.write(junit_, junitReport(runs)));
+    if (isWritten(sarif_)) keep(session.write(sarif_, sarifReport(runs)));
     return errors;
 }
 
@@ -357,6 +387,12 @@ std::string FailureDocuments::textOf(const std::string& option, const std::vecto
     const Json none;
     const CiRun run = ciRun({command_, isFolder ? input_ : "", isFolder ? "" : input_, {}, none, errors, nullptr});
     return option == "--junit" ? junitReport(run) : sarifReport(run);
+}
+
+void keepFindingsOnce(std::vector<Outcome>& outcomes) {
+    std::set<std::string> known;
+    for (Outcome& outcome : outcomes)
+        std::erase_if(outcome.findings, [&](const Finding& finding) { return !known.insert(toJson(finding).dump()).second; });
 }
 
 void printCook(Session& session, const Outcome& outcome) {

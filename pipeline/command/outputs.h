@@ -119,10 +119,11 @@ public:
     void add(CLI::App& app);
     /// Refuses two documents on standard output, and keeps it for the one that goes there.
     formats::Result<void> prepare(Session& session) const;
-    /// Writes the files. Returns the errors of the outcome, and those of files that could not be written.
+    /// Writes the files. Returns the errors of the outcomes, and those of files that could not be written.
     /// command     "verify"
+    /// outcomes    of one scene, or of its targets: then the JSON is that of `report` of several folders, and errors name their target
     /// sceneFile   empty: the one that the manifest names
-    std::vector<formats::Error> write(Session& session, const std::string& command, const Outcome& outcome,
+    std::vector<formats::Error> write(Session& session, const std::string& command, const std::vector<Outcome>& outcomes,
                                       const std::filesystem::path& sceneFile, const std::filesystem::path& sources) const;
 
 private:
@@ -145,6 +146,8 @@ private:
     std::vector<std::pair<std::string, std::filesystem::path>> files_;  ///< with their options
 };
 
+/// Leaves what lint found of the inputs of several targets at the first target that has it.
+void keepFindingsOnce(std::vector<Outcome>& outcomes);
 /// Prints the result of a cook: warnings; on a terminal a table, then a line with the verdict, sizes and what came from the cache.
 /// Quiet: warnings only. Call it after the documents were written, with the errors of that: they decide the verdict.
 void printCook(Session& session, const Outcome& outcome);

@@ -29,20 +29,28 @@ std::filesystem::path absolutePath(const std::filesystem::path& path) {
 
 formats::Result<Json> writePlan(const PlanCommand& options, Session& session) {
     LC_CHECK(checkLauncher(options.launcher));
-    LC_TRY(scene, readScene(options.scene));
-    if (const std::string why = whyNothing(*scene); !why.empty())
+    LC_TRY(scenes, readScenes(options.scene));
+    if (const std::string why = whyNothing(scenes->front()); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, options.scene, why);
     LC_TRY(program, formats::programFile());
-    scene->file = absolutePath(options.scene);
-    const std::filesystem::path output = cookedFolder(*scene, options.output);
-    LC_CHECK(session.paths.checkAgainstScene(*scene, output));
-    const NinjaOptions ninja{*program, absolutePath(output), options.cache.empty() ? options.cache : absolutePath(options.cache),
-                             options.launcher, options.remote.words()};
-    LC_CHECK(checkNinjaPaths(*scene, ninja));
-    if (const auto warning = warningOfDepfiles(*scene, ninja)) session.terminal.warning(warning->subject, warning->detail);
-    LC_CHECK(session.write(options.ninja, ninjaFileOf(*scene, ninja)));
+    std::filesystem::path output;
+    std::vector<std::string> targets;
+    for (const Scene& scene : *scenes) {
+        output = cookedFolder(scene, options.output);
+        LC_CHECK(session.paths.checkAgainstScene(scene, output));
+        if (!scene.isOfTargets) continue;
+        targets.push_back(output.filename());
+        output = output.parent_path();
+    }
+    Scene& scene = scenes->front();
+    scene.file = absolutePath(options.scene);
+    const NinjaOptions ninja{*program,         absolutePath(output),   options.cache.empty() ? options.cache : absolutePath(options.cache),
+                             options.launcher, options.remote.words(), targets};
+    LC_CHECK(checkNinjaPaths(scene, ninja));
+    if (const auto warning = warningOfDepfiles(scene, ninja)) session.terminal.warning(warning->subject, warning->detail);
+    LC_CHECK(session.write(options.ninja, ninjaFileOf(scene, ninja)));
     return Json{
-        {"scene", scene->name}, {"ninja", options.ninja.string()}, {"output", ninja.output.string()}, {"parts", ninjaPartsOf(*scene)}};
+        {"scene", scene.name}, {"ninja", options.ninja.string()}, {"output", ninja.output.string()}, {"parts", ninjaPartsOf(scene)}};
 }
 
 }  // namespace

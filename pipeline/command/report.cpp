@@ -11,6 +11,7 @@
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal/printing.h"
 #include "pipeline/cook/verdicts.h"
+#include "pipeline/manifest/cooked_folder.h"
 #include "pipeline/report/collection.h"
 #include "pipeline/report/page.h"
 #include "pipeline/report/words.h"
@@ -55,7 +56,9 @@ void appendGrownErrors(const std::vector<AssetChange>& assets, const AllowedGrow
 Result<std::vector<CookedFolder>> readFolders(const std::vector<std::filesystem::path>& folders) {
     std::vector<CookedFolder> read;
     std::map<std::pair<std::string, std::string>, std::filesystem::path> seen;
-    for (const std::filesystem::path& folder : folders) {
+    std::vector<std::filesystem::path> cookedFolders;
+    for (const std::filesystem::path& folder : folders) std::ranges::copy(targetFolders(folder), std::back_inserter(cookedFolders));
+    for (const std::filesystem::path& folder : cookedFolders) {
         LC_TRY(cooked, readCookedFolder(folder));
         const auto [place, isNew] = seen.try_emplace({cooked->report.scene, cooked->target}, folder);
         if (!isNew)
@@ -235,8 +238,8 @@ if `cook --keep-going` left assets out, 4 if its verification failed, a file was
 than --fail-over-error, 5 if it needs more GPU memory than the scene's budget or a platform's, or grew by
 more than --fail-over. Without these two a comparison is information and fails nothing.
 
-Of several folders there is one page and one JSON: totals by kind, format and target, and a row for
-each scene. The exit code is that of the first failure, in the order of the folders. Each scene may
+Of several folders, or of one with several targets, there is one page and one JSON: totals by kind, format
+and target, and a row for each scene. The exit code is that of the first failure, in the order of the folders. Each scene may
 be there once for a target.)");
     return [options](Session& session) { return runReport(*options, session); };
 }

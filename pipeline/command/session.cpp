@@ -70,12 +70,11 @@ void Session::onEvent(const Action& action, ActionEvent event, double seconds) {
 void Session::sayVerified(const Action& action, ActionEvent event, double seconds) {
     if (event != ActionEvent::Finished || terminal.drawsProgress()) return;
     if (terminal.verbosity() != Verbosity::Normal || log != LogFormat::Text) return;
-    double all = 0;
-    {
-        const std::lock_guard lock(secondsMutex_);
-        all = secondsOfAssets_[action.asset] += seconds;
-    }
-    if (isOfStep(action.id, ActionStep::Verify)) terminal.detail(fmt::format("lightcook: {}: done in {:.2f} s", action.asset, all));
+    const std::lock_guard lock(secondsMutex_);
+    const double all = secondsOfAssets_[action.asset] += seconds;
+    if (!isOfStep(action.id, ActionStep::Verify)) return;
+    secondsOfAssets_.erase(action.asset);  // the next target counts its own
+    terminal.detail(fmt::format("lightcook: {}: done in {:.2f} s", action.asset, all));
 }
 
 void Session::warnOnce(const std::string& subject, const std::string& detail) {

@@ -8,6 +8,7 @@
 #include "pipeline/command/outputs.h"
 #include "pipeline/command/session.h"
 #include "pipeline/command/terminal/printing.h"
+#include "pipeline/manifest/cooked_folder.h"
 
 namespace lightcook::pipeline {
 
@@ -24,18 +25,27 @@ CommandFunction defineVerify(CLI::App& app) {
     options->files.add(app);
     app.footer(R"(The content digest of every file is compared with the manifest's. Then errors and bounds are computed
 from the textures against the float sources. An error over its limit, or a changed file, ends with
-exit code 4.
+exit code 4. Of a scene with several targets, each target is verified.
 
 --junit and --sarif are for test panes and annotations of continuous integration. JUnit has a suite
 for the scene and one for each asset, and a case for each check; SARIF points at the asset's lines of
 the scene file. Each failure carries asset, stage, texel, normal, found and allowed value.)");
     return [options](Session& session) {
         if (auto ready = options->files.prepare(session); !ready) return session.finish(ready);
-        const Outcome outcome = verifyCooked(options->verify, session.state);
-        const std::vector<formats::Error> errors = options->files.write(session, "verify", outcome, {}, options->verify.sources);
-        printFindings(session.terminal, outcome.findings);
+        std::vector<Outcome> outcomes;
+        for (const std::filesystem::path& folder : targetFolders(options->verify.folder)) {
+            VerifyOptions verify = options->verify;
+            verify.folder = folder;
+            outcomes.push_back(verifyCooked(verify, session.state));
+            if (session.state.interrupted) break;
+        }
+        const std::vector<formats::Error> errors = options->files.write(session, "verify", outcomes, {}, options->verify.sources);
+        keepFindingsOnce(outcomes);
+        for (const Outcome& outcome : outcomes) printFindings(session.terminal, outcome.findings);
         // Last, because whoever reads the table may close the pipe before its end.
-        if (outcome.report.is_object() && session.terminal.verbosity() != Verbosity::Quiet) printReport(session.terminal, outcome.report);
+        for (const Outcome& outcome : outcomes)
+            if (outcome.report.is_object() && session.terminal.verbosity() != Verbosity::Quiet)
+                printReport(session.terminal, outcome.report);
         return session.finish(errors);
     };
 }

@@ -53,6 +53,9 @@ Result<void> checkScene(const Scene& scene, const std::filesystem::path& folder)
     std::error_code code;
     if (std::filesystem::exists(folder, code) && !std::filesystem::is_directory(folder, code))
         return failure(ErrorCode::InvalidRequest, folder, "found a file, expected a folder or nothing");
+    if (scene.isOfTargets && std::filesystem::exists(folder.parent_path() / kManifestName, code))
+        return failure(ErrorCode::InvalidRequest, folder.parent_path(),
+                       "found the cooked scene of one target, expected a folder for those of several: remove its files, or name another");
     return {};
 }
 
@@ -152,7 +155,7 @@ private:
         if (options_.only) sceneAssets_ = assetsOfScene(*plan, planned, needs);
         LC_TRY(report, publishWithSummaries(*plan, needs, result));
         LC_CHECK(cookAlternatives());
-        if (options_.depfile) LC_CHECK(writeDepfile(*plan, needsGraph, contentGraph, planned, needs));
+        if (options_.depfile) LC_CHECK(setDepfile(*plan, needsGraph, contentGraph, planned, needs));
         cache_.prune();
         const GivenKey* const budget = options_.given.find("output.budget");
         appendErrorsOf(
@@ -191,7 +194,7 @@ private:
         const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
         LC_TRY(summary, previewSummary(scene_, *plan, result, seconds));
         outcome_.report = toJson(*summary);
-        if (options_.depfile) LC_CHECK(writeDepfile(*plan, needsGraph, contentGraph, planned, needs));
+        if (options_.depfile) LC_CHECK(setDepfile(*plan, needsGraph, contentGraph, planned, needs));
         cache_.prune();
         return {};
     }
@@ -465,9 +468,9 @@ private:
         return report;
     }
 
-    /// Writes the dependency file: the inputs of all assets that the manifest describes, also of those that --only left alone.
-    Result<void> writeDepfile(const Plan& plan, const std::vector<Action>& needsGraph, const std::vector<Action>& contentGraph,
-                              const Scene& planned, const Needs& needs) {
+    /// Sets the rule of the dependency file: the inputs of all assets that the manifest describes, also of those that --only left alone.
+    Result<void> setDepfile(const Plan& plan, const std::vector<Action>& needsGraph, const std::vector<Action>& contentGraph,
+                            const Scene& planned, const Needs& needs) {
         LC_TRY(manifest, loadManifest(outcome_.output));
         const auto isPlanned = [&](const CookedAsset& asset) { return std::ranges::find(plan.assets, asset.name) != plan.assets.end(); };
         const bool isLeftAlone = !std::ranges::all_of(manifest->assets, isPlanned);
@@ -480,7 +483,8 @@ private:
         // Files of the cook's own are no inputs: those that they were made of are.
         for (Action& action : all)
             std::erase_if(action.inputs, [&](const auto& input) { return input.second.string().starts_with(packedFolder().string()); });
-        return writeFile(*options_.depfile, depfileText(scene_, outcome_.output, all), OutputLink::Follow);
+        outcome_.depfile = depfileText(scene_, outcome_.output, all);
+        return {};
     }
 
     /// Returns the time of the actions that made the results, by run.
@@ -560,8 +564,26 @@ private:
 
 }  // namespace
 
+std::vector<Outcome> cookScenes(std::vector<Scene> scenes, const CookOptions& options, const RunState& state) {
+    std::vector<Outcome> outcomes;
+    std::string depfile;
+    for (Scene& scene : scenes) {
+        outcomes.push_back(Cook(std::move(scene), options, state).run());
+        const Outcome& outcome = outcomes.back();
+        depfile += outcome.depfile;
+        if (state.interrupted || !(options.keepGoing || std::ranges::all_of(outcome.errors, isOfTarget))) break;
+    }
+    const bool areAllThere = outcomes.size() == scenes.size() && std::ranges::none_of(outcomes, &std::string::empty, &Outcome::depfile);
+    if (!options.depfile || !areAllThere) return outcomes;
+    if (const auto written = writeFile(*options.depfile, depfile, OutputLink::Follow); !written)
+        outcomes.back().errors.insert(outcomes.back().errors.begin(), written.error());
+    return outcomes;
+}
+
 Outcome cookScene(Scene scene, const CookOptions& options, const RunState& state) {
-    return Cook(std::move(scene), options, state).run();
+    std::vector<Scene> scenes;
+    scenes.push_back(std::move(scene));
+    return std::move(cookScenes(std::move(scenes), options, state).front());
 }
 
 Outcome cookScene(const CookOptions& options, const RunState& state) {

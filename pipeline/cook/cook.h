@@ -47,6 +47,7 @@ struct Outcome {
     std::vector<Finding> findings = {};        ///< of lint, also those that are errors or allowed
     std::vector<std::string> candidates = {};  ///< layouts of the candidates that were kept
     std::optional<RemoteCounts> remote = {};   ///< of the remote cache, if there is one
+    std::string depfile = {};                  ///< its rule of the dependency file; empty: none was asked for, or the cook came to none
 };
 
 /// Returns the outcome of what could not begin.
@@ -54,9 +55,20 @@ inline Outcome outcomeOf(const formats::Error& error) {
     return {{error}, {}, {}, 0, 0};
 }
 
-/// Cooks the scene file of the options.
+/// Returns true for an error of what was cooked for a target (errors, bounds, budget), which says nothing of other targets.
+inline bool isOfTarget(const formats::Error& error) {
+    using formats::ErrorCode;
+    return error.code == ErrorCode::Verification || error.code == ErrorCode::OverLimit || error.code == ErrorCode::OverBudget;
+}
+
+/// Cooks the scene file of the options, of several targets the first.
 Outcome cookScene(const CookOptions& options, const RunState& state);
-/// Cooks a scene that was read with the given keys of the options. Does not open the file options.scene.
+/// Cooks scenes that are targets of one file, one after another, and writes one dependency file. What one target misses (error, budget)
+/// does not keep the next from being cooked; other errors do unless options.keepGoing. Does not open the file options.scene.
+/// scenes  at least one, which were read with the given keys of the options
+/// returns  an outcome for each that was begun
+std::vector<Outcome> cookScenes(std::vector<Scene> scenes, const CookOptions& options, const RunState& state);
+/// The same of one scene.
 Outcome cookScene(Scene scene, const CookOptions& options, const RunState& state);
 
 struct VerifyOptions {

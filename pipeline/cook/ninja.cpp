@@ -88,9 +88,10 @@ std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options) {
     };
     addRule("asset", " --only $name", "cook $name");
     addRule("scene", "", fmt::format("cook the scene {}", scene.name));
-    // Adds the command that cooks into a folder, and returns the manifest that it makes.
+    // Adds the command that cooks into a folder, and returns the manifests that it makes.
     const auto addBuild = [&](const char* rule, const std::filesystem::path& folder, const std::string& after) {
-        std::string made = pathWord(folder / kManifestName);
+        std::string made = options.targets.empty() ? pathWord(folder / kManifestName) : "";
+        for (const std::string& target : options.targets) made += (made.empty() ? "" : " ") + pathWord(folder / target / kManifestName);
         const std::string depfile = folder.string() + ".d";
         text += fmt::format("\nbuild {}: {} {}{}\n  folder = {}\n  inputs = {}\n  depfile = {}\n", made, rule, pathWord(scene.file), after,
                             ninjaWord(folder), ninjaWord(depfile), dollarsEscaped(depfile));

@@ -13,11 +13,12 @@
 namespace lightcook::pipeline {
 
 struct NinjaOptions {
-    std::filesystem::path program;        ///< absolute
-    std::filesystem::path output;         ///< folder of the scene, absolute. Each asset has a folder of its own in <output>.assets
-    std::filesystem::path cache;          ///< that all commands share, absolute; empty: that of their environment
-    std::string launcher;                 ///< of every command; may be empty
-    std::vector<std::string> words = {};  ///< options of every command that name a remote cache
+    std::filesystem::path program;          ///< absolute
+    std::filesystem::path output;           ///< folder of the scene, absolute. Each asset has a folder of its own in <output>.assets
+    std::filesystem::path cache;            ///< that all commands share, absolute; empty: that of their environment
+    std::string launcher;                   ///< of every command; may be empty
+    std::vector<std::string> words = {};    ///< options of every command that name a remote cache
+    std::vector<std::string> targets = {};  ///< of a scene with several, each of which has a folder in that of a command
 };
 
 /// Returns the parts of a scene that have a command each, by the names that `cook --only` takes: light maps with what derives from them,
@@ -31,7 +32,8 @@ std::optional<formats::Error> warningOfDepfiles(const Scene& scene, const NinjaO
 /// Refuses paths with control characters, such as a line break, which a Ninja file cannot hold.
 formats::Result<void> checkNinjaPaths(const Scene& scene, const NinjaOptions& options);
 
-/// Returns the text of the file, for paths that checkNinjaPaths() allows. Its default target is <output>/cooked.json.
+/// Returns the text of the file, for paths that checkNinjaPaths() allows. Its default target is <output>/cooked.json, or that
+/// of each target.
 std::string ninjaFileOf(const Scene& scene, const NinjaOptions& options);
 
 }  // namespace lightcook::pipeline

@@ -42,6 +42,12 @@ public:
         const auto found = std::ranges::find(keys_, key, &GivenKey::key);
         return found == keys_.end() ? nullptr : &*found;
     }
+    /// Returns the keys less one.
+    GivenKeys without(std::string_view key) const {
+        GivenKeys others = *this;
+        std::erase_if(others.keys_, [&](const GivenKey& each) { return each.key == key; });
+        return others;
+    }
     const std::vector<GivenKey>& all() const { return keys_; }
 
 private:

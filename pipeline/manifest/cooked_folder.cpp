@@ -1,8 +1,8 @@
 #include "pipeline/manifest/cooked_folder.h"
 
 #include <algorithm>
-#include <vector>
 
+#include "formats/target.h"
 #include "pipeline/manifest/manifest.h"
 
 namespace lightcook::pipeline {
@@ -15,6 +15,18 @@ std::string expectedCookedFolder(const std::filesystem::path& folder) {
             cooked.push_back(each->path());
     const auto first = std::ranges::min_element(cooked);
     return std::string("the output folder of `lightcook cook`") + (first == cooked.end() ? "" : ", such as " + first->string());
+}
+
+std::vector<std::filesystem::path> targetFolders(const std::filesystem::path& folder) {
+    const auto isCooked = [](const std::filesystem::path& each) {
+        std::error_code code;
+        return std::filesystem::is_regular_file(each / kManifestName, code);
+    };
+    std::vector<std::filesystem::path> folders;
+    if (!isCooked(folder))
+        for (const formats::TargetInfo& target : formats::allTargets())
+            if (isCooked(folder / target.name)) folders.push_back(folder / target.name);
+    return folders.empty() ? std::vector{folder} : folders;
 }
 
 }  // namespace lightcook::pipeline

@@ -39,7 +39,13 @@ public:
             if (auto report = fromJson<Report>(inputs.report, kReportName)) report_ = std::move(*report);
         if (auto manifest = loadManifest(inputs.folder)) manifest_ = std::move(*manifest);
         if (const std::filesystem::path file = sceneFile(); !file.empty())
-            if (auto scene = readScene(file)) scene_ = std::move(*scene);
+            if (auto scenes = readScenes(file)) {
+                const auto isCooked = [&](const Scene& each) {
+                    return manifest_ && formats::info(each.output.target).name == manifest_->target;
+                };
+                const auto cooked = std::ranges::find_if(*scenes, isCooked);
+                scene_ = std::move(cooked == scenes->end() ? scenes->front() : *cooked);
+            }
     }
 
     CiRun build() && {

@@ -231,37 +231,41 @@ Json sarifRules() {
 
 }  // namespace
 
-std::string junitReport(const CiRun& run) {
+std::string junitReport(const std::vector<CiRun>& runs) {
     const std::string timestamp =
         fmt::format("{:%Y-%m-%dT%H:%M:%S}", fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
     Counts counts;
     std::string suites;
-    for (std::size_t i = 0; i < run.suites.size(); ++i) {
-        for (const CiCheck& check : run.suites[i].checks) counts.add(check);
-        suites += suiteOf(run, run.suites[i], i, timestamp);
+    std::size_t id = 0;
+    for (const CiRun& run : runs) {
+        for (const CiSuite& suite : run.suites) {
+            for (const CiCheck& check : suite.checks) counts.add(check);
+            suites += suiteOf(run, suite, id++, timestamp);
+        }
+        suites += lintSuite(run, id++, timestamp, counts);
     }
-    suites += lintSuite(run, run.suites.size(), timestamp, counts);
     return fmt::format(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"{}\" "
         "time=\"{:.3f}\">\n{}</testsuites>\n",
-        attribute(run.title), counts.tests, counts.failures, counts.errors, counts.seconds, suites);
+        attribute(runs.front().title), counts.tests, counts.failures, counts.errors, counts.seconds, suites);
 }
 
-std::string sarifReport(const CiRun& run) {
-    Json results = Json::array();
-    for (const CiSuite& suite : run.suites)
-        for (const CiCheck& check : suite.checks)
-            for (const CiFinding& finding : check.findings) results.push_back(resultOf(run, suite, check, finding));
-    for (const Finding& finding : run.lint) results.push_back(resultOf(run, finding));
+std::string sarifReport(const std::vector<CiRun>& runs) {
     const Json driver = {{"name", kToolName}, {"version", kToolVersion}, {"semanticVersion", kToolVersion}, {"rules", sarifRules()}};
-    const Json sarif = {
-        {"$schema", "https://json.schemastore.org/sarif-2.1.0.json"},
-        {"version", "2.1.0"},
-        {"runs", Json::array({{{"tool", {{"driver", driver}}},
-                               {"automationDetails", {{"id", asUtf8(fmt::format("lightcook/{}/", run.scene))}}},
-                               {"originalUriBaseIds", {{kSourceRoot, {{"description", {{"text", "The folder that lightcook ran in"}}}}}}},
-                               {"columnKind", "utf16CodeUnits"},
-                               {"results", results}}})}};
+    Json all = Json::array();
+    for (const CiRun& run : runs) {
+        Json results = Json::array();
+        for (const CiSuite& suite : run.suites)
+            for (const CiCheck& check : suite.checks)
+                for (const CiFinding& finding : check.findings) results.push_back(resultOf(run, suite, check, finding));
+        for (const Finding& finding : run.lint) results.push_back(resultOf(run, finding));
+        all.push_back({{"tool", {{"driver", driver}}},
+                       {"automationDetails", {{"id", asUtf8(fmt::format("lightcook/{}/", run.scene))}}},
+                       {"originalUriBaseIds", {{kSourceRoot, {{"description", {{"text", "The folder that lightcook ran in"}}}}}}},
+                       {"columnKind", "utf16CodeUnits"},
+                       {"results", std::move(results)}});
+    }
+    const Json sarif = {{"$schema", "https://json.schemastore.org/sarif-2.1.0.json"}, {"version", "2.1.0"}, {"runs", std::move(all)}};
     return textOf(sarif) + "\n";
 }
 

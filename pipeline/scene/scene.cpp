@@ -43,21 +43,36 @@ std::string faultOfBake(const std::string& bake) {
         bake);
 }
 
-formats::LayoutList readLayouts(const TomlValue& value) {
-    formats::LayoutList layouts;
-    const std::string& expected = kLayouts.expected;
+namespace {
+
+/// Reads a list of different names.
+/// name   of one, for messages: "layout"
+/// known  the names that there are
+std::vector<std::string> readNames(const TomlValue& value, std::string_view name, const std::vector<std::string>& known,
+                                   const std::string& expected) {
+    std::vector<std::string> names;
     for (const TomlValue& element : value.elements(expected)) {
-        if (!element.isText()) element.fail(fmt::format("found an element of layouts that is no string, expected {}", expected));
-        const std::string name = element.text(expected);
-        if (!formats::lightMapLayoutFromName(name))
-            element.fail(fmt::format("found the layout '{}' in layouts, expected one of: {}{}", name,
-                                     fmt::join(lightMapLayoutNames(), ", "), formats::nearestHint(name, lightMapLayoutNames())));
-        if (std::ranges::find(layouts, name) != layouts.end())
-            element.fail(fmt::format("found the layout '{}' twice in layouts, expected it once", name));
-        layouts.push_back(name);
+        if (!element.isText()) element.fail(fmt::format("found an element of {}s that is no string, expected {}", name, expected));
+        const std::string text = element.text(expected);
+        if (std::ranges::find(known, text) == known.end())
+            element.fail(fmt::format("found the {0} '{1}' in {0}s, expected one of: {2}{3}", name, text, fmt::join(known, ", "),
+                                     formats::nearestHint(text, known)));
+        if (std::ranges::find(names, text) != names.end())
+            element.fail(fmt::format("found the {0} '{1}' twice in {0}s, expected it once", name, text));
+        names.push_back(text);
     }
-    if (layouts.empty()) value.fail(fmt::format("found an empty list of layouts, expected {}", expected));
-    return layouts;
+    if (names.empty()) value.fail(fmt::format("found an empty list of {}s, expected {}", name, expected));
+    return names;
+}
+
+}  // namespace
+
+formats::LayoutList readLayouts(const TomlValue& value) {
+    return readNames(value, "layout", lightMapLayoutNames(), kLayouts.expected);
+}
+
+std::vector<std::string> readTargets(const TomlValue& value) {
+    return readNames(value, "target", formats::namesOf(formats::allTargets()), kTargets.expected);
 }
 
 void readFiles(const TomlValue& value, LightMapEntry& entry) {
@@ -260,6 +275,49 @@ Scene readRoot(const TomlDocument& document) {
     return scene;
 }
 
+constexpr const char* kTargetsKey = "output.targets";
+
+/// Returns the targets that a scene file or an option lists; empty: there is one, without a list. Refuses other tables [target.NAME] than
+/// those of targets.
+std::vector<std::string> targetsOf(const TomlDocument& document) {
+    const toml::node* const list = document.find("output", 0, "targets");
+    const toml::node* const one = document.find("output", 0, "target");
+    if (list != nullptr && one != nullptr && document.isGiven(*list) == document.isGiven(*one))
+        document.fail(*list, "found output.targets beside output.target, expected one of them");
+    std::vector<std::string> targets;
+    if (list != nullptr) targets = readTargets({document, *list, kTargetsKey});
+    const toml::node* const tables = document.root.get("target");
+    if (tables == nullptr) return targets;
+    const bool isOfFile = list != nullptr && !document.isGiven(*list);
+    for (const auto& [name, value] : TomlValue(document, *tables, "target")
+                                         .members("tables such as [target.astc]; the target of a scene is a key of [output]",
+                                                  isOfFile ? targets : formats::namesOf(formats::allTargets()))) {
+        if (!value.isTable()) value.refuseType("a table of keys of [output]");
+        for (const auto& [key, member] : value.members("keys of [output]"))
+            if (key == "target" || key == "targets") member.fail(fmt::format("found {}, expected it in [output]", member.name()));
+    }
+    return targets;
+}
+
+/// Leaves one target of a scene file: the keys of its table [target.NAME] go to [output], over those there.
+/// isListed  it is one of output.targets
+void selectTarget(toml::table& root, const std::string& target, bool isListed) {
+    toml::table* const own = root["target"][target].as_table();
+    if (isListed || own != nullptr) root.insert("output", toml::table());
+    toml::table* const output = root["output"].as_table();
+    if (output == nullptr) return;  // the reader refuses what else it is
+    if (isListed) {
+        output->erase("targets");
+        output->insert_or_assign("target", target);
+    }
+    if (own != nullptr)
+        for (auto&& [key, node] : *own) {
+            output->erase(key);
+            node.visit([&](auto& value) { output->insert(key, std::move(value)); });  // a copy would have no line
+        }
+    root.erase("target");
+}
+
 /// Returns true if a file begins with something that no text holds, as bakes, meshes and textures do.
 bool looksBinary(const std::filesystem::path& file) {
     std::array<char, 64> head{};
@@ -322,7 +380,7 @@ Result<Scene> readSceneDocument(const Json& document, const std::filesystem::pat
     return catchTomlMistakes({}, [&] { return readRoot({{}, root, sceneKeyTables(), "the scene", directory, nodes}); });
 }
 
-Result<Scene> readScene(const std::filesystem::path& file, const GivenKeys& given) {
+Result<std::vector<Scene>> readScenes(const std::filesystem::path& file, const GivenKeys& given) {
     constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 20;
     std::error_code code;
     const auto kind = std::filesystem::status(file, code).type();
@@ -339,11 +397,33 @@ Result<Scene> readScene(const std::filesystem::path& file, const GivenKeys& give
                                    : kind == std::filesystem::file_type::not_found || kind == std::filesystem::file_type::none
                                        ? "no such file"
                                        : "something that is no file"));
-    return readToml(file, kMostBytes, "a scene file, which is 3 deep", [&](toml::table root) {
+    // Read once: between two reads the file could become another scene.
+    LC_TRY(text, readTomlText(file, kMostBytes, "a scene file, which is 3 deep"));
+    return catchTomlMistakes(file, [&] {
         const std::filesystem::path directory = file.parent_path();
-        const GivenNodes nodes = mergeKeys(root, sceneKeyTables(), given, directory);
-        return readRoot({file, root, sceneKeyTables(), "the scene", directory, nodes});
+        const auto documentOf = [&](const toml::table& root, GivenNodes nodes) {
+            return TomlDocument{file, root, sceneKeyTables(), "the scene", directory, std::move(nodes)};
+        };
+        toml::table whole = toml::parse(*text, file.string());
+        GivenNodes nodes = mergeKeys(whole, sceneKeyTables(), given, directory);
+        std::vector<std::string> targets = targetsOf(documentOf(whole, std::move(nodes)));
+        const bool areListed = !targets.empty();
+        if (!areListed) targets = {whole["output"]["target"].value_or(std::string(formats::info(Target::Bc).name))};
+        std::vector<Scene> scenes;
+        for (const std::string& target : targets) {
+            toml::table root = toml::parse(*text, file.string());
+            selectTarget(root, target, areListed);
+            nodes = mergeKeys(root, sceneKeyTables(), given.without(kTargetsKey), directory);
+            scenes.push_back(readRoot(documentOf(root, std::move(nodes))));
+            scenes.back().isOfTargets = areListed;
+        }
+        return scenes;
     });
+}
+
+Result<Scene> readScene(const std::filesystem::path& file, const GivenKeys& given) {
+    LC_TRY(scenes, readScenes(file, given));
+    return std::move(scenes->front());
 }
 
 }  // namespace lightcook::pipeline

@@ -69,6 +69,7 @@ inline const KeyRule kChartsVisible = {
     .low = 0, .high = kMostChartsVisible, .expected = fmt::format("a number from 0 (charts are moved only) to {:g}", kMostChartsVisible)};
 inline const KeyRule kLayouts = {
     .expected = "a list of light-map layouts, such as [\"godot\", \"sh4\"]", .type = "list", .shape = KeyShape::Texts};
+inline const KeyRule kTargets = {.expected = "a list of targets, such as [\"bc\", \"astc\"]", .type = "list", .shape = KeyShape::Texts};
 inline const KeyRule kAssetName = {.faultOf = faultOfName};
 inline const KeyRule kColorSpace = {.expected = "the name of a colour space"};
 
@@ -77,6 +78,7 @@ struct LightMapEntry;
 struct Scene;
 /// Read the keys that are neither numbers nor texts.
 formats::LayoutList readLayouts(const TomlValue& value);
+std::vector<std::string> readTargets(const TomlValue& value);
 void readFiles(const TomlValue& value, LightMapEntry& entry);
 void readAllowances(const TomlValue& value, Scene& scene);
 
@@ -111,6 +113,11 @@ struct OutputSettings {
 template <class Keys>
 void describeKeys(Keys& keys, OutputSettings& output) {
     keys.optional("target", output.target, {}, withCaptions("family of GPU formats", formats::allTargets()));
+    keys.special("targets", kTargets.before("output.target"),
+                 "several targets in place of one, `[\"bc\", \"astc\"]`: each is cooked into a folder of its own, `DIR/bc` and `DIR/astc`. "
+                 "A table `[target.astc]` of the scene file has limits and a budget for one of them "
+                 "([several targets](../guide/memory-budgets.md#several-targets))",
+                 [](const auto& value) { readTargets(value); });
     keys.optional(
         "max_error", output.limits[Limit::Error], kPositiveFraction.otherwise("none; of meshes 0.1"),
         "limit on `rel_rms` of diffuse and of specular light, of light maps and meshes, such as `0.02` or `\"2%\"`; above it "
@@ -577,6 +584,7 @@ struct Scene {
     UpAxis up = UpAxis::Y;              ///< of world space: the axis of painted gradients
     /// What the scene was read from: the file with the keys of the command line over its own. readSceneDocument makes the same scene of it.
     Json document = {};
+    bool isOfTargets = false;  ///< one of `output.targets`, which has a folder of its own: see cookedFolder
 };
 template <class Keys>
 void describeKeys(Keys& keys, Scene& scene) {
@@ -591,6 +599,9 @@ void describeKeys(Keys& keys, Scene& scene) {
                   withCaptions("axis of world space that points up: that of painted gradients. It is for the manifest and the camera of "
                                "`view`; nothing is turned",
                                allUpAxes()));
+    keys.special("target", {.type = "tables", .shape = KeyShape::Table},
+                 "`[target.NAME]`: keys of `[output]` for that target alone, which go before those there",
+                 [](const auto&) {});  // taken before a scene is read of the other keys: see readScenes
     const auto describe = [](auto& inner, auto& value) { describeKeys(inner, value); };
     keys.section("output", scene.output, {}, describe);
     keys.section(
@@ -616,8 +627,10 @@ void describeKeys(Keys& keys, Scene& scene) {
                  [&](const auto& value) { readAllowances(value, scene); });
 }
 
-/// Reads a scene file with the keys of the command line over its own. Unknown keys are refused with the nearest known one. Errors name
-/// file, line and column, or the option; found and expected.
+/// Reads a scene file with the keys of the command line over its own: a scene for each of its targets, in their order. Unknown keys are
+/// refused with the nearest known one. Errors name file, line and column, or the option; found and expected.
+formats::Result<std::vector<Scene>> readScenes(const std::filesystem::path& file, const GivenKeys& given = {});
+/// Returns the first of them: for what does not depend on the target.
 formats::Result<Scene> readScene(const std::filesystem::path& file, const GivenKeys& given = {});
 
 /// Reads a scene that is no file: Scene::document, or one that a converter makes.

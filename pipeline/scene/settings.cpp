@@ -127,7 +127,8 @@ constexpr const char* kNoneIsPacked = "found charts_max_visible where no charts 
 }  // namespace
 
 std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given) {
-    return given.empty() ? std::filesystem::path(scene.name + ".cooked") : given;
+    const std::filesystem::path folder = given.empty() ? std::filesystem::path(scene.name + ".cooked") : given;
+    return scene.isOfTargets ? folder / formats::info(scene.output.target).name : folder;
 }
 
 std::string whyNothing(const Scene& scene) {

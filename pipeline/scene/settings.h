@@ -73,7 +73,8 @@ bool areViewsOpen(const TableSettings& tables, const OutputSettings& output);
 /// Returns the views of the tables where no budget chooses them: their own or, without, kFineViewCount.
 int viewCountOf(const TableSettings& tables);
 
-/// Returns the folder that a scene is cooked to: the one that was given, or without one (empty) that of its name.
+/// Returns the folder that a scene is cooked to: the one that was given, or without one (empty) that of its name; of a scene that is one of
+/// several targets, the folder of the target in there.
 std::filesystem::path cookedFolder(const Scene& scene, const std::filesystem::path& given);
 
 /// Return the rules between the settings of a table, and whether they are broken. Those of a whole scene are of its root.

@@ -52,6 +52,35 @@ TEST_F(Command, CookIsOneLineOnAPipeAndVerifyAndReportAreTables) {
     EXPECT_THAT(table, testing::ContainsRegex("light-map +[a-z0-9-]+ +[0-9.]+ -> +[0-9.]+ +visible [0-9.]+ +passed"));
 }
 
+TEST_F(Command, CookVerifyAndReportTakeSeveralTargets) {
+    scene_.writeSceneFile("targets = [\"bc\", \"astc\"]\nlight_map_layout = \"ratio\"\n\n[target.bc]\nbudget = \"100\"");
+    const Ended cook = run("cook scene.toml -o out --json cook.json --junit cook.xml --sarif cook.sarif --history history.jsonl");
+    EXPECT_EQ(cook.code, 5) << cook.err;
+    EXPECT_THAT(cook.out,
+                testing::AllOf(StartsWith("FAILED: over the budget"), HasSubstr(": out/bc\npassed: "), HasSubstr(": out/astc\n")));
+    EXPECT_THAT(cook.err, HasSubstr("lightcook: error: bc, scene.toml:9, budget: found "));
+    EXPECT_THAT(contentOf(scene_ / "cook.json"), testing::AllOf(HasSubstr("\"folder\": \"out/astc\""), HasSubstr("\"exit_code\": 5")));
+    for (const char* file : {"cook.xml", "cook.sarif"})
+        EXPECT_THAT(contentOf(scene_ / file), testing::AllOf(HasSubstr("small.bc"), HasSubstr("small.astc"))) << file;
+    EXPECT_THAT(contentOf(scene_ / "history.jsonl"), testing::AllOf(HasSubstr("\"bc\""), HasSubstr("\"astc\"")));
+    const Ended verify = run("verify out --json verify.json");
+    EXPECT_EQ(verify.code, 5) << verify.err;
+    EXPECT_THAT(contentOf(scene_ / "verify.json"), testing::AllOf(HasSubstr("\"target\": \"bc\""), HasSubstr("\"target\": \"astc\"")));
+    const Ended report = run("report out --html report.html");
+    EXPECT_EQ(report.code, 5) << report.err;
+    EXPECT_THAT(report.out, testing::AllOf(HasSubstr("bc"), HasSubstr("astc")));
+    EXPECT_EQ(run("verify out --json out/bc/cooked.json").code, 2);
+    EXPECT_EQ(run("diff out/bc out/astc").code, 0);
+    EXPECT_EQ(run("cook scene.toml -o out --targets bc --target astc").code, 2);
+    EXPECT_THAT(run("info scene.toml --json -").out, HasSubstr("\"targets\""));
+
+    scene_.writeSceneFile("targets = [\"bc\", \"astc\"]\nlight_map_layout = \"ratio\"");
+    ASSERT_EQ(run("plan scene.toml --ninja scene.ninja -o planned").code, 0);
+    EXPECT_EQ(run("--version >/dev/null && ninja -f scene.ninja").code, 0);
+    EXPECT_EQ(run("verify planned").code, 0);
+    EXPECT_THAT(run("--version >/dev/null && ninja -f scene.ninja").out, HasSubstr("no work to do")) << "it reads the depfile of both";
+}
+
 /// A cook without changes may look at the outputs of another user, or at those of a file system that is mounted read-only.
 TEST_F(Command, ACookThatIsUpToDateNeedsNoFolderThatItMayWriteTo) {
     startWithoutCache();

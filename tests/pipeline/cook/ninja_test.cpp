@@ -34,6 +34,15 @@ TEST(NinjaFile, NamesBarsInPathsByAVariable) {
     EXPECT_THAT(text, Not(HasSubstr("build /work/a|")));
 }
 
+TEST(NinjaFile, HasOneCommandForSeveralTargets) {
+    NinjaOptions options = optionsWithOutput("/work/out");
+    options.targets = {"bc", "astc"};
+    const std::string text = ninjaFileOf(sceneWithMap("/work/map.exr"), options);
+    EXPECT_THAT(text, HasSubstr("\nbuild /work/out/bc/cooked.json /work/out/astc/cooked.json: scene /work/room.toml | "
+                                "/work/out.assets/walls/bc/cooked.json /work/out.assets/walls/astc/cooked.json "));
+    EXPECT_THAT(text, HasSubstr("\ndefault /work/out/bc/cooked.json /work/out/astc/cooked.json\n"));
+}
+
 TEST(NinjaFile, HasAWarningOfPathsThatNinjaDoesNotReadInDepfiles) {
     EXPECT_FALSE(warningOfDepfiles(sceneWithMap("/work/map 1#$(x).exr"), optionsWithOutput("/work/out")));
     const auto output = warningOfDepfiles(sceneWithMap("/work/map.exr"), optionsWithOutput("/work/day & night"));
