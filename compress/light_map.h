@@ -44,6 +44,7 @@
 #include <vector>
 
 #include "compress/encode.h"
+#include "formats/archive.h"
 #include "formats/chart_clusters.h"
 #include "formats/light_map.h"
 #include "formats/light_map_layout.h"
@@ -194,6 +195,11 @@ struct LightMapObjective {
     std::vector<double> m = {0.1, 0.25, 0.5};                     ///< roughness
     std::vector<double> f0 = {0.04, 0.6};                         ///< reflectance at normal incidence
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.display, self.bt2020FromWorking, self.normalMapTilt, self.isSpecular, self.m, self.f0, self.lobe);
+    }
 };
 
 /// One texture of a layout: a 2-D array of layerCount layers (a plain texture if layerCount is 1), as large as the map over `side`, with
@@ -206,6 +212,11 @@ struct LightMapTexture {
 
     /// Returns the size of level 0 for a map of this size [texels].
     glm::ivec2 sizeFor(int mapWidth, int mapHeight) const;
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.name, self.format, self.layerCount, self.side);
+    }
 };
 
 struct BasisModel;
@@ -252,6 +263,10 @@ struct LightMapPlan {
     /// Returns clusterOfBlock() as texture "index": RGBA8, four neighbours of a row of blocks in a texel. Half a bit a texel of the map.
     std::vector<std::byte> indexTexels() const;
     std::size_t indexBytes() const;
+
+    /// List all members, in terms of formats/archive.h. Plans that encode alike have the same bytes.
+    static void members(formats::ArchiveWriter& archive, const LightMapPlan& self);
+    static void members(formats::ArchiveReader& archive, LightMapPlan& self);
 };
 
 /// The map that a plan is made for, and its statistics.
@@ -285,10 +300,20 @@ int learningBlocks(int effort, int width, int height);
 /// The blocks of some rows of one texture: layers[l] holds whole rows of blocks.
 struct EncodedLightMapTexture {
     std::vector<std::vector<std::byte>> layers;
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.layers);
+    }
 };
 struct EncodedLightMapRows {
     std::vector<EncodedLightMapTexture> textures;  ///< in the order of plan.textures
     EncodeReport report;
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.textures, self.report);
+    }
 };
 
 /// Encodes the rows [firstRow, firstRow + rowCount) of the map.

@@ -103,6 +103,14 @@ public:
     /// Returns the RMS of the references, the denominator of relRms; 0 without samples.
     double referenceRms() const;
 
+    /// Lists the members, in terms of formats/archive.h.
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.key_, self.squaredError_, self.squaredReference_, self.maxSampled_, self.maxBound_, self.sampledAt_, self.boundAt_,
+                self.sampleCount_);
+        archive.sparse(self.histogram_);
+    }
+
 private:
     static constexpr int kBinsPerOctave = 256;
     static constexpr int kLowestExponent = -40, kHighestExponent = 24;

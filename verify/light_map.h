@@ -37,6 +37,11 @@ namespace lightcook::verify {
 struct CookedDetail {
     std::map<std::string, std::vector<float>> constants;  ///< of that layout
     std::vector<formats::PixelFormat> formats = {};       ///< as CookedLightMap::formats
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.constants, self.formats);
+    }
 };
 
 /// A light map as its manifest describes it.
@@ -52,6 +57,12 @@ struct CookedLightMap {
     int clusterBlock = 4;                                                ///< side of these blocks [texels]; 1 at mip levels
     formats::LightMapFilter filter = formats::LightMapFilter::Hardware;  ///< that of the layout, if it has no other
     std::optional<CookedDetail> detail = {};                             ///< of a map whose filter is LightMapFilter::Decoded
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.layout, self.constants, self.width, self.height, self.formats, self.clusterOfBlock, self.clusterBlock, self.filter,
+                self.detail);
+    }
 };
 
 /// Shading of the scene. Samples take every m, every F0 and `viewCount` views (spherical Fibonacci points of the upper hemisphere). The
@@ -67,6 +78,11 @@ struct LightMapShading {
     lighting::NormalDistribution lobe = lighting::NormalDistribution::Beckmann;
     /// Returns false if a surface shows its exit radiance at the texel's own normal alone: no normal maps, no specular light.
     bool needsDirections() const { return specular || normalCount > 1; }
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.specular, self.m, self.f0, self.viewCount, self.normalCount, self.normalMapTilt, self.lobe);
+    }
 };
 
 /// A verifier computes these figures of a map.
@@ -85,6 +101,11 @@ struct LightMapSampling {
 
     bool hasBounds() const { return figures == LightMapFigures::All; }
     bool isForTrial() const { return figures == LightMapFigures::Trial; }
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.seed, self.placesPerTexel, self.figures, self.isLastStageAlone, self.tileLimits);
+    }
 };
 
 /// The key of a map: log-average luminance of the reference's exit radiance at the texels' own normals (docs/theory/error.md).
@@ -154,6 +175,11 @@ struct ShadedErrors {
     void merge(const ShadedErrors& other);
     ErrorFigures diffuseFigures() const;
     ErrorFigures specularFigures() const;
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.diffuse, self.specular, self.visibleDiffuse, self.visibleSpecular);
+    }
 };
 
 /// Squares of diffuse light, summed over places, all normals of the sphere and channels.
@@ -165,7 +191,7 @@ struct DiffuseSquares {
     double relRms() const;
 };
 
-/// Errors of some rows of a map.
+/// Errors of some rows of a map. As an archive (formats/archive.h) they have no errors of tiles.
 class LightMapErrors {
 public:
     struct Stage {
@@ -173,6 +199,11 @@ public:
         ShadedErrors errors;
         DiffuseSquares surface = {};  ///< at places on the surface; none in a trial
         TileErrors tiles = {};        ///< of places on the surface, of a trial with LightMapSampling::tileLimits
+
+        template <class Archive, class Self>
+        static void members(Archive& archive, Self& self) {
+            archive(self.name, self.errors, self.surface);
+        }
     };
     explicit LightMapErrors(std::vector<Stage> empty = {}) : stages(std::move(empty)) {}
     void merge(const LightMapErrors& other);
@@ -183,6 +214,11 @@ public:
 
     std::vector<Stage> stages;  ///< of the layout, at texel centres; in a trial on the surface
     ShadedErrors surface;       ///< of the last stage, at random places on the surface: the footprints of covered texels, to their rims
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.stages, self.surface);
+    }
 };
 
 /// A rectangle of texels.

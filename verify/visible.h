@@ -104,6 +104,13 @@ public:
     std::int64_t sampleCount() const { return sampleCount_; }
     VisibleFigures figures() const;
 
+    /// Lists the members, in terms of formats/archive.h.
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.squares_, self.largest_, self.bound_, self.maxAt_, self.boundAt_, self.sampleCount_);
+        archive.sparse(self.histogram_);
+    }
+
 private:
     static constexpr int kBinsPerOctave = 256;
     static constexpr int kLowestExponent = -12, kHighestExponent = 10;

@@ -176,6 +176,7 @@ struct CookedAsset {
     std::optional<int> decodeDegree;
     std::optional<formats::LightMapFilter> filter;  ///< of a light map
     std::optional<double> key;                      ///< of a light map
+    std::optional<std::string> plan;                ///< of a light map: EncodingPlan::digest()
     std::optional<std::string> mipsEnd;             ///< of a light map that was asked for mip levels
     std::optional<bool> dither;
     std::optional<std::string> file;                   ///< of a mesh
@@ -234,6 +235,7 @@ void describe(Fields& fields, Self& asset) {
     fields.optional("key", asset.key, between(0, HUGE_VAL),
                     "of a light map: log-average luminance of the exit radiance of white surfaces, which a display is exposed for; an "
                     "exposure of 0.18 / key shows it as middle grey. 0: the map is black");
+    fields.optional("plan", asset.plan, "of a light map: digest of the plan that it was encoded with, which `cook --patch` keeps");
     fields.optional("mips_end", asset.mipsEnd, "of a light map with `mips = true`: why its textures have no further mip level");
     fields.optional("dither", asset.dither, "true if the codes of a reflection map are dithered");
     fields.optional("light_map", asset.lightMap, "light map that a mesh is lit by, or that a dominant light belongs to");

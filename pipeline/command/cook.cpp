@@ -62,6 +62,10 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
         "--preview", cook.preview,
         "Cook as fast as the light can be seen: effort 0, the layouts of the last cook into the folder or else a fast one, no limits, no "
         "report, and errors of some rows of light maps alone. verify refuses the folder");
+    CLI::Option* const patch = app.add_flag(
+        "--patch", cook.patch,
+        "After a bake of few charts: keep layouts, ranges and learned tables of the last cook into the folder while they serve, so that "
+        "strips of light maps that did not change keep their bytes and come from the cache");
     app.add_flag("--force", cook.force, "Cook everything again");
     app.add_flag("--keep-going", cook.keepGoing, "Cook the other assets after a failure; the exit code is the first failure's");
     addStrictOption(app, cook.strict);
@@ -80,6 +84,7 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
     for (const char* other : {"--only", "--keep-candidates", "--strict", "--junit", "--sarif", "--history", "--effort"})
         preview->excludes(app.get_option(other));
     app.get_option("--targets")->excludes(app.get_option("--target"));
+    for (const char* other : {"--only", "--keep-candidates", "--preview", "--force"}) patch->excludes(app.get_option(other));
 }
 
 /// Prints what a preview found.
@@ -167,6 +172,8 @@ int runCook(Session& session, CookCommand& command) {
     if (outcomes.size() == 1) outcomes.front().errors = errors;
     keepFindingsOnce(outcomes);
     for (const Outcome& outcome : outcomes) {
+        if (!outcome.whyNotPatched.empty())
+            session.terminal.note("--patch", fmt::format("nothing of the last cook is kept: {}", outcome.whyNotPatched));
         if (command.cook.preview)
             printPreview(session, outcome);
         else

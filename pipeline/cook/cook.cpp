@@ -22,6 +22,7 @@
 #include "pipeline/cook/kept_candidates.h"
 #include "pipeline/cook/layout_decision.h"
 #include "pipeline/cook/map_preparation.h"
+#include "pipeline/cook/patch.h"
 #include "pipeline/cook/plan.h"
 #include "pipeline/cook/preview.h"
 #include "pipeline/cook/summary.h"
@@ -133,12 +134,23 @@ private:
         LC_TRY(floors, errorsOfFloors(planned, contents));
         outcome_.errors.insert(outcome_.errors.end(), floors->begin(), floors->end());
         if (isStopped()) return {};
+        if (options_.patch) keepDecisions();
         LC_TRY(plan, planScene(planned, needs, planOptions_));
         LC_CHECK(checkOptions(*plan));
         LC_CHECK(lint(*plan, materials));
         if (isStopped()) return {};
         announceUndecided(*plan, planned, needs);
         ExecutionResult result = execute(plan->actions);
+        if (isPatched() && !state_.interrupted) {
+            outcome_.whyNotPatched = whyRefuted(scene_, *plan, result);
+            if (!isPatched()) {
+                planOptions_.decisions = {};
+                LC_TRY(whole, planScene(planned, needs, planOptions_));
+                plan = std::move(*whole);
+                announceUndecided(*plan, planned, needs);
+                result = execute(plan->actions);
+            }
+        }
         if (!plan->undecided.empty() && !isStopped(result)) {
             LC_TRY(decided, decideLayouts(*plan, planned, needs, materials, result));
             plan = std::move(*decided);
@@ -164,6 +176,16 @@ private:
             outcome_.errors);
         return {};
     }
+
+    /// Takes over the decisions of the last cook into the folder, if they may serve.
+    void keepDecisions() {
+        auto kept = keptDecisions(scene_, planOptions_, outcome_.output, PartCache(cache_.root(), options_.force), *digests_);
+        if (kept)
+            planOptions_.decisions = std::move(*kept);
+        else
+            outcome_.whyNotPatched = kept.error().line();
+    }
+    bool isPatched() const { return options_.patch && outcome_.whyNotPatched.empty(); }
 
     /// Cooks and publishes a preview of a scene whose contents are known. Layouts are those of the last cook into the folder.
     Result<void> preview(const Scene& planned, const Needs& needs, const std::vector<Action>& needsGraph,

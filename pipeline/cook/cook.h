@@ -28,6 +28,7 @@ struct CookOptions {
     bool force = false, keepGoing = false, repair = false;
     bool keepCandidates = false;               ///< also cook the scene with the other layouts that were tried: kept_candidates.h
     bool preview = false;                      ///< a preview alone: preview.h
+    bool patch = false;                        ///< keep what the last cook into the folder decided and planned: patch.h
     bool strict = false;                       ///< every finding of lint that the scene does not allow is an error
     std::filesystem::path cache;               ///< empty: defaultCacheFolder()
     int samples = 1;                           ///< random positions per texel quad
@@ -48,6 +49,7 @@ struct Outcome {
     std::vector<std::string> candidates = {};  ///< layouts of the candidates that were kept
     std::optional<RemoteCounts> remote = {};   ///< of the remote cache, if there is one
     std::string depfile = {};                  ///< its rule of the dependency file; empty: none was asked for, or the cook came to none
+    std::string whyNotPatched = {};            ///< why a cook with CookOptions::patch kept nothing; empty: it did
 };
 
 /// Returns the outcome of what could not begin.

@@ -269,7 +269,9 @@ private:
         description.constantOf = reduction.constantOf;
         std::optional<SceneView> visible;
         if (scene_.output.objective == formats::Objective::Visible && hasObjective(layout)) visible = SceneView{shading_, scene_.display};
-        const LightMapVerifyParameters verification{shading_, options_.samples, scene_.display, limitsOfMap(entry)};
+        const auto found = options_.decisions.kept.find(entry.name);
+        const auto kept = found == options_.decisions.kept.end() ? std::nullopt : std::optional(found->second);
+        const LightMapVerifyParameters verification{shading_, options_.samples, scene_.display, limitsOfMap(entry), kept};
         Inputs verifyInputs = reduction.constantOf ? bakeInputs(entry.file, entry.description) : viewedInputs(entry);
         const PackedLightMap* packed = packedOf(entry);
         if (packed != nullptr && !reduction.constantOf) verifyInputs.merge(unpackedInputs(*packed));
@@ -278,7 +280,7 @@ private:
         add(entry.name, AssetKind::LightMap,
             LightMapParameters{description, layout, target, textures_, visible, hasMips(scene_.output, entry),
                                decode.filterOf(formats::info(*formats::lightMapLayoutFromName(layout))), detailFor(entry, detailed, decode),
-                               isDominantDerived(entry, reduction)},
+                               isDominantDerived(entry, reduction), kept},
             hasLearnedBases(layout) ? learnedInputsOf(entry) : bakeInputs(entry.file, entry.description), verification, verifyInputs);
         if (packed != nullptr) plan_.actions.back().parameters[kUnpackedKey] = toJson(packed->bake);
         const std::string asked = layoutAsked(scene_.output);

@@ -58,6 +58,8 @@ struct RunState {
     std::function<formats::Result<void>(const std::vector<std::filesystem::path>& files)> checkOutputs;
 };
 
+class PartCache;
+
 /// Context of a running action.
 struct ActionContext {
     const Action& action;
@@ -67,6 +69,7 @@ struct ActionContext {
     SharedObjects& shared;                      ///< shared with the actions beside it
     const RunState& state;
     std::array<double, 2> part = {0, 1};  ///< of the action that its passes are: from, to
+    const PartCache* parts = nullptr;     ///< of results; null: none are kept
 
     /// Returns the context of passes that take this part of the time of those of this one.
     ActionContext between(double from, double to) const {

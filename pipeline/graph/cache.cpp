@@ -12,6 +12,7 @@
 #include "pipeline/document/written_path.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/graph/part_cache.h"
 #include "pipeline/graph/record_fields.h"
 
 namespace lightcook::pipeline {
@@ -96,7 +97,7 @@ bool Cache::restore(const std::string& digest, const std::filesystem::path& dest
 }
 
 void Cache::prune() const {
-    for (const char* part : {"ac", "cas", "runs"}) formats::removeOldTemporaries(root_ / part);
+    for (const char* part : {"ac", "cas", PartCache::kFolder, "runs"}) formats::removeOldTemporaries(root_ / part);
     struct Content {
         std::filesystem::file_time_type used;
         std::filesystem::path path;
@@ -105,14 +106,15 @@ void Cache::prune() const {
     std::vector<Content> contents;
     std::uint64_t total = 0;
     std::error_code code;
-    for (const auto& entry : std::filesystem::directory_iterator(root_ / "cas", code)) {
-        if (entry.path().filename().string().starts_with(formats::kTemporaryPrefix)) continue;  // another process writes it
-        std::error_code each;
-        const Content content{entry.last_write_time(each), entry.path(), entry.file_size(each)};
-        if (each) continue;
-        total += content.bytes;
-        contents.push_back(content);
-    }
+    for (const char* part : {"cas", PartCache::kFolder})
+        for (const auto& entry : std::filesystem::directory_iterator(root_ / part, code)) {
+            if (entry.path().filename().string().starts_with(formats::kTemporaryPrefix)) continue;  // another process writes it
+            std::error_code each;
+            const Content content{entry.last_write_time(each), entry.path(), entry.file_size(each)};
+            if (each) continue;
+            total += content.bytes;
+            contents.push_back(content);
+        }
     if (total <= limitBytes_) return;
     std::sort(contents.begin(), contents.end(), [](const Content& a, const Content& b) { return a.used < b.used; });
     for (const Content& content : contents) {

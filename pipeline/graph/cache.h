@@ -1,4 +1,5 @@
-// A local cache of actions: records under ac/, file contents under cas/, both named by digest; runs under runs/.
+// A local cache of actions: records under ac/, file contents under cas/, both named by digest; runs under runs/. Parts of results lie
+// beside them (part_cache.h).
 #pragma once
 
 #include <filesystem>
@@ -11,13 +12,13 @@
 
 namespace lightcook::pipeline {
 
-/// Contents that the cache of a cook keeps [bytes].
+/// Contents and parts that the cache of a cook keeps [bytes].
 inline constexpr std::uint64_t kCacheLimitBytes = std::uint64_t{4} << 30;
 
 class Cache {
 public:
     /// root        is created as needed
-    /// limitBytes  of contents: prune() removes the least recently used ones beyond it
+    /// limitBytes  of contents and parts: prune() removes the least recently used ones beyond it
     Cache(std::filesystem::path root, std::uint64_t limitBytes);
 
     /// Returns the record of a key, or nothing if it is absent, damaged, or the record of another key. Its contents may have been pruned:
@@ -32,7 +33,7 @@ public:
     /// Return the places of a record and of a content, where a shared cache reads and writes them.
     std::filesystem::path recordPath(const std::string& key) const;
     std::filesystem::path contentPath(const std::string& digest) const;
-    /// Removes the least recently used contents until the rest is within the limit.
+    /// Removes the least recently used contents and parts until the rest is within the limit.
     void prune() const;
 
     /// Stores the time and memory of a run. A cached result names the run that made it.

@@ -12,6 +12,7 @@
 #include "formats/lower_extension.h"
 #include "formats/process.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/graph/part_cache.h"
 #include "pipeline/source_digest.h"
 
 namespace lightcook::pipeline {
@@ -208,7 +209,9 @@ private:
                      const RunState& state) {
         const auto start = std::chrono::steady_clock::now();
         for (const ActionRecord* record : upstream) LC_CHECK(gather(*record));
-        const ActionContext context{action, staging_, staging_, upstream, shared_, state};
+        ActionContext context{action, staging_, staging_, upstream, shared_, state};
+        const PartCache parts(cache_.root(), options_.force);
+        context.parts = &parts;
         LC_TRY(outcome, functions_(action.kind)(context));
         // The file may not be the one that was digested any more: then the result is not that of the key.
         for (const auto& [role, path] : action.inputs) LC_CHECK(digestOfInput(path, staging_, digests_));

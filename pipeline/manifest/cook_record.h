@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 
+#include "pipeline/assets/light_map/kept_map.h"
 #include "pipeline/assets/needs.h"
 #include "pipeline/document/json_fields.h"
 
@@ -18,6 +19,9 @@ struct Decisions {
     std::map<std::string, std::string> layouts = {};
     std::set<std::string> unlimited = {};  ///< light maps that are held to no default limit (LayoutDecision::unlimited)
     std::optional<int> tableViews = {};    ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
+    /// Of `cook --patch`: the digest of the manifest that decisions are of, and what is kept of light maps that were baked again.
+    std::string keptFrom = {};
+    std::map<std::string, KeptMap> kept = {};
 };
 template <class Fields, Is<Decisions> Self>
 void describe(Fields& fields, Self& decisions) {
@@ -25,6 +29,10 @@ void describe(Fields& fields, Self& decisions) {
     fields.presentIf(!decisions.unlimited.empty(), "unlimited", decisions.unlimited,
                      "light maps that no layout keeps within the default limit: they are held to none");
     fields.optional("table_views", decisions.tableViews, "views of the Cook-Torrance tables that the budget leaves room for");
+    fields.presentIf(!decisions.keptFrom.empty(), "kept_from", decisions.keptFrom,
+                     "after `cook --patch`: `digest` of the manifest of the cook that these decisions are of");
+    fields.presentIf(!decisions.kept.empty(), "kept", decisions.kept,
+                     "after `cook --patch`: by light map that was baked again, what is kept of the bake before");
 }
 
 inline constexpr int kMostSamples = 1000000;  ///< of each texel: the most of --samples

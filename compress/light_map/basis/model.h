@@ -56,6 +56,12 @@ struct BasisModel {
     static constexpr std::size_t kFactorBytes = 8;
     static constexpr std::size_t kResidualTableBytes = kFactorBytes * 4 * 9;  ///< of one layer and cluster
     std::size_t tableBytes() const;                                           ///< of all bases
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.shape, self.code, self.residual, self.seeds, self.codeWeights, self.residualWeights, self.lightSquare, self.blockSide,
+                self.blocksAcross, self.clusterOfBlock);
+    }
 };
 
 /// The cost of an error of ratios: the form of a texel's shading, each channel times the decoded coefficient 0. Whole registers for the

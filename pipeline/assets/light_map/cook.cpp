@@ -4,6 +4,7 @@
 #include "compress/light_map_context.h"
 #include "formats/chart_clusters.h"
 #include "pipeline/assets/light_map/detail.h"
+#include "pipeline/assets/light_map/kept_plan.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/mips.h"
 #include "pipeline/assets/light_map/planner.h"
@@ -16,6 +17,8 @@
 namespace lightcook::pipeline {
 namespace {
 
+using formats::ErrorCode;
+using formats::failure;
 using formats::Result;
 
 /// The index of a learned layout is a texture unless a mesh names the clusters.
@@ -97,10 +100,11 @@ Result<compress::EncodeReport> encodeStrips(LightMapSource& source, const compre
                                             const compress::EncodeOptions& options, AssetTextures& textures, int mip,
                                             const ActionContext& context) {
     using Report = compress::EncodeReport;
+    const StripEncoder encoder(plan, options, context);
     const auto encodeStrip = [&](int index) -> Result<Report> {
         LC_TRY(strip, source.stripWithMargin(index, compress::kLightMapContextRows, compress::kLightMapContextRows));
         const int firstRow = source.stripFirstRow(index);
-        const auto rows = compress::encodeLightMapRows(plan, *strip, firstRow, source.stripRows(index), options);
+        const auto rows = encoder.encode(*strip, firstRow, source.stripRows(index));
         for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
             const auto& [name, format, layerCount, side] = plan.textures[texture];
             const int firstBlockRow = firstRow / (side * formats::info(format).blockHeight);
@@ -142,6 +146,46 @@ Result<std::optional<DetailPlan>> detailOf(LightMapSource& source, const compres
     LC_TRY(detail, LightMapPlanner(source, parameters.target, parameters.textures, measured, {}, 1, context)
                        .plan(std::string(formats::info(formats::kDetailLayout).name), formats::LightMapFilter::Decoded, context));
     return planDetail(source, plan, std::move(*detail), *parameters.detail, measured, parameters.textures.encodeOptions(), context);
+}
+
+/// Plans a map.
+Result<EncodingPlan> planMap(LightMapSource& source, const LightMapParameters& parameters, const MeasuredLightMap& measured, int mipCount,
+                             const ActionContext& context) {
+    // The planner is a temporary: its samples are freed before the first strip is encoded.
+    LC_TRY(plan, LightMapPlanner(source, parameters.target, parameters.textures, measured, parameters.visible, mipCount, context)
+                     .plan(parameters.layout, parameters.filter, context));
+    LC_TRY(detail, detailOf(source, *plan, parameters, measured, context));
+    return EncodingPlan{std::move(*plan), std::move(*detail), measured.key.key(), measured.key.displayKey()};
+}
+
+/// Returns the plan of an earlier bake, if it is one for a map of this size.
+Result<EncodingPlan> keptPlan(const LightMapSource& source, const KeptMap& kept, const MeasuredLightMap& measured, int mipCount,
+                              const ActionContext& context) {
+    const std::string& asset = context.action.asset;
+    auto plan = context.parts == nullptr ? std::nullopt : EncodingPlan::find(*context.parts, kept.plan);
+    if (!plan) return failure(ErrorCode::Verification, asset, "found no kept plan in the cache, expected that of its last cook");
+    const compress::LightMapPlan& map = plan->map;
+    if (glm::ivec2(map.width, map.height) != glm::ivec2(source.width(), source.height()))
+        return failure(ErrorCode::Verification, asset,
+                       fmt::format("found {} x {} texels, expected {} x {} as in its kept plan", source.width(), source.height(), map.width,
+                                   map.height));
+    if (const int levels = map.hasCoverage() ? coverageLevels(map.width, map.height, mipCount) : mipCount; map.mipCount != levels)
+        return failure(ErrorCode::Verification, asset,
+                       fmt::format("found {} mip levels, expected {} as in its kept plan", levels, map.mipCount));
+    if (!kept.serves(measured.key.key(), measured.key.displayKey()))
+        return failure(
+            ErrorCode::Verification, asset,
+            fmt::format("found a key of {:.4g}, expected one within 1 % of that of its kept plan, {:.4g}", measured.key.key(), kept.key));
+    return std::move(*plan);
+}
+
+/// Refuses a plan whose ranges clearly more values exceed than in the bake that it was made for.
+Result<void> checkRanges(const EncodingPlan& plan, std::int64_t clamped, const std::string& asset) {
+    const std::int64_t most = plan.clamped + plan.clamped / 100;  // single values are noise of texels that are almost black
+    if (clamped <= most) return {};
+    return failure(ErrorCode::Verification, asset,
+                   fmt::format("found {} values beyond the ranges of its kept plan, expected at most {}, 1 % more than in its own bake",
+                               clamped, most));
 }
 
 CookedAsset manifestEntry(const std::string& name, const compress::LightMapPlan& plan, const LightMapParameters& parameters) {
@@ -189,31 +233,39 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     const ActionContext measuring = context.between(0, 0.1), planning = context.between(0.1, 0.2), encoding = context.between(0.2, 1);
     LC_TRY(measured, measureLightMap(**source, layout && compress::needsSharedExit(*layout), measuring));
     LC_TRY(mipCount, mipCountOf(**source, parameters->mips, measuring));
-    // The planner is a temporary: its samples are freed before the first strip is encoded.
-    LC_TRY(plan, LightMapPlanner(**source, parameters->target, parameters->textures, *measured, parameters->visible, *mipCount, context)
-                     .plan(parameters->layout, parameters->filter, planning));
-    LC_TRY(detail, detailOf(**source, *plan, *parameters, *measured, planning));
-    LC_TRY(textures, createTextures(context, *plan, parameters->textures, detail->has_value()));
-    LC_TRY(report, encodeLevels(**source, *plan, parameters->textures.encodeOptions(), *textures, encoding));
-    LC_CHECK(writeIndex(context, *plan, *textures));
-    LC_CHECK(writeTables(context, *plan, *textures));
-    if (*detail) {
-        LC_CHECK(textures->writer(plan->textures.size()).writeBlockRows({0, 1, 0}, 0, (*detail)->places()));
-        LC_TRY(more, writeDetail(**source, **detail, parameters->textures, metadataConstants((*detail)->plan), *textures, context));
+    LC_TRY(planned, parameters->kept ? keptPlan(**source, *parameters->kept, *measured, *mipCount, planning)
+                                     : planMap(**source, *parameters, *measured, *mipCount, planning));
+    const compress::LightMapPlan& plan = planned->map;
+    const std::optional<DetailPlan>& detail = planned->detail;
+    LC_TRY(textures, createTextures(context, plan, parameters->textures, detail.has_value()));
+    LC_TRY(report, encodeLevels(**source, plan, parameters->textures.encodeOptions(), *textures, encoding));
+    LC_CHECK(writeIndex(context, plan, *textures));
+    LC_CHECK(writeTables(context, plan, *textures));
+    if (detail) {
+        LC_CHECK(textures->writer(plan.textures.size()).writeBlockRows({0, 1, 0}, 0, detail->places()));
+        LC_TRY(more, writeDetail(**source, *detail, parameters->textures, metadataConstants(detail->plan), *textures, context));
         report->add(*more);
     }
-    CookedAsset asset = manifestEntry(context.action.asset, *plan, *parameters);
-    if (*detail)
-        asset.detail = CookedTiles{std::string(formats::info(formats::kDetailLayout).name), (*detail)->tiles.size(),
-                                   parameters->detail->limit, (*detail)->plan.constants};
-    if (*detail)
-        *asset.bitsPerTexel += 8.0 * static_cast<double>((*detail)->gpuBytes()) / (static_cast<double>(plan->width) * plan->height);
-    asset.key = measured->key.displayKey();
+    CookedAsset asset = manifestEntry(context.action.asset, plan, *parameters);
+    if (detail)
+        asset.detail = CookedTiles{std::string(formats::info(formats::kDetailLayout).name), detail->tiles.size(), parameters->detail->limit,
+                                   detail->plan.constants};
+    if (detail) *asset.bitsPerTexel += 8.0 * static_cast<double>(detail->gpuBytes()) / (static_cast<double>(plan.width) * plan.height);
+    asset.key = planned->displayKey;
+    const std::int64_t clamped = report->clampedHigh + report->clampedNegative;
+    if (parameters->kept) {
+        LC_CHECK(checkRanges(*planned, clamped, context.action.asset));
+        asset.plan = parameters->kept->plan;
+    } else {
+        planned->clamped = clamped;
+        asset.plan = planned->digest();
+        if (context.parts != nullptr) planned->store(*context.parts);
+    }
     if (parameters->mips) {
         LC_TRY(survey, (*source)->mipSurvey(context));
-        asset.mipsEnd = plan->mipCount < (*survey)->count ? coverageEnd(plan->width, plan->height, plan->mipCount) : (*survey)->end;
+        asset.mipsEnd = plan.mipCount < (*survey)->count ? coverageEnd(plan.width, plan.height, plan.mipCount) : (*survey)->end;
     }
-    return textures->finish({std::move(asset), bakeBytes(context.action), notesOf(*measured, *plan, *report)});
+    return textures->finish({std::move(asset), bakeBytes(context.action), notesOf(*measured, plan, *report)});
 }
 
 }  // namespace lightcook::pipeline

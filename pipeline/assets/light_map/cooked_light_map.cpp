@@ -8,6 +8,7 @@
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/light_map.h"
 #include "pipeline/assets/light_map/source.h"
+#include "pipeline/assets/light_map/strip_digest.h"
 #include "pipeline/assets/mesh/mesh.h"
 #include "pipeline/assets/textures.h"
 #include "shaders/lightcook_cpp.h"
@@ -133,8 +134,8 @@ Result<CookedLightMapReader> CookedLightMapReader::openMap(const std::filesystem
         detail = std::move(*opened);
     }
     LC_TRY(verifier, verify::LightMapVerifier::create(map, settings.shading, settings.sampling, settings.key, settings.viewing));
-    return CookedLightMapReader(std::move(*verifier), std::move(textures), std::move(coverage), std::move(detail), map.width, map.height,
-                                mip);
+    return CookedLightMapReader(std::move(*verifier), digestOf(map, settings), std::move(textures), std::move(coverage), std::move(detail),
+                                map.width, map.height, mip);
 }
 
 /// Reads the bits of texture "coverage", as the shader does.

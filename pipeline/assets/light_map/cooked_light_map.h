@@ -23,6 +23,11 @@ struct VerifierSettings {
     verify::LightMapSampling sampling = {};
     double key = 0;
     std::optional<verify::Viewing> viewing = {};
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.shading, self.sampling, self.key, self.viewing);
+    }
 };
 
 /// Reads and decodes a cooked light map from its manifest entry and the files beside it.
@@ -35,15 +40,18 @@ public:
     static formats::Result<CookedLightMapReader> openMip(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
                                                          std::vector<std::uint8_t> clusterOfTexel, const VerifierSettings& settings);
     const verify::LightMapVerifier& verifier() const { return verifier_; }
+    /// Returns a digest of all that the verifier was created with.
+    const std::string& verifierDigest() const { return verifierDigest_; }
     int width() const { return width_; }
     int height() const { return height_; }
     /// Decodes texels from firstRow (a multiple of kRowAlignment) on: at least rowCount rows, as far as the map has them.
     formats::Result<verify::DecodedLightMapRows> read(int firstRow, int rowCount) const;
 
 private:
-    CookedLightMapReader(verify::LightMapVerifier verifier, std::vector<formats::TextureReader> textures,
+    CookedLightMapReader(verify::LightMapVerifier verifier, std::string verifierDigest, std::vector<formats::TextureReader> textures,
                          std::optional<formats::TextureReader> coverage, std::optional<DetailReader> detail, int width, int height, int mip)
         : verifier_(std::move(verifier)),
+          verifierDigest_(std::move(verifierDigest)),
           textures_(std::move(textures)),
           coverage_(std::move(coverage)),
           detail_(std::move(detail)),
@@ -55,6 +63,7 @@ private:
     static formats::Result<CookedLightMapReader> openMap(const std::filesystem::path& folder, const CookedAsset& asset, int mip,
                                                          verify::CookedLightMap map, const VerifierSettings& settings);
     verify::LightMapVerifier verifier_;
+    std::string verifierDigest_;
     std::vector<formats::TextureReader> textures_;
     std::optional<formats::TextureReader> coverage_;  ///< of a map whose filter is LightMapFilter::Decoded
     std::optional<DetailReader> detail_;              ///< of a map that has detail: of level 0

@@ -7,6 +7,7 @@
 
 #include "compress/light_map_context.h"
 #include "pipeline/assets/light_map/decoded_rows.h"
+#include "pipeline/assets/light_map/kept_plan.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/parallel_for.h"
 
@@ -102,7 +103,7 @@ void copyTile(formats::PixelFormat format, const std::vector<std::byte>& rows, i
 
 /// Encodes the tiles of a strip of the map.
 Result<std::pair<TileBlocks, compress::EncodeReport>> encodeTiles(LightMapSource& source, const DetailPlan& detail,
-                                                                  const compress::EncodeOptions& options, int index) {
+                                                                  const StripEncoder& encoder, int index) {
     const compress::LightMapPlan& plan = detail.plan;
     const int firstRow = source.stripFirstRow(index), rowCount = source.stripRows(index);
     const int across = formats::coverageSize(plan.width, plan.height).x;
@@ -119,7 +120,7 @@ Result<std::pair<TileBlocks, compress::EncodeReport>> encodeTiles(LightMapSource
                 covered.at(x, y - strip->firstRow) = strip->covered.at(x, y - strip->firstRow);
     }
     strip->covered = std::move(covered);
-    const auto rows = compress::encodeLightMapRows(plan, *strip, firstRow, rowCount, options);
+    const auto rows = encoder.encode(*strip, firstRow, rowCount);
     for (std::size_t detailTexture = 0; detailTexture < blocks.size(); ++detailTexture) {
         const formats::DetailTextureInfo& info = formats::kDetailTextures[detailTexture];
         std::size_t to = 0;
@@ -286,11 +287,12 @@ Result<compress::EncodeReport> writeDetail(LightMapSource& source, const DetailP
     }
     using Encoded = std::pair<TileBlocks, compress::EncodeReport>;
     TileWriter writer(detail, *firstTexture, textures);
+    const StripEncoder encoder(detail.plan, settings.encodeOptions(), context);
     compress::EncodeReport report;
     Result<void> written;
     LC_CHECK(foldInOrder<Encoded>(
         source.stripCount(), context, "encode detail of " + context.action.asset,
-        [&](int index) { return encodeTiles(source, detail, settings.encodeOptions(), index); },
+        [&](int index) { return encodeTiles(source, detail, encoder, index); },
         [&](const Encoded& strip) {
             if (written) written = writer.add(strip.first);
             report.add(strip.second);

@@ -37,6 +37,11 @@ struct DetailPlan {
     std::uint64_t gpuBytes() const;         ///< with the second layer of texture "coverage"
     /// Returns the bytes of a plan's detail with so many tiles.
     static std::uint64_t gpuBytes(const compress::LightMapPlan& plan, std::size_t tiles);
+
+    template <class Archive, class Self>
+    static void members(Archive& archive, Self& self) {
+        archive(self.plan, self.tiles);
+    }
 };
 /// Finds the tiles that need detail, from the errors of both plans on the whole map. Nothing where none does, or where detail is no help.
 /// map     plan of the map

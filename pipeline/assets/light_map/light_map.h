@@ -7,6 +7,7 @@
 #include "formats/light_map_detail.h"
 #include "formats/light_map_layout.h"
 #include "formats/target.h"
+#include "pipeline/assets/light_map/kept_map.h"
 #include "pipeline/assets/light_map/shading.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/assets/textures.h"
@@ -68,6 +69,7 @@ struct LightMapParameters {
     formats::LightMapFilter filter = formats::LightMapFilter::Hardware;
     std::optional<DetailParameters> detail = std::nullopt;  ///< absent: no tile has detail
     bool isDominantDerived = false;                         ///< the manifest says so: the pixels are the same
+    std::optional<KeptMap> kept = std::nullopt;             ///< of the last cook; absent: the map is planned
 };
 template <class Fields, Is<LightMapParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -81,6 +83,7 @@ void describe(Fields& fields, Self& parameters) {
     fields.presentIf(parameters.isDominantDerived, "derived_dominant", parameters.isDominantDerived,
                      "true if the shader derives the dominant light from the map");
     fields.optional("detail", parameters.detail, "limit that tiles get detail for; absent: none do");
+    fields.optional("kept", parameters.kept, "plan of an earlier bake that the map is encoded with; absent: it is planned");
 }
 
 /// Parameters of the verify action. Its inputs are "source" and optionally "mesh" and traced light.
@@ -89,6 +92,7 @@ struct LightMapVerifyParameters {
     int samples = 1;  ///< random places on the surface of each texel
     lighting::DisplaySettings display;
     Limits limits;
+    std::optional<KeptMap> kept = std::nullopt;  ///< of the last cook; absent: the keys are those of the bake
 };
 template <class Fields, Is<LightMapVerifyParameters> Self>
 void describe(Fields& fields, Self& parameters) {
@@ -96,6 +100,8 @@ void describe(Fields& fields, Self& parameters) {
     fields.required("samples", parameters.samples, "random places on the surface of each texel");
     fields.required("display", parameters.display, "display that visible errors are judged on");
     describe(fields, parameters.limits, kAssetLimits);
+    fields.optional("kept", parameters.kept,
+                    "after `cook --patch`: keys of an earlier bake, to which errors are relative; those of the bake differ by 1 % at most");
 }
 
 /// Numbers of a constant that the metadata of the textures has, too; larger constants lie in the manifest alone.

@@ -9,7 +9,9 @@
 #include "formats/light_map_layout.h"
 #include "pipeline/assets/light_map/checked_light_map.h"
 #include "pipeline/assets/light_map/lit_row.h"
+#include "pipeline/assets/light_map/strip_digest.h"
 #include "pipeline/graph/parallel_for.h"
+#include "pipeline/graph/part_cache.h"
 
 namespace lightcook::pipeline {
 namespace {
@@ -45,6 +47,20 @@ std::optional<glm::ivec2> otherCoverage(const CookedStrip& strip) {
         for (int x = 0; x < covered.width(); ++x)
             if ((covered.at(x, y) != 0) != (strip.reference.covered.at(x, y) != 0)) return glm::ivec2(x, strip.firstRow + y);
     return std::nullopt;
+}
+
+/// Returns the errors of a strip. Those of a strip that an earlier cook has compared come from the cache.
+verify::LightMapErrors errorsOfStrip(const CheckedLightMap& map, const CookedStrip& strip) {
+    const PartCache* const parts = map.context.parts;
+    const auto compare = [&] { return map.cooked.verifier().verifyRows(strip.texels, strip.reference, strip.firstRow, strip.rowCount); };
+    if (parts == nullptr) return compare();
+    const std::string key =
+        digestOf(map.cooked.verifierDigest(), strip.firstRow, strip.rowCount, digestOfRows(strip.texels), digestOfStrip(strip.reference));
+    if (const auto bytes = parts->find(key))
+        if (auto errors = formats::unarchived<verify::LightMapErrors>(*bytes)) return std::move(*errors);
+    verify::LightMapErrors errors = compare();
+    parts->store(key, formats::archived(errors));
+    return errors;
 }
 
 /// Compares one strip of a cooked map with the bake.
@@ -84,13 +100,9 @@ Result<TexelErrors> compareStrip(CheckedLightMap& map, const std::optional<doubl
     LC_CHECK(blocks.addRims(bake, map.cooked, *strip, map.viewing, map.key));
     WorstBlock block;
     block.merge(blocks);
-    return TexelErrors{map.cooked.verifier().verifyRows(texels, reference, firstRow, rowCount),
-                       block,
-                       lightMapPlaces(*traced, reference, seen, firstRow),
-                       light,
-                       worst,
-                       std::move(chartErrors),
-                       otherCoverage(*strip)};
+    return TexelErrors{
+        errorsOfStrip(map, *strip), block, lightMapPlaces(*traced, reference, seen, firstRow), light, worst, std::move(chartErrors),
+        otherCoverage(*strip)};
 }
 
 }  // namespace

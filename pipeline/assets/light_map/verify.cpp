@@ -58,6 +58,16 @@ Result<std::optional<BakeBefore>> openBakeBefore(const ActionContext& context, c
     return std::optional(BakeBefore{**opened, std::move(unpacked)});
 }
 
+/// Returns the keys that the errors of a map are relative to: those of the bake, or kept ones that are close to them.
+Result<KeptMap> keysOf(const ActionContext& context, const LightMapVerifyParameters& parameters, const verify::LightMapKey& ofBake) {
+    const KeptMap found{{}, ofBake.key(), ofBake.displayKey()};
+    if (!parameters.kept) return found;
+    if (parameters.kept->serves(found.key, found.displayKey)) return *parameters.kept;
+    return failure(ErrorCode::Verification, context.action.asset,
+                   fmt::format("found kept keys of {:.4g} and {:.4g}, expected those of the bake within 1 %, {:.4g} and {:.4g}",
+                               parameters.kept->key, parameters.kept->displayKey, found.key, found.displayKey));
+}
+
 Result<CheckedLightMap> openMap(const ActionContext& context) {
     const Stopwatch watch;
     LC_TRY(asset, upstreamAsset(context));
@@ -68,8 +78,9 @@ Result<CheckedLightMap> openMap(const ActionContext& context) {
     LC_CHECK(checkSize(bake, context.action.inputs.at(kSourceRole), {asset->width, asset->height}, "cooked"));
     LC_TRY(before, openBakeBefore(context, *description));
     LC_TRY(surveyed, surveyKey(*before ? (*before)->source : bake, context.between(0, kSurveyEnd)));
-    const double key = surveyed->key();
-    const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
+    LC_TRY(keys, keysOf(context, *parameters, *surveyed));
+    const double key = keys->key;
+    const verify::Viewing viewing{parameters->display.of(keys->displayKey), bake.bt2020FromWorking()};
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = parameters->samples;
     LC_TRY(cooked, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->shading, sampling, key, viewing}));

@@ -7,6 +7,7 @@
 #include "formats/temporaries.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/graph/part_cache.h"
 #include "tests/formats/temporary_folder.h"
 
 namespace lightcook::pipeline {
@@ -94,6 +95,33 @@ TEST(Cache, TheRecordOfAnotherKeyIsAMiss) {
     }
     std::filesystem::rename(folder / "cache/runs/2024-01-02T00:00:00.000Z", folder / "cache/runs/2024-01-01T00:00:00.000Z");
     EXPECT_FALSE(cache.findRun("2024-01-01T00:00:00.000Z").has_value());
+}
+
+TEST(Cache, ADamagedPartAndThatOfAnotherKeyAreMisses) {
+    const formats::TemporaryFolder folder;
+    const PartCache parts(folder.path(), false);
+    const auto onlyFile = [&] { return std::filesystem::directory_iterator(folder / PartCache::kFolder)->path(); };
+    EXPECT_FALSE(parts.find("key"));
+    parts.store("key", "content\nof two lines");
+    EXPECT_EQ(parts.find("key"), "content\nof two lines");
+    EXPECT_FALSE(PartCache(folder.path(), true).find("key")) << "nothing is found by force";
+    const std::string text = formats::contentOf(onlyFile());
+    for (const std::string& damaged : {std::string(), text.substr(0, text.size() - 1), "0" + text.substr(1), text + "x"}) {
+        formats::writeContent(onlyFile(), damaged);
+        EXPECT_FALSE(parts.find("key"));
+    }
+    parts.store("key", "content");
+    const std::filesystem::path stored = onlyFile();
+    parts.store("other", "other");
+    for (const auto& entry : std::filesystem::directory_iterator(folder / PartCache::kFolder))
+        if (entry.path() != stored) std::filesystem::copy_file(entry.path(), stored, std::filesystem::copy_options::overwrite_existing);
+    EXPECT_FALSE(parts.find("key"));
+    EXPECT_EQ(parts.find("other"), "other");
+
+    parts.store("key", std::string(1000, 'x'));
+    EXPECT_TRUE(parts.find("key"));
+    Cache(folder.path(), 100).prune();
+    EXPECT_FALSE(parts.find("key")) << "parts count";
 }
 
 TEST(Cache, PruningForgetsTheLeastRecentlyUsedFirst) {
