@@ -75,7 +75,7 @@ Lanes exponential(Lanes x) {
 
 // The curve whose slope is 1 / q, q concave: PQ up to kBent, and beyond it that of q's line. The line has the least slope of q, which is
 // 9.0507886 at 449.6 cd/m^2, less a little, so that it lies under q.
-constexpr float kBent = 440, kBentQ = 4091.456f, kBentSlope = 9.0507f, kBentCode = 0.662814958f;
+constexpr float kBent = 440, kBentQ = 4091.456f, kBentSlope = 9.0507f;
 /// Rounding of the difference of two codes: twice 2e-7 of the polynomial, and of floats.
 constexpr float kCodeRounding = 1.2e-6f;
 /// Largest luminance of the curve [cd/m^2].

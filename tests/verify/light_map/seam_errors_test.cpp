@@ -36,7 +36,7 @@ struct TwoCharts {
                        {kSeamsWidth, kSeamsHeight, glm::vec4(1, 0, 0, 1)},
                        {},
                        {},
-                       0};
+                       {}};
     DecodedLightMapRows cooked;
 
     TwoCharts() {
