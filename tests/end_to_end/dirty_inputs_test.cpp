@@ -69,7 +69,8 @@ ExrRecipe lightMap(int width = kMapSide, int height = kMapSide, bool hasCoverage
 /// Returns the map with other values of its coefficients.
 ExrRecipe changed(ExrRecipe map, const std::function<float(int coefficient, float value)>& change) {
     for (auto& [name, value] : map.channels)
-        if (name.starts_with("sh")) value = [=, before = value](int x, int y) { return change(name[3] - '0', before(x, y)); };
+        if (name.starts_with("sh"))
+            value = [change, coefficient = name[3] - '0', before = value](int x, int y) { return change(coefficient, before(x, y)); };
     return map;
 }
 

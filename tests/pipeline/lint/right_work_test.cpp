@@ -220,7 +220,7 @@ TEST(LintRightWork, ADirectionalBakeOfGodotHasNoFinding) {
     for (const auto& [name, light] : lights()) {
         SCOPED_TRACE(name);
         const RightBake bake;
-        bake.writeExr("room.exr", 4 * kBakeSide, {"R", "G", "B"}, [&](int x, int y) {
+        bake.writeExr("room.exr", 4 * kBakeSide, {"R", "G", "B"}, [&, &light = light](int x, int y) {
             const Sums sums = sumsOf(raysAt(light, x, y % kBakeSide));
             const int slice = y / kBakeSide;
             std::vector<float> values;
