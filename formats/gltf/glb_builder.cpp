@@ -16,6 +16,7 @@
 #include "formats/gltf/attribute_bounds.h"
 #include "formats/gltf/draco_mesh.h"
 #include "formats/gltf/foreign_extensions.h"
+#include "formats/read_file.h"
 
 namespace lightcook::formats {
 namespace {
@@ -49,14 +50,13 @@ public:
         return viewCount() + newViews_.size() - 1;
     }
 
-    /// Moves image files beside the scene into the GLB, which may lie elsewhere. Images that cannot be read, and those outside the folder
-    /// of the scene, stay uris.
+    /// Moves image files into the GLB, which may lie elsewhere. Those that cannot be read, or are no pictures, stay uris.
     void embedImages(Json& json) {
         if (!json.contains("images")) return;
         for (Json& image : json["images"]) {
             const std::string uri = image.value("uri", "");
             if (uri.empty() || uri.starts_with("data:")) continue;
-            auto bytes = document_.readBeside(uri);
+            auto bytes = readWholeFile(document_.pathOf(uri));
             const std::string mimeType = bytes ? imageType(*bytes) : "";
             if (mimeType.empty()) continue;
             image.erase("uri");

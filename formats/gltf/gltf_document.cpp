@@ -182,10 +182,14 @@ Result<std::vector<std::byte>> GltfDocument::readBeside(const std::string& uri) 
                     oneLine(uri)));
 }
 
+std::filesystem::path GltfDocument::pathOf(const std::string& uri) const {
+    return file_.parent_path() / std::filesystem::path(percentDecoded(uri)).lexically_normal();
+}
+
 std::optional<std::filesystem::path> GltfDocument::beside(const std::string& uri) const {
     const std::filesystem::path path = std::filesystem::path(percentDecoded(uri)).lexically_normal();
     if (path.empty() || path.is_absolute() || *path.begin() == "..") return std::nullopt;
-    return file_.parent_path() / path;
+    return pathOf(uri);
 }
 
 GltfDocument GltfDocument::withoutBuffers(const std::filesystem::path& file) {
@@ -203,7 +207,7 @@ std::vector<std::filesystem::path> GltfDocument::filesBeside(std::span<const cha
         for (const Json& entry : json_.value(array, Json::array())) {
             const std::string uri = entry.value("uri", "");
             if (uri.empty() || uri.starts_with("data:")) continue;
-            const auto path = beside(uri);
+            const auto path = std::string_view(array) == "images" ? pathOf(uri) : beside(uri);
             std::error_code code;
             if (!path || !std::filesystem::is_regular_file(*path, code)) continue;
             if (std::find(files.begin(), files.end(), *path) == files.end()) files.push_back(*path);

@@ -63,8 +63,11 @@ public:
     std::vector<std::byte> imageBytes(std::uint64_t index) const;
     /// Reads the file that a uri names.
     Result<std::vector<std::byte>> readBeside(const std::string& uri) const;
-    /// Returns the path of the file that a uri names; nothing if it lies outside the folder of the document. The user wrote the path of the
-    /// document, but somebody else may have written what is in it: "/etc/passwd" as a buffer, or a picture of another project as a texture.
+    /// Returns the path of the file that a uri names.
+    std::filesystem::path pathOf(const std::string& uri) const;
+    /// Returns the same; nothing if it lies outside the folder of the document. The user wrote the path of the document, but somebody else
+    /// may have written what is in it: "/etc/passwd" as a buffer. Pictures of materials may lie elsewhere, as exporters leave them: what
+    /// begins as no picture is not taken.
     std::optional<std::filesystem::path> beside(const std::string& uri) const;
     /// Returns the component type and count that the accessor declares, without values.
     MeshAttribute accessorType(std::uint64_t accessor, const std::string& semantic) const;

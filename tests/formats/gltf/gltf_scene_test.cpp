@@ -192,8 +192,10 @@ TEST(GltfScene, EverythingBesideGeometryIsKept) {
     const std::string png = "\x89PNG of sorts";
     maker.document["images"] =
         json::array({{{"bufferView", maker.view(png.data(), png.size())}, {"mimeType", "image/png"}, {"name", "inside"}},
-                     {{"uri", "beside%20it.png"}},
-                     {{"uri", "absent.png"}}});
+                     {{"uri", "../beside%20it.png"}},
+                     {{"uri", "absent.png"}},
+                     {{"uri", "/etc/passwd"}}});
+    std::filesystem::create_directories(folder / "scene");
     writeContent(folder / "beside it.png", png);
     const std::vector<float> times = {0.0f, 0.5f, 1.0f}, places(9, 0.25f);
     maker.document["animations"] =
@@ -202,10 +204,10 @@ TEST(GltfScene, EverythingBesideGeometryIsKept) {
     maker.document["extensionsUsed"] = {"KHR_lights_punctual"};
     maker.document["extensions"]["KHR_lights_punctual"]["lights"] = json::array({{{"type", "point"}, {"intensity", 1234.5678901234567}}});
     maker.document["extensions"]["VENDOR_blob"] = {{"bufferView", maker.view("blob", 4)}};
-    maker.writeGlb(folder / "scene.glb");
-    const GltfScene scene = loaded(folder / "scene.glb");
+    maker.writeGlb(folder / "scene/scene.glb");
+    const GltfScene scene = loaded(folder / "scene/scene.glb");
     ASSERT_TRUE(scene.writeDraco(folder / "cooked.glb", {}));
-    const json before = jsonOf(folder / "scene.glb"), after = jsonOf(folder / "cooked.glb");
+    const json before = jsonOf(folder / "scene/scene.glb"), after = jsonOf(folder / "cooked.glb");
     for (const char* key : {"asset", "materials", "nodes", "scenes", "animations"}) EXPECT_EQ(after[key], before[key]) << key;
     EXPECT_EQ(after["extensions"]["KHR_lights_punctual"], before["extensions"]["KHR_lights_punctual"]);
     EXPECT_EQ(after["extensionsUsed"], json({"KHR_lights_punctual", "KHR_draco_mesh_compression"}));
@@ -214,6 +216,7 @@ TEST(GltfScene, EverythingBesideGeometryIsKept) {
     EXPECT_EQ(after["images"][1]["mimeType"], "image/png") << "embedded";
     EXPECT_FALSE(after["images"][1].contains("uri"));
     EXPECT_EQ(after["images"][2]["uri"], "absent.png");
+    EXPECT_EQ(after["images"][3]["uri"], "/etc/passwd") << "no picture";
 
     const auto bytesOf = [&](const json& document, const std::filesystem::path& file, std::size_t view) {
         const std::string content = contentOf(file);
@@ -228,7 +231,7 @@ TEST(GltfScene, EverythingBesideGeometryIsKept) {
     for (const char* end : {"input", "output"}) {
         const std::size_t accessor = before["animations"][0]["samplers"][0][end];
         EXPECT_EQ(bytesOf(after, folder / "cooked.glb", after["accessors"][accessor]["bufferView"]),
-                  bytesOf(before, folder / "scene.glb", before["accessors"][accessor]["bufferView"]));
+                  bytesOf(before, folder / "scene/scene.glb", before["accessors"][accessor]["bufferView"]));
     }
     EXPECT_EQ(after["extensions"]["VENDOR_blob"], before["extensions"]["VENDOR_blob"]) << "nobody knows what its numbers mean";
     const json& primitive = after["meshes"][0]["primitives"][1];
