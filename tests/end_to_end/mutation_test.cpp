@@ -322,7 +322,7 @@ const std::vector<Fault>& detailFaults() {
 
 TEST(Mutation, OfALightMapWithDetailIsCaught) {
     const SmallScene scene(SmallScene::Parts::LightMap);
-    scene.writeSceneFile("light_map_layout = \"lit-half\"\ndetail = true\nmax_visible = 2");
+    scene.writeSceneFile("light_map_layout = \"lit-half\"\ndetail = true\nmax_visible = 1.7");
     expectCaught(Cooked(scene.sceneFile(), "lit-half", "light-map"), detailFaults());
 }
 

@@ -115,7 +115,7 @@ TEST_F(BashCompletion, OffersCommandsOptionsValuesAndFiles) {
     EXPECT_THAT(complete("--lo"), ElementsAre("--log"));
     EXPECT_THAT(complete("--log ''"), ElementsAre("text", "json"));
     EXPECT_THAT(complete("-j 3 dec"), ElementsAre("decode"));
-    EXPECT_THAT(complete("cook --ta"), ElementsAre("--target"));
+    EXPECT_THAT(complete("cook --ta"), ElementsAre("--target", "--targets"));
     EXPECT_THAT(complete("cook scene.toml --target ''"), ElementsAre("bc", "astc", "float"));
     EXPECT_THAT(complete("encode in.exr out.ktx2 --format bc6"), ElementsAre("bc6h-uf16", "bc6h-sf16"));
     EXPECT_THAT(complete("lut out --normalization ha"), ElementsAre("halo3"));
