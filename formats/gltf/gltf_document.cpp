@@ -242,13 +242,15 @@ void GltfDocument::readBuffers() {
         SharedBytes bytes;
         if (buffers[index].contains("uri")) {
             const std::string uri = buffers[index]["uri"].get<std::string>();
-            const bool isFile = !uri.starts_with("data:");
-            SharedBytes& known = read[isFile ? beside(uri).value_or("") : std::filesystem::path()];
-            if (known == nullptr || !isFile) {
-                known = std::make_shared<std::vector<std::byte>>(readUri(uri, place, "the buffer"));
-                if (isFile) fileBytes_ += known->size();
+            const auto file = uri.starts_with("data:") ? std::nullopt : beside(uri);
+            if (file) bytes = read[*file];
+            if (bytes == nullptr) {
+                bytes = std::make_shared<std::vector<std::byte>>(readUri(uri, place, "the buffer"));
+                if (file) {
+                    read[*file] = bytes;
+                    fileBytes_ += bytes->size();
+                }
             }
-            bytes = known;
         } else if (index == 0 && !glbBuffer_.empty()) {
             bytes = std::make_shared<std::vector<std::byte>>(std::move(glbBuffer_));
         } else {

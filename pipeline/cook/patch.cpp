@@ -60,10 +60,6 @@ Result<Decisions> keptDecisions(const Scene& scene, const PlanOptions& options, 
     if (last.repair != options.repair || last.samples != options.samples)
         return failure(ErrorCode::Verification, file, "found another --repair or --samples, expected those of this cook");
     Decisions decisions = last.decisions;
-    if (decisions.keptFrom.empty()) {
-        LC_TRY(text, readFile(file));
-        decisions.keptFrom = parseJson(*text).value("digest", "");
-    }
     for (const LightMapEntry& entry : scene.lightMaps) {
         const auto asset = std::ranges::find(manifest->assets, entry.name, &CookedAsset::name);
         if (asset == manifest->assets.end() || asset->kind != AssetKind::LightMap) continue;
@@ -77,10 +73,18 @@ Result<Decisions> keptDecisions(const Scene& scene, const PlanOptions& options, 
                            "found no plan of its last cook in the cache, expected that of this program's cook on this machine");
         decisions.kept[entry.name] = {*asset->plan, plan->key, plan->displayKey};
     }
+    if (!decisions.kept.empty() && decisions.keptFrom.empty()) {
+        LC_TRY(text, readFile(file));
+        const Json whole = parseJson(*text);
+        if (const auto digest = whole.find("digest"); digest != whole.end() && digest->is_string())
+            decisions.keptFrom = digest->get<std::string>();
+    }
     return decisions;
 }
 
 std::string whyRefuted(const Scene& scene, const Plan& plan, const ExecutionResult& result) {
+    if (!plan.undecided.empty() || plan.openTables)
+        return fmt::format("{}: found what its last cook did not decide, expected no more than that", scene.name);
     if (!result.errors.empty()) return result.errors.front().line();
     std::uint64_t bytes = 0;
     for (const Action& action : plan.actions) {

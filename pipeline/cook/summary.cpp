@@ -164,6 +164,8 @@ bool takeOver(const CookRecord& old, CookRecord& current) {
     };
     take(old.needs.contents, current.needs.contents);
     take(old.decisions.layouts, current.decisions.layouts);
+    take(old.decisions.kept, current.decisions.kept);
+    if (!current.decisions.kept.empty() && current.decisions.keptFrom.empty()) current.decisions.keptFrom = old.decisions.keptFrom;
     if (!current.assets.contains(kTablesName)) current.decisions.tableViews = old.decisions.tableViews;
     for (const auto& [from, to] : {std::pair(&old.decisions.unlimited, &current.decisions.unlimited),
                                    std::pair(&old.needs.unusedProbes, &current.needs.unusedProbes)})

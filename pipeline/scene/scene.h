@@ -288,8 +288,8 @@ void describeKeys(Keys& keys, LightMapEntry& entry) {
                               fmt::join(formats::gltfBakeNames(), ", ")));
     keys.optional(
         "firefly_limit", description.fireflyLimit, kFireflyLimit,
-        "largest ratio of a texel to its brightest neighbour; above it the texel is a firefly. 0: no test (charts of one texel are "
-        "never tested)");
+        "largest ratio of a texel to its brightest neighbour; above it the texel is a firefly. At the rim of a chart it is the third "
+        "power of this. 0: no test (charts of one texel are never tested)");
     keys.optional("dominant_fit", entry.dominantFit, oneOf(allDominantFits()),
                   withCaptions("method of the [dominant light](../theory/lighting.md#dominant-light)", allDominantFits()));
     keys.optional("dominant_layout", entry.dominantLayout, oneOf(allDominantLayouts()).otherwise("none; see right"),

@@ -158,13 +158,20 @@ Result<EncodingPlan> planMap(LightMapSource& source, const LightMapParameters& p
     return EncodingPlan{std::move(*plan), std::move(*detail), measured.key.key(), measured.key.displayKey()};
 }
 
-/// Returns the plan of an earlier bake, if it is one for a map of this size.
-Result<EncodingPlan> keptPlan(const LightMapSource& source, const KeptMap& kept, const MeasuredLightMap& measured, int mipCount,
-                              const ActionContext& context) {
+/// Returns the plan of an earlier bake, if it is one for a map of this size and of these parameters.
+Result<EncodingPlan> keptPlan(const LightMapSource& source, const LightMapParameters& parameters, const MeasuredLightMap& measured,
+                              int mipCount, const ActionContext& context) {
     const std::string& asset = context.action.asset;
+    const KeptMap& kept = *parameters.kept;
     auto plan = context.parts == nullptr ? std::nullopt : EncodingPlan::find(*context.parts, kept.plan);
     if (!plan) return failure(ErrorCode::Verification, asset, "found no kept plan in the cache, expected that of its last cook");
     const compress::LightMapPlan& map = plan->map;
+    const std::string_view layout = formats::info(map.layout).name;
+    if (layout != parameters.layout || map.target != parameters.target ||
+        map.filter != formats::info(map.layout).filterFor(parameters.filter) || (plan->detail && !parameters.detail))
+        return failure(
+            ErrorCode::Verification, asset,
+            fmt::format("found a kept plan for {}, expected one for {} with its target, filter and detail", layout, parameters.layout));
     if (glm::ivec2(map.width, map.height) != glm::ivec2(source.width(), source.height()))
         return failure(ErrorCode::Verification, asset,
                        fmt::format("found {} x {} texels, expected {} x {} as in its kept plan", source.width(), source.height(), map.width,
@@ -181,7 +188,7 @@ Result<EncodingPlan> keptPlan(const LightMapSource& source, const KeptMap& kept,
 
 /// Refuses a plan whose ranges clearly more values exceed than in the bake that it was made for.
 Result<void> checkRanges(const EncodingPlan& plan, std::int64_t clamped, const std::string& asset) {
-    const std::int64_t most = plan.clamped + plan.clamped / 100;  // single values are noise of texels that are almost black
+    const std::int64_t most = plan.clamped + plan.clamped / 100;  // of texels that are almost black
     if (clamped <= most) return {};
     return failure(ErrorCode::Verification, asset,
                    fmt::format("found {} values beyond the ranges of its kept plan, expected at most {}, 1 % more than in its own bake",
@@ -233,7 +240,7 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     const ActionContext measuring = context.between(0, 0.1), planning = context.between(0.1, 0.2), encoding = context.between(0.2, 1);
     LC_TRY(measured, measureLightMap(**source, layout && compress::needsSharedExit(*layout), measuring));
     LC_TRY(mipCount, mipCountOf(**source, parameters->mips, measuring));
-    LC_TRY(planned, parameters->kept ? keptPlan(**source, *parameters->kept, *measured, *mipCount, planning)
+    LC_TRY(planned, parameters->kept ? keptPlan(**source, *parameters, *measured, *mipCount, planning)
                                      : planMap(**source, *parameters, *measured, *mipCount, planning));
     const compress::LightMapPlan& plan = planned->map;
     const std::optional<DetailPlan>& detail = planned->detail;

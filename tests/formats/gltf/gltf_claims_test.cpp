@@ -108,8 +108,9 @@ TEST_F(GltfClaims, FilesOutsideItsFolderAreNotRead) {
     writeContent(folder_ / "secret.bin", std::string(36, '\0'));
     writeContent(folder_ / "scene/parts/a.bin", std::string(36, '\0'));
     const auto refusalOfUri = [&](const std::string& uri) {
-        writeContent(folder_ / "scene/a.gltf",
-                     fmt::format(R"({{"asset":{{"version":"2.0"}},"buffers":[{{"byteLength":36,"uri":"{}"}}]}})", uri));
+        writeContent(folder_ / "scene/a.gltf", fmt::format(R"({{"asset":{{"version":"2.0"}},"buffers":[
+                         {{"byteLength":3,"uri":"data:application/octet-stream;base64,AAAA"}}, {{"byteLength":36,"uri":"{}"}}]}})",
+                                                           uri));
         const auto scene = GltfScene::load(folder_ / "scene/a.gltf");
         EXPECT_EQ(gltfFilesBeside(folder_ / "scene/a.gltf", GltfFiles::All).size(), scene ? 1u : 0u);
         return scene ? Error{} : scene.error();
@@ -122,7 +123,7 @@ TEST_F(GltfClaims, FilesOutsideItsFolderAreNotRead) {
         const Error error = refusalOfUri(uri);
         EXPECT_EQ(error.code, ErrorCode::FormatUnsupported);
         EXPECT_THAT(error.line(),
-                    HasSubstr(fmt::format("a.gltf, buffer 0: found the file \"{}\", expected one in the folder of the glTF", uri)));
+                    HasSubstr(fmt::format("a.gltf, buffer 1: found the file \"{}\", expected one in the folder of the glTF", uri)));
     }
 }
 

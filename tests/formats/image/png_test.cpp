@@ -142,16 +142,16 @@ TEST(DecodePng, AnImageThatIsTooLargeIsRefusedBeforeItsTexelsAreRead) {
 
 /// A byte of Deflate stands for at most 1032.
 TEST(DecodePng, AFileHoldsItsTexels) {
-    const auto errorOf = [](std::uint32_t width, std::uint32_t height, const char* kind) {
-        const std::string header = bigEndian(width) + bigEndian(height) + std::string(kind, 5);
+    const auto errorOf = [](std::uint32_t width, std::uint32_t height, char bits, char colours) {
+        const std::string header = bigEndian(width) + bigEndian(height) + bits + colours + std::string(3, '\0');
         const std::string file =
             "\x89PNG\r\n\x1a\n" + pngChunk("IHDR", header) + pngChunk("IDAT", std::string(40, 'x')) + pngChunk("IEND", "");
         const auto image = decodePng(std::as_bytes(std::span(file)), "a.png");
         return image ? "" : image.error().line();
     };
-    EXPECT_EQ(errorOf(20000, 10000, "\x10\x06\0\0\0"),
+    EXPECT_EQ(errorOf(20000, 10000, 16, 6),
               "a.png: found 97 bytes, expected more for 1600000000 bytes of texels: truncated, or a broken header");
-    EXPECT_THAT(errorOf(800, 1000, "\x01\0\0\0\0"), HasSubstr("found a damaged PNG")) << "one bit a texel: it might be black";
+    EXPECT_THAT(errorOf(800, 1000, 1, 0), HasSubstr("found a damaged PNG")) << "one bit a texel: it might be black";
 }
 
 }  // namespace

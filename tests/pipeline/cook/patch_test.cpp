@@ -102,6 +102,22 @@ TEST_F(PatchOfAScene, ChangesTheBytesOfTheStripThatWasBakedAgainAlone) {
     }
 }
 
+TEST_F(PatchOfAScene, StaysOneAfterACookOfAnotherAssetAlone) {
+    cookAndBakeAgain("light_map_layout = \"ratio\"");
+    ASSERT_EQ(cook(true).whyNotPatched, "");
+    const Decisions patched = manifest().cooks.at(0).decisions;
+    CookOptions options = scene_.optionsWithOwnCache();
+    options.only = "specular";
+    options.force = true;
+    const Outcome other = pipeline::cook(options);
+    for (const formats::Error& error : other.errors) ADD_FAILURE() << error.line();
+    EXPECT_GT(other.actionsRun, 0);
+    EXPECT_EQ(manifest().cooks.at(0).decisions.keptFrom, patched.keptFrom);
+    EXPECT_EQ(manifest().cooks.at(0).decisions.kept, patched.kept);
+    const RunState state;
+    for (const formats::Error& error : verifyCooked({scene_ / "out", {}, {}, false}, state).errors) ADD_FAILURE() << error.line();
+}
+
 TEST_F(PatchOfAScene, IsThatOfAFullCookWithTheSamePlanAtAnyNumberOfThreads) {
     cookAndBakeAgain("light_map_layout = \"basis-4\"");
     const std::string plan = manifest().assets.at(0).plan.value_or("");
