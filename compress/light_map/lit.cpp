@@ -22,7 +22,7 @@ enum Part : std::size_t { kDc, kLight, kDirection, kRest, kParts };
 
 /// Ratios reach to this share of what light that is nowhere negative can have.
 constexpr float kShareOfBound = 0.9f;
-/// Of texels of 8 bits, the code of ratio 0: a rest that is the same from everywhere is exact.
+/// Ratio 0 has this code of 8 bits, so that a rest that is the same from everywhere is exact.
 constexpr float kZero = 128.0f / 255;
 
 /// Returns the octahedral projection of a unit vector, mapped to [0, 1].

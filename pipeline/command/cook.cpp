@@ -163,8 +163,9 @@ int runCook(Session& session, CookCommand& command) {
         command.remote.warn(session.terminal, *outcomes.back().remote);
     }
     std::vector<formats::Error> errors = command.files.write(session, "cook", outcomes, command.cook.scene, {});
-    if (const std::vector<HistoryLine> lines = historyOf(outcomes); !command.history.empty() && !lines.empty())
-        if (const auto history = appendHistory(command.history, lines); !history) errors.push_back(history.error());
+    if (!command.history.empty())
+        if (const std::vector<HistoryLine> lines = historyOf(outcomes); !lines.empty())
+            if (const auto history = appendHistory(command.history, lines); !history) errors.push_back(history.error());
     if (!command.trace.empty())
         if (const auto written = session.write(command.trace, trace.document().dump(-1, ' ', false, Json::error_handler_t::replace));
             !written)

@@ -14,10 +14,9 @@
 
 namespace lightcook::pipeline {
 
-/// Returns the decisions of the last cook into a folder, with what is kept of light maps whose bakes have changed since. Fails with the
-/// reason if they do not serve: nothing but bakes may have changed.
-/// options  of this cook
-/// parts    which the plans are in
+/// Returns the decisions of the last cook into a folder. They name the plans of light maps whose bakes have changed since
+/// (Decisions::kept). Fails with the reason if they do not serve: nothing but bakes may have changed. options  of this cook parts    which
+/// the plans are in
 formats::Result<Decisions> keptDecisions(const Scene& scene, const PlanOptions& options, const std::filesystem::path& folder,
                                          const PartCache& parts, DigestMemo& digests);
 

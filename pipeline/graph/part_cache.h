@@ -6,6 +6,9 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#include "formats/archive.h"
 
 namespace lightcook::pipeline {
 
@@ -28,5 +31,20 @@ private:
     std::filesystem::path folder_;
     bool isForced_;
 };
+
+/// Returns a part from the cache or, where the cache does not have it, the one that make() returns, which is stored.
+/// parts   null: nothing is kept
+/// keyOf() digest of all that the part depends on; it is called only if there is a cache
+template <class KeyOf, class Make>
+auto cachedPart(const PartCache* parts, KeyOf&& keyOf, Make&& make) {
+    using Part = decltype(make());
+    if (parts == nullptr) return make();
+    const std::string key = keyOf();
+    if (const auto bytes = parts->find(key))
+        if (auto part = formats::unarchived<Part>(*bytes)) return std::move(*part);
+    Part made = make();
+    parts->store(key, formats::archived(made));
+    return made;
+}
 
 }  // namespace lightcook::pipeline

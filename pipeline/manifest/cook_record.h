@@ -17,11 +17,10 @@ namespace lightcook::pipeline {
 struct Decisions {
     /// Layouts of light maps whose layout is "auto", by name. A map that is not here gets a trial instead.
     std::map<std::string, std::string> layouts = {};
-    std::set<std::string> unlimited = {};  ///< light maps that are held to no default limit (LayoutDecision::unlimited)
-    std::optional<int> tableViews = {};    ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
-    /// Of `cook --patch`: the digest of the manifest that decisions are of, and what is kept of light maps that were baked again.
-    std::string keptFrom = {};
-    std::map<std::string, KeptMap> kept = {};
+    std::set<std::string> unlimited = {};      ///< light maps that are held to no default limit (LayoutDecision::unlimited)
+    std::optional<int> tableViews = {};        ///< of tables whose views a budget chooses (areViewsOpen); absent: not chosen yet
+    std::string keptFrom = {};                 ///< digest of the manifest that `cook --patch` took the decisions from; else empty
+    std::map<std::string, KeptMap> kept = {};  ///< of light maps that were baked again since
 };
 template <class Fields, Is<Decisions> Self>
 void describe(Fields& fields, Self& decisions) {

@@ -262,9 +262,10 @@ std::string budgetAdvice(const std::vector<ReportRow>& rows, std::uint64_t usedB
     if (const auto largest = std::ranges::max_element(rows, {}, &ReportRow::bytesGpu); largest != rows.end())
         sentences.push_back(fmt::format("The largest asset is the {} '{}' ({}).", info(largest->kind).shortCaption, largest->name,
                                         sizeWords(largest->bytesGpu)));
+    const std::vector<const ReportRow*> lightMaps = lightMapsOf(rows);
     for (const ReportRow& row : rows) {
         const std::string fit = row.notes ? row.notes->value(note_keys::kFit, "") : "";
-        const ReportRow* lightMap = row.kind == AssetKind::Dominant ? lightMapOf(row, lightMapsOf(rows)) : nullptr;
+        const ReportRow* lightMap = row.kind == AssetKind::Dominant ? lightMapOf(row, lightMaps) : nullptr;
         if (lightMap == nullptr || usualDominantLayout(lightMap->layout, fit) != kDerivedDominant) continue;
         sentences.push_back(
             fmt::format("dominant_layout = \"{}\" for {} takes {} less.", kDerivedDominant, lightMap->name, sizeWords(row.bytesGpu)));

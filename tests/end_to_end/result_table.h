@@ -1,4 +1,4 @@
-// Tables of Markdown that a test holds the program to, row by row: what is done, and what is printed.
+// Tests compare what the program prints with tables of Markdown, row by row.
 #pragma once
 
 #include <fmt/format.h>

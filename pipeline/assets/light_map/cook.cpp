@@ -188,7 +188,7 @@ Result<EncodingPlan> keptPlan(const LightMapSource& source, const LightMapParame
 
 /// Refuses a plan whose ranges clearly more values exceed than in the bake that it was made for.
 Result<void> checkRanges(const EncodingPlan& plan, std::int64_t clamped, const std::string& asset) {
-    const std::int64_t most = plan.clamped + plan.clamped / 100;  // of texels that are almost black
+    const std::int64_t most = plan.clamped + plan.clamped / 100;  // quotients of texels that are almost black come and go
     if (clamped <= most) return {};
     return failure(ErrorCode::Verification, asset,
                    fmt::format("found {} values beyond the ranges of its kept plan, expected at most {}, 1 % more than in its own bake",

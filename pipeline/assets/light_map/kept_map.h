@@ -1,4 +1,4 @@
-// What a cook keeps of the last cook of a light map: `cook --patch` encodes a bake that changed a little with the plan of the one before.
+// `cook --patch` encodes a bake that changed a little with the plan of the bake before it. KeptMap names that plan, and has its keys.
 #pragma once
 
 #include <cmath>

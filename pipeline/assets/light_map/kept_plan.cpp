@@ -19,13 +19,9 @@ StripEncoder::StripEncoder(const compress::LightMapPlan& plan, const compress::E
     : plan_(plan), options_(options), parts_(context.parts), digest_(digestOf(plan, options)) {}
 
 compress::EncodedLightMapRows StripEncoder::encode(const formats::LightMapStrip& strip, int firstRow, int rowCount) const {
-    if (parts_ == nullptr) return compress::encodeLightMapRows(plan_, strip, firstRow, rowCount, options_);
-    const std::string key = digestOf(digest_, firstRow, rowCount, digestOfStrip(strip));
-    if (const auto bytes = parts_->find(key))
-        if (auto rows = formats::unarchived<compress::EncodedLightMapRows>(*bytes)) return std::move(*rows);
-    auto rows = compress::encodeLightMapRows(plan_, strip, firstRow, rowCount, options_);
-    parts_->store(key, formats::archived(rows));
-    return rows;
+    return cachedPart(
+        parts_, [&] { return digestOf(digest_, firstRow, rowCount, digestOfStrip(strip)); },
+        [&] { return compress::encodeLightMapRows(plan_, strip, firstRow, rowCount, options_); });
 }
 
 }  // namespace lightcook::pipeline

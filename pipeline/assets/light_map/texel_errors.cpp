@@ -51,16 +51,13 @@ std::optional<glm::ivec2> otherCoverage(const CookedStrip& strip) {
 
 /// Returns the errors of a strip. Those of a strip that an earlier cook has compared come from the cache.
 verify::LightMapErrors errorsOfStrip(const CheckedLightMap& map, const CookedStrip& strip) {
-    const PartCache* const parts = map.context.parts;
-    const auto compare = [&] { return map.cooked.verifier().verifyRows(strip.texels, strip.reference, strip.firstRow, strip.rowCount); };
-    if (parts == nullptr) return compare();
-    const std::string key =
-        digestOf(map.cooked.verifierDigest(), strip.firstRow, strip.rowCount, digestOfRows(strip.texels), digestOfStrip(strip.reference));
-    if (const auto bytes = parts->find(key))
-        if (auto errors = formats::unarchived<verify::LightMapErrors>(*bytes)) return std::move(*errors);
-    verify::LightMapErrors errors = compare();
-    parts->store(key, formats::archived(errors));
-    return errors;
+    return cachedPart(
+        map.context.parts,
+        [&] {
+            return digestOf(map.cooked.verifierDigest(), strip.firstRow, strip.rowCount, digestOfRows(strip.texels),
+                            digestOfStrip(strip.reference));
+        },
+        [&] { return map.cooked.verifier().verifyRows(strip.texels, strip.reference, strip.firstRow, strip.rowCount); });
 }
 
 /// Compares one strip of a cooked map with the bake.

@@ -37,8 +37,8 @@ void describe(Fields& fields, Self& parameters) {
     fields.optional("max_error", parameters.limits[Limit::WholeError], info(Limit::WholeError).caption);
 }
 
-/// Shades places by the bake and, with a fit, by its dominant light: what the whole shading is compared with. Returns samples of
-/// WholeShader.
+/// Shades places by the bake and, with a fit, by its dominant light. The whole shading of cooked textures is compared with the result.
+/// Returns samples of WholeShader.
 std::vector<float> shadeReference(const verify::WholeShader& shader, std::span<const SurfacePlace> places,
                                   const std::optional<verify::DominantFit>& fit, const glm::vec3& luminanceWeights);
 

@@ -104,7 +104,7 @@ TEST(Flat, NormalsAreThoseOfTheMeshIfTheFileHasNone) {
     ASSERT_TRUE(reader);
     EXPECT_TRUE(reader->hasNormals());
     EXPECT_FALSE(LightMapReader::open(map.path, {})->hasNormals());
-    // Where a normal is zero, that of the triangle stands in.
+    // The normal of the triangle stands in for one of zero.
     writeSquare(folder / "bare.glb", {.lightMap = {0.5f, 1}, .hasNormals = false});
     description.mesh = folder / "bare.glb";
     const LightMapStrip bare = readAll(map.path, description);

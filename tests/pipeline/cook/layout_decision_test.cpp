@@ -175,7 +175,7 @@ private:
     std::uint64_t vertices_;
 };
 
-/// A trial of a part of a map errs alike for all of its layouts: what is said of the others has what was found of the chosen one.
+/// Other layouts are expected to exceed their trials as the chosen one did: a trial of a part of a map errs alike for all of them.
 TEST(LayoutDecision, OtherLayoutsAreExpectedToExceedTheirTrialsAsTheVerifiedOneDoes) {
     const auto visible = [](const std::vector<FrontierPoint>& frontier) {
         std::vector<double> out;
