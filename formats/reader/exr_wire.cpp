@@ -78,18 +78,24 @@ public:
     }
 
 private:
+    /// Copies some texels of every plane in turn, since the planes of a light map interleave.
     void copy(const std::byte* from, int firstRow, int rowCount, std::span<const ExrPlane> planes) const {
-        const auto rowBytes = static_cast<std::size_t>(info_.width) * sizeof(float);
-        for (const ExrPlane& plane : planes)
-            for (int row = 0; row < rowCount; ++row, from += rowBytes) {
-                float* to = plane.texels + (firstRow + row) * plane.rowStride;
-                if (plane.texelStride == 1) {
-                    std::memcpy(to, from, rowBytes);
-                    continue;
+        constexpr int kTexelsAtOnce = 64;
+        const auto texelOf = [&](std::size_t plane, int row, int x) {
+            return from + ((std::ptrdiff_t(plane) * rowCount + row) * info_.width + x) * std::ptrdiff_t{sizeof(float)};
+        };
+        for (int row = 0; row < rowCount; ++row)
+            for (int first = 0; first < info_.width; first += kTexelsAtOnce)
+                for (std::size_t i = 0; i < planes.size(); ++i) {
+                    const ExrPlane& plane = planes[i];
+                    float* to = plane.texels + (firstRow + row) * plane.rowStride + first * plane.texelStride;
+                    const std::byte* texel = texelOf(i, row, first);
+                    for (int x = first; x < std::min(first + kTexelsAtOnce, info_.width); ++x) {
+                        std::memcpy(to, texel, sizeof(float));
+                        to += plane.texelStride;
+                        texel += sizeof(float);
+                    }
                 }
-                for (int x = 0; x < info_.width; ++x, to += plane.texelStride)
-                    std::memcpy(to, from + static_cast<std::size_t>(x) * sizeof(float), sizeof(float));
-            }
     }
 
     ReaderProcess reader_;

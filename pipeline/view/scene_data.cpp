@@ -118,12 +118,12 @@ public:
         map.shading->f0.assign(parameters->shading.f0.begin(), parameters->shading.f0.end());
         LC_TRY(bake, openLightMap(context, *description));
         LC_CHECK(checkSize(**bake, 1, action.inputs.at(kSourceRole)));
-        LC_TRY(key, surveyKey(**bake, context));
+        LC_TRY(survey, (*bake)->survey(context));
         LC_TRY(form, referenceForm(**bake));
         LC_CHECK(checkSize(**bake, form->layers, action.inputs.at(kSourceRole)));
         const std::string name = fmt::format("{}.reference.ktx2", asset.name);
         LC_CHECK(writeReference(**bake, *form, folders_.bakes / name, state_));
-        map.display = parameters->display.of(key->displayKey());
+        map.display = parameters->display.of((*survey)->key.displayKey());
         map.referenceScale = double(form->scale);
         map.referenceLayers = form->layers;
         map.reference = fmt::format("{}/{}", kViewerFolder, name);

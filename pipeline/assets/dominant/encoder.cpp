@@ -93,35 +93,25 @@ DominantRows fitRows(const LightMapStrip& strip, int firstRow, int rowCount, con
     return rows;
 }
 
-/// Measurements of a whole map before its lights are encoded.
-struct Measured {
-    float brightest = 0;  ///< largest intensity; for a refined fit an upper bound, since a range is not worth a second search
-    verify::LightMapKey key;
-};
-
-Result<Measured> measure(LightMapSource& source, const fit::FilteredLightOptions& options, const ActionContext& context) {
-    const auto parts =
-        mapInOrder<Measured>(source.chunkCount(), context, "measure " + context.action.asset, [&](int index) -> Result<Measured> {
+/// Returns the largest intensity of a map; for a refined fit an upper bound, since a range is not worth a second search.
+Result<float> brightestLight(LightMapSource& source, const fit::FilteredLightOptions& options, const ActionContext& context) {
+    float brightest = 0;
+    LC_CHECK(foldInOrder<float>(
+        source.chunkCount(), context, "measure " + context.action.asset,
+        [&](int index) -> Result<float> {
             LC_TRY(chunk, source.chunk(index));
-            Measured part{0, emptyKeyOf(source)};
-            part.key.add(**chunk, (*chunk)->firstRow, source.chunkRows(index));
+            float part = 0;
             if (options.light.fit != fit::DominantFit::Closed) {
-                for (const lighting::ShRgb& sh : (*chunk)->sh.texels())
-                    part.brightest = std::max(part.brightest, fit::largestIntensity(sh));
+                for (const lighting::ShRgb& sh : (*chunk)->sh.texels()) part = std::max(part, fit::largestIntensity(sh));
                 return part;
             }
             DominantFitCounts counts;
             const DominantRows rows = fitRows(**chunk, (*chunk)->firstRow, source.chunkRows(index), options, counts);
-            for (const glm::vec4& value : rows.intensity.texels()) part.brightest = std::max({part.brightest, value.x, value.y, value.z});
+            for (const glm::vec4& value : rows.intensity.texels()) part = std::max({part, value.x, value.y, value.z});
             return part;
-        });
-    if (!parts) return tl::make_unexpected(parts.error());
-    Measured whole{0, emptyKeyOf(source)};
-    for (const Measured& part : *parts) {
-        whole.brightest = std::max(whole.brightest, part.brightest);
-        whole.key.merge(part.key);
-    }
-    return whole;
+        },
+        [&](float part) { brightest = std::max(brightest, part); }));
+    return brightest;
 }
 
 /// Constants of the residual texture: its range is wide enough for the error of BC7 in a block whose directions lie on no few lines.
@@ -167,16 +157,17 @@ Result<DominantEncoder> DominantEncoder::create(LightMapSource& source, const Do
     encoder.options_.light.luminanceWeights = source.luminanceWeights();
     LC_TRY(fit, dominantFitOf(context.action.asset, parameters.fit));
     encoder.options_.light.fit = (*fit)->cooked;
-    LC_TRY(measured, measure(source, encoder.options_, context));
+    LC_TRY(survey, source.survey(context));
+    LC_TRY(brightest, brightestLight(source, encoder.options_, context));
     // The intensity of a light that alone gives a tenth of the key to a white surface that faces it.
-    encoder.options_.floor = 0.1 * std::numbers::pi * measured->key.key();
+    encoder.options_.floor = 0.1 * std::numbers::pi * (*survey)->key.key();
     encoder.formats_ = dominantFormatsOf(parameters.target);
     const bool isBiased = encoder.formats_.hasResidual;
     encoder.constants_ = {.directionScale = isBiased ? 2.0f : 1.0f,
                           .directionBias = isBiased ? -1.0f : 0.0f,
                           .residualScale = isBiased ? kResidualScale : 0.0f,
                           .residualCentre = kResidualCentre,
-                          .intensityRange = hdrRange(measured->brightest)};
+                          .intensityRange = hdrRange(*brightest)};
     encoder.encodeOptions_ = parameters.textures.encodeOptions();
     return encoder;
 }

@@ -151,14 +151,14 @@ Result<ActionOutcome> verifyDominant(const ActionContext& context) {
     LC_TRY(source, openLightMap(context, *description));
     LightMapSource& bake = **source;
     LC_TRY(cooked, CookedDominantReader::open(context.upstreamFolder, *asset, {bake.width(), bake.height()}));
-    LC_TRY(surveyed, surveyKey(bake, context));
-    const double key = surveyed->key();
+    LC_TRY(survey, bake.survey(context));
+    const double key = (*survey)->key.key();
     LC_TRY(groundTruth, GroundTruth::open(context, bake, description->colors));
 
     const verify::LightMapShading& materials = parameters->view.shading;
     const verify::DominantShading shading{materials.m, materials.f0, materials.viewCount,
                                           verify::dominantStride(bake.width(), bake.height()), materials.lobe};
-    const verify::Viewing viewing{parameters->view.display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
+    const verify::Viewing viewing{parameters->view.display.of((*survey)->key.displayKey()), bake.bt2020FromWorking()};
     DominantComparison comparison(bake, *cooked, shading, *groundTruth, key, viewing);
     LC_TRY(whole, comparison.compare(context));
 

@@ -141,26 +141,26 @@ Result<compress::EncodeReport> encodeLevels(LightMapSource& source, const compre
 
 /// Plans the detail of a map; nothing where none was asked for, or no tile needs it.
 Result<std::optional<DetailPlan>> detailOf(LightMapSource& source, const compress::LightMapPlan& plan, const LightMapParameters& parameters,
-                                           const MeasuredLightMap& measured, const ActionContext& context) {
+                                           const MapSurvey& survey, const ActionContext& context) {
     if (!parameters.detail) return std::optional<DetailPlan>();
-    LC_TRY(detail, LightMapPlanner(source, parameters.target, parameters.textures, measured, {}, 1, context)
+    LC_TRY(detail, LightMapPlanner(source, parameters.target, parameters.textures, survey, {}, 1, context)
                        .plan(std::string(formats::info(formats::kDetailLayout).name), formats::LightMapFilter::Decoded, context));
-    return planDetail(source, plan, std::move(*detail), *parameters.detail, measured, parameters.textures.encodeOptions(), context);
+    return planDetail(source, plan, std::move(*detail), *parameters.detail, survey, parameters.textures.encodeOptions(), context);
 }
 
 /// Plans a map.
-Result<EncodingPlan> planMap(LightMapSource& source, const LightMapParameters& parameters, const MeasuredLightMap& measured, int mipCount,
+Result<EncodingPlan> planMap(LightMapSource& source, const LightMapParameters& parameters, const MapSurvey& survey, int mipCount,
                              const ActionContext& context) {
     // The planner is a temporary: its samples are freed before the first strip is encoded.
-    LC_TRY(plan, LightMapPlanner(source, parameters.target, parameters.textures, measured, parameters.visible, mipCount, context)
+    LC_TRY(plan, LightMapPlanner(source, parameters.target, parameters.textures, survey, parameters.visible, mipCount, context)
                      .plan(parameters.layout, parameters.filter, context));
-    LC_TRY(detail, detailOf(source, *plan, parameters, measured, context));
-    return EncodingPlan{std::move(*plan), std::move(*detail), measured.key.key(), measured.key.displayKey()};
+    LC_TRY(detail, detailOf(source, *plan, parameters, survey, context));
+    return EncodingPlan{std::move(*plan), std::move(*detail), survey.key.key(), survey.key.displayKey()};
 }
 
 /// Returns the plan of an earlier bake, if it is one for a map of this size and of these parameters.
-Result<EncodingPlan> keptPlan(const LightMapSource& source, const LightMapParameters& parameters, const MeasuredLightMap& measured,
-                              int mipCount, const ActionContext& context) {
+Result<EncodingPlan> keptPlan(const LightMapSource& source, const LightMapParameters& parameters, const MapSurvey& survey, int mipCount,
+                              const ActionContext& context) {
     const std::string& asset = context.action.asset;
     const KeptMap& kept = *parameters.kept;
     auto plan = context.parts == nullptr ? std::nullopt : EncodingPlan::find(*context.parts, kept.plan);
@@ -179,10 +179,10 @@ Result<EncodingPlan> keptPlan(const LightMapSource& source, const LightMapParame
     if (const int levels = map.hasCoverage() ? coverageLevels(map.width, map.height, mipCount) : mipCount; map.mipCount != levels)
         return failure(ErrorCode::Verification, asset,
                        fmt::format("found {} mip levels, expected {} as in its kept plan", levels, map.mipCount));
-    if (!kept.serves(measured.key.key(), measured.key.displayKey()))
+    if (!kept.serves(survey.key.key(), survey.key.displayKey()))
         return failure(
             ErrorCode::Verification, asset,
-            fmt::format("found a key of {:.4g}, expected one within 1 % of that of its kept plan, {:.4g}", measured.key.key(), kept.key));
+            fmt::format("found a key of {:.4g}, expected one within 1 % of that of its kept plan, {:.4g}", survey.key.key(), kept.key));
     return std::move(*plan);
 }
 
@@ -216,14 +216,14 @@ bool storesLightUnscaled(const compress::LightMapPlan& plan) {
     return formats::info(plan.layout).textures.front().role == formats::TexelRole::Hdr && !plan.constants.contains("range");
 }
 
-Json notesOf(const MeasuredLightMap& measured, const compress::LightMapPlan& plan, const compress::EncodeReport& report) {
-    Json notes = {{note_keys::kCoveredTexels, measured.measure.coveredTexels()},
-                  {note_keys::kBeyondPositiveBounds, measured.measure.beyondPositiveBounds()},
-                  {note_keys::kRepairedNotFinite, measured.repairs.notFinite},
-                  {note_keys::kRepairedNegativeDc, measured.repairs.negativeDc},
-                  {note_keys::kRepairedBands, measured.repairs.bandsBeyond},
-                  {note_keys::kRepairedFireflies, measured.repairs.fireflies},
-                  {note_keys::kNegativeAfterGamut, measured.negativeAfterGamut},
+Json notesOf(const MapSurvey& survey, const compress::LightMapPlan& plan, const compress::EncodeReport& report) {
+    Json notes = {{note_keys::kCoveredTexels, survey.measure.coveredTexels()},
+                  {note_keys::kBeyondPositiveBounds, survey.measure.beyondPositiveBounds()},
+                  {note_keys::kRepairedNotFinite, survey.repairs.notFinite},
+                  {note_keys::kRepairedNegativeDc, survey.repairs.negativeDc},
+                  {note_keys::kRepairedBands, survey.repairs.bandsBeyond},
+                  {note_keys::kRepairedFireflies, survey.repairs.fireflies},
+                  {note_keys::kNegativeAfterGamut, survey.negativeAfterGamut},
                   {note_keys::kClampedHigh, report.clampedHigh},
                   {note_keys::kClampedNegative, report.clampedNegative}};
     if (report.clampedHigh > 0 && storesLightUnscaled(plan)) notes[note_keys::kClampedLight] = report.clampedHigh;
@@ -238,10 +238,10 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
     const auto layout = formats::lightMapLayoutFromName(parameters->layout);
     // About as long as they take.
     const ActionContext measuring = context.between(0, 0.1), planning = context.between(0.1, 0.2), encoding = context.between(0.2, 1);
-    LC_TRY(measured, measureLightMap(**source, layout && compress::needsSharedExit(*layout), measuring));
+    LC_TRY(survey, (*source)->survey(measuring, layout && compress::needsSharedExit(*layout)));
     LC_TRY(mipCount, mipCountOf(**source, parameters->mips, measuring));
-    LC_TRY(planned, parameters->kept ? keptPlan(**source, *parameters, *measured, *mipCount, planning)
-                                     : planMap(**source, *parameters, *measured, *mipCount, planning));
+    LC_TRY(planned, parameters->kept ? keptPlan(**source, *parameters, **survey, *mipCount, planning)
+                                     : planMap(**source, *parameters, **survey, *mipCount, planning));
     const compress::LightMapPlan& plan = planned->map;
     const std::optional<DetailPlan>& detail = planned->detail;
     LC_TRY(textures, createTextures(context, plan, parameters->textures, detail.has_value()));
@@ -269,10 +269,10 @@ Result<ActionOutcome> cookLightMap(const ActionContext& context) {
         if (context.parts != nullptr) planned->store(*context.parts);
     }
     if (parameters->mips) {
-        LC_TRY(survey, (*source)->mipSurvey(context));
-        asset.mipsEnd = plan.mipCount < (*survey)->count ? coverageEnd(plan.width, plan.height, plan.mipCount) : (*survey)->end;
+        LC_TRY(mips, (*source)->mipSurvey(context));
+        asset.mipsEnd = plan.mipCount < (*mips)->count ? coverageEnd(plan.width, plan.height, plan.mipCount) : (*mips)->end;
     }
-    return textures->finish({std::move(asset), bakeBytes(context.action), notesOf(*measured, plan, *report)});
+    return textures->finish({std::move(asset), bakeBytes(context.action), notesOf(**survey, plan, *report)});
 }
 
 }  // namespace lightcook::pipeline

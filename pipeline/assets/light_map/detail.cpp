@@ -25,9 +25,9 @@ constexpr std::array kKinds = {Kind::Diffuse, Kind::Specular};
 
 /// Returns the errors of the last stage of a plan on the whole map, with those of its tiles.
 Result<verify::LightMapErrors::Stage> errorsOf(LightMapSource& source, const compress::LightMapPlan& plan,
-                                               const DetailParameters& parameters, const MeasuredLightMap& measured,
+                                               const DetailParameters& parameters, const MapSurvey& survey,
                                                const compress::EncodeOptions& options, const ActionContext& context) {
-    const verify::Viewing viewing{parameters.view.display.of(measured.key.displayKey()), source.bt2020FromWorking()};
+    const verify::Viewing viewing{parameters.view.display.of(survey.key.displayKey()), source.bt2020FromWorking()};
     verify::LightMapSampling sampling;
     sampling.figures = verify::LightMapFigures::Trial;
     sampling.isLastStageAlone = true;
@@ -255,10 +255,10 @@ std::vector<std::byte> DetailPlan::places() const {
 }
 
 Result<std::optional<DetailPlan>> planDetail(LightMapSource& source, const compress::LightMapPlan& map, compress::LightMapPlan detail,
-                                             const DetailParameters& parameters, const MeasuredLightMap& measured,
+                                             const DetailParameters& parameters, const MapSurvey& survey,
                                              const compress::EncodeOptions& options, const ActionContext& context) {
-    LC_TRY(ofMap, errorsOf(source, map, parameters, measured, options, context));
-    LC_TRY(ofDetail, errorsOf(source, detail, parameters, measured, options, context));
+    LC_TRY(ofMap, errorsOf(source, map, parameters, survey, options, context));
+    LC_TRY(ofDetail, errorsOf(source, detail, parameters, survey, options, context));
     const glm::ivec2 tiles = formats::coverageSize(map.width, map.height);
     auto chosen = tilesWithin({*ofMap, *ofDetail, 0}, static_cast<std::size_t>(tiles.x) * static_cast<std::size_t>(tiles.y));
     if (!chosen || chosen->size() > formats::kMostDetailTiles)

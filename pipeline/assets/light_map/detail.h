@@ -48,7 +48,7 @@ struct DetailPlan {
 /// detail  plan of formats::kDetailLayout
 formats::Result<std::optional<DetailPlan>> planDetail(LightMapSource& source, const compress::LightMapPlan& map,
                                                       compress::LightMapPlan detail, const DetailParameters& parameters,
-                                                      const MeasuredLightMap& measured, const compress::EncodeOptions& options,
+                                                      const MapSurvey& survey, const compress::EncodeOptions& options,
                                                       const ActionContext& context);
 /// Encodes the detail, and writes its textures.
 /// metadata  constants of the detail's decode

@@ -123,18 +123,19 @@ Result<ActionOutcome> measureFloor(const ActionContext& context) {
     LC_TRY(parameters, parametersOf<LightMapFloorParameters>(context));
     LC_TRY(opened, openLightMap(context, parameters->description));
     LightMapSource& source = **opened;
-    LC_TRY(measured, measureLightMap(source, false, context));
+    LC_TRY(survey, source.survey(context));
+    const verify::LightMapKey& keys = (*survey)->key;
     const compress::LightMapPlan plan =
-        compress::planLightMap(formats::LightMapLayout::Raw, {formats::Target::Float, source.width(), source.height(), measured->measure});
-    const double key = measured->key.key();
-    const verify::Viewing viewing{parameters->display.of(measured->key.displayKey()), source.bt2020FromWorking()};
+        compress::planLightMap(formats::LightMapLayout::Raw, {formats::Target::Float, source.width(), source.height(), (*survey)->measure});
+    const double key = keys.key();
+    const verify::Viewing viewing{parameters->display.of(keys.displayKey()), source.bt2020FromWorking()};
     const auto verifier =
         verify::LightMapVerifier::create({std::string(formats::info(plan.layout).name), plan.constants, plan.width, plan.height},
                                          parameters->shading, {.figures = verify::LightMapFigures::Sampled}, key, viewing);
     if (!verifier) return tl::make_unexpected(verifier.error());
     LC_TRY(score, verify::LightMapScore::create(parameters->shading, key, viewing));
     // Odd, so that places fall on every column.
-    const int step = static_cast<int>(std::ceil(static_cast<double>(measured->key.coveredTexels()) / kMostPlaces)) | 1;
+    const int step = static_cast<int>(std::ceil(static_cast<double>(keys.coveredTexels()) / kMostPlaces)) | 1;
     const FloorMeter meter{source, plan, *verifier, *score, key > 0 ? key : 1, step};
     FloorPart whole;
     const auto folded = foldInOrder<FloorPart>(

@@ -50,18 +50,17 @@ void LearnedPlans::add(const std::string& key, compress::LightMapPlan plan) {
     plans_[key].push_back(std::move(plan));
 }
 
-LightMapPlanner::LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures,
-                                 const MeasuredLightMap& measured, const std::optional<SceneView>& visible, int mipCount,
-                                 const ActionContext& context)
+LightMapPlanner::LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures, const MapSurvey& survey,
+                                 const std::optional<SceneView>& visible, int mipCount, const ActionContext& context)
     : source_(source),
-      measure_(measured.measure),
+      measure_(survey.measure),
       textures_(textures),
       visible_(visible),
       context_(context),
       target_(target),
       mipCount_(mipCount),
       options_(textures.encodeOptions()) {
-    if (visible) objective_ = objectiveFor(*visible, measured.key.displayKey(), source.bt2020FromWorking());
+    if (visible) objective_ = objectiveFor(*visible, survey.key.displayKey(), source.bt2020FromWorking());
 }
 
 Result<compress::LightMapPlan> LightMapPlanner::plan(const std::string& layout, formats::LightMapFilter filter,

@@ -38,7 +38,7 @@ class LightMapPlanner {
 public:
     /// visible   scene that learned layouts minimize the visible error of; empty: energy
     /// mipCount  levels of the plans
-    LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures, const MeasuredLightMap& measured,
+    LightMapPlanner(LightMapSource& source, formats::Target target, const TextureSettings& textures, const MapSurvey& survey,
                     const std::optional<SceneView>& visible, int mipCount, const ActionContext& context);
     /// context  of this pass of the action
     formats::Result<compress::LightMapPlan> plan(const std::string& layout, formats::LightMapFilter filter, const ActionContext& context);

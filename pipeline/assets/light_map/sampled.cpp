@@ -25,12 +25,13 @@ formats::Result<ActionOutcome> sampleLightMap(const ActionContext& context) {
     LC_TRY(description, descriptionOf(*asset));
     LC_TRY(source, openLightMap(context, *description));
     LightMapSource& bake = **source;
-    LC_TRY(surveyed, surveyKey(bake, context.between(0, 0.5)));
+    LC_TRY(survey, bake.survey(context.between(0, 0.5)));
+    const verify::LightMapKey& key = (*survey)->key;
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = parameters->samples;
     sampling.figures = verify::LightMapFigures::Sampled;
-    const verify::Viewing viewing{parameters->display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
-    LC_TRY(cooked, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->shading, sampling, surveyed->key(), viewing}));
+    const verify::Viewing viewing{parameters->display.of(key.displayKey()), bake.bt2020FromWorking()};
+    LC_TRY(cooked, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->shading, sampling, key.key(), viewing}));
     const int part = std::int64_t{bake.width()} * bake.height() <= kMostTexels ? 1 : kSampledPart;
     const std::vector<int> strips = spreadStrips(bake, part * kMostTexels);
     const auto rowsOf = [&](int strip) { return (bake.stripRows(strip) + part - 1) / part; };

@@ -9,6 +9,7 @@
 #include "formats/mip_reduction.h"
 #include "pipeline/assets/light_map/constant_light.h"
 #include "pipeline/assets/light_map/mips.h"
+#include "pipeline/assets/light_map/survey.h"
 #include "pipeline/assets/mesh/mesh_inputs.h"
 #include "pipeline/assets/source_colors.h"
 
@@ -102,20 +103,31 @@ Result<void> LightMapSource::makeConstant(const glm::ivec2& size, const std::fil
     return {};
 }
 
+// Surveys do not run under the lock: they run on several threads, which may turn to another action of this map.
+Result<std::shared_ptr<const MapSurvey>> LightMapSource::survey(const ActionContext& context, bool hasSharedExit) {
+    {
+        const std::lock_guard lock(surveyMutex_);
+        if (survey_ && (survey_->hasSharedExit() || !hasSharedExit)) return survey_;
+    }
+    LC_TRY(survey, surveyMap(*this, hasSharedExit, context));
+    const std::lock_guard lock(surveyMutex_);
+    survey_ = std::make_shared<const MapSurvey>(std::move(*survey));
+    return survey_;
+}
+
 Result<const MipSurvey*> LightMapSource::mipSurvey(const ActionContext& context) {
     {
-        const std::lock_guard lock(mipMutex_);
+        const std::lock_guard lock(surveyMutex_);
         if (mipSurvey_) return mipSurvey_.get();
     }
-    // Not under the lock: the survey runs on several threads, and they may turn to another action of this map.
     LC_TRY(survey, surveyMips(*this, context));
-    const std::lock_guard lock(mipMutex_);
+    const std::lock_guard lock(surveyMutex_);
     if (!mipSurvey_) mipSurvey_ = std::make_shared<const MipSurvey>(std::move(*survey));
     return mipSurvey_.get();
 }
 
 LightMapSource& LightMapSource::mip(int level) {
-    const std::lock_guard lock(mipMutex_);
+    const std::lock_guard lock(surveyMutex_);
     std::unique_ptr<LightMapSource>& mip = mips_[level];
     if (!mip) {
         mip.reset(new LightMapSource(*this, level));

@@ -32,6 +32,7 @@ inline const std::string kFramesRole = "frames";  ///< the mesh that a bake read
 inline const std::string kLmbakeRole = "lmbake";  ///< where Godot says that the nodes of the mesh lie
 
 class LightMapSources;
+struct MapSurvey;
 struct MipSurvey;
 
 /// Side of the block that stands for a map of constant light [texels].
@@ -74,6 +75,9 @@ public:
     /// Returns the rows of a strip and up to `above` and `below` more, as far as the map has them.
     formats::Result<formats::LightMapStrip> stripWithMargin(int index, int above, int below);
 
+    /// Returns the figures of the whole map (survey.h), found once however many actions ask.
+    /// hasSharedExit  true if a layout needs it (compress::needsSharedExit)
+    formats::Result<std::shared_ptr<const MapSurvey>> survey(const ActionContext& context, bool hasSharedExit = false);
     /// Returns the mip levels that the map may have (mips.h), found once however many actions ask.
     formats::Result<const MipSurvey*> mipSurvey(const ActionContext& context);
     /// Returns a mip level, 1 or more, of a map whose mipSurvey() has it. It stays open as long as this object.
@@ -115,7 +119,8 @@ private:
     std::vector<formats::NodePlace> places_;
     LightMapSource* base_ = nullptr;  ///< of a mip level: level 0
     int level_ = 0;
-    std::mutex mipMutex_;
+    std::mutex surveyMutex_;
+    std::shared_ptr<const MapSurvey> survey_;
     std::shared_ptr<const MipSurvey> mipSurvey_;
     std::map<int, std::unique_ptr<LightMapSource>> mips_;  ///< [level]
     std::shared_ptr<const formats::LightMapStrip> constant_;

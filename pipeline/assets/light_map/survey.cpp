@@ -1,64 +1,76 @@
 #include "pipeline/assets/light_map/survey.h"
 
+#include <glm/geometric.hpp>
+
+#include "lighting/sh.h"
 #include "pipeline/graph/parallel_for.h"
-#include "verify/light_map.h"
 
 namespace lightcook::pipeline {
 
 using formats::Result;
+using verify::LightMapKey;
 
 namespace {
 
-MeasuredLightMap emptyMeasure(const LightMapSource& source, bool hasSharedExit) {
-    return {compress::LightMapMeasure(source.luminanceWeights(), hasSharedExit), emptyKeyOf(source), {}, 0};
+LightMapKey emptyKeyOf(const LightMapSource& bake) {
+    return LightMapKey(bake.luminanceWeights(), bake.hasCoverage());
 }
 
 }  // namespace
 
-verify::LightMapKey emptyKeyOf(const LightMapSource& bake) {
-    return verify::LightMapKey(bake.luminanceWeights(), bake.hasCoverage());
+MapSurvey::MapSurvey(const LightMapSource& source, bool hasSharedExit)
+    : key(emptyKeyOf(source)), measure(source.luminanceWeights(), hasSharedExit), hasSharedExit_(hasSharedExit) {}
+
+void MapSurvey::add(const formats::LightMapStrip& strip) {
+    key.add(strip, strip.firstRow, strip.sh.height());
+    measure.add(strip);
+    light.add(strip);
+    repairs += strip.repairs;
+    negativeAfterGamut += strip.negativeAfterGamut;
+    for (int y = 0; y < strip.sh.height(); ++y)
+        for (int x = 0; x < strip.sh.width(); ++x) {
+            if (strip.covered.at(x, y) == 0) continue;
+            const lighting::ShRgb& sh = strip.sh.at(x, y);
+            for (std::size_t i = 0; i < sh.size(); ++i)
+                energy[static_cast<std::size_t>(lighting::kShBand[i])] += glm::dot(glm::dvec3(sh[i]), glm::dvec3(sh[i]));
+        }
 }
 
-Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext& context) {
-    return surveyKey(
-        bake, [&](int index) { return bake.chunk(index); }, context);
+void MapSurvey::merge(const MapSurvey& next) {
+    key.merge(next.key);
+    measure.merge(next.measure);
+    light.merge(next.light);
+    repairs += next.repairs;
+    negativeAfterGamut += next.negativeAfterGamut;
+    for (std::size_t band = 0; band < energy.size(); ++band) energy[band] += next.energy[band];
 }
 
-Result<verify::LightMapKey> surveyKey(const LightMapSource& bake, const ChunkFunction& chunkOf, const ActionContext& context) {
-    using verify::LightMapKey;
-    const auto parts =
-        mapInOrder<LightMapKey>(bake.chunkCount(), context, "survey " + context.action.asset, [&](int index) -> Result<LightMapKey> {
+Result<MapSurvey> surveyMap(LightMapSource& source, bool hasSharedExit, const ActionContext& context) {
+    MapSurvey whole(source, hasSharedExit);
+    LC_CHECK(foldInOrder<MapSurvey>(
+        source.chunkCount(), context, "survey " + context.action.asset,
+        [&](int index) -> Result<MapSurvey> {
+            LC_TRY(chunk, source.chunk(index));
+            MapSurvey part(source, hasSharedExit);
+            part.add(**chunk);
+            return part;
+        },
+        [&](const MapSurvey& part) { whole.merge(part); }));
+    return whole;
+}
+
+Result<LightMapKey> surveyKey(const LightMapSource& bake, const ChunkFunction& chunkOf, const ActionContext& context) {
+    LightMapKey key = emptyKeyOf(bake);
+    LC_CHECK(foldInOrder<LightMapKey>(
+        bake.chunkCount(), context, "survey " + context.action.asset,
+        [&](int index) -> Result<LightMapKey> {
             LC_TRY(chunk, chunkOf(index));
             LightMapKey part = emptyKeyOf(bake);
-            part.add(**chunk, (*chunk)->firstRow, bake.chunkRows(index));
+            part.add(**chunk, (*chunk)->firstRow, (*chunk)->sh.height());
             return part;
-        });
-    if (!parts) return tl::make_unexpected(parts.error());
-    LightMapKey key = emptyKeyOf(bake);
-    for (const LightMapKey& part : *parts) key.merge(part);
+        },
+        [&](const LightMapKey& part) { key.merge(part); }));
     return key;
-}
-
-Result<MeasuredLightMap> measureLightMap(LightMapSource& source, bool hasSharedExit, const ActionContext& context) {
-    auto parts = mapInOrder<MeasuredLightMap>(source.chunkCount(), context, "measure " + context.action.asset,
-                                              [&](int index) -> Result<MeasuredLightMap> {
-                                                  LC_TRY(chunk, source.chunk(index));
-                                                  MeasuredLightMap part = emptyMeasure(source, hasSharedExit);
-                                                  part.repairs = (*chunk)->repairs;
-                                                  part.negativeAfterGamut = (*chunk)->negativeAfterGamut;
-                                                  part.measure.add(**chunk);
-                                                  part.key.add(**chunk, (*chunk)->firstRow, source.chunkRows(index));
-                                                  return part;
-                                              });
-    if (!parts) return tl::make_unexpected(parts.error());
-    MeasuredLightMap whole = emptyMeasure(source, hasSharedExit);
-    for (const MeasuredLightMap& part : *parts) {
-        whole.measure.merge(part.measure);
-        whole.key.merge(part.key);
-        whole.repairs += part.repairs;
-        whole.negativeAfterGamut += part.negativeAfterGamut;
-    }
-    return whole;
 }
 
 }  // namespace lightcook::pipeline

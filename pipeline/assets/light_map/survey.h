@@ -1,10 +1,13 @@
-// Measurements of a light map before it is cooked or verified.
+// What one pass over a light map finds, for all actions of a cook that read the map (LightMapSource::survey).
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 
 #include "compress/light_map.h"
+#include "pipeline/assets/light_map/constant_light.h"
 #include "pipeline/assets/light_map/source.h"
 #include "pipeline/graph/action.h"
 #include "verify/light_map.h"
@@ -14,21 +17,29 @@ namespace lightcook::pipeline {
 /// Chunk `index` of a light map.
 using ChunkFunction = std::function<formats::Result<std::shared_ptr<const formats::LightMapStrip>>(int index)>;
 
-/// Returns a key of none of a bake's texels.
-verify::LightMapKey emptyKeyOf(const LightMapSource& bake);
-/// Returns the luminances of a bake's exit radiance: the key of every error figure, and that which a display is exposed for.
-formats::Result<verify::LightMapKey> surveyKey(LightMapSource& bake, const ActionContext& context);
-/// The same of chunks that are not those of the bake itself.
-formats::Result<verify::LightMapKey> surveyKey(const LightMapSource& bake, const ChunkFunction& chunkOf, const ActionContext& context);
-
-struct MeasuredLightMap {
-    compress::LightMapMeasure measure;
-    verify::LightMapKey key;
+/// Figures of a whole map, or of some of its rows. Parts of a map are merged in the order of their rows.
+struct MapSurvey {
+    verify::LightMapKey key;            ///< that of every error figure, and that which a display is exposed for
+    compress::LightMapMeasure measure;  ///< ranges that an encoder needs
+    ConstantLight light;
+    std::array<double, 3> energy{};  ///< squares of coefficients by band, summed over covered texels
     formats::LightMapRepairs repairs;
     std::int64_t negativeAfterGamut = 0;
+
+    /// Figures of none of the map's texels.
+    /// hasSharedExit  true if a layout needs it (compress::needsSharedExit)
+    MapSurvey(const LightMapSource& source, bool hasSharedExit);
+    void add(const formats::LightMapStrip& strip);
+    void merge(const MapSurvey& next);
+    bool hasSharedExit() const { return hasSharedExit_; }
+
+private:
+    bool hasSharedExit_;
 };
-/// Measures the ranges that an encoder needs, and counts repaired texels.
-/// hasSharedExit  true if a layout needs it (compress::needsSharedExit)
-formats::Result<MeasuredLightMap> measureLightMap(LightMapSource& source, bool hasSharedExit, const ActionContext& context);
+
+/// Passes over a map. LightMapSource::survey() calls it.
+formats::Result<MapSurvey> surveyMap(LightMapSource& source, bool hasSharedExit, const ActionContext& context);
+/// Returns the key of chunks that are not those of the bake itself.
+formats::Result<verify::LightMapKey> surveyKey(const LightMapSource& bake, const ChunkFunction& chunkOf, const ActionContext& context);
 
 }  // namespace lightcook::pipeline

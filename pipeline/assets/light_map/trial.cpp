@@ -261,16 +261,16 @@ public:
     /// groups    of layoutGroups()
     /// mipCount  levels of the map
     LayoutTrial(LightMapSource& source, const TrialParameters& parameters, const std::optional<JointTrial>& joint,
-                std::vector<LayoutGroup> groups, const MeasuredLightMap& measured, int mipCount, const ActionContext& context)
+                std::vector<LayoutGroup> groups, const MapSurvey& survey, int mipCount, const ActionContext& context)
         : map_{source,
                parameters,
-               {parameters.display.of(measured.key.displayKey()), source.bt2020FromWorking()},
+               {parameters.display.of(survey.key.displayKey()), source.bt2020FromWorking()},
                tileLimitsOf(parameters, joint.has_value())},
           joint_(joint),
           levels_(source),
           groups_(std::move(groups)),
           passes_(groups_, joint),
-          planner_(source, parameters.target, parameters.textures, measured, objectiveOf(parameters), mipCount, context),
+          planner_(source, parameters.target, parameters.textures, survey, objectiveOf(parameters), mipCount, context),
           context_(context) {}
 
     Result<JointTrialResult> run() {
@@ -556,9 +556,9 @@ Result<JointTrialResult> tryLayouts(const TrialParameters& parameters, const std
     const bool hasSharedExit =
         std::ranges::any_of(groups, [](const LayoutGroup& group) { return compress::needsSharedExit(group.planned->id); });
     const ActionContext measurement = TrialPasses(groups, joint).measurement(context);
-    LC_TRY(measured, measureLightMap(**source, hasSharedExit, measurement));
+    LC_TRY(survey, (*source)->survey(measurement, hasSharedExit));
     LC_TRY(mipCount, mipCountOf(**source, parameters.mips, measurement));
-    return LayoutTrial(**source, parameters, joint, std::move(groups), *measured, *mipCount, context).run();
+    return LayoutTrial(**source, parameters, joint, std::move(groups), **survey, *mipCount, context).run();
 }
 
 }  // namespace

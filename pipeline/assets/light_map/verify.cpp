@@ -77,8 +77,8 @@ Result<CheckedLightMap> openMap(const ActionContext& context) {
     LightMapSource& bake = **source;
     LC_CHECK(checkSize(bake, context.action.inputs.at(kSourceRole), {asset->width, asset->height}, "cooked"));
     LC_TRY(before, openBakeBefore(context, *description));
-    LC_TRY(surveyed, surveyKey(*before ? (*before)->source : bake, context.between(0, kSurveyEnd)));
-    LC_TRY(keys, keysOf(context, *parameters, *surveyed));
+    LC_TRY(survey, (*before ? (*before)->source : bake).survey(context.between(0, kSurveyEnd)));
+    LC_TRY(keys, keysOf(context, *parameters, (*survey)->key));
     const double key = keys->key;
     const verify::Viewing viewing{parameters->display.of(keys->displayKey), bake.bt2020FromWorking()};
     verify::LightMapSampling sampling;

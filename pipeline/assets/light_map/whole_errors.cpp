@@ -119,7 +119,8 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     LC_TRY(description, descriptionOf(*asset));
     LC_TRY(source, openLightMap(context, *description));
     LightMapSource& bake = **source;
-    LC_TRY(surveyed, surveyKey(bake, context));
+    LC_TRY(survey, bake.survey(context));
+    const verify::LightMapKey& key = (*survey)->key;
     std::optional<verify::DominantFit> fit;
     if (parameters->fit) {
         LC_TRY(named, dominantFitOf(context.action.asset, *parameters->fit));
@@ -128,12 +129,12 @@ Result<ActionOutcome> verifyWhole(const ActionContext& context) {
     verify::LightMapSampling sampling;
     sampling.placesPerTexel = 0;
     sampling.figures = verify::LightMapFigures::Sampled;
-    LC_TRY(lightMap, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->view.shading, sampling, surveyed->key()}));
+    LC_TRY(lightMap, CookedLightMapReader::open(context.upstreamFolder, *asset, {parameters->view.shading, sampling, key.key()}));
     LC_TRY(dominant, openDominant(context, bake));
     LC_TRY(shader, verify::WholeShader::create(parameters->view.shading));
-    const verify::Viewing viewing{parameters->view.display.of(surveyed->displayKey()), bake.bt2020FromWorking()};
-    const WholeComparison comparison(bake, *lightMap, surveyed->key(), *dominant ? &**dominant : nullptr, parameters->isDerived, fit,
-                                     *shader, viewing);
+    const verify::Viewing viewing{parameters->view.display.of(key.displayKey()), bake.bt2020FromWorking()};
+    const WholeComparison comparison(bake, *lightMap, key.key(), *dominant ? &**dominant : nullptr, parameters->isDerived, fit, *shader,
+                                     viewing);
     verify::WholeErrors errors;
     LC_CHECK(foldInOrder<verify::WholeErrors>(
         bake.stripCount(), context, fmt::format("verify the whole of {}", context.action.asset),

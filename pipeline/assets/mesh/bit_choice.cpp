@@ -87,8 +87,8 @@ public:
 
     /// Adds bits, each where it helps most, until visible errors and their bound are within the limits, or there are no more.
     Result<void> refine(MeshBits& chosen, const VisibleParameters& visible) const {
-        LC_TRY(key, surveyKey(bake_, context_));
-        const verify::Viewing viewing = visible.viewing(key->displayKey(), bake_.bt2020FromWorking());
+        LC_TRY(survey, bake_.survey(context_));
+        const verify::Viewing viewing = visible.viewing((*survey)->key.displayKey(), bake_.bt2020FromWorking());
         LC_TRY(found, visibleShare(chosen.options, visible, viewing));
         while (*found > 1) {
             std::optional<DracoOptions> best;

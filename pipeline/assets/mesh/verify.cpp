@@ -181,12 +181,12 @@ Result<ActionOutcome> verifyMesh(const ActionContext& context) {
     LC_TRY(opened, openLightMap(context, *description));
     LightMapSource& bake = **opened;
     if (asset->basis) LC_CHECK(verifyClusters(context, *asset, *cooked, moved->lightMapUv, bake));
-    LC_TRY(surveyed, surveyKey(bake, context));
-    const double key = surveyed->key();
+    LC_TRY(survey, bake.survey(context));
+    const double key = (*survey)->key.key();
     const auto meshes = source->triangleMeshes();
     const verify::MeshShift shift{moved->lightMapUv * bake.width(), moved->lightMapUv * bake.height(), moved->normalRadians};
     const double positionTexels = moved->position * verify::texelsPerUnit(meshes, bake.width(), bake.height());
-    const verify::Viewing viewing = parameters->viewing(surveyed->displayKey(), bake.bt2020FromWorking());
+    const verify::Viewing viewing = parameters->viewing((*survey)->key.displayKey(), bake.bt2020FromWorking());
     Preview preview(bake.width(), bake.height(), key);
     LC_TRY(errors, shadingErrors(bake, {shift, positionTexels}, key, viewing, context, preview));
 
