@@ -1,5 +1,7 @@
 #include "pipeline/assets/mesh/bit_choice.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -153,11 +155,22 @@ private:
     double mostUvShift_;  ///< [texels]
 };
 
+/// Refuses light-map UVs of a range that the finest lattice does not tell apart.
+Result<void> checkUvExtent(const formats::MeshError& extent, const LightMapSource& bake, const ActionContext& context) {
+    const double most = kMostUvTexels / std::max(bake.width(), bake.height()) * latticeSteps(kMostUvBits) / kUvSteps;
+    if (extent.lightMapUvExtent <= most) return {};
+    return formats::failure(formats::ErrorCode::ValueOutOfRange, context.action.inputs.at(kMeshRole),
+                            fmt::format("found light-map UVs over a range of {:.3g}, expected at most {:.3g}, beyond which {} bits move a "
+                                        "vertex by more than {} texels: a light map does not repeat",
+                                        extent.lightMapUvExtent, most, kMostUvBits, kMostUvTexels));
+}
+
 }  // namespace
 
 Result<MeshBits> chooseMeshBits(const formats::GltfScene& scene, const MeshParameters& parameters, const ActionContext& context) {
     LC_TRY(opened, openLightMap(context, parameters.description));
     LC_TRY(extent, scene.errorOf(scene));
+    LC_CHECK(checkUvExtent(*extent, **opened, context));
     LC_TRY(bound, surveyShifts(**opened, context));
     const BitChoice choice(scene, *extent, **opened, *bound, parameters.visible.limits[Limit::Seam].has_value(), context);
     MeshBits chosen = choice.within(kShareOfLimit * parameters.visible.limits[Limit::Error].value_or(kNoErrorLimit));

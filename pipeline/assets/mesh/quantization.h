@@ -24,6 +24,9 @@ inline constexpr double kNormalSteps = kRoundingSlack * 6;
 /// The most bits of a light-map UV: two of them fill the four bytes of a vertex.
 inline constexpr int kMostUvBits = 16;
 
+/// Largest distance that a light-map UV may move [texels].
+inline constexpr double kMostUvTexels = 0.5;
+
 /// Returns the largest distance that light-map UVs may move where the seams of their map have a limit: places so close read the same
 /// texels, as edges inside charts do (SeamFinder). On maps of over 1024 texels it is that of the finest lattice [texels].
 /// extentTexels  largest extent of the UVs [texels]

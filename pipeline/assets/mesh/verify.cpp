@@ -69,7 +69,7 @@ std::vector<verify::Violation> violationsOf(const formats::MeshError& moved, con
     expectWithinBits("positions", "scene units", moved.position, moved.positionExtent, quantization.positionBits, kPositionSteps);
     expectWithinBits("light-map UVs", "of their range", moved.lightMapUv, moved.lightMapUvExtent, quantization.lightMapUvBits, kUvSteps);
     expectWithinBits("normals", "radians", moved.normalRadians, 1, quantization.normalBits, kNormalSteps);
-    expect("light-map UVs", "texels", std::max(shift.uTexels, shift.vTexels), 0.5, " texels");
+    expect("light-map UVs", "texels", std::max(shift.uTexels, shift.vTexels), kMostUvTexels, " texels");
     return violations;
 }
 
