@@ -2,8 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include <stdexcept>
-
+#include "bench/or_throw.h"
 #include "compress/light_map.h"
 #include "formats/light_map_layout.h"
 #include "formats/temporary_folder.h"
@@ -17,12 +16,6 @@ namespace lightcook::bench {
 namespace {
 
 using formats::TemporaryFolder;
-
-template <class T>
-T valueOf(formats::Result<T> result) {
-    if (!result) throw std::runtime_error(result.error().line());
-    return std::move(*result);
-}
 
 /// A cooked bake, decoded from its bytes.
 struct DecodedBake {
@@ -45,9 +38,9 @@ DecodedBake cook(const Bake& bake, const std::filesystem::path& file, const std:
     pipeline::SharedObjects shared;
     const pipeline::RunState state;
     const pipeline::ActionContext context{action, folder.path(), folder.path(), {}, shared, state};
-    const auto cooked = valueOf(pipeline::fromJson<pipeline::CookResult>(valueOf(pipeline::cookLightMap(context)).result, layout));
+    const auto cooked = orThrow(pipeline::fromJson<pipeline::CookResult>(orThrow(pipeline::cookLightMap(context)).result, layout));
     const pipeline::CookedAsset& asset = cooked.asset;
-    const auto reader = valueOf(pipeline::CookedLightMapReader::open(folder.path(), asset, {.key = bake.measure.key()}));
+    const auto reader = orThrow(pipeline::CookedLightMapReader::open(folder.path(), asset, {.key = bake.measure.key()}));
 
     const pipeline::Json constants = asset.constants.value_or(pipeline::Json::object());
     const int clusters = constants.contains("clusters") ? constants.at("clusters").at(0).get<int>() : 0;
@@ -55,7 +48,7 @@ DecodedBake cook(const Bake& bake, const std::filesystem::path& file, const std:
     const int chunks = (bake.height() + pipeline::kChunkRows - 1) / pipeline::kChunkRows;
     tbb::parallel_for(0, chunks, [&](int chunk) {
         const int firstRow = chunk * pipeline::kChunkRows, rowCount = std::min(pipeline::kChunkRows, bake.height() - firstRow);
-        const auto rows = reader.verifier().reconstruct(valueOf(reader.read(firstRow, rowCount)), firstRow, rowCount);
+        const auto rows = reader.verifier().reconstruct(orThrow(reader.read(firstRow, rowCount)), firstRow, rowCount);
         for (int y = 0; y < rowCount; ++y)
             for (int x = 0; x < bake.width(); ++x) decoded.sh.at(x, firstRow + y) = rows.at(x, y);
     });

@@ -2,20 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <vector>
 
+#include "bench/or_throw.h"
 #include "compress/texel/half.h"
 #include "formats/image/exr_file.h"
 
 namespace lightcook::bench {
 namespace {
-
-template <class T>
-T orThrow(formats::Result<T> result) {
-    if (!result) throw std::runtime_error(result.error().line());
-    if constexpr (!std::is_void_v<T>) return std::move(*result);
-}
 
 /// Returns the factor on the light of a copy, from 1/2 to 2.
 float factorOf(int column, int row) {
