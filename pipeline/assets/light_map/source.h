@@ -135,9 +135,9 @@ public:
     /// Opens a map, or returns it if it is open. It stays open as long as this object lives.
     formats::Result<LightMapSource*> open(const std::filesystem::path& file, const formats::LightMapDescription& description);
 
-    /// Decoded chunks that are kept, of all maps together [bytes]: all of a 1024 x 1024 map, part of a larger one. At least two, since
+    /// Decoded chunks that are kept, of all maps together [bytes]: all of a 2048 x 2048 map, part of a larger one. At least two, since
     /// strips at the border of two chunks read rows of both.
-    static constexpr std::size_t kKeptBytes = std::size_t{192} << 20, kLeastKept = 2;
+    static constexpr std::size_t kKeptBytes = std::size_t{512} << 20, kLeastKept = 2;
 
 private:
     friend class LightMapSource;
