@@ -104,7 +104,8 @@ Json valueOf(const Json& object, const char* lowerCamel, const char* original) {
 
 std::optional<std::vector<OutputFile>> readJson(const std::string& text) {
     const Json json = parseJson(text);
-    if (!json.is_object() || valueOf(json, "exitCode", "exit_code") > Json(0)) return std::nullopt;
+    if (!json.is_object()) return std::nullopt;
+    if (const Json code = valueOf(json, "exitCode", "exit_code"); !code.is_null() && code != 0) return std::nullopt;
     std::vector<OutputFile> files;
     for (const Json& each : valueOf(json, "outputFiles", "output_files")) {
         const Json digest = each.is_object() ? each.value("digest", Json()) : Json();

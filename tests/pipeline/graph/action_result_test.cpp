@@ -26,12 +26,35 @@ const std::string kTwoFiles = "12510a08612f622e6b74783212450a40" + hexOf(kHash) 
 /// A file with its content and an executable bit, standard output, and who ran the action.
 const std::string kMoreFields =
     "12580a08612f622e6b74783212450a40" + hexOf(kHash) + "10ac0220012a0378797a2a05776f72647332070a0361626310054a030a0177";
+/// What Bazel 4.2.3 wrote through --remote_cache for an action that makes an executable a.txt of "abc" and a folder, and prints a line.
+const std::string kOfBazel =
+    "126a0a2062617a656c2d6f75742f6b382d666173746275696c642f62696e2f612e74787412440a406261373831366266386630316366656134313431"
+    "3430646535646165323232336230303336316133393631373761396362343130666636316632303031356164100320011a690a2162617a656c2d6f75"
+    "742f6b382d666173746275696c642f62696e2f666f6c6465721a440a4034323663393661623137363630353166363862353564316232323436356562"
+    "366161626437613962363562666562663762636263626130663133303235363631104d32440a40616630633166353131313030313032343264316666"
+    "65643033616432386531623666353934653761646535333466653634353634653531663233633362353066100542420a406533623063343432393866"
+    "6331633134396166626634633839393666623932343237616534316534363439623933346361343935393931623738353262383535";
+/// What moon 2.5.5 wrote for a task with two files.
+const std::string kOfMoon =
+    R"({"outputFiles":[{"path":"app/out/deep/x.txt","digest":{"hash":"73cb3858a687a8494ca3323053016282f3dad39d42cf62ca4e79dda2aac7d9ac",)"
+    R"("sizeBytes":"2"},"nodeProperties":{"mtime":"2026-12-01T04:25:24.412160415+00:00","unixMode":33188}},{"path":"app/out/sum.txt",)"
+    R"("digest":{"hash":"fb77cfb175bd0fdb4157d7a342aee187a454fa6083700d2366e3584c5e2342ee","sizeBytes":"73"},"nodeProperties":{"mtime":)"
+    R"("2026-12-01T04:25:24.412160415+00:00","unixMode":33188}}],"stdoutDigest":{"hash":)"
+    R"("af0c1f51110010242d1ffed03ad28e1b6f594e7ade534fe64564e51f23c3b50f","sizeBytes":"5"},"executionMetadata":{"worker":"moon",)"
+    R"("outputUploadStartTimestamp":"2026-12-01T04:25:24.427509238+00:00"}})";
 
 TEST(ActionResult, IsWhatProtobufWrites) {
     const std::vector<OutputFile> files = {{"a/b.ktx2", kHash, 300}, {"none", kHash, 0}};
     EXPECT_EQ(hexOf(actionResultText(files)), kTwoFiles);
     EXPECT_EQ(readActionResult(bytesOf(kTwoFiles)), files);
     EXPECT_EQ(readActionResult(bytesOf(kMoreFields)), std::vector<OutputFile>{files[0]});
+}
+
+TEST(ActionResult, WhatOtherClientsWroteIsRead) {
+    EXPECT_EQ(readActionResult(bytesOf(kOfBazel)), (std::vector<OutputFile>{{"bazel-out/k8-fastbuild/bin/a.txt", sha256OfText("abc"), 3}}));
+    EXPECT_EQ(readActionResult(kOfMoon),
+              (std::vector<OutputFile>{{"app/out/deep/x.txt", sha256OfText("x\n"), 2},
+                                       {"app/out/sum.txt", "fb77cfb175bd0fdb4157d7a342aee187a454fa6083700d2366e3584c5e2342ee", 73}}));
 }
 
 TEST(ActionResult, JsonIsRead) {
@@ -44,7 +67,10 @@ TEST(ActionResult, JsonIsRead) {
                               R"({"outputFiles": [{"path": "a"}]})", R"({"outputFiles": [{"path": "a", "digest": {"hash": "ab"}}]})"})
         EXPECT_FALSE(readActionResult(wrong).has_value()) << wrong;
     EXPECT_FALSE(readActionResult(R"({"outputFiles": [{"path": "a", "digest": {)" + digest + R"("sizeBytes": -1}}]})").has_value());
-    EXPECT_FALSE(readActionResult(R"({"exitCode": 1, "outputFiles": [{"path": "a", "digest": {)" + digest + R"("sizeBytes": 1}}]})"));
+    for (const char* code : {"1", "-1", "\"1\""})  // that of a signal is negative
+        EXPECT_FALSE(readActionResult(
+            fmt::format(R"({{"exitCode": {}, "outputFiles": [{{"path": "a", "digest": {{{}"sizeBytes": 1}}}}]}})", code, digest)))
+            << code;
 }
 
 TEST(ActionResult, WhatIsEmptyTornOrFailedIsRefused) {
