@@ -27,18 +27,21 @@ def free_port():
 
 
 class Server:
-    def __init__(self, folder):
-        self.folder, self.port = folder, free_port()
+    def __init__(self, folder, plain_port=None):
+        """plain_port: also listens there without TLS, as the page says for clients that have none"""
+        self.folder, self.port, self.plain_port = folder, free_port(), plain_port
         store = folder / "srv/cache"
         (store / "lightcook").mkdir(parents=True)
         subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext",
-                        "subjectAltName=DNS:localhost", "-keyout", folder / "key.pem", "-out", folder / "certificate.pem"],
+                        "subjectAltName=DNS:localhost,IP:127.0.0.1", "-addext", "basicConstraints=critical,CA:FALSE", "-keyout",
+                        folder / "key.pem", "-out", folder / "certificate.pem"],
                        check=True, capture_output=True)
         hashed = subprocess.run(["openssl", "passwd", "-apr1", "secret"], check=True, capture_output=True, text=True).stdout
         (folder / "htpasswd").write_text(f"ci:{hashed}")
         page = (ROOT / "docs/guide/team-cache.md").read_text()
         server = re.search(r"```nginx\n(.*?)```", page, re.S).group(1)
-        for there, here in {"443 ssl": f"127.0.0.1:{self.port} ssl", "cache.example.org;": "localhost;",
+        plain = f"; listen 127.0.0.1:{plain_port}" if plain_port else ""
+        for there, here in {"443 ssl": f"127.0.0.1:{self.port} ssl{plain}", "cache.example.org;": "localhost;",
                             "/etc/ssl/cache.example.org.pem": f"{folder}/certificate.pem",
                             "/etc/ssl/private/cache.example.org.key": f"{folder}/key.pem",
                             "/etc/nginx/lightcook.htpasswd": f"{folder}/htpasswd", "/srv/cache": str(store)}.items():
