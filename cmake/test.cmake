@@ -33,7 +33,9 @@ function(discover_suites program cost soak)
   if(soak)
     string(APPEND missing "  set_tests_properties(${program}_is_not_built PROPERTIES LABELS soak)\n")
   endif()
+  # No test reads the configuration file of who runs it.
   file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/${program}_include.cmake
+    "set(ENV{XDG_CONFIG_HOME} [=[${PROJECT_BINARY_DIR}/no_configuration]=])\n"
     "if(EXISTS [=[${suites}]=])\n  include([=[${suites}]=])\nelse()\n  ${missing}endif()\n")
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${CMAKE_CURRENT_BINARY_DIR}/${program}_include.cmake)
 endfunction()

@@ -47,7 +47,7 @@ void addCookOptions(CLI::App& app, CookCommand& command) {
                    Written::File);
     CLI::Option* only = app.add_option("--only", cook.only, "Cook this asset and those that derive from it; leave the others as they are");
     only->type_name("NAME");
-    addFolderOption(app, "--cache", cook.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
+    addCacheOption(app, cook.cache);
     command.remote.add(app);
     app.add_option("--launcher", command.launcher,
                    "Run what takes long on other machines: put this before a command of one action, {memory} in MiB and {time} in minutes")
@@ -150,8 +150,9 @@ int runCook(Session& session, CookCommand& command) {
     if (!remote) return session.finish(remote);
     command.cook.remote = remote->get();
     if (!command.launcher.empty()) {
-        const std::filesystem::path cache = command.cook.cache.empty() ? defaultCacheFolder() : command.cook.cache;
-        const std::vector<std::string> folder = {"--cache", std::filesystem::absolute(cache).string()};
+        const auto cache = cacheFolder(command.cook.cache);
+        if (!cache) return session.finish(cache);
+        const std::vector<std::string> folder = {"--cache", std::filesystem::absolute(*cache).string()};
         auto launch = launchOptionsOf(command.launcher, *remote != nullptr ? command.remote.words() : folder);
         if (!launch) return session.finish(launch);
         command.cook.launch = std::move(*launch);

@@ -135,7 +135,9 @@ int runEstimate(Session& session, EstimateCommand& command) {
     command.estimate.target = settings->output.target;
     command.estimate.layout = formats::lightMapLayoutFromName(layoutAsked(settings->output));
     command.estimate.budgetBytes = settings->output.budgetBytes;
-    command.estimate.rates = (command.cache.empty() ? defaultCacheFolder() : command.cache) / kRatesName;
+    const auto cache = cacheFolder(command.cache);
+    if (!cache) return command.json.finish(session, {}, {cache.error()});
+    command.estimate.rates = *cache / kRatesName;
     const auto estimate = estimateLightMaps(command.estimate, session.state);
     if (!estimate) return command.json.finish(session, {}, {estimate.error()});
     if (session.terminal.verbosity() != Verbosity::Quiet) print(session.terminal, *estimate);
@@ -162,8 +164,7 @@ CommandFunction defineEstimate(CLI::App& app) {
         std::vector<KeyOption>{{"output.target"},
                                {"output.light_map_layout", "", {}, "Layout of the light maps. Default: all are listed"},
                                {"output.budget", "", {}, "GPU memory of all light maps, such as \"64 MiB\"; more is exit code 5"}});
-    addFolderOption(app, "--cache", command->cache,
-                    "Cache folder, which has the times of earlier cooks; default: $LIGHTCOOK_CACHE, else the user's cache folder");
+    addCacheOption(app, command->cache, "Cache folder, which has the times of earlier cooks");
     command->json.add(app, "the estimate");
     app.footer(R"(estimate needs no bake. It takes light-map UVs as they are, and scales them to the density: one image if the
 nodes share it, or an image for each node, as engines give it, packed into pages. A mesh without light-map

@@ -51,7 +51,7 @@ CommandFunction defineLint(CLI::App& app) {
     addFileOption(app, "scene", options->lint.scene, "The scene file (scene.toml)")->required();
     addStrictOption(app, options->lint.strict);
     addRepairOption(app, options->lint.repair);
-    addFolderOption(app, "--cache", options->lint.cache, "Cache folder; default: $LIGHTCOOK_CACHE, else the user's cache folder");
+    addCacheOption(app, options->lint.cache);
     options->files.add(app);
     app.footer(R"(lint looks at light maps, meshes, probes and settings before a cook: sign convention, axes, units, gamma
 curves, coverage, normals, fireflies, light-map UVs, limits. Each finding has a code, the evidence in

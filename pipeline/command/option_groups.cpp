@@ -5,9 +5,12 @@
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 #include <array>
+#include <cctype>
 #include <utility>
 
+#include "formats/vocabulary.h"
 #include "pipeline/document/byte_count.h"
+#include "pipeline/graph/user_settings.h"
 #include "pipeline/manifest/cook_record.h"
 
 namespace lightcook::pipeline {
@@ -28,6 +31,17 @@ CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::files
 CLI::Option* addFoldersOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& folders,
                               const std::string& description) {
     return app.add_option(names, folders, description)->type_name(kFolderPlaceholder);
+}
+
+std::string helpOf(const KeyRow& setting, std::string what) {
+    if (what.empty()) what = setting.caption;
+    what[0] = static_cast<char>(std::toupper(what[0]));
+    return fmt::format("{}; default: {}", what, defaultOf(setting));
+}
+
+void addCacheOption(CLI::App& app, std::filesystem::path& cache, const std::string& what) {
+    const KeyRow& setting = *formats::findByName(std::span<const KeyRow>(cacheKeyTable().keys), "folder");
+    addFolderOption(app, optionOf(setting), cache, helpOf(setting, what));
 }
 
 namespace {

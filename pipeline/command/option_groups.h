@@ -13,6 +13,8 @@ class Option;
 
 namespace lightcook::pipeline {
 
+struct KeyRow;
+
 /// Placeholders of options, which help texts show. Shell completions offer files or folders for the first two.
 inline constexpr const char* kFilePlaceholder = "FILE";
 inline constexpr const char* kFolderPlaceholder = "FOLDER";
@@ -29,6 +31,13 @@ CLI::Option* addFilesOption(CLI::App& app, const std::string& names, std::vector
 CLI::Option* addFolderOption(CLI::App& app, const std::string& names, std::filesystem::path& folder, const std::string& description);
 CLI::Option* addFoldersOption(CLI::App& app, const std::string& names, std::vector<std::filesystem::path>& folders,
                               const std::string& description);
+
+/// Returns the caption of a user's setting as the help of its option, with where its value comes from without the option.
+/// what   in place of the caption; empty: that
+std::string helpOf(const KeyRow& setting, std::string what = "");
+/// Adds the option --cache.
+/// what   the folder, for its help
+void addCacheOption(CLI::App& app, std::filesystem::path& cache, const std::string& what = "Cache folder");
 
 /// Ways in which a command writes a path of its command line. FileOrFolder: its extension says which.
 enum class Written { No, File, FileOrFolder, Folder };

@@ -4,11 +4,11 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
-#include <cstdlib>
 
 #include "pipeline/command/option_groups.h"
 #include "pipeline/command/terminal/terminal.h"
 #include "pipeline/graph/files.h"
+#include "pipeline/graph/user_settings.h"
 #include "pipeline/report/words.h"
 
 namespace lightcook::pipeline {
@@ -18,16 +18,13 @@ using formats::ErrorCode;
 using formats::failure;
 using formats::Result;
 
-std::string variable(const char* name) {
-    const char* const value = std::getenv(name);
-    return value == nullptr ? "" : value;
-}
-
-/// Returns the credentials of a file, or those of the environment; empty: none.
-Result<std::string> readCredentials(const std::filesystem::path& file) {
-    constexpr const char* kVariable = "LIGHTCOOK_REMOTE_CREDENTIALS";
-    std::string text = variable(kVariable);
-    if (!file.empty()) {
+/// Returns the credentials; empty: none.
+/// asked   file of the option, as it was typed; nullptr: none
+Result<std::string> readCredentials(const CacheSettings& settings, const GivenKey* asked) {
+    const std::filesystem::path file = asked != nullptr ? std::filesystem::path(asked->value) : settings.remoteCredentials.value_or("");
+    const bool isOfFile = settings.credentials.empty() && !file.empty();
+    std::string text = settings.credentials;
+    if (isOfFile) {
         LC_TRY(content, readFile(file));
         text = content->substr(0, content->find_first_of("\r\n"));
         if (text.empty())
@@ -35,42 +32,49 @@ Result<std::string> readCredentials(const std::filesystem::path& file) {
     }
     const auto isOfHeader = [](char c) { return c >= ' ' && c < 0x7f; };
     if (std::all_of(text.begin(), text.end(), isOfHeader)) return text;
-    return failure(ErrorCode::InvalidRequest, file.empty() ? formats::Subject(kVariable) : formats::Subject(file),
+    return failure(ErrorCode::InvalidRequest, isOfFile ? formats::Subject(file) : formats::Subject("LIGHTCOOK_REMOTE_CREDENTIALS"),
                    "found a letter that no header may have, expected 'user:password' or a token in ASCII");
 }
 
 }  // namespace
 
 void RemoteOptions::add(CLI::App& app, bool mayUpload) {
-    app.add_option("--remote-cache", url_,
-                   "Address of a cache that a team shares over HTTP: results that the cache folder does not have come from there; default: "
-                   "$LIGHTCOOK_REMOTE_CACHE, else none")
-        ->type_name("URL");
-    if (mayUpload)
-        app.add_flag("--remote-upload", upload_,
-                     "Also write results into the remote cache; default: only if $LIGHTCOOK_REMOTE_UPLOAD is 1");
-    addFileOption(app, "--remote-credentials", credentials_,
-                  "File whose first line is 'user:password' or a token for the remote cache; default: $LIGHTCOOK_REMOTE_CREDENTIALS, which "
-                  "has that line itself");
+    for (const KeyRow& row : cacheKeyTable().keys) {
+        const bool isFlag = row.shape == KeyShape::Flag;
+        if (!row.name.starts_with("remote_") || (isFlag && !mayUpload)) continue;
+        const auto give = [this, key = "cache." + row.name](const std::string& value) { given_.set(key, value); };
+        if (isFlag)
+            app.add_flag_function(
+                optionOf(row), [give](std::int64_t) { give("true"); }, helpOf(row));
+        else
+            app.add_option_function<std::string>(optionOf(row), give, helpOf(row))
+                ->type_name(row.shape == KeyShape::Path ? kFilePlaceholder : "URL");
+    }
 }
 
 Result<std::unique_ptr<RemoteCache>> RemoteOptions::open(const std::filesystem::path& local, Trace* trace, bool isNeeded) {
-    if (url_.empty()) url_ = variable("LIGHTCOOK_REMOTE_CACHE");
-    if (url_.empty()) {
-        if (!upload_ && credentials_.empty()) return nullptr;
-        return failure(ErrorCode::InvalidRequest, upload_ ? "--remote-upload" : "--remote-credentials",
+    LC_TRY(settings, readUserSettings(given_));
+    const CacheSettings& cache = settings->cache;
+    if (!cache.remoteCache) {
+        if (given_.all().empty()) return nullptr;
+        return failure(ErrorCode::InvalidRequest, given_.all().back().option,
                        "found no remote cache, expected --remote-cache URL or $LIGHTCOOK_REMOTE_CACHE");
     }
-    LC_TRY(credentials, readCredentials(credentials_));
-    const bool upload = isNeeded || upload_ || variable("LIGHTCOOK_REMOTE_UPLOAD") == "1";
-    return RemoteCache::open({.url = url_, .upload = upload, .credentials = std::move(*credentials), .isNeeded = isNeeded},
-                             Cache(local.empty() ? defaultCacheFolder() : local, kCacheLimitBytes), trace);
+    url_ = *cache.remoteCache;
+    LC_TRY(credentials, readCredentials(cache, given_.find("cache.remote_credentials")));
+    LC_TRY(folder, cacheFolder(local));
+    return RemoteCache::open(
+        {.url = url_, .upload = isNeeded || cache.remoteUpload, .credentials = std::move(*credentials), .isNeeded = isNeeded},
+        Cache(*folder, kCacheLimitBytes), trace);
 }
 
 std::vector<std::string> RemoteOptions::words() const {
     std::vector<std::string> words;
-    if (!url_.empty()) words = {"--remote-cache", url_};
-    if (!credentials_.empty()) words.insert(words.end(), {"--remote-credentials", std::filesystem::absolute(credentials_).string()});
+    const auto add = [&](const char* key, const std::string& value) { words.insert(words.end(), {optionNamed(key), value}); };
+    if (const GivenKey* address = given_.find("cache.remote_cache"); address != nullptr || !url_.empty())
+        add("remote_cache", url_.empty() ? address->value : url_);
+    if (const GivenKey* file = given_.find("cache.remote_credentials"))
+        add("remote_credentials", std::filesystem::absolute(file->value).string());
     return words;
 }
 

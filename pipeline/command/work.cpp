@@ -23,13 +23,10 @@ struct WorkCommand {
     JsonOutput json;
 };
 
-Cache cacheOf(const WorkCommand& options) {
-    return {options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes};
-}
-
 formats::Result<Json> work(WorkCommand& options, const RunState& state) {
-    if (options.cache.empty()) LC_CHECK(checkDefaultCacheFolder());
-    const Cache cache = cacheOf(options);
+    LC_TRY(folder, cacheFolder(options.cache));
+    options.cache = *folder;
+    const Cache cache(*folder, kCacheLimitBytes);
     LC_TRY(remote, options.remote.open(cache.root(), nullptr, true));
     LC_TRY(action, runJob(options.job, actionFunction, cache, remote->get(), state));
     cache.prune();
@@ -41,8 +38,7 @@ formats::Result<Json> work(WorkCommand& options, const RunState& state) {
 CommandFunction defineWork(CLI::App& app) {
     const auto options = std::make_shared<WorkCommand>();
     app.add_option("job", options->job, "SHA-256 of the job")->type_name("NAME")->required();
-    addFolderOption(app, "--cache", options->cache,
-                    "Cache folder of this machine; default: $LIGHTCOOK_CACHE, else the user's cache folder");
+    addCacheOption(app, options->cache, "Cache folder of this machine");
     options->remote.add(app, false);
     options->json.add(app, "the action, or why it did not run,");
     app.footer(R"(`cook --launcher` writes jobs and calls this command. Job, inputs and files of other actions come from the
@@ -53,7 +49,7 @@ A job of another version of lightcook is refused.)");
     return [options](Session& session) {
         options->json.prepare(session);
         const int code = options->json.finish(session, work(*options, session.state));
-        if (code == exitCode(formats::ErrorCode::Internal)) holdIfFull(cacheOf(*options), session.state);
+        if (code == exitCode(formats::ErrorCode::Internal)) holdIfFull({options->cache, kCacheLimitBytes}, session.state);
         return code;
     };
 }

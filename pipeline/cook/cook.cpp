@@ -69,7 +69,7 @@ public:
           state_(state),
           start_(Clock::now()),
           scene_(options.preview ? previewOf(std::move(scene)) : std::move(scene)),
-          cache_(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes),
+          cache_(options.cache, kCacheLimitBytes),
           planOptions_{options.only, options.onlyKind, options.repair, options.samples, {std::move(layouts)}} {
         planOptions_.areTrialsComplete = options.keepCandidates;
     }
@@ -92,7 +92,8 @@ private:
 
     Result<void> tryRun() {
         outcome_.output = cookedFolder(scene_, options_.output);
-        if (options_.cache.empty()) LC_CHECK(checkDefaultCacheFolder());
+        LC_TRY(cache, cacheFolder(options_.cache));
+        cache_ = Cache(*cache, kCacheLimitBytes);
         LC_CHECK(checkScene(scene_, outcome_.output));
         const std::filesystem::path absolute = std::filesystem::absolute(outcome_.output).lexically_normal();
         digests_.emplace(cache_.root() / "stamps" / digestOfText(absolute.string()));

@@ -30,7 +30,7 @@ struct CookOptions {
     bool preview = false;                      ///< a preview alone: preview.h
     bool patch = false;                        ///< keep what the last cook into the folder decided and planned: patch.h
     bool strict = false;                       ///< every finding of lint that the scene does not allow is an error
-    std::filesystem::path cache;               ///< empty: defaultCacheFolder()
+    std::filesystem::path cache;               ///< see cacheFolder()
     int samples = 1;                           ///< random positions per texel quad
     RemoteCache* remote = nullptr;             ///< beside that cache; null: none
     std::optional<LaunchOptions> launch = {};  ///< how actions get to other machines; none: all run here
@@ -84,7 +84,7 @@ Outcome verifyCooked(const VerifyOptions& options, const RunState& state);
 
 struct LintOptions {
     std::filesystem::path scene;
-    std::filesystem::path cache;  ///< empty: defaultCacheFolder()
+    std::filesystem::path cache;  ///< see cacheFolder()
     bool strict = false, repair = false;
 };
 /// Checks the inputs of a scene for implausible values, without cooking it. Does not open the file options.scene.

@@ -15,9 +15,9 @@ namespace {
 formats::Result<void> lint(const Scene& scene, const LintOptions& options, const RunState& state, Outcome& outcome) {
     if (const std::string why = whyNothing(scene); !why.empty())
         return formats::failure(formats::ErrorCode::InvalidRequest, scene.file, why);
-    if (options.cache.empty()) LC_CHECK(checkDefaultCacheFolder());
+    LC_TRY(folder, cacheFolder(options.cache));
     LC_TRY(staging, TemporaryFolder::create());
-    const Cache cache(options.cache.empty() ? defaultCacheFolder() : options.cache, kCacheLimitBytes);
+    const Cache cache(*folder, kCacheLimitBytes);
     DigestMemo digests(cache.root() / "stamps" / digestOfText("lint " + std::filesystem::absolute(scene.file).string()));
     std::vector<Action> graph = planNeeds(scene);
     for (Action& action : planLint(scene, options.repair)) graph.push_back(std::move(action));

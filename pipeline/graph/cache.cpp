@@ -9,11 +9,11 @@
 #include <ctime>
 
 #include "formats/temporaries.h"
-#include "pipeline/document/written_path.h"
 #include "pipeline/graph/digest.h"
 #include "pipeline/graph/files.h"
 #include "pipeline/graph/part_cache.h"
 #include "pipeline/graph/record_fields.h"
+#include "pipeline/graph/user_settings.h"
 
 namespace lightcook::pipeline {
 
@@ -123,18 +123,14 @@ void Cache::prune() const {
     }
 }
 
-std::filesystem::path defaultCacheFolder() {
-    if (const char* named = std::getenv("LIGHTCOOK_CACHE"); named != nullptr && *named != 0) return named;
+Result<std::filesystem::path> cacheFolder(const std::filesystem::path& asked) {
+    if (!asked.empty()) return asked;
+    LC_TRY(settings, readUserSettings());
+    if (settings->cache.folder) return *settings->cache.folder;
     if (const char* xdg = std::getenv("XDG_CACHE_HOME"); xdg != nullptr && *xdg == '/') return std::filesystem::path(xdg) / "lightcook";
     if (const char* home = std::getenv("HOME"); home != nullptr && *home != 0) return std::filesystem::path(home) / ".cache" / "lightcook";
     std::error_code code;
     return std::filesystem::temp_directory_path(code) / fmt::format("lightcook-cache-{}", ::getuid());
-}
-
-formats::Result<void> checkDefaultCacheFolder() {
-    const std::string fault = faultOfHome(defaultCacheFolder().string());
-    if (fault.empty()) return {};
-    return formats::failure(formats::ErrorCode::InvalidRequest, "$LIGHTCOOK_CACHE", fault);
 }
 
 }  // namespace lightcook::pipeline

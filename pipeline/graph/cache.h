@@ -48,10 +48,9 @@ private:
     std::uint64_t limitBytes_;
 };
 
-/// Returns $LIGHTCOOK_CACHE, else $XDG_CACHE_HOME/lightcook, else ~/.cache/lightcook, else a folder in the system's temporary folder. A
-/// relative $XDG_CACHE_HOME does not count: the XDG Base Directory Specification calls it invalid.
-std::filesystem::path defaultCacheFolder();
-/// Fails if defaultCacheFolder() is a path that a shell was to expand: $LIGHTCOOK_CACHE begins with "~".
-formats::Result<void> checkDefaultCacheFolder();
+/// Returns a folder if it is not empty, else that of the user's settings (user_settings.h), else $XDG_CACHE_HOME/lightcook, else
+/// ~/.cache/lightcook, else a folder in the system's temporary folder. A relative $XDG_CACHE_HOME does not count: the XDG Base Directory
+/// Specification calls it invalid.
+formats::Result<std::filesystem::path> cacheFolder(const std::filesystem::path& asked);
 
 }  // namespace lightcook::pipeline

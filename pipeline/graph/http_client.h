@@ -24,6 +24,7 @@ struct HttpUrl {
     bool isTls = false;
     std::string host, port;
     std::string prefix;  ///< path, without a slash at its end
+    bool operator==(const HttpUrl&) const = default;
 };
 /// Refuses what is no address of a server, and credentials in one.
 formats::Result<HttpUrl> parseHttpUrl(const std::string& text);

@@ -21,8 +21,9 @@ protected:
     };
 
     Ended run(const std::string& arguments, const std::filesystem::path& program = LIGHTCOOK_PROGRAM) const {
-        const std::string command = fmt::format("cd '{0}' && LIGHTCOOK_CACHE='{1}' '{2}' {3} >'{0}/stdout' 2>'{0}/stderr' </dev/null",
-                                                (scene_ / "").string(), cache_.string(), program.string(), arguments);
+        const std::string command = fmt::format(
+            "cd '{0}' && XDG_CONFIG_HOME='{0}/configuration' LIGHTCOOK_CACHE='{1}' '{2}' {3} >'{0}/stdout' 2>'{0}/stderr' </dev/null",
+            (scene_ / "").string(), cache_.string(), program.string(), arguments);
         return {runShell(command), formats::contentOf(scene_ / "stdout"), formats::contentOf(scene_ / "stderr")};
     }
 

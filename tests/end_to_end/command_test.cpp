@@ -158,6 +158,21 @@ TEST_F(Command, ACacheWithATildeIsRefused) {
     EXPECT_FALSE(std::filesystem::exists(scene_ / "~"));
 }
 
+TEST_F(Command, TheConfigurationFileOfAUserGivesTheCaches) {
+    cache_ = "";
+    const auto file = scene_ / "configuration/lightcook/config.toml";
+    std::filesystem::create_directories(file.parent_path());
+    formats::writeContent(file, "[cache]\nfolder = \"kept\"\nremote_cache = \"http://127.0.0.1:1/cache\"\n");
+    const Ended cook = run("cook scene.toml -o cooked --only sky");
+    EXPECT_EQ(cook.code, 0);
+    EXPECT_THAT(cook.err, HasSubstr("warning: http://127.0.0.1:1/cache: found "));
+    EXPECT_TRUE(std::filesystem::exists(file.parent_path() / "kept/ac"));
+    formats::writeContent(file, "[cache]\nfoldre = \"kept\"\n");
+    for (const char* command : {"cook scene.toml -o out", "lint scene.toml", "rsrm sky.exr out"})
+        expectRefused(command, 2, {"configuration/lightcook/config.toml:2:1: found unknown key 'foldre' in cache"});
+    EXPECT_EQ(run("info map.exr").code, 0) << "it needs no cache";
+}
+
 /// 8 bits hold a gradient of one colour exactly.
 TEST_F(Command, ATinyErrorIsNotZero) {
     std::string gradient = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 64\n";

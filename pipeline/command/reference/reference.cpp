@@ -14,6 +14,7 @@
 #include "pipeline/cook/preview.h"
 #include "pipeline/document/json_schema.h"
 #include "pipeline/estimate/estimate.h"
+#include "pipeline/graph/user_settings.h"
 #include "pipeline/graph/version.h"
 #include "pipeline/manifest/folder_difference.h"
 #include "pipeline/manifest/manifest.h"
@@ -223,6 +224,7 @@ std::vector<ReferencePage> referencePages() {
          documentReference("Preview", "`lightcook cook SCENE --preview --json F` writes what a preview has found, in place of a report.",
                            documentSchema<PreviewSummary>(""))},
         {"budgets.md", budgetsReference()},
+        {"configuration-file.md", configurationReference()},
         {"cooked.schema.json", schemaText(manifest)},
         {"report.schema.json", schemaText(report)},
         {"estimate.schema.json", schemaText(estimate)}};
@@ -286,6 +288,21 @@ std::string budgetsReference() {
         "MiB\"\nscenes = { lobby = \"12 MiB\" }\nkinds = { light-map = \"6 MiB\" }\n```\n");
 }
 
+std::string configurationReference() {
+    const KeyTable& table = cacheKeyTable();
+    std::string sources = "| key | option | variable |\n| --- | --- | --- |\n";
+    for (const KeyRow& key : table.keys) sources += fmt::format("| `{}` | `{}` | `{}` |\n", key.name, optionOf(key), variableOf(key));
+    return generatedPage(
+        "# The configuration file\n\n"
+        "`$XDG_CONFIG_HOME/lightcook/config.toml`, else `~/.config/lightcook/config.toml`, has what a user wants in every cook. It need "
+        "not exist. An option of the command line goes before a variable of the environment, and that before the file. Paths are "
+        "relative to the file. Unknown keys and other types are refused with file, line and column, and exit code 2. "
+        "[A cache for a team](../guide/team-cache.md) has an example.\n\n"
+        "What the file says of its remote cache, `remote_upload` and `remote_credentials`, is for the address `remote_cache` of the file "
+        "alone. With another address, from an option or a variable, it has no effect.\n" +
+        keyTables(std::span(&table, 1)) + "\n## Options and variables\n\n" + sources);
+}
+
 std::string layoutReference() {
     std::string text = "# Light-map layouts\n\n" + std::string(kGenerated);
     text += wrapped(
@@ -324,9 +341,14 @@ std::string manPage(const ProgramDoc& program) {
     }
     text += ".SH EXIT STATUS\n";
     for (const ExitCodeInfo& row : allExitCodes()) text += fmt::format(".TP\n\\fB{}\\fR\n{}\n", row.code, troff(std::string(row.meaning)));
+    text += ".SH ENVIRONMENT\n";
+    for (const KeyRow& key : cacheKeyTable().keys)
+        text += fmt::format(".TP\n\\fB{}\\fR\nGoes before the key {} of the configuration file: {}.\n", variableOf(key), troff(key.name),
+                            troff(key.caption));
     text +=
-        ".SH ENVIRONMENT\n.TP\n\\fBLIGHTCOOK_CACHE\\fR\nFolder of the cache. Default: $XDG_CACHE_HOME/lightcook, else "
-        "~/.cache/lightcook.\n.TP\n\\fBNO_COLOR\\fR\nIf it is set and not empty, nothing is coloured.\n";
+        ".TP\n\\fBNO_COLOR\\fR\nIf it is set and not empty, nothing is coloured.\n.SH FILES\n.TP\n"
+        "\\fI$XDG_CONFIG_HOME/lightcook/config.toml\\fR, else \\fI~/.config/lightcook/config.toml\\fR\nTable [cache] with the keys above.\n"
+        ".TP\n\\fI$XDG_CACHE_HOME/lightcook\\fR, else \\fI~/.cache/lightcook\\fR\nThe user's cache folder.\n";
     return text;
 }
 

@@ -24,6 +24,8 @@ std::string commandReference(const ProgramDoc& program);
 std::string sceneFileReference();
 /// Returns docs/reference/budgets.md, from pipeline/report/budgets.cpp.
 std::string budgetsReference();
+/// Returns docs/reference/configuration-file.md, from pipeline/graph/user_settings.h.
+std::string configurationReference();
 
 /// Returns docs/reference/light-map-layouts.md, from formats/light_map_layout.h.
 std::string layoutReference();
