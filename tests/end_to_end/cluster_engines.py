@@ -123,8 +123,11 @@ class Ssh(Daemons):
             os.makedirs("/run/sshd", exist_ok=True)
         configuration = ""
         for node, port in zip(NODES, free_ports(len(NODES))):
-            (folder / node).mkdir()
-            environment = {"LIGHTCOOK_CACHE": self.cache(node), "LIGHTCOOK_REMOTE_CREDENTIALS": "ci:secret",
+            (folder / node / "lightcook").mkdir(parents=True)
+            (folder / node / "lightcook/secret").write_text("ci:secret\n")
+            (folder / node / "lightcook/config.toml").write_text(
+                f'[cache]\nremote_cache = "{os.environ["LIGHTCOOK_REMOTE_CACHE"]}"\nremote_credentials = "secret"\n')
+            environment = {"LIGHTCOOK_CACHE": self.cache(node), "XDG_CONFIG_HOME": folder / node,
                            "SSL_CERT_FILE": os.environ.get("SSL_CERT_FILE", "")}
             (folder / f"{node}.conf").write_text(
                 f"Port {port}\nListenAddress 127.0.0.1\nHostKey {folder}/host\nPidFile none\nAuthorizedKeysFile {folder}/key.pub\n"
