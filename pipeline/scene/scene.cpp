@@ -313,7 +313,7 @@ void selectTarget(toml::table& root, const std::string& target, bool isListed) {
     if (own != nullptr)
         for (auto&& [key, node] : *own) {
             output->erase(key);
-            node.visit([&](auto& value) { output->insert(key, std::move(value)); });  // a copy would have no line
+            node.visit([&, &name = key](auto& value) { output->insert(name, std::move(value)); });  // a copy would have no line
         }
     root.erase("target");
 }
