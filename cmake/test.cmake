@@ -105,3 +105,20 @@ function(lightcook_test module)
     discover_suites(${program} "${ARG_COST}" ${ARG_SOAK})
   endforeach()
 endfunction()
+
+# lightcook_fuzz(<module> SOURCES fuzz/targets.cpp... [LIBRARIES more...])
+# The fuzzers of a module (tests/fuzz/target.h): the tests <module>_fuzz_tests, which take the corpora again, and in the preset `fuzz`
+# Clang's libFuzzer on the same targets, build/fuzz/<module>_fuzz.
+function(lightcook_fuzz module)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  lightcook_test(${module} PART fuzz SOURCES ${ARG_SOURCES} ${PROJECT_SOURCE_DIR}/tests/fuzz/replay_test.cpp LIBRARIES ${ARG_LIBRARIES})
+  target_compile_definitions(${module}_fuzz_tests PRIVATE
+    LIGHTCOOK_FUZZ_MODULE=${module} LIGHTCOOK_FUZZ_CORPUS="${CMAKE_CURRENT_SOURCE_DIR}/fuzz/corpus")
+  if(NOT LIGHTCOOK_SANITIZE MATCHES fuzzer)
+    return()
+  endif()
+  add_executable(${module}_fuzz ${ARG_SOURCES} ${PROJECT_SOURCE_DIR}/tests/fuzz/fuzz_main.cpp)
+  target_link_libraries(${module}_fuzz PRIVATE ${module} project_options GTest::gtest ${ARG_LIBRARIES})
+  target_link_options(${module}_fuzz PRIVATE -fsanitize=fuzzer)
+  set_target_properties(${module}_fuzz PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+endfunction()

@@ -19,7 +19,9 @@ namespace lightcook::verify {
 /// Decodes one block of the format into blockWidth * blockHeight texels, row by row. Missing channels are 0, a missing alpha is 1.
 /// BC6H decodes to exact half floats, BC1 (without alpha) to BC5 by ideal real-valued interpolation, ASTC to the halves of an FP16 decoder.
 /// Invalid blocks, which no encoder writes: reserved modes of BC6H and BC7 decode to zero, as Direct3D's specification demands. Illegal
-/// ASTC blocks give the error colour: opaque magenta for the LDR format, NaN in every channel for the HDR formats.
+/// ASTC blocks give the error colour: opaque magenta for the LDR format, NaN in every channel for the HDR formats. Texels of all other
+/// blocks are finite, but for those that store such a number: formats of floats without blocks, ASTC HDR blocks of one colour, and
+/// signed BC6H, of which an endpoint -32768 of 16 bits is minus infinity.
 void decodeBlock(formats::PixelFormat format, std::span<const std::byte> block, std::span<glm::vec4> out);
 
 /// Decodes the rows of blocks that cover out.height rows of texels.

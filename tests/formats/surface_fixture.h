@@ -26,6 +26,7 @@ struct Square {
     std::optional<glm::vec4> tangent = {};            ///< TANGENT of each corner
     glm::mat4 node{1};
     bool hasNormals = true;  ///< else those of the file are zero
+    std::string name = {};   ///< of the node; empty: it has none
 };
 
 inline void writeSquare(const std::filesystem::path& file, const Square& square) {
@@ -66,10 +67,12 @@ inline void writeSquare(const std::filesystem::path& file, const Square& square)
     std::vector<float> node;
     for (int column = 0; column < 4; ++column)
         for (int row = 0; row < 4; ++row) node.push_back(square.node[column][row]);
+    Json placed = {{"mesh", 0}, {"matrix", node}};
+    if (!square.name.empty()) placed["name"] = square.name;
     const Json json = {{"asset", {{"version", "2.0"}}},
                        {"scene", 0},
                        {"scenes", {{{"nodes", {0}}}}},
-                       {"nodes", {{{"mesh", 0}, {"matrix", node}}}},
+                       {"nodes", Json::array({placed})},
                        {"meshes", {{{"primitives", {{{"attributes", attributes}, {"indices", accessors.size() - 1}}}}}}},
                        {"buffers", {{{"byteLength", binary.size()}}}},
                        {"bufferViews", views},
