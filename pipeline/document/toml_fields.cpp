@@ -73,8 +73,8 @@ void TomlDocument::fail(const toml::node& node, const std::string& detail) const
 const toml::table* TomlDocument::table(std::string_view section, std::size_t index) const {
     if (section.empty()) return &root;
     const toml::node* node = root.get(section);
-    if (node == nullptr || node->is_table()) return node == nullptr ? nullptr : node->as_table();
-    return (*node->as_array())[index].as_table();
+    if (node != nullptr && node->is_array()) node = node->as_array()->get(index);
+    return node == nullptr ? nullptr : node->as_table();  // what else it is, the reader of the section refuses
 }
 
 const toml::node* TomlDocument::find(std::string_view section, std::size_t index, std::string_view key) const {

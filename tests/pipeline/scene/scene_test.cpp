@@ -73,7 +73,16 @@ roughness_axis = "sqrt(m)"
     expectRefused(kHead + "[tables]\nviews = 1\n", "4:9", "expected an integer from 2 to 1024");
     expectRefused(kHead + "[tables]\nrows = 2000\n", "4:8", "expected an integer from 1 to 1024");
     expectRefused(kHead + "[tables]\nview_axis = \"m\"\n", "4:13", "expected one of: ");
-    expectRefused(kHead + "tables = 3\n", "3:10", "expected a table [tables]");
+}
+
+TEST(ReadScene, ASectionThatIsNoTableIsRefused) {
+    for (const KeyTable& table : sceneKeyTables())
+        if (!table.name.empty() && table.name.find('.') == std::string_view::npos) {
+            expectRefused(fmt::format("{}{} = 3\n", kHead, table.name), "3:", "expected ");
+            expectRefused(fmt::format("{}{} = [3]\n", kHead, table.name), "3:", "expected ");
+            EXPECT_TRUE(!sceneFromText(fmt::format("{}{} = []\n", kHead, table.name)) || table.isArray) << table.name;
+        }
+    expectRefused(kHead + "output = 3\n", "3:10", "expected a table [output]");
 }
 
 TEST(ReadScene, AnEmptyPathIsRefused) {
