@@ -4,6 +4,7 @@
 #include <httplib.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <mutex>
@@ -38,15 +39,16 @@ void refuse(httplib::Response& response, int status, const std::string& line) {
     response.set_content(line + "\n", "text/plain; charset=utf-8");
 }
 
-/// Returns true, with status 416, for a request of bytes past the end of a file.
+/// Returns true, with status 416, for a request of bytes past the end of a file, and for one of several ranges: cpp-httplib would make all
+/// of them in memory, as often as they name the same bytes.
 bool refusesRange(const httplib::Request& request, std::uintmax_t size, httplib::Response& response) {
-    for (const auto& [first, last] : request.ranges) {
-        if (first < 0 || static_cast<std::uintmax_t>(first) < size) continue;
-        response.status = 416;
-        response.set_header("Content-Range", fmt::format("bytes */{}", size));
-        return true;
-    }
-    return false;
+    const auto isPastEnd = [&](const httplib::Range& range) {
+        return range.first >= 0 && static_cast<std::uintmax_t>(range.first) >= size;
+    };
+    if (request.ranges.size() < 2 && std::ranges::none_of(request.ranges, isPastEnd)) return false;
+    response.status = 416;
+    response.set_header("Content-Range", fmt::format("bytes */{}", size));
+    return true;
 }
 
 void sendFile(const std::filesystem::path& file, std::string_view mediaType, const httplib::Request& request, httplib::Response& response) {
@@ -87,6 +89,7 @@ void answer(const Site& site, const httplib::Request& request, httplib::Response
         return;
     }
     const std::string_view bytes = file.inMemory();
+    if (refusesRange(request, bytes.size(), response)) return;
     if (path == kPageName) response.set_header("Content-Security-Policy", kPagePolicy);
     response.set_content(bytes.data(), bytes.size(), std::string(file.mediaType));
 }

@@ -76,6 +76,8 @@ TEST_F(RunningServer, SendsEveryFileAsItIs) {
     EXPECT_THAT(get("/cooked/cooked.json", "Range: bytes=0-0\r\n"), AllOf(StartsWith("HTTP/1.1 206"), EndsWith("\r\n\r\n{")));
     EXPECT_THAT(get("/cooked/cooked.json", "Range: bytes=99999999-\r\n"),
                 AllOf(StartsWith("HTTP/1.1 416"), HasSubstr("Content-Range: bytes */"), EndsWith("\r\n\r\n")));
+    for (const char* const path : {"/cooked/cooked.json", "/assets/page.js"})
+        EXPECT_THAT(get(path, "Range: bytes=0-,0-\r\n"), StartsWith("HTTP/1.1 416")) << "of several ranges";
     EXPECT_THAT(ask("HEAD /cooked/cooked.json HTTP/1.1\r\n" + ourHost()), AllOf(StartsWith("HTTP/1.1 200"), EndsWith("\r\n\r\n")));
 }
 
