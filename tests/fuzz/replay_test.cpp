@@ -60,10 +60,14 @@ TEST_P(FuzzCorpus, ChangedInputsAreReadOrRefused) {
         }
 }
 
+std::string testName(const testing::TestParamInfo<Target>& instance) {
+    std::string name(instance.param.name);
+    std::ranges::replace(name, '-', '_');
+    return name;
+}
+
 // A macro of its own, since a name that is an argument of GoogleTest's is not expanded.
-#define LC_INSTANTIATE(module)                                                                          \
-    INSTANTIATE_TEST_SUITE_P(module, FuzzCorpus, testing::ValuesIn(targets().begin(), targets().end()), \
-                             [](const auto& instance) { return std::string(instance.param.name); })
+#define LC_INSTANTIATE(module) INSTANTIATE_TEST_SUITE_P(module, FuzzCorpus, testing::ValuesIn(targets().begin(), targets().end()), testName)
 LC_INSTANTIATE(LIGHTCOOK_FUZZ_MODULE);
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "formats/image/radiance_file.h"
 #include "formats/lmbake.h"
 #include "formats/plain_image.h"
+#include "formats/probe_place.h"
 #include "tests/formats/fuzz/written_bake.h"
 #include "tests/formats/texture_fixture.h"
 #include "tests/fuzz/target.h"
@@ -100,7 +101,7 @@ void readPlaces(Bytes bytes) {
 void readProbes(Bytes bytes) {
     const std::filesystem::path file = asFile("input.json", bytes);
     (void)loadProbeSh(file, "probe0.exr");
-    (void)loadProbePosition(file, "probe0.exr");
+    (void)loadProbePlace(file, "probe0.exr");
 }
 
 void readBake(Bytes bytes) {
