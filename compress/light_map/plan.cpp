@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "compress/light_map/basis/model.h"
 #include "compress/light_map/families.h"
@@ -30,7 +31,8 @@ LightMapPlan emptyPlan(formats::LightMapLayout layout, const MeasuredLightMap& m
 float halfRange(float largest) {
     if (!(largest > 0)) return 1;
     int exponent = 0;
-    const float mantissa = std::frexp(largest, &exponent);  // largest = mantissa 2^exponent, mantissa in [0.5, 1)
+    // Light whose coefficient 0 is close to the largest float is infinite itself. largest = mantissa 2^exponent, mantissa in [0.5, 1).
+    const float mantissa = std::frexp(std::min(largest, std::numeric_limits<float>::max()), &exponent);
     if (mantissa == 0.5f) --exponent;
     return std::ldexp(1.0f, exponent - 14);
 }
