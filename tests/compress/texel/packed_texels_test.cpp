@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "compress/texel/half.h"
 #include "tests/compress/codec_images.h"
 
 namespace lightcook::compress::test {
@@ -104,6 +105,39 @@ TEST(PackedTexels, SrgbTakesTheNearestCodeOfTheCurve) {
         ASSERT_NEAR(srgbFromLinear(static_cast<double>(result.decoded.at(0, 0).r)) * 255, code, 0.5 + 1e-3);
         ASSERT_NEAR(std::to_integer<int>(result.bytes[3]), static_cast<double>(x) * 255, 0.5 + 1e-6) << "alpha is linear";
     }
+}
+
+/// What docs/lab/formats.md states of the formats for light: the error of a value is at most `share` of it, or `step` where that is more.
+struct StatedError {
+    PixelFormat format;
+    long double share[3], step[3];  ///< of each channel
+};
+constexpr StatedError kStatedErrors[] = {
+    {PixelFormat::Rgba16f, {}, {}},
+    {PixelFormat::Bc6hUf16, {}, {}},
+    {PixelFormat::Bc6hSf16, {}, {}},
+    {PixelFormat::R11g11b10f, {0x1p-7L, 0x1p-7L, 0x1p-6L}, {0x1p-21L, 0x1p-21L, 0x1p-20L}},
+    {PixelFormat::Rgb9e5, {0x1p-9L, 0x1p-9L, 0x1p-9L}, {0x1p-25L, 0x1p-25L, 0x1p-25L}},
+};
+
+TEST(PackedTexels, EveryHalfHasTheStatedErrorInEveryFormatOfLight) {
+    for (const StatedError& stated : kStatedErrors)
+        for (std::uint32_t bits = 0; bits < 0x7c00; ++bits)
+            for (const float sign : {1.0f, -1.0f}) {
+                const float value = sign * floatFromHalf(static_cast<std::uint16_t>(bits));
+                const bool holdsSign = stated.format == PixelFormat::Rgba16f || formats::info(stated.format).isSigned;
+                if (sign < 0 && !holdsSign) continue;
+                for (int c = 0; c < 3; ++c) {
+                    glm::vec4 texel(0, 0, 0, 1);
+                    texel[c] = value;
+                    const glm::vec4 decoded = encode(stated.format, imageOf(1, 1, [&](int, int) { return texel; })).decoded.at(0, 0);
+                    const long double most = std::max(stated.share[c] * std::abs(static_cast<long double>(value)), stated.step[c]);
+                    ASSERT_LE(std::abs(static_cast<long double>(decoded[c]) - static_cast<long double>(value)), most)
+                        << formats::info(stated.format).name << ", half " << bits << ", channel " << c;
+                    texel[c] = decoded[c];
+                    ASSERT_EQ(decoded, texel) << formats::info(stated.format).name << ": the other channels stay 0";
+                }
+            }
 }
 
 TEST(PackedTexels, ValuesBeyondTheFormatAreClampedAndCounted) {

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "lighting/display.h"
+#include "tests/verify/itp_truth.h"
 #include "verify/assets/random.h"
+#include "verify/error/perceptual_quantizer.h"
 
 namespace lightcook {
 namespace {
@@ -251,6 +253,27 @@ TEST(VisibleMetric, SteepnessIsThatOfThePqCurveAndRisesWithTheLuminance) {
                      below = std::log(slopeOverLogarithm(nits * std::exp(-kStep)));
         EXPECT_NEAR(1 - (above - below) / (2 * kStep), steepness, 1e-5) << nits;
     });
+}
+
+/// Returns the luminance of a code in [0, 1]: the EOTF of SMPTE ST 2084.
+long double nitsOfCode(long double code) {
+    const long double power = std::pow(code, 32 / 2523.0L);
+    return 10000 * std::pow(std::max(power - 3424 / 4096.0L, 0.0L) / (2413 / 128.0L - 2392 / 128.0L * power), 16384 / 2610.0L);
+}
+
+TEST(PerceptualQuantizer, EveryCodeOf16BitsHasTheStatedError) {
+    for (int code = 0; code < 65536; ++code) {
+        const double nits = static_cast<double>(nitsOfCode(code / 65535.0L));
+        ASSERT_NEAR(lighting::perceptualQuantizer(nits) * 65535, code, 0.05) << "the whole range, in codes";
+        const auto rounded = static_cast<float>(nits);
+        const long double exact = verify::itp::pq(static_cast<long double>(rounded));
+        ASSERT_NEAR(lighting::perceptualQuantizer(static_cast<double>(rounded)), static_cast<double>(exact), 1e-13) << code;
+        // Below 2^-8 cd/m^2 the floats of the verifier have the code of 2^-8: a display's black is above it.
+        const long double held = verify::itp::pq(std::max(static_cast<long double>(rounded), 0x1p-8L));
+        ASSERT_NEAR(verify::perceptualQuantizerOf(rounded), static_cast<double>(held), 2e-7) << code;
+    }
+    static_assert(lighting::kLeastBlack > 0x1p-8);
+    EXPECT_EQ(verify::perceptualQuantizerOf(3e38f), verify::perceptualQuantizerOf(10000));
 }
 
 }  // namespace
