@@ -890,5 +890,53 @@ TEST(MutationSoak, OfTheSceneThatShipsIsCaught) {
         expectCaught(cooked, *faults);
 }
 
+/// Places of all numbers below a value.
+void numbersOf(const Json& value, const Json::json_pointer& place, std::vector<Json::json_pointer>& found) {
+    if (value.is_number()) found.push_back(place);
+    if (value.is_object())
+        for (const auto& [name, each] : value.items()) numbersOf(each, place / name, found);
+    if (value.is_array())
+        for (std::size_t i = 0; i < value.size(); ++i) numbersOf(value[i], place / i, found);
+}
+
+/// Returns the largest error that a report of one asset states.
+double statedError(const Outcome& outcome) {
+    const Json& error = outcome.report.at("assets").at(0).at("stages").back().at("error");
+    return std::max(error.at("diffuse").at("rel_rms").get<double>(), error.at("specular").at("rel_rms").get<double>());
+}
+
+/// Every number that a loader is told, a quarter more (of 0.01 at least), in manifest and textures alike: it is refused, or the report
+/// states another error.
+void expectConstantsCaught(const Cooked& cooked, const std::string& asset) {
+    std::vector<Json::json_pointer> places;
+    numbersOf(cooked.copyOf(asset).constants(), Json::json_pointer(), places);
+    ASSERT_FALSE(places.empty()) << asset;
+    const double right = statedError(cooked.copyOf(asset).verify());
+    for (const Json::json_pointer& place : places) {
+        CookedCopy copy = cooked.copyOf(asset);
+        Json& number = copy.constants()[place];
+        const Json before = number;
+        if (number.is_number_integer())
+            number = number.get<std::int64_t>() + 1;
+        else
+            number = number.get<double>() + 0.25 * std::max(std::abs(number.get<double>()), 0.01);
+        copy.rewriteDigests();
+        const Outcome outcome = copy.verify();
+        EXPECT_TRUE(!outcome.errors.empty() || statedError(outcome) != right)
+            << asset << place << ": " << before << " -> " << copy.constants()[place];
+    }
+}
+
+TEST(MutationSoak, OfEachConstantIsCaught) {
+    for (const char* layout : {"raw", "basis-8", "hdr", "hdr-2", "hdr-rgb9e5", "halo3", "lit-half"}) {
+        SCOPED_TRACE(layout);
+        const SmallScene scene(SmallScene::Parts::LightMap, sunAndSky, 24);
+        expectConstantsCaught(Cooked(scene.sceneFile(), layout, "light-map"), "map");
+    }
+    const SmallScene scene(SmallScene::Parts::All, sunAndSky, 24);
+    const Cooked cooked(scene.sceneFile(), "ratio");
+    for (const char* asset : {"map", "map_dominant", "specular", "probe", "sky"}) expectConstantsCaught(cooked, asset);
+}
+
 }  // namespace
 }  // namespace lightcook::pipeline
