@@ -16,6 +16,13 @@ namespace lightcook::compress {
 
 namespace {
 
+// Eigen cuts products by the caches that it finds, and each cut adds in another order: learned layouts had other bytes on a machine with
+// 32 KiB of first level than on one with 48 KiB. These sizes are for all products of the program.
+[[maybe_unused]] const bool kHasFixedBlocks = [] {
+    Eigen::setCpuCacheSizes(kProductCaches[0], kProductCaches[1], kProductCaches[2]);
+    return true;
+}();
+
 // No dynamic dispatch: lanes hold different points, and each sum adds its products in one order.
 namespace hn = hwy::HWY_NAMESPACE;
 using ChartPointTag = hn::CappedTag<float, 8>;

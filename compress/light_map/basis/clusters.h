@@ -9,9 +9,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <vector>
 
 namespace lightcook::compress {
+
+/// Sizes of the caches, first level first, that Eigen cuts products by [bytes].
+inline constexpr std::array<std::ptrdiff_t, 3> kProductCaches = {std::ptrdiff_t{48} << 10, std::ptrdiff_t{2} << 20,
+                                                                 std::ptrdiff_t{32} << 20};
 
 /// Weighted points, each of a chart, in a space whose squared distances are costs (error_space.h).
 struct ChartPoints {

@@ -12,6 +12,13 @@ namespace {
 
 using ClustersTest = synthetic::BasisTest;
 
+/// Else learned layouts would have other bytes on another machine.
+TEST_F(ClustersTest, BlocksOfProductsAreThoseOfNoMachine) {
+    EXPECT_EQ(Eigen::l1CacheSize(), compress::kProductCaches[0]);
+    EXPECT_EQ(Eigen::l2CacheSize(), compress::kProductCaches[1]);
+    EXPECT_EQ(Eigen::l3CacheSize(), compress::kProductCaches[2]);
+}
+
 TEST_F(ClustersTest, ChartsOfOneSubspaceShareACluster) {
     constexpr int kDimension = 24, kCharts = 30, kPerChart = 40, kKinds = 3;
     compress::ChartPoints points;
