@@ -111,7 +111,7 @@ Result<std::shared_ptr<const MapSurvey>> LightMapSource::survey(const ActionCont
     }
     LC_TRY(survey, surveyMap(*this, hasSharedExit, context));
     const std::lock_guard lock(surveyMutex_);
-    survey_ = std::make_shared<const MapSurvey>(std::move(*survey));
+    if (!survey_ || hasSharedExit) survey_ = std::make_shared<const MapSurvey>(std::move(*survey));
     return survey_;
 }
 
