@@ -20,7 +20,7 @@ enum Wall : Walls { kLimitsWall = 1, kPrivilegesWall = 2, kLandlockWall = 4, kSe
 inline constexpr Walls kAllWalls = 15;
 
 /// Puts up all walls that this system has, for the process that calls it and for good. Returns those that stand.
-/// memoryBytes  memory that the process may allocate beyond what it has now; 0: without limit
+/// memoryBytes  limit on further allocations of the process; 0: none
 Walls putUpWalls(std::uint64_t memoryBytes);
 
 /// Returns true in a build with sanitizers.

@@ -41,7 +41,7 @@ std::string faultOfAddress(const std::string& text) {
     return url ? "" : url.error().detail;
 }
 
-/// Adds what the environment says of keys that no option gives.
+/// Variables of the environment give the keys that no option gives.
 void addVariables(GivenKeys& given, CacheSettings& cache) {
     for (const KeyRow& row : cacheKeyTable().keys) {
         const std::string key = fmt::format("{}.{}", kSection, row.name), variable = variableOf(row);
@@ -58,7 +58,7 @@ void addVariables(GivenKeys& given, CacheSettings& cache) {
     }
 }
 
-/// Removes what the file says of its remote cache, if the cache is another one.
+/// Upload and credentials of the file are for its own remote cache. They are removed where an option or a variable names another one.
 void keepToOwnServer(const TomlDocument& document, toml::table& root, const GivenKeys& given) {
     toml::table* const cache = root[kSection].as_table();
     if (cache == nullptr) return;

@@ -20,7 +20,7 @@ std::vector<std::filesystem::path> corpusOf(const Target& target) {
     return files;
 }
 
-/// What a target prints is shown only if it failed.
+/// Targets print much, so their output is shown only if one failed.
 class FuzzCorpus : public testing::TestWithParam<Target> {
 protected:
     void SetUp() override {

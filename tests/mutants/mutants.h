@@ -3,8 +3,8 @@
 //   0.5f          (lightcook::mutants::is(7) ? 1.0f : 0.5f)
 //   a + b         a + PlusIsMinus<7>{} + b: the operator binds as before, so that nobody has to find where a and b begin and end
 //   std::min(     LIGHTCOOK_MUTANT_CALL(7, std::min, std::max)(
-// LIGHTCOOK_MUTANT=7 selects fault 7. LIGHTCOOK_MUTANTS_REACHED=FILE: at its end the program writes there which of them have run. Constant
-// expressions keep what is written, and so do operators whose other has no value of the same type: these never run.
+// LIGHTCOOK_MUTANT=7 selects fault 7. LIGHTCOOK_MUTANTS_REACHED=FILE: at its end the program writes there which of them have run. Two kinds
+// never run, and keep what is written: constant expressions, and operators whose replacement gives a value of another type.
 #pragma once
 
 #include <type_traits>

@@ -1,4 +1,4 @@
-// What one pass over a light map finds, for all actions of a cook that read the map (LightMapSource::survey).
+// One pass over a light map finds these figures, and all actions of a cook that read the map share them (LightMapSource::survey).
 #pragma once
 
 #include <array>

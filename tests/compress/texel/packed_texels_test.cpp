@@ -107,7 +107,7 @@ TEST(PackedTexels, SrgbTakesTheNearestCodeOfTheCurve) {
     }
 }
 
-/// What docs/lab/formats.md states of the formats for light: the error of a value is at most `share` of it, or `step` where that is more.
+/// The error of a value is at most `share` of it, or `step` where that is more. docs/lab/formats.md states both for each format of light.
 struct StatedError {
     PixelFormat format;
     long double share[3], step[3];  ///< of each channel

@@ -92,7 +92,7 @@ std::vector<std::string> layoutsWithoutMesh() {
     return names;
 }
 
-/// What became of a texel in one layout.
+/// The outcome of one texel in one layout.
 struct CookedTexel {
     std::string line;   ///< of the error; empty: it was cooked
     double stated = 0;  ///< error of diffuse light at texel centres, in the report
@@ -143,7 +143,7 @@ std::map<std::string, CookedTexel> cookOneTexel(float value) {
     return cooked;
 }
 
-/// The report states what is lost of the texel, or the layout is refused by name.
+/// Each layout states the loss of the texel in its report, or is refused by name.
 void expectAsStatedOrRefused(const std::string& layout, const CookedTexel& texel) {
     if (texel.line.empty())
         EXPECT_NEAR(texel.error, texel.stated, 0.02 * texel.stated + 1e-6) << layout;

@@ -26,7 +26,7 @@ const std::string kTwoFiles = "12510a08612f622e6b74783212450a40" + hexOf(kHash) 
 /// A file with its content and an executable bit, standard output, and who ran the action.
 const std::string kMoreFields =
     "12580a08612f622e6b74783212450a40" + hexOf(kHash) + "10ac0220012a0378797a2a05776f72647332070a0361626310054a030a0177";
-/// What Bazel 4.2.3 wrote through --remote_cache for an action that makes an executable a.txt of "abc" and a folder, and prints a line.
+/// Bazel 4.2.3 wrote this record through --remote_cache. The action makes an executable a.txt of "abc" and a folder, and prints a line.
 const std::string kOfBazel =
     "126a0a2062617a656c2d6f75742f6b382d666173746275696c642f62696e2f612e74787412440a406261373831366266386630316366656134313431"
     "3430646535646165323232336230303336316133393631373761396362343130666636316632303031356164100320011a690a2162617a656c2d6f75"
@@ -34,7 +34,7 @@ const std::string kOfBazel =
     "366161626437613962363562666562663762636263626130663133303235363631104d32440a40616630633166353131313030313032343264316666"
     "65643033616432386531623666353934653761646535333466653634353634653531663233633362353066100542420a406533623063343432393866"
     "6331633134396166626634633839393666623932343237616534316534363439623933346361343935393931623738353262383535";
-/// What moon 2.5.5 wrote for a task with two files.
+/// moon 2.5.5 wrote this record for a task with two files.
 const std::string kOfMoon =
     R"({"outputFiles":[{"path":"app/out/deep/x.txt","digest":{"hash":"73cb3858a687a8494ca3323053016282f3dad39d42cf62ca4e79dda2aac7d9ac",)"
     R"("sizeBytes":"2"},"nodeProperties":{"mtime":"2026-12-01T04:25:24.412160415+00:00","unixMode":33188}},{"path":"app/out/sum.txt",)"
