@@ -483,10 +483,12 @@ private:
         return tried.whole && ofWhole ? tried.whole->visible / *ofWhole : triedUse(tried.candidate, map_.parameters.limits);
     }
 
+    /// Returns what the rows that a layout was measured on tell. One that keeps its limits on a sample is taken: verification measures all
+    /// rows, and refutes it where the sample was lucky (LayoutDecision). More rows are measured only of one that may be refused wrongly.
     Verdict verdictOn(const Tried& tried) const {
-        const double used = useOf(tried), margin = levels_.margin(tried.level);
-        if (used * (1 + margin) <= 1) return Verdict::Keeps;
-        return used > 1 + margin ? Verdict::Misses : Verdict::Unsure;
+        const double used = useOf(tried);
+        if (used <= 1) return Verdict::Keeps;
+        return used > 1 + levels_.margin(tried.level) ? Verdict::Misses : Verdict::Unsure;
     }
 
     /// Finds the cheapest layout of the group that was just measured that keeps the limits, if it is cheaper than the best so far.
