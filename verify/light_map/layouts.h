@@ -3,7 +3,8 @@
 // Each layout is a struct that names its row of formats/light_map_layout.h as kLayout. Number of layers, degree and stage names come from
 // that row; the struct adds the shader's constants and functions:
 //   decode(texels)                          the shader's decode of one sample
-//   decodeEarly(stage, texels, reference)   the coefficients after an earlier stage, if the layout has more than one
+//   decodeStages(texels, reference, out)    the coefficients after each stage, the last of which is the decode, if the layout has more
+//                                           than one; an early stage may have coefficients of the reference
 //   at(x, y)                                learned layouts: the decode of one texel, whose constants differ from cluster to cluster
 //   at(x, y), at(cluster)                   layouts in tangent space: the decode in the tangent frame of one texel
 //
@@ -58,8 +59,15 @@ struct LayoutRow {
     /// to.
     static constexpr int kDegree = std::max(formats::info(kId).decodeDegree, 1);
     static constexpr std::size_t kStages = formats::info(kId).stages.size();
-    static constexpr std::size_t kEarlyStages = kStages - 1;
+    /// Light after each stage.
+    using Stages = std::array<shaders::LcSh, kStages>;
 };
+
+/// Sets the stages of a layout whose first texture is coefficient 0: that with the reference's higher coefficients, and the decode.
+inline void setStages(const shaders::LcSh& decoded, const shaders::LcSh& reference, std::array<shaders::LcSh, 2>& out) {
+    out = {reference, decoded};
+    out[0].c[0] = decoded.c[0];
+}
 
 struct Raw : LayoutRow<LightMapLayout::Raw> {
     shaders::LcRawConstants k{};
@@ -92,11 +100,10 @@ struct Flat2 : LayoutRow<LightMapLayout::Flat2> {
         sh.c[0] = shaders::lcLightMapFlat2(t[0], t[1], k) / Flat::kY0;
         return sh;
     }
-    /// Returns the decode of the first texture alone.
-    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
-        shaders::LcSh sh{};
-        sh.c[0] = shaders::lcLightMapFlat(t[0], {k.range}) / Flat::kY0;
-        return sh;
+    /// The first stage is the decode of the first texture alone.
+    void decodeStages(const Texels<kLayers>& t, const shaders::LcSh&, Stages& out) const {
+        out = {shaders::LcSh{}, decode(t)};
+        out[0].c[0] = shaders::lcLightMapFlat(t[0], {k.range}) / Flat::kY0;
     }
 };
 
@@ -110,9 +117,9 @@ struct Halo3 : LayoutRow<LightMapLayout::Halo3> {
     shaders::LcHalo3Constants k{};
 
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapHalo3(shaderTexels<shaders::LcHalo3Texels>(t), k); }
-    /// Returns the decode of the first texture alone.
-    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
-        return shaders::lcLightMapHalo3First(shaderTexels<shaders::LcHalo3Texels>(t), k);
+    /// The first stage is the decode of the first texture alone.
+    void decodeStages(const Texels<kLayers>& t, const shaders::LcSh&, Stages& out) const {
+        out = {shaders::lcLightMapHalo3First(shaderTexels<shaders::LcHalo3Texels>(t), k), decode(t)};
     }
 };
 
@@ -131,11 +138,9 @@ struct RatioDecode : LayoutRow<kId> {
     Constants k{};
 
     shaders::LcSh decode(const LayerTexels& t) const { return kDecode(shaderTexels<ShaderTexels>(t), k); }
-    /// Returns the decoded coefficient 0 and the reference's higher coefficients, which ideal ratios to it would restore.
-    shaders::LcSh decodeEarly(std::size_t, const LayerTexels& t, const shaders::LcSh& reference) const {
-        shaders::LcSh sh = reference;
-        sh.c[0] = decode(t).c[0];
-        return sh;
+    /// Ideal ratios would restore the reference's higher coefficients, which the first stage has.
+    void decodeStages(const LayerTexels& t, const shaders::LcSh& reference, typename LayoutRow<kId>::Stages& out) const {
+        setStages(decode(t), reference, out);
     }
 };
 
@@ -159,11 +164,8 @@ struct LinearExitRow : LayoutRow<kId> {
     static constexpr float kFirst = 3.544908f, kSlope = 2 * kExtent * 3.069981f;
 
     shaders::LcSh decode(const LayerTexels& t) const { return kDecode(shaderTexels<ShaderTexels>(t)); }
-    /// Returns the decoded coefficient 0 and the reference's higher coefficients.
-    shaders::LcSh decodeEarly(std::size_t, const LayerTexels& t, const shaders::LcSh& reference) const {
-        shaders::LcSh sh = reference;
-        sh.c[0] = decode(t).c[0];
-        return sh;
+    void decodeStages(const LayerTexels& t, const shaders::LcSh& reference, typename LayoutRow<kId>::Stages& out) const {
+        setStages(decode(t), reference, out);
     }
 };
 
@@ -202,9 +204,9 @@ struct Hdr2 : LayoutRow<LightMapLayout::Hdr2> {
     shaders::LcHdr2Constants k{};
 
     shaders::LcSh decode(const Texels<kLayers>& t) const { return shaders::lcLightMapHdr2(shaderTexels<shaders::LcHdr2Texels>(t), k); }
-    /// Returns the decode of the first texture alone.
-    shaders::LcSh decodeEarly(std::size_t, const Texels<kLayers>& t, const shaders::LcSh&) const {
-        return shaders::lcLightMapHdr2First(shaderTexels<shaders::LcHdr2Texels>(t), k);
+    /// The first stage is the decode of the first texture alone.
+    void decodeStages(const Texels<kLayers>& t, const shaders::LcSh&, Stages& out) const {
+        out = {shaders::lcLightMapHdr2First(shaderTexels<shaders::LcHdr2Texels>(t), k), decode(t)};
     }
 };
 
@@ -223,12 +225,11 @@ struct UnrealHq : LayoutRow<LightMapLayout::UnrealHq> {
     shaders::LcSh decode(const Texels<kLayers>& t) const {
         return shaders::lcLightMapUnrealHq(shaderTexels<shaders::LcUnrealHqTexels>(t), k);
     }
-    /// Returns coefficient 0 of the first texture alone, and the reference's higher coefficients.
-    shaders::LcSh decodeEarly(std::size_t, Texels<kLayers> t, const shaders::LcSh& reference) const {
+    /// The first stage has coefficient 0 of the first texture alone.
+    void decodeStages(Texels<kLayers> t, const shaders::LcSh& reference, Stages& out) const {
+        out = {reference, decode(t)};
         t[1].w = 0.5f;
-        shaders::LcSh sh = reference;
-        sh.c[0] = decode(t).c[0];
-        return sh;
+        out[0].c[0] = decode(t).c[0];
     }
 };
 
@@ -286,15 +287,12 @@ struct LitDecode : LayoutRow<kId> {
     shaders::LcLitConstants k{};
 
     shaders::LcSh decode(const LayerTexels& t) const { return shaders::lcLightMapLit(shaderTexels<shaders::LcLitTexels>(t), k); }
-    /// Returns, for stage 0, the decoded coefficient 0 and the reference's higher coefficients; for stage 1, those of the light in their
+    /// The first stage has the decoded coefficient 0 and the reference's higher coefficients, the second one those of the light in their
     /// place.
-    shaders::LcSh decodeEarly(std::size_t stage, const LayerTexels& t, const shaders::LcSh& reference) const {
+    void decodeStages(const LayerTexels& t, const shaders::LcSh& reference, typename LayoutRow<kId>::Stages& out) const {
         const shaders::LcLitConstants lightAlone{k.range, {}, {}};
-        const shaders::LcSh light = shaders::lcLightMapLit(shaderTexels<shaders::LcLitTexels>(t), lightAlone);
-        if (stage > 0) return light;
-        shaders::LcSh sh = reference;
-        sh.c[0] = light.c[0];
-        return sh;
+        out = {reference, shaders::lcLightMapLit(shaderTexels<shaders::LcLitTexels>(t), lightAlone), decode(t)};
+        out[0].c[0] = out[1].c[0];
     }
 };
 /// Layouts whose texels are decoded before they are mixed.
@@ -334,20 +332,21 @@ struct Basis : LayoutRow<kId> {
             if constexpr (kCodeCount == 3) return shaders::lcLightMapBasis3(t[0], t[1], tables->first3[cluster], tables->range);
             return shaders::lcLightMapBasis4(t[0], t[1], tables->first4[cluster], tables->range);
         }
-        /// layers  number of residual layers that are added
-        shaders::LcSh decode(const LayerTexels& t, std::size_t layers = kResidualCount) const {
+        shaders::LcSh add(const shaders::LcSh& sh, const LayerTexels& t, std::size_t layer) const {
+            return shaders::lcLightMapBasisAdd(sh, t[0], t[2 + layer], tables->residual[layer][cluster], tables->range, tables->neutral);
+        }
+        shaders::LcSh decode(const LayerTexels& t) const {
             shaders::LcSh sh = first(t);
-            for (std::size_t layer = 0; layer < layers; ++layer)
-                sh = shaders::lcLightMapBasisAdd(sh, t[0], t[2 + layer], tables->residual[layer][cluster], tables->range, tables->neutral);
+            for (std::size_t layer = 0; layer < kResidualCount; ++layer) sh = add(sh, t, layer);
             return sh;
         }
-        /// Returns, for stage 0, the decoded coefficient 0 and the reference's higher coefficients; for stage i, the decode with i - 1
-        /// residual layers.
-        shaders::LcSh decodeEarly(std::size_t stage, const LayerTexels& t, const shaders::LcSh& reference) const {
-            if (stage > 0) return decode(t, stage - 1);
-            shaders::LcSh sh = reference;
-            sh.c[0] = first(t).c[0];
-            return sh;
+        /// The first stage has the decoded coefficient 0 and the reference's higher coefficients, the second one no residual, and each one
+        /// after it a layer more.
+        void decodeStages(const LayerTexels& t, const shaders::LcSh& reference, typename LayoutRow<kId>::Stages& out) const {
+            out[0] = reference;
+            out[1] = first(t);
+            out[0].c[0] = out[1].c[0];
+            for (std::size_t layer = 0; layer < kResidualCount; ++layer) out[2 + layer] = add(out[1 + layer], t, layer);
         }
         friend bool operator==(const Decode&, const Decode&) = default;
     };

@@ -31,15 +31,14 @@ public:
     LcSh decode(LayerTexels texels, std::size_t cluster) const override {
         return scaled(decodeOf(cluster).decode(layersOf(texels)), perKey());
     }
-    void decodeStages(LayerTexels texels, const LcSh& reference, std::size_t cluster, std::span<LcSh> out) const override {
-        const auto& decode = decodeOf(cluster);
-        const Texels each = layersOf(texels);
-        if constexpr (Layout::kEarlyStages > 0) {
-            const LcSh unscaledReference = scaled(reference, 1 / perKey());
-            for (std::size_t stage = 0; stage < Layout::kEarlyStages; ++stage)
-                out[stage] = scaled(decode.decodeEarly(stage, each, unscaledReference), perKey());
+    void decodeStages(LayerTexels texels, [[maybe_unused]] const LcSh& reference, std::size_t cluster, std::span<LcSh> out) const override {
+        if constexpr (Layout::kStages > 1) {
+            typename Layout::Stages light;
+            decodeOf(cluster).decodeStages(layersOf(texels), scaled(reference, 1 / perKey()), light);
+            for (std::size_t stage = 0; stage < light.size(); ++stage) out[stage] = scaled(light[stage], perKey());
+        } else {
+            out[0] = decode(texels, cluster);
         }
-        out[Layout::kEarlyStages] = scaled(decode.decode(each), perKey());
     }
     glm::vec3 exitRadiance([[maybe_unused]] LayerTexels texels, [[maybe_unused]] std::size_t cluster,
                            [[maybe_unused]] const glm::vec3& normal) const override {

@@ -21,7 +21,7 @@ public:
     /// errors  empty, with one stage for each of the layout's
     RowVerifier(LightMapErrors errors, const RowInputs& inputs)
         : decoder_(inputs.decoder),
-          rows_(*decoder_, inputs.map, inputs.texels, inputs.reference),
+          rows_(*decoder_, inputs.map, inputs.texels, inputs.reference, !inputs.sampling.isForTrial()),
           sampling_(inputs.sampling),
           tolerance_(rows_, inputs.setup.tolerance),
           evaluator_(inputs.setup, rows_.perKey()),

@@ -43,8 +43,9 @@ inline FilteredTexels blend(const QuadTexels& t, const glm::vec2& place, std::si
 /// A cooked map and its reference.
 class MapRows {
 public:
+    /// isBounded  false: what decoders of blocks may differ by is left out of mixed light
     MapRows(const MapDecoder& decoder, const CookedLightMap& map, const DecodedLightMapRows& texels,
-            const formats::LightMapStrip& reference)
+            const formats::LightMapStrip& reference, bool isBounded = true)
         : decoder_(decoder), map_(map), texels_(texels), reference_(reference) {
         for (std::size_t texture = 0; texture < texels_.textures.size(); ++texture)
             for (const formats::Image<glm::vec4>& image : texels_.textures[texture]) {
@@ -52,11 +53,11 @@ public:
                 sides_.push_back(decoder.info().textures[texture].side);
             }
         if (!decoder.isMixed()) return;
-        tolerances_ = tolerancesOf(map.formats, texels_.textures);
+        if (isBounded) tolerances_ = tolerancesOf(map.formats, texels_.textures);
         if (decoder.ofDetail() == nullptr) return;
         for (const auto& texture : texels_.detail.textures)
             for (const formats::Image<glm::vec4>& image : texture) detailLayers_.push_back(&image);
-        detailTolerances_ = tolerancesOf(map.detail->formats, texels_.detail.textures);
+        if (isBounded) detailTolerances_ = tolerancesOf(map.detail->formats, texels_.detail.textures);
     }
 
     const MapDecoder& decoder() const { return decoder_; }
