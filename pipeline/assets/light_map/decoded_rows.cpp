@@ -19,23 +19,59 @@ verify::CookedLightMap cookedMapOf(const compress::LightMapPlan& plan, const for
     return map;
 }
 
+namespace {
+
+verify::DecodedLightMapRows decoded(const compress::LightMapPlan& plan, const compress::EncodedLightMapRows& rows, int firstRow,
+                                    int rowCount) {
+    verify::DecodedLightMapRows out;
+    out.firstRow = firstRow;
+    for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
+        out.textures.emplace_back();
+        for (const auto& bytes : rows.textures[texture].layers) {
+            const glm::ivec2 size = plan.textures[texture].sizeFor(plan.width, rowCount);
+            out.textures.back().emplace_back(size.x, size.y);
+            verify::decodeRows(plan.textures[texture].format, bytes, out.textures.back().back().view());
+        }
+    }
+    return out;
+}
+
+/// Appends the rows that follow.
+void append(verify::DecodedLightMapRows& rows, const verify::DecodedLightMapRows& next) {
+    for (std::size_t texture = 0; texture < rows.textures.size(); ++texture)
+        for (std::size_t layer = 0; layer < rows.textures[texture].size(); ++layer) {
+            formats::Image<glm::vec4>& above = rows.textures[texture][layer];
+            const formats::Image<glm::vec4>& below = next.textures[texture][layer];
+            formats::Image<glm::vec4> both(above.width(), above.height() + below.height());
+            std::ranges::copy(below.texels(), std::ranges::copy(above.texels(), both.texels().begin()).out);
+            above = std::move(both);
+        }
+}
+
+}  // namespace
+
 formats::Result<PlannedRows> planRows(LightMapSource& source, const compress::LightMapPlan& plan, const compress::EncodeOptions& options,
                                       int firstRow, int endRow) {
     const int above = std::max(0, firstRow - compress::kLightMapContextRows),
               below = std::min(plan.height, endRow + compress::kLightMapContextRows), rowCount = endRow - firstRow;
     LC_TRY(texels, source.rows(above, below - above));
     const auto rows = compress::encodeLightMapRows(plan, *texels, firstRow, rowCount, options);
-    verify::DecodedLightMapRows decoded;
-    decoded.firstRow = firstRow;
-    for (std::size_t texture = 0; texture < plan.textures.size(); ++texture) {
-        decoded.textures.emplace_back();
-        for (const auto& bytes : rows.textures[texture].layers) {
-            const glm::ivec2 size = plan.textures[texture].sizeFor(plan.width, rowCount);
-            decoded.textures.back().emplace_back(size.x, size.y);
-            verify::decodeRows(plan.textures[texture].format, bytes, decoded.textures.back().back().view());
-        }
-    }
-    return PlannedRows{std::move(*texels), std::move(decoded)};
+    return PlannedRows{std::move(*texels), decoded(plan, rows, firstRow, rowCount)};
+}
+
+formats::Result<PlannedRows> planStrip(LightMapSource& source, const StripEncoder& encoder, int index) {
+    const compress::LightMapPlan& plan = encoder.plan();
+    const int firstRow = source.stripFirstRow(index), rowCount = source.stripRows(index), endRow = firstRow + rowCount,
+              below = std::min(plan.height, endRow + plan.blockHeight());
+    LC_TRY(strip, source.stripWithMargin(index, compress::kLightMapContextRows, compress::kLightMapContextRows));
+    PlannedRows planned{std::move(*strip), {}};
+    planned.decoded = decoded(plan, encoder.encode(planned.texels, firstRow, rowCount), firstRow, rowCount);
+    if (endRow == below) return planned;
+    LC_TRY(next, planRows(source, plan, encoder.options(), endRow, below));
+    append(planned.decoded, next->decoded);
+    LC_TRY(texels, source.rows(firstRow, below - firstRow));
+    planned.texels = std::move(*texels);
+    return planned;
 }
 
 }  // namespace lightcook::pipeline

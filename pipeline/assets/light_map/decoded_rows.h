@@ -4,6 +4,7 @@
 #include "compress/light_map.h"
 #include "formats/error.h"
 #include "formats/light_map.h"
+#include "pipeline/assets/light_map/kept_plan.h"
 #include "pipeline/assets/light_map/source.h"
 #include "verify/light_map.h"
 
@@ -23,5 +24,7 @@ struct PlannedRows {
 /// Encodes and decodes rows [firstRow, endRow): whole rows of the plan's blocks, except at the map's end.
 formats::Result<PlannedRows> planRows(LightMapSource& source, const compress::LightMapPlan& plan, const compress::EncodeOptions& options,
                                       int firstRow, int endRow);
+/// Does the same with a strip, which the encoder may have in the cache, and the blocks below it.
+formats::Result<PlannedRows> planStrip(LightMapSource& source, const StripEncoder& encoder, int index);
 
 }  // namespace lightcook::pipeline

@@ -33,14 +33,14 @@ Result<verify::LightMapErrors::Stage> errorsOf(LightMapSource& source, const com
     sampling.isLastStageAlone = true;
     sampling.tileLimits = {static_cast<float>(parameters.limit)};
     LC_TRY(verifier, verify::LightMapVerifier::create(cookedMapOf(plan), parameters.view.shading, sampling, plan.key, viewing));
+    const StripEncoder encoder(plan, options, context);
     verify::LightMapErrors errors = verifier->noErrors();
     const auto verified = foldInOrder<verify::LightMapErrors>(
         source.stripCount(), context, fmt::format("look for detail of {}", context.action.asset),
         [&](int index) -> Result<verify::LightMapErrors> {
-            const int first = source.stripFirstRow(index), count = source.stripRows(index);
             // Places below the last row are filtered from the next one too.
-            LC_TRY(rows, planRows(source, plan, options, first, std::min(plan.height, first + count + plan.blockHeight())));
-            return verifier->verifyRows(rows->decoded, rows->texels, first, count);
+            LC_TRY(rows, planStrip(source, encoder, index));
+            return verifier->verifyRows(rows->decoded, rows->texels, source.stripFirstRow(index), source.stripRows(index));
         },
         [&](const verify::LightMapErrors& part) { errors.merge(part); });
     if (!verified) return tl::make_unexpected(verified.error());

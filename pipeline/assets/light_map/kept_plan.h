@@ -29,10 +29,12 @@ struct EncodingPlan {
     }
 };
 
-/// Encodes strips with a plan. Strips that an earlier cook has encoded come from the cache.
+/// Encodes strips with a plan. Strips that an earlier cook has encoded, or an earlier pass of this one, come from the cache.
 class StripEncoder {
 public:
     StripEncoder(const compress::LightMapPlan& plan, const compress::EncodeOptions& options, const ActionContext& context);
+    const compress::LightMapPlan& plan() const { return plan_; }
+    const compress::EncodeOptions& options() const { return options_; }
     /// See compress::encodeLightMapRows().
     compress::EncodedLightMapRows encode(const formats::LightMapStrip& strip, int firstRow, int rowCount) const;
 
