@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "bench/or_throw.h"
 #include "bench/pictures.h"
 #include "compress/texel/half.h"
 #include "formats/light_map.h"
@@ -217,11 +218,10 @@ std::vector<ClassPicture> photographsOf(const fs::path& folder, int side) {
     std::sort(files.begin(), files.end());
     std::vector<ClassPicture> pictures;
     for (const fs::path& file : files) {
-        formats::Result<formats::PlainImage> image = formats::readImage(file);
-        if (!image) throw std::runtime_error(image.error().line());
-        for (glm::vec4& texel : image->texels.texels()) texel.a = 1;
-        const int width = image->texels.width(), height = image->texels.height();
-        add({file.stem(), PictureClass::Photographs, std::move(image->texels), Image<float>(width, height, 1.0f)}, side, pictures);
+        formats::PlainImage image = orThrow(formats::readImage(file));
+        for (glm::vec4& texel : image.texels.texels()) texel.a = 1;
+        const int width = image.texels.width(), height = image.texels.height();
+        add({file.stem(), PictureClass::Photographs, std::move(image.texels), Image<float>(width, height, 1.0f)}, side, pictures);
     }
     return pictures;
 }

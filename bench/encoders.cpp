@@ -13,6 +13,7 @@
 #include "bench/class_pictures.h"
 #include "bench/comparison.h"
 #include "bench/markdown_table.h"
+#include "bench/or_throw.h"
 #include "bench/output_file.h"
 #include "bench/peer_encoders.h"
 #include "bench/quality_table.h"
@@ -284,8 +285,7 @@ std::vector<std::string> namesOfTableFormats() {
 
 void compareWithPeers(const Options& options) {
     const std::vector<PixelFormat> formats_ = formatsOf(options.formats);
-    const auto peers = loadPeerEncoders(options.peers);
-    if (!peers) throw std::runtime_error(peers.error().line());
+    const std::vector<PeerEncoder> peers = orThrow(loadPeerEncoders(options.peers));
     const std::vector<ClassPicture> pictures = classPicturesFor(options);
     ComparisonOptions comparison;
     comparison.efforts = options.efforts;
@@ -293,9 +293,8 @@ void compareWithPeers(const Options& options) {
     if (options.perceptual) comparison.channelWeights = compress::kLumaWeights;
     std::vector<Comparison> all;
     for (const PixelFormat format : formats_) {
-        auto fresh = compareEncoders(format, *peers, pictures, comparison);
-        if (!fresh) throw std::runtime_error(fresh.error().line());
-        for (Comparison& each : *fresh) {
+        std::vector<Comparison> fresh = orThrow(compareEncoders(format, peers, pictures, comparison));
+        for (Comparison& each : fresh) {
             printComparison(each);
             all.push_back(std::move(each));
         }

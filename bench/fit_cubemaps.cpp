@@ -11,12 +11,12 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <random>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "bench/cpu_time.h"
 #include "bench/markdown_table.h"
+#include "bench/or_throw.h"
 #include "fit/cubemap.h"
 #include "fit/environment_sh.h"
 #include "fit/irradiance.h"
@@ -106,9 +106,7 @@ Errors errorsOf(const Strip& strip, const std::vector<Light>& lights, const std:
 }
 
 Environment load(const fs::path& file) {
-    auto loaded = formats::loadEnvironment(file, {});
-    if (!loaded) throw std::runtime_error(loaded.error().line());
-    return std::move(loaded->environment);
+    return orThrow(formats::loadEnvironment(file, {})).environment;
 }
 
 void benchChains(const std::string& name, const Environment& environment, int runs, std::ofstream& csv, FitCurves& curves) {

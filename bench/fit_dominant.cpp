@@ -11,11 +11,11 @@
 #include <map>
 #include <numbers>
 #include <random>
-#include <stdexcept>
 #include <vector>
 
 #include "bench/cpu_time.h"
 #include "bench/markdown_table.h"
+#include "bench/or_throw.h"
 #include "fit/dominant_light.h"
 #include "fit/light_search.h"
 #include "formats/light_map.h"
@@ -37,11 +37,8 @@ struct Map {
 };
 
 Map readMap(const std::string& name, const fs::path& file, const fs::path& reference) {
-    const auto reader = formats::LightMapReader::open(file, {});
-    if (!reader) throw std::runtime_error(reader.error().line());
-    auto strip = reader->read(0, reader->height());
-    if (!strip) throw std::runtime_error(strip.error().line());
-    return {name, std::move(*strip), reader->luminanceWeights(), reference};
+    const auto reader = orThrow(formats::LightMapReader::open(file, {}));
+    return {name, orThrow(reader.read(0, reader.height())), reader.luminanceWeights(), reference};
 }
 
 /// Returns a synthetic map of 1024 x 1024 covered texels: three light sources whose directions vary over the map, ambient light and noise.

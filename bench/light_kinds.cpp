@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench/or_throw.h"
 #include "compress/texel/half.h"
 #include "formats/image.h"
 #include "formats/png.h"
@@ -437,9 +438,8 @@ void writeUnityLightKind(const std::filesystem::path& folder, std::string_view s
         if (x + 1 == size) exr.append(y, row);
     });
     writeFile(folder / fmt::format("{}_light.exr", stem), exr.text().data(), exr.text().size());
-    const auto png = formats::encodePng(directions.view());
-    if (!png) throw std::runtime_error(png.error().line());
-    writeFile(folder / fmt::format("{}_dir.png", stem), reinterpret_cast<const char*>(png->data()), png->size());
+    const std::vector<std::byte> png = orThrow(formats::encodePng(directions.view()));
+    writeFile(folder / fmt::format("{}_dir.png", stem), reinterpret_cast<const char*>(png.data()), png.size());
 }
 
 }  // namespace lightcook::bench

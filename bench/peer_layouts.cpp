@@ -8,8 +8,8 @@
 #include <functional>
 #include <numbers>
 #include <span>
-#include <stdexcept>
 
+#include "bench/or_throw.h"
 #include "pipeline/assets/textures.h"
 #include "verify/light_map.h"
 #include "verify/texture_unit.h"
@@ -366,8 +366,7 @@ Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::Ligh
     compress::EncodeOptions options;
     options.effort = effort;
     const verify::CookedLightMap map{std::string(formats::info(plan.layout).name), plan.constants, plan.width, plan.height};
-    const auto verifier = verify::LightMapVerifier::create(map, {}, {}, plan.key);
-    if (!verifier) throw std::runtime_error(verifier.error().line());
+    const auto verifier = orThrow(verify::LightMapVerifier::create(map, {}, {}, plan.key));
     Image<ShRgb> out(plan.width, plan.height);
     forEachStripe(plan.height, [&](int firstRow, int rowCount) {
         const auto rows = compress::encodeLightMapRows(plan, strip, firstRow, rowCount, options);
@@ -378,7 +377,7 @@ Image<ShRgb> throughPlan(const compress::LightMapPlan& plan, const formats::Ligh
             for (const auto& bytes : rows.textures[t].layers)
                 verify::decodeRows(plan.textures[t].format, bytes, layers.emplace_back(size.x, size.y).view());
         }
-        const Image<ShRgb> seen = verifier->reconstruct(texels, firstRow, rowCount);
+        const Image<ShRgb> seen = verifier.reconstruct(texels, firstRow, rowCount);
         std::ranges::copy(seen.texels(), out.view().row(firstRow));
     });
     return out;
@@ -405,11 +404,8 @@ Bake::Bake(formats::LightMapStrip whole) : strip(std::move(whole)), significance
 }
 
 Bake readBake(const std::filesystem::path& file) {
-    const auto reader = formats::LightMapReader::open(file, {});
-    if (!reader) throw std::runtime_error(reader.error().line());
-    auto strip = reader->read(0, reader->height());
-    if (!strip) throw std::runtime_error(strip.error().line());
-    return Bake(std::move(*strip));
+    const auto reader = orThrow(formats::LightMapReader::open(file, {}));
+    return Bake(orThrow(reader.read(0, reader.height())));
 }
 
 const std::vector<PeerLayout>& peerLayouts() {

@@ -15,6 +15,7 @@
 
 #include "bench/curve.h"
 #include "bench/markdown_table.h"
+#include "bench/or_throw.h"
 #include "bench/our_layouts.h"
 #include "bench/output_file.h"
 #include "bench/peer_layouts.h"
@@ -180,13 +181,12 @@ std::vector<Row> measureScene(const Options& options, const std::string& scene, 
     verify::LightMapKey key;
     key.add(bake.strip, 0, bake.height());
     const verify::Viewing viewing{lighting::DisplaySettings{}.of(key.displayKey())};
-    const auto score = verify::LightMapScore::create({}, bake.measure.key(), viewing);
-    if (!score) throw std::runtime_error(score.error().line());
+    const auto score = orThrow(verify::LightMapScore::create({}, bake.measure.key(), viewing));
     std::vector<Row> rows;
     for (const Candidate& each : candidates(options)) {
         const PeerMaps maps = each.make(bake, file, options.effort);
-        rows.push_back({scene, each.name, each.what, each.ours, maps.bitsPerTexel, scoreOf(*score, bake, maps.ideal),
-                        scoreOf(*score, bake, maps.seen)});
+        rows.push_back(
+            {scene, each.name, each.what, each.ours, maps.bitsPerTexel, scoreOf(score, bake, maps.ideal), scoreOf(score, bake, maps.seen)});
     }
     std::ranges::stable_sort(rows, {}, &Row::bits);
     printTable(fmt::format("{}, {} x {}", scene, bake.width(), bake.height()), rows);

@@ -15,6 +15,7 @@
 
 #include "bench/light_kinds.h"
 #include "bench/markdown_table.h"
+#include "bench/or_throw.h"
 #include "bench/run_program.h"
 #include "formats/light_map.h"
 #include "formats/light_map_layout.h"
@@ -52,9 +53,8 @@ ProgramRun runChecked(const std::vector<std::string>& command, const fs::path& l
 
 /// Returns the number of texels of a bake: what is cooked may be smaller, for example of one colour.
 double texelsOf(const fs::path& lightMap) {
-    const auto reader = formats::LightMapReader::open(lightMap, {});
-    if (!reader) throw std::runtime_error(reader.error().line());
-    return static_cast<double>(reader->width()) * reader->height();
+    const auto reader = orThrow(formats::LightMapReader::open(lightMap, {}));
+    return static_cast<double>(reader.width()) * reader.height();
 }
 
 /// Cooks and verifies a map on one thread.
