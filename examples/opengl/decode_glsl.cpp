@@ -139,9 +139,16 @@ int mipCount(const Json& lightMap) {
     return count;
 }
 
-/// Returns lightMapSh() of filter "decoded": the light of the covered texels around a place, mixed (filter.glsl), in the two levels that a
-/// trilinear sampler would take.
-std::string mixGlsl(const Json& lightMap) {
+/// randomOfPixel(), in [0, 1): interleaved gradient noise (Jimenez 2014, Next Generation Post Processing in Call of Duty: Advanced
+/// Warfare), which differs most between neighbours, moved by the golden ratio from frame to frame.
+constexpr const char* kRandomGlsl =
+    "uniform int frame;\nfloat randomOfPixel() {\n"
+    "  float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));\n"
+    "  return fract(noise + 0.61803399 * float(frame));\n}\n";
+
+/// Returns lightMapSh() of filter "decoded": the light of the covered texels around a place, mixed (filter.glsl), or that of one of them,
+/// in the two levels that a trilinear sampler would take.
+std::string mixGlsl(const Json& lightMap, bool isOneTexel) {
     const std::string size =
         "vec2(" + std::to_string(lightMap.at("width").get<int>()) + ", " + std::to_string(lightMap.at("height").get<int>()) + ")";
     std::string covered, decoded;
@@ -151,11 +158,14 @@ std::string mixGlsl(const Json& lightMap) {
     }
     const std::string at =
         findTexture(lightMap, "coverage")->at("array") ? "ivec3(lcCoverageTexel(texel), 0)" : "ivec2(lcCoverageTexel(texel))";
-    return "float isCovered(vec2 texel, int level) {\n  return lcCovered(texelFetch(map_coverage, " + at +
+    const std::string light =
+        isOneTexel ? "lightMapTexel(ivec2(lcQuadTexel(q, randomOfPixel())), level, cluster)" : "lcMix(" + decoded + "q.weights)";
+    return (isOneTexel ? std::string(kRandomGlsl) : "") +
+           "float isCovered(vec2 texel, int level) {\n  return lcCovered(texelFetch(map_coverage, " + at +
            ", level), texel);\n}\n"
            "LcSh lightMapLevel(vec2 uv, int level, int cluster) {\n  LcQuad q = lcQuad(uv, " +
-           size + " * exp2(-float(level)));\n  q = lcCoveredQuad(q, vec4(" + covered + "));\n  return lcMix(" + decoded +
-           "q.weights);\n}\n"
+           size + " * exp2(-float(level)));\n  q = lcCoveredQuad(q, vec4(" + covered + "));\n  return " + light +
+           ";\n}\n"
            "LcSh lightMapSh(vec2 uv, int cluster) {\n  vec2 across = dFdx(uv) * " +
            size + ", down = dFdy(uv) * " + size +
            ";\n  float level = clamp(0.5 * log2(max(max(dot(across, across), dot(down, down)), 1.0)), 0.0, " +
@@ -167,7 +177,7 @@ std::string mixGlsl(const Json& lightMap) {
 
 }  // namespace
 
-std::string decodeGlsl(const Json& lightMap, const std::string& include) {
+std::string decodeGlsl(const Json& lightMap, const std::string& include, bool isOneTexel) {
     if (lightMap.at("layout") == "rnm")
         throw std::runtime_error("layout rnm is relative to tangents of the mesh, which this example does not read");
     std::string glsl;
@@ -175,12 +185,13 @@ std::string decodeGlsl(const Json& lightMap, const std::string& include) {
         glsl += std::string("uniform ") + (texture.at("array") ? "sampler2DArray" : "sampler2D") + " map_" +
                 texture.at("role").get<std::string>() + ";\n";
     const Fetches fetches(lightMap);
+    if (isOneTexel && !fetches.isDecoded()) throw std::runtime_error("--one-texel: the sampler filters this light map, not the shader");
     const Decode decode = decodeOf(lightMap, fetches, include);
     const bool hasDetail = lightMap.contains("detail");
     const std::string head =
         fetches.isDecoded() ? "LcSh lightMapTexel(ivec2 texel, int level, int cluster) {\n" : "LcSh lightMapSh(vec2 uv, int cluster) {\n";
     return glsl + decode.declarations + (hasDetail ? detailGlsl() : "") + head + (hasDetail ? choiceGlsl() : "") + decode.body + "}\n" +
-           (fetches.isDecoded() ? mixGlsl(lightMap) : "");
+           (fetches.isDecoded() ? mixGlsl(lightMap, isOneTexel) : "");
 }
 
 }  // namespace example

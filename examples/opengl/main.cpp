@@ -1,6 +1,6 @@
 // Draws a cooked folder with plain OpenGL 4.5, as an engine would, and writes a PNG.
 //   lightcook_opengl COOKED_FOLDER OUT.png [--size 960 720] [--eye X Y Z] [--target X Y Z] [--fov DEGREES] [--exposure FACTOR]
-//     [--frames N]
+//     [--frames N] [--one-texel]
 // Read main(), then cooked_scene.cpp (files to GPU memory) and decode_glsl.cpp (which function of the shader include is called with what).
 #define GL_GLEXT_PROTOTYPES
 #include <GL/glcorearb.h>
@@ -35,6 +35,7 @@ struct Options {
     float fovDegrees = 34;  ///< from the lower to the upper edge
     float exposure = 1;
     int frames = 1;
+    bool isOneTexel = false;  ///< of the texels that filter "decoded" mixes, the shader decodes one at random
 };
 
 constexpr const char* kVertexShader = R"(#version 450
@@ -84,6 +85,9 @@ Options parse(int argc, char** argv) {
     app.add_option("--frames", options.frames, "Frames to draw; of several, the shortest time is printed [milliseconds]")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
+    app.add_flag(
+        "--one-texel", options.isOneTexel,
+        "Decode one of the four texels around a place at random, as a shader with a temporal filter may. The picture is the last frame");
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& fault) {
@@ -109,7 +113,8 @@ void bindTextures(GLuint program, const example::CookedScene& scene) {
 }
 
 /// Returns the time until the frame is finished [milliseconds].
-double drawFrame(const example::CookedScene& scene) {
+double drawFrame(const example::CookedScene& scene, GLuint program, int frame) {
+    glProgramUniform1i(program, glGetUniformLocation(program, "frame"), frame);  // no effect where no texel is taken at random
     glFinish();
     const auto start = std::chrono::steady_clock::now();
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -128,7 +133,7 @@ double drawFrame(const example::CookedScene& scene) {
 void draw(const Options& options) {
     const example::Offscreen screen(options.size[0], options.size[1]);
     const example::CookedScene scene = example::loadCookedScene(options.folder);
-    const std::string decode = example::decodeGlsl(scene.lightMap, scene.include);
+    const std::string decode = example::decodeGlsl(scene.lightMap, scene.include, options.isOneTexel);
     const GLuint program = example::makeProgram(kVertexShader, "#version 450\n" + scene.include + decode + kShade);
     bindTextures(program, scene);
     example::setConstants(program, "constants", scene.lightMap.value("constants", nlohmann::json::object()));
@@ -140,7 +145,7 @@ void draw(const Options& options) {
     glEnable(GL_DEPTH_TEST);
     glUseProgram(program);
     double shortest = HUGE_VAL;
-    for (int frame = 0; frame < options.frames; ++frame) shortest = std::min(shortest, drawFrame(scene));
+    for (int frame = 0; frame < options.frames; ++frame) shortest = std::min(shortest, drawFrame(scene, program, frame));
     if (options.frames > 1) std::printf("%s: %.3f ms\n", scene.lightMap.at("layout").get<std::string>().c_str(), shortest);
     screen.writePng(options.picture);
 }

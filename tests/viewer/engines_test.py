@@ -123,13 +123,13 @@ specular = false
         browser.resize(width, height)
         return browser
 
-    def draw_opengl(self, name, okay=(0,)):
-        """Runs the OpenGL example on Mesa's software rasterizer. Returns what it wrote to stderr; the picture is opengl.png."""
+    def draw_opengl(self, name, okay=(0,), more=()):
+        """Runs the OpenGL example, with `more` options, on Mesa's software rasterizer. Returns what it wrote to stderr; the picture is opengl.png."""
         if not OPENGL.is_file():
             self.skipTest('examples/opengl was not built (Debian: libegl-dev, libgl-dev)')
         c = self.camera
         options = [('--size', *c.size), ('--eye', *c.eye), ('--target', *c.target), ('--fov', c.fov)]
-        done = subprocess.run([str(OPENGL), str(self.site / name), str(self.folder / 'opengl.png'), *(str(part) for option in options for part in option)],
+        done = subprocess.run([str(OPENGL), str(self.site / name), str(self.folder / 'opengl.png'), *(str(part) for option in options for part in option), *more],
                               env={**os.environ, 'LIBGL_ALWAYS_SOFTWARE': '1'}, capture_output=True, text=True)
         if 'libgl1-mesa-dri' in done.stderr:
             self.skipTest(done.stderr.strip())
@@ -177,6 +177,28 @@ class Engines(Scene):
         for name in self.drawn_by_opengl:
             with self.subTest(name=name):
                 self.check_opengl(name)
+
+    def test_opengl_takes_each_texel_as_often_as_it_weighs(self):
+        """--one-texel: pictures of single texels differ from the mix, and their mean comes near it."""
+        name = 'basis-4.ktx2'
+        at, expected = self.reference(name, self.mesh_of(name))
+        is_within = expected < 250  # where no frame is clipped
+
+        def light_of(codes):
+            shown = codes[is_within] / 255
+            return np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
+
+        light, frames = light_of(expected), []
+        for count in range(1, 17):
+            self.draw_opengl(name, more=('--one-texel', '--frames', str(count)))
+            frames.append(light_of(lighting.read_picture(self.folder / 'opengl.png')[at]))
+        error = np.mean([np.abs(frame - light).mean() for frame in frames])
+        self.assertGreater(error, 0.002)
+        # Measured: 0.20 of it, and 0.66 where lcQuadTexel takes the texels of two corners for each other.
+        self.assertLess(np.abs(np.mean(frames, axis=0) - light).mean(), 0.35 * error)
+
+    def test_opengl_refuses_one_texel_of_a_map_that_the_sampler_filters(self):
+        self.assertRegex(self.draw_opengl('hdr.ktx2', okay=(1,), more=('--one-texel',)), '^lightcook_opengl: --one-texel: ')
 
     def test_opengl_refuses_a_folder_without_a_manifest(self):
         message = self.draw_opengl('absent', okay=(1,))
