@@ -5,8 +5,9 @@
 // over these quarters:
 //   1. quick coarse bound of every quad: band lengths of the error (quad_coarse_bound.h), against the darkest reference over all kernels
 //      (CoarseKernels), or in any light (visible_any_light.h); quads that may exceed what was sampled are kept
-//   2. what has the largest bound is refined: a quad to its quarters with coarse bounds of their own, a quarter on a coarse grid of kernels
-//      and on a fine one (visible_grid.h), and then by a search (visible_search.h), which raises the maximum; until none may raise it
+//   2. what has the largest bound is refined: a quad of a plane on a coarse grid of kernels (visible_grid.h), a quad to its quarters with
+//      coarse bounds of their own, a quarter on the coarse grid and on a fine one, and then by a short and a long search
+//      (visible_search.h), the last of which raises the maximum; until none may raise it
 // The work on a strip has a budget, so that time is bounded whatever the light: under even light all quarters are alike, and nearly all
 // would be searched to the end. When it is spent, the largest bound that is left is that of all. Looser, but proven.
 // Whatever is not searched to the end is proven to be below the maximum of its strip, and a map is always cut into the same strips. Ties
@@ -108,9 +109,9 @@ public:
         return bound > threshold_ ? bound : 0;
     }
     /// Searches a quarter.
-    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver) {
+    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, int effort) {
         // After the last search its own place is reported, with the bound of all others.
-        return search_.bound(whole, lightOver, budget_.isSpent() ? 0 : threshold_, budget_);
+        return search_.bound(whole, lightOver, budget_.isSpent() ? 0 : threshold_, budget_, effort);
     }
     void setBudget(const SearchBudget& budget) { budget_ = budget; }
     bool isBudgetSpent() const { return budget_.isSpent(); }
@@ -184,7 +185,8 @@ public:
 private:
     /// Work of the searches of each kind of shading, for an area and for each of its texels [cells]. docs/lab/verify.md, "What does
     /// verification cost", has the figures.
-    static constexpr double kWorkOfArea = 10000, kWorkPerTexel = 4, kWorkOfQuad = 4;
+    static constexpr double kWorkOfArea = 40000, kWorkPerTexel = 4, kWorkOfQuad = 4;
+    static constexpr int kLongSearch = 8;  ///< cells of a second search, relative to the first
 
     /// A row with what its coarse bounds need.
     struct Measured {
@@ -341,12 +343,13 @@ private:
         });
     }
     /// Returns the bound of a quarter.
-    VisibleMaximum boundOf(ShadingKind kind, const Quarter& quarter) {
+    VisibleMaximum boundOf(ShadingKind kind, const Quarter& quarter, int effort) {
         VisibleMaximum out;
         withCoveredQuad(rows_, quarter.x, quarter.y, [&](const CoveredQuad& quad) {
             const glm::dmat3 frame = frameOf(quad, quarter.corner);
             const QuarterLight light = lightOf(quad, quarter.corner, quarter.decode);
-            out = kinds_[kind].bound(light.whole(), [&](const PlaceRectangle& place) { return light.over(place); });
+            out = kinds_[kind].bound(
+                light.whole(), [&](const PlaceRectangle& place) { return light.over(place); }, effort);
             VisiblePlace& place = out.place;
             const glm::dvec2 inMap = quad.inMap({place.x, place.y});
             place.x = inMap.x;
@@ -382,7 +385,7 @@ private:
     void search(ShadingKind kind) {
         if (kinds_[kind].isNone()) return;
         VisibleKind& of = kinds_[kind];
-        enum class Stage { Quad, Whole, OnCoarseGrid, OnFineGrid };
+        enum class Stage { Quad, Whole, OnCoarseGrid, OnFineGrid, Searched };
         struct Entry {
             float bound;
             Stage stage;
@@ -402,21 +405,28 @@ private:
             queue.pop();
             const bool isLast = of.isBudgetSpent();
             if (top.stage == Stage::Quad) {
-                const std::size_t first = quarters_.size();
-                addQuartersOf(kind, quads_[top.at]);
+                const KeptQuad& quad = quads_[top.at];
+                const float bound = std::min(top.bound, boundOfPlane(kind, quad));
                 of.spend(kWorkOfQuad);
-                for (std::size_t i = first; i < quarters_.size(); ++i) push({std::min(top.bound, quarters_[i].bound), Stage::Whole, i});
+                if (of.cannotExceed(bound)) continue;
+                const std::size_t first = quarters_.size();
+                addQuartersOf(kind, quad);
+                for (std::size_t i = first; i < quarters_.size(); ++i) push({std::min(bound, quarters_[i].bound), Stage::Whole, i});
                 continue;
             }
             const Quarter& quarter = quarters_[top.at];
             const auto lower = [&](double bound, Stage stage) {
                 push({std::min(top.bound, kOutwardFloat * static_cast<float>(bound)), stage, top.at});
             };
-            if (isLast || top.stage == Stage::OnFineGrid) {
-                VisibleMaximum found = boundOf(kind, quarter);
+            if (isLast || top.stage >= Stage::OnFineGrid) {
+                const bool isLong = isLast || top.stage == Stage::Searched;
+                VisibleMaximum found = boundOf(kind, quarter, isLong ? kLongSearch : 1);
                 // No other quad or quarter has a larger bound.
                 found.bound = isLast ? static_cast<double>(top.bound) : std::min(found.bound, static_cast<double>(top.bound));
-                of.raise(found);
+                if (isLong || found.isFinal)
+                    of.raise(found);
+                else
+                    lower(found.bound, Stage::Searched);
                 if (isLast) break;
             } else if (top.stage == Stage::Whole) {
                 lower(gridBoundOf(kind, quarter, false), Stage::OnCoarseGrid);
@@ -424,6 +434,24 @@ private:
                 lower(gridBoundOf(kind, quarter, true), Stage::OnFineGrid);
             }
         }
+    }
+    /// Returns a bound of a quad all of whose quarters have one frame, under the kernels of the coarse grid; infinite for others. Most
+    /// quads are of a plane, and few of these need their quarters.
+    float boundOfPlane(ShadingKind kind, const KeptQuad& kept) {
+        float out = std::numeric_limits<float>::infinity();
+        withCoveredQuad(rows_, kept.x, kept.y, [&](const CoveredQuad& quad) {
+            const auto hasFrameOfFirst = [&](int corner) {
+                return rows_.normalAt(quad.texelX(corner), quad.texelY(corner)) == rows_.normalAt(quad.texelX(0), quad.texelY(0));
+            };
+            if (rows_.decoder().isInTangentSpace() || !quad.isInside() || !std::ranges::all_of(std::array{1, 2, 3}, hasFrameOfFirst))
+                return;
+            double largest = 0;
+            for (int decode = 0; decode < 4; ++decode)
+                if (quad.isNewDecode(rows_, decode))
+                    largest = std::max(largest, kinds_[kind].gridBound(lightOf(quad, 0, decode).over(PlaceRectangle{}), false));
+            out = kOutwardFloat * static_cast<float>(largest);
+        });
+        return out;
     }
     /// Returns a bound of a quarter under the kernels of the grids.
     double gridBoundOf(ShadingKind kind, const Quarter& quarter, bool isFine) {

@@ -340,16 +340,18 @@ public:
     Search(const VisibleMetric& metric, const KernelTree& tree, const LightOver& lightOver)
         : metric_(metric), tree_(tree), lightOver_(lightOver) {}
 
-    VisibleMaximum run(const PlaceRectangle& whole, double threshold, SearchBudget& budget) {
+    VisibleMaximum run(const PlaceRectangle& whole, double threshold, SearchBudget& budget, int effort) {
         threshold_ = threshold;
         addPlace(whole, 0);
         const std::size_t controls = places_.front()->light.errors.count();
-        const int mostCells = std::min(mostCellsOf(controls), budget.cells(controls));
+        const int mostCells = std::min(effort * mostCellsOf(controls), budget.cells(controls));
         add(Cell{});
+        bool isFinal = true;
         for (;;) {
             const Cell top = cells_.top();
-            if (top.bound < threshold || order_ >= mostCells || !(top.bound < kInfinite) || (order_ >= nextTest_ && isConverged(top)))
-                break;
+            if (top.bound < threshold || !(top.bound < kInfinite) || (order_ >= nextTest_ && isConverged(top))) break;
+            isFinal = order_ < mostCells;
+            if (!isFinal) break;
             if (order_ >= nextTest_) nextTest_ = order_ + kBetweenTests;
             cells_.pop();
             if (split(top)) continue;
@@ -357,7 +359,9 @@ public:
             break;
         }
         budget.spend(order_, controls);
-        return resultOf(cells_.top());
+        VisibleMaximum found = resultOf(cells_.top());
+        found.isFinal = isFinal;
+        return found;
     }
 
 private:
@@ -499,8 +503,9 @@ void LightVectors::add(const std::array<lighting::Sh, 3>& light) {
     ++count_;
 }
 
-VisibleMaximum VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget) const {
-    return Search(metric_, tree_, lightOver).run(whole, threshold, budget);
+VisibleMaximum VisibleSearch::bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget,
+                                    int effort) const {
+    return Search(metric_, tree_, lightOver).run(whole, threshold, budget, effort);
 }
 
 double VisibleSearch::cellBound(const CellLight& light, const KernelCell& kernels) const {

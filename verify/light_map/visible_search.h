@@ -9,9 +9,9 @@
 //
 // The search splits the cell with the largest bound: along places, profile or azimuth, whichever widens the bound most. Narrow cells try
 // places and kernels one at a time. The search ends when the largest bound is at most 1.25 times the bound of that cell's middle place and
-// kernel alone, or after 24 to 384 cells; a decode of low degree may have more of them. The caller may allow fewer (SearchBudget): any
-// cells at all prove a bound. The result depends on the quarter and the number of cells alone, unless it is no more than the caller's
-// threshold.
+// kernel alone, or after 24 to 384 cells, times the effort; a decode of low degree may have more of them. The caller may allow fewer
+// (SearchBudget): any cells at all prove a bound. The result depends on the quarter and the number of cells alone, unless it is no more
+// than the caller's threshold.
 #pragma once
 
 #include <algorithm>
@@ -72,6 +72,7 @@ using LightOver = std::function<CellLight(const PlaceRectangle&)>;
 struct VisibleMaximum {
     double bound = 0;  ///< Delta E ITP
     VisiblePlace place;
+    bool isFinal = true;  ///< false: more cells may lower it
 };
 
 /// Work that the searches of some rows may do together, so that their time is bounded whatever the light.
@@ -107,7 +108,8 @@ public:
     /// light in the units of lightOver.
     /// threshold  a bound below it need not be tight, and has no place
     /// budget     pays for the cells
-    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget) const;
+    /// effort     how many times the usual number of cells it may have
+    VisibleMaximum bound(const PlaceRectangle& whole, const LightOver& lightOver, double threshold, SearchBudget& budget, int effort) const;
     /// Returns the bound of one cell.
     double cellBound(const CellLight& light, const KernelCell& kernels) const;
 

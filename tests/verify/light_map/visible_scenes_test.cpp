@@ -252,8 +252,8 @@ TEST_P(TightVisibleBoundsSoak, AreNotFarAboveTheWorstThatASearchFinds) {
                medianOf(diffuse), medianOf(specular), std::accumulate(seconds.begin(), seconds.end(), 0.0));
     // Those of docs/lab/verify.md, and a little.
     const bool isMixed = layout == LightMapLayout::LitHalf;
-    EXPECT_LE(medianOf(diffuse), isMixed ? 3.2 : 8);
-    EXPECT_LE(medianOf(specular), isMixed ? 3.5 : 9);
+    EXPECT_LE(medianOf(diffuse), isMixed ? 2.5 : 6);
+    EXPECT_LE(medianOf(specular), isMixed ? 3 : 6.5);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, TightVisibleBoundsSoak,
                          testing::Combine(testing::Values("cornell", "interior"),
