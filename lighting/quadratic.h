@@ -23,13 +23,10 @@ struct Extrema {
     double minimum = 0, maximum = 0;
     glm::dvec3 minimumAt{0, 0, 1}, maximumAt{0, 0, 1};  ///< unit
 };
-/// Returns the exact extrema over the unit sphere. Error: at most 1e-12 of |constant| + |linear| + |symmetric|.
+/// Returns the exact extrema over the unit sphere. Error: at most 1e-12 of |constant| + |linear| + |symmetric|, if that
+/// is between 1e-307 and 1e307.
 /// Method: one 3 x 3 symmetric eigenproblem, and a secular equation for each extremum (the trust-region problem on its boundary, hard case
 /// included). Source: More and Sorensen 1983, Computing a Trust Region Step.
 Extrema extremaOnSphere(const SphereQuadratic& quadratic);
-
-/// Returns an upper bound of |sum_i bands_l(i) coefficients_i Y_i(n)| over all n, by Cauchy-Schwarz in each band:
-/// sum_l |bands_l| sqrt((2l + 1) / 4pi) |coefficients of band l|. Cheaper than extremaOnSphere, and larger.
-double bandNormBound(const ShDouble& coefficients, const ShBands& bands);
 
 }  // namespace lightcook::lighting

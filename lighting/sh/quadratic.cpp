@@ -184,13 +184,4 @@ Extrema extremaOnSphere(const SphereQuadratic& quadratic) {
     return result;
 }
 
-double bandNormBound(const ShDouble& coefficients, const ShBands& bands) {
-    ShBands squared{};
-    for (std::size_t i = 0; i < kShCount; ++i) squared[static_cast<std::size_t>(kShBand[i])] += coefficients[i] * coefficients[i];
-    double bound = 0;
-    for (std::size_t l = 0; l < squared.size(); ++l)
-        bound += std::abs(bands[l]) * std::sqrt((2 * static_cast<double>(l) + 1) / (4 * std::numbers::pi)) * std::sqrt(squared[l]);
-    return bound;
-}
-
 }  // namespace lightcook::lighting

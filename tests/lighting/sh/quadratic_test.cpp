@@ -272,31 +272,5 @@ TEST(Extrema, EndForInputsThatAreNotFinite) {
     }
 }
 
-TEST(BandNormBound, IsNeverBelowTheExactExtrema) {
-    std::mt19937_64 random(65);
-    double tightest = 1e300;
-    for (int trial = 0; trial < 20000; ++trial) {
-        const ShDouble coefficients = randomCoefficients(random);
-        const ShBands bands = {1, trial % 3 == 0 ? -2.0 / 3 : 2.0 / 3, 0.25};
-        const Extrema extrema = extremaOnSphere(sphereQuadratic(coefficients, bands));
-        const double exact = std::max(std::abs(extrema.minimum), std::abs(extrema.maximum));
-        const double bound = bandNormBound(coefficients, bands);
-        ASSERT_GE(bound * (1 + 1e-13), exact);
-        tightest = std::min(tightest, bound / exact);
-    }
-    EXPECT_LT(tightest, 1.1);  // it is a bound worth having
-}
-
-TEST(BandNormBound, IsReachedByOneDirectionalLight) {
-    std::mt19937_64 random(66);
-    for (int trial = 0; trial < 20; ++trial) {
-        const glm::dvec3 d = randomDirection(random);
-        const ShDouble light = evaluateBasis(d);
-        const Extrema extrema = extremaOnSphere(sphereQuadratic(light, kExitRadianceBands));
-        EXPECT_NEAR(extrema.maximum, bandNormBound(light, kExitRadianceBands), 1e-14);
-        EXPECT_NEAR(glm::dot(extrema.maximumAt, d), 1, 1e-14);
-    }
-}
-
 }  // namespace
 }  // namespace lightcook::lighting
