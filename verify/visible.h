@@ -60,7 +60,10 @@ struct Viewing {
 };
 
 /// Converts light to I, T and P of BT.2124, scaled so that a distance of 1 is a just noticeable difference. Float arithmetic in lanes:
-/// differences are within 0.001 of lighting::visibleDifference plus 0.01 %.
+/// differences are within 0.003 of lighting::visibleDifference plus 0.01 %, for every finite light. (With primaries
+/// that lower L, M or S, up to 1e33 cd/m^2: infinities would cancel. The curve's 2e-7 in each code of both
+/// lights are up to 0.0027.) L, M and S below 2^-8 cd/m^2 count as that. A display's black is above it, so that only light of primaries
+/// beyond those of the display is there.
 class DisplayTransform {
 public:
     static constexpr std::size_t kLanes = 16;

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+
+#include "verify/visible.h"
 
 namespace lightcook::verify {
 
@@ -73,6 +76,38 @@ inline double visibleTruth(const glm::dvec3& a, const glm::dvec3& b, double nits
     itp::Real squares = 0;
     for (std::size_t k = 0; k < 3; ++k) squares += (x[k] - y[k]) * (x[k] - y[k]);
     return static_cast<double>(720 * std::sqrt(squares));
+}
+
+/// Primaries of the display, and of ones that a working space may have: those of Rec.709, of BT.2020, and of ACES AP0, two of which lower
+/// L, M or S.
+inline const std::array<glm::dmat3, 3>& testedPrimaries() {
+    static const std::array<glm::dmat3, 3> kMatrices = {
+        lighting::bt2020FromRec709(), glm::dmat3(1),
+        glm::dmat3(1.4905, -0.0802, 0.0033, -0.2661, 1.1823, -0.0347, -0.2244, -0.1021, 1.0314)};
+    return kMatrices;
+}
+/// L, M and S as the metric has them, X_k = black + sum of M_kc max(x_c, 0), and Delta E ITP.
+inline itp::Vector shownOf(const itp::Vector& light, const Viewing& viewing) {
+    constexpr itp::Real kLms[3][3] = {{1688, 2146, 262}, {683, 2951, 462}, {99, 309, 3688}};
+    itp::Vector out{};
+    for (std::size_t k = 0; k < 3; ++k) {
+        out[k] = static_cast<itp::Real>(viewing.display.black);
+        for (int row = 0; row < 3; ++row)
+            for (int c = 0; c < 3; ++c)
+                out[k] += kLms[k][row] / 4096 * static_cast<itp::Real>(viewing.bt2020FromWorking[c][row]) *
+                          static_cast<itp::Real>(viewing.display.nitsPerUnit) * std::max(light[static_cast<std::size_t>(c)], itp::Real(0));
+    }
+    return out;
+}
+inline itp::Real truthOf(const itp::Vector& a, const itp::Vector& b, const Viewing& viewing) {
+    const auto x = shownOf(a, viewing), y = shownOf(b, viewing);
+    // The verifier's curve begins at 2^-8 cd/m^2, below the black of every display: only primaries that lower L, M or S reach it.
+    const auto code = [](itp::Real nits) { return itp::pq(std::max(nits, itp::Real(0x1p-8L))); };
+    itp::Vector d{};
+    for (std::size_t k = 0; k < 3; ++k) d[k] = code(x[k]) - code(y[k]);
+    const itp::Real i = (d[0] + d[1]) / 2, t = (6610 * d[0] - 13613 * d[1] + 7003 * d[2]) / 8192,
+                    p = (17933 * d[0] - 17390 * d[1] - 543 * d[2]) / 4096;
+    return 720 * std::sqrt(i * i + t * t + p * p);
 }
 
 }  // namespace lightcook::verify

@@ -13,6 +13,7 @@ namespace lightcook::verify {
 namespace {
 
 constexpr double kLargest = std::numeric_limits<double>::max();
+constexpr float kLargestFloat = std::numeric_limits<float>::max();
 
 /// Returns the largest double for NaN and infinity, so that comparisons with a limit fail instead of being unordered.
 double finiteOrLargest(double value) {
@@ -90,7 +91,9 @@ void ErrorAccumulator::addPiece(const float* reference, const float* error, std:
     for (std::size_t i = 0; i < whole; i += kLanes)
         for (std::size_t lane = 0; lane < kLanes; ++lane) {
             const float e = std::abs(error[i + lane]), r = std::abs(reference[i + lane]);
-            const float local = e == 0 ? 0.0f : e / (r + floor);
+            // A sum beyond all floats counts as the largest one: divided by infinity, any error would be 0.
+            const float scale = r + floor < kLargestFloat ? r + floor : kLargestFloat;
+            const float local = e == 0 ? 0.0f : e / scale;
             locals[i + lane] = local;
             largest[lane] = local > largest[lane] ? local : largest[lane];
             squaredError[lane] += static_cast<double>(e) * static_cast<double>(e);

@@ -11,7 +11,8 @@
 
 namespace lightcook::verify {
 
-/// Returns log2 of a normal, positive number, within 6e-7: the mantissa m in [sqrt(1/2), sqrt 2) by the series of artanh((m - 1)/(m + 1)).
+/// Returns log2 of a normal, positive number: the mantissa m in [sqrt(1/2), sqrt 2) by the series of artanh((m - 1)/(m + 1)). Within 6e-7
+/// from 2^-16 to 2^16, and within 4.5e-6 elsewhere, where the exponent leaves fewer digits to the fraction.
 inline float log2Of(float x) {
     constexpr std::int32_t kRootHalf = 0x3f3504f3;
     const auto bits = std::bit_cast<std::int32_t>(x);

@@ -32,8 +32,8 @@ void itpFromCodes(const float* __restrict reds, const float* __restrict greens, 
                   float* __restrict first, float* __restrict second, float* __restrict third) {
     for (std::size_t k = 0; k < count; ++k) {
         const float l = first[k], m = second[k], s = third[k];
-        // 0 if all are finite, else NaN.
-        const float valid = (reds[k] + greens[k] + blues[k]) * 0;
+        // 0 if all are finite, else NaN. Their sum may be infinite.
+        const float valid = reds[k] * 0 + greens[k] * 0 + blues[k] * 0;
         first[k] = kScale / 2 * (l + m) + valid;
         second[k] = kScale / 8192 * (6610 * l - 13613 * m + 7003 * s);
         third[k] = kScale / 4096 * (17933 * l - 17390 * m - 543 * s);

@@ -220,17 +220,25 @@ double localErrorBound(std::span<const ErrorPair> pairs, std::span<const Respons
     double bound = atMost;
     for (const double share : kShares) {
         double relative = 0;
+        bool isUntested = false;
         BoundPlace reached;
-        for (const Response& response : responses)
-            for (std::size_t i = 0; i < pairs.size(); ++i)
-                for (const double sign : {1.0, -1.0}) {
-                    if (!(relative < bound)) continue;
-                    std::optional<glm::dvec3> at;
-                    relative = raised(pairs[i], response, sign, share, floor, slack, relative, at);
-                    if (at && place != nullptr)
-                        reached = {i, *at, valueAt(pairs[i].error, response, *at), valueAt(pairs[i].reference, response, *at),
-                                   response.bands};
-                }
+        const auto raiseByAll = [&] {
+            for (const Response& response : responses)
+                for (std::size_t i = 0; i < pairs.size(); ++i)
+                    for (const double sign : {1.0, -1.0}) {
+                        if (!(relative < bound)) continue;
+                        std::optional<glm::dvec3> at;
+                        relative = raised(pairs[i], response, sign, share, floor, slack, relative, at);
+                        isUntested = isUntested || relative == 0;
+                        if (at && place != nullptr)
+                            reached = {i, *at, valueAt(pairs[i].error, response, *at), valueAt(pairs[i].reference, response, *at),
+                                       response.bands};
+                    }
+        };
+        raiseByAll();
+        // Both signs of a condition that holds at t > 0 hold at every larger t, since share r + floor is not negative then. At t = 0 an
+        // error of 0 fulfils its condition whatever the reference is.
+        if (isUntested && relative > 0) raiseByAll();
         if (!(relative < bound)) continue;
         bound = relative;
         if (place != nullptr) *place = reached;

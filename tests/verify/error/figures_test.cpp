@@ -98,6 +98,13 @@ TEST(ErrorAccumulator, DarkSamplesCountLikeOthers) {
     EXPECT_EQ(dark.referenceRms(), zeros.referenceRms());
 }
 
+/// Reference plus floor beyond all floats would make every local error 0.
+TEST(ErrorAccumulator, ALocalErrorOfTheLargestLightIsNotLost) {
+    ErrorAccumulator errors(3e38);
+    errors.addErrors(std::vector<float>{3.4e38f}, std::vector<float>{-3.4e38f});
+    EXPECT_NEAR(errors.figures().maxSampled, 1, 0.02);
+}
+
 /// An infinite reference would make every relative error 0.
 TEST(ErrorAccumulator, AnInfiniteReferenceExceedsEveryLimit) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();

@@ -55,6 +55,11 @@ TEST(DisplayTransform, AgreesWithTheFormula) {
         }
 }
 
+TEST(DisplayTransform, TheLargestFloatsAreFinite) {
+    const std::vector<glm::dvec3> light(kSamples, glm::dvec3(3.4e38));
+    for (const float difference : differencesOf(DisplayTransform({}, 1), light, light)) EXPECT_EQ(difference, 0);
+}
+
 TEST(DisplayTransform, WhatIsNotFiniteIsTheLargest) {
     const DisplayTransform transform({}, 1);
     constexpr double kInfinity = std::numeric_limits<double>::infinity();

@@ -110,6 +110,20 @@ TEST(LocalErrorBound, HoldsForEveryMeanOfThePairs) {
     }
 }
 
+// Light of two signs whose mean is dark, and an error in one of them: at t = 0 the other pair fulfils any condition.
+TEST(LocalErrorBound, HoldsForAPairWithoutAnErrorWhoseReferenceIsNegative) {
+    std::array<verify::ErrorPair, 2> pairs{};
+    pairs[0].reference[0] = -1000;
+    pairs[1].reference[0] = 1000;
+    pairs[1].error[0] = 100;
+    verify::ErrorPair mean;
+    mean.error[0] = 50;
+    const double error = localError(mean, {0, 0, 1});
+    EXPECT_GE(verify::localErrorBound(pairs, kExit, kFloor, {}), error);
+    std::swap(pairs[0], pairs[1]);
+    EXPECT_GE(verify::localErrorBound(pairs, kExit, kFloor, {}), error);
+}
+
 TEST(LocalErrorBound, StaysWithinAgreesWithTheBound) {
     Random random;
     for (int i = 0; i < 100; ++i) {

@@ -1,0 +1,227 @@
+// Bounds of local errors of light maps, over the whole range of floats, searched against long double.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <vector>
+
+#include "lighting/radiometry.h"
+#include "tests/lighting/worst_search.h"
+#include "tests/verify/itp_truth.h"
+#include "verify/error/visible_any_light.h"
+#include "verify/light_map/bound.h"
+#include "verify/light_map/kernel_cells.h"
+#include "verify/light_map/visible_grid.h"
+#include "verify/light_map/visible_search.h"
+
+namespace lightcook {
+namespace {
+
+using Real = long double;
+using test::SearchBudget;
+using test::SearchRange;
+using Kind = SearchRange::Kind;
+using Input = std::vector<double>;
+
+/// Shades coefficients towards n.
+Real shaded(const std::array<Real, lighting::kShCount>& k, const lighting::ShBands& bands, const std::array<Real, 3>& n) {
+    const auto& [x, y, z] = n;
+    const Real pi = 3.14159265358979323846264338327950288L;
+    const Real linear = std::sqrt(3 / (4 * pi)), product = std::sqrt(15 / pi) / 2, zonal = std::sqrt(5 / pi) / 4;
+    const Real basis[9] = {std::sqrt(1 / pi) / 2,
+                           linear * y,
+                           linear * z,
+                           linear * x,
+                           product * x * y,
+                           product * y * z,
+                           zonal * (3 * z * z - 1),
+                           product * x * z,
+                           product / 2 * (x * x - y * y)};
+    Real sum = 0;
+    for (std::size_t i = 0; i < k.size(); ++i)
+        sum += static_cast<Real>(bands[static_cast<std::size_t>(lighting::kShBand[i])]) * k[i] * basis[i];
+    return sum;
+}
+
+constexpr std::size_t kPairs = 2;
+/// Two pairs of error and reference, a direction, the weight of the first, two responses in one, and a limit.
+std::vector<SearchRange> pairRanges(double low, double high) {
+    std::vector<SearchRange> ranges(18 * kPairs, {low, high, Kind::Signed});
+    ranges.insert(ranges.end(), 3, {1e-6, 1, Kind::Signed});  // direction
+    ranges.push_back({0, 1, Kind::Linear});                   // weight of the first pair
+    ranges.insert(ranges.end(), 2, {1e-3, 1});                // factors of bands 1 and 2
+    ranges.push_back({1e-9, 1e9});                            // floor, as a multiple of that of the program
+    return ranges;
+}
+struct Lights {
+    std::array<verify::ErrorPair, kPairs> pairs;
+    std::array<Real, 3> n;
+    Real error, reference;  ///< of a mean of the pairs
+    verify::Response response;
+    double floor;
+};
+Lights lightsOf(const Input& in, bool hasFloor) {
+    Lights out;
+    for (std::size_t j = 0; j < kPairs; ++j)
+        for (std::size_t i = 0; i < 9; ++i) {
+            out.pairs[j].error[i] = static_cast<float>(in[18 * j + i]);
+            out.pairs[j].reference[i] = static_cast<float>(in[18 * j + 9 + i]);
+        }
+    const std::size_t at = 18 * kPairs;
+    const Real x = static_cast<Real>(in[at]), y = static_cast<Real>(in[at + 1]), z = static_cast<Real>(in[at + 2]) + 1e-7L,
+               length = std::sqrt(x * x + y * y + z * z);
+    out.n = {x / length, y / length, z / length};
+    out.response.bands = {1, in[at + 4], in[at + 5]};
+    out.floor = lighting::kLocalErrorFloor * (hasFloor ? 1 : in[at + 6]);
+    std::array<Real, 9> error, reference;
+    for (std::size_t i = 0; i < 9; ++i) {
+        const Real first = static_cast<Real>(in[at + 3]), second = 1 - first;
+        error[i] = first * static_cast<Real>(out.pairs[0].error[i]) + second * static_cast<Real>(out.pairs[1].error[i]);
+        reference[i] = first * static_cast<Real>(out.pairs[0].reference[i]) + second * static_cast<Real>(out.pairs[1].reference[i]);
+    }
+    out.error = shaded(error, out.response.bands, out.n);
+    out.reference = shaded(reference, out.response.bands, out.n);
+    return out;
+}
+Real localErrorOf(const Lights& lights) {
+    return std::abs(lights.error) / (std::abs(lights.reference) + static_cast<Real>(lights.floor));
+}
+void expectBound(const SearchBudget& budget, double low, double high, bool hasFloor) {
+    test::expectHolds("localErrorBound", pairRanges(low, high), budget, [=](const Input& in) {
+        const Lights lights = lightsOf(in, hasFloor);
+        const double bound = verify::localErrorBound(lights.pairs, {&lights.response, 1}, lights.floor, {});
+        return lights.error == 0 ? Real(0) : localErrorOf(lights) / static_cast<Real>(bound);
+    });
+}
+/// A limit that is below the error somewhere is not proven.
+void expectTest(const SearchBudget& budget, double low, double high) {
+    test::expectHolds("cannotExceed", pairRanges(low, high), budget, [](const Input& in) {
+        const Lights lights = lightsOf(in, true);
+        const Real error = localErrorOf(lights);
+        // Of limits below the error, the largest that the test takes.
+        for (const double share : {0.9999999999, 0.999999, 0.999, 0.9, 0.5, 0.1})
+            if (verify::cannotExceed(lights.pairs, {&lights.response, 1}, lights.floor, {}, share * static_cast<double>(error)))
+                return 2 - static_cast<Real>(share);
+        // None: how near the bound is.
+        const double bound = verify::localErrorBound(lights.pairs, {&lights.response, 1}, lights.floor, {});
+        return lights.error == 0 ? Real(0) : error / static_cast<Real>(bound) * 0.999L;
+    });
+}
+
+/// Bounds of visible errors under many normals: two control vectors of reference and error, a normal, and the weight of the first.
+class VisibleBounds {
+public:
+    explicit VisibleBounds(double black)
+        : viewing_{{36, black}},
+          metric_(viewing_, 1),
+          anyLight_(metric_),
+          tree_(verify::KernelTree::diffuse(kTilt)),
+          grids_{verify::KernelGrid::diffuse(kTilt, 1), verify::KernelGrid::diffuse(kTilt, 2)},
+          grid_(metric_, anyLight_, grids_) {}
+
+    static std::vector<SearchRange> ranges() {
+        std::vector<SearchRange> out(kCount, {1e-6, 1, Kind::Signed});
+        out.insert(out.end(), 2, {0, 1, Kind::Linear});   // tilt, weight
+        out.insert(out.end(), 2, {-1, 1, Kind::Linear});  // azimuth, place in a cell
+        out.push_back({1e-30, 1e25});                     // brightness
+        out.push_back({1e-12, 1e12});                     // of the error, over that of the light
+        out.insert(out.end(), 2, {0, 1, Kind::Linear});   // a cell of kernels, and its width
+        return out;
+    }
+    Real gridRatio(const Input& in, bool isFine) {
+        const Real truth = truthOf(in, static_cast<Real>(in[kCount]) * kTilt * kPi / 180, static_cast<Real>(in[kCount + 2]) * kPi);
+        return truth / static_cast<Real>(grid_.bound(lightOf(in), 0, isFine));
+    }
+    Real cellRatio(const Input& in) const {
+        const int index = static_cast<int>(in[kCount + 6] * (static_cast<double>(tree_.size()) - 1));
+        const verify::ProfileRange& range = tree_.range(index);
+        const double half = in[kCount + 7] * in[kCount + 7] * static_cast<double>(kPi), azimuth = in[kCount + 2];
+        const verify::VisibleSearch search(metric_, tree_);
+        const double bound = search.cellBound(lightOf(in), tree_.cell(index, azimuth, half));
+        const Real angle = static_cast<Real>(range.angle) + (2 * static_cast<Real>(in[kCount]) - 1) * static_cast<Real>(range.halfAngle);
+        return truthOf(in, angle, static_cast<Real>(azimuth) + static_cast<Real>(in[kCount + 3]) * static_cast<Real>(half)) /
+               static_cast<Real>(bound);
+    }
+
+private:
+    static constexpr double kTilt = 60;
+    static constexpr Real kPi = 3.14159265358979323846264338327950288L;
+    static constexpr std::size_t kCount = 2 * 2 * 27;
+    static float coefficient(const Input& in, std::size_t control, bool isError, std::size_t c, std::size_t i) {
+        const double bright = in[kCount + 4] * (isError ? in[kCount + 5] : 1);
+        return static_cast<float>(bright * in[54 * control + (isError ? 27 : 0) + 9 * c + i]);
+    }
+    static verify::CellLight lightOf(const Input& in) {
+        verify::CellLight light;
+        for (std::size_t control = 0; control < 2; ++control) {
+            std::array<lighting::Sh, 3> reference, error, found;
+            for (std::size_t c = 0; c < 3; ++c)
+                for (std::size_t i = 0; i < 9; ++i) {
+                    reference[c][i] = coefficient(in, control, false, c, i);
+                    error[c][i] = coefficient(in, control, true, c, i);
+                    found[c][i] = reference[c][i] + error[c][i];
+                }
+            light.references.add(reference);
+            light.errors.add(error);
+            light.found.add(found);
+        }
+        return light;
+    }
+    /// The visible error of a mean of the control vectors under a normal.
+    Real truthOf(const Input& in, Real angle, Real azimuth) const {
+        const std::array<Real, 3> n = {std::sin(angle) * std::cos(azimuth), std::sin(angle) * std::sin(azimuth), std::cos(angle)};
+        const Real weights[2] = {static_cast<Real>(in[kCount + 1]), 1 - static_cast<Real>(in[kCount + 1])};
+        std::array<Real, 3> x, y;
+        for (std::size_t c = 0; c < 3; ++c) {
+            std::array<Real, 9> reference{}, error{};
+            for (std::size_t control = 0; control < 2; ++control)
+                for (std::size_t i = 0; i < 9; ++i) {
+                    reference[i] += weights[control] * static_cast<Real>(coefficient(in, control, false, c, i));
+                    error[i] += weights[control] * static_cast<Real>(coefficient(in, control, true, c, i));
+                }
+            x[c] = shaded(reference, lighting::kExitRadianceBands, n);
+            y[c] = x[c] + shaded(error, lighting::kExitRadianceBands, n);
+        }
+        return verify::truthOf(x, y, viewing_);
+    }
+
+    verify::Viewing viewing_;
+    verify::VisibleMetric metric_;
+    verify::AnyLightBound anyLight_;
+    verify::KernelTree tree_;
+    verify::KernelGrids grids_;
+    verify::GridBound grid_;
+};
+void expectVisibleBounds(const SearchBudget& budget, double black) {
+    VisibleBounds bounds(black);
+    const auto ranges = VisibleBounds::ranges();
+    test::expectHolds("VisibleSearch::cellBound", ranges, budget, [&](const Input& in) { return bounds.cellRatio(in); });
+    test::expectHolds("GridBound, coarse", ranges, budget, [&](const Input& in) { return bounds.gridRatio(in, false); });
+    test::expectHolds("GridBound, fine", ranges, budget, [&](const Input& in) { return bounds.gridRatio(in, true); });
+}
+
+TEST(VisibleBoundNumbers, Bounds) {
+    expectVisibleBounds({3000}, 0.5);
+}
+TEST(VisibleBoundNumbersSoak, Bounds) {
+    for (const double black : {0.005, 0.5, 100.0}) expectVisibleBounds(test::soakBudget(), black);
+}
+TEST(LocalErrorNumbers, Bound) {
+    expectBound({12000}, 1e-45, 3.4e38, true);
+}
+TEST(LocalErrorNumbers, Test) {
+    expectTest({6000}, 1e-45, 3.4e38);
+}
+TEST(LocalErrorNumbersSoak, Bound) {
+    expectBound(test::soakBudget(), 1e-45, 3.4e38, true);
+    expectBound(test::soakBudget(), 1e-6, 1e6, false);
+}
+TEST(LocalErrorNumbersSoak, Test) {
+    expectTest(test::soakBudget(), 1e-45, 3.4e38);
+    expectTest(test::soakBudget(), 1e-6, 1e6);
+}
+
+}  // namespace
+}  // namespace lightcook
