@@ -25,10 +25,10 @@ double prefilterKernelShape(PrefilterKernel kernel, double m, double c);
 double prefilterKernelShapeAt(PrefilterKernel kernel, double m, double versine);
 /// Returns the exponent s of PrefilterKernel::Phong.
 double phongExponent(double m);
-/// Returns the integral of the shape over the sphere [sr].
+/// Returns the integral of the shape over the sphere [sr]. m at least 1e-12.
 double prefilterKernelIntegral(PrefilterKernel kernel, double m);
-/// Returns the zonal factors of the normalised kernel, integral k(c) P_l(c) dw for l = 0, 1, 2; {1, 1, 1} for m = 0. Relative error below
-/// 1e-9.
+/// Returns the zonal factors of the normalised kernel, integral k(c) P_l(c) dw for l = 0, 1, 2. m in [0, 1]; below 1e-12 they are {1, 1,
+/// 1}. Relative error below 1e-9.
 lighting::ShBands prefilterKernelBands(PrefilterKernel kernel, double m);
 
 }  // namespace lightcook::fit

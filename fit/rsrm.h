@@ -30,7 +30,8 @@ struct Rsrm {
 formats::Result<void> checkRsrm(const std::vector<glm::vec3>& gradient, const RsrmOptions& options);
 
 /// Returns L_o(z_o) = (s + 1)/2pi * integral L_i(z) max(0, r.l)^s dw for a gradient that is constant over each zone. By Legendre series:
-/// the lobe's factors and the zone integrals are closed forms. Error below 1e-6 of the row's maximum; a constant stays constant.
+/// the lobe's factors and the zone integrals are closed forms. Error below 1e-6 of the brightest zone; a constant stays
+/// constant.
 formats::Image<glm::dvec3> convolveGradient(const std::vector<glm::vec3>& gradient, const RsrmOptions& options);
 
 /// Convolves and quantizes. The arguments must pass the check. Codes differ from the values by at most half a code. Dithered codes differ

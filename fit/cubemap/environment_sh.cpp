@@ -181,12 +181,15 @@ ShRgbDouble projectCubeStrip(formats::ImageView<const glm::vec3> texels) {
     return sum;
 }
 
+/// The factors of a narrower lobe differ from 1 by less than 1e-20.
+constexpr double kSmallestKernel = 1e-12;
+
 /// Returns the integral of shape P_l dw for l = 0, 1, 2. Intervals of 1 - c halve towards the peak, so that they fit a lobe of any width.
 std::array<double, 3> shapeMoments(PrefilterKernel kernel, double m) {
     static const GaussRule<20> rule = gaussLegendre<20>();
     std::array<double, 3> moments{};
     double end = 1;
-    const double smallest = std::max(1e-4 * m * m, 1e-30);
+    const double smallest = 1e-4 * m * m;
     while (end > 0) {
         const double begin = end > smallest ? end / 2 : 0;
         for (std::size_t i = 0; i < rule.point.size(); ++i) {
@@ -255,7 +258,7 @@ double prefilterKernelIntegral(PrefilterKernel kernel, double m) {
 }
 
 lighting::ShBands prefilterKernelBands(PrefilterKernel kernel, double m) {
-    if (m == 0) return {1, 1, 1};
+    if (m < kSmallestKernel) return {1, 1, 1};
     const std::array<double, 3> moments = shapeMoments(kernel, m);
     return {1, moments[1] / moments[0], moments[2] / moments[0]};
 }

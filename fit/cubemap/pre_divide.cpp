@@ -64,7 +64,7 @@ double smallestLambda(const lighting::ShRgb& incident, const std::vector<lightin
     while (!staysAbove(windowed(incident, high), bands, epsilon)) {
         low = high;
         high *= 2;
-        if (high > 0x1p40) return high;  // S is constant for coefficients within float's range of the DC
+        if (high > 0x1p300) return high;  // nothing is left of any float but the DC
     }
     while (high - low > 1e-6 * high) {
         const double middle = 0.5 * (low + high);

@@ -158,6 +158,10 @@ TEST(PrefilterKernel, PhongOfRoughness1IsLambert) {
 
 TEST(PrefilterKernel, RoughnessZeroChangesNothing) {
     EXPECT_EQ(fit::prefilterKernelBands(fit::PrefilterKernel::Ggx, 0), (lighting::ShBands{1, 1, 1}));
+    // Narrower than doubles can tell.
+    for (const auto kernel : {fit::PrefilterKernel::Beckmann, fit::PrefilterKernel::Ggx, fit::PrefilterKernel::Phong})
+        for (const double m : {1e-11, 1e-16, 1e-300})
+            for (const double band : fit::prefilterKernelBands(kernel, m)) EXPECT_DOUBLE_EQ(band, 1);
 }
 
 }  // namespace

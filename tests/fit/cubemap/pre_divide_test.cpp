@@ -85,6 +85,14 @@ TEST(PreDivide, DenormalProbeStaysFinite) {
     expectProductReturns(truth::constantEquirectangular(16, 8, glm::vec3(1e-40f)), 4);
 }
 
+TEST(PreDivide, AProbeOfHardlyAnyMeanKeepsTheFloor) {
+    lighting::ShRgb incident{};
+    incident[0] = glm::vec3(1e-20f);
+    incident[6] = glm::vec3(1e30f);
+    const fit::PreDivide preDivide = fit::makePreDivide(incident, {{1, 1, 1}}, {});
+    EXPECT_GE(smallestOverMean(preDivide, 0, 0), 0.05 - 1e-6);
+}
+
 TEST(PreDivide, BlackProbeStoresZero) {
     const fit::PreDivide preDivide = fit::makePreDivide({}, chainBands(), {});
     EXPECT_EQ(preDivide.windowLambda, 0);

@@ -12,6 +12,7 @@
 
 #include "shaders/lightcook_cpp.h"
 #include "tests/fit/brute_force.h"
+#include "tests/lighting/worst_search.h"
 
 namespace lightcook {
 namespace {
@@ -232,6 +233,34 @@ void checkExponents(int first, int step, std::uint64_t seed) {
 
 TEST(Rsrm, MatchesTheDefinitionForExponentsAllOverTheRange) {
     checkExponents(1, 769, 1);
+}
+
+/// The worst of light from 1e-45 to the largest float in eight zones, exponents and widths.
+void searchMaps(const test::SearchBudget& budget) {
+    std::vector<test::SearchRange> ranges(8, {1e-45, 3.4028234663852886e38});
+    ranges.push_back({1, 65536});
+    ranges.push_back({1, 256});
+    ranges.push_back({0, 1, test::SearchRange::Kind::Linear});
+    test::expectHolds("convolveGradient, within 1e-6 of the brightest zone", ranges, budget, [](const std::vector<double>& in) {
+        std::vector<glm::vec3> gradient;
+        for (std::size_t i = 0; i < 8; ++i) gradient.emplace_back(static_cast<float>(in[i]));
+        fit::RsrmOptions options;
+        options.exponents = {in[8]};
+        options.width = static_cast<int>(in[9]);
+        const auto values = fit::convolveGradient(gradient, options);
+        const auto largest = std::max_element(in.begin(), in.begin() + 8);
+        const int x = static_cast<int>(std::lround(in[10] * (options.width - 1)));
+        const auto expected = reference(gradient, 1 - (2.0L * x + 1) / options.width, in[8])[0];
+        return std::abs(static_cast<long double>(values.at(x, 0).x) - expected) / (1e-6L * static_cast<long double>(*largest));
+    });
+}
+
+TEST(RsrmNumbersSoak, AnyLightHasTheStatedError) {
+    searchMaps(test::soakBudget());
+}
+
+TEST(RsrmNumbers, AnyLightHasTheStatedError) {
+    searchMaps({60});
 }
 
 TEST(RsrmSoak, MatchesTheDefinitionForEveryExponentFrom1To65536) {
