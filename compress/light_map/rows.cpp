@@ -1,6 +1,7 @@
 #include "compress/light_map/rows.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <glm/common.hpp>
@@ -272,7 +273,11 @@ Image<float> linearSignificance(const Source& source) {
 }
 
 float ratioSignificance(const LightMapPlan& plan, const Source& source, int x, int y, const glm::vec3& dc) {
-    const float square = glm::dot(dc, dc) / static_cast<float>(plan.key * plan.key + 1e-24);
+    // In units of a power of two near the key, which keeps every bit, the squares of any light are floats.
+    const double key = std::max(plan.key, 1e-12);
+    const double unit = std::ldexp(1.0, -std::ilogb(key));
+    const glm::vec3 light = static_cast<float>(unit) * dc;
+    const float square = glm::dot(light, light) / static_cast<float>(unit * key * unit * key);
     return significanceOf(source, x, y, source.importance.at(x, y) * square);
 }
 

@@ -90,7 +90,7 @@ inline verify::layouts::Layout layoutOn(const Cooked& cooked) {
 /// off  [4 layer + channel] share of what decoders of blocks may differ by, in [-1, 1]; empty: none
 template <class Layout>
 shaders::LcSh lightOfTexel(const Cooked& cooked, const Layout& layout, int x, int y, std::span<const float> off = {}) {
-    verify::layouts::Texels<Layout::kLayers> texels;
+    verify::layouts::Texels<Layout::kLayers> texels{};
     std::size_t at = 0;
     for (std::size_t t = 0; t < cooked.texels.textures.size(); ++t) {
         const int side = formats::info(Layout::kLayout).textures[t].side;
