@@ -320,7 +320,7 @@ TEST(FitNumbers, Window) {
     expectWindow({1000}, 1e-45, kMostFloat);
 }
 TEST(FitNumbers, Filters) {
-    expectFilters({300});
+    expectFilters({30});
 }
 TEST(FitNumbersSoak, Projection) {
     expectProjection(test::soakBudget(), false);

@@ -260,7 +260,7 @@ TEST(RsrmNumbersSoak, AnyLightHasTheStatedError) {
 }
 
 TEST(RsrmNumbers, AnyLightHasTheStatedError) {
-    searchMaps({60});
+    searchMaps({40});
 }
 
 TEST(RsrmSoak, MatchesTheDefinitionForEveryExponentFrom1To65536) {

@@ -284,8 +284,8 @@ void expectLayout(formats::LightMapLayout id, int first, int last, int step) {
 }
 
 TEST(LayoutNumbers, StatedErrorsAndBoundsHoldInEveryUnit) {
-    for (const formats::LightMapLayout layout : test::layoutsOfEveryFamily())
-        if (!formats::info(layout).isInTangentSpace) expectLayout(layout, -40, 116, 52);
+    for (const auto layout : {formats::LightMapLayout::Ratio, formats::LightMapLayout::Hdr, formats::LightMapLayout::Halo3})
+        expectLayout(layout, -40, 116, 52);
 }
 TEST(LayoutNumbersSoak, StatedErrorsAndBoundsHoldInEveryUnit) {
     for (const formats::LightMapLayout layout : test::directionalLayouts()) expectLayout(layout, -146, 120, 7);
