@@ -7,6 +7,7 @@
 
 #include "compress/texel/half.h"
 #include "tests/compress/codec_images.h"
+#include "tests/lighting/worst_search.h"
 
 namespace lightcook::compress::test {
 namespace {
@@ -138,6 +139,40 @@ TEST(PackedTexels, EveryHalfHasTheStatedErrorInEveryFormatOfLight) {
                     ASSERT_EQ(decoded, texel) << formats::info(stated.format).name << ": the other channels stay 0";
                 }
             }
+}
+
+/// Any three floats in a block of one colour: light beyond the largest value becomes that value. (RGB9E5 is the best of all exponents for
+/// the logarithms of all three, which is no share of one.)
+void searchColours(const lightcook::test::SearchBudget& budget) {
+    struct Format {
+        PixelFormat format;
+        long double largest[3], share[3], step[3];
+    };
+    constexpr Format kColourFormats[] = {
+        {PixelFormat::Rgba16f, {65504, 65504, 65504}, {0x1p-11L, 0x1p-11L, 0x1p-11L}, {0x1p-25L, 0x1p-25L, 0x1p-25L}},
+        {PixelFormat::R11g11b10f, {65024, 65024, 64512}, {0x1p-7L, 0x1p-7L, 0x1p-6L}, {0x1p-21L, 0x1p-21L, 0x1p-20L}},
+        {PixelFormat::Bc6hUf16, {65504, 65504, 65504}, {0x1p-11L, 0x1p-11L, 0x1p-11L}, {0x1p-25L, 0x1p-25L, 0x1p-25L}},
+    };
+    const std::vector<lightcook::test::SearchRange> ranges(3, {1e-45, 3.4028234663852886e38});
+    for (const Format& stated : kColourFormats)
+        lightcook::test::expectHolds(
+            std::string(formats::info(stated.format).name) + ", any colour", ranges, budget, [&](const std::vector<double>& in) {
+                const glm::vec4 texel(static_cast<float>(in[0]), static_cast<float>(in[1]), static_cast<float>(in[2]), 1);
+                const glm::vec4 decoded = encode(stated.format, imageOf(4, 4, [&](int, int) { return texel; })).decoded.at(1, 2);
+                long double worst = 0;
+                for (int c = 0; c < 3; ++c) {
+                    const long double value = std::min(static_cast<long double>(texel[c]), stated.largest[c]);
+                    worst = std::max(
+                        worst, std::abs(static_cast<long double>(decoded[c]) - value) / std::max(stated.share[c] * value, stated.step[c]));
+                }
+                return worst;
+            });
+}
+TEST(PackedTexelNumbers, AnyColourHasTheStatedError) {
+    searchColours({4000});
+}
+TEST(PackedTexelNumbersSoak, AnyColourHasTheStatedError) {
+    searchColours(lightcook::test::soakBudget());
 }
 
 TEST(PackedTexels, ValuesBeyondTheFormatAreClampedAndCounted) {
