@@ -4,9 +4,10 @@
 // residual adds a linear basis, to coefficient 0 too:
 //   lambda_i = l0 (P_i(c) + sum_k (r_k - neutral) R_ki),   P_0 = 1
 // A shader short of fetches may stop after the code, or after any layer of the residual.
+// Filter "decoded": lambda is linear in l0 times the monomials of c, and in l0 times the residual. lcMixBasis3, lcMixBasis4 and
+// lcMixBasisAdd sum these over the four texels around a place, which have one cluster, and read each factor once.
 // The factors are half floats in texture "tables", RGBA16F: a row for each cluster; in it first v of LcBasisFirst, then v of the
-// LcBasisResidual of each layer, a texel for each. Fetch them with lcLightMapBasis3From, lcLightMapBasis4From and lcLightMapBasisAddFrom,
-// or copy them into buffers.
+// LcBasisResidual of each layer, a texel for each. The functions whose names end in From fetch them; or copy them into buffers.
 // The cluster is the chart's, the same wherever a filter reaches: the cooked mesh's vertex attribute _LIGHTCOOK_BASIS, handed on flat, or
 // lcBasisCluster of texture "index", fetched without filtering. The manifest has one of the two. The index has one byte for each block of
 // 4 x 4 texels, four neighbours of a row in a texel.
@@ -110,6 +111,94 @@ LC_FUNCTION LcSh lcLightMapBasisAdd(LcSh sh, vec4 l0, vec4 residual, LcBasisResi
     return r;
 }
 
+// Range, weights and l0 of the texels around a place, multiplied: the order of LcQuad.
+struct LcBasisQuad {
+    vec3 light00;
+    vec3 light10;
+    vec3 light01;
+    vec3 light11;
+};
+LC_FUNCTION LcBasisQuad lcBasisQuad(vec4 l00, vec4 l10, vec4 l01, vec4 l11, vec4 weights, float range) {
+    vec4 w = range * weights;
+    LcBasisQuad q;
+    q.light00 = w.x * lcRgb(l00);
+    q.light10 = w.y * lcRgb(l10);
+    q.light01 = w.z * lcRgb(l01);
+    q.light11 = w.w * lcRgb(l11);
+    return q;
+}
+
+// Monomials of the codes, and numbers of a residual layer, times the light of their texels, summed.
+struct LcBasisSums {
+    vec3 m[15];
+};
+struct LcBasisResidualSums {
+    vec3 x;
+    vec3 y;
+    vec3 z;
+    vec3 w;
+};
+LC_FUNCTION LcBasisSums lcBasisSums(LcBasisQuad q, vec4 c00, vec4 c10, vec4 c01, vec4 c11) {
+    LcBasisMonomials m00 = lcBasisMonomials(c00);
+    LcBasisMonomials m10 = lcBasisMonomials(c10);
+    LcBasisMonomials m01 = lcBasisMonomials(c01);
+    LcBasisMonomials m11 = lcBasisMonomials(c11);
+    LcBasisSums sums;
+    for (int j = 0; j < 15; ++j) {
+        sums.m[j] = m00.m[j] * q.light00 + m10.m[j] * q.light10 + m01.m[j] * q.light01 + m11.m[j] * q.light11;
+    }
+    return sums;
+}
+LC_FUNCTION LcBasisResidualSums lcBasisResidualSums(LcBasisQuad q, vec4 r00, vec4 r10, vec4 r01, vec4 r11, float neutral) {
+    vec4 n = vec4(neutral, neutral, neutral, neutral);
+    vec4 a = r00 - n;
+    vec4 b = r10 - n;
+    vec4 c = r01 - n;
+    vec4 d = r11 - n;
+    LcBasisResidualSums sums;
+    sums.x = a.x * q.light00 + b.x * q.light10 + c.x * q.light01 + d.x * q.light11;
+    sums.y = a.y * q.light00 + b.y * q.light10 + c.y * q.light01 + d.y * q.light11;
+    sums.z = a.z * q.light00 + b.z * q.light10 + c.z * q.light01 + d.z * q.light11;
+    sums.w = a.w * q.light00 + b.w * q.light10 + c.w * q.light01 + d.w * q.light11;
+    return sums;
+}
+
+// The light of four texels, mixed. c00 to c11: their codes; r00 to r11: what they have in one layer of the residual.
+LC_FUNCTION LcSh lcMixBasis3(LcBasisQuad q, vec4 c00, vec4 c10, vec4 c01, vec4 c11, LcBasisFirst3 basis) {
+    LcBasisSums sums = lcBasisSums(q, c00, c10, c01, c11);
+    LcSh sh;
+    sh.c[0] = sums.m[0];
+    for (int i = 0; i < 8; ++i) {
+        vec3 sum = sums.m[0] * basis.v[i];
+        for (int j = 1; j < 10; ++j) {
+            sum = sum + sums.m[j] * basis.v[8 * j + i];
+        }
+        sh.c[i + 1] = sum;
+    }
+    return sh;
+}
+LC_FUNCTION LcSh lcMixBasis4(LcBasisQuad q, vec4 c00, vec4 c10, vec4 c01, vec4 c11, LcBasisFirst4 basis) {
+    LcBasisSums sums = lcBasisSums(q, c00, c10, c01, c11);
+    LcSh sh;
+    sh.c[0] = sums.m[0];
+    for (int i = 0; i < 8; ++i) {
+        vec3 sum = sums.m[0] * basis.v[i];
+        for (int j = 1; j < 15; ++j) {
+            sum = sum + sums.m[j] * basis.v[8 * j + i];
+        }
+        sh.c[i + 1] = sum;
+    }
+    return sh;
+}
+LC_FUNCTION LcSh lcMixBasisAdd(LcSh sh, LcBasisQuad q, vec4 r00, vec4 r10, vec4 r01, vec4 r11, LcBasisResidual basis, float neutral) {
+    LcBasisResidualSums sums = lcBasisResidualSums(q, r00, r10, r01, r11, neutral);
+    LcSh r;
+    for (int i = 0; i < 9; ++i) {
+        r.c[i] = sh.c[i] + sums.x * basis.v[i] + sums.y * basis.v[9 + i] + sums.z * basis.v[18 + i] + sums.w * basis.v[27 + i];
+    }
+    return r;
+}
+
 // The same decodes with the factors from texture "tables".
 LC_FUNCTION LcSh lcBasisFrom(vec4 l0, LcBasisMonomials m, int monomialCount, LC_TABLES tables, int cluster, float range) {
     LcSh sh;
@@ -147,6 +236,39 @@ LC_FUNCTION LcSh lcLightMapBasisAddFrom(LcSh sh, vec4 l0, vec4 residual, LC_TABL
         vec3 c = lcRgb(lcTableTexel(tables, at + 18 + i, cluster));
         vec3 d = lcRgb(lcTableTexel(tables, at + 27 + i, cluster));
         r.c[i] = sh.c[i] + dc * (x * a + y * b + z * c + w * d);
+    }
+    return r;
+}
+
+LC_FUNCTION LcSh lcMixBasisFrom(LcBasisSums sums, int monomialCount, LC_TABLES tables, int cluster) {
+    LcSh sh;
+    sh.c[0] = sums.m[0];
+    for (int i = 0; i < 8; ++i) {
+        vec3 sum = sums.m[0] * lcRgb(lcTableTexel(tables, i, cluster));
+        for (int j = 1; j < monomialCount; ++j) {
+            sum = sum + sums.m[j] * lcRgb(lcTableTexel(tables, 8 * j + i, cluster));
+        }
+        sh.c[i + 1] = sum;
+    }
+    return sh;
+}
+
+LC_FUNCTION LcSh lcMixBasis3From(LcBasisQuad q, vec4 c00, vec4 c10, vec4 c01, vec4 c11, LC_TABLES tables, int cluster) {
+    return lcMixBasisFrom(lcBasisSums(q, c00, c10, c01, c11), 10, tables, cluster);
+}
+
+LC_FUNCTION LcSh lcMixBasis4From(LcBasisQuad q, vec4 c00, vec4 c10, vec4 c01, vec4 c11, LC_TABLES tables, int cluster) {
+    return lcMixBasisFrom(lcBasisSums(q, c00, c10, c01, c11), 15, tables, cluster);
+}
+
+LC_FUNCTION LcSh lcMixBasisAddFrom(LcSh sh, LcBasisQuad q, vec4 r00, vec4 r10, vec4 r01, vec4 r11, LC_TABLES tables, int cluster, int layer,
+                                   float neutral) {
+    LcBasisResidualSums sums = lcBasisResidualSums(q, r00, r10, r01, r11, neutral);
+    int at = 120 + 36 * layer;
+    LcSh r;
+    for (int i = 0; i < 9; ++i) {
+        r.c[i] = sh.c[i] + sums.x * lcRgb(lcTableTexel(tables, at + i, cluster)) + sums.y * lcRgb(lcTableTexel(tables, at + 9 + i, cluster)) +
+                 sums.z * lcRgb(lcTableTexel(tables, at + 18 + i, cluster)) + sums.w * lcRgb(lcTableTexel(tables, at + 27 + i, cluster));
     }
     return r;
 }

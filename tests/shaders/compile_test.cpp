@@ -97,8 +97,11 @@ std::string useOf(const std::string& layout) {
                "vec4 one = vec4(0.5, 0.5, 0.5, 1.0);\none.x = lcBasisIndexUv(vec2(0.3, 0.4), vec2(40.0, 72.0)).x + 0.1 * "
                "float(lcBasisCluster(one, vec2(0.3, 0.4), vec2(40.0, 72.0)));\nLcSh sh = lcLightMapBasis" +
                count +
-               "(one, one, b, 2.0);\nsh = lcLightMapBasisAdd(sh, one, one, r, 2.0, 0.5);\nresult = lcExitRadiance(sh, vec3(0.0, 0.0, "
-               "1.0));\n";
+               "(one, one, b, 2.0);\nsh = lcLightMapBasisAdd(sh, one, one, r, 2.0, 0.5);\n"
+               "LcBasisQuad q = lcBasisQuad(one, one, one, one, one, 2.0);\nLcSh mixed = lcMixBasis" +
+               count +
+               "(q, one, one, one, one, b);\nmixed = lcMixBasisAdd(mixed, q, one, one, one, one, r, 0.5);\n"
+               "result = lcExitRadiance(sh, vec3(0.0, 0.0, 1.0)) + lcExitRadiance(mixed, vec3(0.0, 0.0, 1.0));\n";
     }
     const std::string one = "vec4(0.5, 0.5, 0.5, 1.0)";
     if (layout.starts_with("lit"))
@@ -172,10 +175,14 @@ TEST_P(Compile, LearnedLayoutsDecodeFromTheTextureOfTheirTables) {
     const std::vector<std::string> families = {"basis"};
     const std::string shared = shaders::shaderInclude(families) + tablesDeclaration(GetParam());
     for (const char* count : {"3", "4"})
-        EXPECT_EQ(errors(shared, "vec4 one = vec4(0.5, 0.5, 0.5, 1.0);\nLcSh sh = lcLightMapBasis" + std::string(count) +
-                                     "From(one, one, tables, 7, 2.0);\nsh = lcLightMapBasisAddFrom(sh, one, one, tables, 7, 1, 2.0, "
-                                     "0.5);\nresult = lcExitRadiance(sh, vec3(0.0, 0.0, 1.0));\n"),
-                  "");
+        EXPECT_EQ(
+            errors(shared, "vec4 one = vec4(0.5, 0.5, 0.5, 1.0);\nLcSh sh = lcLightMapBasis" + std::string(count) +
+                               "From(one, one, tables, 7, 2.0);\nsh = lcLightMapBasisAddFrom(sh, one, one, tables, 7, 1, 2.0, "
+                               "0.5);\nLcBasisQuad q = lcBasisQuad(one, one, one, one, one, 2.0);\nLcSh mixed = lcMixBasis" +
+                               count +
+                               "From(q, one, one, one, one, tables, 7);\nmixed = lcMixBasisAddFrom(mixed, q, one, one, one, one, tables, "
+                               "7, 1, 0.5);\nresult = lcExitRadiance(sh, vec3(0.0, 0.0, 1.0)) + mixed.c[8];\n"),
+            "");
 }
 
 TEST_P(Compile, TheIncludeOfAllLayoutsMayBeIncludedTwice) {

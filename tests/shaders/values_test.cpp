@@ -27,6 +27,11 @@ public:
         return glm::normalize(v);
     }
     float number(float low, float high) { return std::uniform_real_distribution<float>(low, high)(engine_); }
+    glm::vec4 texel(float low, float high) {
+        glm::vec4 values;
+        for (int i = 0; i < 4; ++i) values[i] = number(low, high);
+        return values;
+    }
     LcSh light() {
         LcSh sh;
         for (vec3& c : sh.c) c = vec3(number(-1, 1), number(-1, 1), number(-1, 1));
@@ -159,35 +164,103 @@ TEST(ShaderSh, LocalCoefficientsAreThoseOfTheTurnedLight) {
     }
 }
 
+/// Random factors of learned layouts: rows of a texture, and the buffers of each row.
+struct LearnedTables {
+    static constexpr int kClusters = 3, kLayers = 5, kColumns = 120 + 36 * kLayers;
+    std::vector<glm::vec4> texels;
+    std::vector<shaders::LcBasisFirst3> first3{kClusters};
+    std::vector<shaders::LcBasisFirst4> first4{kClusters};
+    std::vector<std::vector<shaders::LcBasisResidual>> residual{kClusters, std::vector<shaders::LcBasisResidual>(kLayers)};
+
+    explicit LearnedTables(Random& random) {
+        for (int i = 0; i < kClusters * kColumns; ++i) texels.push_back(random.texel(-1, 1));
+        for (std::size_t cluster = 0; cluster < kClusters; ++cluster) {
+            const glm::vec4* const row = texels.data() + cluster * kColumns;
+            std::copy_n(row, 80, first3[cluster].v);
+            std::copy_n(row, 120, first4[cluster].v);
+            for (std::size_t layer = 0; layer < kLayers; ++layer) std::copy_n(row + 120 + 36 * layer, 36, residual[cluster][layer].v);
+        }
+    }
+    shaders::LcTables texture() const { return {texels.data(), kColumns}; }
+};
+
 /// The same sums in the same order: bit for bit what the tables in buffers give.
 TEST(ShaderLightMaps, LearnedTablesFromTheTextureDecodeAsThoseOfBuffers) {
-    constexpr int kClusters = 3, kLayers = 2, kColumns = 120 + 36 * kLayers, kCluster = 1;
     Random random;
-    std::vector<glm::vec4> texels(static_cast<std::size_t>(kClusters * kColumns));
-    for (glm::vec4& texel : texels) texel = glm::vec4(random.number(-1, 1), random.number(-1, 1), random.number(-1, 1), 0);
-    const shaders::LcTables tables{texels.data(), kColumns};
-    const glm::vec4* const row = texels.data() + kCluster * kColumns;
-    shaders::LcBasisFirst3 first3{};
-    shaders::LcBasisFirst4 first4{};
-    for (int i = 0; i < 80; ++i) first3.v[i] = vec3(row[i]);
-    for (int i = 0; i < 120; ++i) first4.v[i] = vec3(row[i]);
+    const LearnedTables all(random);
+    const shaders::LcTables tables = all.texture();
     const auto expectSame = [](const LcSh& a, const LcSh& b) {
         for (int i = 0; i < 9; ++i) EXPECT_EQ(a.c[i], b.c[i]) << i;
     };
     for (int i = 0; i < 100; ++i) {
-        const auto texel = [&] { return glm::vec4(random.number(0, 1), random.number(0, 1), random.number(0, 1), random.number(0, 1)); };
-        const glm::vec4 l0 = texel(), code = texel();
-        expectSame(shaders::lcLightMapBasis3From(l0, code, tables, kCluster, 3.0f), shaders::lcLightMapBasis3(l0, code, first3, 3.0f));
-        LcSh fetched = shaders::lcLightMapBasis4From(l0, code, tables, kCluster, 3.0f),
-             buffered = shaders::lcLightMapBasis4(l0, code, first4, 3.0f);
+        const int row = i % LearnedTables::kClusters;
+        const auto cluster = static_cast<std::size_t>(row);
+        const glm::vec4 l0 = random.texel(0, 1), a = random.texel(0, 1), b = random.texel(0, 1), c = random.texel(0, 1),
+                        d = random.texel(0, 1);
+        const shaders::LcBasisQuad quad = shaders::lcBasisQuad(l0, a, b, c, d, 3.0f);
+        expectSame(shaders::lcLightMapBasis3From(l0, a, tables, row, 3.0f), shaders::lcLightMapBasis3(l0, a, all.first3[cluster], 3.0f));
+        expectSame(shaders::lcMixBasis3From(quad, a, b, c, d, tables, row), shaders::lcMixBasis3(quad, a, b, c, d, all.first3[cluster]));
+        LcSh fetched = shaders::lcLightMapBasis4From(l0, a, tables, row, 3.0f),
+             buffered = shaders::lcLightMapBasis4(l0, a, all.first4[cluster], 3.0f),
+             mixFetched = shaders::lcMixBasis4From(quad, a, b, c, d, tables, row),
+             mixBuffered = shaders::lcMixBasis4(quad, a, b, c, d, all.first4[cluster]);
         expectSame(fetched, buffered);
-        for (int layer = 0; layer < kLayers; ++layer) {
-            shaders::LcBasisResidual residual{};
-            for (int k = 0; k < 36; ++k) residual.v[k] = vec3(row[120 + 36 * layer + k]);
-            const glm::vec4 stored = texel();
-            fetched = shaders::lcLightMapBasisAddFrom(fetched, l0, stored, tables, kCluster, layer, 3.0f, 0.5f);
-            buffered = shaders::lcLightMapBasisAdd(buffered, l0, stored, residual, 3.0f, 0.5f);
+        expectSame(mixFetched, mixBuffered);
+        for (int layer = 0; layer < LearnedTables::kLayers; ++layer) {
+            const shaders::LcBasisResidual& residual = all.residual[cluster][static_cast<std::size_t>(layer)];
+            fetched = shaders::lcLightMapBasisAddFrom(fetched, l0, b, tables, row, layer, 3.0f, 0.5f);
+            buffered = shaders::lcLightMapBasisAdd(buffered, l0, b, residual, 3.0f, 0.5f);
             expectSame(fetched, buffered);
+            mixFetched = shaders::lcMixBasisAddFrom(mixFetched, quad, b, c, d, a, tables, row, layer, 0.5f);
+            mixBuffered = shaders::lcMixBasisAdd(mixBuffered, quad, b, c, d, a, residual, 0.5f);
+            expectSame(mixFetched, mixBuffered);
+        }
+    }
+}
+
+/// A term passes at most 80 roundings of 2^-24 on both ways together: 5e-6 of the sum of all terms without their signs.
+TEST(ShaderLightMaps, MixingLearnedTexelsFirstIsMixingTheirLight) {
+    constexpr float kRange = 3, kNeutral = 0.4f, kRounding = 5e-6f;
+    Random random;
+    const LearnedTables all(random);
+    const auto absolute = [](auto basis) {
+        for (vec3& factor : basis.v) factor = glm::abs(factor);
+        return basis;
+    };
+    for (int i = 0; i < 300; ++i) {
+        const auto cluster = static_cast<std::size_t>(i % LearnedTables::kClusters);
+        glm::vec4 l0[4], code[4], weights = random.texel(0, 1);
+        LcSh light3[4], light4[4], size3[4], size4[4];
+        // A texel that is not covered weighs nothing; l0 differs by a factor of up to 1000.
+        if (i % 3 == 0) weights[i / 3 % 4] = 0;
+        weights /= glm::dot(weights, glm::vec4(1));
+        for (int t = 0; t < 4; ++t) {
+            l0[t] = random.texel(0, 1) * std::pow(10.0f, random.number(-3, 0));
+            code[t] = random.texel(0, 1);
+            light3[t] = shaders::lcLightMapBasis3(l0[t], code[t], all.first3[cluster], kRange);
+            light4[t] = shaders::lcLightMapBasis4(l0[t], code[t], all.first4[cluster], kRange);
+            size3[t] = shaders::lcLightMapBasis3(l0[t], code[t], absolute(all.first3[cluster]), kRange);
+            size4[t] = shaders::lcLightMapBasis4(l0[t], code[t], absolute(all.first4[cluster]), kRange);
+        }
+        const shaders::LcBasisQuad quad = shaders::lcBasisQuad(l0[0], l0[1], l0[2], l0[3], weights, kRange);
+        const auto expectMixed = [&](const LcSh& mixed, const LcSh* light, const LcSh* size) {
+            const LcSh expected = shaders::lcMix(light[0], light[1], light[2], light[3], weights),
+                       sum = shaders::lcMix(size[0], size[1], size[2], size[3], weights);
+            for (int k = 0; k < 9; ++k)
+                for (int c = 0; c < 3; ++c) EXPECT_NEAR(mixed.c[k][c], expected.c[k][c], kRounding * sum.c[k][c]) << i << ", " << k;
+        };
+        expectMixed(shaders::lcMixBasis3(quad, code[0], code[1], code[2], code[3], all.first3[cluster]), light3, size3);
+        LcSh mixed = shaders::lcMixBasis4(quad, code[0], code[1], code[2], code[3], all.first4[cluster]);
+        expectMixed(mixed, light4, size4);
+        for (const shaders::LcBasisResidual& residual : all.residual[cluster]) {
+            glm::vec4 stored[4];
+            for (int t = 0; t < 4; ++t) {
+                stored[t] = random.texel(0, 1);
+                light4[t] = shaders::lcLightMapBasisAdd(light4[t], l0[t], stored[t], residual, kRange, kNeutral);
+                size4[t] = shaders::lcLightMapBasisAdd(size4[t], l0[t], glm::abs(stored[t] - kNeutral), absolute(residual), kRange, 0);
+            }
+            mixed = shaders::lcMixBasisAdd(mixed, quad, stored[0], stored[1], stored[2], stored[3], residual, kNeutral);
+            expectMixed(mixed, light4, size4);
         }
     }
 }
