@@ -331,6 +331,11 @@ f0 = [0.04, 0.6]
         fine = lighting.sh_of(lighting.read_exr(self.folder / 'fine.exr'))
         places, normals, views = shading_points(256, 256, 300, 3)
         grid = (2 * places + np.random.default_rng(5).integers(0, 2, places.shape)).astype(int)
+        # Where no texel is covered there is no light: the four may have several clusters, of which the shader takes one.
+        covered = (lighting.read_exr(BAKE)['coverage.Y'] > 0).astype(float)
+        is_lit = lighting.bilinear(covered, *((grid + 0.5) / 512).T) > 0
+        grid, normals, views = grid[is_lit], normals[is_lit], views[is_lit]
+        self.assertGreater(len(grid), 200)
         found, expected = self.shade('map', (grid + 0.5) / 2 - 0.5, normals, views)['cooked'], fine[grid[:, 1], grid[:, 0]]
         self.assertLess(np.abs(found - expected).max() / np.abs(expected).max(), 2e-3)
         units = self.browser.evaluate("""(() => {

@@ -95,19 +95,22 @@ export const isFetched = ({ sampler }) => sampler.filter === "nearest";
 export const axesOf = (asset) =>
   (asset.source?.description?.output_axes ?? "x,y,z").split(",").map((/** @type {string} */ part) => ["xyz".indexOf(part.trim().slice(-1)), part.trim().startsWith("-") ? -1 : 1]);
 
-/** @typedef {{ declarations: string[], functions: string[], body: string[], uniforms: Uniforms, needsCluster: boolean }} DecodeParts
- *   body: of a function with `cluster` and the place that the fetches read, which returns the light there */
+/** @typedef {{ declarations: string[], functions: string[], body: string[], mixed?: string[], uniforms: Uniforms, needsCluster: boolean }} DecodeParts
+ *   body: of a function with `cluster` and the place that the fetches read, which returns the light there; mixed: of a learned layout, makes
+ *   `LcSh sh` from `LcQuad q` of mip `level` and the factors of `int row`, after it has mixed the texels */
 
-/** @typedef {(role: string, layer?: string) => string} Fetch returns the GLSL of a texel; layer: a GLSL int */
+/** @typedef {(role: string, layer?: string, texel?: string) => string} Fetch returns the GLSL of a texel; layer: a GLSL int, texel: an ivec2 */
 
 /** Filter "hardware": the sampler filters at `uv`. @type {Fetch} */
 const fetchFiltered = (role, layer = "0") => `LIGHT_MAP_TEXTURE(lightMap_${role}, vec3(uv, ${layer}))`;
 const DEFAULT_TEXTURE = ["#ifndef LIGHT_MAP_TEXTURE", "#define LIGHT_MAP_TEXTURE texture", "#endif"];
-/** Filter "decoded": the texel that the map's texel `texel` reads, of mip `level`. @param {Layout} layout @returns {Fetch} */
-const fetchTexel = ({ sides = {} }) => (role, layer = "0") => {
+/** Filter "decoded": the texel that a texel of the map reads, of mip `level`. @param {Layout} layout @returns {Fetch} */
+const fetchTexel = ({ sides = {} }) => (role, layer = "0", texel = "texel") => {
   const side = sides[role] ?? 1;
-  return `texelFetch(lightMap_${role}, ivec3(${side > 1 ? `texel / ${side}` : "texel"}, ${layer}), level)`;
+  return `texelFetch(lightMap_${role}, ivec3(${side > 1 ? `${texel} / ${side}` : texel}, ${layer}), level)`;
 };
+/** The four texels of `LcQuad q`. @param {(texel: string) => string} of @returns {string} arguments */
+const corners = (of) => ["00", "10", "01", "11"].map((corner) => of(`q.texel${corner}`)).join(", ");
 /** Where detail has the textures of its layout "lit": the array, and the layer of the first. @type {Record<string, [string, number]>} */
 const IN_DETAIL = { l0: ["detail_hdr", 0], light: ["detail_hdr", 1], direction: ["detail_ldr", 0], rest: ["detail_ldr", 1] };
 /** Detail: texel `texel` of its textures. @type {Fetch} */
@@ -129,15 +132,19 @@ function learnedParts(asset, textures, { code = 3, residuals = 0 }, fetch) {
   const uniforms = { lightMapRange: { value: firstOf(asset.constants.range) }, lightMapNeutral: { value: firstOf(asset.constants.neutral) ?? 0 } };
   const declarations = ["uniform float lightMapRange, lightMapNeutral;"];
   const row = needsCluster ? "int(cluster + 0.5)" : "lcBasisCluster(texture(lightMap_index, vec3(lcBasisIndexUv(uv, lightMapSize), 0.0)), uv, lightMapSize)";
-  const body = ["int row = lightMapCluster(uv, cluster);", `LcBasisFirst${code} first;`,
-    `for (int i = 0; i < ${count}; ++i) first.v[i] = texelFetch(lightMap_tables, ivec3(i, row, 0), 0).rgb;`,
-    `vec4 l0 = ${fetch("l0")};`, `LcSh sh = lcLightMapBasis${code}(l0, ${fetch("code")}, first, lightMapRange);`];
-  if (residuals > 0)
-    body.push(`for (int layer = 0; layer < ${residuals}; ++layer) {`, "LcBasisResidual residual;",
+  /** @type {(light: string, decode: string, add: string) => string[]} light: declares what `decode`, and `add` for each `layer`, take */
+  const lines = (light, decode, add) => [`LcBasisFirst${code} first;`,
+    `for (int i = 0; i < ${count}; ++i) first.v[i] = texelFetch(lightMap_tables, ivec3(i, row, 0), 0).rgb;`, light, `LcSh sh = ${decode};`,
+    ...(residuals > 0 ? [`for (int layer = 0; layer < ${residuals}; ++layer) {`, "LcBasisResidual residual;",
       `for (int i = 0; i < ${RESIDUAL}; ++i) residual.v[i] = texelFetch(lightMap_tables, ivec3(${count} + ${RESIDUAL} * layer + i, row, 0), 0).rgb;`,
-      `sh = lcLightMapBasisAdd(sh, l0, ${fetch("residual", "layer")}, residual, lightMapRange, lightMapNeutral);`, "}");
-  body.push("return sh;");
-  return { declarations, functions: functionOf("int lightMapCluster(vec2 uv, float cluster)", [`return ${row};`]), body, uniforms, needsCluster };
+      `sh = ${add};`, "}"] : [])];
+  const body = lines(`vec4 l0 = ${fetch("l0")};`, `lcLightMapBasis${code}(l0, ${fetch("code")}, first, lightMapRange)`,
+    `lcLightMapBasisAdd(sh, l0, ${fetch("residual", "layer")}, residual, lightMapRange, lightMapNeutral)`);
+  const four = (/** @type {string} */ role, layer = "0") => corners((texel) => fetch(role, layer, `ivec2(${texel})`));
+  const mixed = lines(`LcBasisQuad light = lcBasisQuad(${four("l0")}, q.weights, lightMapRange);`, `lcMixBasis${code}(light, ${four("code")}, first)`,
+    `lcMixBasisAdd(sh, light, ${four("residual", "layer")}, residual, lightMapNeutral)`);
+  const functions = functionOf("int lightMapCluster(vec2 uv, float cluster)", [`return ${row};`]);
+  return { declarations, functions, body: ["int row = lightMapCluster(uv, cluster);", ...body, "return sh;"], mixed, uniforms, needsCluster };
 }
 
 /** The decode of a layout without clusters. @param {Layout} layout @param {any} constants @param {Fetch} fetch
@@ -172,25 +179,34 @@ function plainParts(layout, constants, fetch, name = "lightMapConstants") {
 const detailParts = (layout, detail) =>
   plainParts({ ...LAYOUTS[detail.layout], hasLight: layout.hasLight }, detail.constants, fetchDetail, "lightMapDetailConstants");
 
+/** Declares the tile of a texel. @param {string} texel */
+const tileOf = (texel) => `vec4 tile = texelFetch(lightMap_coverage, ivec3(lcCoverageTexel(${texel}), 1), 0);`;
+
+/** The light of `LcQuad q` of a learned layout: that of its texels is mixed first, and that of their detail added.
+ * @param {string[]} mixed of DecodeParts @param {boolean} hasDetail @returns {string[]} */
+const learnedMix = (mixed, hasDetail) => [
+  "int row = lightMapCluster((lcQuadTexel(q, 0.5) + 0.5) * exp2(float(level)) / lightMapSize, cluster);",
+  ...(hasDetail ? ["vec2 texels[4] = vec2[4](q.texel00, q.texel10, q.texel01, q.texel11);", "LcSh detail;",
+    "for (int i = 0; i < 9; ++i) detail.c[i] = vec3(0.0);", "for (int k = 0; k < 4; ++k) {", tileOf("texels[k]"), "if (!lcHasDetail(tile)) continue;",
+    "LcSh one = lightMapDetail(ivec2(lcDetailTexel(tile, texels[k])));", "for (int i = 0; i < 9; ++i) detail.c[i] += q.weights[k] * one.c[i];",
+    "q.weights[k] = 0.0;", "}", "if (q.weights == vec4(0.0)) return detail;"] : []),
+  ...mixed, ...(hasDetail ? ["for (int i = 0; i < 9; ++i) sh.c[i] += detail.c[i];"] : []), "return sh;",
+];
+
 /** Filter "decoded": mixes the light of the covered texels around a place (filter.glsl), and that of two mip levels as a trilinear sampler does.
- * @param {Layout} layout @param {string[]} body of DecodeParts @param {number} mips @param {DecodeParts | null} detail of a map with one level
+ * @param {Layout} layout @param {DecodeParts} parts @param {number} mips @param {DecodeParts | null} detail of a map with one level
  * @returns {string[]} */
-function mixedLines(layout, body, mips, detail) {
-  const corners = ["00", "10", "01", "11"].map((corner) => `q.texel${corner}`);
-  const each = (/** @type {(corner: string) => string} */ call) => corners.map(call).join(", ");
+function mixedLines(layout, { body, mixed }, mips, detail) {
   const ofTexel = layout.code ? ["vec2 uv = (vec2(texel) + 0.5) * exp2(float(level)) / lightMapSize;"] : [];
-  const choice = [
-    "vec4 tile = texelFetch(lightMap_coverage, ivec3(lcCoverageTexel(vec2(texel)), 1), 0);",
-    "if (lcHasDetail(tile)) return lightMapDetail(ivec2(lcDetailTexel(tile, vec2(texel))));",
-  ];
+  const choice = [tileOf("vec2(texel)"), "if (lcHasDetail(tile)) return lightMapDetail(ivec2(lcDetailTexel(tile, vec2(texel))));"];
   const lines = [
     ...(detail ? functionOf("LcSh lightMapDetail(ivec2 texel)", detail.body) : []),
     ...functionOf("LcSh lightMapTexel(ivec2 texel, int level, float cluster)", [...(detail ? choice : []), ...ofTexel, ...body]),
     ...functionOf("float lightMapCovered(vec2 texel, int level)",
       ["return lcCovered(texelFetch(lightMap_coverage, ivec3(lcCoverageTexel(texel), 0), level), texel);"]),
     ...functionOf("LcSh lightMapLevel(vec2 uv, int level, float cluster)", ["LcQuad q = lcQuad(uv, lightMapSize * exp2(-float(level)));",
-      `q = lcCoveredQuad(q, vec4(${each((corner) => `lightMapCovered(${corner}, level)`)}));`,
-      `return lcMix(${each((corner) => `lightMapTexel(ivec2(${corner}), level, cluster)`)}, q.weights);`]),
+      `q = lcCoveredQuad(q, vec4(${corners((texel) => `lightMapCovered(${texel}, level)`)}));`,
+      ...(mixed ? learnedMix(mixed, !!detail) : [`return lcMix(${corners((texel) => `lightMapTexel(ivec2(${texel}), level, cluster)`)}, q.weights);`])]),
   ];
   if (mips === 1) return [...lines, ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", ["return lightMapLevel(uv, 0, cluster);"])];
   return [
@@ -214,8 +230,8 @@ export function lightMapDecode(asset, textures) {
   if (!layout) throw new Error(`${asset.name}: layout "${asset.layout}" is unknown to this version of lightcook-loaders`);
   // Texture "coverage" belongs to filter "decoded".
   const isDecoded = textures.has("coverage"), fetch = isDecoded ? fetchTexel(layout) : fetchFiltered;
-  const { declarations, functions, body, uniforms, needsCluster } =
-    layout.code ? learnedParts(asset, textures, layout, fetch) : plainParts(layout, asset.constants ?? {}, fetch);
+  const parts = layout.code ? learnedParts(asset, textures, layout, fetch) : plainParts(layout, asset.constants ?? {}, fetch);
+  const { declarations, functions, body, uniforms, needsCluster } = parts;
   const detail = asset.detail ? detailParts(layout, asset.detail) : null;
   Object.assign(uniforms, detail?.uniforms);
   if (isDecoded || textures.has("index")) {
@@ -225,7 +241,7 @@ export function lightMapDecode(asset, textures) {
   const samplers = [...textures.keys()].map((role) => `uniform highp sampler2DArray lightMap_${role};`);
   for (const [role, texture] of textures) uniforms[`lightMap_${role}`] = { value: texture };
   const mips = Math.min(...asset.textures.filter(({ role }) => role !== "index" && role !== "tables").map((texture) => texture.mips));
-  const decode = isDecoded ? mixedLines(layout, body, mips, detail) : [...DEFAULT_TEXTURE, ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", body)];
+  const decode = isDecoded ? mixedLines(layout, parts, mips, detail) : [...DEFAULT_TEXTURE, ...functionOf("LcSh lightMapSh(vec2 uv, float cluster)", body)];
   const axes = axesOf(asset), turned = axes.map(([component, sign]) => `${sign < 0 ? "-" : ""}v.${"xyz"[component]}`).join(", ");
   const glsl = [...samplers, ...new Set([...declarations, ...(detail?.declarations ?? [])]), ...functions, ...decode, ...functionOf("vec3 lightMapAxes(vec3 v)", [`return vec3(${turned});`])].join("\n");
   return { layout, hasDirections: !layout.flat, needsCluster, axes, uniforms, glsl };
