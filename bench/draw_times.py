@@ -28,7 +28,7 @@ from typing import NamedTuple
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SCENE = ROOT / "examples" / "cornell" / "scene.toml"
 REFUSED = 2  # exit code of a layout that does not have the filter
-WEIGHTS, MIX = 16, 4 * 9 * 3  # operations beside the decodes (LightMapLayoutInfo::operations)
+WEIGHTS, MIX = 16, 4 * 9 * 3  # operations beside four decodes (LightMapLayoutInfo::operations)
 
 
 class Layout(NamedTuple):
@@ -37,7 +37,7 @@ class Layout(NamedTuple):
     name: str
     layers: int
     bits: int  # of a texel, with the coverage if the usual filter is "decoded"
-    operations: int  # under the hardware's filter, if the layout has it
+    operations: list[int]  # under each filter that the layout has, the hardware's first
     table: int  # factors of a learned layout
 
 
@@ -62,7 +62,7 @@ def layouts():
     at = {word: next(i for i, name in enumerate(head) if name.startswith(word)) for word in ("textures", "`bc`", "operations", "tables")}
     for row in (line.split(" | ") for line in lines if line.startswith("| `")):
         layers = sum(int(count) for count in re.findall(r"\((\d+)\)", row[at["textures"]]))
-        yield Layout(row[0].strip("| `"), layers, int(row[at["`bc`"]]), int(row[at["operations"]]), int(row[at["tables"]]) // 8)
+        yield Layout(row[0].strip("| `"), layers, int(row[at["`bc`"]]), [int(count) for count in row[at["operations"]].split("/")], int(row[at["tables"]]) // 8)
 
 
 def cook(options, folder, layout, *more):
@@ -85,13 +85,13 @@ def drawings(options, layout, folder):
     other = "hardware" if usual == "decoded" else "decoded"
     if cook(options, folder / "other", layout, "--filter", other):
         cooked[other] = folder / "other"
-    decode = layout.operations if "hardware" in cooked else (layout.operations - WEIGHTS - MIX) // 4
+    decode = layout.operations[0] if "hardware" in cooked else (layout.operations[0] - WEIGHTS - MIX) // 4
     coverage = usual == "decoded"  # a bit a texel
     if "hardware" in cooked:
         yield Drawing(layout, "hardware", cooked["hardware"], layout.bits - coverage, layout.layers, decode, layout.table)
     if "decoded" in cooked:
         bits = layout.bits - coverage + 1
-        yield Drawing(layout, "decoded", cooked["decoded"], bits, 4 * (layout.layers + 1), 4 * decode + WEIGHTS + MIX, 4 * layout.table)
+        yield Drawing(layout, "decoded", cooked["decoded"], bits, 4 * (layout.layers + 1), layout.operations[-1], layout.table)
         yield Drawing(layout, "one texel", cooked["decoded"], bits, layout.layers + 4, decode + WEIGHTS, layout.table)
 
 

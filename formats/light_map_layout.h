@@ -161,10 +161,15 @@ struct LightMapLayoutInfo {
     constexpr int fetchCount(LightMapFilter asked = LightMapFilter::Hardware) const {
         return filterFor(asked) == LightMapFilter::Hardware ? layerCount() : 4 * (layerCount() + 1);
     }
-    /// Scalar multiply-adds of the decode of a sample: those of decodeOps, or four decodes, the weights and the mix.
+    /// Scalar multiply-adds of the decode of a sample: those of decodeOps, or the weights, four decodes and the mix. Learned layouts mix
+    /// first (lcMixBasis4 of shaders/light_map_basis.glsl): the light of four texels, their monomials of degree 2, and sums of four RGB
+    /// products, also for the four numbers of each residual less `neutral`; then each factor counts once.
     constexpr int operations(LightMapFilter asked = LightMapFilter::Hardware) const {
-        constexpr int kMix = 4 * 9 * 3 + 16;
-        return filterFor(asked) == LightMapFilter::Hardware ? decodeOps : 4 * decodeOps + kMix;
+        constexpr int kWeights = 16, kLight = 16, kSum = 4 * 3, kMix = 9 * kSum, kFirstSum = 3 * 3;
+        if (filterFor(asked) == LightMapFilter::Hardware) return decodeOps;
+        if (!isLearned()) return kWeights + 4 * decodeOps + kMix;
+        const int monomials = codeFactors() / 8, squares = monomials - 1 - codeCount;
+        return kWeights + kLight + 4 * squares + kFirstSum + (monomials - 1) * kSum + residualCount() * 4 * (4 + kSum) + 3 * tableFactors();
     }
     /// RGB factors of one cluster of charts, each a texel of texture "tables" of a learned layout: first quadratic polynomials of the codes
     /// for eight coefficients, then four directions of nine coefficients for each residual layer.

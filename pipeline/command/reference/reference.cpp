@@ -307,8 +307,9 @@ std::string layoutReference() {
     std::string text = "# Light-map layouts\n\n" + std::string(kGenerated);
     text += wrapped(
         "What each layout costs: GPU memory of a texel, and the decode of one sample. [Layouts](../theory/layouts.md) has the decodes as "
-        "formulas. A fetch is one filtered read of one array layer. Operations are scalar multiply-adds of the decode of all coefficients; "
-        "shading comes on top. Tables are the learned constants of one cluster of charts, a row of texture `tables`; a sample reads "
+        "formulas. A fetch is a read of one array layer, filtered or of one texel. Operations are scalar multiply-adds of the decode of "
+        "all coefficients; shading comes on top. Of two figures the first is under filter `hardware`, the second under `decoded`. Tables "
+        "are the learned constants of one cluster of charts, a row of texture `tables`; a sample reads "
         "those of its own cluster. `max_fetches`, `max_decode_ops` and `cost` of the [scene file](scene-file.md#output) use these figures.",
         kMarkdownColumns);
     text += "\n| layout | holds | textures (layers) |";
@@ -322,7 +323,14 @@ std::string layoutReference() {
             textures.push_back(fmt::format("`{}` ({})", texture.name, texture.layerCount));
         text += fmt::format("| `{}` | {} | {} |", layout.name, layout.caption, fmt::join(textures, ", "));
         for (const formats::TargetInfo& target : formats::allTargets()) text += fmt::format(" {} |", formats::textureBits(layout, target));
-        text += fmt::format(" {} | {} | {} | {} |\n", layout.fetchCount(), layout.operations(), layout.clusterTableBytes(), layout.lacks);
+        std::vector<int> fetches, operations;
+        for (const formats::LightMapFilterInfo& filter : formats::kLightMapFilters) {
+            if (!layout.mayHave(filter.id)) continue;
+            fetches.push_back(layout.fetchCount(filter.id));
+            operations.push_back(layout.operations(filter.id));
+        }
+        text += fmt::format(" {} | {} | {} | {} |\n", fmt::join(fetches, " / "), fmt::join(operations, " / "), layout.clusterTableBytes(),
+                            layout.lacks);
     }
     return text;
 }
