@@ -160,7 +160,7 @@ private:
 template <class Ratio>
 WorstInput expectHolds(const std::string& statement, std::span<const SearchRange> ranges, const SearchBudget& budget,
                        const Ratio& ratioOf) {
-    const WorstInput worst = WorstSearch(ranges, budget).run(ratioOf);
+    WorstInput worst = WorstSearch(ranges, budget).run(ratioOf);
     std::cout << statement << ": worst " << worst.ratio << " in " << worst.tried << " inputs\n";
     EXPECT_LE(worst.ratio, 1) << statement << " at " << worst;
     return worst;

@@ -159,8 +159,11 @@ private:
 std::vector<float> tileLimitsOf(const TrialParameters& parameters, bool isJoint) {
     std::vector<float> limits;
     if (!parameters.isDetailTried) return limits;
-    if (isJoint)
-        for (float limit = 1; limit < 16; limit *= 1.19f) limits.push_back(std::round(100 * limit) / 100);
+    if (isJoint) {
+        constexpr int kCount = 16;  // from 1 to 13.6
+        float limit = 1;
+        for (int i = 0; i < kCount; ++i, limit *= 1.19f) limits.push_back(std::round(100 * limit) / 100);
+    }
     if (parameters.detailLimit) limits.push_back(static_cast<float>(*parameters.detailLimit));
     std::ranges::sort(limits);
     limits.erase(std::unique(limits.begin(), limits.end()), limits.end());
