@@ -188,7 +188,7 @@ class LayoutsSoak(PageSuite):
 
     # After "~": the visible error that detail keeps.
     cases = [*((layout, 'bc') for layout in LAYOUTS), ('ratio', 'float'), ('halo3', 'float'),
-             ('basis-8~1.5', 'bc'), ('basis-4~1.6', 'float'), ('lit-quarter~1.8', 'bc')]
+             ('basis-8~1.35', 'bc'), ('basis-4~0.8', 'float'), ('lit-quarter~1.8', 'bc')]
     decoded_here = ('basis-3', 'halo3', 'unreal-hq')
     products = {'halo3': 32, 'unreal': 8}  # beginnings of layouts whose textures are BC3, and codes that a device may be off
 
@@ -254,7 +254,9 @@ specular = false
         # Places of the finer grid, and those of them that lie among covered texels.
         grid = (2 * places + np.random.default_rng(5).integers(0, 2, places.shape)).astype(int)
         if source == 'rims':
-            self.check_filter_decoded(layout, grid, fine, normals, views)
+            # Where no texel is covered there is no light: the four may have several clusters, of which the shader takes one.
+            is_lit = lighting.bilinear(inside.astype(float), (grid[:, 0] + 0.5) / 2 / width, (grid[:, 1] + 0.5) / 2 / height) > 0
+            self.check_filter_decoded(layout, grid[is_lit], fine, normals[is_lit], views[is_lit])
         around = np.array([inside[max(y // 2 - 1, 0):y // 2 + 2, max(x // 2 - 1, 0):x // 2 + 2].all() for x, y in grid])
         grid, normals, views = grid[around], normals[around], views[around]
         self.assertGreater(len(grid), 100)
@@ -313,6 +315,7 @@ effort = 0
 [[light_map]]
 name = "map"
 file = {json.dumps(str(BAKE))}
+dominant_layout = "full"
 [[probe]]
 name = "probe"
 file = {json.dumps(str(example / 'cornell_probe0.exr'))}
